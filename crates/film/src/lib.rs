@@ -1,0 +1,1 @@
+//! Tiles, moments, EXR with metadata, PNG and PFM.

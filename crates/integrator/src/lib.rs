@@ -1,0 +1,1 @@
+//! Direct-illumination estimators with points, lines and closed forms, and the plan of what to skip.

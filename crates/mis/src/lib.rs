@@ -1,0 +1,1 @@
+//! Multiple importance sampling heuristics on plain numbers.

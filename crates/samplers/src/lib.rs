@@ -1,0 +1,1 @@
+//! Counter-based sample sequences: every number is a pure function of seed, pixel, dimension and sample.

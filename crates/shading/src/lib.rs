@@ -1,0 +1,1 @@
+//! Closed-form light integrals along segments and over polygons, and BSDFs.

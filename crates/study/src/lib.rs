@@ -1,0 +1,1 @@
+//! Convergence studies for direct illumination: the linelit command.

@@ -1,0 +1,2 @@
+//! The `linelit` command.
+fn main() {}

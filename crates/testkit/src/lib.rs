@@ -1,0 +1,1 @@
+//! Test tools of linelit: quadrature, high-precision evaluation, statistical tests and float-attacking strategies.
