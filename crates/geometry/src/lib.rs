@@ -1,1 +1,61 @@
-//! Frames, segments, convex polygons, shadow triangles and interval sets for line-sampled direct illumination.
+//! Frames, segments, convex polygons, shadow triangles and interval sets: the geometry under
+//! line-sampled direct illumination.
+//!
+//! A *line sample* is a segment on a light. The triangle between it and the shading point is its
+//! *shadow triangle*; whatever cuts the shadow triangle blocks a part of the line. This crate
+//! parametrises the lines of a light ([`ParallelLines`]), finds which part one occluding triangle
+//! blocks ([`ShadowTriangle`]) and keeps the parts that stay visible ([`intervals`]).
+//!
+//! Everything is `f64`, does no I/O, allocates only where the documentation says so, and cannot
+//! fail on degenerate input: that yields an empty set or `None`. Lengths are in scene units,
+//! angles in radians.
+//!
+//! ```
+//! use linelit_geometry::{
+//!     ConvexPolygon, DVec3, ParallelLines, ShadowTriangle,
+//!     intervals::{IntervalSet, VisibleSet},
+//! };
+//!
+//! // A unit square light two units above the shading point, and the line through its middle.
+//! let light = ConvexPolygon::parallelogram(
+//!     DVec3::new(-0.5, -0.5, 2.0),
+//!     DVec3::X,
+//!     DVec3::Y,
+//! )
+//! .unwrap();
+//! let lines = ParallelLines::new(&light, 0.0);
+//! let (a, b) = lines.range();
+//! let line = lines.segment(0.5 * (a + b)).unwrap();
+//!
+//! // A triangle halfway up hides the part of the line with x > 0.
+//! let occluder = [
+//!     DVec3::new(0.0, -1.0, 1.0),
+//!     DVec3::new(3.0, 0.0, 1.0),
+//!     DVec3::new(0.0, 1.0, 1.0),
+//! ];
+//! let shadow = ShadowTriangle::new(DVec3::ZERO, &line).unwrap();
+//! let blocked = shadow.blocked_by(&occluder).unwrap();
+//! let mut visible = IntervalSet::full();
+//! visible.clip(blocked.lo, blocked.hi);
+//! assert!((visible.measure() - 0.5).abs() < 1e-15);
+//! ```
+
+mod frame;
+pub mod intervals;
+mod parallel_lines;
+mod plane_frame;
+mod polygon;
+pub mod predicates;
+mod segment;
+mod shadow;
+mod triangle;
+
+pub use frame::Frame;
+pub use glam;
+pub use glam::{DMat3, DMat4, DVec2, DVec3};
+pub use parallel_lines::ParallelLines;
+pub use plane_frame::PlaneFrame;
+pub use polygon::{ConvexPolygon, MAX_VERTICES, PolygonError};
+pub use segment::Segment;
+pub use shadow::{LIGHT_MARGIN, POINT_MARGIN, ShadowCoords, ShadowTriangle};
+pub use triangle::Triangle;

@@ -1,0 +1,80 @@
+//! The flat form: a sorted list.
+
+use super::{Interval, VisibleSet};
+use smallvec::SmallVec;
+use std::cmp::Ordering;
+
+/// Visible pieces in a sorted list, in place up to eight.
+///
+/// A clip finds its place by bisection and moves what lies behind it: O(log n + n) with a tiny
+/// constant. Allocates only beyond eight pieces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntervalSet {
+    pieces: SmallVec<[Interval; 8]>,
+}
+
+impl IntervalSet {
+    /// The visible pieces, ascending.
+    #[inline]
+    #[must_use]
+    pub fn as_slice(&self) -> &[Interval] {
+        &self.pieces
+    }
+}
+
+impl Default for IntervalSet {
+    fn default() -> Self {
+        Self::full()
+    }
+}
+
+impl VisibleSet for IntervalSet {
+    fn full() -> Self {
+        Self {
+            pieces: SmallVec::from_slice(&[Interval::UNIT]),
+        }
+    }
+
+    fn reset(&mut self) {
+        self.pieces.clear();
+        self.pieces.push(Interval::UNIT);
+    }
+
+    fn clip(&mut self, lo: f64, hi: f64) {
+        if lo.partial_cmp(&hi) != Some(Ordering::Less) {
+            return;
+        }
+        // Pieces [first, last) overlap the clipped interval.
+        let first = self.pieces.partition_point(|p| p.hi <= lo);
+        let last = first + self.pieces[first..].partition_point(|p| p.lo < hi);
+        if first == last {
+            return;
+        }
+        let left = Interval::new(self.pieces[first].lo, lo);
+        let right = Interval::new(hi, self.pieces[last - 1].hi);
+        let keep: SmallVec<[Interval; 2]> = [left, right]
+            .into_iter()
+            .filter(Interval::is_worth_keeping)
+            .collect();
+        if keep.len() <= last - first {
+            let end = first + keep.len();
+            self.pieces[first..end].copy_from_slice(&keep);
+            self.pieces.drain(end..last);
+        } else {
+            self.pieces[first] = left;
+            self.pieces.insert(first + 1, right);
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    fn count(&self) -> usize {
+        self.pieces.len()
+    }
+
+    fn for_each(&self, f: impl FnMut(Interval)) {
+        self.pieces.iter().copied().for_each(f);
+    }
+}

@@ -1,0 +1,50 @@
+//! The frame of a planar light: coordinates within its plane.
+
+use crate::{DVec2, DVec3, Frame};
+
+/// An origin and an orthonormal frame: `x` and `y` span the plane, `z` is its normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneFrame {
+    /// The point with plane coordinates (0, 0).
+    pub origin: DVec3,
+    /// The axes.
+    pub axes: Frame,
+}
+
+impl PlaneFrame {
+    /// The plane through `origin` with the unit normal `normal`; its x axis lies along `tangent`
+    /// turned by `angle` (radians, counter-clockwise about the normal).
+    #[must_use]
+    pub fn new(origin: DVec3, normal: DVec3, tangent: DVec3, angle: f64) -> Self {
+        let base = Frame::from_normal_and_tangent(normal, tangent);
+        let (sin, cos) = angle.sin_cos();
+        let axes = Frame {
+            x: base.x * cos + base.y * sin,
+            y: base.y * cos - base.x * sin,
+            z: base.z,
+        };
+        Self { origin, axes }
+    }
+
+    /// Plane coordinates of the foot of `p`.
+    #[inline]
+    #[must_use]
+    pub fn to_plane(&self, p: DVec3) -> DVec2 {
+        let d = p - self.origin;
+        DVec2::new(self.axes.x.dot(d), self.axes.y.dot(d))
+    }
+
+    /// The point of the plane with the given coordinates.
+    #[inline]
+    #[must_use]
+    pub fn from_plane(&self, q: DVec2) -> DVec3 {
+        self.origin + self.axes.x * q.x + self.axes.y * q.y
+    }
+
+    /// Signed distance of `p` from the plane, positive on the normal's side.
+    #[inline]
+    #[must_use]
+    pub fn height(&self, p: DVec3) -> f64 {
+        self.axes.z.dot(p - self.origin)
+    }
+}

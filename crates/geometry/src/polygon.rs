@@ -1,0 +1,429 @@
+//! Convex planar polygons: the shape of a light.
+
+use crate::{DVec3, PlaneFrame, predicates};
+use std::fmt;
+
+/// The most vertices that [`ConvexPolygon::try_new`] takes.
+pub const MAX_VERTICES: usize = 16;
+
+/// Room for the vertices that clipping adds.
+const CAPACITY: usize = MAX_VERTICES + 8;
+
+/// How far a vertex may stand off the plane or inside the hull, relative to the size of the
+/// polygon and the size of its coordinates: model files hold `f32`, whose unit roundoff is 6e-8,
+/// and a cross product of two differences of rounded points adds up a few of them.
+const FILE_PRECISION: f64 = 16.0 * 5.96e-8;
+
+/// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise about its
+/// normal, held in place (no heap).
+///
+/// The vertices lie in one plane to the rounding of `f64`: [`ConvexPolygon::try_new`] projects
+/// what is planar only to the precision of a model file.
+#[derive(Clone, Copy)]
+pub struct ConvexPolygon {
+    vertices: [DVec3; CAPACITY],
+    count: usize,
+    normal: DVec3,
+    area: f64,
+    parallelogram: bool,
+}
+
+/// Why points do not form a convex polygon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PolygonError {
+    /// Fewer than 3 or more than [`MAX_VERTICES`] vertices.
+    Count(usize),
+    /// The vertex with this index is NaN or infinite.
+    NotFinite(usize),
+    /// The polygon has no area.
+    Degenerate,
+    /// The vertex with this index is off the plane of the others.
+    NotPlanar(usize),
+    /// The corner at the vertex with this index turns the wrong way.
+    NotConvex(usize),
+}
+
+impl fmt::Display for PolygonError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count(n) => write!(f, "{n} vertices; a polygon has 3 to {MAX_VERTICES}"),
+            Self::NotFinite(i) => write!(f, "vertex {i} is not finite"),
+            Self::Degenerate => write!(f, "the polygon has no area"),
+            Self::NotPlanar(i) => write!(f, "vertex {i} is off the plane of the others"),
+            Self::NotConvex(i) => write!(f, "the polygon is not convex at vertex {i}"),
+        }
+    }
+}
+
+impl std::error::Error for PolygonError {}
+
+impl fmt::Debug for ConvexPolygon {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ConvexPolygon")
+            .field("vertices", &self.vertices())
+            .field("normal", &self.normal)
+            .field("area", &self.area)
+            .finish()
+    }
+}
+
+impl PartialEq for ConvexPolygon {
+    fn eq(&self, other: &Self) -> bool {
+        self.vertices() == other.vertices()
+    }
+}
+
+impl ConvexPolygon {
+    /// A polygon from its vertices, either way round; the order gives the normal by the
+    /// right-hand rule.
+    ///
+    /// Vertices within the precision of a model file (16 units of `f32` roundoff relative to the
+    /// polygon's size and coordinates) of the plane are moved onto it.
+    ///
+    /// # Errors
+    /// See [`PolygonError`].
+    pub fn try_new(points: &[DVec3]) -> Result<Self, PolygonError> {
+        let n = points.len();
+        if !(3..=MAX_VERTICES).contains(&n) {
+            return Err(PolygonError::Count(n));
+        }
+        if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+            return Err(PolygonError::NotFinite(i));
+        }
+        let area_vector = area_vector(points);
+        let area = area_vector.length();
+        let normal = area_vector
+            .try_normalize()
+            .ok_or(PolygonError::Degenerate)?;
+        let mut polygon = Self::from_raw(points, normal, area);
+        let tolerance = FILE_PRECISION * (polygon.diameter() + polygon.largest_coordinate());
+        polygon.check_convex(tolerance)?;
+        polygon.flatten(tolerance)?;
+        polygon.parallelogram = polygon.detect_parallelogram();
+        Ok(polygon)
+    }
+
+    /// A triangle.
+    ///
+    /// # Errors
+    /// See [`PolygonError`].
+    pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> Result<Self, PolygonError> {
+        Self::try_new(&[a, b, c])
+    }
+
+    /// The parallelogram `o`, `o + u`, `o + u + v`, `o + v`, with the normal along `u × v`.
+    ///
+    /// # Errors
+    /// See [`PolygonError`].
+    pub fn parallelogram(o: DVec3, u: DVec3, v: DVec3) -> Result<Self, PolygonError> {
+        Self::try_new(&[o, o + u, o + u + v, o + v])
+    }
+
+    fn from_raw(points: &[DVec3], normal: DVec3, area: f64) -> Self {
+        let mut vertices = [DVec3::ZERO; CAPACITY];
+        vertices[..points.len()].copy_from_slice(points);
+        Self {
+            vertices,
+            count: points.len(),
+            normal,
+            area,
+            parallelogram: false,
+        }
+    }
+
+    fn check_convex(&self, tolerance: f64) -> Result<(), PolygonError> {
+        let n = self.count;
+        for i in 0..n {
+            let (a, b, c) = (
+                self.vertices[i],
+                self.vertices[(i + 1) % n],
+                self.vertices[(i + 2) % n],
+            );
+            let (e, g) = (b - a, c - a);
+            // The height of c over the edge, positive inside.
+            let turn = predicates::cross(e, g).dot(self.normal);
+            if turn < -tolerance * (e.length() + g.length()) {
+                return Err(PolygonError::NotConvex((i + 1) % n));
+            }
+        }
+        // A star passes the local test; a convex polygon winds round once.
+        if self.total_turn() > 1.5 * std::f64::consts::TAU {
+            return Err(PolygonError::NotConvex(0));
+        }
+        Ok(())
+    }
+
+    fn total_turn(&self) -> f64 {
+        let n = self.count;
+        let edge = |i: usize| self.vertices[(i + 1) % n] - self.vertices[i % n];
+        (0..n)
+            .map(|i| {
+                let (e, g) = (edge(i), edge(i + 1));
+                predicates::cross(e, g)
+                    .dot(self.normal)
+                    .atan2(e.dot(g))
+                    .abs()
+            })
+            .sum()
+    }
+
+    fn flatten(&mut self, tolerance: f64) -> Result<(), PolygonError> {
+        let centroid = self.mean();
+        for i in 0..self.count {
+            let height = self.normal.dot(self.vertices[i] - centroid);
+            if height.abs() > tolerance {
+                return Err(PolygonError::NotPlanar(i));
+            }
+            self.vertices[i] -= self.normal * height;
+        }
+        Ok(())
+    }
+
+    fn detect_parallelogram(&self) -> bool {
+        let v = &self.vertices;
+        self.count == 4
+            && (v[0] - v[1] + v[2] - v[3]).length()
+                <= 8.0 * f64::EPSILON * (self.largest_coordinate() + self.diameter())
+    }
+
+    fn mean(&self) -> DVec3 {
+        let first = self.vertices[0];
+        let sum: DVec3 = self.vertices().iter().map(|&p| p - first).sum();
+        #[allow(clippy::cast_precision_loss, reason = "at most 24 vertices")]
+        let n = self.count as f64;
+        first + sum / n
+    }
+
+    fn largest_coordinate(&self) -> f64 {
+        self.vertices()
+            .iter()
+            .map(|p| p.abs().max_element())
+            .fold(0.0, f64::max)
+    }
+
+    /// The vertices, counter-clockwise about the normal.
+    #[inline]
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices[..self.count]
+    }
+
+    /// Unit normal by the right-hand rule.
+    #[inline]
+    #[must_use]
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// Area in squared scene units.
+    #[inline]
+    #[must_use]
+    pub const fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Centre of mass.
+    #[must_use]
+    pub fn centroid(&self) -> DVec3 {
+        let v0 = self.vertices[0];
+        let mut weighted = DVec3::ZERO;
+        let mut total = 0.0;
+        for pair in self.vertices()[1..].windows(2) {
+            let (e, g) = (pair[0] - v0, pair[1] - v0);
+            let a = e.cross(g).dot(self.normal);
+            weighted += (e + g) * a;
+            total += a;
+        }
+        if total > 0.0 {
+            v0 + weighted / (3.0 * total)
+        } else {
+            self.mean()
+        }
+    }
+
+    /// An upper bound of the largest distance between two vertices, at most twice as large.
+    #[must_use]
+    pub fn diameter(&self) -> f64 {
+        let first = self.vertices[0];
+        2.0 * self
+            .vertices()
+            .iter()
+            .map(|&p| (p - first).length())
+            .fold(0.0, f64::max)
+    }
+
+    /// Origin and edge vectors, where the polygon is a parallelogram to 8 ε of its size.
+    #[must_use]
+    pub fn as_parallelogram(&self) -> Option<(DVec3, DVec3, DVec3)> {
+        let v = &self.vertices;
+        self.parallelogram.then(|| (v[0], v[1] - v[0], v[3] - v[0]))
+    }
+
+    /// The frame of the plane: origin at the first vertex, x along the first edge.
+    #[must_use]
+    pub fn plane_frame(&self) -> PlaneFrame {
+        self.plane_frame_turned(0.0)
+    }
+
+    /// [`ConvexPolygon::plane_frame`] turned by `angle` radians about the normal.
+    #[must_use]
+    pub fn plane_frame_turned(&self, angle: f64) -> PlaneFrame {
+        let tangent = self.longest_leading_edge();
+        PlaneFrame::new(self.vertices[0], self.normal, tangent, angle)
+    }
+
+    /// The first edge, or the next one that has a length.
+    fn longest_leading_edge(&self) -> DVec3 {
+        let n = self.count;
+        let least = 1e-6 * self.diameter();
+        (0..n)
+            .map(|i| self.vertices[(i + 1) % n] - self.vertices[i])
+            .find(|e| e.length() > least)
+            .unwrap_or(DVec3::ZERO)
+    }
+
+    /// The same polygon facing the other way.
+    #[must_use]
+    pub fn flipped(&self) -> Self {
+        let mut out = *self;
+        out.vertices[..self.count].reverse();
+        out.normal = -self.normal;
+        out
+    }
+
+    /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` where nothing is left.
+    ///
+    /// A corner is added at most; when 8 clips of a polygon of [`MAX_VERTICES`] have filled the
+    /// room, corners beyond it are dropped.
+    #[must_use]
+    pub fn clip(&self, point: DVec3, direction: DVec3) -> Option<Self> {
+        let side = |p: DVec3| direction.dot(p - point);
+        let mut out = Self::from_raw(&[], self.normal, 0.0);
+        let n = self.count;
+        for i in 0..n {
+            let (a, b) = (self.vertices[i], self.vertices[(i + 1) % n]);
+            let (sa, sb) = (side(a), side(b));
+            if sa >= 0.0 {
+                out.push(a);
+            }
+            if (sa > 0.0 && sb < 0.0) || (sa < 0.0 && sb > 0.0) {
+                out.push(a + (b - a) * (sa / (sa - sb)));
+            }
+        }
+        if out.count < 3 {
+            return None;
+        }
+        out.area = area_vector(out.vertices()).dot(self.normal);
+        out.parallelogram = out.vertices() == self.vertices() && self.parallelogram;
+        (out.area > 0.0).then_some(out)
+    }
+
+    fn push(&mut self, p: DVec3) {
+        if self.count < CAPACITY {
+            self.vertices[self.count] = p;
+            self.count += 1;
+        }
+    }
+}
+
+/// Half the sum of the fan's cross products: the area along the normal.
+fn area_vector(points: &[DVec3]) -> DVec3 {
+    let v0 = points[0];
+    let fan = points[1..]
+        .windows(2)
+        .map(|w| predicates::cross(w[0] - v0, w[1] - v0));
+    0.5 * fan.sum::<DVec3>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn regular(n: usize, radius: f64) -> Vec<DVec3> {
+        #[allow(clippy::cast_precision_loss, reason = "small counts")]
+        let step = std::f64::consts::TAU / n as f64;
+        #[allow(clippy::cast_precision_loss, reason = "small counts")]
+        let corner = |i: usize| {
+            let (s, c) = (i as f64 * step).sin_cos();
+            DVec3::new(radius * c, radius * s, 1.0)
+        };
+        (0..n).map(corner).collect()
+    }
+
+    #[test]
+    fn regular_polygons_have_their_area_and_centroid() {
+        for n in 3..=MAX_VERTICES {
+            let p = ConvexPolygon::try_new(&regular(n, 2.0)).unwrap();
+            #[allow(clippy::cast_precision_loss, reason = "small counts")]
+            let want = 2.0 * n as f64 * (std::f64::consts::TAU / n as f64).sin();
+            // n additions of terms of the size of the result
+            assert!((p.area() - want).abs() < 32.0 * f64::EPSILON * want);
+            assert!((p.centroid() - DVec3::Z).length() < 32.0 * f64::EPSILON * 2.0);
+            assert!((p.normal() - DVec3::Z).length() < 4.0 * f64::EPSILON);
+        }
+    }
+
+    #[test]
+    fn bad_polygons_are_named() {
+        use PolygonError as E;
+        let z = DVec3::ZERO;
+        let (x, y) = (DVec3::X, DVec3::Y);
+        let nan = DVec3::splat(f64::NAN);
+        assert_eq!(ConvexPolygon::try_new(&[z, x]), Err(E::Count(2)));
+        assert_eq!(ConvexPolygon::try_new(&[z, x, nan]), Err(E::NotFinite(2)));
+        assert_eq!(ConvexPolygon::try_new(&[z, x, 2.0 * x]), Err(E::Degenerate));
+        let dart = [
+            z,
+            DVec3::new(1.0, 0.4, 0.0),
+            2.0 * y,
+            DVec3::new(-1.0, 0.4, 0.0),
+        ];
+        let dart = [dart[0], dart[1], DVec3::new(0.0, 0.2, 0.0), dart[3]];
+        assert!(matches!(
+            ConvexPolygon::try_new(&dart),
+            Err(E::NotConvex(_))
+        ));
+        let bent = [z, x, x + y, y + 0.01 * DVec3::Z];
+        assert!(matches!(
+            ConvexPolygon::try_new(&bent),
+            Err(E::NotPlanar(_))
+        ));
+        let star: Vec<_> = regular(5, 1.0);
+        let star = [star[0], star[2], star[4], star[1], star[3]];
+        assert!(matches!(
+            ConvexPolygon::try_new(&star),
+            Err(E::NotConvex(_))
+        ));
+    }
+
+    #[test]
+    fn clipping_splits_the_area() {
+        let p = ConvexPolygon::try_new(&regular(7, 1.0)).unwrap();
+        let direction = DVec3::new(0.6, -0.8, 0.1);
+        let point = DVec3::new(0.1, 0.2, 1.0);
+        let kept = p.clip(point, direction).unwrap();
+        let other = p.clip(point, -direction).unwrap();
+        assert!((kept.area() + other.area() - p.area()).abs() < 16.0 * f64::EPSILON * p.area());
+        assert!(kept.area() > 0.1 && other.area() > 0.1);
+        assert!(p.clip(DVec3::splat(9.0), DVec3::ONE).is_none());
+        assert_eq!(p.clip(-DVec3::splat(9.0), DVec3::ONE).unwrap(), p);
+    }
+
+    #[test]
+    fn parallelograms_are_recognised() {
+        let (o, u, v) = (
+            DVec3::new(0.1, 0.2, 0.3),
+            DVec3::new(1.0, 0.1, 0.0),
+            DVec3::new(0.3, 0.7, 0.2),
+        );
+        let p = ConvexPolygon::parallelogram(o, u, v).unwrap();
+        let (po, pu, pv) = p.as_parallelogram().unwrap();
+        // flattening moves each vertex by the rounding of its height
+        let tol = 8.0 * f64::EPSILON;
+        assert!((po - o).length() < tol && (pu - u).length() < tol && (pv - v).length() < tol);
+        let q = ConvexPolygon::try_new(&regular(5, 1.0)[..4]).unwrap();
+        assert!(q.as_parallelogram().is_none());
+        assert!((p.flipped().normal() + p.normal()).length() < tol);
+    }
+}

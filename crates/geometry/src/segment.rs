@@ -1,0 +1,74 @@
+//! Segments: the geometry of a line sample.
+
+use crate::DVec3;
+
+/// A segment from `p0` to `p1`; its parameter t runs from 0 to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Segment {
+    /// The end with t = 0.
+    pub p0: DVec3,
+    /// The end with t = 1.
+    pub p1: DVec3,
+}
+
+impl Segment {
+    /// The segment between two points.
+    #[inline]
+    #[must_use]
+    pub const fn new(p0: DVec3, p1: DVec3) -> Self {
+        Self { p0, p1 }
+    }
+
+    /// `p1 − p0`.
+    #[inline]
+    #[must_use]
+    pub fn vector(&self) -> DVec3 {
+        self.p1 - self.p0
+    }
+
+    /// Length in scene units.
+    #[inline]
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.vector().length()
+    }
+
+    /// Unit direction from `p0` to `p1`; zero for a segment of length zero.
+    #[inline]
+    #[must_use]
+    pub fn direction(&self) -> DVec3 {
+        self.vector().normalize_or_zero()
+    }
+
+    /// The point at parameter `t`, measured from the nearer end so that both ends are exact.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, t: f64) -> DVec3 {
+        if t <= 0.5 {
+            self.p0 + self.vector() * t
+        } else {
+            self.p1 - self.vector() * (1.0 - t)
+        }
+    }
+
+    /// The piece between the parameters `lo` and `hi`.
+    #[inline]
+    #[must_use]
+    pub fn piece(&self, lo: f64, hi: f64) -> Self {
+        Self::new(self.at(lo), self.at(hi))
+    }
+
+    /// The same segment run through the other way.
+    #[inline]
+    #[must_use]
+    pub const fn reversed(&self) -> Self {
+        Self::new(self.p1, self.p0)
+    }
+
+    /// The segment relative to the point `x`: what the closed forms take.
+    #[inline]
+    #[must_use]
+    pub fn relative_to(&self, x: DVec3) -> Self {
+        Self::new(self.p0 - x, self.p1 - x)
+    }
+}
