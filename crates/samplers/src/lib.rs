@@ -1,1 +1,40 @@
 //! Counter-based sample sequences: every number is a pure function of seed, pixel, dimension and sample.
+//!
+//! A [`Sampler`] has a [kind](SamplerKind) and a seed. [`Sampler::points`] gives the [`SampleSet`] of one pixel in one
+//! dimension; its numbers are f64 in [0, 1), never 1, in one or two dimensions, for any number of samples. Nothing is
+//! stored, shared or ordered, so that images do not depend on threads, tiles or the order of work.
+//!
+//! ```
+//! use linelit_samplers::{Sampler, SamplerKind};
+//!
+//! // The integral of x² + y over the unit square is 5/6.
+//! let set = Sampler::new(SamplerKind::Sobol, 1).points([0, 0], 0, 1024);
+//! let mean = set.iter_2d().map(|[x, y]| x * x + y).sum::<f64>() / 1024.0;
+//! assert!((mean - 5.0 / 6.0).abs() < 1e-3);
+//! ```
+//!
+//! Numbers of different dimensions are padded: independent, each set stratified in itself. [`JointSobol`] offers up to
+//! 256 dimensions that are stratified together. The building blocks ([`sobol_02`], [`owen_scramble`],
+//! [`blue_noise_rank`], [`hash`]) are public.
+//!
+//! Streams are frozen: golden values in the tests pin them, and changing one is a breaking change.
+
+mod blue_noise;
+mod cells;
+mod halton;
+pub mod hash;
+mod joint;
+mod kind;
+mod owen;
+mod permute;
+mod sampler;
+mod sobol;
+mod stratified;
+mod zsobol;
+
+pub use blue_noise::blue_noise_rank;
+pub use joint::JointSobol;
+pub use kind::{SamplerKind, UnknownSampler};
+pub use owen::owen_scramble;
+pub use sampler::{SampleSet, Sampler};
+pub use sobol::{sobol_02, van_der_corput};

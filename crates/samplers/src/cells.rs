@@ -1,0 +1,148 @@
+//! The unit square in N equal cells, for any N.
+
+/// A partition of the unit square into N cells of equal area and nearly square shape, for any N ≥ 1.
+///
+/// **Rule.** If N = a·b with a ≤ b ≤ 2a, the cells are the a×b grid (the squarest such factorisation). Otherwise
+/// they are laid like bricks: a = round(√N) rows, row r holding n_r = ⌊(r+1)N/a⌋ − ⌊rN/a⌋ cells (two neighbouring
+/// values at most) of width 1/n_r and height n_r/N. All cells have area 1/N, so that one sample per cell with equal
+/// weights is unbiased; no cell is empty and none holds two, which a rounded-up grid cannot offer for a prime N.
+///
+/// Every row of a 1-by-N column of strata is kept apart, too: cell k owns the k-th of N equal strata in y up to a
+/// permutation inside its row (used by the multi-jittered pattern).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Cells {
+    count: u32,
+    rows: u32,
+}
+
+/// One cell: its row and column, and the size of its row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Cell {
+    /// Index of the row, below [`Cells::rows`].
+    pub(crate) row: u32,
+    /// Index of the cell inside its row, below `columns`.
+    pub(crate) column: u32,
+    /// Number of cells in the row.
+    pub(crate) columns: u32,
+    /// Number of cells in all rows below this one.
+    pub(crate) first: u32,
+}
+
+impl Cells {
+    /// The partition into `count` ≥ 1 cells.
+    #[inline]
+    pub(crate) fn new(count: u32) -> Self {
+        Self {
+            count,
+            rows: rows(count),
+        }
+    }
+
+    /// Number of cells.
+    #[inline]
+    pub(crate) fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Number of rows.
+    #[inline]
+    pub(crate) fn rows(&self) -> u32 {
+        self.rows
+    }
+
+    /// The cell with index `k` < count; rows are numbered upwards, cells left to right.
+    #[inline]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "quotients below the row count and the cell count"
+    )]
+    pub(crate) fn cell(&self, k: u32) -> Cell {
+        let (n, a) = (u64::from(self.count), u64::from(self.rows));
+        // Row r starts at ⌊rN/a⌋; the last row that starts at or below k is ⌊((k+1)a − 1)/N⌋.
+        let row = ((u64::from(k) + 1) * a - 1) / n;
+        let first = row * n / a;
+        let next = (row + 1) * n / a;
+        Cell {
+            row: row as u32,
+            column: (u64::from(k) - first) as u32,
+            columns: (next - first) as u32,
+            first: first as u32,
+        }
+    }
+}
+
+/// The number of rows for `count` cells: the rule of [`Cells`].
+///
+/// The search for a divisor in [√(N/2), √N] is bounded to 64 candidates nearest to √N, which finds every
+/// power of two, every m² and m(m+1), and every N below 40 000 that has one.
+fn rows(count: u32) -> u32 {
+    let root = count.isqrt();
+    if count.is_power_of_two() {
+        return 1 << ((u32::BITS - 1 - count.leading_zeros()) / 2);
+    }
+    let mut a = root;
+    while a >= 1 && 2 * u64::from(a) * u64::from(a) >= u64::from(count) && root - a < 64 {
+        if count.is_multiple_of(a) {
+            return a;
+        }
+        a -= 1;
+    }
+    let nearest = if u64::from(count - root * root) > u64::from(root) {
+        root + 1
+    } else {
+        root
+    };
+    nearest.max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_where_there_are_grids() {
+        for (n, expected) in [
+            (1, 1),
+            (2, 1),
+            (4, 2),
+            (6, 2),
+            (8, 2),
+            (9, 3),
+            (12, 3),
+            (16, 4),
+            (64, 8),
+            (128, 8),
+        ] {
+            assert_eq!(rows(n), expected, "{n} cells");
+        }
+        assert_eq!(rows(1 << 31), 1 << 15);
+        assert_eq!(rows(u32::MAX), 65_535);
+    }
+
+    #[test]
+    fn every_cell_once_and_of_equal_area() {
+        for n in 1..600_u32 {
+            let cells = Cells::new(n);
+            let mut total = 0;
+            let mut sizes = Vec::new();
+            for k in 0..n {
+                let cell = cells.cell(k);
+                assert!(cell.column < cell.columns && cell.row < cells.rows());
+                assert_eq!(cell.first + cell.column, k);
+                if cell.column == 0 {
+                    assert_eq!(cell.first, total);
+                    total += cell.columns;
+                    sizes.push(cell.columns);
+                }
+            }
+            // Rows tile [0, N) and hold at most two neighbouring sizes; height n_r/N times width 1/n_r is 1/N.
+            assert_eq!(total, n);
+            assert_eq!(sizes.len(), cells.rows() as usize);
+            let (low, high) = (sizes.iter().min().unwrap(), sizes.iter().max().unwrap());
+            assert!(high - low <= 1, "{n}: {sizes:?}");
+            // Aspect ratio (width over height) N/n_r² within [1/2, 2], but for N = 3 and the smallest primes.
+            let aspect = f64::from(n) / f64::from(*high * *high);
+            assert!((0.25..=2.0).contains(&aspect), "{n}: aspect {aspect}");
+        }
+    }
+}

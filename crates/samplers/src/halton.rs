@@ -1,0 +1,78 @@
+//! The Halton sequence in bases 2 and 3, Owen-scrambled, its points taken in random order.
+
+use crate::hash::{below_one, lane, mix, unit_f64};
+use crate::owen::{deepen, scramble_low_first};
+use crate::permute::Permutation;
+
+/// The first N points of an Owen-scrambled Halton sequence, in random order.
+///
+/// **Formula.** 1-D: the radical inverse in base 2 (van der Corput); 2-D: bases 2 and 3 (Halton 1960). Digits are
+/// scrambled by nested uniform permutations (Owen 1995) and continued at random to the last bit.
+///
+/// Every padded dimension reuses bases 2 and 3 with its own scrambling and its own order of the same N points, which
+/// keeps dimensions independent; the order depends on N, so that the sets for different N are not nested.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Halton {
+    order: Permutation,
+    scramble: [u64; 2],
+    /// Base-3 digits that tell N points apart, and the weight 3^−digits of the last one.
+    digits: u32,
+    weight: f64,
+}
+
+impl Halton {
+    #[inline]
+    #[expect(clippy::cast_precision_loss, reason = "3^21 has 34 bits")]
+    pub(crate) fn new(key: u64, count: u32) -> Self {
+        let (mut digits, mut power) = (0, 1_u64);
+        while power < u64::from(count) {
+            digits += 1;
+            power *= 3;
+        }
+        Self {
+            order: Permutation::new(count, key),
+            scramble: [lane(key, 2), lane(key, 3)],
+            digits,
+            weight: 1.0 / power as f64,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn get_1d(&self, i: u32) -> f64 {
+        self.base_2(self.order.get(i))
+    }
+
+    #[inline]
+    pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
+        let index = self.order.get(i);
+        [self.base_2(index), self.base_3(index)]
+    }
+
+    #[inline]
+    fn base_2(&self, index: u32) -> f64 {
+        deepen(
+            scramble_low_first(index, self.scramble[0]).reverse_bits(),
+            self.scramble[0] ^ self.scramble[1],
+        )
+    }
+
+    /// Digit by digit; the state is a hash of the digits so far and picks one of the six affine maps a·d + b mod 3.
+    #[inline]
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "the integer is below 3^21 < 2^34"
+    )]
+    fn base_3(&self, index: u32) -> f64 {
+        let mut state = self.scramble[1];
+        let mut rest = index;
+        let mut value = 0_u64;
+        for _ in 0..self.digits {
+            let digit = u64::from(rest % 3);
+            rest /= 3;
+            let map = ((state >> 32) * 6) >> 32;
+            value = value * 3 + ((1 + (map & 1)) * digit + (map >> 1)) % 3;
+            state = mix(state.wrapping_add((digit + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+        }
+        below_one((value as f64 + unit_f64(state)) * self.weight)
+    }
+}

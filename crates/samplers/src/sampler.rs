@@ -1,0 +1,203 @@
+//! The sampler: from (seed, pixel, dimension) to a set of points.
+
+use crate::blue_noise::{BlueIndependent, blue_uniform_jitter};
+use crate::halton::Halton;
+use crate::hash::{lane, mix, stream_key, unit_f64, word};
+use crate::kind::SamplerKind;
+use crate::sobol::OwenSobol;
+use crate::stratified::{MultiJitter, Stratified, UniformJitter};
+use crate::zsobol::ZSobol;
+
+/// A sampling pattern with a seed: a pure function from (pixel, dimension, sample) to numbers in [0, 1).
+///
+/// Two samplers of different seeds give independent numbers, which makes independent trials of an experiment.
+///
+/// ```
+/// use linelit_samplers::{Sampler, SamplerKind};
+/// let sampler = Sampler::new(SamplerKind::Stratified, 42);
+/// let set = sampler.points([17, 4], 0, 8);
+/// let mut strata: Vec<f64> = set.iter_1d().map(|x| (8.0 * x).floor()).collect();
+/// strata.sort_by(f64::total_cmp);
+/// assert_eq!(strata, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Sampler {
+    kind: SamplerKind,
+    salted_seed: u64,
+}
+
+impl Sampler {
+    /// A sampler of the given kind; every seed is as good as any other.
+    #[inline]
+    #[must_use]
+    pub const fn new(kind: SamplerKind, seed: u64) -> Self {
+        Self {
+            kind,
+            salted_seed: mix(mix(seed ^ 0x6C69_6E65_6C69_7421) ^ kind.salt()),
+        }
+    }
+
+    /// The pattern.
+    #[inline]
+    #[must_use]
+    pub const fn kind(&self) -> SamplerKind {
+        self.kind
+    }
+
+    /// The `count` samples of a pixel in one dimension.
+    ///
+    /// `dimension` names a stream. Different dimensions, like different pixels, are independent of each other (the
+    /// numbers are *padded*: each dimension is a stratified set of its own, in its own random order). Draw either 1-D or
+    /// 2-D numbers from a dimension; those of one dimension are not independent of each other.
+    ///
+    /// `count` = 0 is taken as 1. Sample indices beyond `count` are allowed and continue with further, independent
+    /// sets of `count` samples ([progressive](SamplerKind::is_progressive) patterns simply go on). Does not allocate.
+    #[must_use]
+    pub fn points(&self, pixel: [u32; 2], dimension: u32, count: u32) -> SampleSet {
+        let count = count.max(1);
+        let key = stream_key(self.salted_seed, pixel, dimension);
+        let pattern = match self.kind {
+            SamplerKind::Independent => Pattern::Independent(key),
+            SamplerKind::Stratified => Pattern::Stratified(Stratified::new(key, count)),
+            SamplerKind::MultiJitter => Pattern::MultiJitter(MultiJitter::new(key, count)),
+            SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(key)),
+            SamplerKind::Halton => Pattern::Halton(Halton::new(key, count)),
+            SamplerKind::UniformJitter => Pattern::UniformJitter(UniformJitter::new(key, count)),
+            SamplerKind::BlueNoise => Pattern::UniformJitter(blue_uniform_jitter(
+                self.dimension_key([0, 0], dimension),
+                key,
+                pixel,
+                count,
+            )),
+            SamplerKind::BlueNoiseIndependent => Pattern::Blue(BlueIndependent::new(
+                self.dimension_key([0, 0], dimension),
+                key,
+                pixel,
+            )),
+            SamplerKind::ZSobol => {
+                let tile = self.dimension_key(pixel.map(|c| c >> 16), dimension);
+                Pattern::ZSobol(ZSobol::new(tile, key, pixel, count))
+            }
+        };
+        SampleSet {
+            pattern,
+            count,
+            sampler: *self,
+            pixel,
+            dimension,
+        }
+    }
+
+    /// A key that does not depend on the pixel but on its tile.
+    fn dimension_key(&self, tile: [u32; 2], dimension: u32) -> u64 {
+        stream_key(lane(self.salted_seed, 0), tile, dimension)
+    }
+}
+
+/// The samples of one pixel in one dimension; made by [`Sampler::points`]. Random access, `Copy`, no allocation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleSet {
+    pattern: Pattern,
+    count: u32,
+    sampler: Sampler,
+    pixel: [u32; 2],
+    dimension: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pattern {
+    Independent(u64),
+    Stratified(Stratified),
+    MultiJitter(MultiJitter),
+    Sobol(OwenSobol),
+    Halton(Halton),
+    UniformJitter(UniformJitter),
+    Blue(BlueIndependent),
+    ZSobol(ZSobol),
+}
+
+impl SampleSet {
+    /// The number of samples that the set was made for, at least 1.
+    #[inline]
+    #[must_use]
+    pub const fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// The number of sample `i`, in [0, 1).
+    ///
+    /// The `count` numbers together are stratified as the pattern says; each alone is uniform, to 2⁻⁵³, over random
+    /// seeds.
+    #[inline]
+    #[must_use]
+    pub fn get_1d(&self, i: u32) -> f64 {
+        if i >= self.count && !self.sampler.kind.is_progressive() {
+            let (set, i) = self.beyond(i);
+            return set.get_1d(i);
+        }
+        match &self.pattern {
+            Pattern::Independent(key) => unit_f64(word(*key, 3 * u64::from(i))),
+            Pattern::Stratified(p) => p.get_1d(i),
+            Pattern::MultiJitter(p) => p.get_1d(i),
+            Pattern::Sobol(p) => p.get_1d(i),
+            Pattern::Halton(p) => p.get_1d(i),
+            Pattern::UniformJitter(p) => p.get_1d(i),
+            Pattern::Blue(p) => p.get_1d(i),
+            Pattern::ZSobol(p) => p.get_1d(i),
+        }
+    }
+
+    /// The point of sample `i`, in [0, 1)².
+    #[inline]
+    #[must_use]
+    pub fn get_2d(&self, i: u32) -> [f64; 2] {
+        if i >= self.count && !self.sampler.kind.is_progressive() {
+            let (set, i) = self.beyond(i);
+            return set.get_2d(i);
+        }
+        match &self.pattern {
+            Pattern::Independent(key) => {
+                [1, 2].map(|axis| unit_f64(word(*key, 3 * u64::from(i) + axis)))
+            }
+            Pattern::Stratified(p) => p.get_2d(i),
+            Pattern::MultiJitter(p) => p.get_2d(i),
+            Pattern::Sobol(p) => p.get_2d(i),
+            Pattern::Halton(p) => p.get_2d(i),
+            Pattern::UniformJitter(p) => p.get_2d(i),
+            Pattern::Blue(p) => p.get_2d(i),
+            Pattern::ZSobol(p) => p.get_2d(i),
+        }
+    }
+
+    /// The `count` numbers, in sample order.
+    pub fn iter_1d(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
+        let set = *self;
+        (0..set.count as usize).map(move |i| set.get_1d(narrow(i)))
+    }
+
+    /// The `count` points, in sample order.
+    pub fn iter_2d(&self) -> impl ExactSizeIterator<Item = [f64; 2]> + use<> {
+        let set = *self;
+        (0..set.count as usize).map(move |i| set.get_2d(narrow(i)))
+    }
+
+    /// The set, and the index in it, that continue a pattern of fixed size.
+    #[cold]
+    fn beyond(&self, i: u32) -> (Self, u32) {
+        let again = lane(self.sampler.salted_seed, 1 + u64::from(i / self.count));
+        let sampler = Sampler {
+            salted_seed: again,
+            ..self.sampler
+        };
+        (
+            sampler.points(self.pixel, self.dimension, self.count),
+            i % self.count,
+        )
+    }
+}
+
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "indices below a u32 count")]
+const fn narrow(i: usize) -> u32 {
+    i as u32
+}

@@ -1,0 +1,118 @@
+//! The Sobol' (0,2)-sequence, Owen-scrambled and shuffled, in 32-bit arithmetic with f64 results.
+
+use crate::hash::lane;
+use crate::owen::{deepen, owen_scramble, scramble_low_first};
+
+/// The `index`-th point of the van der Corput sequence in base 2, as a 32-bit fraction: the index's digits mirrored
+/// at the binary point. The first coordinate of the Sobol' sequence.
+///
+/// ```
+/// assert_eq!(linelit_samplers::van_der_corput(1), 1 << 31); // 1/2
+/// assert_eq!(linelit_samplers::van_der_corput(6), 0b011 << 29); // 3/8
+/// ```
+#[inline]
+#[must_use]
+pub const fn van_der_corput(index: u32) -> u32 {
+    index.reverse_bits()
+}
+
+/// The `index`-th point of the Sobol' (0,2)-sequence, as two 32-bit fractions.
+///
+/// **Formula.** x is [`van_der_corput`]; y has the Pascal triangle modulo two as its generator matrix (direction
+/// numbers v₁ = ½, v_{k+1} = v_k ⊕ v_k/2; Sobol' 1967, second dimension). That matrix is the fifth Kronecker power of
+/// the 2×2 matrix of ones above the diagonal, hence five butterfly steps in place of a loop over the index's bits.
+///
+/// **Guarantee.** Any 2^m points whose index starts at a multiple of 2^m put one point into each elementary interval
+/// of area 2^−m, for all m ≤ 32.
+///
+/// ```
+/// let points: Vec<[u32; 2]> = (0..4).map(linelit_samplers::sobol_02).collect();
+/// let quarters: Vec<[u32; 2]> = points.iter().map(|p| [p[0] >> 30, p[1] >> 30]).collect();
+/// assert_eq!(quarters, [[0, 0], [2, 2], [1, 3], [3, 1]]);
+/// ```
+#[inline]
+#[must_use]
+pub const fn sobol_02(index: u32) -> [u32; 2] {
+    let mut y = index;
+    y ^= (y & 0xAAAA_AAAA) >> 1;
+    y ^= (y & 0xCCCC_CCCC) >> 2;
+    y ^= (y & 0xF0F0_F0F0) >> 4;
+    y ^= (y & 0xFF00_FF00) >> 8;
+    y ^= (y & 0xFFFF_0000) >> 16;
+    [index.reverse_bits(), y.reverse_bits()]
+}
+
+/// One padded dimension of an Owen-scrambled Sobol' sequence.
+///
+/// Burley 2020, section 5: every dimension reuses the same one- or two-dimensional sequence with its own scrambling
+/// *and* its own order. The order is a nested uniform scrambling of the index, which maps aligned blocks of 2^m
+/// indices onto aligned blocks, so that the first 2^m points remain a net while two dimensions become independent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct OwenSobol {
+    order: u64,
+    scramble: [u64; 2],
+}
+
+impl OwenSobol {
+    #[inline]
+    pub(crate) fn new(key: u64) -> Self {
+        Self {
+            order: key,
+            scramble: [lane(key, 0), lane(key, 1)],
+        }
+    }
+
+    #[inline]
+    fn shuffled(&self, i: u32) -> u32 {
+        owen_scramble(i, self.order)
+    }
+
+    #[inline]
+    pub(crate) fn get_1d(&self, i: u32) -> f64 {
+        // Mirroring the index and scrambling the fraction undo each other's bit reversal.
+        let fraction = scramble_low_first(self.shuffled(i), self.scramble[0]).reverse_bits();
+        deepen(fraction, self.scramble[1])
+    }
+
+    #[inline]
+    pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
+        let [x, y] = sobol_02(self.shuffled(i));
+        let [u, v] = [
+            owen_scramble(x, self.scramble[0]),
+            owen_scramble(y, self.scramble[1]),
+        ];
+        [deepen(u, self.scramble[1]), deepen(v, self.scramble[0])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The second coordinate from its direction numbers, one bit at a time.
+    fn by_direction_numbers(index: u32) -> u32 {
+        let mut direction = 1_u32 << 31;
+        let mut y = 0;
+        for bit in 0..32 {
+            if index >> bit & 1 == 1 {
+                y ^= direction;
+            }
+            direction ^= direction >> 1;
+        }
+        y
+    }
+
+    #[test]
+    fn butterfly_is_the_generator_matrix() {
+        for i in (0..100_000)
+            .chain((0..32).map(|b| 1 << b))
+            .chain([u32::MAX, 0xDEAD_BEEF])
+        {
+            assert_eq!(
+                sobol_02(i),
+                [i.reverse_bits(), by_direction_numbers(i)],
+                "index {i}"
+            );
+        }
+    }
+}
