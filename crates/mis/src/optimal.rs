@@ -1,0 +1,325 @@
+//! Optimal multiple importance sampling by a linear system (Kondapaneni et al. 2019).
+
+use crate::heuristics::{balance, balance_density, score};
+
+/// The optimal weight of technique `i`, given the coefficients α.
+///
+/// **Formula.** wᵢ = αᵢpᵢ/f + (Nᵢpᵢ/Σₖ Nₖpₖ)(1 − Σₖ αₖpₖ/f). Weights may be negative or above one; they sum to 1 for *any*
+/// α, which therefore affects variance alone. The minimising α solve the [`OptimalSystem`].
+///
+/// **Domain.** f = 0 has no weights: then the [`balance`] weight is returned, whose product with f is right, but the
+/// constants αᵢ are not in it; use [`optimal_contribution`], which is defined everywhere. **Error bound.** The weights sum
+/// to 1 within k·ε·(1 + Σ|αₖpₖ/f|).
+///
+/// **Reference.** Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek & Křivánek 2019, *Optimal multiple importance
+/// sampling*, eq. 14.
+///
+/// # Panics
+/// If `i` is not below T.
+#[inline]
+#[must_use]
+pub fn optimal_weight<const T: usize>(
+    alphas: &[f64; T],
+    ns: &[f64; T],
+    ps: &[f64; T],
+    f: f64,
+    i: usize,
+) -> f64 {
+    let plain = balance(ns, ps, i);
+    if f == 0.0 {
+        return plain;
+    }
+    let controlled = control(alphas, ns, ps) / f;
+    let own = if score(ns[i], ps[i]) > 0.0 {
+        alphas[i] * (ps[i] / f)
+    } else {
+        0.0
+    };
+    own + plain * (1.0 - controlled)
+}
+
+/// One sample's contribution wᵢf/(Nᵢpᵢ) under the optimal heuristic.
+///
+/// **Formula.** αᵢ/Nᵢ + (f − Σₖ αₖpₖ)/Σₖ Nₖpₖ: the balance estimator of f minus the control variate Σ αₖpₖ, plus the
+/// variate's integral. Sum it over all Nᵢ samples of all techniques. Defined where f = 0, too; α = 0 is the balance
+/// heuristic.
+///
+/// **Measure.** α in the unit of the integral, `ps` in one measure. **Domain.** Every technique with Nₖ > 0 must report its
+/// density; one with Nₖ = 0 is ignored. If no density is positive (the sample cannot exist) the result is 0.
+///
+/// **Reference.** Kondapaneni et al. 2019, eqs. 13 and 14.
+///
+/// # Panics
+/// If `i` is not below T.
+///
+/// ```
+/// use linelit_mis::optimal_contribution;
+/// // f = 2 p₀: the optimal α are (2, 0), and each sample of technique 0 is exact.
+/// assert_eq!(optimal_contribution(&[2.0, 0.0], &[1.0, 1.0], &[0.25, 4.0], 0.5, 0), 2.0);
+/// assert_eq!(optimal_contribution(&[2.0, 0.0], &[1.0, 1.0], &[0.25, 4.0], 0.5, 1), 0.0);
+/// ```
+#[inline]
+#[must_use]
+pub fn optimal_contribution<const T: usize>(
+    alphas: &[f64; T],
+    ns: &[f64; T],
+    ps: &[f64; T],
+    f: f64,
+    i: usize,
+) -> f64 {
+    let density = balance_density(ns, ps);
+    if density <= 0.0 || !density.is_finite() || ns[i] <= 0.0 {
+        return 0.0;
+    }
+    alphas[i] / ns[i] + (f - control(alphas, ns, ps)) / density
+}
+
+/// Σₖ αₖpₖ over the techniques that take samples.
+#[inline]
+fn control<const T: usize>(alphas: &[f64; T], ns: &[f64; T], ps: &[f64; T]) -> f64 {
+    (0..T)
+        .filter(|&k| score(ns[k], ps[k]) > 0.0)
+        .map(|k| alphas[k] * ps[k])
+        .sum()
+}
+
+/// The linear system A α = b of the optimal heuristic, estimated from samples; T techniques, C colour channels.
+///
+/// **Formula.** Aᵢₖ = ∫ pᵢpₖ/Σⱼ Nⱼpⱼ, bᵢ = ∫ f pᵢ/Σⱼ Nⱼpⱼ (Kondapaneni et al. 2019, eqs. 10 to 12), both estimated with
+/// the balance heuristic from the very samples of the estimator: with W = p/Σⱼ Nⱼpⱼ each sample adds W Wᵀ to A and
+/// f W/Σⱼ Nⱼpⱼ to b (their Algorithm 1). At the solution the integral is Σₖ αₖ.
+///
+/// ```
+/// use linelit_mis::OptimalSystem;
+/// // On [0, 1]: p₀ = 1, p₁ = 2x, f = 3 + 4x = 3 p₀ + 2 p₁, any sample points.
+/// let mut system = OptimalSystem::<2, 1>::new();
+/// for x in [0.1, 0.3, 0.8, 0.9] {
+///     system.add(&[1.0, 1.0], &[1.0, 2.0 * x], [3.0 + 4.0 * x]);
+/// }
+/// let [[a, b]] = system.alphas();
+/// assert!((a - 3.0).abs() < 1e-12 && (b - 2.0).abs() < 1e-12);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OptimalSystem<const T: usize, const C: usize> {
+    a: [[f64; T]; T],
+    b: [[f64; T]; C],
+}
+
+impl<const T: usize, const C: usize> Default for OptimalSystem<T, C> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const T: usize, const C: usize> OptimalSystem<T, C> {
+    /// The empty system; its α are zero, which is the balance heuristic.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            a: [[0.0; T]; T],
+            b: [[0.0; T]; C],
+        }
+    }
+
+    /// Adds a sample of any technique: the densities of all techniques there, and the integrand's value.
+    ///
+    /// A sample that no technique can draw, or whose numbers are not finite, is ignored.
+    pub fn add(&mut self, ns: &[f64; T], ps: &[f64; T], f: [f64; C]) {
+        let density = balance_density(ns, ps);
+        if density <= 0.0 || !density.is_finite() || !f.iter().all(|v| v.is_finite()) {
+            return;
+        }
+        let w: [f64; T] = std::array::from_fn(|k| {
+            if score(ns[k], ps[k]) > 0.0 {
+                ps[k] / density
+            } else {
+                0.0
+            }
+        });
+        for (row, wi) in self.a.iter_mut().zip(w) {
+            for (entry, wk) in row.iter_mut().zip(w) {
+                *entry += wi * wk;
+            }
+        }
+        for (side, value) in self.b.iter_mut().zip(f) {
+            for (entry, wi) in side.iter_mut().zip(w) {
+                *entry += value / density * wi;
+            }
+        }
+    }
+
+    /// Adds the samples of another system with the same sample counts.
+    pub fn merge(&mut self, other: &Self) {
+        for (row, others) in self
+            .a
+            .iter_mut()
+            .chain(&mut self.b)
+            .zip(other.a.iter().chain(&other.b))
+        {
+            for (entry, value) in row.iter_mut().zip(others) {
+                *entry += value;
+            }
+        }
+    }
+
+    /// The coefficients α of each channel.
+    ///
+    /// **Method.** Cholesky factorisation with diagonal scaling and complete pivoting. A technique whose scaled pivot is
+    /// below √ε is a combination of the others as far as the samples tell (the system is a normal equation, which squares
+    /// the condition); it gets α = 0. Any α is unbiased, so this affects variance alone.
+    #[must_use]
+    pub fn alphas(&self) -> [[f64; T]; C] {
+        let factor = Factor::new(&self.a);
+        self.b.map(|side| factor.solve(&side))
+    }
+}
+
+/// A pivoted Cholesky factor of S A S with S = diag(A)^−½.
+struct Factor<const T: usize> {
+    scale: [f64; T],
+    order: [usize; T],
+    rank: usize,
+    lower: [[f64; T]; T],
+}
+
+impl<const T: usize> Factor<T> {
+    fn new(a: &[[f64; T]; T]) -> Self {
+        let scale: [f64; T] = std::array::from_fn(|k| {
+            if a[k][k] > 0.0 {
+                1.0 / a[k][k].sqrt()
+            } else {
+                0.0
+            }
+        });
+        let mut m: [[f64; T]; T] =
+            std::array::from_fn(|i| std::array::from_fn(|k| a[i][k] * scale[i] * scale[k]));
+        let mut order: [usize; T] = std::array::from_fn(|k| k);
+        let mut lower = [[0.0; T]; T];
+        let mut rank = 0;
+        while rank < T {
+            let pivot = (rank..T).fold(rank, |best, j| {
+                if m[order[j]][order[j]] > m[order[best]][order[best]] {
+                    j
+                } else {
+                    best
+                }
+            });
+            order.swap(rank, pivot);
+            let p = order[rank];
+            if m[p][p] <= f64::EPSILON.sqrt() {
+                break;
+            }
+            let root = m[p][p].sqrt();
+            for &i in &order[rank..] {
+                lower[i][rank] = m[i][p] / root;
+            }
+            for &i in &order[rank + 1..] {
+                for &k in &order[rank + 1..] {
+                    m[i][k] -= lower[i][rank] * lower[k][rank];
+                }
+            }
+            rank += 1;
+        }
+        Self {
+            scale,
+            order,
+            rank,
+            lower,
+        }
+    }
+
+    fn solve(&self, b: &[f64; T]) -> [f64; T] {
+        let mut y = [0.0; T];
+        for r in 0..self.rank {
+            let i = self.order[r];
+            let known: f64 = (0..r).map(|c| self.lower[i][c] * y[c]).sum();
+            y[r] = (b[i] * self.scale[i] - known) / self.lower[i][r];
+        }
+        let mut x = [0.0; T];
+        for r in (0..self.rank).rev() {
+            let known: f64 = (r + 1..self.rank)
+                .map(|c| self.lower[self.order[c]][r] * x[self.order[c]])
+                .sum();
+            x[self.order[r]] = (y[r] - known) / self.lower[self.order[r]][r];
+        }
+        for (value, scale) in x.iter_mut().zip(self.scale) {
+            *value *= scale;
+        }
+        x
+    }
+}
+
+/// The progressive optimal estimator: batches of samples, each weighted by the α of the batches before it.
+///
+/// **Method.** Kondapaneni et al. 2019, Algorithm 2. Since a batch never sees its own α, the mean is unbiased (with α
+/// from its own samples it would only be consistent); the first batch uses the balance heuristic. Each batch holds Nᵢ
+/// samples of technique i.
+///
+/// ```
+/// use linelit_mis::OptimalEstimator;
+/// let mut estimator = OptimalEstimator::<2, 1>::new([1.0, 1.0]);
+/// for batch in 0..4 {
+///     // p₀ = 1 and p₁ = 2x on [0, 1]; f = 3 + 4x, whose integral is 5.
+///     let (u, v) = (0.1 + 0.2 * f64::from(batch), (0.9 - 0.2 * f64::from(batch)).sqrt());
+///     for (technique, x) in [(0, u), (1, v)] {
+///         estimator.add(technique, &[1.0, 2.0 * x], [3.0 + 4.0 * x]);
+///     }
+///     estimator.end_batch();
+/// }
+/// assert!((estimator.mean()[0] - 5.0).abs() < 0.2); // batches after the first are exact here
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OptimalEstimator<const T: usize, const C: usize> {
+    ns: [f64; T],
+    system: OptimalSystem<T, C>,
+    alphas: [[f64; T]; C],
+    sum: [f64; C],
+    batches: f64,
+}
+
+impl<const T: usize, const C: usize> OptimalEstimator<T, C> {
+    /// An estimator whose batches hold `ns[i]` samples of technique i.
+    #[must_use]
+    pub const fn new(ns: [f64; T]) -> Self {
+        Self {
+            ns,
+            system: OptimalSystem::new(),
+            alphas: [[0.0; T]; C],
+            sum: [0.0; C],
+            batches: 0.0,
+        }
+    }
+
+    /// Adds one sample of `technique`.
+    ///
+    /// # Panics
+    /// If `technique` is not below T.
+    pub fn add(&mut self, technique: usize, ps: &[f64; T], f: [f64; C]) {
+        for ((sum, alphas), value) in self.sum.iter_mut().zip(&self.alphas).zip(f) {
+            *sum += optimal_contribution(alphas, &self.ns, ps, value, technique);
+        }
+        self.system.add(&self.ns, ps, f);
+    }
+
+    /// Ends a batch and solves for the α of the next.
+    pub fn end_batch(&mut self) {
+        self.batches += 1.0;
+        self.alphas = self.system.alphas();
+    }
+
+    /// The mean over the batches ended so far; 0 before the first.
+    #[must_use]
+    pub fn mean(&self) -> [f64; C] {
+        if self.batches > 0.0 {
+            self.sum.map(|s| s / self.batches)
+        } else {
+            [0.0; C]
+        }
+    }
+
+    /// The coefficients in use.
+    #[must_use]
+    pub const fn alphas(&self) -> &[[f64; T]; C] {
+        &self.alphas
+    }
+}
