@@ -1,0 +1,104 @@
+//! What emits, and how much: plain data.
+
+use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+
+/// Emission of a surface light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emission {
+    /// Emitted radiance in W/(m² sr), linear RGB, the same in all directions of the emitting side(s).
+    pub radiance: DVec3,
+    /// Whether both sides emit; otherwise only the side that the normal points to.
+    pub two_sided: bool,
+}
+
+impl Emission {
+    /// One-sided emission of constant radiance in W/(m² sr).
+    #[must_use]
+    pub const fn one_sided(radiance: DVec3) -> Self {
+        Self {
+            radiance,
+            two_sided: false,
+        }
+    }
+
+    /// Radiance towards a receiver, where `side` is positive on the side that the normal points to: zero behind a
+    /// one-sided light and in its plane.
+    #[must_use]
+    pub fn towards(&self, side: f64) -> DVec3 {
+        if side > 0.0 || (self.two_sided && side < 0.0) {
+            self.radiance
+        } else {
+            DVec3::ZERO
+        }
+    }
+}
+
+/// A convex planar polygon (triangle, quad, …) that emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaLight {
+    /// The shape; its normal is the emitting side.
+    pub polygon: ConvexPolygon,
+    /// What it emits.
+    pub emission: Emission,
+}
+
+impl AreaLight {
+    /// Whether the shading point `x` is on a side that emits. In the light's plane: no.
+    #[must_use]
+    pub fn faces(&self, x: DVec3) -> bool {
+        let side = self.polygon.normal().dot(x - self.polygon.vertices()[0]);
+        side > 0.0 || (self.emission.two_sided && side < 0.0)
+    }
+
+    /// Emitted power in W, averaged over the channels: π A L (twice that for two sides).
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
+        sides * core::f64::consts::PI * self.polygon.area() * mean(self.emission.radiance)
+    }
+}
+
+/// A linear light: a Lambertian cylinder whose radius goes to zero while radiance × radius stays finite
+/// (Nishita et al. 1985; Peters 2021, §3.1). No surface sample and no ray can ever hit it, so BSDF sampling contributes
+/// nothing and its own techniques have the MIS weight 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearLight {
+    /// The axis.
+    pub segment: Segment,
+    /// Radiance times radius in W/(m sr), linear RGB.
+    pub radiance_radius: DVec3,
+}
+
+impl LinearLight {
+    /// Emitted power in W, averaged over the channels: the cylinder's surface 2πR l times πL.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        2.0 * core::f64::consts::PI.powi(2) * self.segment.length() * mean(self.radiance_radius)
+    }
+}
+
+/// A light of any kind that the renderer can sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Light {
+    /// A polygon.
+    Area(AreaLight),
+    /// A line.
+    Linear(LinearLight),
+}
+
+impl Light {
+    /// Emitted power in W, averaged over the channels.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        match self {
+            Self::Area(l) => l.power(),
+            Self::Linear(l) => l.power(),
+        }
+    }
+}
+
+/// Mean of the three channels.
+fn mean(rgb: DVec3) -> f64 {
+    rgb.element_sum() / 3.0
+}

@@ -1,0 +1,200 @@
+//! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
+
+use crate::fan::ONE_MINUS;
+use crate::pdf::{Offset, Pdf};
+use core::f64::consts::PI;
+use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, ParallelLines, Segment};
+
+/// How the direction of the lines on a light is chosen (Billen & Dutré 2016, Fig. 2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Orientation {
+    /// The same direction everywhere: this fraction of π from the light's first edge.
+    Fixed(f64),
+    /// A direction of its own for every line, uniform in [0, π): unbiased, but it brings back the rate N^-1/2.
+    UniformPerLine,
+    /// One random direction for all the lines of a shading point, uniform in [0, π).
+    ParallelPerPoint,
+}
+
+impl Orientation {
+    /// The angle in radians from the light's first edge; `u` in [0, 1) is the random number of the line or of the
+    /// shading point, which [`Orientation::Fixed`] ignores. Every angle in [0, π) has the density 1/π, and all lines
+    /// of one angle cover the light once, so the estimator needs no further factor.
+    #[must_use]
+    pub fn angle_rad(self, u: f64) -> f64 {
+        match self {
+            Self::Fixed(fraction) => fraction * PI,
+            Self::UniformPerLine | Self::ParallelPerPoint => u * PI,
+        }
+    }
+
+    /// Whether each line needs its own random number for the direction.
+    #[must_use]
+    pub const fn varies_per_line(self) -> bool {
+        matches!(self, Self::UniformPerLine)
+    }
+
+    /// Whether a shading point needs a random number for the direction.
+    #[must_use]
+    pub const fn varies_per_point(self) -> bool {
+        matches!(self, Self::ParallelPerPoint)
+    }
+}
+
+/// How the offsets of the lines are distributed (Billen & Dutré 2016, §5.1.2, Fig. 3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OffsetDensity {
+    /// Constant over the range [a, b]: `1/(b − a)`.
+    Uniform,
+    /// Proportional to the length of the line: `l(u)/A`, the marginal of the uniform density by area.
+    Length,
+}
+
+/// A line on a light and the density it was drawn with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineSample {
+    /// The whole line, from edge to edge of the light.
+    pub segment: Segment,
+    /// Its offset u across the light, in scene units (the coordinate of [`ParallelLines`]).
+    pub offset: f64,
+    /// Density of the offset; zero means that nothing can be sampled, skip it.
+    pub pdf: Pdf<Offset>,
+}
+
+/// Draws parallel lines on a convex polygon.
+///
+/// **Accuracy**: the CDF is linear (uniform) or piecewise quadratic (by length) in the offset; the latter is inverted
+/// piece by piece by `s = ξ(l₀ + l₁)/(l₀ + √((1−ξ) l₀² + ξ l₁²))`, which has no cancellation. Round trips hold to a few
+/// ε of the range, divided by the density relative to its mean.
+///
+/// ```
+/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::{LineSampler, OffsetDensity};
+/// let light = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
+/// // Lines along the first edge: their length shrinks from 1 to 0, so half of them lie below 1 − √½.
+/// let sampler = LineSampler::new(&light, 0.0, OffsetDensity::Length);
+/// let line = sampler.sample(0.5);
+/// assert!((line.offset - (1.0 - 0.5f64.sqrt())).abs() < 1e-15);
+/// assert!((line.pdf.value() - 2.0 * line.segment.length()).abs() < 1e-14);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct LineSampler {
+    lines: ParallelLines,
+    density: OffsetDensity,
+    /// Area below each knot.
+    cumulative: [f64; MAX_VERTICES + 8],
+}
+
+impl LineSampler {
+    /// Lines at `angle_rad` from the polygon's first edge, counter-clockwise about its normal.
+    #[must_use]
+    pub fn new(polygon: &ConvexPolygon, angle_rad: f64, density: OffsetDensity) -> Self {
+        let lines = ParallelLines::new(polygon, angle_rad);
+        let mut cumulative = [0.0; MAX_VERTICES + 8];
+        let mut out = Self {
+            lines,
+            density,
+            cumulative,
+        };
+        for k in 1..lines.knots().len() {
+            let (w, l0, l1) = out.piece(k);
+            cumulative[k] = cumulative[k - 1] + 0.5 * w * (l0 + l1);
+        }
+        out.cumulative = cumulative;
+        out
+    }
+
+    /// The parametrisation of the light by lines.
+    #[must_use]
+    pub const fn lines(&self) -> &ParallelLines {
+        &self.lines
+    }
+
+    /// Width and end lengths of the piece below knot `k`.
+    fn piece(&self, k: usize) -> (f64, f64, f64) {
+        let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
+        let length = |k: usize| (hi[k] - lo[k]).max(0.0);
+        (u[k] - u[k - 1], length(k - 1), length(k))
+    }
+
+    fn area(&self) -> f64 {
+        self.cumulative[self.lines.knots().len() - 1]
+    }
+
+    /// A line from one random number in [0, 1).
+    #[must_use]
+    pub fn sample(&self, u: f64) -> LineSample {
+        let (a, b) = self.lines.range();
+        let offset = match self.density {
+            OffsetDensity::Uniform => a + u * (b - a),
+            OffsetDensity::Length => self.by_length(u),
+        };
+        let nothing = Segment::new(DVec3::ZERO, DVec3::ZERO);
+        LineSample {
+            segment: self.lines.segment(offset).unwrap_or(nothing),
+            offset,
+            pdf: self.pdf(offset),
+        }
+    }
+
+    fn by_length(&self, u: f64) -> f64 {
+        let knots = self.lines.knots();
+        let target = u * self.area();
+        let last = knots.len() - 1;
+        let Some(k) = (1..=last).find(|&k| target < self.cumulative[k] || k == last) else {
+            return knots[0];
+        };
+        let (w, l0, l1) = self.piece(k);
+        let whole = self.cumulative[k] - self.cumulative[k - 1];
+        if whole <= 0.0 {
+            return knots[k - 1];
+        }
+        let xi = ((target - self.cumulative[k - 1]) / whole).clamp(0.0, 1.0);
+        (knots[k - 1] + w * linear_warp(xi, l0, l1)).min(knots[k])
+    }
+
+    /// The density of the line at `offset`; zero outside the light.
+    #[must_use]
+    pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
+        let (a, b) = self.lines.range();
+        match self.density {
+            OffsetDensity::Uniform if (a..=b).contains(&offset) => Pdf::new(1.0 / (b - a)),
+            OffsetDensity::Uniform => Pdf::ZERO,
+            OffsetDensity::Length => Pdf::new(self.lines.length(offset) / self.area()),
+        }
+    }
+
+    /// The random number that gives the line at `offset`; `None` outside the light.
+    #[must_use]
+    pub fn invert(&self, offset: f64) -> Option<f64> {
+        let (a, b) = self.lines.range();
+        if !(a..=b).contains(&offset) || a >= b {
+            return None;
+        }
+        let u = match self.density {
+            OffsetDensity::Uniform => (offset - a) / (b - a),
+            OffsetDensity::Length => {
+                let knots = self.lines.knots();
+                let last = knots.len() - 1;
+                let k = (1..last).find(|&k| offset < knots[k]).unwrap_or(last);
+                let (w, l0, l1) = self.piece(k);
+                let d = offset - knots[k - 1];
+                let below = d * (l0 + 0.5 * (l1 - l0) * (d / w));
+                (self.cumulative[k - 1] + below) / self.area()
+            }
+        };
+        Some(u.clamp(0.0, ONE_MINUS))
+    }
+}
+
+/// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥ 0): the place with
+/// the fraction `xi` of the mass below it.
+pub(crate) fn linear_warp(xi: f64, p0: f64, p1: f64) -> f64 {
+    let root = (p0 * p0 * (1.0 - xi) + p1 * p1 * xi).sqrt();
+    let denominator = p0 + root;
+    if denominator > 0.0 {
+        (xi * (p0 + p1) / denominator).min(1.0)
+    } else {
+        xi
+    }
+}

@@ -1,0 +1,228 @@
+//! Probability densities that carry their measure in the type.
+//!
+//! A density per square metre and a density per steradian are both just numbers, and mixing them up is the most common
+//! bug in light sampling code. Here each measure is a type and there is one conversion function per pair.
+
+use core::fmt;
+use core::marker::PhantomData;
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// A measure that a density can refer to. Sealed: implemented for the marker types of this module only.
+pub trait Measure: sealed::Sealed + Copy + fmt::Debug + 'static {
+    /// The unit of a density in this measure, e.g. `"1/m²"`.
+    const UNIT: &'static str;
+}
+
+macro_rules! measure {
+    ($(#[$doc:meta])* $name:ident, $unit:literal) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $name {}
+        impl sealed::Sealed for $name {}
+        impl Measure for $name {
+            const UNIT: &'static str = $unit;
+        }
+    };
+}
+
+measure!(
+    /// Surface area of the light, dA; densities in 1/m².
+    Area,
+    "1/m²"
+);
+measure!(
+    /// Solid angle at the shading point, dω; densities in 1/sr.
+    SolidAngle,
+    "1/sr"
+);
+measure!(
+    /// Projected solid angle at the shading point, (n·ω) dω; densities in 1/sr.
+    ProjectedSolidAngle,
+    "1/sr"
+);
+measure!(
+    /// Offset of a line sample across the light, du; densities in 1/m.
+    Offset,
+    "1/m"
+);
+measure!(
+    /// Length along a segment (a line sample or a linear light), dt; densities in 1/m.
+    Length,
+    "1/m"
+);
+measure!(
+    /// Solid angle per radius of a linear light (a cylinder whose radius R goes to zero), dω/R; densities in m/sr.
+    ///
+    /// This is what Peters 2021, §3.1 calls the density in solid angle measure *times radius*.
+    ThinSolidAngle,
+    "m/sr"
+);
+
+/// A probability density with respect to the measure `M`, never negative.
+///
+/// The value 0 means "cannot be sampled" (degenerate input); infinities and NaN are mapped to 0 by [`Pdf::new`], so an
+/// estimator has one thing to check: [`Pdf::is_positive`].
+///
+/// ```
+/// use linelit_lights::{Area, Pdf};
+/// let uniform = Pdf::<Area>::new(1.0 / 4.0); // a light of 4 m²
+/// let seen = uniform.to_solid_angle(25.0, -0.5); // 5 m away, its normal at 120° to the direction towards it
+/// assert_eq!(seen.value(), 0.25 * 25.0 / 0.5);
+/// ```
+pub struct Pdf<M: Measure>(f64, PhantomData<M>);
+
+impl<M: Measure> Clone for Pdf<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<M: Measure> Copy for Pdf<M> {}
+impl<M: Measure> PartialEq for Pdf<M> {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.total_cmp(&other.0).is_eq()
+    }
+}
+impl<M: Measure> PartialOrd for Pdf<M> {
+    fn partial_cmp(&self, other: &Self) -> Option<core::cmp::Ordering> {
+        self.0.partial_cmp(&other.0)
+    }
+}
+impl<M: Measure> Default for Pdf<M> {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+impl<M: Measure> fmt::Debug for Pdf<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?} {}", self.0, M::UNIT)
+    }
+}
+
+impl<M: Measure> Pdf<M> {
+    /// The density of what cannot be sampled.
+    pub const ZERO: Self = Self(0.0, PhantomData);
+
+    /// A density of `value`; negative, infinite and NaN values become 0.
+    #[must_use]
+    pub fn new(value: f64) -> Self {
+        Self(
+            if value > 0.0 && value < f64::INFINITY {
+                value
+            } else {
+                0.0
+            },
+            PhantomData,
+        )
+    }
+
+    /// The number, in the unit of the measure.
+    #[must_use]
+    pub const fn value(self) -> f64 {
+        self.0
+    }
+
+    /// Whether an estimator may divide by this density.
+    #[must_use]
+    pub fn is_positive(self) -> bool {
+        self.0 > 0.0
+    }
+
+    /// The density of a sample taken with probability `p` from this technique (one of several luminaires or pieces).
+    #[must_use]
+    pub fn scaled(self, p: f64) -> Self {
+        Self::new(self.0 * p)
+    }
+}
+
+impl Pdf<Area> {
+    /// Area → solid angle: `p_ω = p_A r²/|cos θ'|` with `distance_squared` = r² and `cos_light` = cos θ', the cosine
+    /// between the light's normal and the direction (its sign does not matter). 0 where the light is seen edge-on.
+    #[must_use]
+    pub fn to_solid_angle(self, distance_squared: f64, cos_light: f64) -> Pdf<SolidAngle> {
+        Pdf::new(self.0 * distance_squared / cos_light.abs())
+    }
+}
+
+impl Pdf<SolidAngle> {
+    /// Solid angle → area: `p_A = p_ω |cos θ'|/r²`. The inverse of [`Pdf::<Area>::to_solid_angle`].
+    #[must_use]
+    pub fn to_area(self, distance_squared: f64, cos_light: f64) -> Pdf<Area> {
+        Pdf::new(self.0 * cos_light.abs() / distance_squared)
+    }
+
+    /// Solid angle → projected solid angle: `p_⊥ = p_ω/(n·ω)` with `cos_surface` = n·ω at the shading point; 0 at or
+    /// below the horizon.
+    #[must_use]
+    pub fn to_projected(self, cos_surface: f64) -> Pdf<ProjectedSolidAngle> {
+        Pdf::new(self.0 / cos_surface)
+    }
+}
+
+impl Pdf<ProjectedSolidAngle> {
+    /// Projected solid angle → solid angle: `p_ω = p_⊥ (n·ω)`; 0 at or below the horizon.
+    #[must_use]
+    pub fn to_solid_angle(self, cos_surface: f64) -> Pdf<SolidAngle> {
+        Pdf::new(self.0 * cos_surface)
+    }
+}
+
+impl Pdf<Offset> {
+    /// The joint density per area of a point at density `along` on a line sample: `p_A = p_u p_t`.
+    ///
+    /// Offset and length are orthogonal coordinates on the light, so du dt = dA (Billen & Dutré 2016, eq. 4).
+    #[must_use]
+    pub fn joint(self, along: Pdf<Length>) -> Pdf<Area> {
+        Pdf::new(self.0 * along.0)
+    }
+}
+
+impl Pdf<Length> {
+    /// Length along a linear light → thin solid angle: dω/R = 2h/r³ dt, so `p = p_t r³/(2h)`, where r is the distance
+    /// of the point and h that of the whole line (`line_distance`). Peters 2021, §3.1.
+    #[must_use]
+    pub fn to_thin_solid_angle(self, distance: f64, line_distance: f64) -> Pdf<ThinSolidAngle> {
+        Pdf::new(self.0 * (distance * distance) * (distance / (2.0 * line_distance)))
+    }
+}
+
+impl Pdf<ThinSolidAngle> {
+    /// Thin solid angle → length along the linear light: `p_t = p 2h/r³`.
+    #[must_use]
+    pub fn to_length(self, distance: f64, line_distance: f64) -> Pdf<Length> {
+        Pdf::new(self.0 * 2.0 * (line_distance / distance) / (distance * distance))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn conversions_undo_each_other() {
+        let p = Pdf::<Area>::new(0.3);
+        let back = p.to_solid_angle(7.0, -0.2).to_area(7.0, -0.2);
+        // Two multiplications and two divisions: at most 4 roundings.
+        assert!((back.value() - 0.3).abs() <= 4.0 * f64::EPSILON * 0.3);
+        let q = Pdf::<SolidAngle>::new(1.7);
+        assert!(
+            (q.to_projected(0.4).to_solid_angle(0.4).value() - 1.7).abs() <= 4.0 * f64::EPSILON
+        );
+        let t = Pdf::<Length>::new(0.9);
+        assert!(
+            (t.to_thin_solid_angle(3.0, 2.0).to_length(3.0, 2.0).value() - 0.9).abs()
+                <= 8.0 * f64::EPSILON
+        );
+    }
+
+    #[test]
+    fn degenerate_is_zero() {
+        assert!(!Pdf::<Area>::new(f64::NAN).is_positive());
+        assert!(!Pdf::<Area>::new(f64::INFINITY).is_positive());
+        assert!(!Pdf::<Area>::new(-1.0).is_positive());
+        assert!(!Pdf::<Area>::new(1.0).to_solid_angle(4.0, 0.0).is_positive());
+        assert!(!Pdf::<SolidAngle>::new(1.0).to_projected(-0.1).is_positive());
+    }
+}

@@ -1,0 +1,123 @@
+//! Uniform by solid angle on any convex polygon.
+
+use crate::area::PointSample;
+use crate::fan::{self, ONE_MINUS, Pieces};
+use crate::pdf::{Pdf, SolidAngle};
+use crate::spherical_triangle::SphericalTriangle;
+use linelit_geometry::{ConvexPolygon, DVec3, predicates};
+
+/// Triangles whose set-up is kept; those beyond are set up again for each sample.
+const KEPT: usize = 2;
+
+/// Samples a convex polygon uniformly by the solid angle it subtends at `x`: density 1/Ω.
+///
+/// The polygon is a fan of spherical triangles; the solid angle of each picks one. A rectangle is two of them, which is
+/// more accurate than the classic angle sum of the spherical rectangle by up to seven digits when far away.
+///
+/// **Domain**: any `x`; in the light's plane, Ω = 0 and every density is 0. Both sides of the light are sampled alike:
+/// whether the back emits is for [`crate::AreaLight::faces`] to say. No threshold switches the technique: it is the same
+/// from Ω = 1e-12 (and far below) to 2π.
+///
+/// **Accuracy**: Ω to about 10 ε (1 + r/z), where r is the largest vertex distance and z that of the plane: at grazing
+/// incidence the factor r/z is the conditioning of the problem in the coordinates.
+///
+/// ```
+/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::SolidAngleSampler;
+/// // One face of a cube seen from the cube's centre: 4π/6.
+/// let face = ConvexPolygon::parallelogram(DVec3::new(-1.0, -1.0, 1.0), 2.0 * DVec3::X, 2.0 * DVec3::Y).unwrap();
+/// let sampler = SolidAngleSampler::new(&face, DVec3::ZERO);
+/// assert!((sampler.solid_angle() - 4.0 * std::f64::consts::PI / 6.0).abs() < 1e-14);
+/// let sample = sampler.sample([0.3, 0.7]);
+/// let u = sampler.invert(sample.point).unwrap();
+/// assert!((u[0] - 0.3).abs() < 1e-13 && (u[1] - 0.7).abs() < 1e-13);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct SolidAngleSampler {
+    polygon: ConvexPolygon,
+    x: DVec3,
+    kept: [SphericalTriangle; KEPT],
+    pieces: Pieces,
+    pdf: Pdf<SolidAngle>,
+}
+
+/// One triangle of a polygon's fan, seen from `x`.
+fn seen(polygon: &ConvexPolygon, x: DVec3, i: usize) -> SphericalTriangle {
+    let [a, b, c] = fan::triangle(polygon.vertices(), i);
+    let edges = [b - a, c - b, a - c];
+    let normal = predicates::cross(edges[0], -edges[2]);
+    let corners = [a - x, b - x, c - x];
+    let det = predicates::dot(normal, corners[0]).abs();
+    SphericalTriangle::new(corners, edges, det)
+}
+
+impl SolidAngleSampler {
+    /// The per-light part for the shading point `x`.
+    #[must_use]
+    pub fn new(polygon: &ConvexPolygon, x: DVec3) -> Self {
+        let mut kept = [SphericalTriangle::default(); KEPT];
+        let pieces = Pieces::new((0..polygon.vertices().len() - 2).map(|i| {
+            let triangle = seen(polygon, x, i);
+            if i < KEPT {
+                kept[i] = triangle;
+            }
+            triangle.solid_angle()
+        }));
+        Self {
+            polygon: *polygon,
+            x,
+            kept,
+            pdf: Pdf::new(1.0 / pieces.total()),
+            pieces,
+        }
+    }
+
+    fn triangle(&self, i: usize) -> SphericalTriangle {
+        if i < KEPT {
+            self.kept[i]
+        } else {
+            seen(&self.polygon, self.x, i)
+        }
+    }
+
+    /// The solid angle Ω in sr, between 0 and 2π.
+    #[must_use]
+    pub fn solid_angle(&self) -> f64 {
+        self.pieces.total()
+    }
+
+    /// A point from two random numbers in [0, 1); density 0 where Ω = 0.
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        let vertices = self.polygon.vertices();
+        if !self.pdf.is_positive() {
+            return PointSample::none(vertices[0]);
+        }
+        let (i, place) = self.pieces.pick(u[0]);
+        let (lambda, kappa) = self.triangle(i).sample([place, u[1]]);
+        PointSample {
+            point: fan::place(fan::triangle(vertices, i), lambda, kappa),
+            pdf: self.pdf,
+        }
+    }
+
+    /// The density at a point, which is taken to lie on the light: 1/Ω.
+    #[must_use]
+    pub fn pdf(&self, _point: DVec3) -> Pdf<SolidAngle> {
+        self.pdf
+    }
+
+    /// The random numbers that give `point`; `None` outside the polygon or where Ω = 0.
+    #[must_use]
+    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        if !self.pdf.is_positive() {
+            return None;
+        }
+        let at = fan::locate(&self.polygon, point)?;
+        let [place, v] = self.triangle(at.triangle).invert(at.lambda, at.kappa);
+        Some([
+            self.pieces.unpick(at.triangle, place),
+            v.clamp(0.0, ONE_MINUS),
+        ])
+    }
+}

@@ -1,0 +1,213 @@
+//! Uniform by solid angle on a triangle, from 1e-12 sr and less up to 2π, without a threshold that switches technique.
+//!
+//! Arvo's classic map (1995) goes through cosines of the sides and angles; all of them are 1 − O(Ω) for a small triangle
+//! and its digits are gone below Ω = 1e-5 or so, where renderers switch to area sampling. Here every quantity is a ratio
+//! of positive terms. With `h = Ω/2`, `τ = tan(θ/2)` for the arc θ from b along bc, `τ₁` its value at c,
+//! `P = 1 + a·b` and `D = det(a, b, c)/sin θ₁` (unit vectors), the sub-triangle (a, b, q(τ)) has
+//! `tan(ξh) = τ D/(P + τ (a·t))`, and eliminating the signed `a·t` by the known end of the arc gives
+//!
+//! ```text
+//! τ(ξ) = P sin(ξh) / [ D sin((1−ξ)h)/sin h + P sin(ξh)/τ₁ ]
+//! ```
+//!
+//! which is monotone and has no subtraction. The second random number places the point on the arc from a to q with
+//! `sin²(s/2) = ξ₂ sin²(s₁/2)`.
+//!
+//! Points are returned on the plane of the triangle, by interpolation between its vertices, so they stay in the triangle
+//! however small or far it is. (The sub-triangle in tangent form: Peters 2021, "BRDF importance sampling for polygonal
+//! lights", §4; the elimination is ours.)
+
+use linelit_geometry::{DVec3, predicates};
+
+/// The set-up of one triangle seen from the origin. Degenerate triangles have the solid angle 0.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SphericalTriangle {
+    a: DVec3,
+    b: DVec3,
+    /// The edges b − a and c − b.
+    ab: DVec3,
+    bc: DVec3,
+    /// Lengths of the corners.
+    length: [f64; 3],
+    /// P = 1 + cos of the side ab.
+    p: f64,
+    /// D = det of the unit vectors over the sine of the side bc.
+    d: f64,
+    /// tan of half the side bc.
+    tau_end: f64,
+    /// Half the solid angle, its sine and cosine.
+    half: f64,
+    sin_half: f64,
+    cos_half: f64,
+}
+
+/// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b; all relatively accurate.
+#[derive(Clone, Copy)]
+struct Side {
+    one_plus: f64,
+    tan_half: f64,
+    cross: DVec3,
+}
+
+impl Side {
+    fn new(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
+        // a × b = a × (b − a): the edge carries the digits that the corners have lost when far away.
+        let cross = predicates::cross(a, edge);
+        let (dot, product, length) = (a.dot(b), la * lb, cross.length());
+        if dot >= 0.0 {
+            Self {
+                one_plus: 1.0 + dot / product,
+                tan_half: length / (product + dot),
+                cross,
+            }
+        } else {
+            let one_minus = product - dot;
+            Self {
+                one_plus: (length / product) * (length / one_minus),
+                tan_half: one_minus / length,
+                cross,
+            }
+        }
+    }
+}
+
+/// Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))` with the longest side in the part of ab: the one combination whose denominator
+/// keeps its digits also where x comes close to an edge.
+fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
+    let [ab, bc, ca] = sides.map(|s| s.one_plus);
+    let i = if ab <= bc && ab <= ca {
+        0
+    } else if bc <= ca {
+        1
+    } else {
+        2
+    };
+    let (long, next) = (&sides[i], &sides[(i + 1) % 3]);
+    let (la, lb) = (len[i], len[(i + 1) % 3]);
+    let cross = next.cross.length();
+    // a·t, t the unit tangent at b towards c; −(a × b) = b × a.
+    let at = -long.cross.dot(next.cross) / (la * lb * cross);
+    let d = det / (la * cross);
+    (d * next.tan_half).atan2(long.one_plus + at * next.tan_half)
+}
+
+impl SphericalTriangle {
+    /// The triangle with corners relative to the shading point and the edges ab, bc, ca formed before the shading point
+    /// was subtracted; `det` is the magnitude of its determinant, which the caller knows best (distance from the plane
+    /// times twice the area).
+    pub(crate) fn new(corners: [DVec3; 3], edges: [DVec3; 3], det: f64) -> Self {
+        let length = corners.map(DVec3::length);
+        let side =
+            |i: usize, j: usize| Side::new(corners[i], corners[j], edges[i], length[i], length[j]);
+        let sides = [side(0, 1), side(1, 2), side(2, 0)];
+        let half = half_solid_angle(&sides, &length, det);
+        let d = det / (length[0] * sides[1].cross.length());
+        let (p, tau_end) = (sides[0].one_plus, sides[1].tan_half);
+        let mut out = Self {
+            a: corners[0],
+            b: corners[1],
+            ab: edges[0],
+            bc: edges[1],
+            length,
+            ..Self::default()
+        };
+        let positive = |x: f64| x > 0.0 && x < f64::INFINITY;
+        if [half, d, tau_end, p].into_iter().all(positive) {
+            (out.p, out.d, out.tau_end, out.half) = (p, d, tau_end, half);
+            (out.sin_half, out.cos_half) = half.sin_cos();
+        }
+        out
+    }
+
+    /// Solid angle in sr.
+    pub(crate) fn solid_angle(&self) -> f64 {
+        2.0 * self.half
+    }
+
+    /// The place (λ on bc, κ from a) for two random numbers.
+    pub(crate) fn sample(&self, u: [f64; 2]) -> (f64, f64) {
+        let lambda = self.outer(u[0]);
+        (lambda, self.inner(lambda, u[1]))
+    }
+
+    /// λ on the edge bc such that (a, b, q) has the fraction ξ of the solid angle.
+    fn outer(&self, xi: f64) -> f64 {
+        let ps = self.p * (xi * self.half).sin();
+        let ds = self.d * (((1.0 - xi) * self.half).sin() / self.sin_half);
+        let end = self.tau_end;
+        let denominator = ds + ps / end;
+        let tau = ps / denominator;
+        let rest = end * (ds / denominator); // τ₁ − τ
+        // Weights of b and c in the direction: sin(θ₁ − θ) : sin θ.
+        let wb = rest * ((1.0 + end * tau) / (1.0 + end * end)) / self.length[1];
+        let wc = tau / self.length[2];
+        ratio(wc, wb)
+    }
+
+    /// The point q on the outer edge and q − a.
+    fn on_outer(&self, lambda: f64) -> (DVec3, DVec3) {
+        let step = self.bc * lambda;
+        (self.b + step, self.ab + step)
+    }
+
+    /// κ on the segment from a to q such that sin²(s/2) has the fraction `v` of its range.
+    fn inner(&self, lambda: f64, v: f64) -> f64 {
+        let (q, edge) = self.on_outer(lambda);
+        let lq = q.length();
+        let side = Side::new(self.a, q, edge, self.length[0], lq);
+        let cos1 = (0.5 * side.one_plus).sqrt();
+        let sin1 = side.tan_half * cos1;
+        let root = v.sqrt();
+        let mu = root * sin1; // sin(s/2)
+        let nu = ((1.0 - mu) * (1.0 + mu)).sqrt(); // cos(s/2)
+        // Half the sine of s₁ − s, from sin((s₁−s)/2) cos((s₁−s)/2), each without cancellation.
+        let rest = sin1 * ((1.0 - v) / (nu + root * cos1)) * (cos1 * nu + sin1 * mu);
+        ratio(mu * nu / lq, rest / self.length[0])
+    }
+
+    /// The random numbers of the place (λ, κ).
+    pub(crate) fn invert(&self, lambda: f64, kappa: f64) -> [f64; 2] {
+        [self.invert_outer(lambda), self.invert_inner(lambda, kappa)]
+    }
+
+    /// From `sin(ξh)/sin((1−ξ)h) = ρ = τ τ₁ D/((τ₁ − τ) P sin h)`: `tan(ξh) = ρ sin h/(1 + ρ cos h)`.
+    fn invert_outer(&self, lambda: f64) -> f64 {
+        if self.half <= 0.0 || lambda <= 0.0 {
+            return 0.0;
+        }
+        if lambda >= 1.0 {
+            return 1.0;
+        }
+        let (q, _) = self.on_outer(lambda);
+        let (lq, back) = (q.length(), self.bc * (1.0 - lambda));
+        let side = Side::new(self.b, q, self.bc * lambda, self.length[1], lq);
+        let rest = Side::new(q, q + back, back, lq, self.length[2]).tan_half;
+        let (tau, end) = (side.tan_half, self.tau_end);
+        // The difference of the tangents: τ₁ − τ = rest (1 + τ₁ τ).
+        let rho = (tau / rest) * (end / (1.0 + end * tau)) * (self.d / (self.p * self.sin_half));
+        let angle = (rho * self.sin_half).atan2(1.0 + rho * self.cos_half);
+        (angle / self.half).clamp(0.0, 1.0)
+    }
+
+    fn invert_inner(&self, lambda: f64, kappa: f64) -> f64 {
+        let half_sine = |edge: DVec3| {
+            let p = self.a + edge;
+            let side = Side::new(self.a, p, edge, self.length[0], p.length());
+            side.tan_half * (0.5 * side.one_plus).sqrt()
+        };
+        let (_, edge) = self.on_outer(lambda);
+        let end = half_sine(edge);
+        let root = half_sine(edge * kappa) / end;
+        if end > 0.0 {
+            (root * root).min(1.0)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// `w/(w + other)`, 0 when both vanish.
+fn ratio(w: f64, other: f64) -> f64 {
+    let sum = w + other;
+    if sum > 0.0 { w / sum } else { 0.0 }
+}
