@@ -1,1 +1,51 @@
-//! Tiles, moments, EXR with metadata, PNG and PFM.
+//! Films for renderers that measure themselves: pictures in linear radiance, moments per pixel, and
+//! the files they are kept in.
+//!
+//! - [`Image`]: linear radiance, `f32`.
+//! - [`Moments`], [`MomentImage`]: count, mean and M2 in `f64`, merged after Chan in a fixed order.
+//! - [`tiles`]: rectangles of work in a fixed order.
+//! - [`Document`]: named layers and metadata, read from and written to EXR.
+//! - [`read_pfm`], [`write_pfm`], [`write_png`], [`HeatMap`].
+//!
+//! Every file is written under a temporary name and renamed ([`write_atomically`]); equal contents
+//! give equal bytes. Damaged input is an error that says what was expected and found, never a panic.
+//! This crate knows nothing of scenes, lights or samples.
+//!
+//! ```
+//! use linelit_film::{Document, MomentImage};
+//!
+//! let mut film = MomentImage::new(1, 1);
+//! for radiance in [1.0, 2.0, 6.0] {
+//!     film.push(0, 0, [radiance; 3]);
+//! }
+//! assert_eq!(film.mean_image().get(0, 0), [3.0; 3]);
+//!
+//! let mut document = Document::new(1, 1);
+//! document.add_moments(&film)?; // main picture, `variance`, and the exact state `moments`
+//! document.set("seed", 7);
+//! let bytes = document.encode()?;
+//! assert_eq!(linelit_film::decode_exr(&bytes)?.moments(), Some(film));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod atomic;
+mod display;
+mod document;
+mod error;
+mod header_order;
+mod image;
+mod moments;
+mod openexr;
+mod pfm;
+mod tiles;
+
+pub use atomic::write_atomically;
+pub use display::{
+    Exposure, HeatMap, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
+};
+pub use document::{Channel, Document, Layer, Placement, Samples, decode as decode_exr};
+pub use error::{FilmError, FormatError};
+pub use image::Image;
+pub use moments::{MomentImage, Moments};
+pub use pfm::{read_pfm, write_pfm};
+pub use tiles::{Tile, tiles};

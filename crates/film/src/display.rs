@@ -1,0 +1,369 @@
+//! From linear radiance to what a screen shows, and PNG.
+
+use std::path::Path;
+
+use crate::moments::to_f32;
+use crate::{FilmError, Image};
+
+/// The sRGB transfer function of IEC 61966-2-1: linear [0, 1] to encoded [0, 1].
+///
+/// Values outside are clamped; NaN gives zero.
+#[must_use]
+pub fn srgb_encode(linear: f64) -> f64 {
+    let linear = unit(linear);
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// The inverse of [`srgb_encode`].
+#[must_use]
+pub fn srgb_decode(encoded: f64) -> f64 {
+    let encoded = unit(encoded);
+    if encoded <= 0.040_45 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// Clamped to [0, 1]; NaN becomes zero, which `f64::clamp` would keep.
+fn unit(value: f64) -> f64 {
+    if value > 0.0 { value.min(1.0) } else { 0.0 }
+}
+
+/// How bright a picture is shown: radiance times 2^`stops`, clamped, then the sRGB transfer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    /// Doublings of brightness.
+    pub stops: f64,
+}
+
+impl Default for Exposure {
+    /// No doubling: radiance one is white.
+    fn default() -> Self {
+        Self { stops: 0.0 }
+    }
+}
+
+impl Exposure {
+    /// The exposure that shows the given quantile of the pixels' largest channels as white, so that
+    /// a light in the picture does not leave the rest black. Half stops; zero for a black picture.
+    ///
+    /// ```
+    /// use linelit_film::{Exposure, Image};
+    /// let dim = Image { width: 1, height: 1, rgb: vec![[0.25; 3]] };
+    /// assert_eq!(Exposure::fitting(&dim, 0.99).stops, 2.0);
+    /// ```
+    #[must_use]
+    pub fn fitting(image: &Image, quantile: f64) -> Self {
+        let mut peaks: Vec<f32> = image
+            .rgb
+            .iter()
+            .map(|pixel| pixel[0].max(pixel[1]).max(pixel[2]))
+            .filter(|peak| peak.is_finite() && *peak > 0.0)
+            .collect();
+        peaks.sort_by(f32::total_cmp);
+        let Some(last) = peaks.len().checked_sub(1) else {
+            return Self::default();
+        };
+        #[allow(
+            clippy::cast_possible_truncation,
+            reason = "an index, below the length"
+        )]
+        #[allow(clippy::cast_sign_loss, reason = "the quantile is clamped to [0, 1]")]
+        let index = (quantile.clamp(0.0, 1.0) * last as f64).round() as usize;
+        let white = f64::from(peaks[index.min(last)]);
+        Self {
+            stops: (-2.0 * white.log2()).floor() / 2.0,
+        }
+    }
+
+    /// One pixel as three bytes.
+    #[must_use]
+    pub fn show(self, pixel: [f32; 3]) -> [u8; 3] {
+        let gain = self.stops.exp2();
+        pixel.map(|value| to_byte(srgb_encode(f64::from(value) * gain)))
+    }
+}
+
+pub(crate) fn to_byte(encoded: f64) -> u8 {
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "rounding to 8 bits is the purpose"
+    )]
+    #[allow(clippy::cast_sign_loss, reason = "clamped to [0, 255]")]
+    let byte = (encoded.clamp(0.0, 1.0) * 255.0).round() as u8;
+    byte
+}
+
+/// The bytes of a PNG file of the picture, 8 bits, sRGB.
+///
+/// # Errors
+/// [`FilmError::Invalid`] for a picture without pixels.
+pub fn encode_png(image: &Image, exposure: Exposure) -> Result<Vec<u8>, FilmError> {
+    image.check()?;
+    let bytes: Vec<u8> = image
+        .rgb
+        .iter()
+        .flat_map(|&pixel| exposure.show(pixel))
+        .collect();
+    encode_bytes(image.width, image.height, &bytes)
+}
+
+/// Writes a PNG file of the picture, 8 bits, sRGB.
+///
+/// # Errors
+/// [`FilmError::Invalid`] for a picture without pixels, [`FilmError::Io`].
+pub fn write_png(path: &Path, image: &Image, exposure: Exposure) -> Result<(), FilmError> {
+    crate::write_atomically(path, &encode_png(image, exposure)?)
+}
+
+pub(crate) fn encode_bytes(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, FilmError> {
+    let invalid = |e: png::EncodingError| FilmError::Invalid(e.to_string());
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Balanced);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    let mut writer = encoder.write_header().map_err(invalid)?;
+    writer.write_image_data(rgb).map_err(invalid)?;
+    writer.finish().map_err(invalid)?;
+    Ok(bytes)
+}
+
+/// A false-colour image of one number per pixel, row by row, and of its scale's ends.
+///
+/// ```
+/// use linelit_film::HeatMap;
+/// let map = HeatMap { low: 1.0, high: 100.0, logarithmic: true };
+/// assert_eq!(map.position(10.0), Some(0.5));
+/// let png = map.encode_png(2, 1, &[1.0, 64.0])?;
+/// assert!(png.starts_with(b"\x89PNG"));
+/// # Ok::<(), linelit_film::FilmError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeatMap {
+    /// The value shown darkest.
+    pub low: f64,
+    /// The value shown brightest.
+    pub high: f64,
+    /// Whether equal ratios, not differences, are equal steps; needs positive ends.
+    pub logarithmic: bool,
+}
+
+impl HeatMap {
+    /// The linear scale that spans the finite values; from 0 to 1 if there are none.
+    #[must_use]
+    pub fn spanning(values: &[f32]) -> Self {
+        let finite = || {
+            values
+                .iter()
+                .copied()
+                .filter(|value| value.is_finite())
+                .map(f64::from)
+        };
+        let low = finite().fold(f64::INFINITY, f64::min);
+        let high = finite().fold(f64::NEG_INFINITY, f64::max);
+        if low > high {
+            return Self {
+                low: 0.0,
+                high: 1.0,
+                logarithmic: false,
+            };
+        }
+        Self {
+            low,
+            high,
+            logarithmic: false,
+        }
+    }
+
+    /// Where a value stands on the scale, in [0, 1]; `None` for one that is not a number.
+    #[must_use]
+    pub fn position(&self, value: f64) -> Option<f64> {
+        if value.is_nan() {
+            return None;
+        }
+        let scale = |x: f64| {
+            if self.logarithmic {
+                x.max(f64::MIN_POSITIVE).ln()
+            } else {
+                x
+            }
+        };
+        let (low, high) = (scale(self.low), scale(self.high));
+        let position = (scale(value) - low) / (high - low);
+        // A scale of no width shows its value in the middle.
+        Some(if position.is_nan() {
+            0.5
+        } else {
+            position.clamp(0.0, 1.0)
+        })
+    }
+
+    /// The colour of a value as sRGB bytes; magenta, which the scale lacks, for one that is none.
+    #[must_use]
+    pub fn colour(&self, value: f64) -> [u8; 3] {
+        self.position(value).map_or([255, 0, 255], heat_colour)
+    }
+
+    /// The bytes of a PNG file.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] when there is not one value per pixel.
+    pub fn encode_png(
+        &self,
+        width: u32,
+        height: u32,
+        values: &[f32],
+    ) -> Result<Vec<u8>, FilmError> {
+        if values.is_empty() || values.len() != crate::image::area(width, height) {
+            let found = values.len();
+            return Err(FilmError::Invalid(format!(
+                "{found} values for {width} × {height} pixels"
+            )));
+        }
+        let bytes: Vec<u8> = values
+            .iter()
+            .flat_map(|&value| self.colour(f64::from(value)))
+            .collect();
+        encode_bytes(width, height, &bytes)
+    }
+
+    /// Writes a PNG file.
+    ///
+    /// # Errors
+    /// As [`HeatMap::encode_png`], and [`FilmError::Io`].
+    pub fn write_png(
+        &self,
+        path: &Path,
+        width: u32,
+        height: u32,
+        values: &[f32],
+    ) -> Result<(), FilmError> {
+        crate::write_atomically(path, &self.encode_png(width, height, values)?)
+    }
+}
+
+/// The colour at `position` in [0, 1] of a scale from near-black blue over purple, red and orange to
+/// pale yellow, as sRGB bytes.
+///
+/// Five stops in Björn Ottosson's Oklab (2020), interpolated linearly there: lightness rises
+/// evenly, so the order of values survives grey print and colour blindness.
+#[must_use]
+pub fn heat_colour(position: f64) -> [u8; 3] {
+    /// Oklab lightness, green–red, blue–yellow.
+    const STOPS: [[f64; 3]; 5] = [
+        [0.14, 0.005, -0.050],
+        [0.345, 0.085, -0.115],
+        [0.55, 0.165, 0.010],
+        [0.755, 0.105, 0.125],
+        [0.96, -0.020, 0.110],
+    ];
+    let along = position.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to the stops")]
+    #[allow(clippy::cast_sign_loss, reason = "clamped to the stops")]
+    let index = (along as usize).min(STOPS.len() - 2);
+    let fraction = along - index as f64;
+    let mix = |k: usize| STOPS[index][k] + fraction * (STOPS[index + 1][k] - STOPS[index][k]);
+    oklab_to_linear([mix(0), mix(1), mix(2)])
+        .map(|linear| Exposure::default().show([to_f32(linear); 3])[0])
+}
+
+/// Oklab to linear sRGB, with Ottosson's published matrices.
+fn oklab_to_linear([lightness, a, b]: [f64; 3]) -> [f64; 3] {
+    let cube = |x: f64| x * x * x;
+    let l = cube(lightness + 0.396_337_777_4 * a + 0.215_803_757_3 * b);
+    let m = cube(lightness - 0.105_561_345_8 * a - 0.063_854_172_8 * b);
+    let s = cube(lightness - 0.089_484_177_5 * a - 1.291_485_548_0 * b);
+    [
+        4.076_741_662_1 * l - 3.307_711_591_3 * m + 0.230_969_929_2 * s,
+        -1.268_438_004_6 * l + 2.609_757_401_1 * m - 0.341_319_396_5 * s,
+        -0.004_196_086_3 * l - 0.703_418_614_7 * m + 1.707_614_701_0 * s,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_transfer_matches_published_values_and_inverts() {
+        // IEC 61966-2-1: middle grey 0.18 is byte 118; 0.5 is byte 188.
+        assert_eq!(to_byte(srgb_encode(0.18)), 118);
+        assert_eq!(to_byte(srgb_encode(0.5)), 188);
+        assert_eq!(srgb_encode(f64::NAN).to_bits(), 0.0_f64.to_bits());
+        for byte in 0..=255_u8 {
+            let encoded = f64::from(byte) / 255.0;
+            assert_eq!(to_byte(srgb_encode(srgb_decode(encoded))), byte);
+        }
+        // The two pieces meet within the rounding of the standard's constants, 2e-8 (found: 1e-8).
+        let gap = srgb_encode(0.003_130_8) - srgb_encode(0.003_130_800_01);
+        assert!(gap.abs() < 1e-7, "{gap}");
+    }
+
+    #[test]
+    fn exposure_fits_the_quantile_and_ignores_the_light() {
+        let mut image = Image::from_fn(10, 10, |_, _| [0.1, 0.2, 0.05]);
+        image.set(3, 3, [100.0; 3]);
+        image.set(4, 3, [f32::NAN; 3]);
+        let stops = Exposure::fitting(&image, 0.9).stops;
+        // 0.2·2^2 = 0.8 is below white and 0.2·2^2.5 above.
+        assert!((stops - 2.0).abs() < 1e-12, "{stops}");
+        assert_eq!(
+            Exposure::fitting(&Image::new(2, 2), 0.99),
+            Exposure::default()
+        );
+        assert_eq!(Exposure { stops }.show([100.0; 3]), [255; 3]);
+    }
+
+    #[test]
+    fn heat_gets_lighter_all_the_way_and_stays_in_gamut() {
+        let lightness = |byte: [u8; 3]| {
+            let [r, g, b] = byte.map(|c| srgb_decode(f64::from(c) / 255.0));
+            0.2126 * r + 0.7152 * g + 0.0722 * b
+        };
+        let mut last = -1.0;
+        for step in 0..=64 {
+            let now = lightness(heat_colour(f64::from(step) / 64.0));
+            assert!(now > last, "step {step}: {now} after {last}");
+            last = now;
+        }
+        assert!(last > 0.85, "the hot end is light: {last}");
+    }
+
+    #[test]
+    fn heat_positions() {
+        let linear = HeatMap::spanning(&[2.0, 6.0, f32::NAN, f32::INFINITY]);
+        assert_eq!((linear.low, linear.high), (2.0, 6.0));
+        assert_eq!(linear.position(3.0), Some(0.25));
+        assert_eq!(linear.position(9.0), Some(1.0));
+        assert_eq!(linear.colour(f64::NAN), [255, 0, 255]);
+        let flat = HeatMap::spanning(&[2.0]);
+        assert_eq!(flat.position(2.0), Some(0.5));
+        assert_eq!(HeatMap::spanning(&[]).position(0.25), Some(0.25));
+        assert!(linear.encode_png(2, 2, &[0.0; 3]).is_err());
+    }
+
+    #[test]
+    fn png_bytes_decode_to_what_was_shown() {
+        let image = Image::from_fn(3, 2, |x, y| [x as f32 * 0.4, y as f32, -1.0]);
+        let bytes = encode_png(&image, Exposure { stops: -1.0 }).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        let want: Vec<u8> = image
+            .rgb
+            .iter()
+            .flat_map(|&p| Exposure { stops: -1.0 }.show(p))
+            .collect();
+        assert_eq!(pixels, want);
+        assert!(encode_png(&Image::default(), Exposure::default()).is_err());
+    }
+}

@@ -1,0 +1,359 @@
+//! A picture with named layers and metadata: what an EXR file holds.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::Path;
+use std::str::FromStr;
+
+use crate::image::area;
+use crate::{FilmError, FormatError, Image, MomentImage, openexr};
+
+/// The values of one channel, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// Real numbers; 16-bit files are widened, which is exact.
+    Float(Vec<f32>),
+    /// Counts.
+    Count(Vec<u32>),
+}
+
+impl Samples {
+    /// How many values there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Float(values) => values.len(),
+            Self::Count(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The value at `index` as `f64`, exactly.
+    #[must_use]
+    pub fn get(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::Float(values) => values.get(index).copied().map(f64::from),
+            Self::Count(values) => values.get(index).copied().map(f64::from),
+        }
+    }
+}
+
+/// One channel of a layer, `R` for example.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Its name within the layer.
+    pub name: String,
+    /// Its values.
+    pub samples: Samples,
+}
+
+/// A group of channels; the unnamed layer is what viewers show first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layer {
+    /// Its name, empty for the main picture.
+    pub name: String,
+    /// Its channels.
+    pub channels: Vec<Channel>,
+}
+
+impl Layer {
+    /// The channel of that name.
+    #[must_use]
+    pub fn channel(&self, name: &str) -> Option<&Samples> {
+        self.channels
+            .iter()
+            .find(|channel| channel.name == name)
+            .map(|channel| &channel.samples)
+    }
+}
+
+/// Where a cropped picture lies within the full one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placement {
+    /// Column and row of the upper left pixel in the full picture.
+    pub origin: [i32; 2],
+    /// Width and height of the full picture.
+    pub full: [u32; 2],
+}
+
+/// Layers of one size with metadata, as stored in an EXR file.
+///
+/// In the file a layer `variance` is the channels `variance.R`, `variance.G`, `variance.B` of a
+/// single part, which every EXR reader understands; files with several parts are read too, each
+/// part's name before its channels' layers. Metadata are text attributes with the prefix
+/// `linelit:`.
+///
+/// ```
+/// use linelit_film::{Document, Image};
+/// # let folder = std::env::temp_dir().join(format!("linelit-doc-exr-{}", std::process::id()));
+/// let mut document = Document::new(2, 1);
+/// document.add_image("", &Image::new(2, 1))?;
+/// document.add_counts("segments", vec![3, 1])?;
+/// document.set("samples", 64);
+/// document.write(&folder.join("a.exr"))?;
+///
+/// let again = Document::read(&folder.join("a.exr"))?;
+/// assert_eq!(again.get_parsed::<u32>("samples"), Some(64));
+/// assert_eq!(again.layer("segments").unwrap().channel("Y").unwrap().get(0), Some(3.0));
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// # Ok::<(), linelit_film::FilmError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Document {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The place in the full picture, if this is a part of one.
+    pub placement: Option<Placement>,
+    /// The layers.
+    pub layers: Vec<Layer>,
+    /// Names and values: samples, seed, commit, estimator….
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// The layer that holds moments bit for bit, see [`Document::add_moments`].
+const STATE: &str = "moments";
+const STATE_NAMES: [&str; 7] = ["n", "meanR", "meanG", "meanB", "m2R", "m2G", "m2B"];
+
+impl Document {
+    /// A document without layers.
+    #[must_use]
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            ..Self::default()
+        }
+    }
+
+    /// Adds a colour layer, replacing one of the same name; the empty name is the main picture.
+    ///
+    /// # Errors
+    /// [`FilmError::Size`] when the picture's size is not the document's.
+    pub fn add_image(&mut self, name: &str, image: &Image) -> Result<(), FilmError> {
+        image.check()?;
+        if (image.width, image.height) != (self.width, self.height) {
+            return Err(FilmError::Size {
+                expected: [self.width, self.height],
+                found: [image.width, image.height],
+            });
+        }
+        let channels = ["R", "G", "B"]
+            .into_iter()
+            .enumerate()
+            .map(|(index, channel)| Channel {
+                name: channel.to_owned(),
+                samples: Samples::Float(image.rgb.iter().map(|pixel| pixel[index]).collect()),
+            })
+            .collect();
+        self.replace(name, channels);
+        Ok(())
+    }
+
+    /// Adds a layer with one real channel, `Y`.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] when there is not one value per pixel.
+    pub fn add_scalar(&mut self, name: &str, values: Vec<f32>) -> Result<(), FilmError> {
+        self.add_single(name, Samples::Float(values))
+    }
+
+    /// Adds a layer with one channel of counts, `Y`.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] when there is not one value per pixel.
+    pub fn add_counts(&mut self, name: &str, values: Vec<u32>) -> Result<(), FilmError> {
+        self.add_single(name, Samples::Count(values))
+    }
+
+    fn add_single(&mut self, name: &str, samples: Samples) -> Result<(), FilmError> {
+        self.check_length(name, samples.len())?;
+        self.replace(
+            name,
+            vec![Channel {
+                name: "Y".to_owned(),
+                samples,
+            }],
+        );
+        Ok(())
+    }
+
+    fn check_length(&self, name: &str, found: usize) -> Result<(), FilmError> {
+        let expected = area(self.width, self.height);
+        if found != expected || expected == 0 {
+            return Err(FilmError::Invalid(format!(
+                "layer `{name}` has {found} values for {} × {} pixels",
+                self.width, self.height
+            )));
+        }
+        Ok(())
+    }
+
+    fn replace(&mut self, name: &str, channels: Vec<Channel>) {
+        self.layers.retain(|layer| layer.name != name);
+        self.layers.push(Layer {
+            name: name.to_owned(),
+            channels,
+        });
+    }
+
+    /// Adds what a film has gathered: the main picture (means), the layer `variance` (of the mean),
+    /// and the layer `moments` with count, mean and M2 bit for bit (each 64-bit number as two
+    /// channels of counts, `…Hi` and `…Lo`), from which [`Document::moments`] restores the film.
+    ///
+    /// # Errors
+    /// [`FilmError::Size`] when the film's size is not the document's.
+    pub fn add_moments(&mut self, film: &MomentImage) -> Result<(), FilmError> {
+        self.add_image("", &film.mean_image())?;
+        self.add_image("variance", &film.variance_image())?;
+        let mut channels = Vec::with_capacity(2 * STATE_NAMES.len());
+        for (index, name) in STATE_NAMES.into_iter().enumerate() {
+            let words = || {
+                film.pixels()
+                    .iter()
+                    .map(|pixel| openexr::state_word(pixel, index))
+            };
+            for (half, shift) in [("Hi", 32), ("Lo", 0)] {
+                let values = words().map(|word| low_half(word >> shift)).collect();
+                channels.push(Channel {
+                    name: format!("{name}{half}"),
+                    samples: Samples::Count(values),
+                });
+            }
+        }
+        self.replace(STATE, channels);
+        Ok(())
+    }
+
+    /// The film that [`Document::add_moments`] stored, bit for bit; `None` if there is none.
+    #[must_use]
+    pub fn moments(&self) -> Option<MomentImage> {
+        let layer = self.layer(STATE)?;
+        let mut columns: Vec<(&[u32], &[u32])> = Vec::with_capacity(STATE_NAMES.len());
+        for name in STATE_NAMES {
+            let high = layer.channel(&format!("{name}Hi"))?;
+            let low = layer.channel(&format!("{name}Lo"))?;
+            let (Samples::Count(high), Samples::Count(low)) = (high, low) else {
+                return None;
+            };
+            columns.push((high, low));
+        }
+        let pixels = (0..area(self.width, self.height))
+            .map(|pixel| {
+                let word = |index: usize| {
+                    let (high, low) = columns.get(index)?;
+                    Some((u64::from(*high.get(pixel)?) << 32) | u64::from(*low.get(pixel)?))
+                };
+                openexr::moments_from_words(word)
+            })
+            .collect::<Option<Vec<_>>>()?;
+        MomentImage::from_pixels(self.width, self.height, pixels)
+    }
+
+    /// The layer of that name.
+    #[must_use]
+    pub fn layer(&self, name: &str) -> Option<&Layer> {
+        self.layers.iter().find(|layer| layer.name == name)
+    }
+
+    /// A layer as a picture: its `R`, `G`, `B`, or its only channel (else `Y`) three times.
+    #[must_use]
+    pub fn image(&self, name: &str) -> Option<Image> {
+        let layer = self.layer(name)?;
+        let colour = [layer.channel("R"), layer.channel("G"), layer.channel("B")];
+        let [r, g, b] = match colour {
+            [Some(r), Some(g), Some(b)] => [r, g, b],
+            _ if layer.channels.len() == 1 => [&layer.channels[0].samples; 3],
+            _ => [layer.channel("Y")?; 3],
+        };
+        let rgb = (0..area(self.width, self.height))
+            .map(|index| Some([value(r, index)?, value(g, index)?, value(b, index)?]))
+            .collect::<Option<Vec<_>>>()?;
+        Some(Image {
+            width: self.width,
+            height: self.height,
+            rgb,
+        })
+    }
+
+    /// The unnamed layer, else the one named `estimate`, else the first that is a picture.
+    #[must_use]
+    pub fn main_image(&self) -> Option<Image> {
+        self.image("")
+            .or_else(|| self.image("estimate"))
+            .or_else(|| self.layers.iter().find_map(|layer| self.image(&layer.name)))
+    }
+
+    /// Sets a piece of metadata.
+    pub fn set(&mut self, name: &str, value: impl Display) {
+        self.metadata.insert(name.to_owned(), value.to_string());
+    }
+
+    /// A piece of metadata.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.metadata.get(name).map(String::as_str)
+    }
+
+    /// A piece of metadata as a number or another type; `None` if absent or of another form.
+    #[must_use]
+    pub fn get_parsed<T: FromStr>(&self, name: &str) -> Option<T> {
+        self.get(name)?.parse().ok()
+    }
+
+    /// Writes an EXR file (32 bits, ZIP, without loss); equal documents give equal bytes.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] when the document has no pixels or no layers, or a channel of another
+    /// size; [`FilmError::Io`] when the system refuses.
+    pub fn write(&self, path: &Path) -> Result<(), FilmError> {
+        crate::write_atomically(path, &self.encode()?)
+    }
+
+    /// The bytes of the EXR file.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] as for [`Document::write`].
+    pub fn encode(&self) -> Result<Vec<u8>, FilmError> {
+        if self.layers.iter().all(|layer| layer.channels.is_empty()) {
+            return Err(FilmError::Invalid("there is no layer".to_owned()));
+        }
+        for layer in &self.layers {
+            for channel in &layer.channels {
+                self.check_length(&layer.name, channel.samples.len())?;
+            }
+        }
+        openexr::encode(self)
+    }
+
+    /// Reads an EXR file.
+    ///
+    /// # Errors
+    /// [`FilmError::Io`] or [`FilmError::Format`].
+    pub fn read(path: &Path) -> Result<Self, FilmError> {
+        decode(&crate::atomic::read(path)?).map_err(|e| FilmError::format(path, e))
+    }
+}
+
+/// A document from the bytes of an EXR file.
+///
+/// # Errors
+/// When the bytes are no EXR file, one that is damaged, or one with a feature this crate does not
+/// read (deep pixels, subsampled channels, parts of several sizes).
+pub fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
+    openexr::decode(bytes)
+}
+
+fn value(samples: &Samples, index: usize) -> Option<f32> {
+    samples.get(index).map(crate::moments::to_f32)
+}
+
+fn low_half(word: u64) -> u32 {
+    u32::try_from(word & 0xffff_ffff).unwrap_or(u32::MAX)
+}

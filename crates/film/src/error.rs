@@ -1,0 +1,118 @@
+//! What can go wrong with a picture on disk.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A file's bytes are not what its format asks for.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("not a readable {format} file: expected {expected}, found {found}")]
+pub struct FormatError {
+    /// The format that was tried: `OpenEXR`, `PFM`.
+    pub format: &'static str,
+    /// What the format asks for at the place that failed.
+    pub expected: String,
+    /// What stands there instead.
+    pub found: String,
+}
+
+impl FormatError {
+    pub(crate) fn new(
+        format: &'static str,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        Self {
+            format,
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+}
+
+/// Every error of this crate; the message always begins with the file's path if there is one.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FilmError {
+    /// The operating system refused.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was being done: `read`, `write`, `rename`.
+        action: &'static str,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The file is malformed or truncated.
+    #[error("{}: {source}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What was expected and found.
+        source: FormatError,
+    },
+    /// The file name says nothing this crate can read or write.
+    #[error("{}: expected a name that ends in {expected}", path.display())]
+    UnknownExtension {
+        /// The file.
+        path: PathBuf,
+        /// The endings that are supported.
+        expected: &'static str,
+    },
+    /// The file has no layer of that name.
+    #[error("{}: expected a layer named `{wanted}`, found {}", path.display(), list(available))]
+    MissingLayer {
+        /// The file.
+        path: PathBuf,
+        /// The name asked for.
+        wanted: String,
+        /// The names in the file.
+        available: Vec<String>,
+    },
+    /// Two things that must have one size do not.
+    #[error("expected {} × {} pixels, found {} × {}", expected[0], expected[1], found[0], found[1])]
+    Size {
+        /// Width and height asked for.
+        expected: [u32; 2],
+        /// Width and height that came.
+        found: [u32; 2],
+    },
+    /// A picture that cannot be stored: no pixels, too many, or a channel of the wrong length.
+    #[error("cannot store the picture: {0}")]
+    Invalid(String),
+}
+
+fn list(names: &[String]) -> String {
+    let quoted: Vec<String> = names
+        .iter()
+        .map(|name| {
+            if name.is_empty() {
+                "the unnamed layer".to_owned()
+            } else {
+                format!("`{name}`")
+            }
+        })
+        .collect();
+    if quoted.is_empty() {
+        "none".to_owned()
+    } else {
+        quoted.join(", ")
+    }
+}
+
+impl FilmError {
+    pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
+        Self::Io {
+            path: path.to_owned(),
+            action,
+            source,
+        }
+    }
+
+    pub(crate) fn format(path: &Path, source: FormatError) -> Self {
+        Self::Format {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! A picture in linear radiance.
+
+use std::path::Path;
+
+use crate::{FilmError, document, pfm};
+
+/// A picture of linear radiance, W/(m²·sr) per channel, rows from top to bottom.
+///
+/// Storage is `f32`: each value is within half an ulp, 2⁻²⁴ ≈ 6e-8 relative, of what was computed.
+/// `rgb` holds `width · height` pixels; writers check it, readers guarantee it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row-major pixels: red, green, blue.
+    pub rgb: Vec<[f32; 3]>,
+}
+
+impl Image {
+    /// A black picture.
+    #[must_use]
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            rgb: vec![[0.0; 3]; area(width, height)],
+        }
+    }
+
+    /// A picture from a function of the pixel's column and row.
+    ///
+    /// ```
+    /// use linelit_film::Image;
+    /// let ramp = Image::from_fn(4, 1, |x, _| [x as f32; 3]);
+    /// assert_eq!(ramp.get(3, 0), [3.0; 3]);
+    /// ```
+    #[must_use]
+    pub fn from_fn(width: u32, height: u32, mut pixel: impl FnMut(u32, u32) -> [f32; 3]) -> Self {
+        let mut rgb = Vec::with_capacity(area(width, height));
+        for y in 0..height {
+            for x in 0..width {
+                rgb.push(pixel(x, y));
+            }
+        }
+        Self { width, height, rgb }
+    }
+
+    /// The pixel in column `x` of row `y`.
+    ///
+    /// # Panics
+    /// Outside of the picture.
+    #[must_use]
+    pub fn get(&self, x: u32, y: u32) -> [f32; 3] {
+        self.rgb[self.index(x, y)]
+    }
+
+    /// Sets the pixel in column `x` of row `y`.
+    ///
+    /// # Panics
+    /// Outside of the picture.
+    pub fn set(&mut self, x: u32, y: u32, value: [f32; 3]) {
+        let index = self.index(x, y);
+        self.rgb[index] = value;
+    }
+
+    fn index(&self, x: u32, y: u32) -> usize {
+        assert!(
+            x < self.width && y < self.height,
+            "pixel ({x}, {y}) of {} × {}",
+            self.width,
+            self.height
+        );
+        y as usize * self.width as usize + x as usize
+    }
+
+    /// The mean over all pixels, summed in `f64` in storage order; zero for an empty picture.
+    #[must_use]
+    pub fn mean(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for pixel in &self.rgb {
+            for (total, value) in sum.iter_mut().zip(pixel) {
+                *total += f64::from(*value);
+            }
+        }
+        let count = self.rgb.len().max(1) as f64;
+        sum.map(|total| total / count)
+    }
+
+    /// Reads an EXR or PFM file, told apart by its first bytes, not its name.
+    ///
+    /// From an EXR file it takes the layer without a name, or else the one named `estimate`, or
+    /// else the first that has colour or luminance; [`Image::read_layer`] picks another.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is neither.
+    pub fn read(path: &Path) -> Result<Self, FilmError> {
+        Self::read_layer(path, None)
+    }
+
+    /// Reads one layer of an EXR file by its name; a PFM file has only the unnamed one.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is neither EXR nor PFM, or has no such layer.
+    pub fn read_layer(path: &Path, layer: Option<&str>) -> Result<Self, FilmError> {
+        let bytes = crate::atomic::read(path)?;
+        if bytes.starts_with(b"P") {
+            let image = pfm::decode(&bytes).map_err(|e| FilmError::format(path, e))?;
+            return match layer {
+                None | Some("") => Ok(image),
+                Some(wanted) => Err(FilmError::MissingLayer {
+                    path: path.to_owned(),
+                    wanted: wanted.to_owned(),
+                    available: vec![String::new()],
+                }),
+            };
+        }
+        let document = document::decode(&bytes).map_err(|e| FilmError::format(path, e))?;
+        let found = match layer {
+            Some(name) => document.image(name),
+            None => document.main_image(),
+        };
+        found.ok_or_else(|| FilmError::MissingLayer {
+            path: path.to_owned(),
+            wanted: layer.unwrap_or("estimate").to_owned(),
+            available: document
+                .layers
+                .iter()
+                .map(|layer| layer.name.clone())
+                .collect(),
+        })
+    }
+
+    pub(crate) fn check(&self) -> Result<(), FilmError> {
+        if self.rgb.is_empty() || self.rgb.len() != area(self.width, self.height) {
+            return Err(FilmError::Invalid(format!(
+                "{} × {} pixels were announced, {} are there",
+                self.width,
+                self.height,
+                self.rgb.len()
+            )));
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn area(width: u32, height: u32) -> usize {
+    width as usize * height as usize
+}

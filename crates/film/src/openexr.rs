@@ -1,0 +1,248 @@
+//! The bridge to the `exr` crate, whose types stay in here.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples};
+use exr::math::Vec2;
+use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use exr::meta::header::{Header, ImageAttributes, LayerAttributes};
+use exr::prelude::{ReadChannels as _, ReadLayers as _, SmallVec, WritableImage as _};
+
+use crate::document::{Channel, Document, Layer, Placement, Samples};
+use crate::header_order;
+use crate::{FilmError, FormatError, Moments};
+
+const PREFIX: &str = "linelit:";
+const FORMAT: &str = "OpenEXR";
+
+pub(crate) fn encode(document: &Document) -> Result<Vec<u8>, FilmError> {
+    let invalid = |e: exr::error::Error| FilmError::Invalid(e.to_string());
+    let size = Vec2(document.width as usize, document.height as usize);
+    let mut channels = SmallVec::new();
+    for layer in &document.layers {
+        for channel in &layer.channels {
+            channels.push(encode_channel(layer, channel));
+        }
+    }
+    let mut attributes = LayerAttributes {
+        software_name: Some(text("linelit")),
+        ..LayerAttributes::default()
+    };
+    for (name, value) in &document.metadata {
+        attributes.other.insert(
+            text(&format!("{PREFIX}{name}")),
+            AttributeValue::Text(text(value)),
+        );
+    }
+    let mut display = IntegerBounds::from_dimensions(size);
+    if let Some(Placement { origin, full }) = document.placement {
+        attributes.layer_position = Vec2(origin[0], origin[1]);
+        display = IntegerBounds::from_dimensions(Vec2(full[0] as usize, full[1] as usize));
+    }
+    let layer = exr::image::Layer::new(
+        size,
+        attributes,
+        Encoding {
+            compression: exr::compression::Compression::ZIP16,
+            ..Encoding::UNCOMPRESSED
+        },
+        AnyChannels::sort(channels),
+    );
+    let image = exr::image::Image::new(ImageAttributes::new(display), layer);
+    let mut bytes = Cursor::new(Vec::new());
+    image
+        .write()
+        .non_parallel()
+        .to_buffered(&mut bytes)
+        .map_err(invalid)?;
+    let mut bytes = bytes.into_inner();
+    header_order::sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+fn encode_channel(layer: &Layer, channel: &Channel) -> AnyChannel<FlatSamples> {
+    let name = if layer.name.is_empty() {
+        channel.name.clone()
+    } else {
+        format!("{}.{}", layer.name, channel.name)
+    };
+    let samples = match &channel.samples {
+        Samples::Float(values) => FlatSamples::F32(values.clone()),
+        Samples::Count(values) => FlatSamples::U32(values.clone()),
+    };
+    AnyChannel::new(text(&name), samples)
+}
+
+/// UTF-8, as the format's specification asks for; a zero byte would end a name early.
+fn text(string: &str) -> Text {
+    let bytes = string
+        .bytes()
+        .map(|byte| if byte == 0 { b'?' } else { byte });
+    Text::from_bytes_unchecked(bytes.collect())
+}
+
+fn string(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
+pub(crate) fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
+    let broken = |e: exr::error::Error| FormatError::new(FORMAT, "a whole file", e.to_string());
+    if !bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        let found = match bytes.get(..4) {
+            Some(start) => format!("{start:02x?}"),
+            None => format!("{} bytes", bytes.len()),
+        };
+        return Err(FormatError::new(
+            FORMAT,
+            "the magic number [76, 2f, 31, 01]",
+            found,
+        ));
+    }
+    let chunks = exr::block::read(Cursor::new(bytes), false).map_err(broken)?;
+    check_headers(chunks.headers(), bytes.len())?;
+    let image = exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_chunks(chunks)
+        .map_err(broken)?;
+    gather(&image)
+}
+
+type AnyImage = exr::image::FlatImage;
+
+/// Refuses what would not fit our document, and sizes that such a short file cannot fill: a
+/// damaged header must not make us ask for terabytes.
+fn check_headers(headers: &[Header], file_size: usize) -> Result<(), FormatError> {
+    let first = headers
+        .first()
+        .ok_or_else(|| FormatError::new(FORMAT, "a part", "none"))?;
+    let mut decoded = 0_usize;
+    for header in headers {
+        if header.deep {
+            return Err(FormatError::new(FORMAT, "flat pixels", "deep pixels"));
+        }
+        if header.layer_size != first.layer_size {
+            let found = format!("{:?} and {:?}", first.layer_size, header.layer_size);
+            return Err(FormatError::new(FORMAT, "parts of one size", found));
+        }
+        for channel in &header.channels.list {
+            if channel.sampling != Vec2(1, 1) {
+                let found = format!("channel `{}` sampled {:?}", channel.name, channel.sampling);
+                return Err(FormatError::new(FORMAT, "a value per pixel", found));
+            }
+        }
+        let pixels = header.layer_size.0.saturating_mul(header.layer_size.1);
+        let bytes = pixels.saturating_mul(header.channels.bytes_per_pixel);
+        decoded = decoded.saturating_add(bytes);
+    }
+    // Deflate shrinks at most 1032 to 1, the others less on real pictures.
+    let limit = file_size.saturating_mul(2000).max(1 << 20);
+    if decoded > limit {
+        let found = format!("{decoded} bytes of pixels in a file of {file_size} bytes");
+        return Err(FormatError::new(
+            FORMAT,
+            "as many pixels as the header says",
+            found,
+        ));
+    }
+    Ok(())
+}
+
+fn gather(image: &AnyImage) -> Result<Document, FormatError> {
+    let parts = &image.layer_data;
+    let first = parts
+        .first()
+        .ok_or_else(|| FormatError::new(FORMAT, "a part", "none"))?;
+    let size = |length: usize| {
+        u32::try_from(length)
+            .map_err(|_| FormatError::new(FORMAT, "a side below 2³²", length.to_string()))
+    };
+    let mut document = Document::new(size(first.size.0)?, size(first.size.1)?);
+    let display = image.attributes.display_window;
+    let position = first.attributes.layer_position;
+    if position != display.position || first.size != display.size {
+        document.placement = Some(Placement {
+            origin: [
+                position.0.saturating_sub(display.position.0),
+                position.1.saturating_sub(display.position.1),
+            ],
+            full: [size(display.size.0)?, size(display.size.1)?],
+        });
+    }
+    let mut layers: BTreeMap<String, Vec<Channel>> = BTreeMap::new();
+    for part in parts {
+        let part_name = match &part.attributes.layer_name {
+            Some(name) if parts.len() > 1 => string(name),
+            _ => String::new(),
+        };
+        for channel in &part.channel_data.list {
+            let full = string(&channel.name);
+            let (group, name) = full.rsplit_once('.').unwrap_or(("", &full));
+            let key = match (part_name.is_empty(), group.is_empty()) {
+                (true, _) => group.to_owned(),
+                (false, true) => part_name.clone(),
+                (false, false) => format!("{part_name}.{group}"),
+            };
+            layers.entry(key).or_default().push(Channel {
+                name: name.to_owned(),
+                samples: decode_samples(&channel.sample_data),
+            });
+        }
+        for (name, value) in &part.attributes.other {
+            if let (Some(name), AttributeValue::Text(value)) =
+                (string(name).strip_prefix(PREFIX), value)
+            {
+                document.metadata.insert(name.to_owned(), string(value));
+            }
+        }
+    }
+    document.layers = layers
+        .into_iter()
+        .map(|(name, mut channels)| {
+            channels.sort_by_key(|channel| usual_place(&channel.name));
+            Layer { name, channels }
+        })
+        .collect();
+    Ok(document)
+}
+
+/// Red, green, blue, alpha first, whatever else after, stably.
+fn usual_place(name: &str) -> usize {
+    ["R", "G", "B", "A"]
+        .iter()
+        .position(|&usual| usual == name)
+        .unwrap_or(4)
+}
+
+fn decode_samples(samples: &FlatSamples) -> Samples {
+    match samples {
+        FlatSamples::F16(values) => {
+            Samples::Float(values.iter().map(|value| value.to_f32()).collect())
+        }
+        FlatSamples::F32(values) => Samples::Float(values.clone()),
+        FlatSamples::U32(values) => Samples::Count(values.clone()),
+    }
+}
+
+/// Number `index` of a pixel's state as 64 bits: count, three means, three M2.
+pub(crate) fn state_word(moments: &Moments, index: usize) -> u64 {
+    match index {
+        0 => moments.count,
+        1..=3 => moments.mean[index - 1].to_bits(),
+        _ => moments.m2[index - 4].to_bits(),
+    }
+}
+
+pub(crate) fn moments_from_words(word: impl Fn(usize) -> Option<u64>) -> Option<Moments> {
+    let real = |index: usize| word(index).map(f64::from_bits);
+    Some(Moments {
+        count: word(0)?,
+        mean: [real(1)?, real(2)?, real(3)?],
+        m2: [real(4)?, real(5)?, real(6)?],
+    })
+}

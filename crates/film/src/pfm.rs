@@ -1,0 +1,231 @@
+//! Portable float maps: a text header and raw 32-bit rows from bottom to top.
+
+use std::path::Path;
+
+use crate::{FilmError, FormatError, Image};
+
+const FORMAT: &str = "PFM";
+
+/// Reads a PFM file: colour (`PF`) or grey (`Pf`, three equal channels), of either byte order.
+///
+/// The header's scale gives the byte order by its sign; its magnitude is left alone, as other
+/// readers do.
+///
+/// # Errors
+/// [`FilmError::Io`], or [`FilmError::Format`] with what was expected and found.
+pub fn read_pfm(path: &Path) -> Result<Image, FilmError> {
+    decode(&crate::atomic::read(path)?).map_err(|e| FilmError::format(path, e))
+}
+
+/// Writes a colour PFM file, little-endian.
+///
+/// # Errors
+/// [`FilmError::Invalid`] for a picture without pixels, [`FilmError::Io`].
+pub fn write_pfm(path: &Path, image: &Image) -> Result<(), FilmError> {
+    image.check()?;
+    let mut bytes = format!("PF\n{} {}\n-1.0\n", image.width, image.height).into_bytes();
+    for row in image.rgb.chunks_exact(image.width as usize).rev() {
+        for value in row.iter().flatten() {
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    crate::write_atomically(path, &bytes)
+}
+
+pub(crate) fn decode(bytes: &[u8]) -> Result<Image, FormatError> {
+    let channels = match bytes.get(..2) {
+        Some(b"PF") => 3,
+        Some(b"Pf") => 1,
+        other => {
+            let found = other.map_or("end of file".to_owned(), |b| {
+                format!("`{}`", b.escape_ascii())
+            });
+            return Err(FormatError::new(FORMAT, "`PF` or `Pf`", found));
+        }
+    };
+    let mut header = Header { bytes, at: 2 };
+    let width: u32 = header.number("the width, a positive integer")?;
+    let height: u32 = header.number("the height, a positive integer")?;
+    let scale: f64 = header.number("the scale, its sign the byte order")?;
+    if width == 0 || height == 0 {
+        return Err(FormatError::new(
+            FORMAT,
+            "a positive size",
+            format!("{width} × {height}"),
+        ));
+    }
+    if scale == 0.0 || !scale.is_finite() {
+        return Err(FormatError::new(
+            FORMAT,
+            "a finite scale that is not zero",
+            scale.to_string(),
+        ));
+    }
+    let data = header.data()?;
+    let expected = u128::from(width) * u128::from(height) * channels * 4;
+    if data.len() as u128 != expected {
+        return Err(FormatError::new(
+            FORMAT,
+            format!("{expected} bytes of pixels for {width} × {height}"),
+            format!("{} bytes", data.len()),
+        ));
+    }
+    let float = |chunk: &[u8]| {
+        let raw = [chunk[0], chunk[1], chunk[2], chunk[3]];
+        if scale < 0.0 {
+            f32::from_le_bytes(raw)
+        } else {
+            f32::from_be_bytes(raw)
+        }
+    };
+    let (row_bytes, pixel_bytes) = if channels == 3 {
+        (width as usize * 12, 12)
+    } else {
+        (width as usize * 4, 4)
+    };
+    let rgb = data
+        .chunks_exact(row_bytes)
+        .rev()
+        .flat_map(|row| row.chunks_exact(pixel_bytes))
+        .map(|pixel| match pixel.len() {
+            12 => [float(pixel), float(&pixel[4..]), float(&pixel[8..])],
+            _ => [float(pixel); 3],
+        })
+        .collect();
+    Ok(Image { width, height, rgb })
+}
+
+struct Header<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Header<'a> {
+    fn number<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, FormatError> {
+        let rest = &self.bytes[self.at.min(self.bytes.len())..];
+        let blank = rest
+            .iter()
+            .take_while(|byte| byte.is_ascii_whitespace())
+            .count();
+        // No number that we accept is longer; without a bound, binary noise would be the message.
+        let word: Vec<u8> = rest[blank..]
+            .iter()
+            .copied()
+            .take_while(|byte| !byte.is_ascii_whitespace())
+            .take(40)
+            .collect();
+        let wrong = |found: String| FormatError::new(FORMAT, expected, found);
+        if blank == 0 || word.is_empty() {
+            return Err(wrong(if rest.is_empty() {
+                "end of file".to_owned()
+            } else {
+                format!("`{}`", word.escape_ascii())
+            }));
+        }
+        self.at += blank + word.len();
+        std::str::from_utf8(&word)
+            .ok()
+            .and_then(|word| word.parse().ok())
+            .ok_or_else(|| wrong(format!("`{}`", word.escape_ascii())))
+    }
+
+    /// The pixels begin after exactly one blank (or a carriage return and line feed).
+    fn data(&self) -> Result<&'a [u8], FormatError> {
+        match &self.bytes[self.at..] {
+            [b'\r', b'\n', data @ ..] => Ok(data),
+            [blank, data @ ..] if blank.is_ascii_whitespace() => Ok(data),
+            [] => Err(FormatError::new(
+                FORMAT,
+                "a line end and the pixels",
+                "end of file",
+            )),
+            [other, ..] => Err(FormatError::new(
+                FORMAT,
+                "a line end after the scale",
+                format!("byte {other:#04x}"),
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pfm(header: &str, values: &[f32], little: bool) -> Vec<u8> {
+        let mut bytes = header.as_bytes().to_vec();
+        for value in values {
+            bytes.extend(if little {
+                value.to_le_bytes()
+            } else {
+                value.to_be_bytes()
+            });
+        }
+        bytes
+    }
+
+    #[test]
+    fn rows_run_from_bottom_to_top_in_either_byte_order() {
+        let values = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let want = Image {
+            width: 1,
+            height: 2,
+            rgb: vec![[4.0, 5.0, 6.0], [1.0, 2.0, 3.0]],
+        };
+        assert_eq!(
+            decode(&pfm("PF\n1 2\n-1.0\n", &values, true)).unwrap(),
+            want
+        );
+        assert_eq!(decode(&pfm("PF 1 2 1\r\n", &values, false)).unwrap(), want);
+    }
+
+    #[test]
+    fn grey_becomes_three_channels() {
+        let image = decode(&pfm("Pf\n2 1\n-1\n", &[0.5, 7.0], true)).unwrap();
+        assert_eq!(image.rgb, [[0.5; 3], [7.0; 3]]);
+    }
+
+    #[test]
+    fn errors_say_what_was_expected_and_found() {
+        let cases: [(&[u8], &str); 9] = [
+            (b"", "expected `PF` or `Pf`, found end of file"),
+            (b"P6\n1 1\n", "expected `PF` or `Pf`, found `P6`"),
+            (
+                b"PF\n-1 1\n-1\n",
+                "expected the width, a positive integer, found `-1`",
+            ),
+            (
+                b"PF\n1 x\n-1\n",
+                "expected the height, a positive integer, found `x`",
+            ),
+            (
+                b"PF\n1 1",
+                "expected the scale, its sign the byte order, found end of file",
+            ),
+            (b"PF\n1 0\n-1\n", "expected a positive size, found 1 × 0"),
+            (
+                b"PF\n1 1\n0\n",
+                "expected a finite scale that is not zero, found 0",
+            ),
+            (
+                b"PF\n1 1\n-1",
+                "expected a line end and the pixels, found end of file",
+            ),
+            (
+                b"PF\n1 1\n-1\nabc",
+                "expected 12 bytes of pixels for 1 × 1, found 3 bytes",
+            ),
+        ];
+        for (bytes, message) in cases {
+            let error = decode(bytes).unwrap_err().to_string();
+            let message = format!("not a readable PFM file: {message}");
+            assert_eq!(error.as_bytes(), message.as_bytes(), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_huge_announced_size_is_refused_without_allocating() {
+        let error = decode(b"PF\n4294967295 4294967295\n-1\n1234").unwrap_err();
+        assert!(error.expected.starts_with("221360928"), "{error}");
+    }
+}

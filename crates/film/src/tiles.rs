@@ -1,0 +1,127 @@
+//! Rectangles of work in a fixed order.
+
+/// A rectangle of pixels: columns `x0..x1`, rows `y0..y1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Tile {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// One past the last column.
+    pub x1: u32,
+    /// One past the last row.
+    pub y1: u32,
+}
+
+impl Tile {
+    /// Pixels in a row.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.x1 - self.x0
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.y1 - self.y0
+    }
+
+    /// Pixels.
+    #[must_use]
+    pub fn area(&self) -> usize {
+        crate::image::area(self.width(), self.height())
+    }
+
+    /// The pixels row by row, in the film's coordinates.
+    pub fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let tile = *self;
+        (tile.y0..tile.y1).flat_map(move |y| (tile.x0..tile.x1).map(move |x| [x, y]))
+    }
+}
+
+/// Cuts a window into tiles of at most `size × size` pixels, row by row.
+///
+/// Every pixel of the window is in exactly one tile. The order depends only on the arguments: who
+/// works on tiles in parallel and merges in this order gets the same bits for any number of
+/// threads. `size` zero counts as one.
+///
+/// ```
+/// use linelit_film::{Tile, tiles};
+/// let window = Tile { x0: 0, y0: 0, x1: 100, y1: 50 };
+/// assert_eq!(tiles(window, 32).len(), 4 * 2);
+/// ```
+#[must_use]
+pub fn tiles(window: Tile, size: u32) -> Vec<Tile> {
+    let size = size.max(1);
+    let starts = |from: u32, to: u32| (from..to).step_by(size as usize);
+    let mut all = Vec::new();
+    for y0 in starts(window.y0, window.y1) {
+        for x0 in starts(window.x0, window.x1) {
+            let x1 = x0.saturating_add(size).min(window.x1);
+            let y1 = y0.saturating_add(size).min(window.y1);
+            all.push(Tile { x0, y0, x1, y1 });
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_each_pixel_once() {
+        let window = Tile {
+            x0: 3,
+            y0: 5,
+            x1: 40,
+            y1: 22,
+        };
+        for size in [0, 1, 7, 16, 100] {
+            let mut seen = vec![0; 40 * 22];
+            for tile in tiles(window, size) {
+                assert_eq!(tile.pixels().count(), tile.area());
+                for [x, y] in tile.pixels() {
+                    seen[(y * 40 + x) as usize] += 1;
+                }
+            }
+            for y in 0..22 {
+                for x in 0..40 {
+                    let inside = i32::from(x >= 3 && y >= 5);
+                    assert_eq!(
+                        seen[(y * 40 + x) as usize],
+                        inside,
+                        "size {size}, ({x}, {y})"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_empty_window_has_no_tiles() {
+        assert!(
+            tiles(
+                Tile {
+                    x0: 4,
+                    y0: 0,
+                    x1: 4,
+                    y1: 9
+                },
+                8
+            )
+            .is_empty()
+        );
+    }
+
+    #[test]
+    fn the_far_corner_does_not_overflow() {
+        let window = Tile {
+            x0: u32::MAX - 3,
+            y0: 0,
+            x1: u32::MAX,
+            y1: 1,
+        };
+        assert_eq!(tiles(window, 2).len(), 2);
+    }
+}

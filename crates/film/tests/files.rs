@@ -1,0 +1,274 @@
+//! Whole files: round trips, and damage that must not panic.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use linelit_film::{
+    Document, FilmError, Image, MomentImage, Placement, decode_exr, read_pfm, write_atomically,
+    write_pfm,
+};
+use proptest::prelude::*;
+
+/// A folder that is gone after the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("linelit-film-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn join(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(&self.0)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn film() -> MomentImage {
+    let mut film = MomentImage::new(7, 5);
+    for y in 0..5 {
+        for x in 0..7 {
+            for k in 0..=(x + y) % 4 {
+                let value = f64::from(x * 31 + y * 17 + k * 5).sin();
+                film.push(x, y, [value, value / 3.0, 1e9 * value]);
+            }
+        }
+    }
+    film
+}
+
+fn document() -> Document {
+    let mut document = Document::new(7, 5);
+    document.add_moments(&film()).unwrap();
+    document
+        .add_scalar("depth", (0..35_u8).map(f32::from).collect())
+        .unwrap();
+    document
+        .add_counts("segments", (0..35).map(|k| k * 123_456_789).collect())
+        .unwrap();
+    for (name, value) in [
+        ("samples", "64"),
+        ("seed", "18446744073709551615"),
+        ("commit", "abc"),
+        ("scene", "Fähre ½"),
+    ] {
+        document.set(name, value);
+    }
+    document
+}
+
+#[test]
+fn an_exr_document_comes_back_bit_for_bit() {
+    let folder = Folder::new("round");
+    let path = folder.join("a.exr");
+    let mut document = document();
+    document.placement = Some(Placement {
+        origin: [3, 4],
+        full: [100, 50],
+    });
+    document.write(&path).unwrap();
+    let again = Document::read(&path).unwrap();
+    assert_eq!(again.moments(), Some(film()));
+    assert_eq!(again.metadata, document.metadata);
+    assert_eq!(again.placement, document.placement);
+    assert_eq!(again.get_parsed::<u64>("seed"), Some(u64::MAX));
+    for layer in document
+        .layers
+        .iter()
+        .filter(|layer| layer.name != "variance")
+    {
+        let found = again.layer(&layer.name).unwrap();
+        for channel in &layer.channels {
+            assert_eq!(
+                found.channel(&channel.name),
+                Some(&channel.samples),
+                "{}",
+                layer.name
+            );
+        }
+    }
+    assert_eq!(Image::read(&path).unwrap(), film().mean_image());
+    let segments = Image::read_layer(&path, Some("segments")).unwrap();
+    assert_eq!(segments.get(2, 0), [246_913_578.0; 3]);
+    let error = Image::read_layer(&path, Some("nothing")).unwrap_err();
+    assert!(error.to_string().ends_with(
+        "expected a layer named `nothing`, found the unnamed layer, `depth`, `moments`, `segments`, `variance`"
+    ), "{error}");
+}
+
+#[test]
+fn equal_documents_are_equal_files() {
+    // Hash maps with random order stand behind the metadata of the exr crate.
+    let first = document().encode().unwrap();
+    for _ in 0..8 {
+        assert_eq!(document().encode().unwrap(), first);
+    }
+}
+
+#[test]
+fn not_a_number_and_infinity_survive() {
+    let mut image = Image::new(2, 1);
+    image.rgb = vec![
+        [f32::NAN, f32::INFINITY, -0.0],
+        [f32::MIN_POSITIVE / 2.0, 1.0, f32::MAX],
+    ];
+    let mut document = Document::new(2, 1);
+    document.add_image("", &image).unwrap();
+    let again = decode_exr(&document.encode().unwrap())
+        .unwrap()
+        .main_image()
+        .unwrap();
+    let bits = |image: &Image| {
+        image
+            .rgb
+            .iter()
+            .flatten()
+            .map(|v| v.to_bits())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(bits(&again), bits(&image));
+}
+
+#[test]
+fn what_cannot_be_stored_is_refused() {
+    let mut document = Document::new(2, 2);
+    assert!(
+        document
+            .encode()
+            .unwrap_err()
+            .to_string()
+            .contains("no layer")
+    );
+    assert!(document.add_scalar("x", vec![0.0; 3]).is_err());
+    assert!(matches!(
+        document.add_image("", &Image::new(1, 4)),
+        Err(FilmError::Size {
+            expected: [2, 2],
+            found: [1, 4]
+        })
+    ));
+    let broken = Image {
+        width: 2,
+        height: 2,
+        rgb: vec![[0.0; 3]; 3],
+    };
+    assert!(document.add_image("", &broken).is_err());
+    assert!(Document::new(0, 0).encode().is_err());
+}
+
+#[test]
+fn a_pfm_comes_back_bit_for_bit() {
+    let folder = Folder::new("pfm");
+    let image = film().mean_image();
+    write_pfm(&folder.join("a.pfm"), &image).unwrap();
+    assert_eq!(read_pfm(&folder.join("a.pfm")).unwrap(), image);
+    assert_eq!(Image::read(&folder.join("a.pfm")).unwrap(), image);
+}
+
+#[test]
+fn writing_replaces_whole_files_and_leaves_nothing_behind() {
+    let folder = Folder::new("atomic");
+    let path = folder.join("x.txt");
+    write_atomically(&path, b"old and long").unwrap();
+    write_atomically(&path, b"new").unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"new");
+    assert_eq!(folder.names(), ["x.txt"]);
+    write_atomically(&folder.join("deeper/still/y"), b"1").unwrap();
+    // A folder stands where the file should go: the rename fails, the temporary file goes away.
+    let error = write_atomically(&folder.join("deeper"), b"2").unwrap_err();
+    assert!(
+        error.to_string().contains("deeper: cannot rename"),
+        "{error}"
+    );
+    assert_eq!(folder.names(), ["deeper", "x.txt"]);
+    assert!(write_atomically(Path::new("/"), b"3").is_err());
+}
+
+#[test]
+fn errors_name_the_file() {
+    let folder = Folder::new("errors");
+    let missing = folder.join("none.exr");
+    let error = Image::read(&missing).unwrap_err().to_string();
+    assert!(
+        error.starts_with(&format!("{}: cannot read: ", missing.display())),
+        "{error}"
+    );
+    let text = folder.join("text.exr");
+    fs::write(&text, "hello").unwrap();
+    let error = Image::read(&text).unwrap_err().to_string();
+    assert!(error.ends_with(
+        "text.exr: not a readable OpenEXR file: expected the magic number [76, 2f, 31, 01], found [68, 65, 6c, 6c]"
+    ), "{error}");
+}
+
+#[test]
+fn truncated_files_are_errors() {
+    let bytes = document().encode().unwrap();
+    for length in 0..bytes.len() {
+        let error = decode_exr(&bytes[..length]).expect_err("a truncated file");
+        assert_eq!(error.format, "OpenEXR");
+    }
+}
+
+#[test]
+fn a_header_that_promises_terabytes_is_refused() {
+    let mut bytes = document().encode().unwrap();
+    let name = b"dataWindow\0box2i\0";
+    let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
+    // Only the width: the height would contradict the number of chunks.
+    bytes[at + 8..at + 12].copy_from_slice(&900_000_000_i32.to_le_bytes());
+    let error = decode_exr(&bytes).unwrap_err();
+    assert!(
+        error.found.contains("bytes of pixels in a file of"),
+        "{error}"
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        cases: 2000,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn damaged_exr_files_do_not_panic(
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
+        in_header in any::<bool>(),
+    ) {
+        let mut bytes = document().encode().unwrap();
+        let reach = if in_header { 700.min(bytes.len()) } else { bytes.len() };
+        for (index, value) in damage {
+            bytes[index.index(reach)] = value;
+        }
+        let _ = decode_exr(&bytes);
+    }
+
+    #[test]
+    fn noise_does_not_panic(noise in prop::collection::vec(any::<u8>(), 0..300)) {
+        let mut exr = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
+        exr.extend(&noise);
+        prop_assert!(decode_exr(&exr).is_err());
+        let folder = Folder::new("noise");
+        let path = folder.join("n.pfm");
+        let mut pfm = b"PF\n".to_vec();
+        pfm.extend(&noise);
+        fs::write(&path, &pfm).unwrap();
+        let _ = read_pfm(&path);
+    }
+}
