@@ -23,6 +23,7 @@
 mod area;
 mod fan;
 mod light;
+pub mod linear;
 mod lines;
 mod pdf;
 mod solid_angle;

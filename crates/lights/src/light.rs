@@ -80,6 +80,10 @@ impl LinearLight {
 /// A light of any kind that the renderer can sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "lights are few, and Copy is worth more than their memory"
+)]
 pub enum Light {
     /// A polygon.
     Area(AreaLight),

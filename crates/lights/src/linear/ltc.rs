@@ -1,0 +1,117 @@
+//! Sampling a linear light proportionally to a linearly transformed cosine (Peters 2021, §4.1).
+
+use super::projected::ProjectedLine;
+use super::{LinearSample, seen};
+use crate::fan::ONE_MINUS;
+use crate::pdf::{Pdf, ThinSolidAngle};
+use core::f64::consts::PI;
+use linelit_geometry::{DMat3, DVec3, Segment};
+
+/// Samples a linear light by an LTC, `p_M(ω) = (1/π) max(0, ω_c·z) |M⁻¹|/|M⁻¹ω|³` with `ω_c = M⁻¹ω/|M⁻¹ω|`.
+///
+/// The ends, clipped at the surface's horizon, go through M⁻¹, are clipped again at the horizon of the cosine, and the
+/// line is sampled there by projected solid angle. M maps straight lines to straight lines and keeps fractions along
+/// them, so the place on the light is the place in cosine space. The radius of the thin cylinder does not keep: the
+/// factor `dR/dR_c = |Mᵀ(s × l₀)|/|s × l₀|` (eq. 5) multiplies the density.
+///
+/// **Domain**: `m` maps cosine space (z the axis of the cosine) to world space and must be invertible; which BRDF it
+/// fits is for the tables in the shading crate to say. **Units**: densities in m/sr.
+#[derive(Clone, Copy, Debug)]
+pub struct LtcSampler {
+    line: ProjectedLine<f64>,
+    /// World-space line, relative to x.
+    start: DVec3,
+    edge: DVec3,
+    /// What of the whole light was above the horizon of the surface.
+    above: [f64; 2],
+    inverse: DMat3,
+    determinant: f64,
+    factor: f64,
+}
+
+impl LtcSampler {
+    /// The per-light part for the shading point `x` with unit normal `normal`. `None` if nothing of the line is above
+    /// both horizons, or `m` is singular.
+    #[must_use]
+    pub fn new(light: &Segment, x: DVec3, normal: DVec3, m: DMat3) -> Option<Self> {
+        let determinant = m.determinant();
+        if !(determinant.abs() > 0.0 && determinant.is_finite()) {
+            return None;
+        }
+        let inverse = m.inverse();
+        let view = seen(light, x, Some(normal))?;
+        let (p0, p1) = view.ends();
+        let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));
+        let edge = p1 - p0;
+        let world = linelit_geometry::predicates::cross(p0, edge);
+        // |Mᵀ (s × l₀)|/|s × l₀|; any multiple of s × l₀ will do.
+        let factor = (m.transpose() * world).length() / world.length();
+        let to_cosine = |p: DVec3| (inverse * p).to_array();
+        let z = [0.0, 0.0, 1.0];
+        let line = ProjectedLine::new(to_cosine(p0), to_cosine(p1), z)?;
+        Some(Self {
+            line,
+            start: p0,
+            edge,
+            above: view.range(),
+            inverse,
+            determinant: 1.0 / determinant.abs(),
+            factor,
+        })
+    }
+
+    /// `∫ p_M dω` over the light, per radius, in 1/m: the specular shading estimate for unit radiance × radius, before
+    /// the LTC's magnitude.
+    #[must_use]
+    pub fn integral(&self) -> f64 {
+        self.line.projected_solid_angle() / (PI * self.factor)
+    }
+
+    /// A point from one random number in [0, 1).
+    #[must_use]
+    pub fn sample(&self, xi: f64) -> LinearSample {
+        let lambda = self.line.sample(xi).lambda;
+        // Clipped in cosine space → above the surface's horizon → the whole light.
+        let place = self.line.view().whole_fraction(lambda);
+        let offset = self.start + self.edge * place;
+        let direction = offset.normalize_or_zero();
+        LinearSample {
+            t: self.above[0] * (1.0 - place) + self.above[1] * place,
+            offset,
+            direction,
+            pdf: self.pdf_in(direction, self.line.cosine(lambda)),
+        }
+    }
+
+    /// The density at the fraction `t` of the whole light; zero where the LTC vanishes.
+    #[must_use]
+    pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
+        self.locate(t).map_or(Pdf::ZERO, |(place, lambda)| {
+            let direction = (self.start + self.edge * place).normalize_or_zero();
+            self.pdf_in(direction, self.line.cosine(lambda))
+        })
+    }
+
+    /// The random number that gives the fraction `t` of the whole light; `None` where the LTC vanishes.
+    #[must_use]
+    pub fn invert(&self, t: f64) -> Option<f64> {
+        let (_, lambda) = self.locate(t)?;
+        Some(self.line.invert(lambda).clamp(0.0, ONE_MINUS))
+    }
+
+    /// Place above the surface's horizon and place in cosine space.
+    fn locate(&self, t: f64) -> Option<(f64, f64)> {
+        let [a, b] = self.above;
+        let place = (t - a) / (b - a);
+        let inside = (0.0..=1.0).contains(&place);
+        let lambda = self.line.view().clipped_fraction(place)?;
+        inside.then_some((place, lambda))
+    }
+
+    /// `p_M(ω) / ∫ p_M`, with the cosine in cosine space given.
+    fn pdf_in(&self, direction: DVec3, cosine: f64) -> Pdf<ThinSolidAngle> {
+        let stretch = (self.inverse * direction).length();
+        let ltc = cosine / PI * self.determinant / (stretch * stretch * stretch);
+        Pdf::new(ltc / self.integral())
+    }
+}

@@ -1,0 +1,232 @@
+//! Techniques for linear lights: thin cylinders given by radiance × radius (Peters 2021).
+//!
+//! [`LinearSampler`] is the door: pick a [`LinearTechnique`], set it up once per light and shading point, then take
+//! samples. The kernels behind it are generic over the precision: [`LineView`] and [`ProjectedLine`] also run in `f32`.
+//!
+//! Densities are per solid angle and times the radius, [`ThinSolidAngle`], in m/sr, so that for a light of radiance ×
+//! radius `LR` the estimate of reflected radiance is `LR · f_r · (n·ω)/pdf`.
+
+mod bisection;
+mod ltc;
+mod profile;
+mod projected;
+mod real;
+mod view;
+mod warps;
+
+pub use ltc::LtcSampler;
+pub use profile::{AlongProfile, ProfiledLine, across_lambert};
+pub use projected::ProjectedLine;
+pub use real::Real;
+pub use view::{ArcPoint, LineView};
+
+use crate::fan::ONE_MINUS;
+use crate::pdf::{Length, Pdf, ThinSolidAngle};
+use bisection::LineIntegral;
+use linelit_geometry::{DVec3, Segment};
+use warps::Warp;
+
+/// How a linear light is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LinearTechnique {
+    /// Uniform along the line.
+    Area,
+    /// Uniform in solid angle, also below the horizon.
+    SolidAngle,
+    /// Uniform in the solid angle above the horizon.
+    ClippedSolidAngle,
+    /// Clipped solid angle with a linear warp of the random number (Hart et al. 2020).
+    LinearCosine,
+    /// Clipped solid angle with a quadratic warp (Hart et al. 2020).
+    QuadraticCosine,
+    /// Projected solid angle by Newton–bisection (Li et al. 2018).
+    NewtonBisection,
+    /// Projected solid angle (Peters 2021, algorithms 1 and 2, in the cancellation-free form).
+    ProjectedSolidAngle,
+}
+
+impl LinearTechnique {
+    /// All of them, in the order of Peters 2021, Table 1.
+    pub const ALL: [Self; 7] = [
+        Self::Area,
+        Self::SolidAngle,
+        Self::ClippedSolidAngle,
+        Self::LinearCosine,
+        Self::QuadraticCosine,
+        Self::NewtonBisection,
+        Self::ProjectedSolidAngle,
+    ];
+
+    /// A short name in kebab case.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Area => "area",
+            Self::SolidAngle => "solid-angle",
+            Self::ClippedSolidAngle => "clipped-solid-angle",
+            Self::LinearCosine => "linear-cosine",
+            Self::QuadraticCosine => "quadratic-cosine",
+            Self::NewtonBisection => "newton-bisection",
+            Self::ProjectedSolidAngle => "projected-solid-angle",
+        }
+    }
+}
+
+/// A point of a linear light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LinearSample {
+    /// Place on the whole light, in [0, 1].
+    pub t: f64,
+    /// The point relative to the shading point.
+    pub offset: DVec3,
+    /// Unit direction from the shading point.
+    pub direction: DVec3,
+    /// Density per solid angle, times radius.
+    pub pdf: Pdf<ThinSolidAngle>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Area,
+    SolidAngle,
+    Warped(Warp),
+    Bisection(ProjectedLine<f64>, LineIntegral),
+    Projected(ProjectedLine<f64>),
+}
+
+/// One technique set up for one linear light and one shading point.
+///
+/// ```
+/// use linelit_geometry::{DVec3, Segment};
+/// use linelit_lights::linear::{LinearSampler, LinearTechnique};
+/// let tube = Segment::new(DVec3::new(-1.0, 0.5, 1.0), DVec3::new(2.0, 0.5, 1.5));
+/// let (x, n) = (DVec3::ZERO, DVec3::Z);
+/// let sampler = LinearSampler::new(LinearTechnique::ProjectedSolidAngle, &tube, x, n).unwrap();
+/// // Perfect for a diffuse receiver: every sample gives the same estimate.
+/// let estimate = |xi| {
+///     let s = sampler.sample(xi);
+///     s.direction.dot(n) / s.pdf.value()
+/// };
+/// assert!((estimate(0.1) / estimate(0.9) - 1.0).abs() < 1e-14);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct LinearSampler {
+    kind: Kind,
+    view: LineView<f64>,
+}
+
+impl LinearSampler {
+    /// The per-light part. `None` if the technique can give no sample: the light has no length, the shading point is on
+    /// its infinite line, or (all but [`LinearTechnique::Area`] and [`LinearTechnique::SolidAngle`]) nothing of it is
+    /// above the horizon of the unit `normal`.
+    #[must_use]
+    pub fn new(
+        technique: LinearTechnique,
+        light: &Segment,
+        x: DVec3,
+        normal: DVec3,
+    ) -> Option<Self> {
+        use LinearTechnique as T;
+        let clip = !matches!(technique, T::Area | T::SolidAngle);
+        let view = seen(light, x, clip.then_some(normal))?;
+        let projected = || ProjectedLine::of(view, normal.to_array());
+        let kind = match technique {
+            T::Area => Kind::Area,
+            T::SolidAngle | T::ClippedSolidAngle => Kind::SolidAngle,
+            T::LinearCosine => Kind::Warped(Warp::linear(&view)?),
+            T::QuadraticCosine => Kind::Warped(Warp::quadratic(&view)?),
+            T::NewtonBisection => Kind::Bisection(projected()?, LineIntegral::new(&view, normal)?),
+            T::ProjectedSolidAngle => Kind::Projected(projected()?),
+        };
+        Some(Self { kind, view })
+    }
+
+    /// The line as seen, clipped where the technique clips.
+    #[must_use]
+    pub const fn view(&self) -> &LineView<f64> {
+        &self.view
+    }
+
+    /// A point from one random number in [0, 1).
+    #[must_use]
+    pub fn sample(&self, xi: f64) -> LinearSample {
+        match &self.kind {
+            Kind::Area => self.at_place(xi),
+            Kind::SolidAngle => self.at_arc(&self.view.sample_solid_angle(xi)),
+            Kind::Warped(w) => self.at_arc(&self.view.sample_solid_angle(w.sample(xi))),
+            Kind::Bisection(_, integral) => self.at_place(integral.sample(xi)),
+            Kind::Projected(p) => self.at_arc(&p.sample(xi)),
+        }
+    }
+
+    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both holds.
+    pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
+        for (sample, &xi) in out.iter_mut().zip(xi) {
+            *sample = self.sample(xi);
+        }
+    }
+
+    /// The density at the fraction `t` of the whole light; zero where the technique never goes.
+    #[must_use]
+    pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
+        self.view
+            .clipped_fraction(t)
+            .map_or(Pdf::ZERO, |lambda| self.pdf_at(lambda))
+    }
+
+    fn pdf_at(&self, lambda: f64) -> Pdf<ThinSolidAngle> {
+        match &self.kind {
+            Kind::Area => Pdf::<Length>::new(1.0 / self.view.length())
+                .to_thin_solid_angle(self.view.distance(lambda), self.view.line_distance()),
+            Kind::SolidAngle => Pdf::new(1.0 / self.view.solid_angle()),
+            Kind::Warped(w) => {
+                let xi = self.view.invert_solid_angle(lambda);
+                Pdf::new(w.pdf(xi) / self.view.solid_angle())
+            }
+            Kind::Bisection(p, _) | Kind::Projected(p) => Pdf::new(p.pdf(lambda)),
+        }
+    }
+
+    /// The random number that gives the fraction `t` of the whole light; `None` where the technique never goes.
+    #[must_use]
+    pub fn invert(&self, t: f64) -> Option<f64> {
+        let lambda = self.view.clipped_fraction(t)?;
+        let xi = match &self.kind {
+            Kind::Area => lambda,
+            Kind::SolidAngle => self.view.invert_solid_angle(lambda),
+            Kind::Warped(w) => w.cdf(self.view.invert_solid_angle(lambda)),
+            Kind::Bisection(p, _) | Kind::Projected(p) => p.invert(lambda),
+        };
+        Some(xi.clamp(0.0, ONE_MINUS))
+    }
+
+    fn at_place(&self, lambda: f64) -> LinearSample {
+        let offset = DVec3::from(self.view.at(lambda));
+        LinearSample {
+            t: self.view.whole_fraction(lambda),
+            offset,
+            direction: offset.normalize_or_zero(),
+            pdf: self.pdf_at(lambda),
+        }
+    }
+
+    fn at_arc(&self, arc: &ArcPoint<f64>) -> LinearSample {
+        LinearSample {
+            t: self.view.whole_fraction(arc.lambda),
+            offset: DVec3::from(arc.point),
+            direction: DVec3::from(arc.direction),
+            pdf: self.pdf_at(arc.lambda),
+        }
+    }
+}
+
+/// A segment relative to `x`, with its edge formed before the subtraction.
+pub(crate) fn seen(light: &Segment, x: DVec3, normal: Option<DVec3>) -> Option<LineView<f64>> {
+    let (p0, p1) = (light.p0 - x, light.p1 - x);
+    LineView::with_edge(
+        p0.to_array(),
+        p1.to_array(),
+        light.vector().to_array(),
+        normal.map(|n| n.to_array()),
+    )
+}

@@ -1,0 +1,177 @@
+//! Projected solid angle of a line: Peters 2021, algorithms 1 and 2, without cancellation.
+
+use super::real::{Real, dot};
+use super::view::{ArcPoint, LineView};
+
+/// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
+/// the line is visible.
+///
+/// **Formula** (Peters 2021, eqs. 2–4, rewritten). With v the angle from the first end, C₀ = cos φ₀, S₀ = sin φ₀,
+/// N(v) = n·ω(v) = N₀ cos v + N′ sin v, the mass below v is
+///
+/// ```text
+/// H(v) = ∫₀ᵛ 2 cos(φ₀+u) N(u) du
+///      = C₀N₀ (v + sin v cos v) + (C₀N′ − S₀N₀) sin² v − S₀N′ (v − sin v cos v)
+/// ```
+///
+/// with the last bracket as a series for v < 1. The paper takes differences of antiderivatives anchored at the closest
+/// point q of the line, which cancel along the line's extension and far away; anchored at the end they do not.
+/// H(v) = ξ H(δ) is solved by Halley's irrational step (the root of the local quadratic) from the solid-angle sample.
+///
+/// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle × radius).
+///
+/// **Error** in ξ: 1.58e-5 in exact arithmetic after 2 steps (the paper's bound), 2.2e-7 after 3; see
+/// `examples/backward_error.rs` for measured worst cases in both precisions.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ProjectedLine<T> {
+    view: LineView<T>,
+    delta: T,
+    cos0: T,
+    sin0: T,
+    n0: T,
+    n1: T,
+    total: T,
+}
+
+impl<T: Real> ProjectedLine<T> {
+    /// The per-light part: ends relative to the shading point, unit normal. `None` if nothing of the line is above the
+    /// horizon, and as for [`LineView::new`].
+    #[must_use]
+    pub fn new(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
+        Self::of(LineView::clipped(p0, p1, normal)?, normal)
+    }
+
+    /// The same for a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by `normal`.
+    #[must_use]
+    pub fn of(view: LineView<T>, normal: [T; 3]) -> Option<Self> {
+        let (cos0, sin0) = view.start();
+        let mut out = Self {
+            view,
+            delta: view.angle(),
+            cos0,
+            sin0,
+            n0: view.end_cosines()[0],
+            n1: dot(normal, view.tangent()),
+            total: T::ZERO,
+        };
+        out.total = out.mass(out.delta);
+        out.total.is_usable().then_some(out)
+    }
+
+    /// The line as seen.
+    #[must_use]
+    pub fn view(&self) -> &LineView<T> {
+        &self.view
+    }
+
+    /// Projected solid angle per radius, `dΩ⊥/dR` in sr/m: the irradiance for a unit of radiance × radius.
+    #[must_use]
+    pub fn projected_solid_angle(&self) -> T {
+        self.total / self.view.line_distance()
+    }
+
+    /// H(v).
+    fn mass(&self, v: T) -> T {
+        let (s, c) = v.sin_cos();
+        self.mass_at(v, s, c)
+    }
+
+    #[inline]
+    fn mass_at(&self, v: T, s: T, c: T) -> T {
+        let sc = s * c;
+        let mixed = T::diff_of_products(self.cos0, self.n1, self.sin0, self.n0);
+        self.cos0 * self.n0 * (v + sc) + mixed * (s * s)
+            - self.sin0 * self.n1 * minus_sin_cos(v, sc)
+    }
+
+    /// The sample after [`Real::STEPS`] steps: 3 in `f64`, 2 in `f32`.
+    #[must_use]
+    pub fn sample(&self, xi: T) -> ArcPoint<T> {
+        self.sample_steps(xi, T::STEPS)
+    }
+
+    /// The sample after a given number of steps; 2 is the paper's.
+    #[must_use]
+    pub fn sample_steps(&self, xi: T, steps: u32) -> ArcPoint<T> {
+        let v = self.angle_steps(xi, steps);
+        self.view.at_angle(v, self.delta)
+    }
+
+    /// The angle v of the sample after a number of steps.
+    #[must_use]
+    pub fn angle_steps(&self, xi: T, steps: u32) -> T {
+        let target = xi * self.total;
+        let mut v = self.view.start_angle(xi);
+        for _ in 0..steps {
+            v = (v + self.step(v, target))
+                .at_least(T::ZERO)
+                .at_most(self.delta);
+        }
+        v
+    }
+
+    /// The root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if none.
+    #[inline]
+    fn step(&self, v: T, target: T) -> T {
+        let (s, c) = v.sin_cos();
+        let excess = self.mass_at(v, s, c) - target;
+        let cos = self.cos0 * c - self.sin0 * s;
+        let sin = self.sin0 * c + self.cos0 * s;
+        let n = self.n0 * c + self.n1 * s;
+        let dn = self.n1 * c - self.n0 * s;
+        let two = T::ONE + T::ONE;
+        let slope = two * cos * n;
+        let half_bend = cos * dn - sin * n;
+        let discriminant = slope * slope - two * two * half_bend * excess;
+        let sum = slope.abs() + discriminant.at_least(T::ZERO).sqrt();
+        if sum > T::ZERO {
+            -two * excess / sum
+        } else {
+            T::ZERO
+        }
+    }
+
+    /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring backward errors.
+    #[must_use]
+    pub fn cdf(&self, v: T) -> T {
+        (self.mass(v) / self.total)
+            .at_least(T::ZERO)
+            .at_most(T::ONE)
+    }
+
+    /// The random number whose sample is at the place `lambda` of the clipped line.
+    #[must_use]
+    pub fn invert(&self, lambda: T) -> T {
+        self.cdf(self.view.angle_of(lambda))
+    }
+
+    /// n·ω for a unit direction of the line's fan, from the place: `max(0, n·p)/|p|` by the end cosines.
+    #[must_use]
+    pub fn cosine(&self, lambda: T) -> T {
+        let p = self.view.at(lambda);
+        let height = self.view.height(lambda);
+        height / dot(p, p).sqrt()
+    }
+
+    /// Density per solid angle, times radius, at the place `lambda`: `(n·ω)/(dΩ⊥/dR)` in m/sr.
+    #[must_use]
+    pub fn pdf(&self, lambda: T) -> T {
+        self.cosine(lambda) / self.projected_solid_angle()
+    }
+}
+
+/// `v − sin v cos v` given the product; relatively accurate.
+#[inline]
+fn minus_sin_cos<T: Real>(v: T, sin_cos: T) -> T {
+    if v > T::ONE {
+        return v - sin_cos;
+    }
+    // (y − sin y)/2 with y = 2v: y³/12 (1 − y²/20 (1 − y²/42 (…))).
+    let y2 = T::from_f64(4.0) * v * v;
+    let mut sum = T::ONE;
+    for k in (2..=T::TERMS + 1).rev() {
+        let k = f64::from(k);
+        sum = T::ONE - y2 * T::from_f64(1.0 / ((2.0 * k) * (2.0 * k + 1.0))) * sum;
+    }
+    T::from_f64(2.0 / 3.0) * v * v * v * sum
+}

@@ -1,0 +1,196 @@
+//! The two precisions of the linear-light kernels, and the little vector algebra that they need.
+
+use core::fmt::Debug;
+use core::ops::{Add, Div, Mul, Neg, Sub};
+use linelit_geometry::predicates;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// `f32` or `f64`. Sealed.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// Distance from 1 to the next number.
+    const EPSILON: Self;
+    /// Halley steps after which the inversion of the projected solid angle is as exact as the precision: 2 or 3.
+    const STEPS: u32;
+    /// Terms of the series of v − sin v cos v for v < 1.
+    const TERMS: u32;
+
+    /// The nearest number.
+    fn from_f64(x: f64) -> Self;
+    /// The same number.
+    fn to_f64(self) -> f64;
+    /// √x.
+    fn sqrt(self) -> Self;
+    /// |x|.
+    fn abs(self) -> Self;
+    /// sin and cos.
+    fn sin_cos(self) -> (Self, Self);
+    /// The angle of the point (x, self).
+    fn atan2(self, x: Self) -> Self;
+    /// Arc tangent.
+    fn atan(self) -> Self;
+    /// `a·b − c·d`, accurate relative to the result.
+    fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
+
+    /// The larger of two; `other` if `self` is NaN.
+    #[inline]
+    #[must_use]
+    fn at_least(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    /// The smaller of two; `other` if `self` is NaN.
+    #[inline]
+    #[must_use]
+    fn at_most(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+
+    /// Whether the number is positive and finite.
+    #[inline]
+    fn is_usable(self) -> bool {
+        self > Self::ZERO && self.to_f64() < f64::INFINITY
+    }
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const EPSILON: Self = f64::EPSILON;
+    const STEPS: u32 = 3;
+    const TERMS: u32 = 10;
+
+    #[inline]
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+    #[inline]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+    #[inline]
+    fn atan(self) -> Self {
+        self.atan()
+    }
+    #[inline]
+    fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
+        predicates::diff_of_products(a, b, c, d)
+    }
+}
+
+impl Real for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const EPSILON: Self = f32::EPSILON;
+    const STEPS: u32 = 2;
+    const TERMS: u32 = 6;
+
+    #[inline]
+    #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+    fn from_f64(x: f64) -> Self {
+        x as Self
+    }
+    #[inline]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+    #[inline]
+    fn atan(self) -> Self {
+        self.atan()
+    }
+    /// Products of two `f32` are exact in `f64`.
+    #[inline]
+    fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
+        Self::from_f64(f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d))
+    }
+}
+
+pub(crate) type V3<T> = [T; 3];
+
+#[inline]
+pub(crate) fn add<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline]
+pub(crate) fn sub<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline]
+pub(crate) fn scale<T: Real>(a: V3<T>, s: T) -> V3<T> {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
+#[inline]
+pub(crate) fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+pub(crate) fn length<T: Real>(a: V3<T>) -> T {
+    dot(a, a).sqrt()
+}
+
+/// The cross product, each component accurate relative to itself.
+#[inline]
+pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
+    let d = T::diff_of_products;
+    [
+        d(a[1], b[2], a[2], b[1]),
+        d(a[2], b[0], a[0], b[2]),
+        d(a[0], b[1], a[1], b[0]),
+    ]
+}

@@ -1,0 +1,337 @@
+//! A line as the shading point sees it: clipping, solid angle, and the map between angles and places.
+
+use super::real::{Real, V3, add, cross, dot, length, scale, sub};
+
+/// A straight line seen from the origin, clipped or not, with the few numbers that every technique starts from.
+///
+/// With q the point of the infinite line closest to the origin, h = |q| and φ the angle from q, the line is the arc
+/// φ₀ … φ₁ of a great circle; v = φ − φ₀ runs over [0, δ]. All differences are formed so that nothing cancels for lines
+/// that are short, far, nearly collinear with the origin or passing close to it; cross products are accurate by
+/// component. Generic over `f32` and `f64`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LineView<T> {
+    p0: V3<T>,
+    p1: V3<T>,
+    /// Edge, not clipped, and its length.
+    edge: V3<T>,
+    whole: T,
+    /// Fractions of the whole line at which the clipped line begins and ends.
+    range: [T; 2],
+    /// Clipped length.
+    l: T,
+    r: [T; 2],
+    /// p0·p1 and |p0 × p1| of the clipped ends.
+    dot: T,
+    cross: T,
+    /// Unit normal of the plane of the line and the origin.
+    axis: V3<T>,
+    h: T,
+    /// Cosines n·p of the clipped ends (0 where clipped); zero without a normal.
+    height: [T; 2],
+    /// sin φ at both ends.
+    sine: [T; 2],
+    /// sin φ₁ − sin φ₀.
+    sine_range: T,
+}
+
+impl<T: Real> LineView<T> {
+    /// The whole line between two points relative to the shading point. `None` if it has no length, if the shading point
+    /// is on the infinite line (its solid angle is zero or infinite), or if a coordinate is not finite.
+    #[must_use]
+    pub fn new(p0: [T; 3], p1: [T; 3]) -> Option<Self> {
+        Self::with_edge(p0, p1, sub(p1, p0), None)
+    }
+
+    /// The part of the line in the half-space `normal·p ≥ 0`. `None` as for [`LineView::new`], or if nothing is above
+    /// the horizon.
+    ///
+    /// The end on the horizon is `(n × (p0 × p1))/(n·e)`, accurate relative to itself (Peters 2021, §3.2 clips too, by
+    /// interpolation, whose absolute error matters when the crossing is close to the shading point).
+    #[must_use]
+    pub fn clipped(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
+        Self::with_edge(p0, p1, sub(p1, p0), Some(normal))
+    }
+
+    /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that knows it more
+    /// accurately, because it formed it before the shading point was subtracted.
+    #[must_use]
+    pub fn with_edge(p0: [T; 3], p1: [T; 3], edge: [T; 3], normal: Option<[T; 3]>) -> Option<Self> {
+        let whole = length(edge);
+        let x = cross(p0, edge);
+        let area = length(x);
+        if !(whole.is_usable() && area.is_usable()) {
+            return None;
+        }
+        let mut view = Self {
+            p0,
+            p1,
+            edge,
+            whole,
+            range: [T::ZERO, T::ONE],
+            l: whole,
+            cross: area,
+            axis: scale(x, T::ONE / area),
+            h: area / whole,
+            ..Self::default()
+        };
+        if let Some(n) = normal {
+            view.clip(n, x)?;
+        }
+        view.finish()
+    }
+
+    fn clip(&mut self, n: V3<T>, x: V3<T>) -> Option<()> {
+        let (c0, c1) = (dot(n, self.p0), dot(n, self.p1));
+        self.height = [c0.at_least(T::ZERO), c1.at_least(T::ZERO)];
+        if c0 <= T::ZERO && c1 <= T::ZERO {
+            return None;
+        }
+        if c0 >= T::ZERO && c1 >= T::ZERO {
+            return Some(());
+        }
+        let span = c1 - c0;
+        let on_horizon = scale(cross(n, x), T::ONE / span);
+        let kept = if c0 < T::ZERO {
+            self.p0 = on_horizon;
+            self.range[0] = -c0 / span;
+            c1 / span
+        } else {
+            self.p1 = on_horizon;
+            self.range[1] = c0 / -span;
+            c0 / -span
+        };
+        self.l = self.whole * kept;
+        self.cross = self.cross * kept;
+        Some(())
+    }
+
+    /// What depends on the clipped ends.
+    fn finish(mut self) -> Option<Self> {
+        let (r0, r1) = (length(self.p0), length(self.p1));
+        self.r = [r0, r1];
+        self.dot = dot(self.p0, self.p1);
+        let unit = scale(self.edge, T::ONE / self.whole);
+        self.sine = [dot(self.p0, unit) / r0, dot(self.p1, unit) / r1];
+        let product = r0 * r1;
+        self.sine_range = if self.dot > T::ZERO {
+            // h² l (r0 + r1)/(r0 r1 (r0 r1 + p0·p1)): nothing cancels.
+            (self.h / r0) * (self.h / r1) * (self.l / (product + self.dot)) * (r0 + r1)
+        } else {
+            self.sine[1] - self.sine[0]
+        };
+        (self.sine_range.is_usable() && self.cross.is_usable()).then_some(self)
+    }
+
+    /// The (clipped) ends.
+    #[must_use]
+    pub fn ends(&self) -> ([T; 3], [T; 3]) {
+        (self.p0, self.p1)
+    }
+
+    /// The fractions of the whole line at which the clipped one begins and ends.
+    #[must_use]
+    pub fn range(&self) -> [T; 2] {
+        self.range
+    }
+
+    /// Distance h of the infinite line from the shading point.
+    #[must_use]
+    pub fn line_distance(&self) -> T {
+        self.h
+    }
+
+    /// Length of the (clipped) line.
+    #[must_use]
+    pub fn length(&self) -> T {
+        self.l
+    }
+
+    /// The angle δ in (0, π) that the line subtends.
+    #[must_use]
+    pub fn angle(&self) -> T {
+        self.cross.atan2(self.dot)
+    }
+
+    /// sin δ and cos δ.
+    pub(crate) fn angle_sin_cos(&self) -> (T, T) {
+        let product = self.r[0] * self.r[1];
+        (self.cross / product, self.dot / product)
+    }
+
+    /// Cosine and sine of φ at the first end: h/r₀ and s₀/r₀.
+    pub(crate) fn start(&self) -> (T, T) {
+        (self.h / self.r[0], self.sine[0])
+    }
+
+    /// n·ω at both clipped ends.
+    pub(crate) fn end_cosines(&self) -> [T; 2] {
+        [self.height[0] / self.r[0], self.height[1] / self.r[1]]
+    }
+
+    /// Unit tangent t at the first end's direction towards the second.
+    pub(crate) fn tangent(&self) -> V3<T> {
+        scale(cross(self.axis, self.p0), T::ONE / self.r[0])
+    }
+
+    /// Solid angle per radius in sr/m: `dΩ/dR = (2/h)(sin φ₁ − sin φ₀)` (Peters 2021, eq. 1 and its limit).
+    #[must_use]
+    pub fn solid_angle(&self) -> T {
+        (self.sine_range + self.sine_range) / self.h
+    }
+
+    /// Distance from the shading point of the place `lambda` in [0, 1] on the (clipped) line.
+    #[must_use]
+    pub fn distance(&self, lambda: T) -> T {
+        length(self.at(lambda))
+    }
+
+    /// The place `lambda` in [0, 1] on the (clipped) line, relative to the shading point, from the nearer end.
+    #[must_use]
+    pub fn at(&self, lambda: T) -> [T; 3] {
+        let kept = self.range[1] - self.range[0];
+        if lambda + lambda <= T::ONE {
+            add(self.p0, scale(self.edge, kept * lambda))
+        } else {
+            sub(self.p1, scale(self.edge, kept * (T::ONE - lambda)))
+        }
+    }
+
+    /// The fraction of the whole line at the place `lambda` of the clipped one.
+    #[must_use]
+    pub fn whole_fraction(&self, lambda: T) -> T {
+        self.range[0] * (T::ONE - lambda) + self.range[1] * lambda
+    }
+
+    /// The place on the clipped line of a fraction of the whole; `None` where it is clipped away.
+    #[must_use]
+    pub fn clipped_fraction(&self, t: T) -> Option<T> {
+        let [a, b] = self.range;
+        (t >= a && t <= b && b > a).then(|| ((t - a) / (b - a)).at_most(T::ONE))
+    }
+
+    /// The sample that is uniform in solid angle (Peters 2021, §3.1): sin φ runs linearly in ξ. No trigonometry.
+    #[must_use]
+    pub fn sample_solid_angle(&self, xi: T) -> ArcPoint<T> {
+        let cos_phi = self.cos_phi(xi);
+        // tan(v/2) = (sin φ − sin φ₀)/(cos φ + cos φ₀), and the same from the other end.
+        let from = |fraction: T, c: T| {
+            let t = fraction * self.sine_range / (c + cos_phi);
+            let q = T::ONE / (T::ONE + t * t);
+            ((t + t) * q, (T::ONE - t * t) * q)
+        };
+        let (c0, c1) = (self.h / self.r[0], self.h / self.r[1]);
+        self.arc_point(from(xi, c0), from(T::ONE - xi, c1))
+    }
+
+    /// cos φ of the solid-angle sample: √((1 − sin φ)(1 + sin φ)) with both factors linear in ξ, and at the ends each
+    /// from its small side.
+    #[inline]
+    fn cos_phi(&self, xi: T) -> T {
+        let both = |i: usize| {
+            let (s, c) = (self.sine[i], self.h / self.r[i]);
+            if s > T::ZERO {
+                let plus = T::ONE + s;
+                (c * c / plus, plus)
+            } else {
+                let minus = T::ONE - s;
+                (minus, c * c / minus)
+            }
+        };
+        let ((m0, p0), (m1, p1)) = (both(0), both(1));
+        let eta = T::ONE - xi;
+        ((m0 * eta + m1 * xi) * (p0 * eta + p1 * xi)).sqrt()
+    }
+
+    /// The fraction of the solid angle below the place `lambda`: the inverse of [`LineView::sample_solid_angle`].
+    #[must_use]
+    pub fn invert_solid_angle(&self, lambda: T) -> T {
+        let (below, above) = (
+            self.sine_step(0, lambda),
+            self.sine_step(1, T::ONE - lambda),
+        );
+        let sum = below + above;
+        if sum > T::ZERO { below / sum } else { T::ZERO }
+    }
+
+    /// |sin φ − sin φ_end| at the distance `lambda` (fraction of the clipped length) from an end.
+    fn sine_step(&self, end: usize, lambda: T) -> T {
+        let towards = if end == 0 { lambda } else { T::ONE - lambda };
+        let p = self.at(towards);
+        let (r0, r) = (self.r[end], length(p));
+        let start = if end == 0 { self.p0 } else { self.p1 };
+        let (d, l) = (dot(start, p), self.l * lambda);
+        if d > T::ZERO {
+            (self.h / r0) * (self.h / r) * (l / (r0 * r + d)) * (r0 + r)
+        } else {
+            (dot(p, self.edge) / (self.whole * r) - self.sine[end]).abs()
+        }
+    }
+
+    /// tan(v/2) of the solid-angle sample, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)`, as an angle: where the inversion of
+    /// the projected solid angle starts.
+    pub(crate) fn start_angle(&self, xi: T) -> T {
+        let t = xi * self.sine_range / (self.h / self.r[0] + self.cos_phi(xi));
+        let half = t.atan();
+        half + half
+    }
+
+    /// The angle v of the place `lambda`.
+    pub(crate) fn angle_of(&self, lambda: T) -> T {
+        let p = self.at(lambda);
+        (self.cross * lambda).atan2(dot(self.p0, p))
+    }
+
+    /// n·p at the place `lambda`, linear between the clipped ends.
+    pub(crate) fn height(&self, lambda: T) -> T {
+        self.height[0] * (T::ONE - lambda) + self.height[1] * lambda
+    }
+
+    /// The sample at the angle v from the first end.
+    pub(crate) fn at_angle(&self, v: T, delta: T) -> ArcPoint<T> {
+        self.arc_point(v.sin_cos(), (delta - v).sin_cos())
+    }
+
+    /// The place and direction from sine and cosine of the angles to both ends.
+    fn arc_point(&self, from_start: (T, T), from_end: (T, T)) -> ArcPoint<T> {
+        // The direction is p0/r0 sin(δ−v)/sin δ + p1/r1 sin v/sin δ: all weights positive.
+        let (w0, w1) = (from_end.0 / self.r[0], from_start.0 / self.r[1]);
+        let sum = w0 + w1;
+        let lambda = if sum > T::ZERO { w1 / sum } else { T::ZERO };
+        let (sin_delta, cos_delta) = self.angle_sin_cos();
+        let half = T::from_f64(0.5);
+        if cos_delta > T::ZERO && sin_delta < half {
+            let point = self.at(lambda);
+            let direction = scale(point, T::ONE / length(point));
+            return ArcPoint {
+                lambda,
+                direction,
+                point,
+            };
+        }
+        let along = scale(self.tangent(), from_start.0);
+        let direction = add(scale(self.p0, from_start.1 / self.r[0]), along);
+        let point = scale(direction, self.distance_in(direction));
+        ArcPoint {
+            lambda,
+            direction,
+            point,
+        }
+    }
+
+    /// Distance of the point in the unit direction `w` of the line's fan: h/cos φ, with cos φ = |edge × w|/|edge|.
+    fn distance_in(&self, w: V3<T>) -> T {
+        self.h * self.whole / length(cross(self.edge, w))
+    }
+}
+
+/// A place on a line, by position and by direction: a unit direction in `f32` resolves a far line only to ε/δ of its
+/// length, while a fraction of a long line that passes close by resolves its near part only to ε l/h.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ArcPoint<T> {
+    /// Fraction of the clipped line, in [0, 1].
+    pub lambda: T,
+    /// Unit direction from the shading point.
+    pub direction: [T; 3],
+    /// The point relative to the shading point, from whichever of the two resolves it.
+    pub point: [T; 3],
+}
