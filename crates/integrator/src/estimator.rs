@@ -1,0 +1,221 @@
+//! The estimators and their names on the command line.
+
+use linelit_lights::{OffsetDensity, Orientation};
+use std::fmt;
+use std::str::FromStr;
+
+/// How direct light is estimated at a shading point.
+///
+/// The text form is the command line's: a name and options in brackets, such as
+/// `line-area[orientation=fixed:0.25,offset=uniform]`. What is not said takes its default:
+/// `orientation=parallel`, `offset=length`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Estimator {
+    /// Points uniform on the light's area, one shadow ray each.
+    PointArea,
+    /// Points uniform in the light's solid angle, one shadow ray each.
+    PointSolidAngle,
+    /// Line samples by area; on each, one point of its visible part, uniform in length.
+    LineArea(LineOptions),
+    /// Line samples by area; the light along their visible parts in closed form.
+    LineAnalytic(LineOptions),
+    /// The closed form over the whole light where nothing occludes it, black where it is wholly
+    /// hidden; in penumbrae, [`Estimator::LineAnalytic`].
+    Exact,
+}
+
+/// How the lines of a light are chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineOptions {
+    /// Direction of the lines.
+    pub orientation: Orientation,
+    /// Density of their offsets.
+    pub offset: OffsetDensity,
+}
+
+impl Default for LineOptions {
+    /// What Billen & Dutré prefer: parallel per shading point, offsets proportional to length.
+    fn default() -> Self {
+        Self { orientation: Orientation::ParallelPerPoint, offset: OffsetDensity::Length }
+    }
+}
+
+/// Names without options, as the command line lists them.
+pub const ESTIMATOR_NAMES: [&str; 5] =
+    ["point-area", "point-solid-angle", "line-area", "line-analytic", "exact"];
+
+/// Why a text names no estimator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ParseEstimatorError {
+    message: String,
+}
+
+impl ParseEstimatorError {
+    fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into() }
+    }
+}
+
+impl fmt::Display for ParseEstimatorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for ParseEstimatorError {}
+
+impl Estimator {
+    /// Whether the estimator asks line queries.
+    #[must_use]
+    pub const fn uses_lines(&self) -> bool {
+        matches!(self, Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact)
+    }
+}
+
+impl FromStr for Estimator {
+    type Err = ParseEstimatorError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let text = text.trim();
+        let (name, options) = match text.split_once('[') {
+            None => (text, ""),
+            Some((name, rest)) => match rest.strip_suffix(']') {
+                Some(options) => (name, options),
+                None => return Err(ParseEstimatorError::new(format!("`{text}` lacks its closing `]`"))),
+            },
+        };
+        if name.contains('+') {
+            return Err(ParseEstimatorError::new(format!(
+                "`{text}` combines estimators, which this version does not do"
+            )));
+        }
+        let lines = |make: fn(LineOptions) -> Self| parse_line_options(name, options).map(make);
+        let plain = |estimator: Self| match options {
+            "" => Ok(estimator),
+            _ => Err(ParseEstimatorError::new(format!("`{name}` takes no options, found `{options}`"))),
+        };
+        match name {
+            "point-area" => plain(Self::PointArea),
+            "point-solid-angle" => plain(Self::PointSolidAngle),
+            "line-area" => lines(Self::LineArea),
+            "line-analytic" => lines(Self::LineAnalytic),
+            "exact" => plain(Self::Exact),
+            _ => Err(ParseEstimatorError::new(format!(
+                "unknown estimator `{name}`; expected one of {}",
+                ESTIMATOR_NAMES.join(", ")
+            ))),
+        }
+    }
+}
+
+fn parse_line_options(name: &str, options: &str) -> Result<LineOptions, ParseEstimatorError> {
+    let mut out = LineOptions::default();
+    for option in options.split(',').map(str::trim).filter(|o| !o.is_empty()) {
+        let (key, value) = option.split_once('=').unwrap_or((option, ""));
+        match key {
+            "orientation" => out.orientation = parse_orientation(value)?,
+            "offset" => out.offset = parse_offset(value)?,
+            _ => {
+                return Err(ParseEstimatorError::new(format!(
+                    "`{name}` has no option `{key}`; expected orientation or offset"
+                )));
+            }
+        }
+    }
+    Ok(out)
+}
+
+fn parse_orientation(value: &str) -> Result<Orientation, ParseEstimatorError> {
+    match value {
+        "parallel" => Ok(Orientation::ParallelPerPoint),
+        "uniform" => Ok(Orientation::UniformPerLine),
+        "fixed" => Ok(Orientation::Fixed(0.0)),
+        _ => value
+            .strip_prefix("fixed:")
+            .and_then(|v| v.parse::<f64>().ok())
+            .filter(|v| v.is_finite())
+            .map(Orientation::Fixed)
+            .ok_or_else(|| {
+                ParseEstimatorError::new(format!(
+                    "orientation `{value}`; expected parallel, uniform or fixed:FRACTION (of a half turn)"
+                ))
+            }),
+    }
+}
+
+fn parse_offset(value: &str) -> Result<OffsetDensity, ParseEstimatorError> {
+    match value {
+        "uniform" => Ok(OffsetDensity::Uniform),
+        "length" => Ok(OffsetDensity::Length),
+        _ => Err(ParseEstimatorError::new(format!("offset `{value}`; expected uniform or length"))),
+    }
+}
+
+impl fmt::Display for Estimator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PointArea => f.write_str("point-area"),
+            Self::PointSolidAngle => f.write_str("point-solid-angle"),
+            Self::LineArea(options) => write!(f, "line-area{options}"),
+            Self::LineAnalytic(options) => write!(f, "line-analytic{options}"),
+            Self::Exact => f.write_str("exact"),
+        }
+    }
+}
+
+impl fmt::Display for LineOptions {
+    /// Options that are the default are left out.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let default = Self::default();
+        let mut parts = Vec::new();
+        if self.orientation != default.orientation {
+            parts.push(match self.orientation {
+                Orientation::Fixed(fraction) => format!("orientation=fixed:{fraction}"),
+                Orientation::UniformPerLine => "orientation=uniform".to_owned(),
+                Orientation::ParallelPerPoint => "orientation=parallel".to_owned(),
+            });
+        }
+        if self.offset != default.offset {
+            parts.push("offset=uniform".to_owned());
+        }
+        if parts.is_empty() { Ok(()) } else { write!(f, "[{}]", parts.join(",")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_round_trip() {
+        let texts = [
+            "point-area",
+            "point-solid-angle",
+            "line-area",
+            "line-analytic",
+            "line-area[orientation=fixed:0.25]",
+            "line-area[orientation=uniform,offset=uniform]",
+            "line-analytic[offset=uniform]",
+            "exact",
+        ];
+        for text in texts {
+            let estimator: Estimator = text.parse().unwrap();
+            assert_eq!(estimator.to_string(), text);
+        }
+        let spelt: Estimator = "line-area[ offset=length , orientation=parallel ]".parse().unwrap();
+        assert_eq!(spelt.to_string(), "line-area");
+    }
+
+    #[test]
+    fn errors_say_what_was_expected() {
+        let error = |t: &str| t.parse::<Estimator>().unwrap_err().to_string();
+        assert!(error("line").contains("expected one of point-area"));
+        assert!(error("line-area[").contains("closing"));
+        assert!(error("line-area[width=2]").contains("no option `width`"));
+        assert!(error("line-area[orientation=fixed:nan]").contains("fixed:FRACTION"));
+        assert!(error("line-area[offset=angle]").contains("expected uniform or length"));
+        assert!(error("exact[n=2]").contains("takes no options"));
+        assert!(error("point-area+line-area").contains("combines"));
+    }
+}

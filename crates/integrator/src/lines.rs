@@ -1,0 +1,158 @@
+//! Line samples: the visibility of a whole segment at once.
+
+use crate::{LineOptions, SegmentCounters, ShadingPoint, closed_form};
+use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_lights::{AreaLight, LineSample, LineSampler, Orientation};
+use linelit_samplers::{SampleSet, Sampler};
+use linelit_visibility::VisibleLines;
+use std::f64::consts::PI;
+
+/// Where the random numbers of one (shading point, light) pair come from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Streams<'a> {
+    /// Offsets, or offsets and places along the lines.
+    pub samples: &'a SampleSet,
+    /// Whether the set is two-dimensional.
+    pub two_dimensional: bool,
+    /// Independent numbers, for orientations.
+    pub orientations: &'a Sampler,
+    /// The pixel and the first dimension of the pair.
+    pub key: ([u32; 2], u32),
+    /// Number of samples.
+    pub count: u32,
+}
+
+/// Which integral is taken along the visible parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Along {
+    /// The closed form (Billen & Dutré 2016, section 5.3).
+    Analytic,
+    /// One point, uniform in the visible length (Salesin & Jarosz 2019, eqs. 14–15).
+    Point,
+}
+
+/// The line samples of one (shading point, light) pair.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Draws {
+    /// The lines.
+    pub lines: Vec<Segment>,
+    /// Reciprocal densities of their offsets.
+    pub weights: Vec<f64>,
+    /// Places along them, where the samples are two-dimensional.
+    pub places: Vec<f64>,
+}
+
+impl Draws {
+    fn clear(&mut self) {
+        self.lines.clear();
+        self.weights.clear();
+        self.places.clear();
+    }
+
+    fn push(&mut self, sample: &LineSample, place: f64) {
+        if sample.pdf.is_positive() {
+            self.lines.push(sample.segment);
+            self.weights.push(1.0 / sample.pdf.value());
+            self.places.push(place);
+        }
+    }
+
+    /// Draws all line samples of the pair.
+    pub(crate) fn draw(&mut self, light: &AreaLight, options: LineOptions, streams: &Streams<'_>) {
+        self.clear();
+        let (pixel, dimension) = streams.key;
+        let angles = streams.orientations.points(pixel, dimension + 1, streams.count);
+        let common = match options.orientation {
+            Orientation::Fixed(fraction) => Some(fraction * PI),
+            Orientation::ParallelPerPoint => Some(angles.get_1d(0) * PI),
+            Orientation::UniformPerLine => None,
+        };
+        let make = |angle: f64| LineSampler::new(&light.polygon, angle, options.offset);
+        let shared = common.map(make);
+        for i in 0..streams.count {
+            let (u, place) = streams.get(i);
+            let sample = match &shared {
+                Some(sampler) => sampler.sample(u),
+                None => make(angles.get_1d(i) * PI).sample(u),
+            };
+            self.push(&sample, place);
+        }
+    }
+}
+
+impl Streams<'_> {
+    fn get(&self, i: u32) -> (f64, f64) {
+        if self.two_dimensional {
+            let [u, v] = self.samples.get_2d(i);
+            (u, v)
+        } else {
+            (self.samples.get_1d(i), 0.0)
+        }
+    }
+}
+
+/// What was seen of the lines of a pair: the sum over them, and the counts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Gathered {
+    /// Sum of value over density.
+    pub sum: DVec3,
+    /// Lines and their pieces.
+    pub segments: SegmentCounters,
+    /// Lines wholly hidden.
+    pub hidden: u64,
+}
+
+/// Sums over the drawn lines what their visible parts send.
+pub(crate) fn gather(
+    light: &AreaLight,
+    point: &ShadingPoint,
+    along: Along,
+    draws: &Draws,
+    visible: &VisibleLines,
+) -> Gathered {
+    let mut out = Gathered::default();
+    for (i, line) in draws.lines.iter().enumerate() {
+        let parts = visible.line(i);
+        out.segments.lines += 1;
+        out.segments.pieces += parts.len() as u64;
+        if parts.is_empty() {
+            out.hidden += 1;
+            continue;
+        }
+        let value = match along {
+            Along::Analytic => closed_form::line(light, point, line, parts),
+            Along::Point => one_point(light, point, line, parts, draws.places[i]),
+        };
+        out.sum += value * draws.weights[i];
+    }
+    out
+}
+
+/// L f_r cos θ cos θ'/r² × visible length, at the point of the visible part that `v` picks.
+fn one_point(
+    light: &AreaLight,
+    point: &ShadingPoint,
+    line: &Segment,
+    parts: &[Interval],
+    v: f64,
+) -> DVec3 {
+    let total: f64 = parts.iter().map(Interval::length).sum();
+    let on_light = line.at(place(parts, v * total));
+    let to_light = on_light - point.position;
+    let square = to_light.length_squared();
+    let w = to_light / square.sqrt();
+    let cos_light = light.polygon.normal().dot(w).abs();
+    let value = crate::points::unshadowed(light, point, w);
+    value * (cos_light / square * total * line.length())
+}
+
+/// The parameter that has `length` of the visible parts before it.
+fn place(parts: &[Interval], mut length: f64) -> f64 {
+    for part in parts {
+        if length <= part.length() {
+            return part.lo + length;
+        }
+        length -= part.length();
+    }
+    parts.last().map_or(0.0, |p| p.hi)
+}

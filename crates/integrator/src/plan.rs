@@ -1,0 +1,168 @@
+//! What a scene, and what a shading point, does not need.
+
+use crate::ShadingPoint;
+use linelit_geometry::DVec3;
+use linelit_lights::{AreaLight, Light};
+use linelit_scene::Scene;
+use std::fmt;
+use std::ops::{AddAssign, Range};
+
+/// A light that can contribute to some point of the scene.
+#[derive(Clone, Debug)]
+pub struct PlannedLight {
+    /// Index of the light in the scene: it names the light's sample dimensions.
+    pub index: u32,
+    /// The light.
+    pub light: Light,
+    /// The light's own triangles, which never block it.
+    pub triangles: Range<u32>,
+}
+
+/// What is left to do once everything that cannot matter is dropped; built once per scene.
+///
+/// Per scene it drops lights that emit nothing. Per shading point it drops lights that face away
+/// or lie below the horizon, and all lights where the material reflects nothing. What visibility
+/// then finds (empty shafts, lights hidden by one occluder) is skipped by the estimators. All of
+/// it is counted in [`PlanCounters`]; every skip leaves the image as it is, bit for bit, or
+/// replaces an estimate by the exact value.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    lights: Vec<PlannedLight>,
+    dark_lights: usize,
+}
+
+impl Plan {
+    /// The plan of a scene.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let all = scene.lights.iter().zip(0u32..);
+        let lights: Vec<_> = all
+            .filter(|(light, _)| light.light.power() > 0.0)
+            .map(|(light, index)| PlannedLight {
+                index,
+                light: light.light,
+                triangles: light.triangles.clone(),
+            })
+            .collect();
+        Self { dark_lights: scene.lights.len() - lights.len(), lights }
+    }
+
+    /// The lights that emit.
+    #[must_use]
+    pub fn lights(&self) -> &[PlannedLight] {
+        &self.lights
+    }
+
+    /// Lights of the scene that emit nothing.
+    #[must_use]
+    pub const fn dark_lights(&self) -> usize {
+        self.dark_lights
+    }
+
+    /// Whether `light` can reach the point at all; counts why not.
+    pub(crate) fn reaches(
+        light: &PlannedLight,
+        point: &ShadingPoint,
+        counters: &mut PlanCounters,
+    ) -> bool {
+        counters.point_lights += 1;
+        match &light.light {
+            Light::Area(area) => {
+                if !area.faces(point.position) {
+                    counters.facing_away += 1;
+                    return false;
+                }
+                above_horizon(point, area_vertices(area), counters)
+            }
+            Light::Linear(line) => {
+                above_horizon(point, &[line.segment.p0, line.segment.p1], counters)
+            }
+            _ => true,
+        }
+    }
+}
+
+fn area_vertices(light: &AreaLight) -> &[DVec3] {
+    light.polygon.vertices()
+}
+
+/// Whether any vertex is above both horizons. A convex light has its highest point at a vertex.
+fn above_horizon(point: &ShadingPoint, vertices: &[DVec3], counters: &mut PlanCounters) -> bool {
+    let highest = |n: DVec3| {
+        let height = |v: &DVec3| n.dot(*v - point.position);
+        vertices.iter().map(height).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let above = highest(point.geometric_normal) > 0.0 && highest(point.normal) > 0.0;
+    if !above {
+        counters.below_horizon += 1;
+    }
+    above
+}
+
+/// How often what was skipped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PlanCounters {
+    /// Shading points estimated.
+    pub points: u64,
+    /// Shading points whose material reflects nothing: no light was looked at.
+    pub black_materials: u64,
+    /// Pairs of shading point and light that were looked at.
+    pub point_lights: u64,
+    /// Pairs dropped because the light faces away.
+    pub facing_away: u64,
+    /// Pairs dropped because the light is below the horizon.
+    pub below_horizon: u64,
+    /// Pairs with nothing between point and light: no visibility was sampled.
+    pub unoccluded: u64,
+    /// Pairs where the light is wholly hidden: nothing was sampled.
+    pub hidden: u64,
+    /// Pairs where the light was integrated in closed form without any sample.
+    pub closed_form: u64,
+    /// Pairs in penumbra that `exact` handed to line samples.
+    pub exact_fallbacks: u64,
+    /// Line samples that are wholly hidden.
+    pub hidden_lines: u64,
+}
+
+impl PlanCounters {
+    /// Names and values, for reports.
+    #[must_use]
+    pub fn rows(&self) -> [(&'static str, u64); 10] {
+        [
+            ("shading points", self.points),
+            ("points on black materials, skipped", self.black_materials),
+            ("(point, light) pairs", self.point_lights),
+            ("pairs skipped: light faces away", self.facing_away),
+            ("pairs skipped: light below the horizon", self.below_horizon),
+            ("pairs without any occluder: no visibility sampled", self.unoccluded),
+            ("pairs with the light wholly hidden: nothing sampled", self.hidden),
+            ("pairs in closed form: no samples", self.closed_form),
+            ("penumbra pairs handed by exact to lines", self.exact_fallbacks),
+            ("line samples wholly hidden", self.hidden_lines),
+        ]
+    }
+}
+
+impl AddAssign for PlanCounters {
+    fn add_assign(&mut self, other: Self) {
+        self.points += other.points;
+        self.black_materials += other.black_materials;
+        self.point_lights += other.point_lights;
+        self.facing_away += other.facing_away;
+        self.below_horizon += other.below_horizon;
+        self.unoccluded += other.unoccluded;
+        self.hidden += other.hidden;
+        self.closed_form += other.closed_form;
+        self.exact_fallbacks += other.exact_fallbacks;
+        self.hidden_lines += other.hidden_lines;
+    }
+}
+
+impl fmt::Display for PlanCounters {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, value) in self.rows() {
+            writeln!(f, "{value:>14}  {name}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,321 @@
+//! From a pixel to its direct light.
+
+use crate::lines::{self, Along, Streams, Visible};
+use crate::point::SURFACE_OFFSET;
+use crate::{Estimator, LineOptions, Plan, PlannedLight, ShadingPoint, Workspace, closed_form, points};
+use linelit_geometry::DVec3;
+use linelit_lights::{AreaLight, Light, LinearLight};
+use linelit_samplers::{Sampler, SamplerKind};
+use linelit_scene::Scene;
+use linelit_visibility::{Hit, Occluders, Ray, ShaftClass, ShaftQuery};
+
+/// Sample dimensions of one (point, light) pair.
+const DIMENSIONS_PER_LIGHT: u32 = 4;
+/// Sample dimensions before the first light: the camera's.
+const CAMERA_DIMENSIONS: u32 = 4;
+
+/// How many samples of what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The estimator.
+    pub estimator: Estimator,
+    /// The sampling pattern.
+    pub sampler: SamplerKind,
+    /// Light samples per shading point and light.
+    pub samples: u32,
+    /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
+    pub pixel_samples: u32,
+    /// The seed; two seeds give independent estimates.
+    pub seed: u64,
+    /// Whether a light that the camera sees shows its radiance.
+    pub show_lights: bool,
+    /// Whether what cannot matter is skipped and what has a closed form takes it. Off, every
+    /// sample is taken: for tests, and for studies of an estimator as its paper has it.
+    pub skip: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            estimator: Estimator::LineAnalytic(LineOptions::default()),
+            sampler: SamplerKind::Stratified,
+            samples: 16,
+            pixel_samples: 1,
+            seed: 0,
+            show_lights: true,
+            skip: true,
+        }
+    }
+}
+
+/// A scene ready to be estimated: occluders built, plan made.
+#[derive(Debug)]
+pub struct Renderer<'s> {
+    scene: &'s Scene,
+    occluders: Occluders,
+    plan: Plan,
+}
+
+impl<'s> Renderer<'s> {
+    /// Builds the occluders and the plan of a scene.
+    #[must_use]
+    pub fn new(scene: &'s Scene) -> Self {
+        let occluders = Occluders::build(&scene.positions, &scene.triangles);
+        Self { scene, occluders, plan: Plan::new(scene) }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &'s Scene {
+        self.scene
+    }
+
+    /// The plan.
+    #[must_use]
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The occluders.
+    #[must_use]
+    pub const fn occluders(&self) -> &Occluders {
+        &self.occluders
+    }
+
+    /// The radiance of a pixel, W/(m²·sr), linear RGB. A pure function of the settings and the
+    /// pixel.
+    #[must_use]
+    pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
+        let count = settings.pixel_samples.max(1);
+        let camera = Sampler::new(settings.sampler, settings.seed).points(pixel, 0, count);
+        let mut sum = DVec3::ZERO;
+        for i in 0..count {
+            let jitter = if count == 1 { [0.5, 0.5] } else { camera.get_2d(i) };
+            let place = jitter.map(|j| self.scene.film.filter_offset(j));
+            if let Some(point) = self.shading_point_at(pixel, place, workspace) {
+                if settings.show_lights {
+                    sum += point.emitted;
+                }
+                sum += self.direct(settings, &point, pixel, i, workspace);
+            }
+        }
+        sum / f64::from(count)
+    }
+
+    /// Where the camera ray through the centre of a pixel meets the scene.
+    #[must_use]
+    pub fn shading_point(&self, pixel: [u32; 2], workspace: &mut Workspace) -> Option<ShadingPoint> {
+        self.shading_point_at(pixel, [0.5, 0.5], workspace)
+    }
+
+    fn shading_point_at(
+        &self,
+        pixel: [u32; 2],
+        place: [f64; 2],
+        workspace: &mut Workspace,
+    ) -> Option<ShadingPoint> {
+        let [x, y] = pixel.map(f64::from);
+        let camera = self.scene.camera.ray(x + place[0], y + place[1]);
+        let ray = Ray {
+            origin: camera.origin,
+            direction: camera.direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
+        Some(self.surface_point(&hit, camera.direction))
+    }
+
+    fn surface_point(&self, hit: &Hit, direction: DVec3) -> ShadingPoint {
+        let surface = self.scene.surface(hit.triangle, hit.barycentric, direction);
+        let outgoing = -direction.normalize_or_zero();
+        let geometric_normal = towards(surface.geometric_normal, outgoing);
+        let normal = towards(surface.shading_normal, geometric_normal);
+        let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + self.extent(hit.triangle));
+        ShadingPoint {
+            position: surface.point + geometric_normal * lift,
+            geometric_normal,
+            normal,
+            outgoing,
+            bsdf: self.scene.bsdf(&surface),
+            emitted: self.emitted(&surface, outgoing),
+        }
+    }
+
+    fn emitted(&self, surface: &linelit_scene::Surface, outgoing: DVec3) -> DVec3 {
+        match surface.light.map(|i| &self.scene.lights[i as usize].light) {
+            Some(Light::Area(area)) => area.emission.towards(area.polygon.normal().dot(outgoing)),
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// The largest edge component of a triangle.
+    fn extent(&self, triangle: u32) -> f64 {
+        let [a, b, c] = self.scene.triangles[triangle as usize]
+            .map(|i| DVec3::from_array(self.scene.positions[i as usize].map(f64::from)));
+        (b - a).abs().max((c - a).abs()).max_element()
+    }
+
+    /// The light that all lights of the scene send directly from `point` to its viewer,
+    /// W/(m²·sr).
+    ///
+    /// `pixel` and `repetition` (the index of the camera sample) name the random numbers.
+    #[must_use]
+    pub fn direct(
+        &self,
+        settings: &Settings,
+        point: &ShadingPoint,
+        pixel: [u32; 2],
+        repetition: u32,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        workspace.plan.points += 1;
+        if settings.skip && point.bsdf.is_black() {
+            workspace.plan.black_materials += 1;
+            return DVec3::ZERO;
+        }
+        let total = u32::try_from(self.scene.lights.len()).unwrap_or(u32::MAX);
+        let mut sum = DVec3::ZERO;
+        for light in self.plan.lights() {
+            if settings.skip && !Plan::reaches(light, point, &mut workspace.plan) {
+                continue;
+            }
+            let slot = repetition.wrapping_mul(total).wrapping_add(light.index);
+            let pair = Pair {
+                renderer: self,
+                settings,
+                light,
+                point,
+                pixel,
+                dimension: slot.wrapping_mul(DIMENSIONS_PER_LIGHT).wrapping_add(CAMERA_DIMENSIONS),
+            };
+            sum += match &light.light {
+                Light::Area(area) => pair.area_light(area, workspace),
+                Light::Linear(linear) => pair.linear_light(linear, workspace),
+                _ => DVec3::ZERO,
+            };
+        }
+        sum
+    }
+}
+
+/// `v`, turned to the side of `reference`.
+fn towards(v: DVec3, reference: DVec3) -> DVec3 {
+    if v.dot(reference) < 0.0 { -v } else { v }
+}
+
+/// One shading point and one light: what an estimator works on.
+struct Pair<'a> {
+    renderer: &'a Renderer<'a>,
+    settings: &'a Settings,
+    light: &'a PlannedLight,
+    point: &'a ShadingPoint,
+    pixel: [u32; 2],
+    dimension: u32,
+}
+
+impl Pair<'_> {
+    fn area_light(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
+        let sampler = Sampler::new(self.settings.sampler, self.settings.seed);
+        let count = self.settings.samples.max(1);
+        let set = sampler.points(self.pixel, self.dimension, count);
+        let occluders = &self.renderer.occluders;
+        match self.settings.estimator {
+            Estimator::PointArea => {
+                points::area(occluders, self.light, area, self.point, (&set, count), workspace)
+            }
+            Estimator::PointSolidAngle => {
+                points::solid_angle(occluders, self.light, area, self.point, (&set, count), workspace)
+            }
+            Estimator::LineArea(options) => self.lines(area, options, Along::Point, workspace),
+            Estimator::LineAnalytic(options) => self.lines(area, options, Along::Analytic, workspace),
+            // The plan takes the closed form where there is one.
+            Estimator::Exact => self.lines(area, LineOptions::default(), Along::Analytic, workspace),
+        }
+    }
+
+    /// Line samples: all of them in one query.
+    fn lines(
+        &self,
+        area: &AreaLight,
+        options: LineOptions,
+        along: Along,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let count = self.settings.samples.max(1);
+        let kind = self.settings.sampler;
+        let set = Sampler::new(kind, self.settings.seed).points(self.pixel, self.dimension, count);
+        let orientations = Sampler::new(SamplerKind::Independent, self.settings.seed);
+        let streams = Streams {
+            samples: &set,
+            two_dimensional: along == Along::Point,
+            orientations: &orientations,
+            key: (self.pixel, self.dimension),
+            count,
+        };
+        let query = ShaftQuery {
+            point: self.point.position,
+            light: area.polygon.vertices(),
+            exclude: self.light.triangles.clone(),
+        };
+        let Workspace { scratch, visible, draws, plan, segments } = workspace;
+        let mut shaft = self.renderer.occluders.shaft(query, scratch);
+        if self.settings.skip || self.is_exact() {
+            match shaft.class() {
+                ShaftClass::Blocked => {
+                    plan.hidden += 1;
+                    return DVec3::ZERO;
+                }
+                ShaftClass::Empty => {
+                    plan.unoccluded += 1;
+                    let closed = (along == Along::Analytic)
+                        .then(|| closed_form::whole_light(area, self.point))
+                        .flatten();
+                    if let Some(value) = closed {
+                        plan.closed_form += 1;
+                        return value;
+                    }
+                }
+                ShaftClass::Partial => plan.exact_fallbacks += u64::from(self.is_exact()),
+            }
+        }
+        draws.draw(area, options, &streams);
+        shaft.visible(&draws.lines, visible);
+        let gathered = lines::gather(area, self.point, along, draws, visible);
+        *segments += gathered.segments;
+        plan.hidden_lines += gathered.hidden;
+        gathered.sum / f64::from(count)
+    }
+
+    fn is_exact(&self) -> bool {
+        matches!(self.settings.estimator, Estimator::Exact)
+    }
+
+    fn linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
+        let sampler = Sampler::new(self.settings.sampler, self.settings.seed);
+        let count = self.settings.samples.max(1);
+        let set = sampler.points(self.pixel, self.dimension, count);
+        let occluders = &self.renderer.occluders;
+        match self.settings.estimator {
+            Estimator::PointArea | Estimator::PointSolidAngle => {
+                points::linear(occluders, self.light, linear, self.point, (&set, count), workspace)
+            }
+            _ => self.whole_linear_light(linear, workspace),
+        }
+    }
+
+    /// One line query finds all there is to know of a linear light.
+    fn whole_linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
+        let ends = [linear.segment.p0, linear.segment.p1];
+        let query = ShaftQuery {
+            point: self.point.position,
+            light: &ends,
+            exclude: self.light.triangles.clone(),
+        };
+        let mut shaft = self.renderer.occluders.shaft(query, &mut workspace.scratch);
+        shaft.visible(&[linear.segment], &mut workspace.visible);
+        workspace.segments.lines += 1;
+        workspace.segments.pieces += workspace.visible.line(0).len() as u64;
+        closed_form::linear(linear, self.point, workspace.visible.line(0))
+    }
+}
