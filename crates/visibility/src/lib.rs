@@ -1,1 +1,24 @@
 //! Ray and line visibility: BVH, shadow-triangle and shaft queries that return the visible intervals of light segments.
+
+pub mod brute;
+mod build;
+mod counters;
+mod dispatch;
+mod frame;
+mod lines;
+mod node;
+mod occluders;
+mod ray;
+mod scratch;
+mod shaft;
+mod simd;
+mod traverse;
+mod watertight;
+
+pub use counters::Counters;
+pub use dispatch::InstructionSet;
+pub use lines::VisibleLines;
+pub use occluders::Occluders;
+pub use ray::{Hit, Ray};
+pub use scratch::Scratch;
+pub use shaft::{Shaft, ShaftClass, ShaftQuery};

@@ -1,0 +1,163 @@
+//! The projective frame of a light as seen from a shading point.
+
+use linelit_geometry::DVec3;
+
+/// Homogeneous coordinates (P, Q, W) of a point relative to the shading point.
+///
+/// W is zero in the plane through the shading point parallel to the light and one in the light's
+/// plane; (P/W, Q/W) is where the ray from the shading point through the point meets the light's
+/// plane, in affine coordinates of the light:
+/// - a parallelogram is the unit square, a triangle the unit triangle;
+/// - another polygon has the unit square as its bounding rectangle;
+/// - a linear light runs from (0, 0) to (0, 1), and P is the side of the shadow triangle's plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightFrame {
+    pub(crate) p: DVec3,
+    pub(crate) q: DVec3,
+    pub(crate) w: DVec3,
+    pub(crate) shape: Shape,
+    /// The light's corners in (p, q); two for a linear light.
+    pub(crate) corners: [[f64; 2]; 16],
+    pub(crate) corner_count: usize,
+}
+
+/// Which part of the (p, q) plane holds the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// 0 ≤ p ≤ 1, 0 ≤ q ≤ 1.
+    Square,
+    /// p ≥ 0, q ≥ 0, p + q ≤ 1.
+    Triangle,
+    /// p = 0, 0 ≤ q ≤ 1.
+    Line,
+}
+
+impl Shape {
+    /// The upper bound on p is `k W − P − j Q ≥ 0`: (k, j).
+    pub(crate) fn upper(self) -> (f64, f64) {
+        match self {
+            Self::Square => (1.0, 0.0),
+            Self::Triangle => (1.0, 1.0),
+            Self::Line => (0.0, 0.0),
+        }
+    }
+}
+
+impl LightFrame {
+    /// The frame of a light given by its corners relative to the shading point; `None` if it is
+    /// seen edge on, has no area or length, or is not finite: then it sheds no light that way.
+    pub(crate) fn new(corners: &[DVec3]) -> Option<Self> {
+        let frame = if corners.len() == 2 {
+            Self::of_line(corners[0], corners[1])
+        } else {
+            Self::of_polygon(corners)
+        }?;
+        let sane = frame.p.is_finite() && frame.q.is_finite() && frame.w.is_finite();
+        sane.then_some(frame)
+    }
+
+    fn of_line(p0: DVec3, p1: DVec3) -> Option<Self> {
+        let e = p1 - p0;
+        let square = e.length_squared();
+        // The point of the line closest to the shading point, and the plane's normal.
+        let m = linelit_geometry::predicates::cross(p0, p1);
+        let n = e.cross(m) / square;
+        let n = n * n.dot(p0).signum();
+        let w = n / n.dot(p0);
+        let q = e / square - w * (e.dot(p0) / square);
+        let p = m / (m.length() * square.sqrt());
+        let mut corners = [[0.0; 2]; 16];
+        corners[1] = [0.0, 1.0];
+        (m != DVec3::ZERO).then_some(Self {
+            p,
+            q,
+            w,
+            shape: Shape::Line,
+            corners,
+            corner_count: 2,
+        })
+    }
+
+    fn of_polygon(light: &[DVec3]) -> Option<Self> {
+        let count = light.len();
+        if !(3..=16).contains(&count) {
+            return None;
+        }
+        let v0 = light[0];
+        // Newell's normal, relative to a corner.
+        let mut normal = DVec3::ZERO;
+        for i in 1..count - 1 {
+            normal += (light[i] - v0).cross(light[i + 1] - v0);
+        }
+        let size = light.iter().map(|v| (*v - v0).abs().max_element()).fold(0.0, f64::max);
+        let height = normal.dot(v0);
+        // Edge on to within the rounding of the corners themselves.
+        let reach = v0.abs().max_element().max(size);
+        if !(height.abs() > 1e-13 * normal.length() * reach) {
+            return None;
+        }
+        let w = normal / height;
+        let is_parallelogram = count == 4 && {
+            let gap = (light[0] + light[2]) - (light[1] + light[3]);
+            gap.abs().max_element() <= 1e-12 * (reach + size)
+        };
+        let (origin, e1, e2, shape) = match count {
+            3 => (v0, light[1] - v0, light[2] - v0, Shape::Triangle),
+            4 if is_parallelogram => (v0, light[1] - v0, light[3] - v0, Shape::Square),
+            _ => {
+                let (o, e1, e2) = bounding_rectangle(light, normal);
+                (o, e1, e2, Shape::Square)
+            }
+        };
+        // Dual vectors in the plane: d1·e1 = 1, d1·e2 = 0 and the other way round.
+        let n2 = normal / normal.length_squared();
+        let ratio = normal.length_squared() / e1.cross(e2).dot(normal);
+        let d1 = e2.cross(n2) * ratio;
+        let d2 = n2.cross(e1) * ratio;
+        let p = d1 - w * d1.dot(origin);
+        let q = d2 - w * d2.dot(origin);
+        let mut corners = [[0.0; 2]; 16];
+        for (c, v) in corners.iter_mut().zip(light) {
+            *c = [d1.dot(*v - origin), d2.dot(*v - origin)];
+        }
+        Some(Self {
+            p,
+            q,
+            w,
+            shape,
+            corners,
+            corner_count: count,
+        })
+    }
+
+    /// Where the ray from the shading point through a point (relative to it) meets the light's
+    /// plane.
+    pub(crate) fn project(&self, a: DVec3) -> [f64; 2] {
+        let w = self.w.dot(a);
+        [self.p.dot(a) / w, self.q.dot(a) / w]
+    }
+}
+
+/// Origin and sides of the polygon's bounding rectangle along its longest edge.
+fn bounding_rectangle(light: &[DVec3], normal: DVec3) -> (DVec3, DVec3, DVec3) {
+    let mut x = DVec3::ZERO;
+    for i in 0..light.len() {
+        let e = light[(i + 1) % light.len()] - light[i];
+        if e.length_squared() > x.length_squared() {
+            x = e;
+        }
+    }
+    let x = x.normalize_or_zero();
+    let y = normal.cross(x).normalize_or_zero();
+    let mut lo = [f64::INFINITY; 2];
+    let mut hi = [f64::NEG_INFINITY; 2];
+    for v in light {
+        let a = *v - light[0];
+        for (k, c) in [a.dot(x), a.dot(y)].into_iter().enumerate() {
+            lo[k] = lo[k].min(c);
+            hi[k] = hi[k].max(c);
+        }
+    }
+    let origin = light[0] + x * lo[0] + y * lo[1];
+    (origin, x * (hi[0] - lo[0]), y * (hi[1] - lo[1]))
+}

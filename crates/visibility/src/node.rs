@@ -1,0 +1,98 @@
+//! Memory layout of the hierarchy: nodes of eight boxes, leaves of up to eight triangles.
+
+/// Eight boxes side by side, and what is in them.
+///
+/// Boxes are relative to the hierarchy's origin and hold their triangles exactly: every vertex is
+/// an `f32` relative to that origin without rounding.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Node {
+    /// Lower x, y, z, then upper x, y, z of the eight boxes.
+    pub(crate) bounds: [[f32; 8]; 6],
+    /// What is in each box.
+    pub(crate) child: [Child; 8],
+    /// A bit for each box in use.
+    pub(crate) valid: u8,
+}
+
+impl Node {
+    pub(crate) const EMPTY: Self = Self {
+        bounds: [[0.0; 8]; 6],
+        child: [Child(0); 8],
+        valid: 0,
+    };
+}
+
+/// A node or a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub(crate) struct Child(u32);
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+
+    pub(crate) fn node(index: usize) -> Self {
+        let index = u32::try_from(index).unwrap_or(u32::MAX);
+        assert!(index < Self::LEAF, "fewer than 2^31 nodes");
+        Self(index)
+    }
+
+    pub(crate) fn leaf(index: usize, count: usize) -> Self {
+        debug_assert!((1..=8).contains(&count));
+        let index = u32::try_from(index).unwrap_or(u32::MAX);
+        assert!(index < 1 << 28, "fewer than 2^28 leaves");
+        #[allow(clippy::cast_possible_truncation, reason = "1 to 8")]
+        Self(Self::LEAF | (index << 3) | (count as u32 - 1))
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    /// Index of the node, or of the leaf.
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        if self.is_leaf() {
+            ((self.0 & !Self::LEAF) >> 3) as usize
+        } else {
+            self.0 as usize
+        }
+    }
+
+    /// A bit for each triangle in use.
+    #[inline(always)]
+    pub(crate) fn mask(self) -> u8 {
+        0xff >> (7 - (self.0 & 7))
+    }
+
+    /// Number of triangles.
+    #[inline(always)]
+    pub(crate) fn count(self) -> u32 {
+        (self.0 & 7) + 1
+    }
+}
+
+/// Up to eight triangles side by side.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Leaf {
+    /// x, y, z of vertex 0, then of 1 and 2, relative to the hierarchy's origin. Lanes that are
+    /// not in use repeat the first.
+    pub(crate) vertices: [[f32; 8]; 9],
+    /// The triangles' numbers in the caller's list.
+    pub(crate) id: [u32; 8],
+}
+
+impl Leaf {
+    /// The vertices of one triangle.
+    #[inline(always)]
+    pub(crate) fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {
+        let v = &self.vertices;
+        [
+            [v[0][lane], v[1][lane], v[2][lane]],
+            [v[3][lane], v[4][lane], v[5][lane]],
+            [v[6][lane], v[7][lane], v[8][lane]],
+        ]
+    }
+}

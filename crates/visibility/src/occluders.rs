@@ -1,0 +1,145 @@
+//! The occluders of a scene: triangles under a hierarchy of boxes.
+
+use crate::{
+    build::{self, Hierarchy},
+    dispatch::{InstructionSet, Isa},
+};
+use linelit_geometry::DVec3;
+
+/// The triangles of a scene, ready for ray and line queries.
+///
+/// Vertices are `f32` and exactly those given: no query moves or rounds them. Triangles that can
+/// hide nothing (a vertex that is not finite, an index out of range, three vertices on a line) are
+/// left out and counted.
+#[derive(Debug)]
+pub struct Occluders {
+    pub(crate) hierarchy: Hierarchy,
+    /// What the hierarchy's coordinates are relative to; an exact difference for every vertex.
+    pub(crate) origin: DVec3,
+    /// Largest absolute coordinate relative to the origin.
+    pub(crate) extent: f64,
+    /// Room that a depth-first walk needs on its stack.
+    pub(crate) stack_size: usize,
+    pub(crate) isa: Isa,
+    triangle_count: usize,
+    left_out: usize,
+}
+
+impl Occluders {
+    /// Builds the hierarchy over triangles given by their corners' positions.
+    #[must_use]
+    pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+        let mut vertices = Vec::with_capacity(triangles.len());
+        let mut ids = Vec::with_capacity(triangles.len());
+        for (id, corners) in (0_u32..).zip(triangles) {
+            if let Some(t) = occluding(positions, corners) {
+                vertices.push(t);
+                ids.push(id);
+            }
+        }
+        let origin = exact_origin(&vertices);
+        let mut extent = 0.0_f32;
+        for v in vertices.iter_mut().flatten() {
+            for axis in 0..3 {
+                v[axis] -= origin[axis];
+                extent = extent.max(v[axis].abs());
+            }
+        }
+        let hierarchy = build::build(&vertices, &ids);
+        let stack_size = 7 * depth(&hierarchy) + 8;
+        Self {
+            hierarchy,
+            origin: DVec3::new(origin[0].into(), origin[1].into(), origin[2].into()),
+            extent: extent.into(),
+            stack_size,
+            isa: Isa::detect(InstructionSet::Avx512),
+            triangle_count: ids.len(),
+            left_out: triangles.len() - ids.len(),
+        }
+    }
+
+    /// The number of triangles that can hide something.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.triangle_count
+    }
+
+    /// The number of triangles that were left out because they can hide nothing.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        self.left_out
+    }
+
+    /// Bytes that the hierarchy and its copy of the triangles take.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        size_of_val(&self.hierarchy.nodes[..]) + size_of_val(&self.hierarchy.leaves[..])
+    }
+
+    /// The instruction set in use.
+    #[must_use]
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.isa.name()
+    }
+
+    /// Uses no instruction set beyond `limit`, which is for tests and measurements: results do
+    /// not depend on it.
+    #[must_use]
+    pub fn limited_to(mut self, limit: InstructionSet) -> Self {
+        self.isa = Isa::detect(limit);
+        self
+    }
+}
+
+/// The vertices of a triangle, unless it can hide nothing.
+fn occluding(positions: &[[f32; 3]], corners: &[u32; 3]) -> Option<[[f32; 3]; 3]> {
+    let mut t = [[0.0; 3]; 3];
+    for (v, &c) in t.iter_mut().zip(corners) {
+        *v = *positions.get(c as usize)?;
+    }
+    let [a, b, c] = t.map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()));
+    let finite = a.is_finite() && b.is_finite() && c.is_finite();
+    (finite && (b - a).cross(c - a) != DVec3::ZERO).then_some(t)
+}
+
+/// A point near the middle of the scene from which every coordinate has an `f32` difference
+/// without rounding: on an axis where all coordinates are within a factor of two of each other
+/// (Sterbenz), their middle; else zero. Keeps boxes tight far from the world's origin.
+fn exact_origin(triangles: &[[[f32; 3]; 3]]) -> [f32; 3] {
+    let mut lo = [f32::INFINITY; 3];
+    let mut hi = [f32::NEG_INFINITY; 3];
+    for v in triangles.iter().flatten() {
+        for axis in 0..3 {
+            lo[axis] = lo[axis].min(v[axis]);
+            hi[axis] = hi[axis].max(v[axis]);
+        }
+    }
+    std::array::from_fn(|axis| {
+        let (lo, hi) = (lo[axis], hi[axis]);
+        let (small, large) = (lo.abs().min(hi.abs()), lo.abs().max(hi.abs()));
+        if lo <= hi && lo.signum() * hi.signum() > 0.0 && large <= 2.0 * small {
+            lo + (hi - lo) * 0.5
+        } else {
+            0.0
+        }
+    })
+}
+
+/// The number of nodes on the longest way down.
+fn depth(hierarchy: &Hierarchy) -> usize {
+    if hierarchy.nodes.is_empty() {
+        return 0;
+    }
+    let mut deepest = 0;
+    let mut todo = vec![(0, 1)];
+    while let Some((index, depth)) = todo.pop() {
+        deepest = deepest.max(depth);
+        let node = &hierarchy.nodes[index];
+        for lane in 0..8 {
+            if node.valid >> lane & 1 != 0 && !node.child[lane].is_leaf() {
+                todo.push((node.child[lane].index(), depth + 1));
+            }
+        }
+    }
+    deepest
+}

@@ -1,0 +1,66 @@
+//! Eight lanes of `f32` and `f64` on whatever the processor has.
+//!
+//! A kernel is written once, generic over [`Simd`], and instantiated per instruction set in
+//! [`dispatch`](crate::dispatch). Every operation but [`Simd::fma`] rounds the same way
+//! everywhere, so kernels without it give the same bits on every machine; `fma` is only used
+//! where results are bounds.
+
+mod scalar;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub(crate) use scalar::Scalar;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use x86::{Avx2, Avx512};
+
+/// An instruction set; a value of it is proof that the processor has it.
+pub(crate) trait Simd: Copy {
+    /// Eight `f32`.
+    type F: Copy;
+    /// Eight `f64`.
+    type D: Copy;
+    /// Eight truth values for `D`.
+    type M: Copy;
+
+    fn load(self, a: &[f32; 8]) -> Self::F;
+    fn store(self, a: Self::F, out: &mut [f32; 8]);
+    fn splat(self, a: f32) -> Self::F;
+    fn add(self, a: Self::F, b: Self::F) -> Self::F;
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F;
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `a·b + c`, rounded once or twice.
+    fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// `b` where either is NaN.
+    fn min(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `b` where either is NaN.
+    fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    fn abs(self, a: Self::F) -> Self::F;
+    /// A bit for each lane with `a ≤ b`; none for NaN.
+    fn le(self, a: Self::F, b: Self::F) -> u8;
+    /// Lanes where both are in `start .. start + len` (wrapping): a bit each.
+    fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8;
+
+    fn dload(self, a: &[f64; 8]) -> Self::D;
+    fn dstore(self, a: Self::D, out: &mut [f64; 8]);
+    fn dsplat(self, a: f64) -> Self::D;
+    fn widen(self, a: Self::F) -> Self::D;
+    fn dadd(self, a: Self::D, b: Self::D) -> Self::D;
+    fn dsub(self, a: Self::D, b: Self::D) -> Self::D;
+    fn dmul(self, a: Self::D, b: Self::D) -> Self::D;
+    fn ddiv(self, a: Self::D, b: Self::D) -> Self::D;
+    /// `b` where either is NaN.
+    fn dmin(self, a: Self::D, b: Self::D) -> Self::D;
+    /// `b` where either is NaN.
+    fn dmax(self, a: Self::D, b: Self::D) -> Self::D;
+    /// False for NaN.
+    fn dle(self, a: Self::D, b: Self::D) -> Self::M;
+    /// False for NaN.
+    fn dlt(self, a: Self::D, b: Self::D) -> Self::M;
+    /// `b` where `m`, else `a`.
+    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D;
+    fn and(self, a: Self::M, b: Self::M) -> Self::M;
+    fn or(self, a: Self::M, b: Self::M) -> Self::M;
+    fn not(self, a: Self::M) -> Self::M;
+    fn bits(self, a: Self::M) -> u8;
+    fn mask(self, bits: u8) -> Self::M;
+}

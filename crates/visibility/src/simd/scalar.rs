@@ -1,0 +1,149 @@
+//! The scalar twin: what every other instruction set is held to.
+
+use super::Simd;
+
+/// Plain Rust.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scalar;
+
+#[inline(always)]
+fn zip<T: Copy, U: Copy, V>(a: [T; 8], b: [U; 8], f: impl Fn(T, U) -> V) -> [V; 8] {
+    std::array::from_fn(|i| f(a[i], b[i]))
+}
+
+#[inline(always)]
+fn pack(a: [bool; 8]) -> u8 {
+    let mut bits = 0;
+    for (i, &set) in a.iter().enumerate() {
+        bits |= u8::from(set) << i;
+    }
+    bits
+}
+
+impl Simd for Scalar {
+    type F = [f32; 8];
+    type D = [f64; 8];
+    type M = [bool; 8];
+
+    #[inline(always)]
+    fn load(self, a: &[f32; 8]) -> Self::F {
+        *a
+    }
+    #[inline(always)]
+    fn store(self, a: Self::F, out: &mut [f32; 8]) {
+        *out = a;
+    }
+    #[inline(always)]
+    fn splat(self, a: f32) -> Self::F {
+        [a; 8]
+    }
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        zip(a, b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        zip(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        zip(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        std::array::from_fn(|i| a[i] * b[i] + c[i])
+    }
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        zip(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        zip(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn abs(self, a: Self::F) -> Self::F {
+        a.map(f32::abs)
+    }
+    #[inline(always)]
+    fn le(self, a: Self::F, b: Self::F) -> u8 {
+        pack(zip(a, b, |a, b| a <= b))
+    }
+    #[inline(always)]
+    fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
+        pack(a.map(|a| a.wrapping_sub(start) < len))
+    }
+
+    #[inline(always)]
+    fn dload(self, a: &[f64; 8]) -> Self::D {
+        *a
+    }
+    #[inline(always)]
+    fn dstore(self, a: Self::D, out: &mut [f64; 8]) {
+        *out = a;
+    }
+    #[inline(always)]
+    fn dsplat(self, a: f64) -> Self::D {
+        [a; 8]
+    }
+    #[inline(always)]
+    fn widen(self, a: Self::F) -> Self::D {
+        a.map(f64::from)
+    }
+    #[inline(always)]
+    fn dadd(self, a: Self::D, b: Self::D) -> Self::D {
+        zip(a, b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn dsub(self, a: Self::D, b: Self::D) -> Self::D {
+        zip(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn dmul(self, a: Self::D, b: Self::D) -> Self::D {
+        zip(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn ddiv(self, a: Self::D, b: Self::D) -> Self::D {
+        zip(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn dmin(self, a: Self::D, b: Self::D) -> Self::D {
+        zip(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn dmax(self, a: Self::D, b: Self::D) -> Self::D {
+        zip(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn dle(self, a: Self::D, b: Self::D) -> Self::M {
+        zip(a, b, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn dlt(self, a: Self::D, b: Self::D) -> Self::M {
+        zip(a, b, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D {
+        std::array::from_fn(|i| if m[i] { b[i] } else { a[i] })
+    }
+    #[inline(always)]
+    fn and(self, a: Self::M, b: Self::M) -> Self::M {
+        zip(a, b, |a, b| a & b)
+    }
+    #[inline(always)]
+    fn or(self, a: Self::M, b: Self::M) -> Self::M {
+        zip(a, b, |a, b| a | b)
+    }
+    #[inline(always)]
+    fn not(self, a: Self::M) -> Self::M {
+        a.map(|a| !a)
+    }
+    #[inline(always)]
+    fn bits(self, a: Self::M) -> u8 {
+        pack(a)
+    }
+    #[inline(always)]
+    fn mask(self, bits: u8) -> Self::M {
+        std::array::from_fn(|i| bits >> i & 1 != 0)
+    }
+}

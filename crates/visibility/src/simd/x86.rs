@@ -1,0 +1,377 @@
+//! AVX-512 and AVX2 with FMA.
+#![allow(unsafe_code, reason = "vendor intrinsics, behind tokens that prove they exist")]
+
+use super::Simd;
+use std::arch::x86_64::*;
+
+/// AVX-512 F, VL, DQ and BW, with AVX2 and FMA.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx512(());
+
+impl Avx512 {
+    /// The token, if the processor has the instructions.
+    pub(crate) fn detect() -> Option<Self> {
+        let found = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512bw");
+        (found && Avx2::detect().is_some()).then_some(Self(()))
+    }
+}
+
+/// AVX2 and FMA.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx2(());
+
+impl Avx2 {
+    /// The token, if the processor has the instructions.
+    pub(crate) fn detect() -> Option<Self> {
+        let found = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        found.then_some(Self(()))
+    }
+}
+
+/// The eight lanes of a move-mask.
+#[inline(always)]
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "eight bits are set")]
+fn byte(mask: i32) -> u8 {
+    mask as u8
+}
+
+impl Simd for Avx512 {
+    type F = __m256;
+    type D = __m512d;
+    type M = u8;
+
+    #[inline(always)]
+    fn load(self, a: &[f32; 8]) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_loadu_ps(a.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(self, a: Self::F, out: &mut [f32; 8]) {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_storeu_ps(out.as_mut_ptr(), a) }
+    }
+    #[inline(always)]
+    fn splat(self, a: f32) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_set1_ps(a) }
+    }
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_add_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_min_ps(a, b) }
+    }
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_max_ps(a, b) }
+    }
+    #[inline(always)]
+    fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn abs(self, a: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+    }
+    #[inline(always)]
+    fn le(self, a: Self::F, b: Self::F) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }
+    }
+    #[inline(always)]
+    fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { 
+            let a = _mm256_loadu_si256(a.as_ptr().cast());
+            let a = _mm256_sub_epi32(a, _mm256_set1_epi32(start.cast_signed()));
+            _mm256_cmplt_epu32_mask(a, _mm256_set1_epi32(len.cast_signed()))
+        }
+    }
+    #[inline(always)]
+    fn dload(self, a: &[f64; 8]) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_loadu_pd(a.as_ptr()) }
+    }
+    #[inline(always)]
+    fn dstore(self, a: Self::D, out: &mut [f64; 8]) {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_storeu_pd(out.as_mut_ptr(), a) }
+    }
+    #[inline(always)]
+    fn dsplat(self, a: f64) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_set1_pd(a) }
+    }
+    #[inline(always)]
+    fn widen(self, a: Self::F) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_cvtps_pd(a) }
+    }
+    #[inline(always)]
+    fn dadd(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_add_pd(a, b) }
+    }
+    #[inline(always)]
+    fn dsub(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_sub_pd(a, b) }
+    }
+    #[inline(always)]
+    fn dmul(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_mul_pd(a, b) }
+    }
+    #[inline(always)]
+    fn ddiv(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_div_pd(a, b) }
+    }
+    #[inline(always)]
+    fn dmin(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_min_pd(a, b) }
+    }
+    #[inline(always)]
+    fn dmax(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_max_pd(a, b) }
+    }
+    #[inline(always)]
+    fn dle(self, a: Self::D, b: Self::D) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b) }
+    }
+    #[inline(always)]
+    fn dlt(self, a: Self::D, b: Self::D) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b) }
+    }
+    #[inline(always)]
+    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_mask_blend_pd(m, a, b) }
+    }
+    #[inline(always)]
+    fn and(self, a: Self::M, b: Self::M) -> Self::M {
+        a & b
+    }
+    #[inline(always)]
+    fn or(self, a: Self::M, b: Self::M) -> Self::M {
+        a | b
+    }
+    #[inline(always)]
+    fn not(self, a: Self::M) -> Self::M {
+        !a
+    }
+    #[inline(always)]
+    fn bits(self, a: Self::M) -> u8 {
+        a
+    }
+    #[inline(always)]
+    fn mask(self, bits: u8) -> Self::M {
+        bits
+    }
+}
+
+impl Simd for Avx2 {
+    type F = __m256;
+    type D = [__m256d; 2];
+    type M = [__m256d; 2];
+
+    #[inline(always)]
+    fn load(self, a: &[f32; 8]) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_loadu_ps(a.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(self, a: Self::F, out: &mut [f32; 8]) {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_storeu_ps(out.as_mut_ptr(), a) }
+    }
+    #[inline(always)]
+    fn splat(self, a: f32) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_set1_ps(a) }
+    }
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_add_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_min_ps(a, b) }
+    }
+    #[inline(always)]
+    fn max(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_max_ps(a, b) }
+    }
+    #[inline(always)]
+    fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn abs(self, a: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+    }
+    #[inline(always)]
+    fn le(self, a: Self::F, b: Self::F) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { byte(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))) }
+    }
+    #[inline(always)]
+    fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { 
+            let a = _mm256_loadu_si256(a.as_ptr().cast());
+            let a = _mm256_sub_epi32(a, _mm256_set1_epi32(start.cast_signed()));
+            // a ≥ len, unsigned: the larger of the two is a.
+            let out = _mm256_cmpeq_epi32(_mm256_max_epu32(a, _mm256_set1_epi32(len.cast_signed())), a);
+            !byte(_mm256_movemask_ps(_mm256_castsi256_ps(out)))
+        }
+    }
+    #[inline(always)]
+    fn dload(self, a: &[f64; 8]) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_loadu_pd(a.as_ptr()), _mm256_loadu_pd(a.as_ptr().add(4))] }
+    }
+    #[inline(always)]
+    fn dstore(self, a: Self::D, out: &mut [f64; 8]) {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { 
+            _mm256_storeu_pd(out.as_mut_ptr(), a[0]);
+            _mm256_storeu_pd(out.as_mut_ptr().add(4), a[1]);
+        }
+    }
+    #[inline(always)]
+    fn dsplat(self, a: f64) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_set1_pd(a); 2] }
+    }
+    #[inline(always)]
+    fn widen(self, a: Self::F) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(a))] }
+    }
+    #[inline(always)]
+    fn dadd(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn dsub(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn dmul(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn ddiv(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_div_pd(a[0], b[0]), _mm256_div_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn dmin(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_min_pd(a[0], b[0]), _mm256_min_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn dmax(self, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_max_pd(a[0], b[0]), _mm256_max_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn dle(self, a: Self::D, b: Self::D) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_cmp_pd::<_CMP_LE_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LE_OQ>(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn dlt(self, a: Self::D, b: Self::D) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_blendv_pd(a[0], b[0], m[0]), _mm256_blendv_pd(a[1], b[1], m[1])] }
+    }
+    #[inline(always)]
+    fn and(self, a: Self::M, b: Self::M) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_and_pd(a[0], b[0]), _mm256_and_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn or(self, a: Self::M, b: Self::M) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { [_mm256_or_pd(a[0], b[0]), _mm256_or_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn not(self, a: Self::M) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { 
+            let ones = _mm256_castsi256_pd(_mm256_set1_epi64x(-1));
+            [_mm256_xor_pd(a[0], ones), _mm256_xor_pd(a[1], ones)]
+        }
+    }
+    #[inline(always)]
+    fn bits(self, a: Self::M) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { byte(_mm256_movemask_pd(a[0]) | (_mm256_movemask_pd(a[1]) << 4)) }
+    }
+    #[inline(always)]
+    fn mask(self, bits: u8) -> Self::M {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { 
+            let b = _mm256_set1_epi64x(i64::from(bits));
+            let lo = _mm256_set_epi64x(8, 4, 2, 1);
+            let hi = _mm256_set_epi64x(128, 64, 32, 16);
+            [
+                _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(b, lo), lo)),
+                _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(b, hi), hi)),
+            ]
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Walking the hierarchy with a shaft: which triangles may lie between a point and a light.
+
+use crate::{
+    Occluders, Scratch,
+    dispatch::dispatch,
+    frame::LightFrame,
+    node::{Child, Node},
+    ray::ROOM,
+    simd::Simd,
+};
+use linelit_geometry::{
+    DVec3,
+    glam::Vec3,
+};
+
+/// Half-spaces and a box around everything between a point and a light, in `f32`, with room for
+/// the rounding of the tests: what is rejected lies outside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShaftBounds {
+    /// Inward normals; a corner is inside where `normal·corner ≥ least`.
+    planes: [Plane; 6],
+    /// Box around the shaft: lower corner, upper corner.
+    lo: [f32; 3],
+    hi: [f32; 3],
+    /// The triangle test's homogeneous coordinates P, Q, W of a vertex relative to `point`.
+    point: [f32; 3],
+    rows: [[f32; 3]; 3],
+    /// Rounding errors of P, Q and W.
+    room: [f32; 3],
+    /// The upper bound on p is `k W − P − j Q ≥ 0`.
+    upper: [f32; 2],
+    /// Excluded triangles: first and number.
+    exclude: (u32, u32),
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Plane {
+    normal: [f32; 3],
+    least: f32,
+    /// The row of a node's bounds that reaches farthest inward, per axis.
+    farthest: [usize; 3],
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "the bounds allow for the rounding")]
+impl ShaftBounds {
+    /// The shaft from `point` (in the hierarchy's coordinates) to the light with corners
+    /// `light`, relative to the point.
+    pub(crate) fn new(
+        occluders: &Occluders,
+        point: DVec3,
+        light: &[DVec3],
+        frame: &LightFrame,
+        exclude: (u32, u32),
+    ) -> Self {
+        let mut lo = DVec3::ZERO;
+        let mut hi = DVec3::ZERO;
+        for v in light {
+            lo = lo.min(*v);
+            hi = hi.max(*v);
+        }
+        let size = occluders.extent.max(point.abs().max_element()).max((lo + point).abs().max_element()).max((hi + point).abs().max_element());
+        let room = ROOM * size;
+        let mut bounds = Self {
+            planes: [Plane::default(); 6],
+            lo: ((lo + point) - DVec3::splat(room)).as_vec3().to_array(),
+            hi: ((hi + point) + DVec3::splat(room)).as_vec3().to_array(),
+            point: point.as_vec3().to_array(),
+            rows: [frame.p, frame.q, frame.w].map(|g| g.as_vec3().to_array()),
+            room: [frame.p, frame.q, frame.w].map(|g| (g.length() * room) as f32),
+            upper: [frame.shape.upper().0 as f32, frame.shape.upper().1 as f32],
+            exclude,
+        };
+        let (k, j) = frame.shape.upper();
+        let inward = [
+            (frame.p, 0.0),
+            (frame.w * k - frame.p - frame.q * j, 0.0),
+            (frame.q, 0.0),
+            (frame.w - frame.q, 0.0),
+            (frame.w, 0.0),
+            (-frame.w, -1.0),
+        ];
+        for (plane, (normal, least)) in bounds.planes.iter_mut().zip(inward) {
+            let length = normal.length();
+            let n = normal / length;
+            let n32: Vec3 = n.as_vec3();
+            plane.normal = n32.to_array();
+            plane.least = (n.dot(point) + least / length - room) as f32;
+            plane.farthest = std::array::from_fn(|i| if n32[i] < 0.0 { i } else { i + 3 });
+        }
+        bounds
+    }
+
+    /// The boxes of a node that the shaft may meet.
+    #[inline(always)]
+    fn boxes<S: Simd>(&self, s: S, node: &Node) -> u8 {
+        let mut found = node.valid;
+        for axis in 0..3 {
+            found &= s.le(s.load(&node.bounds[axis]), s.splat(self.hi[axis]));
+            found &= s.le(s.splat(self.lo[axis]), s.load(&node.bounds[axis + 3]));
+        }
+        for plane in &self.planes {
+            let [x, y, z] = plane.farthest.map(|row| s.load(&node.bounds[row % 6]));
+            let [nx, ny, nz] = plane.normal.map(|n| s.splat(n));
+            let reach = s.fma(nx, x, s.fma(ny, y, s.mul(nz, z)));
+            found &= s.le(s.splat(plane.least), reach);
+        }
+        found
+    }
+
+    /// The triangles of a leaf that may be inside the shaft in part.
+    #[inline(always)]
+    fn triangles<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], ids: &[u32; 8]) -> u8 {
+        let row = |k: usize, a: &[S::F; 3]| {
+            let [x, y, z] = self.rows[k].map(|g| s.splat(g));
+            s.fma(x, a[0], s.fma(y, a[1], s.mul(z, a[2])))
+        };
+        let vertex = |k: usize| -> [S::F; 3] {
+            let a = [0, 1, 2].map(|i| s.sub(s.load(&vertices[3 * k + i]), s.splat(self.point[i])));
+            [row(0, &a), row(1, &a), row(2, &a)]
+        };
+        let v = [vertex(0), vertex(1), vertex(2)];
+        let max3 = |a: [S::F; 3]| s.max(s.max(a[0], a[1]), a[2]);
+        let [rp, rq, rw] = self.room.map(|r| s.splat(r));
+        let zero = s.splat(0.0);
+        let reaches = |value: S::F, room: S::F| s.le(s.sub(zero, room), value);
+        let mut found = !s.in_range(ids, self.exclude.0, self.exclude.1);
+        let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
+        found &= reaches(max3(v.map(|v| v[0])), rp);
+        found &= reaches(max3(v.map(|v| v[1])), rq);
+        found &= reaches(max3(v.map(|v| s.sub(v[2], v[1]))), s.add(rw, rq));
+        let upper = max3(v.map(|v| s.sub(s.mul(k, v[2]), s.fma(j, v[1], v[0]))));
+        found &= reaches(upper, s.add(s.add(rw, rp), rq));
+        found &= reaches(max3(v.map(|v| v[2])), rw);
+        // Some vertex before the light.
+        let least = s.min(s.min(v[0][2], v[1][2]), v[2][2]);
+        found &= s.le(least, s.add(s.splat(1.0), rw));
+        found
+    }
+}
+
+/// Appends the triangles in the shaft to `scratch.slots`, up to `limit`; false if there are more.
+#[inline(always)]
+fn collect_kernel<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    bounds: &ShaftBounds,
+    limit: usize,
+    scratch: &mut Scratch,
+) -> bool {
+    let hierarchy = &occluders.hierarchy;
+    let counters = &mut scratch.counters;
+    scratch.slots.clear();
+    if hierarchy.nodes.is_empty() {
+        return true;
+    }
+    if scratch.stack.len() < occluders.stack_size {
+        scratch.stack.resize(occluders.stack_size, Child::default());
+    }
+    let stack = &mut scratch.stack[..];
+    stack[0] = Child::node(0);
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let node = &hierarchy.nodes[stack[top].index()];
+        counters.node_tests += u64::from(node.valid.count_ones());
+        let mut found = bounds.boxes(s, node);
+        while found != 0 {
+            let child = node.child[found.trailing_zeros() as usize];
+            found &= found - 1;
+            if !child.is_leaf() {
+                stack[top] = child;
+                top += 1;
+                continue;
+            }
+            counters.triangle_tests += u64::from(child.count());
+            let leaf = &hierarchy.leaves[child.index()];
+            let mut maybe = bounds.triangles(s, &leaf.vertices, &leaf.id) & child.mask();
+            while maybe != 0 {
+                #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
+                scratch.slots.push((child.index() * 8) as u32 + maybe.trailing_zeros());
+                maybe &= maybe - 1;
+            }
+        }
+        if scratch.slots.len() > limit {
+            return false;
+        }
+    }
+    true
+}
+
+dispatch! {
+    /// Collects the triangles in a shaft on an instruction set.
+    collect = collect_kernel(occluders: &Occluders, bounds: &ShaftBounds, limit: usize, scratch: &mut Scratch) -> bool
+}

@@ -1,0 +1,108 @@
+//! Lines and rays through the hierarchy against every triangle one by one.
+
+mod common;
+
+use common::{NONE, Rng, chord, light, soup};
+use linelit_geometry::{DVec3, intervals::Interval};
+use linelit_visibility::{Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
+
+/// Largest difference of visible measure between two interval lists, on a grid of their ends.
+fn difference(a: &[Interval], b: &[Interval]) -> f64 {
+    let mut cuts: Vec<f64> = a.iter().chain(b).flat_map(|i| [i.lo, i.hi]).collect();
+    cuts.sort_by(f64::total_cmp);
+    let inside = |set: &[Interval], t: f64| set.iter().any(|i| i.lo <= t && t <= i.hi);
+    cuts.windows(2)
+        .filter(|w| inside(a, 0.5 * (w[0] + w[1])) != inside(b, 0.5 * (w[0] + w[1])))
+        .map(|w| w[1] - w[0])
+        .sum()
+}
+
+/// How a scene is placed: its centre and scale.
+const PLACES: [(DVec3, f64); 4] = [
+    (DVec3::ZERO, 1.0),
+    (DVec3::splat(1e5), 10.0),
+    (DVec3::ZERO, 1e6),
+    (DVec3::ZERO, 1e-6),
+];
+
+#[test]
+fn lines_agree_with_brute_force() {
+    let mut rng = Rng(1);
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    let mut worst = 0.0_f64;
+    for case in 0..400 {
+        let (centre, scale) = PLACES[case % 4];
+        let size = [0.02, 0.2, 0.8][case % 3];
+        let mesh = soup(&mut rng, 120, size, centre, scale);
+        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+        let corners = [3, 4, 4, 5, 16, 2][case % 6];
+        let light_size = [0.05, 0.3, 1.5][rng.index(3)];
+        let at = centre + rng.in_cube(1.5) * scale;
+        let light = light(&mut rng, corners, at, light_size * scale);
+        let point = centre + rng.in_cube(1.2) * scale;
+        let angle = (case % 5 != 0).then(|| rng.range(0.0, 3.0));
+        let lines: Vec<_> = (0..[1, 4, 16, 33][case % 4])
+            .map(|_| chord(&mut rng, &light, angle))
+            .collect();
+        let query = ShaftQuery {
+            point,
+            light: &light,
+            exclude: 0..2,
+        };
+        let mut shaft = occluders.shaft(query, &mut scratch);
+        shaft.visible(&lines, &mut out);
+        assert_eq!(out.len(), lines.len());
+        for (i, line) in lines.iter().enumerate() {
+            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &(0..2));
+            let off = difference(out.line(i), &want);
+            worst = worst.max(off);
+            assert!(
+                off <= 1e-9,
+                "case {case}, line {i}: off by {off:e}\n{:?}\n{want:?}",
+                out.line(i)
+            );
+        }
+    }
+    println!("largest difference {worst:e}");
+}
+
+#[test]
+fn rays_agree_with_brute_force() {
+    let mut rng = Rng(2);
+    let mut scratch = Scratch::new();
+    for case in 0..200 {
+        let (centre, scale) = PLACES[case % 4];
+        let mesh = soup(&mut rng, 200, 0.3, centre, scale);
+        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+        let alone: Vec<_> = mesh
+            .triangles
+            .iter()
+            .map(|t| Occluders::build(&mesh.positions, std::slice::from_ref(t)))
+            .collect();
+        for _ in 0..50 {
+            let ray = Ray {
+                origin: centre + rng.in_cube(1.2) * scale,
+                direction: rng.direction(),
+                t_min: 0.0,
+                t_max: rng.range(0.0, 3.0) * scale,
+            };
+            // One triangle's tree has a box around it alone: only the triangle test matters.
+            let want = (0_u32..)
+                .zip(&alone)
+                .filter_map(|(id, o)| Some((o.closest_hit(&ray, &mut scratch)?.t, id)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let got = occluders.closest_hit(&ray, &mut scratch);
+            // Trees with different origins differ in the last bits of t.
+            match (want, got) {
+                (None, None) => {}
+                (Some((t, id)), Some(hit)) => {
+                    assert!((t - hit.t).abs() <= 1e-9 * scale, "{t} {hit:?}");
+                    assert_eq!(id, hit.triangle);
+                }
+                other => panic!("{other:?}"),
+            }
+            assert_eq!(occluders.any_hit(&ray, &NONE, &mut scratch), want.is_some());
+        }
+    }
+}
