@@ -1,8 +1,8 @@
 //! The Halton sequence in bases 2 and 3, Owen-scrambled, its points taken in random order.
 
-use crate::hash::{below_one, lane, mix, unit_f64};
-use crate::owen::{deepen, scramble_low_first};
+use crate::hash::{below_one, mix, unit_f64};
 use crate::permute::Permutation;
+use crate::sobol::{scrambled_1d, scrambles, van_der_corput};
 
 /// The first N points of an Owen-scrambled Halton sequence, in random order.
 ///
@@ -31,7 +31,7 @@ impl Halton {
         }
         Self {
             order: Permutation::new(count, key),
-            scramble: [lane(key, 2), lane(key, 3)],
+            scramble: scrambles(key),
             digits,
             weight: 1.0 / power as f64,
         }
@@ -50,10 +50,7 @@ impl Halton {
 
     #[inline]
     fn base_2(&self, index: u32) -> f64 {
-        deepen(
-            scramble_low_first(index, self.scramble[0]).reverse_bits(),
-            self.scramble[0] ^ self.scramble[1],
-        )
+        scrambled_1d(van_der_corput(index), self.scramble)
     }
 
     /// Digit by digit; the state is a hash of the digits so far and picks one of the six affine maps a·d + b mod 3.
@@ -63,7 +60,7 @@ impl Halton {
         reason = "the integer is below 3^21 < 2^34"
     )]
     fn base_3(&self, index: u32) -> f64 {
-        let mut state = self.scramble[1];
+        let mut state = mix(self.scramble[1] ^ 3);
         let mut rest = index;
         let mut value = 0_u64;
         for _ in 0..self.digits {

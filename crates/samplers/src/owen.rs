@@ -18,7 +18,7 @@ use crate::hash::{mix, unit_f64};
     clippy::cast_possible_truncation,
     reason = "the two halves of the seed"
 )]
-pub(crate) const fn scramble_low_first(mut digits: u32, seed: u64) -> u32 {
+const fn scramble_low_first(mut digits: u32, seed: u64) -> u32 {
     digits ^= digits.wrapping_mul(0x3D20_ADEA);
     digits = digits.wrapping_add(seed as u32);
     digits = digits.wrapping_mul((seed >> 32) as u32 | 1);

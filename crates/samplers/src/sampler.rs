@@ -60,7 +60,7 @@ impl Sampler {
             SamplerKind::Independent => Pattern::Independent(key),
             SamplerKind::Stratified => Pattern::Stratified(Stratified::new(key, count)),
             SamplerKind::MultiJitter => Pattern::MultiJitter(MultiJitter::new(key, count)),
-            SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(key)),
+            SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(key, count)),
             SamplerKind::Halton => Pattern::Halton(Halton::new(key, count)),
             SamplerKind::UniformJitter => Pattern::UniformJitter(UniformJitter::new(key, count)),
             SamplerKind::BlueNoise => Pattern::UniformJitter(blue_uniform_jitter(
@@ -105,6 +105,10 @@ pub struct SampleSet {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "sets live on the stack, are copied rarely, and must not allocate"
+)]
 enum Pattern {
     Independent(u64),
     Stratified(Stratified),

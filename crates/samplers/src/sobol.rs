@@ -1,7 +1,8 @@
 //! The Sobol' (0,2)-sequence, Owen-scrambled and shuffled, in 32-bit arithmetic with f64 results.
 
 use crate::hash::lane;
-use crate::owen::{deepen, owen_scramble, scramble_low_first};
+use crate::owen::{deepen, owen_scramble};
+use crate::permute::Permutation;
 
 /// The `index`-th point of the van der Corput sequence in base 2, as a 32-bit fraction: the index's digits mirrored
 /// at the binary point. The first coordinate of the Sobol' sequence.
@@ -42,47 +43,61 @@ pub const fn sobol_02(index: u32) -> [u32; 2] {
     [index.reverse_bits(), y.reverse_bits()]
 }
 
-/// One padded dimension of an Owen-scrambled Sobol' sequence.
+/// One padded dimension: the first N points of an Owen-scrambled Sobol' sequence, in random order.
 ///
-/// Burley 2020, section 5: every dimension reuses the same one- or two-dimensional sequence with its own scrambling
-/// *and* its own order. The order is a nested uniform scrambling of the index, which maps aligned blocks of 2^m
-/// indices onto aligned blocks, so that the first 2^m points remain a net while two dimensions become independent.
+/// Every dimension reuses the same one- or two-dimensional sequence with its own scrambling *and* its own order
+/// (Burley 2020, section 5, *padding*). Burley's order is a nested scrambling of the index; it keeps all aligned blocks
+/// nets, but then two neighbouring samples lie in opposite halves of *every* dimension, and for the product of two
+/// padded dimensions, (x − ½)(y − ½), the variance is 1.58 times that of a random pairing. Here the order is a random
+/// permutation of the N indices: the set is the same, the pairing is random.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OwenSobol {
-    order: u64,
+    order: Permutation,
     scramble: [u64; 2],
 }
 
 impl OwenSobol {
     #[inline]
-    pub(crate) fn new(key: u64) -> Self {
+    pub(crate) fn new(key: u64, count: u32) -> Self {
         Self {
-            order: key,
-            scramble: [lane(key, 0), lane(key, 1)],
+            order: Permutation::new(count, key),
+            scramble: scrambles(key),
         }
     }
 
     #[inline]
-    fn shuffled(&self, i: u32) -> u32 {
-        owen_scramble(i, self.order)
-    }
-
-    #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        // Mirroring the index and scrambling the fraction undo each other's bit reversal.
-        let fraction = scramble_low_first(self.shuffled(i), self.scramble[0]).reverse_bits();
-        deepen(fraction, self.scramble[1])
+        scrambled_1d(van_der_corput(self.order.get(i)), self.scramble)
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        let [x, y] = sobol_02(self.shuffled(i));
-        let [u, v] = [
-            owen_scramble(x, self.scramble[0]),
-            owen_scramble(y, self.scramble[1]),
-        ];
-        [deepen(u, self.scramble[1]), deepen(v, self.scramble[0])]
+        scrambled_2d(sobol_02(self.order.get(i)), self.scramble)
     }
+}
+
+/// The scrambling seeds of the two axes.
+#[inline]
+pub(crate) const fn scrambles(key: u64) -> [u64; 2] {
+    [lane(key, SCRAMBLE), lane(key, SCRAMBLE + 1)]
+}
+
+/// Lanes of a key below this one belong to its permutation.
+const SCRAMBLE: u64 = 1 << 32;
+
+/// Scrambles a fraction and continues it to 53 digits.
+#[inline]
+pub(crate) const fn scrambled_1d(fraction: u32, scramble: [u64; 2]) -> f64 {
+    deepen(owen_scramble(fraction, scramble[0]), scramble[1])
+}
+
+/// Scrambles both coordinates of a point and continues them to 53 digits.
+#[inline]
+pub(crate) const fn scrambled_2d(point: [u32; 2], scramble: [u64; 2]) -> [f64; 2] {
+    [
+        scrambled_1d(point[0], scramble),
+        scrambled_1d(point[1], [scramble[1], scramble[0]]),
+    ]
 }
 
 #[cfg(test)]

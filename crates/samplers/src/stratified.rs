@@ -4,6 +4,13 @@ use crate::cells::Cells;
 use crate::hash::{below_one, lane, unit_f64, word};
 use crate::permute::Permutation;
 
+/// Lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of uniform jitter; lanes below
+/// 2³² belong to the key's permutation.
+const JITTER: [u64; 2] = [1 << 32, (1 << 32) + 1];
+const ROWS: u64 = (1 << 32) + 2;
+const COLUMNS: [u64; 2] = [(1 << 32) + 3, (1 << 32) + 4];
+const ORDER: u64 = (1 << 32) + 5;
+
 /// One jittered sample in each of N strata (1-D) or N equal cells (2-D), in random order.
 ///
 /// **Formula.** 1-D: (π(i) + ξᵢ)/N. 2-D: cell π(i) of [`Cells`] with an independent uniform point inside.
@@ -21,7 +28,7 @@ impl Stratified {
         Self {
             order: Permutation::new(count, key),
             cells: Cells::new(count),
-            jitter: [lane(key, 2), lane(key, 3)],
+            jitter: JITTER.map(|axis| lane(key, axis)),
         }
     }
 
@@ -66,15 +73,15 @@ impl MultiJitter {
         let base = Stratified::new(key, count);
         let rows = base.cells.rows();
         let short = count / rows;
-        let first = Permutation::new(short, lane(key, 5));
+        let first = Permutation::new(short, lane(key, COLUMNS[0]));
         let second = if count.is_multiple_of(rows) {
             first
         } else {
-            Permutation::new(short + 1, lane(key, 6))
+            Permutation::new(short + 1, lane(key, COLUMNS[1]))
         };
         Self {
             base,
-            rows: Permutation::new(rows, lane(key, 4)),
+            rows: Permutation::new(rows, lane(key, ROWS)),
             columns: [first, second],
         }
     }
@@ -121,7 +128,7 @@ impl UniformJitter {
     #[inline]
     pub(crate) fn with_offset(key: u64, count: u32, offset: [f64; 2]) -> Self {
         Self {
-            order: Permutation::new(count, lane(key, 7)),
+            order: Permutation::new(count, lane(key, ORDER)),
             cells: Cells::new(count),
             offset,
         }

@@ -1,7 +1,8 @@
 //! Owen–Sobol' points dealt out to the pixels along a shuffled Z-order curve.
 
 use crate::hash::{lane, mix};
-use crate::owen::{deepen, owen_scramble};
+use crate::permute::Permutation;
+use crate::sobol::{scrambled_1d, scrambled_2d, scrambles};
 
 /// One Owen-scrambled Sobol' sequence per dimension for the whole image.
 ///
@@ -16,9 +17,7 @@ use crate::owen::{deepen, owen_scramble};
 pub(crate) struct ZSobol {
     /// Where the pixel's block of indices starts.
     first: u64,
-    /// log₂ of the block's size.
-    bits: u32,
-    order: u64,
+    order: Permutation,
     scramble: [u64; 2],
 }
 
@@ -30,36 +29,28 @@ impl ZSobol {
         let curve = u64::from(shuffled_z_order(pixel, lane(tile_key, 2)));
         Self {
             first: curve << bits,
-            bits,
-            order: key,
-            scramble: [lane(tile_key, 0), lane(tile_key, 1)],
+            order: Permutation::new(count, key),
+            scramble: scrambles(tile_key),
         }
     }
 
     #[inline]
     fn index(&self, i: u32) -> u64 {
-        if self.bits == 0 {
-            return self.first;
-        }
-        let spare = u32::BITS - self.bits;
-        self.first | u64::from(owen_scramble(i << spare, self.order) >> spare)
+        self.first | u64::from(self.order.get(i))
     }
 
     #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        let x = high_fraction(self.index(i));
-        deepen(owen_scramble(x, self.scramble[0]), self.scramble[1])
+        scrambled_1d(high_fraction(self.index(i)), self.scramble)
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
         let index = self.index(i);
-        let (x, y) = (high_fraction(index), high_fraction(pascal(index)));
-        let (u, v) = (
-            owen_scramble(x, self.scramble[0]),
-            owen_scramble(y, self.scramble[1]),
-        );
-        [deepen(u, self.scramble[1]), deepen(v, self.scramble[0])]
+        scrambled_2d(
+            [high_fraction(index), high_fraction(pascal(index))],
+            self.scramble,
+        )
     }
 }
 
