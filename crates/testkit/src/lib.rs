@@ -8,6 +8,9 @@
 
 pub mod chi2;
 pub mod close;
+pub mod dd;
+pub mod precise;
 pub mod quadrature;
+pub mod real;
 pub mod rng;
 pub mod ztest;

@@ -473,7 +473,8 @@ mod tests {
 
     #[test]
     fn known_integrals() {
-        let cases: [(fn(f64) -> f64, f64, f64, f64); 5] = [
+        type Case = (fn(f64) -> f64, f64, f64, f64);
+        let cases: [Case; 5] = [
             (|x| x.cos(), 0.0, PI / 2.0, 1.0),
             (|x| 1.0 / (1.0 + x), 0.0, 1.0, LN_2),
             (
