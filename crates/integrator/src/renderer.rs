@@ -1,12 +1,13 @@
 //! From a pixel to its direct light.
 
-use crate::lines::{self, Along, Streams, Visible};
+use crate::lines::{self, Along, Streams};
 use crate::point::SURFACE_OFFSET;
 use crate::{Estimator, LineOptions, Plan, PlannedLight, ShadingPoint, Workspace, closed_form, points};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, LinearLight};
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::Scene;
+use linelit_scene::{Scene, Surface};
+use linelit_shading::bsdf::{Bsdf, Lambert};
 use linelit_visibility::{Hit, Occluders, Ray, ShaftClass, ShaftQuery};
 
 /// Sample dimensions of one (point, light) pair.
@@ -91,7 +92,7 @@ impl<'s> Renderer<'s> {
         let mut sum = DVec3::ZERO;
         for i in 0..count {
             let jitter = if count == 1 { [0.5, 0.5] } else { camera.get_2d(i) };
-            let place = jitter.map(|j| self.scene.film.filter_offset(j));
+            let place = self.film_offset(jitter);
             if let Some(point) = self.shading_point_at(pixel, place, workspace) {
                 if settings.show_lights {
                     sum += point.emitted;
@@ -137,23 +138,64 @@ impl<'s> Renderer<'s> {
             geometric_normal,
             normal,
             outgoing,
-            bsdf: self.scene.bsdf(&surface),
+            bsdf: self.bsdf(&surface),
             emitted: self.emitted(&surface, outgoing),
         }
     }
 
-    fn emitted(&self, surface: &linelit_scene::Surface, outgoing: DVec3) -> DVec3 {
+    fn emitted(&self, surface: &Surface, outgoing: DVec3) -> DVec3 {
         match surface.light.map(|i| &self.scene.lights[i as usize].light) {
             Some(Light::Area(area)) => area.emission.towards(area.polygon.normal().dot(outgoing)),
             _ => DVec3::ZERO,
         }
     }
 
+    /// What of the material the estimators know: its diffuse part.
+    fn bsdf(&self, surface: &Surface) -> Bsdf {
+        let albedo = self.scene.diffuse_reflectance(surface.material, surface.uv);
+        Bsdf::Lambert(Lambert { albedo })
+    }
+
+    /// Where in the pixel's filter a camera sample falls, uniform over the filter's support.
+    fn film_offset(&self, jitter: [f64; 2]) -> [f64; 2] {
+        let radius = self.scene.film.filter.radius;
+        [0, 1].map(|i| 0.5 + (2.0 * jitter[i] - 1.0) * radius[i])
+    }
+
     /// The largest edge component of a triangle.
     fn extent(&self, triangle: u32) -> f64 {
-        let [a, b, c] = self.scene.triangles[triangle as usize]
-            .map(|i| DVec3::from_array(self.scene.positions[i as usize].map(f64::from)));
+        let [a, b, c] = self.scene.corners(triangle);
         (b - a).abs().max((c - a).abs()).max_element()
+    }
+
+    /// Whether rays `distance` pixels to either side of the pixel's centre meet surfaces other than
+    /// the ray through it: there, renderers may differ by the rounding of their cameras.
+    #[must_use]
+    pub fn straddles_edge(&self, pixel: [u32; 2], distance: f64) -> bool {
+        let mut workspace = Workspace::new();
+        let [x, y] = pixel.map(f64::from);
+        let mut seen = |dx: f64, dy: f64| {
+            let camera = self.scene.camera.ray(x + 0.5 + dx, y + 0.5 + dy);
+            let ray = Ray {
+                origin: camera.origin,
+                direction: camera.direction,
+                t_min: 0.0,
+                t_max: f64::INFINITY,
+            };
+            let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch);
+            hit.map(|hit| {
+                let surface = self.scene.surface(hit.triangle, hit.barycentric, camera.direction);
+                (self.scene.mesh_of(hit.triangle), surface.geometric_normal)
+            })
+        };
+        let centre = seen(0.0, 0.0);
+        let same = |other: &Option<(u32, DVec3)>| match (&centre, other) {
+            (Some((a, n)), Some((b, m))) => a == b && n.dot(*m) > 0.999,
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        let d = distance;
+        let around = [(-d, -d), (d, -d), (-d, d), (d, d), (d, 0.0), (-d, 0.0), (0.0, d), (0.0, -d)];
+        !around.iter().all(|&(dx, dy)| same(&seen(dx, dy)))
     }
 
     /// The light that all lights of the scene send directly from `point` to its viewer,
@@ -244,6 +286,8 @@ impl Pair<'_> {
     ) -> DVec3 {
         let count = self.settings.samples.max(1);
         let kind = self.settings.sampler;
+        // Without a closed form, one point of each line's visible part.
+        let along = if closed_form::has_closed_form(&self.point.bsdf) { along } else { Along::Point };
         let set = Sampler::new(kind, self.settings.seed).points(self.pixel, self.dimension, count);
         let orientations = Sampler::new(SamplerKind::Independent, self.settings.seed);
         let streams = Streams {

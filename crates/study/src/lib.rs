@@ -1,1 +1,3 @@
-//! Convergence studies for direct illumination: the linelit command.
+//! Convergence studies for direct illumination: the library behind the `linelit` command.
+
+pub mod procedural;

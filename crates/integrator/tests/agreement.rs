@@ -1,0 +1,132 @@
+//! Every estimator gives the same light.
+
+mod common;
+
+use common::{CLUTTER, SQUARE, TRIANGLE, points, room, trials};
+use linelit_geometry::DVec3;
+use linelit_integrator::{Estimator, Renderer, Settings};
+use linelit_samplers::SamplerKind;
+use linelit_testkit::{chi2::sidak, ztest::critical_z};
+
+const ESTIMATORS: [&str; 8] = [
+    "point-area",
+    "point-solid-angle",
+    "line-area",
+    "line-area[orientation=fixed:0.3,offset=uniform]",
+    "line-analytic",
+    "line-analytic[orientation=uniform]",
+    "line-analytic[orientation=fixed:0]",
+    "exact",
+];
+
+fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
+    Settings {
+        estimator: estimator.parse::<Estimator>().unwrap(),
+        sampler: SamplerKind::Independent,
+        samples,
+        seed,
+        ..Settings::default()
+    }
+}
+
+/// A z test of each estimator against solid-angle points at each pixel, with and without skips.
+fn agree(light: &str, occluders: &str) {
+    let scene = room(light, occluders);
+    let renderer = Renderer::new(&scene);
+    let all = points(&renderer);
+    assert!(all.len() > 100, "the camera sees {} pixels", all.len());
+    // Sidak over every comparison of this scene: alpha is that of the whole test.
+    let comparisons = all.len() * 3 * ESTIMATORS.len();
+    let z = critical_z(sidak(0.01, comparisons));
+    let mut lit = 0;
+    for point in &all {
+        let reference = trials(&renderer, &settings("point-solid-angle", 256, 1_000_000), point, 64);
+        lit += u32::from(reference.0 != DVec3::ZERO);
+        for (k, name) in ESTIMATORS.iter().enumerate() {
+            let base = settings(name, 16, 10_000 * (k as u64 + 1));
+            let got = trials(&renderer, &Settings { skip: k % 2 == 0, ..base }, point, 64);
+            for c in 0..3 {
+                let error = got.1[c].hypot(reference.1[c]);
+                // Zero variance on both sides happens where nothing is hidden or all is; then
+                // sums of 16 terms differ by rounding.
+                let rounding = 64.0 * f64::EPSILON * reference.0[c];
+                let difference = (got.0[c] - reference.0[c]).abs();
+                assert!(
+                    difference <= z * error + rounding,
+                    "{name} at {:?}: {} +- {}, points {} +- {}",
+                    point.0, got.0[c], got.1[c], reference.0[c], reference.1[c]
+                );
+            }
+        }
+    }
+    assert!(lit > 100, "only {lit} pixels are lit");
+}
+
+#[test]
+fn square_light_unoccluded() {
+    agree(SQUARE, "");
+}
+
+#[test]
+fn square_light_behind_clutter() {
+    agree(SQUARE, CLUTTER);
+}
+
+#[test]
+fn triangular_light_behind_clutter() {
+    agree(TRIANGLE, CLUTTER);
+}
+
+/// The light crosses the horizon of the floor.
+#[test]
+fn light_through_the_floor() {
+    let light = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+        "point P" [ -1.5 -1 -0.5  -1.5 -1 1.5  -1.5 1 1.5  -1.5 1 -0.5 ]"#;
+    agree(light, CLUTTER);
+}
+
+/// What a skip leaves out changes no bit where the method is the same.
+#[test]
+fn skips_do_not_change_points() {
+    let scene = room(SQUARE, CLUTTER);
+    let renderer = Renderer::new(&scene);
+    let mut workspace = linelit_integrator::Workspace::new();
+    for name in ["point-area", "point-solid-angle", "line-area"] {
+        for (pixel, point) in points(&renderer) {
+            let on = settings(name, 8, 3);
+            let off = Settings { skip: false, ..on };
+            let a = renderer.direct(&on, &point, pixel, 0, &mut workspace);
+            let b = renderer.direct(&off, &point, pixel, 0, &mut workspace);
+            assert_eq!(a.to_array().map(f64::to_bits), b.to_array().map(f64::to_bits), "{name} {pixel:?}");
+        }
+    }
+}
+
+/// Where the light is neither hidden nor below the horizon, exact is Lambert's formula.
+#[test]
+fn exact_is_lamberts_formula() {
+    let scene = room(SQUARE, "");
+    let renderer = Renderer::new(&scene);
+    let mut workspace = linelit_integrator::Workspace::new();
+    for (pixel, point) in points(&renderer) {
+        let got = renderer.direct(&settings("exact", 1, 0), &point, pixel, 0, &mut workspace);
+        // An independent evaluation: a fine midpoint rule on the light, error O(h^2) with
+        // h = 1/256: second derivatives of the integrand are below 10 of its scale here, so
+        // 1/24 h^2 10 2 = 1.3e-5 relative.
+        let n = 256;
+        let mut sum = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                let at = |k: i32| (f64::from(k) + 0.5) / f64::from(n) - 0.5;
+                let w = DVec3::new(at(i), at(j), 2.0) - point.position;
+                sum += w.z.max(0.0) * w.z / w.length_squared().powi(2);
+            }
+        }
+        let want = DVec3::new(8.0 * 0.7, 6.0 * 0.5, 4.0 * 0.3) / std::f64::consts::PI * sum / f64::from(n * n);
+        // Positions and radiances of the file are f32: 6e-8.
+        assert!((got - want).abs().cmple(want * 1.4e-5).all(), "{pixel:?}: {got} {want}");
+    }
+    let counts = workspace.take_counts();
+    assert!(counts.plan.closed_form > 100);
+    assert_eq!(counts.segments.lines, 0);
+}

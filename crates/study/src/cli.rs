@@ -1,0 +1,319 @@
+//! The command line: what can be said, and what the words mean.
+
+use clap::{Args, Parser, Subcommand};
+use linelit_integrator::Estimator;
+use linelit_samplers::SamplerKind;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Direct light with line samples, and studies of how fast it converges.
+#[derive(Debug, Parser)]
+#[command(name = "linelit", version, about, disable_help_subcommand = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to an EXR or PNG image.
+    Render(RenderArgs),
+    /// Measure how the error falls with samples and with time; writes a report.
+    Converge(ConvergeArgs),
+    /// Compare two images (EXR or PFM): MSE, RMSE, MRSE, bias.
+    Compare(CompareArgs),
+    /// Say what is in a scene and what the plan skips.
+    Info(InfoArgs),
+    /// Hold renders to the reference images below a folder.
+    CheckReferences(CheckArgs),
+}
+
+/// Flags that every command that reads a scene takes.
+#[derive(Args, Clone, Debug)]
+pub struct SceneArgs {
+    /// Treat warnings about a scene as errors.
+    #[arg(long)]
+    pub strict: bool,
+    /// Threads; 0 for one per core.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// Scene file, or the name of a built-in scene.
+    pub scene: String,
+    /// Image to write: .exr (linear, with metadata) or .png.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Estimator, such as point-solid-angle or line-analytic[offset=uniform].
+    #[arg(long, default_value = "line-analytic")]
+    pub estimator: Estimator,
+    /// Sampling pattern.
+    #[arg(long, default_value = "stratified")]
+    pub sampler: SamplerKind,
+    /// Light samples per shading point and light.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
+    pub samples: u32,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Resolution in place of the scene's.
+    #[arg(long, value_name = "WxH")]
+    pub resolution: Option<Resolution>,
+    /// Part of the image to render, as fractions of it.
+    #[arg(long, value_name = "X0,X1,Y0,Y1")]
+    pub crop: Option<Crop>,
+    /// Camera samples per pixel: 1 goes through the centre, more jitter under the scene's filter.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub pixel_samples: u32,
+    /// Do not show lights that the camera sees.
+    #[arg(long)]
+    pub hide_lights: bool,
+    /// Print what was skipped and why, and what visibility cost.
+    #[arg(long)]
+    pub explain: bool,
+    /// Common flags.
+    #[command(flatten)]
+    pub common: SceneArgs,
+}
+
+/// `converge`.
+#[derive(Args, Debug)]
+pub struct ConvergeArgs {
+    /// A named study, or scene files and names of built-in scenes; without any, the default study.
+    pub what: Vec<String>,
+    /// Estimators to compare, separated by commas outside brackets.
+    #[arg(long, value_name = "E,E…")]
+    pub estimators: Option<List<Estimator>>,
+    /// Sampling patterns to compare.
+    #[arg(long, value_name = "S,S…")]
+    pub samplers: Option<List<SamplerKind>>,
+    /// Light samples per shading point, ascending.
+    #[arg(long, value_name = "1,4,16…")]
+    pub samples: Option<List<u32>>,
+    /// Independent trials per estimator, pattern and number of samples.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
+    pub trials: Option<u32>,
+    /// Pixels: a grid over the image (WxH) or single pixels of the scene's resolution (x,y;…).
+    #[arg(long, value_name = "WxH|x,y;…")]
+    pub pixels: Option<Pixels>,
+    /// Stop adding samples once this much time has gone, in seconds.
+    #[arg(long, value_name = "SECONDS")]
+    pub time_budget: Option<f64>,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Folder for the report.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// Common flags.
+    #[command(flatten)]
+    pub common: SceneArgs,
+}
+
+/// `compare`.
+#[derive(Args, Debug)]
+pub struct CompareArgs {
+    /// The image to judge.
+    pub image: PathBuf,
+    /// The image to judge it by.
+    pub reference: PathBuf,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `info`.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Scene file, or the name of a built-in scene.
+    pub scene: String,
+    /// Common flags.
+    #[command(flatten)]
+    pub common: SceneArgs,
+}
+
+/// `check-references`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// The folder with `references/` and `scenes/` below it.
+    pub dir: PathBuf,
+    /// Light samples per shading point and light.
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
+    pub samples: u32,
+    /// Common flags.
+    #[command(flatten)]
+    pub common: SceneArgs,
+}
+
+/// `WxH`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Resolution {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+}
+
+/// The most pixels that an image may have.
+const MAX_PIXELS: u64 = 1 << 28;
+
+impl FromStr for Resolution {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("`{text}` is not WIDTHxHEIGHT, such as 640x480");
+        let (w, h) = text.split_once('x').ok_or_else(expected)?;
+        let width: u32 = w.trim().parse().map_err(|_| expected())?;
+        let height: u32 = h.trim().parse().map_err(|_| expected())?;
+        let count = u64::from(width) * u64::from(height);
+        if count == 0 || count > MAX_PIXELS {
+            return Err(format!("`{text}` has {count} pixels; expected 1 to {MAX_PIXELS}"));
+        }
+        Ok(Self { width, height })
+    }
+}
+
+/// A crop window in fractions of the image: x0, x1, y0, y1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crop(pub [f64; 4]);
+
+impl FromStr for Crop {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("`{text}` is not X0,X1,Y0,Y1 with 0 <= X0 < X1 <= 1 and likewise Y");
+        let numbers: Vec<f64> = text
+            .split(',')
+            .map(|t| t.trim().parse::<f64>())
+            .collect::<Result<_, _>>()
+            .map_err(|_| expected())?;
+        let [x0, x1, y0, y1] = <[f64; 4]>::try_from(numbers).map_err(|_| expected())?;
+        let ok = |a: f64, b: f64| (0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b) && a < b;
+        if ok(x0, x1) && ok(y0, y1) { Ok(Self([x0, x1, y0, y1])) } else { Err(expected()) }
+    }
+}
+
+/// Which pixels a study looks at.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Pixels {
+    /// All pixels of an image of this resolution.
+    Grid(Resolution),
+    /// Single pixels of the scene's own resolution.
+    List(Vec<[u32; 2]>),
+}
+
+impl FromStr for Pixels {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.contains('x') {
+            return text.parse().map(Self::Grid);
+        }
+        let expected = || format!("`{text}` is neither WxH nor x,y;x,y;…");
+        let pixel = |t: &str| -> Option<[u32; 2]> {
+            let (x, y) = t.split_once(',')?;
+            Some([x.trim().parse().ok()?, y.trim().parse().ok()?])
+        };
+        let pixels: Option<Vec<_>> = text.split(';').filter(|t| !t.trim().is_empty()).map(pixel).collect();
+        match pixels {
+            Some(list) if !list.is_empty() => Ok(Self::List(list)),
+            _ => Err(expected()),
+        }
+    }
+}
+
+impl std::fmt::Display for Pixels {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Grid(r) => write!(f, "{}x{}", r.width, r.height),
+            Self::List(list) => {
+                let texts: Vec<String> = list.iter().map(|[x, y]| format!("{x},{y}")).collect();
+                f.write_str(&texts.join(";"))
+            }
+        }
+    }
+}
+
+/// A list separated by commas outside brackets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct List<T>(pub Vec<T>);
+
+impl<T: FromStr> FromStr for List<T>
+where
+    T::Err: std::fmt::Display,
+{
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let items = split_outside_brackets(text);
+        let parsed: Result<Vec<T>, String> = items
+            .iter()
+            .map(|t| t.trim().parse::<T>().map_err(|e| format!("`{}`: {e}", t.trim())))
+            .collect();
+        match parsed? {
+            list if list.is_empty() => Err("the list is empty".to_owned()),
+            list => Ok(Self(list)),
+        }
+    }
+}
+
+fn split_outside_brackets(text: &str) -> Vec<&str> {
+    let mut depth = 0u32;
+    let mut start = 0;
+    let mut out = Vec::new();
+    for (i, c) in text.char_indices() {
+        match c {
+            '[' => depth += 1,
+            ']' => depth = depth.saturating_sub(1),
+            ',' if depth == 0 => {
+                out.push(&text[start..i]);
+                start = i + 1;
+            }
+            _ => {}
+        }
+    }
+    out.push(&text[start..]);
+    out.retain(|t| !t.trim().is_empty());
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_split_outside_brackets() {
+        let list: List<Estimator> =
+            "point-area,line-area[orientation=fixed:0.5,offset=uniform],exact".parse().unwrap();
+        assert_eq!(list.0.len(), 3);
+        assert!("".parse::<List<u32>>().is_err());
+        assert_eq!("1, 4,16".parse::<List<u32>>().unwrap().0, [1, 4, 16]);
+        assert!("1,x".parse::<List<u32>>().unwrap_err().contains("`x`"));
+    }
+
+    #[test]
+    fn pixels_and_crops_are_checked() {
+        assert_eq!("3,4;5,6".parse::<Pixels>().unwrap(), Pixels::List(vec![[3, 4], [5, 6]]));
+        assert_eq!("8x4".parse::<Pixels>().unwrap().to_string(), "8x4");
+        assert!("0x4".parse::<Pixels>().is_err());
+        assert!("99999x99999".parse::<Pixels>().is_err());
+        assert!("0,1,0.5".parse::<Crop>().is_err());
+        assert!("0.5,0.2,0,1".parse::<Crop>().is_err());
+        assert!("0,nan,0,1".parse::<Crop>().is_err());
+        assert_eq!("0,0.5,0,1".parse::<Crop>().unwrap(), Crop([0.0, 0.5, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,125 @@
+//! `linelit render`.
+
+use super::{bar, pool};
+use crate::cli::{Crop, RenderArgs};
+use crate::engine::image::{self, Window};
+use crate::{scenes, version};
+use anyhow::{Result, bail};
+use linelit_film::{Image, Metadata};
+use linelit_integrator::{Counts, Renderer, Settings};
+use std::path::Path;
+use std::time::Instant;
+
+/// Renders a scene to an image.
+///
+/// # Errors
+/// If the scene cannot be read or the image cannot be written.
+pub fn run(args: &RenderArgs) -> Result<()> {
+    check_extension(&args.output)?;
+    let start = Instant::now();
+    let loaded = scenes::load(&args.scene, args.common.strict)?;
+    let mut scene = loaded.scene;
+    if let Some(resolution) = args.resolution {
+        scene.set_resolution(resolution.width, resolution.height);
+    }
+    let load_seconds = start.elapsed().as_secs_f64();
+    let built = Instant::now();
+    let renderer = Renderer::new(&scene);
+    let build_seconds = built.elapsed().as_secs_f64();
+    let settings = Settings {
+        estimator: args.estimator,
+        sampler: args.sampler,
+        samples: args.samples,
+        pixel_samples: args.pixel_samples,
+        seed: args.seed,
+        show_lights: !args.hide_lights,
+        skip: true,
+    };
+    let window = window(&scene, args.crop);
+    let drawn = Instant::now();
+    let (image, counts) = pool(&args.common)?
+        .install(|| image::render(&renderer, &settings, window, &bar("rendering")));
+    let seconds = drawn.elapsed().as_secs_f64();
+    write(&args.output, &image, &metadata(args, &settings))?;
+    let times = [load_seconds, build_seconds, seconds];
+    if args.common.json {
+        println!("{}", json(args, &image, &counts, times));
+    } else if args.explain {
+        explain(&renderer, &counts, times);
+    }
+    Ok(())
+}
+
+fn check_extension(path: &Path) -> Result<()> {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("exr" | "png") => Ok(()),
+        _ => bail!("cannot write {}: the name must end in .exr or .png", path.display()),
+    }
+}
+
+fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Window {
+    let (width, height) = (scene.film.width, scene.film.height);
+    let [x0, x1, y0, y1] = crop.map_or(scene.film.crop, |c| c.0);
+    let (x0, x1) = span(x0, x1, width);
+    let (y0, y1) = span(y0, y1, height);
+    Window { x0, x1, y0, y1 }
+}
+
+/// The pixels of a range of fractions, at least one (pbrt: rounded up at both ends).
+fn span(lo: f64, hi: f64, size: u32) -> (u32, u32) {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "fractions of a u32")]
+    let pixel = |f: f64| ((f64::from(size) * f).ceil() as u32).min(size);
+    let first = pixel(lo).min(size - 1);
+    (first, pixel(hi).max(first + 1))
+}
+
+fn metadata(args: &RenderArgs, settings: &Settings) -> Metadata {
+    let mut metadata = Metadata::new();
+    metadata.insert("scene", scenes::short_name(&args.scene));
+    metadata.insert("estimator", settings.estimator.to_string());
+    metadata.insert("sampler", settings.sampler.to_string());
+    metadata.insert("samples", settings.samples.to_string());
+    metadata.insert("pixel_samples", settings.pixel_samples.to_string());
+    metadata.insert("seed", settings.seed.to_string());
+    metadata.insert("linelit", version());
+    metadata
+}
+
+fn write(path: &Path, image: &Image, metadata: &Metadata) -> Result<()> {
+    if path.extension().is_some_and(|e| e == "png") {
+        linelit_film::write_png(path, image, 0.0)?;
+    } else {
+        linelit_film::write_exr(path, image, metadata)?;
+    }
+    Ok(())
+}
+
+fn explain(renderer: &Renderer<'_>, counts: &Counts, times: [f64; 3]) {
+    println!("{:>14}  lights, {} of them dark", renderer.plan().lights().len(), renderer.plan().dark_lights());
+    print!("{}", counts.plan);
+    for (name, value) in counts.visibility.rows() {
+        println!("{value:>14}  {name}");
+    }
+    println!("{:>14}  visible pieces of {} lines", counts.segments.pieces, counts.segments.lines);
+    let [load, build, render] = times;
+    println!("load {load:.3} s, build {build:.3} s, render {render:.3} s");
+}
+
+fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> serde_json::Value {
+    let plan: serde_json::Map<_, _> =
+        counts.plan.rows().iter().map(|(k, v)| ((*k).to_owned(), (*v).into())).collect();
+    let visibility: serde_json::Map<_, _> =
+        counts.visibility.rows().iter().map(|(k, v)| ((*k).to_owned(), (*v).into())).collect();
+    serde_json::json!({
+        "scene": args.scene,
+        "output": args.output,
+        "width": image.width(),
+        "height": image.height(),
+        "mean": image.mean(),
+        "load_seconds": times[0],
+        "build_seconds": times[1],
+        "render_seconds": times[2],
+        "plan": plan,
+        "visibility": visibility,
+    })
+}

@@ -1,0 +1,99 @@
+//! From estimates and a reference to errors.
+
+use super::{CellRun, Reference, Targets};
+use linelit_geometry::DVec3;
+
+/// ε of the mean relative squared error: keeps black pixels from dominating (Salesin & Jarosz
+/// 2019, section 5).
+pub const MRSE_EPSILON: f64 = 1e-6;
+
+/// The errors of one cell.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// Mean squared error of one estimate over pixels and channels.
+    pub mse: f64,
+    /// Standard error of `mse`, from its spread over the trials.
+    pub mse_stderr: f64,
+    /// Mean of (estimate − reference)²/(reference² + ε).
+    pub mrse: f64,
+    /// Mean of estimate − reference over pixels, channels and trials.
+    pub bias: f64,
+    /// Standard error of `bias`, from its spread over the trials.
+    pub bias_stderr: f64,
+    /// Mean squared error of each trial: what the fits resample.
+    pub trial_mse: Vec<f64>,
+    /// Variance of one estimate around the mean of its trials, averaged over pixels and channels:
+    /// needs no reference.
+    pub variance: f64,
+    /// The variance again, trial by trial, as the squared distance of each from the mean of the
+    /// others' (jackknife-free: n/(n−1) times the squared deviation).
+    pub trial_variance: Vec<f64>,
+}
+
+/// Scores a run against a reference.
+#[must_use]
+pub fn score(run: &CellRun, reference: &Reference, targets: &Targets) -> Score {
+    let trials = run.cell.trials as usize;
+    let mut sums = TrialSums::new(trials);
+    for (point, want) in reference.values.iter().enumerate() {
+        sums.add(run.trials_of(point), *want);
+    }
+    sums.finish(targets.pixels.max(1))
+}
+
+struct TrialSums {
+    mse: Vec<f64>,
+    bias: Vec<f64>,
+    variance: Vec<f64>,
+    mrse: f64,
+}
+
+impl TrialSums {
+    fn new(trials: usize) -> Self {
+        Self { mse: vec![0.0; trials], bias: vec![0.0; trials], variance: vec![0.0; trials], mrse: 0.0 }
+    }
+
+    fn add(&mut self, values: &[DVec3], want: DVec3) {
+        #[allow(clippy::cast_precision_loss, reason = "trials fit 53 bits")]
+        let n = values.len() as f64;
+        let mean = values.iter().copied().sum::<DVec3>() / n;
+        for (trial, value) in values.iter().enumerate() {
+            let error = *value - want;
+            self.mse[trial] += error.length_squared();
+            self.bias[trial] += error.element_sum();
+            self.variance[trial] += (*value - mean).length_squared() * n / (n - 1.0);
+            let relative = error * error / (want * want + MRSE_EPSILON);
+            self.mrse += relative.element_sum() / n;
+        }
+    }
+
+    fn finish(self, pixels: usize) -> Score {
+        #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
+        let scale = 1.0 / (3.0 * pixels as f64);
+        let scaled = |v: Vec<f64>| v.into_iter().map(|x| x * scale).collect::<Vec<f64>>();
+        let (trial_mse, trial_bias, trial_variance) =
+            (scaled(self.mse), scaled(self.bias), scaled(self.variance));
+        let (mse, mse_stderr) = mean_and_error(&trial_mse);
+        let (bias, bias_stderr) = mean_and_error(&trial_bias);
+        let (variance, _) = mean_and_error(&trial_variance);
+        Score {
+            mse,
+            mse_stderr,
+            mrse: self.mrse * scale,
+            bias,
+            bias_stderr,
+            trial_mse,
+            variance,
+            trial_variance,
+        }
+    }
+}
+
+/// Mean and its standard error.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    #[allow(clippy::cast_precision_loss, reason = "trials fit 53 bits")]
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (mean, (square / ((n - 1.0).max(1.0) * n)).sqrt())
+}

@@ -1,0 +1,232 @@
+//! An arcaded hall: fluted columns, arches, balusters; open to a light above.
+
+use super::mesh::{Mesh, Random};
+use super::{Files, facing_down, light_text, main_files};
+use std::f64::consts::{PI, TAU};
+
+/// Changes whenever the generator does: old files are then written anew.
+pub(super) const VERSION: u32 = 1;
+
+/// Distance between columns.
+const BAY: f64 = 2.0;
+/// Columns on each side of each storey.
+const COLUMNS: u32 = 11;
+/// Half the width of the hall between the rows.
+const HALF: f64 = 2.2;
+/// Height of a storey.
+const STOREY: f64 = 4.0;
+
+/// The hall, two storeys high, along x.
+pub(super) fn colonnade() -> Files {
+    let mut files = main_files(
+        "colonnade",
+        "Arcades around a hall that is open to the sky; meshes made by a generator.",
+        "LookAt -8.6 1.7 0.5  0 1.7 -0.5  0 1 0\nCamera \"perspective\" \"float fov\" [ 52 ]",
+        |size| {
+            let half = size.pick([0.5, 0.25], [6.0, 2.0]);
+            let radiance = size.pick([1920.0, 1840.0, 1700.0], [20.0, 19.2, 17.7]);
+            light_text(radiance, &facing_down([0.0, 9.5, 0.0], half))
+        },
+    );
+    let mut geometry = String::new();
+    for (name, reflectance, mesh) in parts() {
+        let [r, g, b] = reflectance;
+        geometry.push_str(&format!(
+            "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ {r} {g} {b} ]\nShape \"plymesh\" \"string filename\" [ \"{name}\" ]\nAttributeEnd\n"
+        ));
+        files.push((name.to_owned(), mesh.ply()));
+    }
+    files.push(("colonnade.geometry.pbrt".to_owned(), geometry.into_bytes()));
+    files
+}
+
+/// Triangles of all meshes.
+#[cfg(test)]
+pub(super) fn triangle_count() -> usize {
+    parts()
+        .iter()
+        .map(|(_, _, mesh)| mesh.triangles.len())
+        .sum()
+}
+
+fn parts() -> [(&'static str, [f64; 3], Mesh); 3] {
+    [
+        ("colonnade-stone.ply", [0.72, 0.68, 0.6], stone()),
+        ("colonnade-walls.ply", [0.55, 0.5, 0.45], walls()),
+        ("colonnade-pots.ply", [0.6, 0.25, 0.15], pots()),
+    ]
+}
+
+fn place(k: u32) -> f64 {
+    BAY * (f64::from(k) - 0.5 * f64::from(COLUMNS - 1))
+}
+
+fn stone() -> Mesh {
+    let mut mesh = Mesh::default();
+    for storey in 0..2u32 {
+        let floor = STOREY * f64::from(storey);
+        for side in [-1.0, 1.0] {
+            for k in 0..COLUMNS {
+                column(&mut mesh, [place(k), floor, side * HALF]);
+                if k + 1 < COLUMNS {
+                    arch(&mut mesh, place(k), floor + 2.5, side * HALF);
+                    balustrade(&mut mesh, place(k), floor + STOREY, side * HALF);
+                }
+            }
+        }
+    }
+    mesh
+}
+
+/// A fluted shaft between a base and a capital, 2.5 high.
+fn column(mesh: &mut Mesh, foot: [f64; 3]) {
+    let radius = |v: f64, angle: f64| {
+        let flutes = 0.012 * (12.0 * angle).cos();
+        let taper = 0.2 - 0.03 * v;
+        let ends = 0.08 * (-(v * 30.0)).exp() + 0.09 * (-((1.0 - v) * 24.0)).exp();
+        taper + flutes * (v * (1.0 - v) * 4.0).min(1.0) + ends
+    };
+    mesh.surface([28, 48], true, |v, u| {
+        let angle = TAU * u;
+        let r = radius(v, angle);
+        [
+            foot[0] + r * angle.cos(),
+            foot[1] + 0.12 + 2.26 * v,
+            foot[2] + r * angle.sin(),
+        ]
+    });
+    let slab = |mesh: &mut Mesh, y: f64| {
+        mesh.cuboid(
+            [foot[0] - 0.3, foot[1] + y, foot[2] - 0.3],
+            [foot[0] + 0.3, foot[1] + y + 0.12, foot[2] + 0.3],
+            0.0,
+        );
+    };
+    slab(mesh, 0.0);
+    slab(mesh, 2.38);
+}
+
+/// A moulded half-round arch between two columns, and the wall above it.
+fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
+    let centre = x + 0.5 * BAY;
+    let inner = 0.5 * BAY - 0.3;
+    mesh.surface([24, 20], true, |v, u| {
+        let angle = PI * v;
+        let turn = TAU * u;
+        let r = inner + 0.1 + (0.1 + 0.02 * (5.0 * turn).cos()) * turn.cos();
+        [
+            centre - r * angle.cos(),
+            y + r * angle.sin(),
+            z + 0.22 * turn.sin(),
+        ]
+    });
+    mesh.surface([24, 1], false, |v, u| {
+        let angle = PI * v;
+        let (c, s) = (angle.cos(), angle.sin());
+        let edge = [centre - (inner + 0.2) * c, y + (inner + 0.2) * s];
+        let top = [centre - 0.5 * BAY * c.signum() * c.abs().min(1.0), y + 1.38];
+        [
+            edge[0] + (top[0] - edge[0]) * u,
+            edge[1] + (top[1] - edge[1]) * u,
+            z,
+        ]
+    });
+}
+
+/// Balusters under a rail, one bay wide.
+fn balustrade(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
+    for k in 0..6u32 {
+        let c = x + BAY * (f64::from(k) + 0.5) / 6.0;
+        mesh.surface([14, 14], true, |v, u| {
+            let r = 0.05 + 0.03 * (TAU * 1.5 * v).sin();
+            [
+                c + r * (TAU * u).cos(),
+                y + 0.05 + 0.6 * v,
+                z + r * (TAU * u).sin(),
+            ]
+        });
+    }
+    mesh.cuboid([x, y - 0.1, z - 0.12], [x + BAY, y + 0.05, z + 0.12], 0.0);
+    mesh.cuboid([x, y + 0.65, z - 0.1], [x + BAY, y + 0.73, z + 0.1], 0.0);
+}
+
+/// Floor, outer walls, and the floor of the gallery behind the columns.
+fn walls() -> Mesh {
+    let mut mesh = Mesh::default();
+    let (long, wide, high) = (
+        0.5 * BAY * f64::from(COLUMNS - 1) + 1.0,
+        HALF + 2.0,
+        2.0 * STOREY,
+    );
+    mesh.surface([40, 20], false, |v, u| {
+        [long * (2.0 * v - 1.0), 0.0, wide * (2.0 * u - 1.0)]
+    });
+    for side in [-1.0, 1.0] {
+        mesh.surface([12, 40], false, |v, u| {
+            [long * (2.0 * u - 1.0), high * v, side * wide]
+        });
+        mesh.cuboid(
+            [
+                -long,
+                STOREY - 0.12,
+                if side < 0.0 { -wide } else { HALF - 0.25 },
+            ],
+            [
+                long,
+                STOREY - 0.1,
+                if side < 0.0 { 0.25 - HALF } else { wide },
+            ],
+            0.0,
+        );
+    }
+    for end in [-1.0, 1.0] {
+        mesh.surface([12, 20], false, |v, u| {
+            [end * long, high * v, wide * (2.0 * u - 1.0)]
+        });
+    }
+    mesh
+}
+
+/// Pots with plants of many leaves along the hall.
+fn pots() -> Mesh {
+    let mut mesh = Mesh::default();
+    let mut random = Random::new(1991);
+    for k in 0..8u32 {
+        let side = if k % 2 == 0 { -1.0 } else { 1.0 };
+        let foot = [place(k + 1) + 1.0, 0.0, side * 1.3];
+        mesh.surface([16, 24], true, |v, u| {
+            let r = 0.18 + 0.12 * v + 0.03 * (PI * v * 3.0).sin();
+            [
+                foot[0] + r * (TAU * u).cos(),
+                0.5 * v,
+                foot[2] + r * (TAU * u).sin(),
+            ]
+        });
+        for _ in 0..900 {
+            leaf(&mut mesh, &mut random, foot);
+        }
+    }
+    mesh
+}
+
+/// A bent leaf of four triangles.
+fn leaf(mesh: &mut Mesh, random: &mut Random, foot: [f64; 3]) {
+    let angle = random.between(0.0, TAU);
+    let (out, up) = (random.between(0.05, 0.55), random.between(0.5, 1.5));
+    let root = [foot[0] + out * angle.cos(), up, foot[2] + out * angle.sin()];
+    let (length, width, drop) = (
+        random.between(0.1, 0.25),
+        random.between(0.01, 0.03),
+        random.between(-0.1, 0.1),
+    );
+    mesh.surface([2, 1], false, |v, u| {
+        let along = length * v;
+        let bend = drop * v * v;
+        let across = width * (2.0 * u - 1.0) * (1.0 - v * v);
+        [
+            root[0] + along * angle.cos() - across * angle.sin(),
+            root[1] + bend,
+            root[2] + along * angle.sin() + across * angle.cos(),
+        ]
+    });
+}

@@ -1,0 +1,173 @@
+//! The built-in scenes, made by generators: no data of others, and the same bytes every time.
+//!
+//! The small ones are kept in `scenes/` as pbrt-v4 text (a test holds them to their generators);
+//! the colonnade is written on first use.
+
+mod colonnade;
+mod logo;
+mod mesh;
+mod rooms;
+
+use mesh::Mesh;
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A scene as files: names and contents.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+/// The size of a scene's light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LightSize {
+    Small,
+    Large,
+}
+
+impl LightSize {
+    const BOTH: [Self; 2] = [Self::Small, Self::Large];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Small => "small",
+            Self::Large => "large",
+        }
+    }
+
+    const fn pick<T: Copy>(self, small: T, large: T) -> T {
+        match self {
+            Self::Small => small,
+            Self::Large => large,
+        }
+    }
+}
+
+/// The files of the scenes that are kept in the repository.
+#[must_use]
+pub fn kept() -> Files {
+    let mut files = Files::new();
+    files.extend(rooms::cornell_box());
+    files.extend(rooms::grid_planes());
+    files.extend(rooms::triangle_soup());
+    files.extend(logo::logo());
+    files
+}
+
+/// Writes the generated scene of this name (`colonnade-small` or `colonnade-large`) into a folder,
+/// unless it is there, and returns the path of its main file.
+///
+/// # Errors
+/// If the folder cannot be written.
+pub fn generate(name: &str, dir: &Path) -> io::Result<PathBuf> {
+    let main = dir.join(format!("{name}.pbrt"));
+    let stamp = dir.join(format!("colonnade-{}.stamp", colonnade::VERSION));
+    if stamp.is_file() && main.is_file() {
+        return Ok(main);
+    }
+    std::fs::create_dir_all(dir)?;
+    for (file, bytes) in colonnade::colonnade() {
+        write_whole(&dir.join(file), &bytes)?;
+    }
+    write_whole(&stamp, b"")?;
+    if main.is_file() {
+        Ok(main)
+    } else {
+        Err(io::Error::new(
+            io::ErrorKind::NotFound,
+            format!("no generated scene `{name}`"),
+        ))
+    }
+}
+
+/// Writes under a temporary name, then renames.
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let temporary = path.with_extension(format!("tmp-{}", std::process::id()));
+    std::fs::write(&temporary, bytes)?;
+    std::fs::rename(&temporary, path)
+}
+
+/// A main file for each size of light: camera, `Include` of the geometry, light.
+fn main_files(name: &str, about: &str, camera: &str, light: impl Fn(LightSize) -> String) -> Files {
+    let file = |size: LightSize| {
+        let mut text = String::new();
+        let _ = writeln!(text, "# linelit: {name}, {} light. {about}", size.name());
+        let _ = writeln!(text, "{camera}");
+        let _ = writeln!(
+            text,
+            "Sampler \"independent\" \"integer pixelsamples\" [ 16 ]"
+        );
+        let _ = writeln!(
+            text,
+            "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]"
+        );
+        let _ = writeln!(
+            text,
+            "Film \"rgb\" \"integer xresolution\" [ 512 ] \"integer yresolution\" [ 512 ] \"string filename\" [ \"{name}-{}.exr\" ]",
+            size.name()
+        );
+        let _ = writeln!(text, "WorldBegin\nInclude \"{name}.geometry.pbrt\"");
+        let _ = writeln!(
+            text,
+            "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]"
+        );
+        let _ = writeln!(text, "{}\nAttributeEnd", light(size));
+        (format!("{name}-{}.pbrt", size.name()), text.into_bytes())
+    };
+    LightSize::BOTH.map(file).to_vec()
+}
+
+/// An area light of the given radiance over the corners of a convex polygon, as a fan.
+fn light_text(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
+    let mut mesh = Mesh::default();
+    mesh.fan(corners);
+    let [r, g, b] = radiance;
+    format!(
+        "AreaLightSource \"diffuse\" \"rgb L\" [ {r} {g} {b} ]\n{}",
+        mesh.text()
+    )
+}
+
+/// A diffuse mesh.
+fn diffuse(reflectance: [f64; 3], mesh: &Mesh) -> String {
+    let [r, g, b] = reflectance;
+    format!(
+        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ {r} {g} {b} ]\n{}\nAttributeEnd\n",
+        mesh.text()
+    )
+}
+
+/// A rectangle in a horizontal plane that faces down: half sizes x and z about a centre.
+fn facing_down(centre: [f64; 3], half: [f64; 2]) -> [[f64; 3]; 4] {
+    let [x, y, z] = centre;
+    let [a, b] = half;
+    [
+        [x - a, y, z - b],
+        [x + a, y, z - b],
+        [x + a, y, z + b],
+        [x - a, y, z + b],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The repository's scenes are what the generators make.
+    #[test]
+    fn kept_scenes_are_up_to_date() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+        for (name, bytes) in kept() {
+            let path = dir.join(&name);
+            let found = std::fs::read(&path).unwrap_or_default();
+            assert!(
+                found == bytes,
+                "{name} differs: run `cargo run -p linelit-study --example write_scenes`"
+            );
+        }
+    }
+
+    #[test]
+    fn colonnade_has_about_a_quarter_of_a_million_triangles() {
+        let count = colonnade::triangle_count();
+        assert!((220_000..280_000).contains(&count), "{count}");
+    }
+}

@@ -1,0 +1,149 @@
+//! The Cornell box, grids over a plane, and a soup of triangles in a box.
+
+use super::mesh::{Mesh, Random};
+use super::{Files, diffuse, facing_down, light_text, main_files};
+
+const WHITE: [f64; 3] = [0.725, 0.71, 0.68];
+const RED: [f64; 3] = [0.63, 0.065, 0.05];
+const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
+
+const BOX_CAMERA: &str =
+    "LookAt 0 1 -4.4  0 1 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 33 ]";
+
+/// Floor, ceiling and back wall white, side walls red and green; x and z from −1 to 1, y from 0 to
+/// 2, open to the camera.
+fn walls() -> String {
+    let mut white = Mesh::default();
+    white.fan(&[
+        [-1.0, 0.0, -1.0],
+        [-1.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 0.0, -1.0],
+    ]);
+    white.fan(&facing_down([0.0, 2.0, 0.0], [1.0, 1.0]));
+    white.fan(&[
+        [-1.0, 0.0, 1.0],
+        [-1.0, 2.0, 1.0],
+        [1.0, 2.0, 1.0],
+        [1.0, 0.0, 1.0],
+    ]);
+    let mut red = Mesh::default();
+    red.fan(&[
+        [-1.0, 0.0, -1.0],
+        [-1.0, 2.0, -1.0],
+        [-1.0, 2.0, 1.0],
+        [-1.0, 0.0, 1.0],
+    ]);
+    let mut green = Mesh::default();
+    green.fan(&[
+        [1.0, 0.0, -1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 2.0, 1.0],
+        [1.0, 2.0, -1.0],
+    ]);
+    diffuse(WHITE, &white) + &diffuse(RED, &red) + &diffuse(GREEN, &green)
+}
+
+/// A box with a light just below its ceiling, and two blocks.
+pub(super) fn cornell_box() -> Files {
+    let mut blocks = Mesh::default();
+    blocks.cuboid([0.05, 0.0, -0.65], [0.65, 0.6, -0.05], 0.29);
+    blocks.cuboid([-0.65, 0.0, -0.05], [-0.05, 1.2, 0.55], -0.33);
+    let geometry = walls() + &diffuse(WHITE, &blocks);
+    let mut files = main_files("cornell-box", "Two blocks in a room.", BOX_CAMERA, |size| {
+        let half = size.pick(0.05, 0.4);
+        let radiance = size.pick([800.0, 680.0, 430.0], [12.5, 10.6, 6.7]);
+        light_text(radiance, &facing_down([0.0, 1.98, 0.0], [half, half]))
+    });
+    files.push((
+        "cornell-box.geometry.pbrt".to_owned(),
+        geometry.into_bytes(),
+    ));
+    files
+}
+
+/// Two crossed grids of bars over a plane.
+pub(super) fn grid_planes() -> Files {
+    let mut floor = Mesh::default();
+    floor.fan(&[
+        [-4.0, 0.0, -4.0],
+        [-4.0, 0.0, 4.0],
+        [4.0, 0.0, 4.0],
+        [4.0, 0.0, -4.0],
+    ]);
+    let mut bars = Mesh::default();
+    for (height, count, turn) in [(0.7, 16u32, 0.35), (1.1, 16, -0.2)] {
+        grid(&mut bars, height, count, turn);
+    }
+    let geometry = diffuse([0.7, 0.7, 0.7], &floor) + &diffuse([0.35, 0.45, 0.6], &bars);
+    let camera =
+        "LookAt 0.8 3.4 -4.4  0 0.2 0.1  0 1 0\nCamera \"perspective\" \"float fov\" [ 38 ]";
+    let about = "Crossed grids of bars over a plane.";
+    let mut files = main_files("grid-planes", about, camera, |size| {
+        let half = size.pick(0.1, 0.8);
+        let radiance = size.pick([640.0; 3], [10.0; 3]);
+        light_text(radiance, &facing_down([0.0, 3.0, 0.0], [half, half]))
+    });
+    files.push((
+        "grid-planes.geometry.pbrt".to_owned(),
+        geometry.into_bytes(),
+    ));
+    files
+}
+
+/// `2 × count` bars of square section over a square of side 2.4, turned about the vertical.
+fn grid(mesh: &mut Mesh, height: f64, count: u32, turn: f64) {
+    let (side, thick) = (1.2, 0.02);
+    let first = mesh.points.len();
+    for k in 0..count {
+        let c = side * (2.0 * (f64::from(k) + 0.5) / f64::from(count) - 1.0);
+        mesh.cuboid(
+            [c - thick, height, -side],
+            [c + thick, height + 2.0 * thick, side],
+            0.0,
+        );
+        let above = height + 2.0 * thick;
+        mesh.cuboid(
+            [-side, above, c - thick],
+            [side, above + 2.0 * thick, c + thick],
+            0.0,
+        );
+    }
+    let (sin, cos) = turn.sin_cos();
+    for p in &mut mesh.points[first..] {
+        *p = [cos * p[0] + sin * p[2], p[1], cos * p[2] - sin * p[0]];
+    }
+}
+
+/// A thousand small triangles afloat in a box, under a triangular light.
+pub(super) fn triangle_soup() -> Files {
+    let mut random = Random::new(2016);
+    let mut soup = Mesh::default();
+    for _ in 0..1000 {
+        let centre = [
+            random.between(-0.85, 0.85),
+            random.between(0.25, 1.6),
+            random.between(-0.85, 0.85),
+        ];
+        let corner = |random: &mut Random| centre.map(|c| c + random.between(-0.06, 0.06));
+        let corners = [
+            corner(&mut random),
+            corner(&mut random),
+            corner(&mut random),
+        ];
+        soup.fan(&corners);
+    }
+    let geometry = walls() + &diffuse([0.6, 0.6, 0.6], &soup);
+    let about = "A thousand disjoint triangles in a room, under a triangular light.";
+    let mut files = main_files("triangle-soup", about, BOX_CAMERA, |size| {
+        let s = size.pick(0.09, 0.7);
+        let radiance = size.pick([605.0, 540.0, 420.0], [10.0, 8.9, 6.9]);
+        let at = |x: f64, z: f64| [s * x, 1.98, s * z];
+        light_text(radiance, &[at(-0.9, -0.6), at(0.95, -0.5), at(-0.1, 1.0)])
+    });
+    files.push((
+        "triangle-soup.geometry.pbrt".to_owned(),
+        geometry.into_bytes(),
+    ));
+    files
+}

@@ -1,0 +1,135 @@
+//! Billen & Dutré 2016, Figs. 2, 3 and 5: orientations, offset densities, visible pieces.
+
+use crate::engine::image::{self, Window};
+use crate::scenes;
+use anyhow::Result;
+use indicatif::ProgressBar;
+use linelit_film::Image;
+use linelit_geometry::DVec3;
+use linelit_integrator::{Renderer, Settings, Workspace};
+use linelit_samplers::SamplerKind;
+
+/// One picture of the figures.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Which figure of the paper.
+    pub figure: &'static str,
+    /// The scene.
+    pub scene: &'static str,
+    /// What is shown.
+    pub caption: String,
+    /// Linear radiance, or counts in all channels.
+    pub image: Image,
+    /// Whether the picture is of counts, to be shown in false colour.
+    pub counts: bool,
+    /// Root mean squared error against the converged picture, where there is one.
+    pub rmse: Option<f64>,
+}
+
+/// Side of the pictures in pixels.
+const SIZE: u32 = 256;
+/// Lines at each point in Figs. 2 and 3: few, so that their patterns show.
+const FEW: u32 = 4;
+/// Lines at each point of the converged picture.
+const MANY: u32 = 256;
+/// Lines at each point in Fig. 5.
+const COUNTED: u32 = 64;
+
+/// Renders all figures.
+///
+/// # Errors
+/// If a built-in scene cannot be loaded.
+pub fn run(strict: bool, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure>> {
+    let mut figures = Vec::new();
+    let orientations = [
+        ("fixed direction", "line-analytic[orientation=fixed:0]"),
+        ("uniform direction for each line", "line-analytic[orientation=uniform]"),
+        ("parallel for each shading point", "line-analytic"),
+    ];
+    compare("Fig. 2", "cornell-box-large", &orientations, strict, seed, progress, &mut figures)?;
+    let densities = [
+        ("offsets uniform", "line-analytic[offset=uniform]"),
+        ("offsets in proportion to length", "line-analytic"),
+    ];
+    compare("Fig. 3", "triangle-soup-large", &densities, strict, seed, progress, &mut figures)?;
+    for scene in ["grid-planes-large", "triangle-soup-large", "colonnade-large"] {
+        figures.push(pieces(scene, strict, seed, progress)?);
+    }
+    Ok(figures)
+}
+
+fn settings(estimator: &str, samples: u32, seed: u64) -> Result<Settings> {
+    Ok(Settings {
+        estimator: estimator.parse()?,
+        sampler: SamplerKind::Stratified,
+        samples,
+        seed,
+        skip: false,
+        ..Settings::default()
+    })
+}
+
+fn compare(
+    figure: &'static str,
+    scene_name: &'static str,
+    variants: &[(&str, &str)],
+    strict: bool,
+    seed: u64,
+    progress: &ProgressBar,
+    out: &mut Vec<Figure>,
+) -> Result<()> {
+    let mut scene = scenes::load(scene_name, strict)?.scene;
+    scene.set_resolution(SIZE, SIZE);
+    let renderer = Renderer::new(&scene);
+    let window = Window::whole(SIZE, SIZE);
+    let render = |estimator: &str, samples| -> Result<Image> {
+        Ok(image::render(&renderer, &settings(estimator, samples, seed)?, window, progress).0)
+    };
+    let converged = render("line-analytic", MANY)?;
+    for (what, estimator) in variants {
+        let image = render(estimator, FEW)?;
+        let rmse = Some(rmse(&image, &converged));
+        let caption = format!("{what}: {FEW} lines a point, `{estimator}`");
+        out.push(Figure { figure, scene: scene_name, caption, image, counts: false, rmse });
+    }
+    let caption = format!("converged: {MANY} lines a point");
+    out.push(Figure { figure, scene: scene_name, caption, image: converged, counts: false, rmse: None });
+    Ok(())
+}
+
+fn rmse(a: &Image, b: &Image) -> f64 {
+    let square = |(p, q): (&[f32; 3], &[f32; 3])| -> f64 {
+        p.iter().zip(q).map(|(x, y)| (f64::from(*x) - f64::from(*y)).powi(2)).sum()
+    };
+    let sum: f64 = a.rgb.iter().zip(&b.rgb).map(square).sum();
+    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
+    let n = 3.0 * a.rgb.len() as f64;
+    (sum / n).sqrt()
+}
+
+/// The mean number of visible pieces of a line, pixel by pixel.
+fn pieces(
+    scene_name: &'static str,
+    strict: bool,
+    seed: u64,
+    progress: &ProgressBar,
+) -> Result<Figure> {
+    let mut scene = scenes::load(scene_name, strict)?.scene;
+    scene.set_resolution(SIZE, SIZE);
+    let renderer = Renderer::new(&scene);
+    let settings = settings("line-analytic", COUNTED, seed)?;
+    let count = |pixel: [u32; 2], workspace: &mut Workspace| {
+        let Some(point) = renderer.shading_point(pixel, workspace) else {
+            return DVec3::ZERO;
+        };
+        workspace.take_counts();
+        let _ = renderer.direct(&settings, &point, pixel, 0, workspace);
+        let counts = workspace.take_counts();
+        #[allow(clippy::cast_precision_loss, reason = "counts fit 53 bits")]
+        let mean = counts.segments.pieces as f64 / (counts.segments.lines.max(1)) as f64;
+        DVec3::splat(mean)
+    };
+    let (image, _) = image::map(Window::whole(SIZE, SIZE), progress, count);
+    let caption = format!("mean number of visible pieces of a line, {COUNTED} lines a point");
+    Ok(Figure { figure: "Fig. 5", scene: scene_name, caption, image, counts: true, rmse: None })
+}

@@ -1,0 +1,131 @@
+//! Billen & Dutré 2016, Table 1: what the visibility of 1024 lines a point costs.
+
+use crate::engine::{Cell, Targets, run_cell};
+use crate::scenes;
+use anyhow::Result;
+use linelit_integrator::{Estimator, LineOptions, Renderer, Settings};
+use linelit_samplers::SamplerKind;
+
+/// Lines at each shading point, as in the paper.
+const LINES: u32 = 1024;
+/// Pixels of our images; the paper does not say how many it had.
+const SIZE: u32 = 32;
+
+/// The paper's columns: seconds, box tests, triangle tests (millions).
+struct Paper {
+    ours: &'static str,
+    theirs: &'static str,
+    seconds: f64,
+    boxes: f64,
+    triangles: f64,
+}
+
+const PAPER: [Paper; 6] = [
+    Paper { ours: "grid-planes-small", theirs: "Grid planes, small", seconds: 7.9, boxes: 1462.0, triangles: 136.3 },
+    Paper { ours: "grid-planes-large", theirs: "Grid planes, large", seconds: 11.0, boxes: 1926.4, triangles: 268.2 },
+    Paper { ours: "triangle-soup-small", theirs: "Triangle soup, small", seconds: 22.7, boxes: 7686.7, triangles: 344.9 },
+    Paper { ours: "triangle-soup-large", theirs: "Triangle soup, large", seconds: 58.0, boxes: 13848.6, triangles: 1238.2 },
+    Paper { ours: "colonnade-small", theirs: "Sponza, small", seconds: 39.7, boxes: 7809.1, triangles: 1498.3 },
+    Paper { ours: "colonnade-large", theirs: "Sponza, large", seconds: 455.7, boxes: 53729.2, triangles: 21474.2 },
+];
+
+/// One row of our table.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Row {
+    /// Our scene.
+    pub scene: String,
+    /// Shading points.
+    pub points: usize,
+    /// Line samples.
+    pub lines: u64,
+    /// Processor seconds.
+    pub seconds: f64,
+    /// Nanoseconds per line.
+    pub ns_per_line: f64,
+    /// Box tests, millions.
+    pub box_tests_m: f64,
+    /// Triangle tests, millions.
+    pub triangle_tests_m: f64,
+    /// Box tests, millions per second.
+    pub box_rate_m: f64,
+    /// Triangle tests, millions per second.
+    pub triangle_rate_m: f64,
+    /// The paper's scene.
+    pub paper_scene: &'static str,
+    /// The paper's seconds.
+    pub paper_seconds: f64,
+    /// The paper's box tests, millions per second.
+    pub paper_box_rate_m: f64,
+    /// The paper's triangle tests, millions per second.
+    pub paper_triangle_rate_m: f64,
+    /// The paper's box tests for each triangle test.
+    pub paper_boxes_per_triangle: f64,
+}
+
+/// Runs the table.
+///
+/// # Errors
+/// If a built-in scene cannot be loaded.
+pub fn run(strict: bool, seed: u64) -> Result<Vec<Row>> {
+    PAPER.iter().map(|paper| row(paper, strict, seed)).collect()
+}
+
+fn row(paper: &Paper, strict: bool, seed: u64) -> Result<Row> {
+    let mut scene = scenes::load(paper.ours, strict)?.scene;
+    scene.set_resolution(SIZE, SIZE);
+    let renderer = Renderer::new(&scene);
+    let pixels: Vec<[u32; 2]> = (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| [x, y])).collect();
+    let targets = Targets::find(&renderer, &pixels);
+    let settings = Settings {
+        estimator: Estimator::LineAnalytic(LineOptions::default()),
+        sampler: SamplerKind::Stratified,
+        samples: LINES,
+        seed,
+        skip: false,
+        ..Settings::default()
+    };
+    let run = run_cell(&renderer, &targets, Cell { settings, trials: 1 });
+    #[allow(clippy::cast_precision_loss, reason = "counts fit 53 bits")]
+    let millions = |n: u64| n as f64 * 1e-6;
+    let (boxes, triangles) =
+        (millions(run.counts.visibility.node_tests), millions(run.counts.visibility.triangle_tests));
+    Ok(Row {
+        scene: paper.ours.to_owned(),
+        points: targets.points.len(),
+        lines: run.counts.segments.lines,
+        seconds: run.cpu_seconds,
+        ns_per_line: 1e3 * run.cpu_seconds / millions(run.counts.segments.lines).max(1e-6),
+        box_tests_m: boxes,
+        triangle_tests_m: triangles,
+        box_rate_m: boxes / run.cpu_seconds,
+        triangle_rate_m: triangles / run.cpu_seconds,
+        paper_scene: paper.theirs,
+        paper_seconds: paper.seconds,
+        paper_box_rate_m: paper.boxes / paper.seconds,
+        paper_triangle_rate_m: paper.triangles / paper.seconds,
+        paper_boxes_per_triangle: paper.boxes / paper.triangles,
+    })
+}
+
+/// The table as text.
+#[must_use]
+pub fn text(rows: &[Row]) -> String {
+    use std::fmt::Write;
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "{:<22} {:>7} {:>9} {:>9} {:>9} {:>11} {:>11} {:>9} {:>9}   paper: {:<21} {:>8} {:>8} {:>8}",
+        "scene", "points", "lines", "seconds", "ns/line", "boxes M", "triangles M", "M box/s", "M tri/s",
+        "scene", "seconds", "M box/s", "M tri/s"
+    );
+    for r in rows {
+        let _ = writeln!(
+            out,
+            "{:<22} {:>7} {:>9} {:>9.3} {:>9.1} {:>11.3} {:>11.3} {:>9.1} {:>9.1}   paper: {:<21} {:>8.1} {:>8.1} {:>8.1}",
+            r.scene, r.points, r.lines, r.seconds, r.ns_per_line, r.box_tests_m, r.triangle_tests_m,
+            r.box_rate_m, r.triangle_rate_m, r.paper_scene, r.paper_seconds, r.paper_box_rate_m,
+            r.paper_triangle_rate_m
+        );
+    }
+    out
+}

@@ -1,0 +1,138 @@
+//! What is measured: the default study, the papers' studies, and studies of the user's own.
+
+mod billen_figures;
+mod billen_orders;
+mod billen_table1;
+
+pub use billen_figures::run as billen_figures;
+pub use billen_table1::run as billen_table1;
+
+use crate::cli::{ConvergeArgs, Pixels, Resolution};
+use anyhow::{Result, bail};
+use linelit_integrator::Estimator;
+use linelit_samplers::SamplerKind;
+
+/// A convergence study.
+#[derive(Clone, Debug)]
+pub struct StudySpec {
+    /// Title of the report.
+    pub title: String,
+    /// Scenes, by file or name.
+    pub scenes: Vec<String>,
+    /// Estimators.
+    pub estimators: Vec<Estimator>,
+    /// Patterns.
+    pub samplers: Vec<SamplerKind>,
+    /// Samples, ascending.
+    pub samples: Vec<u32>,
+    /// Independent trials of each.
+    pub trials: u32,
+    /// Pixels.
+    pub pixels: Pixels,
+    /// Seconds after which no more samples are added.
+    pub time_budget: Option<f64>,
+    /// First seed.
+    pub seed: u64,
+    /// Whether the plan may skip (see `Settings::skip`).
+    pub skip: bool,
+    /// Orders of the standard deviation that a paper reports, for the table of slopes.
+    pub papers: Vec<PaperOrder>,
+}
+
+/// An order of convergence that a paper reports.
+#[derive(Clone, Debug)]
+pub struct PaperOrder {
+    /// Our scene.
+    pub scene: String,
+    /// Our estimator's name, without options.
+    pub estimator: &'static str,
+    /// The pattern.
+    pub sampler: SamplerKind,
+    /// The order of the standard deviation.
+    pub order: f64,
+    /// Where it stands.
+    pub source: &'static str,
+}
+
+/// The named studies.
+pub const NAMES: [&str; 4] = ["default", "billen-orders", "billen-table1", "billen-figures"];
+
+/// What `converge` was asked for.
+#[derive(Clone, Debug)]
+pub enum Study {
+    /// Errors over samples and time, with slopes.
+    Convergence(StudySpec),
+    /// Billen & Dutré's Table 1.
+    BillenTable1,
+    /// Billen & Dutré's Figs. 2, 3 and 5.
+    BillenFigures,
+}
+
+/// The study that the command line names, with its flags applied.
+///
+/// # Errors
+/// If a study is named beside scenes, or the samples do not ascend.
+pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
+    let named = args.what.iter().any(|w| NAMES.contains(&w.as_str()));
+    if named && args.what.len() > 1 {
+        bail!("name one study, or any number of scenes, not both: {}", args.what.join(" "));
+    }
+    let mut spec = match args.what.first().map(String::as_str) {
+        None | Some("default") => default_study(),
+        Some("billen-orders") => billen_orders::spec(),
+        Some("billen-table1") => return Ok(Study::BillenTable1),
+        Some("billen-figures") => return Ok(Study::BillenFigures),
+        Some(_) => StudySpec { scenes: args.what.clone(), ..default_study() },
+    };
+    apply_flags(&mut spec, args)?;
+    Ok(Study::Convergence(spec))
+}
+
+fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
+    if let Some(list) = &args.estimators {
+        spec.estimators.clone_from(&list.0);
+    }
+    if let Some(list) = &args.samplers {
+        spec.samplers.clone_from(&list.0);
+    }
+    if let Some(list) = &args.samples {
+        if list.0.first() == Some(&0) || list.0.windows(2).any(|w| w[0] >= w[1]) {
+            bail!("--samples must be positive and ascending");
+        }
+        spec.samples.clone_from(&list.0);
+    }
+    if let Some(trials) = args.trials {
+        spec.trials = trials;
+    }
+    if let Some(pixels) = &args.pixels {
+        spec.pixels.clone_from(pixels);
+    }
+    if let Some(budget) = args.time_budget {
+        if budget.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+            bail!("--time-budget must be positive");
+        }
+        spec.time_budget = Some(budget);
+    }
+    spec.seed = args.seed;
+    Ok(())
+}
+
+/// Points and lines by three patterns on two scenes, in about a minute on two cores.
+fn default_study() -> StudySpec {
+    StudySpec {
+        title: "Points and lines: direct light from area lights".to_owned(),
+        scenes: vec!["grid-planes-large".to_owned(), "cornell-box-large".to_owned()],
+        estimators: ["point-area", "point-solid-angle", "line-area", "line-analytic"]
+            .iter()
+            .filter_map(|name| name.parse().ok())
+            .collect(),
+        samplers: vec![SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol],
+        samples: vec![1, 4, 16, 64, 256],
+        trials: 8,
+        pixels: Pixels::Grid(Resolution { width: 32, height: 32 }),
+        time_budget: None,
+        seed: 1,
+        skip: true,
+        papers: billen_orders::paper_orders(),
+    }
+}
