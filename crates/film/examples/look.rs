@@ -1,0 +1,36 @@
+//! Shows what is in an EXR or PFM file, and its main picture as PNG:
+//! `cargo run -p linelit-film --example look -- picture.exr [picture.png]`.
+
+#![allow(clippy::print_stdout, reason = "an example that prints")]
+
+use std::path::Path;
+
+use linelit_film::{Document, Exposure, FilmError, Image, write_png};
+
+fn main() -> Result<(), FilmError> {
+    let mut arguments = std::env::args().skip(1);
+    let Some(input) = arguments.next() else {
+        println!("usage: look PICTURE.exr|.pfm [PICTURE.png]");
+        return Ok(());
+    };
+    let image = Image::read(Path::new(&input))?;
+    println!(
+        "{} × {}, mean {:?}",
+        image.width,
+        image.height,
+        image.mean()
+    );
+    if let Ok(document) = Document::read(Path::new(&input)) {
+        for layer in &document.layers {
+            let channels: Vec<&str> = layer.channels.iter().map(|c| c.name.as_str()).collect();
+            println!("layer `{}`: {}", layer.name, channels.join(", "));
+        }
+        for (name, value) in &document.metadata {
+            println!("{name} = {value}");
+        }
+    }
+    if let Some(output) = arguments.next() {
+        write_png(Path::new(&output), &image, Exposure::fitting(&image, 0.98))?;
+    }
+    Ok(())
+}
