@@ -1,0 +1,480 @@
+//! The three laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to one, and
+//! sample → invert → sample returns to the same place.
+//!
+//! A sampler is three closures over a rectangular (or interval) domain: `sample` maps uniform numbers in [0, 1) into the
+//! domain, `pdf` is the density with respect to the domain's own measure (zero where nothing is sampled), `invert` maps
+//! a point back to uniform numbers. Samplers on surfaces are checked through any chart whose measure is that of the
+//! pdf: plane coordinates for area densities, (azimuth, z) for solid angle (dω = dφ dz).
+
+use crate::chi2::{ChiSquare, chi2_test};
+use crate::quadrature::cubature;
+use crate::rng::SplitMix64;
+use std::fmt;
+
+/// What to check and how hard; build with [`Laws::new`] and the setters.
+///
+/// ```
+/// use linelit_testkit::laws::Laws;
+/// // p(x) = 2x on [0, 1].
+/// Laws::new("linear ramp").check_1d([0.0, 1.0], |u| u.sqrt(), |x| 2.0 * x, |x| Some(x * x));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Laws {
+    name: String,
+    samples: usize,
+    bins: usize,
+    alpha: f64,
+    seed: u64,
+    round_trip: f64,
+}
+
+/// What a passing check measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// Of the histogram against the integrated pdf.
+    pub chi2: ChiSquare,
+    /// ∫ pdf over the domain.
+    pub integral: f64,
+    /// The error estimate of that integral.
+    pub integral_error: f64,
+    /// The largest distance between a sample and its round trip, in units of the domain's extent.
+    pub round_trip: f64,
+}
+
+/// Which law was broken, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Broken {
+    /// The sampler's name and the story.
+    pub message: String,
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Broken {}
+
+/// Quadrature cannot vouch for an integral whose own error estimate exceeds this.
+const WORST_INTEGRAL_ERROR: f64 = 5e-3;
+
+impl Laws {
+    /// Checks with 100 000 samples, 64 bins (16 × 16 in 2-D), α = 10⁻⁴, seed 1, round trips to 2⁻⁴⁰ of the domain.
+    ///
+    /// The level is low because each run uses a fixed seed: a correct sampler fails with probability α once, when the
+    /// test is written, and never after. Pass [`crate::chi2::sidak`]`(α, n)` when one test checks n configurations.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            samples: 100_000,
+            bins: 64,
+            alpha: 1e-4,
+            seed: 1,
+            round_trip: 2f64.powi(-40),
+        }
+    }
+
+    /// How many samples to draw.
+    #[must_use]
+    pub fn samples(mut self, samples: usize) -> Self {
+        self.samples = samples;
+        self
+    }
+
+    /// How many bins in 1-D; in 2-D the next square number of cells, ⌈√(4·bins)⌉² (a 1-D default of 64 gives 16²).
+    #[must_use]
+    pub fn bins(mut self, bins: usize) -> Self {
+        self.bins = bins;
+        self
+    }
+
+    /// The level of the χ² test.
+    #[must_use]
+    pub fn alpha(mut self, alpha: f64) -> Self {
+        self.alpha = alpha;
+        self
+    }
+
+    /// The seed of the uniform numbers.
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// The allowed distance of round trips, in units of the domain's extent (per axis).
+    #[must_use]
+    pub fn round_trip(mut self, tolerance: f64) -> Self {
+        self.round_trip = tolerance;
+        self
+    }
+
+    /// Checks a 1-D sampler on the interval `domain`; see [`Laws::try_1d`].
+    ///
+    /// # Panics
+    /// If a law is broken.
+    pub fn check_1d(
+        &self,
+        domain: [f64; 2],
+        sample: impl FnMut(f64) -> f64,
+        pdf: impl FnMut(f64) -> f64,
+        invert: impl FnMut(f64) -> Option<f64>,
+    ) -> Report {
+        self.try_1d(domain, sample, pdf, invert)
+            .unwrap_or_else(|broken| panic!("{broken}"))
+    }
+
+    /// Checks a 2-D sampler on the rectangle `domain` (an interval per axis); see [`Laws::try_2d`].
+    ///
+    /// # Panics
+    /// If a law is broken.
+    pub fn check_2d(
+        &self,
+        domain: [[f64; 2]; 2],
+        sample: impl FnMut([f64; 2]) -> [f64; 2],
+        pdf: impl FnMut([f64; 2]) -> f64,
+        invert: impl FnMut([f64; 2]) -> Option<[f64; 2]>,
+    ) -> Report {
+        self.try_2d(domain, sample, pdf, invert)
+            .unwrap_or_else(|broken| panic!("{broken}"))
+    }
+
+    /// As [`Laws::check_1d`], returning what is broken.
+    ///
+    /// Besides the 2-D laws this demands that `invert` recovers the uniform number itself, to the round-trip tolerance
+    /// times 1 + pdf·extent (the condition of the inverse).
+    ///
+    /// # Errors
+    /// The first broken law.
+    pub fn try_1d(
+        &self,
+        domain: [f64; 2],
+        mut sample: impl FnMut(f64) -> f64,
+        mut pdf: impl FnMut(f64) -> f64,
+        mut invert: impl FnMut(f64) -> Option<f64>,
+    ) -> Result<Report, Broken> {
+        let extent = domain[1] - domain[0];
+        let mut rng = SplitMix64::new(self.seed ^ 0x5151);
+        for _ in 0..self.samples.min(10_000) {
+            let u = rng.next_f64();
+            let x = sample(u);
+            let back = invert(x).unwrap_or(f64::NAN);
+            let allowed = self.round_trip * (1.0 + pdf(x) * extent);
+            if (back - u)
+                .abs()
+                .partial_cmp(&allowed)
+                .is_none_or(std::cmp::Ordering::is_gt)
+            {
+                return self.broken(format!(
+                    "invert(sample({u:?}) = {x:?}) = {back:?}, off by more than {allowed:.1e}"
+                ));
+            }
+        }
+        // A second, unused axis of extent one makes this the 2-D check with a single column.
+        let columns = [self.bins, 1];
+        self.verdict(
+            [domain, [0.0, 1.0]],
+            columns,
+            |u| [sample(u[0]), 0.5],
+            |x| pdf(x[0]),
+            |x| invert(x[0]).map(|u| [u, 0.5]),
+        )
+    }
+
+    /// As [`Laws::check_2d`], returning what is broken.
+    ///
+    /// The laws: every sample lies in the domain and has a positive, finite pdf; the histogram passes a χ² test against
+    /// the pdf integrated over each cell (adaptively: jumps along curves are fine); these integrals sum to one within
+    /// their own estimated error; `invert` finds numbers in [0, 1] from which `sample` returns to the same point.
+    ///
+    /// # Errors
+    /// The first broken law.
+    pub fn try_2d(
+        &self,
+        domain: [[f64; 2]; 2],
+        sample: impl FnMut([f64; 2]) -> [f64; 2],
+        pdf: impl FnMut([f64; 2]) -> f64,
+        invert: impl FnMut([f64; 2]) -> Option<[f64; 2]>,
+    ) -> Result<Report, Broken> {
+        let mut side = 1;
+        while side * side < 4 * self.bins {
+            side += 1;
+        }
+        self.verdict(domain, [side, side], sample, pdf, invert)
+    }
+
+    fn verdict(
+        &self,
+        domain: [[f64; 2]; 2],
+        cells: [usize; 2],
+        mut sample: impl FnMut([f64; 2]) -> [f64; 2],
+        mut pdf: impl FnMut([f64; 2]) -> f64,
+        mut invert: impl FnMut([f64; 2]) -> Option<[f64; 2]>,
+    ) -> Result<Report, Broken> {
+        let mut histogram = vec![0_u64; cells[0] * cells[1]];
+        let mut rng = SplitMix64::new(self.seed);
+        let mut worst = 0.0_f64;
+        for i in 0..self.samples {
+            let u = [rng.next_f64(), rng.next_f64()];
+            let x = sample(u);
+            let Some(cell) = cell_of(x, domain, cells) else {
+                return self.broken(format!(
+                    "sample({u:?}) = {x:?} lies outside the domain {domain:?}"
+                ));
+            };
+            histogram[cell] += 1;
+            let density = pdf(x);
+            if density <= 0.0 || !density.is_finite() {
+                return self.broken(format!("sample({u:?}) = {x:?} has pdf {density:?}"));
+            }
+            if i < 10_000 {
+                worst = worst.max(self.trip(x, domain, &mut sample, &mut invert)?);
+            }
+        }
+        let (expected, integral, integral_error) = self.expected(domain, cells, &mut pdf);
+        self.normalised(integral, integral_error)?;
+        let chi2 = chi2_test(&histogram, &expected, 5.0);
+        if chi2.p_value < self.alpha {
+            return self.broken(format!(
+                "the histogram of {} samples does not follow the pdf: {chi2:?}, α = {:.1e}; worst cells: {}",
+                self.samples,
+                self.alpha,
+                worst_cells(&histogram, &expected, domain, cells)
+            ));
+        }
+        Ok(Report {
+            chi2,
+            integral,
+            integral_error,
+            round_trip: worst,
+        })
+    }
+
+    /// The distance (in extents) between x and sample(invert(x)).
+    fn trip(
+        &self,
+        x: [f64; 2],
+        domain: [[f64; 2]; 2],
+        sample: &mut impl FnMut([f64; 2]) -> [f64; 2],
+        invert: &mut impl FnMut([f64; 2]) -> Option<[f64; 2]>,
+    ) -> Result<f64, Broken> {
+        let Some(u) = invert(x) else {
+            return self.broken(format!("invert({x:?}) finds nothing, yet it was sampled"));
+        };
+        if !u.iter().all(|c| (0.0..=1.0).contains(c)) {
+            return self.broken(format!("invert({x:?}) = {u:?} leaves the unit square"));
+        }
+        let again = sample(u);
+        let distance = (0..2)
+            .map(|k| ((again[k] - x[k]) / (domain[k][1] - domain[k][0])).abs())
+            .fold(0.0, f64::max);
+        // f64::max drops NaN, so look for it.
+        if distance > self.round_trip || again.iter().any(|c| c.is_nan()) {
+            return self.broken(format!(
+                "sample(invert(x)) = {again:?} for x = {x:?}: {distance:.2e} extents apart, allowed {:.1e}",
+                self.round_trip
+            ));
+        }
+        Ok(distance)
+    }
+
+    /// Expected counts, the pdf's integral and that integral's error.
+    fn expected(
+        &self,
+        domain: [[f64; 2]; 2],
+        cells: [usize; 2],
+        pdf: &mut impl FnMut([f64; 2]) -> f64,
+    ) -> (Vec<f64>, f64, f64) {
+        // A hundredth of a count's standard deviation at the mean cell: invisible to χ².
+        let mass = 1.0 / (cells[0] * cells[1]) as f64;
+        let tolerance = 0.01 * (mass / self.samples as f64).sqrt();
+        let edge = |axis: usize, i: usize| {
+            domain[axis][0] + (domain[axis][1] - domain[axis][0]) * (i as f64 / cells[axis] as f64)
+        };
+        let (mut expected, mut integral, mut error) =
+            (Vec::with_capacity(cells[0] * cells[1]), 0.0, 0.0);
+        for i in 0..cells[0] {
+            for j in 0..cells[1] {
+                let (x, y) = ([edge(0, i), edge(0, i + 1)], [edge(1, j), edge(1, j + 1)]);
+                let cell = cubature(|a, b| pdf([a, b]), x, y, tolerance, 9);
+                expected.push(cell.value * self.samples as f64);
+                integral += cell.value;
+                error += cell.error;
+            }
+        }
+        (expected, integral, error)
+    }
+
+    fn normalised(&self, integral: f64, error: f64) -> Result<(), Broken> {
+        if !integral.is_finite() || error > WORST_INTEGRAL_ERROR {
+            return self.broken(format!(
+                "∫ pdf = {integral:?} cannot be computed well enough (± {error:.1e})"
+            ));
+        }
+        // Rounding of some 10⁵ evaluations beside the quadrature's own estimate.
+        if (integral - 1.0).abs() > error + 1e-9 {
+            return self.broken(format!("∫ pdf = {integral:?} ± {error:.1e}, not 1"));
+        }
+        Ok(())
+    }
+
+    fn broken<T>(&self, story: String) -> Result<T, Broken> {
+        Err(Broken {
+            message: format!("{} (seed {}): {story}", self.name, self.seed),
+        })
+    }
+}
+
+/// The cell that holds `x`; points on the upper border belong to the last cell; None outside or for NaN.
+fn cell_of(x: [f64; 2], domain: [[f64; 2]; 2], cells: [usize; 2]) -> Option<usize> {
+    let mut index = 0;
+    for k in 0..2 {
+        let [low, high] = domain[k];
+        if !(low..=high).contains(&x[k]) {
+            return None;
+        }
+        let position = (x[k] - low) / (high - low) * cells[k] as f64;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "within 0..=cells"
+        )]
+        let i = (position as usize).min(cells[k] - 1);
+        index = index * cells[k] + i;
+    }
+    Some(index)
+}
+
+/// The three cells that add most to χ², in words.
+fn worst_cells(
+    histogram: &[u64],
+    expected: &[f64],
+    domain: [[f64; 2]; 2],
+    cells: [usize; 2],
+) -> String {
+    let excess = |i: usize| (histogram[i] as f64 - expected[i]).powi(2) / expected[i].max(1e-300);
+    let mut order: Vec<usize> = (0..expected.len()).collect();
+    order.sort_by(|&i, &j| excess(j).total_cmp(&excess(i)));
+    let centre = |axis: usize, i: usize| {
+        domain[axis][0]
+            + (domain[axis][1] - domain[axis][0]) * ((i as f64 + 0.5) / cells[axis] as f64)
+    };
+    let words = order.iter().take(3).map(|&i| {
+        let at = [centre(0, i / cells[1]), centre(1, i % cells[1])];
+        format!(
+            "near ({:.4}, {:.4}): {} seen, {:.1} expected",
+            at[0], at[1], histogram[i], expected[i]
+        )
+    });
+    words.collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp() -> Laws {
+        Laws::new("ramp").samples(50_000)
+    }
+
+    #[test]
+    fn a_correct_ramp_passes() {
+        let report = ramp().check_1d([0.0, 1.0], f64::sqrt, |x| 2.0 * x, |x| Some(x * x));
+        assert!((report.integral - 1.0).abs() < 1e-12);
+        assert_eq!(report.chi2.dof, 63);
+    }
+
+    #[test]
+    fn wrong_pdf_is_seen() {
+        // Normalised, positive, but 10 % off in shape.
+        let broken = ramp()
+            .try_1d([0.0, 1.0], f64::sqrt, |x| 0.2 + 1.6 * x, |x| Some(x * x))
+            .unwrap_err();
+        assert!(broken.message.contains("does not follow"), "{broken}");
+    }
+
+    #[test]
+    fn unnormalised_pdf_is_seen() {
+        let broken = ramp()
+            .try_1d([0.0, 1.0], f64::sqrt, |x| 2.001 * x, |x| Some(x * x))
+            .unwrap_err();
+        assert!(broken.message.contains("not 1"), "{broken}");
+    }
+
+    #[test]
+    fn wrong_or_missing_inverse_is_seen() {
+        let broken = ramp()
+            .try_1d(
+                [0.0, 1.0],
+                f64::sqrt,
+                |x| 2.0 * x,
+                |x| Some(x * x * (1.0 - 1e-9)),
+            )
+            .unwrap_err();
+        assert!(broken.message.contains("off by"), "{broken}");
+        let broken = ramp()
+            .try_2d([[0.0, 1.0]; 2], |u| u, |_| 1.0, |_| None)
+            .unwrap_err();
+        assert!(broken.message.contains("finds nothing"), "{broken}");
+        let broken = ramp()
+            .try_2d([[0.0, 1.0]; 2], |u| u, |_| 1.0, |x| Some([x[1], x[0]]))
+            .unwrap_err();
+        assert!(broken.message.contains("extents apart"), "{broken}");
+    }
+
+    #[test]
+    fn stray_samples_are_seen() {
+        let broken = ramp()
+            .try_1d([0.0, 1.0], |u| 1.1 * u, |_| 1.0, |x| Some(x / 1.1))
+            .unwrap_err();
+        assert!(broken.message.contains("outside"), "{broken}");
+        let broken = ramp()
+            .try_1d([0.0, 1.0], |u| u, |x| f64::from(x > 0.01), Some)
+            .unwrap_err();
+        assert!(broken.message.contains("has pdf 0"), "{broken}");
+    }
+
+    /// A uniform triangle in its bounding square: the pdf jumps along the diagonal.
+    #[test]
+    fn jump_along_a_diagonal() {
+        let sample = |u: [f64; 2]| {
+            let r = u[0].sqrt();
+            [1.0 - r, u[1] * r]
+        };
+        let invert = |p: [f64; 2]| {
+            let r = 1.0 - p[0];
+            Some([r * r, if r > 0.0 { p[1] / r } else { 0.0 }])
+        };
+        let laws = Laws::new("triangle").samples(50_000);
+        laws.check_2d(
+            [[0.0, 1.0]; 2],
+            sample,
+            |p| if p[0] + p[1] <= 1.0 + 1e-15 { 2.0 } else { 0.0 },
+            invert,
+        );
+        // Without the square root the points crowd at one corner.
+        let crowded = |u: [f64; 2]| [1.0 - u[0], u[1] * u[0]];
+        let broken = laws.try_2d(
+            [[0.0, 1.0]; 2],
+            crowded,
+            |p| if p[0] + p[1] <= 1.0 + 1e-15 { 2.0 } else { 0.0 },
+            |p| {
+                let r = 1.0 - p[0];
+                Some([r, if r > 0.0 { p[1] / r } else { 0.0 }])
+            },
+        );
+        assert!(broken.unwrap_err().message.contains("does not follow"));
+    }
+
+    #[test]
+    fn false_alarms_are_as_rare_as_alpha_says() {
+        let mut alarms = 0;
+        for seed in 0..200 {
+            let laws = Laws::new("uniform").samples(2000).alpha(0.05).seed(seed);
+            alarms += u32::from(laws.try_1d([0.0, 1.0], |u| u, |_| 1.0, Some).is_err());
+        }
+        // Binomial(200, 0.05): mean 10, standard deviation 3.1; five of them.
+        assert!((1..=25).contains(&alarms), "{alarms} alarms");
+    }
+}

@@ -1,0 +1,317 @@
+//! Proptest strategies that attack floating point: neighbouring values, all exponents, slivers, near-parallel and
+//! near-coplanar figures, scenes tiny, huge and far from the origin.
+//!
+//! Vectors are `[f64; 3]`, triangles `[[f64; 3]; 3]`, so that any vector library can take them in.
+
+use crate::close::nudge;
+use crate::rng::SplitMix64;
+use proptest::prelude::*;
+
+/// A point or direction.
+pub type Vector = [f64; 3];
+/// Three corners.
+pub type Corners = [Vector; 3];
+
+/// Any finite `f64`: all bit patterns but NaN and infinities, with zeros and subnormals.
+pub fn finite() -> impl Strategy<Value = f64> {
+    use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+    POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
+}
+
+/// Signed values with uniformly distributed binary exponent in `low..=high` (2^low ≤ |x| < 2^(high+1)).
+pub fn across_exponents(low: i32, high: i32) -> impl Strategy<Value = f64> {
+    (low..=high, 1.0..2.0_f64, any::<bool>()).prop_map(|(exponent, mantissa, negative)| {
+        let size = mantissa * 2f64.powi(exponent);
+        if negative { -size } else { size }
+    })
+}
+
+/// Values between 2⁻²⁰ and 2²⁰, small integers, and exact zeros: where cancellation is likely.
+pub fn moderate() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => across_exponents(-20, 20),
+        2 => (-4..=4_i32).prop_map(f64::from),
+        1 => Just(0.0),
+        1 => Just(-0.0),
+    ]
+}
+
+/// Two values at most `n` representable numbers apart.
+pub fn ulps_apart(n: i64) -> impl Strategy<Value = (f64, f64)> {
+    (moderate(), -n..=n).prop_map(|(x, k)| (x, nudge(x, k)))
+}
+
+/// A uniform number in [0, 1), with the hard ones: 0, the smallest, ½ and its neighbours, the largest below 1.
+pub fn unit_interval() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        8 => 0.0..1.0_f64,
+        1 => Just(0.0),
+        1 => Just(2f64.powi(-53)),
+        1 => Just(f64::MIN_POSITIVE),
+        1 => (-2..=2_i64).prop_map(|k| nudge(0.5, k)),
+        1 => (1..=4_i64).prop_map(|k| nudge(1.0, -k)),
+    ]
+}
+
+/// A pair of numbers for 2-D samplers, see [`unit_interval`].
+pub fn unit_square() -> impl Strategy<Value = [f64; 2]> {
+    [unit_interval(), unit_interval()]
+}
+
+/// A direction of unit length (to a few ulps): uniform, along an axis, or off an axis by 10⁻¹⁸…10⁻¹.
+pub fn unit_vector() -> impl Strategy<Value = Vector> {
+    (
+        any::<u64>(),
+        0..3_usize,
+        any::<bool>(),
+        -18..0_i32,
+        0..4_u32,
+    )
+        .prop_map(|(seed, axis, flip, exponent, kind)| {
+            let random = SplitMix64::new(seed).unit_vector();
+            let mut pole = [0.0; 3];
+            pole[axis] = if flip { -1.0 } else { 1.0 };
+            match kind {
+                0 | 1 => random,
+                2 => pole,
+                _ => normalized(offset(pole, random, 10f64.powi(exponent))),
+            }
+        })
+}
+
+/// Two unit vectors nearly (or exactly) parallel or opposite: angle 0 or 10⁻¹⁷…10⁻¹.
+pub fn near_parallel() -> impl Strategy<Value = (Vector, Vector)> {
+    (unit_vector(), any::<u64>(), small(), any::<bool>()).prop_map(|(a, seed, size, flip)| {
+        let b = normalized(offset(a, SplitMix64::new(seed).unit_vector(), size));
+        (a, if flip { b.map(|c| -c) } else { b })
+    })
+}
+
+/// A unit normal and a unit vector nearly (or exactly, to rounding) orthogonal to it: grazing light.
+pub fn grazing() -> impl Strategy<Value = (Vector, Vector)> {
+    (unit_vector(), any::<u64>(), small(), any::<bool>()).prop_map(|(n, seed, size, flip)| {
+        let side = normalized(cross(n, SplitMix64::new(seed).unit_vector()));
+        (
+            n,
+            normalized(offset(side, n, if flip { -size } else { size })),
+        )
+    })
+}
+
+/// A point in the cube [−scale, scale]³, sometimes with coordinates exactly zero.
+pub fn point(scale: f64) -> impl Strategy<Value = Vector> {
+    let coordinate = move || prop_oneof![7 => -scale..scale, 1 => Just(0.0)];
+    [coordinate(), coordinate(), coordinate()]
+}
+
+/// A triangle of ordinary shape in the cube [−1, 1]³.
+pub fn triangle() -> impl Strategy<Value = Corners> {
+    [point(1.0), point(1.0), point(1.0)]
+}
+
+/// A triangle whose third corner is within 10⁻¹⁷…10⁻¹ of the line (or exactly on it, or on a corner) of the others.
+pub fn sliver() -> impl Strategy<Value = Corners> {
+    (
+        point(1.0),
+        point(1.0),
+        -0.5..1.5_f64,
+        any::<u64>(),
+        small(),
+        0..6_u32,
+    )
+        .prop_map(|(a, b, t, seed, size, kind)| {
+            let t = if kind == 0 { 0.0 } else { t };
+            let on_line = [0, 1, 2].map(|k| a[k] + t * (b[k] - a[k]));
+            [
+                a,
+                b,
+                offset(on_line, SplitMix64::new(seed).unit_vector(), size),
+            ]
+        })
+}
+
+/// Ordinary triangles, slivers and points, in that order of frequency.
+pub fn any_triangle() -> impl Strategy<Value = Corners> {
+    prop_oneof![6 => triangle(), 3 => sliver(), 1 => point(1.0).prop_map(|p| [p; 3])]
+}
+
+/// Two triangles in nearly (or exactly, to rounding) the same plane, overlapping or not.
+pub fn near_coplanar_triangles() -> impl Strategy<Value = (Corners, Corners)> {
+    let weights = || [-1.0..2.0_f64, -1.0..2.0_f64];
+    (
+        triangle(),
+        weights(),
+        weights(),
+        weights(),
+        any::<u64>(),
+        small(),
+    )
+        .prop_map(|(t, u, v, w, seed, size)| {
+            let mut rng = SplitMix64::new(seed);
+            let mut corner = |[a, b]: [f64; 2]| {
+                let inside =
+                    [0, 1, 2].map(|k| t[0][k] + a * (t[1][k] - t[0][k]) + b * (t[2][k] - t[0][k]));
+                offset(inside, rng.unit_vector(), size)
+            };
+            (t, [corner(u), corner(v), corner(w)])
+        })
+}
+
+/// Two triangles with exactly one corner in common.
+pub fn shared_vertex_triangles() -> impl Strategy<Value = (Corners, Corners)> {
+    (triangle(), point(1.0), point(1.0)).prop_map(|(t, p, q)| (t, [t[0], p, q]))
+}
+
+/// Two triangles with exactly one edge in common (as meshes have), folded by any angle down to 10⁻¹⁷.
+pub fn shared_edge_triangles() -> impl Strategy<Value = (Corners, Corners)> {
+    (triangle(), point(1.0), small(), any::<bool>()).prop_map(|(t, p, size, folded)| {
+        let apex = if folded {
+            // Nearly the mirror image of the first apex in the edge's middle: coplanar but for `size`.
+            offset([0, 1, 2].map(|k| t[1][k] + t[2][k] - t[0][k]), p, size)
+        } else {
+            p
+        };
+        (t, [t[2], t[1], apex])
+    })
+}
+
+/// Where and how large a scene is: points become origin + scale·p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Multiplies coordinates; 2⁻³⁰ to 2³⁰.
+    pub scale: f64,
+    /// Then added; zero, or up to 10⁶ scales away.
+    pub origin: Vector,
+}
+
+impl Placement {
+    /// origin + scale·p.
+    pub fn apply(&self, p: Vector) -> Vector {
+        [0, 1, 2].map(|k| self.origin[k] + self.scale * p[k])
+    }
+
+    /// The largest coordinate that a point of the cube [−1, 1]³ may take: rounding errors are ε times this.
+    pub fn magnitude(&self) -> f64 {
+        self.scale + self.origin.iter().fold(0.0_f64, |m, c| m.max(c.abs()))
+    }
+}
+
+/// Scenes of human size at the origin, tiny ones, huge ones, and ones far away.
+pub fn placement() -> impl Strategy<Value = Placement> {
+    (-30..=30_i32, point(1.0), 0..=6_i32, 0..4_u32).prop_map(|(exponent, direction, far, kind)| {
+        let scale = if kind == 0 { 1.0 } else { 2f64.powi(exponent) };
+        let distance = if kind < 3 {
+            0.0
+        } else {
+            scale * 10f64.powi(far)
+        };
+        Placement {
+            scale,
+            origin: direction.map(|c| c * distance),
+        }
+    })
+}
+
+/// A convex polygon of 3 to 8 corners in the plane z = 0, counter-clockwise seen from +z, around the origin.
+pub fn convex_polygon_2d() -> impl Strategy<Value = Vec<[f64; 2]>> {
+    (
+        proptest::collection::vec(0.05..1.0_f64, 3..=8),
+        0.2..1.0_f64,
+        0.0..1.0_f64,
+    )
+        .prop_map(|(gaps, squash, turn)| {
+            let total: f64 = gaps.iter().sum();
+            let mut angle = turn * std::f64::consts::TAU;
+            let corners = gaps.iter().map(|gap| {
+                angle += gap / total * std::f64::consts::TAU;
+                [angle.cos(), squash * angle.sin()]
+            });
+            corners.collect()
+        })
+}
+
+/// Zero or a size from 10⁻¹⁷ to 10⁻¹.
+fn small() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 6 => (-17..0_i32).prop_map(|e| 10f64.powi(e))]
+}
+
+fn offset(p: Vector, direction: Vector, size: f64) -> Vector {
+    [0, 1, 2].map(|k| p[k] + size * direction[k])
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// `v` at unit length; the z axis for a zero vector.
+fn normalized(v: Vector) -> Vector {
+    let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if length > 0.0 {
+        v.map(|c| c / length)
+    } else {
+        [0.0, 0.0, 1.0]
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "shared corners are equal bit for bit")]
+mod tests {
+    use super::*;
+    use crate::close::ulps;
+
+    fn dot(a: Vector, b: Vector) -> f64 {
+        (0..3).map(|k| a[k] * b[k]).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn ranges_hold(x in across_exponents(-3, 4), u in unit_interval(), (a, b) in ulps_apart(8), f in finite()) {
+            prop_assert!((0.125..32.0).contains(&x.abs()));
+            prop_assert!((0.0..1.0).contains(&u));
+            prop_assert!(ulps(a, b) <= 8);
+            prop_assert!(f.is_finite());
+        }
+
+        #[test]
+        fn unit_vectors_are_unit(v in unit_vector(), (a, b) in near_parallel(), (n, w) in grazing()) {
+            for v in [v, a, b, n, w] {
+                prop_assert!((dot(v, v) - 1.0).abs() <= 8.0 * f64::EPSILON);
+            }
+            prop_assert!(dot(a, b).abs() > 0.99);
+            prop_assert!(dot(n, w).abs() < 0.11);
+        }
+
+        #[test]
+        fn pairs_share_what_they_say((s, t) in shared_edge_triangles(), (p, q) in shared_vertex_triangles()) {
+            prop_assert_eq!((s[1], s[2]), (t[1], t[0]));
+            prop_assert_eq!(p[0], q[0]);
+        }
+
+        #[test]
+        fn slivers_are_thin(t in sliver()) {
+            let edge = |i: usize, j: usize| [0, 1, 2].map(|k| t[j][k] - t[i][k]);
+            let normal = cross(edge(0, 1), edge(0, 2));
+            // Height ≤ 0.1 over a base ≤ 2√3.
+            prop_assert!(dot(normal, normal).sqrt() <= 0.1 * 3.5 + 1e-12);
+        }
+
+        #[test]
+        fn polygons_turn_left(p in convex_polygon_2d()) {
+            for i in 0..p.len() {
+                let (a, b, c) = (p[i], p[(i + 1) % p.len()], p[(i + 2) % p.len()]);
+                let turn = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]);
+                prop_assert!(turn > 0.0);
+            }
+        }
+
+        #[test]
+        fn placed_points_stay_within_magnitude(place in placement(), p in point(1.0)) {
+            let q = place.apply(p);
+            prop_assert!(q.iter().all(|c| c.abs() <= place.magnitude() * (1.0 + 4.0 * f64::EPSILON)));
+        }
+    }
+}
