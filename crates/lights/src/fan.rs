@@ -6,16 +6,16 @@
 use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, predicates};
 
 /// The most triangles that a fan can have: clipping adds up to 8 vertices to a polygon.
-pub(crate) const MAX_TRIANGLES: usize = MAX_VERTICES + 8 - 2;
+const MAX_TRIANGLES: usize = MAX_VERTICES + 8 - 2;
 
 /// The largest f64 below one.
 pub(crate) const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// A piecewise constant distribution over at most [`MAX_TRIANGLES`] pieces, in place.
+/// A piecewise constant distribution over at most 23 pieces: triangles of a fan, or trapezoids between vertices, in place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pieces {
     /// Weight of each piece, ≥ 0.
-    weight: [f64; MAX_TRIANGLES],
+    weight: [f64; MAX_TRIANGLES + 1],
     count: usize,
     total: f64,
 }
@@ -23,7 +23,7 @@ pub(crate) struct Pieces {
 impl Pieces {
     pub(crate) fn new(weights: impl Iterator<Item = f64>) -> Self {
         let mut out = Self {
-            weight: [0.0; MAX_TRIANGLES],
+            weight: [0.0; MAX_TRIANGLES + 1],
             count: 0,
             total: 0.0,
         };
@@ -35,8 +35,17 @@ impl Pieces {
         out
     }
 
+    /// Whether there is anything to pick.
+    pub(crate) fn is_usable(&self) -> bool {
+        self.total > 0.0 && self.total < f64::INFINITY
+    }
+
     pub(crate) const fn total(&self) -> f64 {
         self.total
+    }
+
+    pub(crate) fn weight(&self, i: usize) -> f64 {
+        self.weight[i]
     }
 
     /// The piece that `u` in [0, 1) falls into and the place in it in [0, 1].

@@ -20,19 +20,30 @@
 //! assert!((other.value() / sample.pdf.value() - 1.0).abs() < 0.5);
 //! ```
 
+mod angular_lines;
 mod area;
+mod disk;
 mod fan;
+mod image;
+mod irradiance;
 mod light;
 pub mod linear;
 mod lines;
 mod pdf;
+mod proxy;
 mod solid_angle;
+mod sphere;
 mod spherical_triangle;
 
+pub use angular_lines::AngularLines;
 pub use area::{AreaSampler, PointSample};
-pub use light::{AreaLight, Emission, Light, LinearLight};
+pub use disk::Disk;
+pub use image::{ImportanceImage, TexturedSampler};
+pub use light::{AreaLight, DiskLight, Emission, Light, LinearLight, SphereLight};
 pub use lines::{LineSample, LineSampler, OffsetDensity, Orientation};
 pub use pdf::{
     Area, Length, Measure, Offset, Pdf, ProjectedSolidAngle, SolidAngle, ThinSolidAngle,
 };
+pub use proxy::ProxySampler;
 pub use solid_angle::SolidAngleSampler;
+pub use sphere::{Sphere, SphereCap, SphereCone};

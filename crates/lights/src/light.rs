@@ -1,5 +1,6 @@
 //! What emits, and how much: plain data.
 
+use crate::{Disk, Sphere};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 
 /// Emission of a surface light.
@@ -77,6 +78,41 @@ impl LinearLight {
     }
 }
 
+/// A sphere that emits outwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereLight {
+    /// The shape.
+    pub sphere: Sphere,
+    /// Emitted radiance in W/(m² sr), linear RGB.
+    pub radiance: DVec3,
+}
+
+impl SphereLight {
+    /// Emitted power in W, averaged over the channels: 4π² R² L.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        core::f64::consts::PI * self.sphere.area() * mean(self.radiance)
+    }
+}
+
+/// A disk that emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiskLight {
+    /// The shape; its normal is the emitting side.
+    pub disk: Disk,
+    /// What it emits.
+    pub emission: Emission,
+}
+
+impl DiskLight {
+    /// Emitted power in W, averaged over the channels: π² R² L (twice that for two sides).
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
+        sides * core::f64::consts::PI * self.disk.area() * mean(self.emission.radiance)
+    }
+}
+
 /// A light of any kind that the renderer can sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -89,6 +125,10 @@ pub enum Light {
     Area(AreaLight),
     /// A line.
     Linear(LinearLight),
+    /// A sphere.
+    Sphere(SphereLight),
+    /// A disk.
+    Disk(DiskLight),
 }
 
 impl Light {
@@ -98,6 +138,8 @@ impl Light {
         match self {
             Self::Area(l) => l.power(),
             Self::Linear(l) => l.power(),
+            Self::Sphere(l) => l.power(),
+            Self::Disk(l) => l.power(),
         }
     }
 }

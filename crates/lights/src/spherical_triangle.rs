@@ -91,6 +91,23 @@ fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     (d * next.tan_half).atan2(long.one_plus + at * next.tan_half)
 }
 
+/// The three sides of a triangle relative to the shading point, with its edges.
+fn sides(corners: &[DVec3; 3], edges: &[DVec3; 3], length: &[f64; 3]) -> [Side; 3] {
+    let side =
+        |i: usize, j: usize| Side::new(corners[i], corners[j], edges[i], length[i], length[j]);
+    [side(0, 1), side(1, 2), side(2, 0)]
+}
+
+/// Half the solid angle of a triangle with the determinant of magnitude `det`; 0 if it is degenerate.
+pub(crate) fn half_angle(corners: [DVec3; 3], edges: [DVec3; 3], det: f64) -> f64 {
+    if det <= 0.0 || det.is_nan() {
+        return 0.0;
+    }
+    let length = corners.map(DVec3::length);
+    let half = half_solid_angle(&sides(&corners, &edges, &length), &length, det);
+    if half.is_finite() { half } else { 0.0 }
+}
+
 impl SphericalTriangle {
     /// The triangle with corners relative to the shading point and the edges ab, bc, ca formed before the shading point
     /// was subtracted; `det` is the magnitude of its determinant, which the caller knows best (distance from the plane

@@ -39,7 +39,7 @@ impl<T: Real> LineView<T> {
     /// is on the infinite line (its solid angle is zero or infinite), or if a coordinate is not finite.
     #[must_use]
     pub fn new(p0: [T; 3], p1: [T; 3]) -> Option<Self> {
-        Self::with_edge(p0, p1, sub(p1, p0), None)
+        Self::build(p0, p1, sub(p1, p0), cross(p0, p1), None)
     }
 
     /// The part of the line in the half-space `normal·p ≥ 0`. `None` as for [`LineView::new`], or if nothing is above
@@ -49,15 +49,21 @@ impl<T: Real> LineView<T> {
     /// interpolation, whose absolute error matters when the crossing is close to the shading point).
     #[must_use]
     pub fn clipped(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
-        Self::with_edge(p0, p1, sub(p1, p0), Some(normal))
+        Self::build(p0, p1, sub(p1, p0), cross(p0, p1), Some(normal))
     }
 
     /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that knows it more
     /// accurately, because it formed it before the shading point was subtracted.
     #[must_use]
     pub fn with_edge(p0: [T; 3], p1: [T; 3], edge: [T; 3], normal: Option<[T; 3]>) -> Option<Self> {
+        // From the nearer end, whose rounding turns the plane of the fan least.
+        let first = dot(p0, p0) <= dot(p1, p1);
+        let x = cross(if first { p0 } else { p1 }, edge);
+        Self::build(p0, p1, edge, x, normal)
+    }
+
+    fn build(p0: V3<T>, p1: V3<T>, edge: V3<T>, x: V3<T>, normal: Option<V3<T>>) -> Option<Self> {
         let whole = length(edge);
-        let x = cross(p0, edge);
         let area = length(x);
         if !(whole.is_usable() && area.is_usable()) {
             return None;

@@ -1,0 +1,102 @@
+//! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made of.
+
+use crate::spherical_triangle;
+use linelit_geometry::{DVec3, predicates};
+
+/// A trapezoid of the light between two parallel lines, relative to the shading point: (a, b) on the one line, (d, c) on
+/// the other, at the distance `width`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Trapezoid {
+    pub(crate) corners: [DVec3; 4],
+    /// b − a, c − b, d − c, a − d, formed without the shading point.
+    pub(crate) edges: [DVec3; 4],
+    pub(crate) width: f64,
+    /// Distance of the plane from the shading point.
+    pub(crate) z: f64,
+}
+
+impl Trapezoid {
+    /// Ω as the sum of two triangles whose determinants are `z × width × line length`: nothing cancels.
+    pub(crate) fn solid_angle(&self) -> f64 {
+        let [a, b, c, d] = self.corners;
+        let [ab, bc, cd, da] = self.edges;
+        let diagonal = ab + bc;
+        let area = self.z * self.width;
+        let half = spherical_triangle::half_angle;
+        2.0 * (half([a, b, c], [ab, bc, -diagonal], area * ab.length())
+            + half([a, c, d], [diagonal, cd, da], area * cd.length()))
+    }
+
+    /// `∫ max(0, n·ω) dω` for a trapezoid that is above the horizon of `n`.
+    ///
+    /// Lambert's sum over edges, `½ Σ Θᵢ (Xᵢ·n)/|Xᵢ|`, when the size is half the distance or more; below that its
+    /// form centred on the first corner, in which the terms of the full turn have been cancelled by hand. Error about
+    /// 100 ε (1 + r/z) in both.
+    pub(crate) fn irradiance(&self, n: DVec3) -> f64 {
+        let size = self
+            .edges
+            .iter()
+            .map(|e| e.length_squared())
+            .fold(0.0, f64::max);
+        if size < 0.25 * self.corners[0].length_squared() {
+            self.centred(n).abs()
+        } else {
+            self.by_edges(n).abs()
+        }
+    }
+
+    fn by_edges(&self, n: DVec3) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..4 {
+            let (p, q) = (self.corners[i], self.corners[(i + 1) % 4]);
+            let x = predicates::cross(p, self.edges[i]);
+            let length = x.length();
+            if length > 0.0 {
+                sum += length.atan2(p.dot(q)) * (x.dot(n) / length);
+            }
+        }
+        0.5 * sum
+    }
+
+    fn centred(&self, n: DVec3) -> f64 {
+        let v0 = self.corners[0];
+        let big = v0.length();
+        let r = self.corners.map(DVec3::length);
+        // eᵢ = vᵢ − v₀ and dᵢ = rᵢ − r₀.
+        let e = [
+            DVec3::ZERO,
+            self.edges[0],
+            self.edges[0] + self.edges[1],
+            -self.edges[3],
+        ];
+        let d = [0, 1, 2, 3].map(|i| e[i].dot(2.0 * v0 + e[i]) / (r[i] + big));
+        let (mut flat, mut tilt) = (0.0, DVec3::ZERO);
+        for i in 0..4 {
+            let j = (i + 1) % 4;
+            let product = r[i] * r[j];
+            let sine = predicates::cross(self.corners[i], self.edges[i]).length() / product;
+            let pm = arc_over_sine_minus_one(sine);
+            let w = (pm + 1.0) / product;
+            let dw = pm / product - (big * (d[i] + d[j]) + d[i] * d[j]) / (big * big * product);
+            flat += w * predicates::cross(e[i], e[j]).dot(n);
+            tilt += self.edges[i] * dw;
+        }
+        0.5 * (flat + n.dot(v0.cross(tilt)))
+    }
+}
+
+/// `Θ/sin Θ − 1` for Θ < π/2, from the sine: a series for sin Θ < ½.
+fn arc_over_sine_minus_one(sine: f64) -> f64 {
+    if sine > 0.5 {
+        return sine.min(1.0).asin() / sine - 1.0;
+    }
+    // Σ_{k≥1} binom(2k, k)/4ᵏ/(2k + 1) y^k, the ratio of the binomial factors being (2k − 1)/(2k).
+    let y = sine * sine;
+    let (mut power, mut sum) = (1.0, 0.0);
+    for k in 1..=24_u32 {
+        let k = f64::from(k);
+        power *= y * (2.0 * k - 1.0) / (2.0 * k);
+        sum += power / (2.0 * k + 1.0);
+    }
+    sum
+}

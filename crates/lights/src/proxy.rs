@@ -1,0 +1,132 @@
+//! Shirley & Wang's imaginary triangle at unit distance.
+
+use crate::area::PointSample;
+use crate::fan::{self, FanPoint, ONE_MINUS, Pieces};
+use crate::pdf::{Pdf, SolidAngle};
+use linelit_geometry::{ConvexPolygon, DVec3, predicates};
+
+/// Samples a polygon through the imaginary triangles whose vertices lie at unit distance from `x` in the directions of the
+/// light's: uniform on those, which is close to uniform in solid angle, most of all at grazing incidence.
+///
+/// **Formula** (Shirley & Wang 1991, §2; they print no density): on a proxy triangle with unit vertices v̂, a point q at the
+/// distance r has the density `2r³/|det(v̂₀, v̂₁, v̂₂)|` per solid angle; with a fan, `r³/(distance of its plane × ΣA)`.
+/// The ratio of its extremes is 2.9 where plain area sampling has 11. [`crate::SolidAngleSampler`] is exact and not much
+/// slower; this one is for the comparison.
+///
+/// **Domain**: any `x`; density 0 in the light's plane. Points are returned on the light itself.
+#[derive(Clone, Copy, Debug)]
+pub struct ProxySampler {
+    polygon: ConvexPolygon,
+    x: DVec3,
+    /// Areas of the proxy triangles.
+    pieces: Pieces,
+}
+
+/// A proxy triangle: distances of the corners and `r³`-density without r³.
+#[derive(Clone, Copy)]
+struct Proxy {
+    length: [f64; 3],
+    area: f64,
+    /// Determinant of the unit vectors: twice area times plane distance.
+    det: f64,
+}
+
+impl Proxy {
+    fn new(polygon: &ConvexPolygon, x: DVec3, i: usize) -> Self {
+        let corners = fan::triangle(polygon.vertices(), i);
+        let [a, b, c] = corners.map(|p| p - x);
+        let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
+        let length = [a, b, c].map(DVec3::length);
+        let [la, lb, lc] = length;
+        // b̂ − â = (b − a)/|b| + a (1/|b| − 1/|a|), the last difference formed from the edge.
+        let chord = |p: DVec3, edge: DVec3, l: f64| {
+            let shorter = -edge.dot(a + p) / (la + l);
+            edge / l + a * (shorter / (la * l))
+        };
+        let area = 0.5 * predicates::cross(chord(b, ab, lb), chord(c, ac, lc)).length();
+        let det = predicates::dot(predicates::cross(ab, ac), a).abs() / (la * lb * lc);
+        Self { length, area, det }
+    }
+
+    /// r³/(plane distance) at the point with these barycentric coordinates on the light.
+    fn density(&self, weights: [f64; 3], distance: f64) -> f64 {
+        let stretch: f64 = weights.iter().zip(self.length).map(|(w, l)| w * l).sum();
+        let r = distance / stretch;
+        r * r * r * 2.0 * self.area / self.det
+    }
+}
+
+impl ProxySampler {
+    /// The per-light part.
+    #[must_use]
+    pub fn new(polygon: &ConvexPolygon, x: DVec3) -> Self {
+        let areas = (0..polygon.vertices().len() - 2).map(|i| {
+            let proxy = Proxy::new(polygon, x, i);
+            let usable = proxy.det > 0.0 && proxy.area.is_finite();
+            if usable { proxy.area } else { 0.0 }
+        });
+        Self {
+            polygon: *polygon,
+            x,
+            pieces: Pieces::new(areas),
+        }
+    }
+
+    /// A point from two random numbers in [0, 1).
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        let vertices = self.polygon.vertices();
+        if !self.pieces.is_usable() {
+            return PointSample::none(vertices[0]);
+        }
+        let (triangle, lambda) = self.pieces.pick(u[0]);
+        let kappa = u[1].sqrt();
+        let proxy = Proxy::new(&self.polygon, self.x, triangle);
+        let corners = fan::triangle(vertices, triangle);
+        // Barycentric coordinates on the proxy, divided by the distances, are those on the light.
+        let on_proxy = [1.0 - kappa, kappa * (1.0 - lambda), kappa * lambda];
+        let w = normalised([0, 1, 2].map(|i| on_proxy[i] / proxy.length[i]));
+        let [a, b, c] = corners;
+        let point = a + (b - a) * w[1] + (c - a) * w[2];
+        let distance = (point - self.x).length();
+        PointSample {
+            point,
+            pdf: Pdf::new(proxy.density(w, distance) / self.pieces.total()),
+        }
+    }
+
+    /// The density at a point of the light; zero outside it.
+    #[must_use]
+    pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+        fan::locate(&self.polygon, point).map_or(Pdf::ZERO, |at| {
+            let proxy = Proxy::new(&self.polygon, self.x, at.triangle);
+            let density = proxy.density(barycentric(&at), (point - self.x).length());
+            Pdf::new(density / self.pieces.total())
+        })
+    }
+
+    /// The random numbers that give `point`; `None` outside the light.
+    #[must_use]
+    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        let at = fan::locate(&self.polygon, point).filter(|_| self.pieces.is_usable())?;
+        let proxy = Proxy::new(&self.polygon, self.x, at.triangle);
+        let w = barycentric(&at);
+        let [_, b, c] = normalised([0, 1, 2].map(|i| w[i] * proxy.length[i]));
+        let kappa = b + c;
+        let lambda = if kappa > 0.0 { c / kappa } else { 0.0 };
+        Some([
+            self.pieces.unpick(at.triangle, lambda),
+            (kappa * kappa).clamp(0.0, ONE_MINUS),
+        ])
+    }
+}
+
+fn barycentric(at: &FanPoint) -> [f64; 3] {
+    let (kappa, lambda) = (at.kappa, at.lambda);
+    [1.0 - kappa, kappa * (1.0 - lambda), kappa * lambda]
+}
+
+fn normalised(w: [f64; 3]) -> [f64; 3] {
+    let sum = w[0] + w[1] + w[2];
+    w.map(|x| x / sum)
+}

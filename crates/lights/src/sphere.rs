@@ -1,0 +1,272 @@
+//! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap, solid angle.
+
+use crate::area::PointSample;
+use crate::fan::ONE_MINUS;
+use crate::pdf::{Area, Pdf, SolidAngle};
+use core::f64::consts::PI;
+use linelit_geometry::{DVec3, Frame};
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius > 0, in scene units.
+    pub radius: f64,
+}
+
+impl Sphere {
+    /// 4πR².
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        4.0 * PI * self.radius * self.radius
+    }
+
+    /// Unit outward normal at a point of the surface.
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        (point - self.center).normalize_or_zero()
+    }
+
+    /// The point with the unit normal `n`.
+    fn at(&self, n: DVec3) -> DVec3 {
+        self.center + n * self.radius
+    }
+
+    /// Distance of `x` from the centre and the frame whose z axis points from the centre to x.
+    fn seen_from(&self, x: DVec3) -> (f64, Frame) {
+        let to_x = x - self.center;
+        let d = to_x.length();
+        let z = to_x.try_normalize().unwrap_or(DVec3::Z);
+        (d, Frame::from_normal(z))
+    }
+
+    /// Whether a point of the surface faces `x`; inside the sphere all do.
+    fn faces(&self, point: DVec3, x: DVec3, d: f64) -> bool {
+        d < self.radius || (point - self.center).dot(x - point) >= 0.0
+    }
+}
+
+/// A unit vector at the azimuth 2πu with the given z, `1 − |z|` and sine formed by the caller.
+fn around(frame: &Frame, z: f64, sine: f64, u: f64) -> DVec3 {
+    let (s, c) = (2.0 * PI * u).sin_cos();
+    frame.x * (c * sine) + frame.y * (s * sine) + frame.z * z
+}
+
+/// The azimuth of a direction as a fraction of 2π in [0, 1).
+fn azimuth(frame: &Frame, v: DVec3) -> f64 {
+    let turn = v.dot(frame.y).atan2(v.dot(frame.x)) / (2.0 * PI);
+    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+    turn.clamp(0.0, ONE_MINUS)
+}
+
+/// `1 − cos` of the angle between a direction of length `r` and the z axis, relatively accurate.
+fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
+    let (x, y, z) = (v.dot(frame.x), v.dot(frame.y), v.dot(frame.z));
+    if z > 0.0 {
+        (x * x + y * y) / (r * (r + z))
+    } else {
+        1.0 - z / r
+    }
+}
+
+/// Uniform by area on the part of a sphere that faces `x`, or on all of it.
+///
+/// Visible cap (`x` outside at the distance d): points whose normal has the cosine ≥ s = R/d to the direction towards x;
+/// density `1/(2πR²(1 − s))`. Whole surface, or `x` inside: `1/(4πR²)`; at least half of it is wasted outside.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_lights::{Sphere, SphereCap};
+/// let sphere = Sphere { center: DVec3::new(0.0, 0.0, 4.0), radius: 1.0 };
+/// let cap = SphereCap::visible(&sphere, DVec3::ZERO);
+/// let s = cap.sample([0.2, 0.9]);
+/// assert!(sphere.normal(s.point).z <= -0.25 + 1e-15);
+/// let u = cap.invert(s.point).unwrap();
+/// assert!((u[0] - 0.2).abs() < 1e-14 && (u[1] - 0.9).abs() < 1e-14);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct SphereCap {
+    sphere: Sphere,
+    frame: Frame,
+    /// 1 − cos of the cap's half angle at the centre.
+    k: f64,
+}
+
+impl SphereCap {
+    /// The cap that `x` sees.
+    #[must_use]
+    pub fn visible(sphere: &Sphere, x: DVec3) -> Self {
+        let (d, frame) = sphere.seen_from(x);
+        let outside = d > sphere.radius;
+        Self {
+            sphere: *sphere,
+            frame,
+            k: if outside {
+                (d - sphere.radius) / d
+            } else {
+                2.0
+            },
+        }
+    }
+
+    /// The whole surface.
+    #[must_use]
+    pub fn whole(sphere: &Sphere) -> Self {
+        Self {
+            sphere: *sphere,
+            frame: Frame::from_normal(DVec3::Z),
+            k: 2.0,
+        }
+    }
+
+    /// A point from two random numbers in [0, 1).
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+        let m = u[0] * self.k;
+        let n = around(&self.frame, 1.0 - m, (m * (2.0 - m)).sqrt(), u[1]);
+        PointSample {
+            point: self.sphere.at(n),
+            pdf: self.value(),
+        }
+    }
+
+    fn value(&self) -> Pdf<Area> {
+        Pdf::new(1.0 / (2.0 * PI * self.sphere.radius * self.sphere.radius * self.k))
+    }
+
+    /// The density at a point of the surface; zero outside the cap.
+    #[must_use]
+    pub fn pdf(&self, point: DVec3) -> Pdf<Area> {
+        let v = point - self.sphere.center;
+        let m = one_minus_cos(&self.frame, v, v.length());
+        // The rim itself is rounded: a point drawn at it counts as inside.
+        if m <= self.k + 8.0 * f64::EPSILON {
+            self.value()
+        } else {
+            Pdf::ZERO
+        }
+    }
+
+    /// The random numbers that give `point`; `None` outside the cap.
+    #[must_use]
+    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        let v = point - self.sphere.center;
+        let m = one_minus_cos(&self.frame, v, v.length());
+        self.pdf(point)
+            .is_positive()
+            .then(|| [(m / self.k).clamp(0.0, ONE_MINUS), azimuth(&self.frame, v)])
+    }
+}
+
+/// Uniform by solid angle: the cone of directions from `x` that meet the sphere; the whole sphere of directions from inside.
+///
+/// **Formula**: `1/(2πk)` with `k = 1 − cos θ_max = s²/(1 + √(1 − s²))`, s = R/d, `1 − s² = (d − R)(d + R)/d²`: relatively
+/// accurate from inside to cones of any smallness. The point is placed by its normal, from the central angle, with
+/// `s² − sin² θ = k(1 − ξ)(2 − k(1 + ξ))`, so that no direction misses at the rim and no digits are lost far from the
+/// origin. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_lights::{Sphere, SphereCone};
+/// let moon = Sphere { center: DVec3::new(0.0, 0.0, 1e9), radius: 1.0 };
+/// let cone = SphereCone::new(&moon, DVec3::ZERO);
+/// // Ω = π (R/d)² to 16 digits, where 1 − cos θ would be zero.
+/// assert!((cone.solid_angle() / (std::f64::consts::PI * 1e-18) - 1.0).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct SphereCone {
+    sphere: Sphere,
+    x: DVec3,
+    frame: Frame,
+    d: f64,
+    /// 1 − cos θ_max; 2 from inside.
+    k: f64,
+}
+
+impl SphereCone {
+    /// The per-light part.
+    #[must_use]
+    pub fn new(sphere: &Sphere, x: DVec3) -> Self {
+        let (d, frame) = sphere.seen_from(x);
+        let r = sphere.radius;
+        let k = if d >= r {
+            let s = r / d;
+            s * s / (1.0 + ((d - r) * (d + r)).sqrt() / d)
+        } else {
+            2.0
+        };
+        Self {
+            sphere: *sphere,
+            x,
+            frame,
+            d,
+            k,
+        }
+    }
+
+    /// Solid angle 2πk in sr; 4π from inside.
+    #[must_use]
+    pub fn solid_angle(&self) -> f64 {
+        2.0 * PI * self.k
+    }
+
+    fn inside(&self) -> bool {
+        self.d < self.sphere.radius
+    }
+
+    /// A point from two random numbers in [0, 1).
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        let (r, d, k) = (self.sphere.radius, self.d, self.k);
+        let m = u[0] * k;
+        let (cos, sine) = (1.0 - m, (m * (2.0 - m)).sqrt());
+        let n = if self.inside() {
+            // Distance to the far side; the direction is −z at ξ = 0.
+            let root = ((r - d * sine) * (r + d * sine)).sqrt();
+            let t = d * cos + root;
+            around(&self.frame, (d - t * cos) / r, t * sine / r, u[1])
+        } else {
+            let root = d * (k * (1.0 - u[0]) * (2.0 - k * (1.0 + u[0]))).sqrt();
+            let t = (d - r) * (d + r) / (d * cos + root);
+            let axial = (d * sine * sine + cos * root) / r;
+            around(&self.frame, axial, t * sine / r, u[1])
+        };
+        PointSample {
+            point: self.sphere.at(n),
+            pdf: Pdf::new(1.0 / self.solid_angle()),
+        }
+    }
+
+    /// The density at a point of the surface; zero on the side that faces away.
+    #[must_use]
+    pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+        if self.sphere.faces(point, self.x, self.d) {
+            Pdf::new(1.0 / self.solid_angle())
+        } else {
+            Pdf::ZERO
+        }
+    }
+
+    /// The random numbers that give `point`; `None` on the side that faces away.
+    #[must_use]
+    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        if !self.pdf(point).is_positive() {
+            return None;
+        }
+        let v = point - self.sphere.center;
+        // From x: across as from the centre; along, the distance to the centre minus the height of the point.
+        let (across, along) = {
+            let (a, b) = (v.dot(self.frame.x), v.dot(self.frame.y));
+            (a * a + b * b, self.d - v.dot(self.frame.z))
+        };
+        let t = (across + along * along).sqrt();
+        let m = if along > 0.0 {
+            across / (t * (t + along))
+        } else {
+            1.0 - along / t
+        };
+        let u = (m / self.k).clamp(0.0, ONE_MINUS);
+        Some([u, azimuth(&self.frame, v)])
+    }
+}

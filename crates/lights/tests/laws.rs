@@ -1,0 +1,580 @@
+//! The three laws of every sampling technique: the histogram of its samples fits its pdf (χ²), the pdf integrates to one,
+//! and sample → invert → sample returns. On ordinary, tiny, huge, grazing and far-from-origin lights.
+
+use linelit_geometry::intervals::Interval;
+use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_lights::{
+    AngularLines, AreaSampler, Disk, ImportanceImage, LineSampler, OffsetDensity, Pdf,
+    ProxySampler, SolidAngle, SolidAngleSampler, Sphere, SphereCap, SphereCone, TexturedSampler,
+};
+use linelit_testkit::chi2::{chi2_test, sidak};
+use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};
+use linelit_testkit::rng::SplitMix64;
+
+/// A shading point, its normal and a light, with the edge length of the histogram and how well inverses resolve.
+struct Case {
+    name: &'static str,
+    polygon: ConvexPolygon,
+    x: DVec3,
+    n: DVec3,
+}
+
+fn polygon(points: &[[f64; 3]]) -> ConvexPolygon {
+    let points: Vec<_> = points.iter().map(|p| DVec3::from(*p)).collect();
+    ConvexPolygon::try_new(&points).expect("a polygon")
+}
+
+/// Regular pentagon, stretched.
+fn pentagon(center: DVec3, size: f64) -> ConvexPolygon {
+    let points: Vec<_> = (0..5)
+        .map(|i| {
+            let (s, c) = (f64::from(i) * std::f64::consts::TAU / 5.0).sin_cos();
+            center + DVec3::new(c, 0.6 * s, 0.3 * c) * size
+        })
+        .collect();
+    ConvexPolygon::try_new(&points).expect("a polygon")
+}
+
+fn cases() -> Vec<Case> {
+    let up = DVec3::Z;
+    let case = |name, polygon, x, n| Case {
+        name,
+        polygon,
+        x,
+        n,
+    };
+    let o = DVec3::ZERO;
+    let tilted = DVec3::new(0.48, 0.6, 0.64);
+    vec![
+        case(
+            "triangle",
+            polygon(&[[-1.0, -0.5, 2.0], [1.0, -0.2, 2.5], [0.2, 1.0, 1.5]]),
+            o,
+            up,
+        ),
+        case(
+            "rectangle",
+            polygon(&[
+                [-1.0, -0.5, 1.0],
+                [1.0, -0.5, 1.0],
+                [1.0, 0.5, 1.2],
+                [-1.0, 0.5, 1.2],
+            ]),
+            o,
+            tilted,
+        ),
+        case(
+            "pentagon",
+            pentagon(DVec3::new(0.5, 0.2, 2.0), 1.0),
+            o,
+            tilted,
+        ),
+        case("tiny", pentagon(DVec3::new(0.5, 0.2, 2.0), 1e-5), o, tilted),
+        case("huge", pentagon(DVec3::new(5.0, 3.0, 10.0), 40.0), o, up),
+        case(
+            "grazing",
+            polygon(&[
+                [1.0, -1.0, 0.2],
+                [3.0, -1.0, 0.25],
+                [3.0, 1.0, 0.25],
+                [1.0, 1.0, 0.2],
+            ]),
+            o,
+            up,
+        ),
+        case(
+            "across the horizon",
+            polygon(&[
+                [-1.0, 1.0, -1.0],
+                [1.0, 1.0, -1.0],
+                [1.5, 1.5, 2.0],
+                [-1.0, 1.5, 2.0],
+            ]),
+            o,
+            up,
+        ),
+        case(
+            "far",
+            pentagon(DVec3::new(1e5 + 0.5, 2e5, -3e5 + 2.0), 1.0),
+            DVec3::new(1e5, 2e5, -3e5),
+            tilted,
+        ),
+    ]
+}
+
+/// How far rounding coordinates moves a place on the light, relative to its size.
+fn resolution(case: &Case) -> f64 {
+    let v = case.polygon.vertices();
+    let far = v
+        .iter()
+        .map(|p| p.abs().max_element())
+        .fold(case.x.abs().max_element(), f64::max);
+    f64::EPSILON * (1.0 + far / case.polygon.area().sqrt())
+}
+
+/// Counts how often each of `bins × bins` cells of the light's area coordinates is hit, against the integral of the density
+/// per area over the cell.
+fn chi2_on_area(
+    case: &Case,
+    samples: u32,
+    sample: impl Fn([f64; 2]) -> DVec3,
+    density: impl Fn(DVec3) -> f64,
+) -> (f64, f64) {
+    const BINS: usize = 24;
+    let area = AreaSampler::new(&case.polygon);
+    let mut rng = SplitMix64::new(7);
+    let mut observed = vec![0_u64; BINS * BINS];
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "below BINS"
+    )]
+    let bin = |u: f64| ((u * BINS as f64) as usize).min(BINS - 1);
+    for _ in 0..samples {
+        let p = sample([rng.next_f64(), rng.next_f64()]);
+        let [a, b] = area.invert(p).expect("samples lie on the light");
+        observed[bin(a) * BINS + bin(b)] += 1;
+    }
+    // Cells are cut where the fan's triangles meet: 24 is a multiple of none, so the rule is fine enough to
+    // make the kink there (in the pentagon) negligible against counting noise.
+    let rule = gauss_legendre(12);
+    let width = 1.0 / BINS as f64;
+    let total = case.polygon.area();
+    let mut expected = Vec::with_capacity(BINS * BINS);
+    for i in 0..BINS {
+        for j in 0..BINS {
+            let (a, b) = (i as f64 * width, j as f64 * width);
+            let mass = rule.integrate_2d((a, a + width), (b, b + width), |u, v| {
+                density(area.sample([u, v]).point) * total
+            });
+            expected.push(mass);
+        }
+    }
+    let mass: f64 = expected.iter().sum();
+    for e in &mut expected {
+        *e *= f64::from(samples);
+    }
+    (chi2_test(&observed, &expected, 5.0).p_value, mass)
+}
+
+/// Solid angle density → density per area.
+fn per_area(case: &Case, point: DVec3, pdf: Pdf<SolidAngle>) -> f64 {
+    let d = point - case.x;
+    let r2 = d.length_squared();
+    pdf.to_area(r2, case.polygon.normal().dot(d) / r2.sqrt())
+        .value()
+}
+
+type Point = Box<dyn Fn([f64; 2]) -> DVec3>;
+type Density = Box<dyn Fn(DVec3) -> f64>;
+type Inverse = Box<dyn Fn(DVec3) -> Option<[f64; 2]>>;
+
+/// Every point technique on a polygon, as closures; densities per area.
+fn techniques(case: &Case) -> Vec<(&'static str, Point, Density, Inverse)> {
+    let here = || Case {
+        name: case.name,
+        polygon: case.polygon,
+        x: case.x,
+        n: case.n,
+    };
+    let area = AreaSampler::new(&case.polygon);
+    let solid = SolidAngleSampler::new(&case.polygon, case.x);
+    let proxy = ProxySampler::new(&case.polygon, case.x);
+    let lines = AngularLines::by_solid_angle(&case.polygon, 0.7, case.x);
+    let cosine = AngularLines::by_projected_solid_angle(&case.polygon, 0.7, case.x, case.n);
+    let whole = [Interval::UNIT];
+    let on_lines = |l: AngularLines| -> Point {
+        Box::new(move |u| l.point(&l.sample(u[0]), &[Interval::UNIT], u[1]).point)
+    };
+    let (c1, c2, c3, c4) = (here(), here(), here(), here());
+    vec![
+        (
+            "area",
+            Box::new(move |u| area.sample(u).point),
+            Box::new(move |p| area.pdf(p).value()),
+            Box::new(move |p| area.invert(p)),
+        ),
+        (
+            "solid angle",
+            Box::new(move |u| solid.sample(u).point),
+            Box::new(move |p| per_area(&c1, p, solid.pdf(p))),
+            Box::new(move |p| solid.invert(p)),
+        ),
+        (
+            "proxy",
+            Box::new(move |u| proxy.sample(u).point),
+            Box::new(move |p| per_area(&c2, p, proxy.pdf(p))),
+            Box::new(move |p| proxy.invert(p)),
+        ),
+        (
+            "solid-angle lines",
+            on_lines(lines),
+            Box::new(move |p| per_area(&c3, p, lines.joint_pdf(p, &whole))),
+            Box::new(move |p| lines.invert_point(p, &whole)),
+        ),
+        (
+            "projected solid angle",
+            on_lines(cosine),
+            Box::new(move |p| per_area(&c4, p, cosine.joint_pdf(p, &whole))),
+            Box::new(move |p| cosine.invert_point(p, &whole)),
+        ),
+    ]
+}
+
+fn points_fit(samples: u32) {
+    let cases = cases();
+    let alpha = sidak(0.01, cases.len() * 5);
+    for case in &cases {
+        for (name, sample, density, _) in techniques(case) {
+            let (p, mass) = chi2_on_area(case, samples, sample, density);
+            assert!(p > alpha, "{name} on {}: p = {p:e}", case.name);
+            // The horizon cuts cells of the projected measure; elsewhere the rule converges to rounding.
+            let cut = name == "projected solid angle" && case.name == "across the horizon";
+            let tolerance = if cut { 1e-3 } else { 1e-8 };
+            assert!(
+                (mass - 1.0).abs() < tolerance,
+                "{name} on {}: ∫ = {mass}",
+                case.name
+            );
+        }
+    }
+}
+
+#[test]
+fn points_on_polygons_fit_their_pdf() {
+    points_fit(100_000);
+}
+
+#[test]
+#[ignore = "long: a million samples of each technique and light"]
+fn points_on_polygons_fit_their_pdf_long() {
+    points_fit(1_000_000);
+}
+
+#[test]
+fn points_on_polygons_invert() {
+    let mut rng = SplitMix64::new(3);
+    for case in &cases() {
+        // Rounded coordinates move the place; the density per area over its mean, at most 1e3 here, scales it to ξ. The
+        // CDF of the line techniques adds its own ε times the full turn.
+        let tolerance = 1e3 * resolution(case);
+        for (name, sample, _, invert) in techniques(case) {
+            for _ in 0..2000 {
+                let u = [rng.next_f64(), rng.next_f64()];
+                let point = sample(u);
+                let Some(back) = invert(point) else {
+                    panic!("{name} on {}: {u:?} is outside", case.name);
+                };
+                // Near the fan's apex and where lines shrink to a point the second coordinate is ill-defined: compare
+                // the points.
+                let again = sample(back);
+                let error = (again - point).length() / case.polygon.area().sqrt();
+                assert!(
+                    error < tolerance,
+                    "{name} on {}: {u:?} {back:?} {error:e}",
+                    case.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn perfect_techniques_have_no_variance() {
+    let mut rng = SplitMix64::new(5);
+    for case in &cases() {
+        let lines = AngularLines::by_projected_solid_angle(&case.polygon, 0.3, case.x, case.n);
+        let tolerance = 1e3 * resolution(case);
+        for _ in 0..1000 {
+            let line = lines.sample(rng.next_f64());
+            let s = lines.point(&line, &[Interval::UNIT], rng.next_f64());
+            let cosine = case.n.dot((s.point - case.x).normalize());
+            let estimate = cosine / s.pdf.value();
+            // Close to the horizon both cosine and density round by ε/cosine.
+            let slack = tolerance * (1.0 + 1.0 / cosine);
+            let error = (estimate / lines.total() - 1.0).abs();
+            assert!(error < slack, "{}: {error:e} {slack:e}", case.name);
+        }
+    }
+}
+
+#[test]
+fn occluded_lines_estimate_what_is_visible() {
+    // The middle third of every line is hidden: two thirds of each line remain, exactly, by area.
+    let visible = [Interval::new(0.0, 1.0 / 3.0), Interval::new(2.0 / 3.0, 1.0)];
+    let rule = gauss_legendre(24);
+    for case in &cases()[..3] {
+        for lines in [
+            AngularLines::by_solid_angle(&case.polygon, 1.1, case.x),
+            AngularLines::by_projected_solid_angle(&case.polygon, 1.1, case.x, case.n),
+        ] {
+            // ∫ pdf over the visible part = 1, with area coordinates (offset, along).
+            let knots = lines.lines().knots();
+            let mut mass = 0.0;
+            for k in knots.windows(2) {
+                mass += rule.integrate(k[0], k[1], |u| {
+                    let segment = lines.lines().segment(u).expect("inside");
+                    let part = |i: &Interval| {
+                        rule.integrate(i.lo, i.hi, |t| {
+                            let p = segment.at(t);
+                            per_area(case, p, lines.joint_pdf(p, &visible)) * segment.length()
+                        })
+                    };
+                    visible.iter().map(part).sum()
+                });
+            }
+            assert!((mass - 1.0).abs() < 1e-9, "{}: {mass}", case.name);
+            let line = lines.sample(0.4);
+            for i in 0..100 {
+                let s = lines.point(&line, &visible, f64::from(i) / 100.0);
+                let (_, t) = lines.locate(s.point).expect("on the light");
+                assert!(!(0.334..0.666).contains(&t), "{t}");
+            }
+            // A hidden point has no density, and a hidden line no sample.
+            let hidden = line.segment.at(0.5);
+            assert!(!lines.joint_pdf(hidden, &visible).is_positive());
+            assert!(!lines.point(&line, &[], 0.5).pdf.is_positive());
+        }
+    }
+}
+
+/// The laws for a density on an interval: χ² over 64 equal cells, mass one, round trip.
+fn laws_1d(
+    name: &str,
+    range: (f64, f64),
+    knots: &[f64],
+    samples: u32,
+    sample: impl Fn(f64) -> f64,
+    pdf: impl Fn(f64) -> f64,
+    invert: impl Fn(f64) -> Option<f64>,
+) -> f64 {
+    const BINS: usize = 64;
+    let (a, b) = range;
+    let mut rng = SplitMix64::new(9);
+    let mut observed = vec![0_u64; BINS];
+    for _ in 0..samples {
+        let xi = rng.next_f64();
+        let x = sample(xi);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below BINS"
+        )]
+        let bin = ((x - a) / (b - a) * BINS as f64) as usize;
+        observed[bin.min(BINS - 1)] += 1;
+        let back = invert(x).unwrap_or_else(|| panic!("{name}: {x} is outside"));
+        // A place resolved to ε of the range and its neighbourhood's density.
+        let tolerance =
+            64.0 * f64::EPSILON * (1.0 + (b - a) * pdf(x) + a.abs().max(b.abs()) * pdf(x));
+        assert!(
+            (back - xi).abs() <= tolerance,
+            "{name}: {xi} → {x} → {back}"
+        );
+    }
+    let edge = |i: usize| a + (b - a) * i as f64 / BINS as f64;
+    let expected: Vec<f64> = (0..BINS)
+        .map(|i| {
+            let mut cuts = vec![edge(i), edge(i + 1)];
+            cuts.extend(knots.iter().filter(|k| **k > edge(i) && **k < edge(i + 1)));
+            cuts.sort_by(f64::total_cmp);
+            let mass: f64 = cuts
+                .windows(2)
+                .map(|c| gauss_kronrod(&pdf, c[0], c[1], 1e-10).value)
+                .sum();
+            mass * f64::from(samples)
+        })
+        .collect();
+    let mass = expected.iter().sum::<f64>() / f64::from(samples);
+    assert!((mass - 1.0).abs() < 1e-8, "{name}: ∫ = {mass}");
+    chi2_test(&observed, &expected, 5.0).p_value
+}
+
+#[test]
+fn line_offsets_obey_the_laws() {
+    let cases = cases();
+    let alpha = sidak(0.01, cases.len() * 3 * 4);
+    for case in &cases {
+        for angle in [0.0, 0.7, 2.5] {
+            for density in [OffsetDensity::Uniform, OffsetDensity::Length] {
+                let s = LineSampler::new(&case.polygon, angle, density);
+                let name = format!("{density:?} {angle} on {}", case.name);
+                let p = laws_1d(
+                    &name,
+                    s.lines().range(),
+                    s.lines().knots(),
+                    100_000,
+                    |xi| s.sample(xi).offset,
+                    |u| s.pdf(u).value(),
+                    |u| s.invert(u),
+                );
+                assert!(p > alpha, "{name}: p = {p:e}");
+            }
+            let lines = AngularLines::by_solid_angle(&case.polygon, angle, case.x);
+            let cosine =
+                AngularLines::by_projected_solid_angle(&case.polygon, angle, case.x, case.n);
+            for (s, kind) in [(lines, "solid angle"), (cosine, "projected solid angle")] {
+                let name = format!("lines by {kind} {angle} on {}", case.name);
+                let p = laws_1d(
+                    &name,
+                    s.lines().range(),
+                    s.lines().knots(),
+                    20_000,
+                    |xi| s.sample(xi).offset,
+                    |u| s.pdf(u).value(),
+                    |u| s.invert(u),
+                );
+                assert!(p > alpha, "{name}: p = {p:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn spheres_and_disks_invert_and_fit() {
+    let mut rng = SplitMix64::new(13);
+    let spheres = [
+        (4.0, 1.0),
+        (1.001, 1.0),
+        (1e6, 1.0),
+        (0.5, 1.0),
+        (3.0, 2.999),
+    ];
+    for (d, r) in spheres {
+        let center = DVec3::new(0.3, 0.4, 0.866).normalize() * d;
+        let sphere = Sphere { center, radius: r };
+        let cone = SphereCone::new(&sphere, DVec3::ZERO);
+        let caps = [
+            SphereCap::visible(&sphere, DVec3::ZERO),
+            SphereCap::whole(&sphere),
+        ];
+        let (mut one, mut counts) = (0.0, [0_u64; 64]);
+        const N: u32 = 100_000;
+        for _ in 0..N {
+            let u = [rng.next_f64(), rng.next_f64()];
+            let s = cone.sample(u);
+            assert!(((s.point - center).length() / r - 1.0).abs() < 1e-12 * (1.0 + d / r));
+            let back = cone.invert(s.point).expect("visible");
+            // ε of the coordinates at the distance d, against the radius; the square root at the axis takes half the
+            // digits of the azimuth.
+            let slack = 64.0 * f64::EPSILON * (1.0 + d / r);
+            assert!(
+                (back[0] - u[0]).abs()
+                    < 16.0 * slack.max(f64::EPSILON.sqrt() * (1.0 - u[0]).sqrt().recip() * slack),
+                "{d} {r} {u:?} {back:?}"
+            );
+            for cap in &caps {
+                let p = cap.sample(u).point;
+                let back = cap.invert(p).expect("on the cap");
+                assert!((back[0] - u[0]).abs() < slack, "{d} {r} {u:?} {back:?}");
+                assert!(
+                    (back[1] - u[1]).abs() < slack / u[0].sqrt().min((1.0 - u[0]).sqrt()),
+                    "{d} {r} {u:?} {back:?}"
+                );
+            }
+            // The cone's samples, counted in the cells of the visible cap (area), against … the mean of 1/pdf: Ω.
+            let p = caps[0].sample(u);
+            let w = p.point;
+            let cosine = sphere.normal(w).dot(w.normalize());
+            one += cone.pdf(w).value() / p.pdf.to_solid_angle(w.length_squared(), cosine).value();
+            let [a, _] = caps[0].invert(s.point).expect("visible");
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "below 64"
+            )]
+            let bin = (a * 64.0) as usize;
+            counts[bin.min(63)] += 1;
+        }
+        // Mean of the cone's density under the cap's: one. Standard error < 1/√N times the spread (≤ 3).
+        let one = one / f64::from(N);
+        assert!(
+            (one - 1.0).abs() < 5.0 * 3.0 / f64::from(N).sqrt(),
+            "{d} {r}: {one}"
+        );
+        // Expected counts in equal-area rings: ∫ p_ω cos/r² dA; by Gauss–Legendre.
+        let rule = gauss_legendre(32);
+        let expected: Vec<f64> = (0..64)
+            .map(|i| {
+                let (a, b) = (f64::from(i) / 64.0, f64::from(i + 1) / 64.0);
+                let mass = rule.integrate(a, b, |u| {
+                    let s = caps[0].sample([u, 0.25]);
+                    let (w, n) = (s.point, sphere.normal(s.point));
+                    cone.pdf(w)
+                        .to_area(w.length_squared(), n.dot(w.normalize()))
+                        .value()
+                        / s.pdf.value()
+                });
+                mass * f64::from(N)
+            })
+            .collect();
+        let p = chi2_test(&counts, &expected, 5.0).p_value;
+        assert!(p > sidak(0.01, 5), "{d} {r}: p = {p:e}");
+    }
+    let disk = Disk {
+        center: DVec3::new(1.0, -2.0, 0.5),
+        normal: DVec3::new(0.6, 0.0, 0.8),
+        radius: 0.3,
+    };
+    let mut rings = [0_u64; 10];
+    for _ in 0..100_000 {
+        let u = [rng.next_f64(), rng.next_f64()];
+        let s = disk.sample(u);
+        let back = disk.invert(s.point).expect("on the disk");
+        // ε of the coordinates over the radius.
+        assert!(
+            (back[0] - u[0]).abs() + (back[1] - u[1]).abs() < 1e-13,
+            "{u:?} {back:?}"
+        );
+        let r = (s.point - disk.center).length() / disk.radius;
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below 10"
+        )]
+        let ring = (r * r * 10.0) as usize;
+        rings[ring.min(9)] += 1;
+    }
+    assert!(chi2_test(&rings, &[10_000.0; 10], 5.0).p_value > 0.001);
+}
+
+#[test]
+fn textures_obey_the_laws() {
+    let (w, h) = (7, 5);
+    let values: Vec<f64> = (0..w * h).map(|i| f64::from(i * i % 11)).collect();
+    let image = ImportanceImage::new(7, 5, &values).expect("not black");
+    let quad = ConvexPolygon::parallelogram(
+        DVec3::Z,
+        DVec3::new(2.0, 0.0, 0.1),
+        DVec3::new(0.5, 1.0, 0.0),
+    )
+    .expect("a quad");
+    let s = TexturedSampler::new(&quad, &image).expect("a parallelogram");
+    let mut rng = SplitMix64::new(17);
+    let mut counts = vec![0_u64; 35];
+    for _ in 0..200_000 {
+        let u = [rng.next_f64(), rng.next_f64()];
+        let p = s.sample(u);
+        assert!((p.pdf.value() / s.pdf(p.point).value() - 1.0).abs() < 1e-12);
+        let back = s.invert(p.point).expect("not black there");
+        // Coordinates to ε, densities up to 35 times the mean.
+        assert!(
+            (back[0] - u[0]).abs() + (back[1] - u[1]).abs() < 1e-13,
+            "{u:?} {back:?}"
+        );
+        let [a, b] = s.coordinates(p.point);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below 35"
+        )]
+        let bin = (b * 5.0) as usize * 7 + (a * 7.0) as usize;
+        counts[bin] += 1;
+    }
+    let total: f64 = values.iter().sum();
+    let expected: Vec<f64> = values.iter().map(|v| v / total * 200_000.0).collect();
+    assert!(chi2_test(&counts, &expected, 5.0).p_value > 0.001);
+    let mass: f64 = gauss_kronrod(|v| image.row_density(v), 0.0, 1.0, 1e-6).value;
+    assert!((mass - 1.0).abs() < 1e-4);
+    assert!(ImportanceImage::new(2, 1, &[0.0, 0.0]).is_none());
+    assert!(ImportanceImage::new(2, 2, &[1.0]).is_none());
+}
