@@ -1,0 +1,146 @@
+//! Cameras: from a place on the film to a ray.
+
+use linelit_geometry::DVec3;
+use linelit_geometry::glam::DAffine3;
+
+/// How film positions become directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Projection {
+    /// Pinhole; the angle spans the shorter side of the image, as in pbrt.
+    Perspective {
+        /// Full angle of view over the shorter side, in degrees, in (0, 180).
+        fov_degrees: f64,
+    },
+    /// Parallel rays; the screen window is in units of camera space.
+    Orthographic,
+    /// The whole sphere of directions: latitude over y, longitude over x.
+    Spherical {
+        /// The vertical axis is z instead of y (pbrt-v4; pbrt-v3's `environment` has y).
+        z_up: bool,
+    },
+}
+
+/// A camera ray in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRay {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Where it goes; unit length.
+    pub direction: DVec3,
+}
+
+/// A camera: projection, placement and the size of its film in pixels.
+///
+/// Camera space is pbrt's: x to the right, y up, z into the picture. Whether that is left- or
+/// right-handed in the world depends on the placement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// From camera space to world space.
+    pub camera_to_world: DAffine3,
+    /// How film positions become directions.
+    pub projection: Projection,
+    /// Screen window `[x_min, x_max, y_min, y_max]` if the file gives one.
+    pub screen_window: Option<[f64; 4]>,
+    /// Width over height of the picture if the file gives one.
+    pub frame_aspect_ratio: Option<f64>,
+    resolution: [u32; 2],
+    window: [f64; 4],
+}
+
+impl Camera {
+    /// A camera for a film of `width` × `height` pixels.
+    ///
+    /// The screen window is the given one, or spans −1 to 1 over the shorter side, in the
+    /// proportions of the frame (`frame_aspect_ratio`, or the pixels).
+    pub fn new(
+        camera_to_world: DAffine3,
+        projection: Projection,
+        screen_window: Option<[f64; 4]>,
+        frame_aspect_ratio: Option<f64>,
+        [width, height]: [u32; 2],
+    ) -> Self {
+        let mut camera = Self {
+            camera_to_world,
+            projection,
+            screen_window,
+            frame_aspect_ratio,
+            resolution: [1, 1],
+            window: [-1.0, 1.0, -1.0, 1.0],
+        };
+        camera.set_resolution(width, height);
+        camera
+    }
+
+    /// Changes the number of pixels; the picture keeps its angle over the shorter side.
+    pub fn set_resolution(&mut self, width: u32, height: u32) {
+        self.resolution = [width.max(1), height.max(1)];
+        let pixels = f64::from(self.resolution[0]) / f64::from(self.resolution[1]);
+        let aspect = self.frame_aspect_ratio.unwrap_or(pixels);
+        self.window = self.screen_window.unwrap_or(if aspect > 1.0 {
+            [-aspect, aspect, -1.0, 1.0]
+        } else {
+            [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+        });
+    }
+
+    /// Pixels across and down.
+    pub const fn resolution(&self) -> [u32; 2] {
+        self.resolution
+    }
+
+    /// Where the camera is.
+    pub fn position(&self) -> DVec3 {
+        self.camera_to_world.translation
+    }
+
+    /// The ray through a place on the film, in pixels from the top left corner; the centre of the
+    /// first pixel is (0.5, 0.5). Error: a few ulps of the direction.
+    ///
+    /// ```
+    /// use linelit_geometry::{DVec3, glam::DAffine3};
+    /// use linelit_scene::{Camera, Projection};
+    ///
+    /// let view = Projection::Perspective { fov_degrees: 90.0 };
+    /// let camera = Camera::new(DAffine3::IDENTITY, view, None, None, [200, 100]);
+    /// assert_eq!(camera.ray(100.0, 50.0).direction, DVec3::Z);
+    /// // The top edge is at half the angle over the shorter side.
+    /// let up = camera.ray(100.0, 0.0).direction;
+    /// assert!((up.y / up.z - 1.0).abs() < 1e-15);
+    /// ```
+    pub fn ray(&self, film_x: f64, film_y: f64) -> CameraRay {
+        let u = film_x / f64::from(self.resolution[0]);
+        let v = film_y / f64::from(self.resolution[1]);
+        let [x_min, x_max, y_min, y_max] = self.window;
+        let screen_x = x_min + u * (x_max - x_min);
+        let screen_y = y_max - v * (y_max - y_min);
+        let (origin, direction) = match self.projection {
+            Projection::Perspective { fov_degrees } => {
+                let scale = (0.5 * fov_degrees.to_radians()).tan();
+                (
+                    DVec3::ZERO,
+                    DVec3::new(screen_x * scale, screen_y * scale, 1.0),
+                )
+            }
+            Projection::Orthographic => (DVec3::new(screen_x, screen_y, 0.0), DVec3::Z),
+            Projection::Spherical { z_up } => {
+                let (sin_theta, cos_theta) = (std::f64::consts::PI * v).sin_cos();
+                let (sin_phi, cos_phi) = (std::f64::consts::TAU * u).sin_cos();
+                let [a, b, c] = [sin_theta * cos_phi, cos_theta, sin_theta * sin_phi];
+                (
+                    DVec3::ZERO,
+                    if z_up {
+                        DVec3::new(a, c, b)
+                    } else {
+                        DVec3::new(a, b, c)
+                    },
+                )
+            }
+        };
+        let direction = self.camera_to_world.transform_vector3(direction);
+        CameraRay {
+            origin: self.camera_to_world.transform_point3(origin),
+            direction: direction.normalize_or(DVec3::Z),
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Materials with the parameters of the files, whether or not the renderer uses all of them.
+
+use crate::texture::Texture;
+use linelit_geometry::{DVec2, DVec3};
+
+/// A material with its name in the file (or its type, if it has none).
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// For messages and export.
+    pub name: String,
+    /// The model and its parameters.
+    pub kind: MaterialKind,
+    /// A bump map: a height over the surface. Not used for shading yet.
+    pub bump: Option<Texture>,
+}
+
+/// Microfacet roughness along the two tangents.
+#[derive(Clone, Debug)]
+pub struct Roughness {
+    /// Along u.
+    pub u: Texture,
+    /// Along v.
+    pub v: Texture,
+    /// Whether the numbers are to be remapped to the Trowbridge–Reitz α. pbrt-v3:
+    /// a polynomial in ln r ([`Roughness::alpha`]); pbrt-v4: √r.
+    pub remap: Remap,
+}
+
+/// How a roughness becomes the α of a microfacet distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remap {
+    /// The number is α.
+    None,
+    /// pbrt-v3's polynomial in the logarithm.
+    V3,
+    /// pbrt-v4's square root.
+    V4,
+}
+
+impl Remap {
+    /// The α of a roughness.
+    ///
+    /// pbrt-v3: α = 1.62142 + 0.819955 x + 0.1734 x² + 0.0171201 x³ + 0.000640711 x⁴ with
+    /// x = ln max(r, 1e-3); pbrt-v4: α = √r.
+    pub fn alpha(self, roughness: f64) -> f64 {
+        match self {
+            Self::None => roughness,
+            Self::V3 => {
+                let x = roughness.max(1e-3).ln();
+                1.62142 + x * (0.819_955 + x * (0.1734 + x * (0.017_120_1 + x * 0.000_640_711)))
+            }
+            Self::V4 => roughness.max(0.0).sqrt(),
+        }
+    }
+}
+
+impl Roughness {
+    /// The same along both tangents.
+    pub fn isotropic(value: f64, remap: Remap) -> Self {
+        Self {
+            u: Texture::number(value),
+            v: Texture::number(value),
+            remap,
+        }
+    }
+
+    /// α along u and v.
+    pub fn alpha(&self, uv: DVec2) -> [f64; 2] {
+        [&self.u, &self.v].map(|r| self.remap.alpha(r.evaluate_number(uv)))
+    }
+}
+
+/// The material models of pbrt-v3 and pbrt-v4 that linelit reads, and one of its own (`Phong`).
+///
+/// Reflectances are linear RGB in [0, 1]; indices of refraction are relative to vacuum.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum MaterialKind {
+    /// Lambert (v3 `matte`, v4 `diffuse`), or Oren–Nayar if `sigma` is not zero.
+    Matte {
+        /// Diffuse reflectance.
+        kd: Texture,
+        /// Oren–Nayar roughness in degrees.
+        sigma: Texture,
+    },
+    /// v3 `plastic`: Lambert plus a dielectric microfacet lobe.
+    Plastic {
+        /// Diffuse reflectance.
+        kd: Texture,
+        /// Factor on the glossy lobe.
+        ks: Texture,
+        /// Of the glossy lobe.
+        roughness: Roughness,
+    },
+    /// v3 `metal`, v4 `conductor`: microfacets of a conductor.
+    Conductor {
+        /// Index of refraction.
+        eta: Texture,
+        /// Absorption coefficient.
+        k: Texture,
+        /// Of the microfacets.
+        roughness: Roughness,
+    },
+    /// v4 `conductor` with a colour: microfacets with Schlick's Fresnel term of this reflectance.
+    ColoredConductor {
+        /// Reflectance at normal incidence.
+        reflectance: Texture,
+        /// Of the microfacets.
+        roughness: Roughness,
+    },
+    /// v3 `substrate`: Ashikhmin and Shirley's diffuse base under a glossy coat.
+    Substrate {
+        /// Diffuse reflectance.
+        kd: Texture,
+        /// Reflectance of the coat at normal incidence.
+        ks: Texture,
+        /// Of the coat.
+        roughness: Roughness,
+    },
+    /// v3 `uber`.
+    Uber {
+        /// Diffuse reflectance.
+        kd: Texture,
+        /// Glossy reflectance.
+        ks: Texture,
+        /// Mirror reflectance.
+        kr: Texture,
+        /// Specular transmittance.
+        kt: Texture,
+        /// Of the glossy lobe.
+        roughness: Roughness,
+        /// Index of refraction.
+        eta: Texture,
+        /// The surface scales by this; the rest passes straight through.
+        opacity: Texture,
+    },
+    /// v3 `mirror`.
+    Mirror {
+        /// Reflectance.
+        kr: Texture,
+    },
+    /// v3 `glass`, v4 `dielectric` and `thindielectric`.
+    Dielectric {
+        /// Factor on reflection.
+        kr: Texture,
+        /// Factor on transmission.
+        kt: Texture,
+        /// Index of refraction.
+        eta: Texture,
+        /// Zero: smooth.
+        roughness: Roughness,
+        /// A sheet without thickness: transmission goes straight on.
+        thin: bool,
+    },
+    /// v4 `coateddiffuse`: Lambert under a rough dielectric.
+    CoatedDiffuse {
+        /// Of the base.
+        reflectance: Texture,
+        /// Of the coat.
+        roughness: Roughness,
+        /// Index of refraction of the coat.
+        eta: Texture,
+        /// Of the coat.
+        thickness: f64,
+    },
+    /// v4 `diffusetransmission`.
+    DiffuseTransmission {
+        /// Diffuse reflectance.
+        reflectance: Texture,
+        /// Diffuse transmittance.
+        transmittance: Texture,
+    },
+    /// A mixture of two materials of the scene.
+    Mix {
+        /// Indices into the scene's materials; both are smaller than the mixture's own.
+        materials: [u32; 2],
+        /// Share of the second.
+        amount: Texture,
+    },
+    /// Our own: Lambert plus a normalised Phong lobe,
+    /// f = kd/π + ks (e + 2)/(2π) max(0, ωi·R)^e.
+    Phong {
+        /// Diffuse reflectance.
+        kd: Texture,
+        /// Reflectance of the lobe at normal incidence.
+        ks: Texture,
+        /// e, any real number ≥ 0.
+        exponent: Texture,
+    },
+}
+
+impl MaterialKind {
+    /// The model's name in pbrt.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Matte { .. } => "matte",
+            Self::Plastic { .. } => "plastic",
+            Self::Conductor { .. } => "metal",
+            Self::ColoredConductor { .. } => "conductor",
+            Self::Substrate { .. } => "substrate",
+            Self::Uber { .. } => "uber",
+            Self::Mirror { .. } => "mirror",
+            Self::Dielectric { thin: false, .. } => "glass",
+            Self::Dielectric { thin: true, .. } => "thindielectric",
+            Self::CoatedDiffuse { .. } => "coateddiffuse",
+            Self::DiffuseTransmission { .. } => "diffusetransmission",
+            Self::Mix { .. } => "mix",
+            Self::Phong { .. } => "phong",
+        }
+    }
+}
+
+impl Material {
+    /// pbrt's default: Lambert with reflectance one half.
+    pub fn default_matte() -> Self {
+        Self::matte("default", DVec3::splat(0.5))
+    }
+
+    /// Lambert with a constant reflectance.
+    pub fn matte(name: impl Into<String>, kd: DVec3) -> Self {
+        Self {
+            name: name.into(),
+            kind: MaterialKind::Matte {
+                kd: Texture::Constant(kd),
+                sigma: Texture::number(0.0),
+            },
+            bump: None,
+        }
+    }
+
+    /// Reflectance of the diffuse part alone, in [0, 1], linear RGB; zero for mirrors, metals and
+    /// glass. A `mix` is black here: [`crate::Scene::diffuse_reflectance`] resolves it.
+    ///
+    /// ```
+    /// use linelit_geometry::{DVec2, DVec3};
+    /// use linelit_scene::Material;
+    ///
+    /// let red = Material::matte("red", DVec3::new(0.5, 0.0, 0.0));
+    /// assert_eq!(red.diffuse_reflectance(DVec2::ZERO).x, 0.5);
+    /// ```
+    pub fn diffuse_reflectance(&self, uv: DVec2) -> DVec3 {
+        let value = match &self.kind {
+            MaterialKind::Matte { kd, .. }
+            | MaterialKind::Plastic { kd, .. }
+            | MaterialKind::Substrate { kd, .. }
+            | MaterialKind::Phong { kd, .. } => kd.evaluate(uv),
+            MaterialKind::Uber { kd, opacity, .. } => kd.evaluate(uv) * opacity.evaluate(uv),
+            MaterialKind::CoatedDiffuse { reflectance, .. }
+            | MaterialKind::DiffuseTransmission { reflectance, .. } => reflectance.evaluate(uv),
+            MaterialKind::Conductor { .. }
+            | MaterialKind::ColoredConductor { .. }
+            | MaterialKind::Mirror { .. }
+            | MaterialKind::Dielectric { .. }
+            | MaterialKind::Mix { .. } => DVec3::ZERO,
+        };
+        value.clamp(DVec3::ZERO, DVec3::ONE)
+    }
+
+    /// Whether the material is Lambertian and nothing else.
+    pub fn is_lambertian(&self) -> bool {
+        match &self.kind {
+            MaterialKind::Matte { sigma, .. } => sigma.as_constant() == Some(DVec3::ZERO),
+            _ => false,
+        }
+    }
+}

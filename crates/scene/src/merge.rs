@@ -1,0 +1,280 @@
+//! Merging coplanar emissive triangles into convex polygons.
+//!
+//! A quad light reaches the renderer as two triangles. Sampled as one polygon it needs one
+//! technique instead of two, and its lines do not end at the diagonal. Triangles are merged when
+//! they share edges, lie in one plane to the rounding of their `f32` vertices (which
+//! [`ConvexPolygon::try_new`] judges), face the same way, emit the same, and their union is convex.
+//! If the union of a whole connected plane patch is convex it becomes one polygon; otherwise
+//! neighbours are merged greedily as long as the result stays convex (after Hertel and Mehlhorn).
+
+use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES};
+use std::collections::HashMap;
+
+/// An emissive triangle, wound so that its normal is the emitting side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facet {
+    corners: [DVec3; 3],
+    /// Unnormalised normal, twice the area long.
+    cross: DVec3,
+}
+
+/// Facets that form one light; `polygon` is `None` only if a single sliver has no area left.
+#[derive(Clone, Debug)]
+pub(crate) struct Group {
+    pub(crate) polygon: Option<ConvexPolygon>,
+    pub(crate) facets: Vec<usize>,
+}
+
+/// Patches with more facets than this are not merged greedily.
+const MAX_GREEDY: usize = 1024;
+
+impl Facet {
+    /// A facet; `keep` says whether its right-hand normal is the emitting side.
+    pub(crate) fn new([a, b, c]: [DVec3; 3], keep: impl FnOnce(DVec3) -> bool) -> Self {
+        let cross = (b - a).cross(c - a);
+        if keep(cross.normalize_or(DVec3::Z)) {
+            Self {
+                corners: [a, b, c],
+                cross,
+            }
+        } else {
+            Self {
+                corners: [a, c, b],
+                cross: -cross,
+            }
+        }
+    }
+
+    pub(crate) fn area(&self) -> f64 {
+        0.5 * self.cross.length()
+    }
+}
+
+/// Groups facets into lights; `same` says whether two facets emit the same.
+pub(crate) fn merge(facets: &[Facet], same: impl Fn(&Facet, &Facet) -> bool) -> Vec<Group> {
+    let mesh = Topology::new(facets);
+    let mut groups = Vec::new();
+    for patch in mesh.patches(facets, &same) {
+        if patch.len() > 1 {
+            if let Some(polygon) = mesh.union(facets, &patch) {
+                groups.push(Group {
+                    polygon: Some(polygon),
+                    facets: patch,
+                });
+                continue;
+            }
+            if patch.len() <= MAX_GREEDY {
+                groups.extend(mesh.greedy(facets, patch));
+                continue;
+            }
+        }
+        groups.extend(patch.into_iter().map(|k| single(facets, k)));
+    }
+    groups
+}
+
+fn single(facets: &[Facet], k: usize) -> Group {
+    Group {
+        polygon: ConvexPolygon::try_new(&facets[k].corners).ok(),
+        facets: vec![k],
+    }
+}
+
+/// Which facets share which edges.
+struct Topology {
+    /// Corners by position.
+    corners: Vec<[u32; 3]>,
+    points: Vec<DVec3>,
+    /// The facet on the left of a directed edge; `None` if several claim it.
+    edges: HashMap<(u32, u32), Option<usize>>,
+}
+
+impl Topology {
+    fn new(facets: &[Facet]) -> Self {
+        let mut ids: HashMap<[u64; 3], u32> = HashMap::new();
+        let mut points = Vec::new();
+        let mut edges = HashMap::new();
+        let mut corners = Vec::with_capacity(facets.len());
+        for (k, facet) in facets.iter().enumerate() {
+            let triple = facet.corners.map(|p| {
+                // Adding zero turns -0 into 0.
+                let key = (p + DVec3::ZERO).to_array().map(f64::to_bits);
+                *ids.entry(key).or_insert_with(|| {
+                    points.push(p);
+                    u32::try_from(points.len() - 1).unwrap_or(u32::MAX)
+                })
+            });
+            for i in 0..3 {
+                edges
+                    .entry((triple[i], triple[(i + 1) % 3]))
+                    .and_modify(|e| *e = None)
+                    .or_insert(Some(k));
+            }
+            corners.push(triple);
+        }
+        Self {
+            corners,
+            points,
+            edges,
+        }
+    }
+
+    /// The facets on the other side of the three edges.
+    fn neighbours(&self, k: usize) -> [Option<usize>; 3] {
+        let c = self.corners[k];
+        std::array::from_fn(|i| {
+            let (a, b) = (c[i], c[(i + 1) % 3]);
+            // An edge that several facets claim in either direction joins nothing.
+            let mine = self.edges.get(&(a, b)).copied().flatten();
+            mine.and(self.edges.get(&(b, a)).copied().flatten())
+        })
+    }
+
+    /// Connected sets of facets in one plane, each in the order of the file.
+    fn patches(&self, facets: &[Facet], same: &impl Fn(&Facet, &Facet) -> bool) -> Vec<Vec<usize>> {
+        let mut taken = vec![false; facets.len()];
+        let mut patches = Vec::new();
+        for seed in 0..facets.len() {
+            if taken[seed] {
+                continue;
+            }
+            taken[seed] = true;
+            let mut patch = vec![seed];
+            let mut next = 0;
+            while next < patch.len() {
+                for n in self.neighbours(patch[next]).into_iter().flatten() {
+                    if !taken[n]
+                        && coplanar(&facets[seed], &facets[n])
+                        && same(&facets[seed], &facets[n])
+                    {
+                        taken[n] = true;
+                        patch.push(n);
+                    }
+                }
+                next += 1;
+            }
+            patch.sort_unstable();
+            patches.push(patch);
+        }
+        patches
+    }
+
+    /// The union of facets, if it is one convex polygon.
+    fn union(&self, facets: &[Facet], patch: &[usize]) -> Option<ConvexPolygon> {
+        let outline = self.outline(patch)?;
+        let points: Vec<DVec3> = outline.iter().map(|i| self.points[*i as usize]).collect();
+        let points = without_straight_corners(&points);
+        if points.len() > MAX_VERTICES {
+            return None;
+        }
+        let polygon = ConvexPolygon::try_new(&points).ok()?;
+        let area: f64 = patch.iter().map(|k| facets[*k].area()).sum();
+        let cross: DVec3 = patch.iter().map(|k| facets[*k].cross).sum();
+        // Overlaps and folds would make the sum of areas larger than the outline's.
+        let close = (polygon.area() - area).abs() <= 1e-5 * area;
+        (close && polygon.normal().dot(cross) > 0.0).then_some(polygon)
+    }
+
+    /// The boundary as one loop of corners.
+    fn outline(&self, patch: &[usize]) -> Option<Vec<u32>> {
+        let mut next: HashMap<u32, u32> = HashMap::new();
+        let inside: std::collections::HashSet<usize> = patch.iter().copied().collect();
+        for &k in patch {
+            let (c, others) = (self.corners[k], self.neighbours(k));
+            for i in 0..3 {
+                let is_inner = others[i].is_some_and(|n| inside.contains(&n));
+                if !is_inner && next.insert(c[i], c[(i + 1) % 3]).is_some() {
+                    return None;
+                }
+            }
+        }
+        let start = *self.corners[patch[0]]
+            .iter()
+            .find(|c| next.contains_key(c))
+            .or_else(|| next.keys().min())?;
+        let mut outline = vec![start];
+        let mut at = *next.get(&start)?;
+        while at != start {
+            outline.push(at);
+            if outline.len() > next.len() {
+                return None;
+            }
+            at = *next.get(&at)?;
+        }
+        (outline.len() == next.len()).then_some(outline)
+    }
+
+    /// Merges neighbours while the union stays convex.
+    fn greedy(&self, facets: &[Facet], patch: Vec<usize>) -> Vec<Group> {
+        let mut owner: HashMap<usize, usize> = patch.iter().map(|k| (*k, *k)).collect();
+        let mut groups: HashMap<usize, Group> =
+            patch.iter().map(|k| (*k, single(facets, *k))).collect();
+        for &k in &patch {
+            for n in self.neighbours(k).into_iter().flatten() {
+                let (Some(&a), Some(&b)) = (owner.get(&k), owner.get(&n)) else {
+                    continue;
+                };
+                if a == b {
+                    continue;
+                }
+                let both: Vec<usize> = [a, b]
+                    .iter()
+                    .flat_map(|g| groups[g].facets.iter().copied())
+                    .collect();
+                if let Some(polygon) = self.union(facets, &both) {
+                    for f in &both {
+                        owner.insert(*f, a);
+                    }
+                    groups.remove(&b);
+                    groups.insert(
+                        a,
+                        Group {
+                            polygon: Some(polygon),
+                            facets: both,
+                        },
+                    );
+                }
+            }
+        }
+        let mut groups: Vec<Group> = groups.into_values().collect();
+        groups.sort_by_key(|g| g.facets.iter().copied().min());
+        groups
+    }
+}
+
+/// Whether the corners of `b` are in the plane of `a`, to the rounding of `f32` coordinates:
+/// each coordinate may be off by 2⁻²⁴ of the largest one, and the plane through three such
+/// corners tilts by that over the height of the triangle.
+fn coplanar(a: &Facet, b: &Facet) -> bool {
+    let size = |f: &Facet| {
+        let largest = f.corners.iter().map(|p| p.abs().max_element());
+        largest.fold(0.0, f64::max)
+    };
+    let longest = (0..3)
+        .map(|i| (a.corners[i] - a.corners[(i + 1) % 3]).length())
+        .fold(0.0, f64::max);
+    let height = a.cross.length() / longest;
+    let normal = a.cross.normalize_or_zero();
+    let rounding = 3.0_f64.sqrt() * size(a).max(size(b)) / f64::from(1u32 << 24);
+    normal.dot(b.cross) > 0.0
+        && b.corners.iter().all(|p| {
+            let v = *p - a.corners[0];
+            normal.dot(v).abs() <= rounding * (2.0 + 2.0 * v.length() / height)
+        })
+}
+
+/// Leaves out corners that stand on the line between their neighbours to `f32` rounding.
+fn without_straight_corners(points: &[DVec3]) -> Vec<DVec3> {
+    let n = points.len();
+    (0..n)
+        .filter(|&i| {
+            let (a, p, b) = (points[(i + n - 1) % n], points[i], points[(i + 1) % n]);
+            let base = (b - a).length();
+            let off = (p - a).cross(b - a).length();
+            let rounding =
+                4.0 * p.abs().max(a.abs()).max(b.abs()).max_element() / f64::from(1u32 << 24);
+            off > rounding * base
+        })
+        .map(|i| points[i])
+        .collect()
+}

@@ -1,0 +1,353 @@
+//! Meshes on their way into the scene.
+
+use crate::merge::{self, Facet};
+use crate::scene::{EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f64};
+use crate::{Camera, FilmSettings, Material};
+use linelit_geometry::glam::{DAffine3, DMat3};
+use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+use linelit_lights::{AreaLight, Emission, Light, LinearLight};
+
+/// A mesh in its own space: all numbers finite, all indices in range.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MeshData {
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// As long as `positions`, or empty.
+    pub(crate) normals: Vec<[f32; 3]>,
+    /// As long as `positions`, or empty.
+    pub(crate) uvs: Vec<[f32; 2]>,
+    /// The triangles are one shape to pbrt, so that `power` goes to all of them together.
+    pub(crate) one_shape: bool,
+    /// Radius of the sphere around the origin that the triangles stand for.
+    pub(crate) sphere: Option<f64>,
+}
+
+/// What a light-emitting shape emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EmissionSpec {
+    /// Radiance, or with `power` its colour.
+    pub(crate) radiance: DVec3,
+    pub(crate) two_sided: bool,
+    /// pbrt-v4's `power`: π × area × sides × (radiance of a unit `L`).
+    pub(crate) power: Option<f64>,
+}
+
+/// How a mesh stands in the world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    pub(crate) to_world: DAffine3,
+    pub(crate) reverse: bool,
+    pub(crate) material: u32,
+    pub(crate) emission: Option<EmissionSpec>,
+}
+
+/// What the builder found in a mesh that it added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Added {
+    /// Triangles without area that were left out.
+    pub(crate) degenerate: usize,
+    pub(crate) lights: usize,
+}
+
+/// Why a mesh was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Refusal {
+    /// The vertex is not finite in world space as `f32`.
+    Vertex(usize),
+    /// The transform flattens space.
+    Singular,
+    /// More triangles than allowed.
+    TooMany,
+}
+
+/// Collects the parts of a scene.
+#[derive(Debug)]
+pub(crate) struct Builder {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    normals: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    meshes: Vec<Mesh>,
+    pub(crate) materials: Vec<Material>,
+    lights: Vec<SceneLight>,
+    light_ranges: Vec<(u32, u32, u32)>,
+    spheres: Vec<EmissiveSphere>,
+    max_triangles: usize,
+}
+
+impl Builder {
+    pub(crate) fn new(max_triangles: usize) -> Self {
+        Self {
+            positions: Vec::new(),
+            triangles: Vec::new(),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            meshes: Vec::new(),
+            materials: vec![Material::default_matte()],
+            lights: Vec::new(),
+            light_ranges: Vec::new(),
+            spheres: Vec::new(),
+            max_triangles: max_triangles.min(u32::MAX as usize / 4),
+        }
+    }
+
+    pub(crate) fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    pub(crate) fn light_count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Adds a material and gives its index.
+    pub(crate) fn add_material(&mut self, material: Material) -> u32 {
+        self.materials.push(material);
+        index(self.materials.len() - 1)
+    }
+
+    /// Adds a mesh: transforms, rounds, drops triangles without area, makes lights.
+    pub(crate) fn add_mesh(
+        &mut self,
+        mesh: &MeshData,
+        place: &Placement,
+    ) -> Result<Added, Refusal> {
+        let matrix = place.to_world.matrix3;
+        let determinant = matrix.determinant();
+        let size = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
+        if determinant.abs() <= 1e-14 * size {
+            return Err(Refusal::Singular);
+        }
+        let vertices = self.positions.len() + mesh.positions.len();
+        if self.triangles.len() + mesh.triangles.len() > self.max_triangles
+            || vertices > 4 * self.max_triangles
+        {
+            return Err(Refusal::TooMany);
+        }
+        let (base, first) = (self.positions.len(), self.triangles.len());
+        self.add_vertices(mesh, place)?;
+        let mut added = Added::default();
+        for t in &mesh.triangles {
+            let t = t.map(|i| i + index(base));
+            if self.has_area(t) {
+                self.triangles.push(t);
+            } else {
+                added.degenerate += 1;
+            }
+        }
+        if self.triangles.len() == first {
+            self.positions.truncate(base);
+            self.normals.truncate(base);
+            self.uvs.truncate(base);
+            return Ok(added);
+        }
+        self.meshes.push(Mesh {
+            triangles: index(first)..index(self.triangles.len()),
+            material: place.material,
+            flipped: place.reverse != (determinant < 0.0),
+            has_normals: !mesh.normals.is_empty(),
+            has_uvs: !mesh.uvs.is_empty(),
+        });
+        if let Some(emission) = &place.emission {
+            added.lights = self.add_lights(first, emission, mesh.one_shape);
+            if let Some(radius) = mesh.sphere {
+                self.note_sphere(first, added.lights, radius, place, emission);
+            }
+        }
+        Ok(added)
+    }
+
+    fn add_vertices(&mut self, mesh: &MeshData, place: &Placement) -> Result<(), Refusal> {
+        let base = self.positions.len();
+        self.positions.reserve(mesh.positions.len());
+        for (k, p) in mesh.positions.iter().enumerate() {
+            let rounded = to_f32(place.to_world.transform_point3(*p));
+            if !rounded.iter().all(|c| c.is_finite()) {
+                self.positions.truncate(base);
+                return Err(Refusal::Vertex(k));
+            }
+            self.positions.push(rounded);
+        }
+        if !mesh.normals.is_empty() {
+            self.normals.resize(base, [0.0; 3]);
+            let sign = if place.reverse { -1.0 } else { 1.0 };
+            let to_world = sign * normal_matrix(&place.to_world.matrix3);
+            let normals = mesh.normals.iter();
+            self.normals
+                .extend(normals.map(|n| to_f32((to_world * to_f64(*n)).normalize_or_zero())));
+        }
+        if !mesh.uvs.is_empty() {
+            self.uvs.resize(base, [0.0; 2]);
+            self.uvs.extend_from_slice(&mesh.uvs);
+        }
+        Ok(())
+    }
+
+    fn has_area(&self, t: [u32; 3]) -> bool {
+        let [a, b, c] = t.map(|i| to_f64(self.positions[i as usize]));
+        // Differences and products of f32 are exact or nearly so in f64; squares do not underflow.
+        (b - a).cross(c - a) != DVec3::ZERO
+    }
+
+    /// Makes lights of the triangles from `first` on, puts the triangles of each light side by
+    /// side, and gives the number of lights.
+    fn add_lights(&mut self, first: usize, spec: &EmissionSpec, one_shape: bool) -> usize {
+        let Some(mesh) = self.meshes.last() else {
+            return 0;
+        };
+        let (flipped, has_normals) = (mesh.flipped, mesh.has_normals);
+        let facets: Vec<Facet> = self.triangles[first..]
+            .iter()
+            .map(|t| {
+                let corners = t.map(|i| to_f64(self.positions[i as usize]));
+                let normal = if has_normals {
+                    t.iter().map(|i| to_f64(self.normals[*i as usize])).sum()
+                } else {
+                    DVec3::ZERO
+                };
+                Facet::new(corners, |winding| {
+                    outward(winding, normal, flipped) == winding
+                })
+            })
+            .collect();
+        let total: f64 = facets.iter().map(Facet::area).sum();
+        let radiance_of = |area: f64| match spec.power {
+            Some(power) => {
+                let sides = if spec.two_sided { 2.0 } else { 1.0 };
+                spec.radiance * (power / (std::f64::consts::PI * sides * area))
+            }
+            None => spec.radiance,
+        };
+        let radiance_of = |facet: &Facet| radiance_of(if one_shape { total } else { facet.area() });
+        let same = |a: &Facet, b: &Facet| {
+            let (a, b) = (radiance_of(a), radiance_of(b));
+            (a - b).abs().max_element() <= 1e-5 * a.max_element()
+        };
+        let groups = merge::merge(&facets, same);
+        let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
+        let mut next = first;
+        let lights_before = self.lights.len();
+        for group in groups {
+            let start = next;
+            for &k in &group.facets {
+                self.triangles[next] = old[k];
+                next += 1;
+            }
+            let emission = Emission {
+                radiance: radiance_of(&facets[group.facets[0]]),
+                two_sided: spec.two_sided,
+            };
+            if let Some(polygon) = group.polygon {
+                self.push_area_light(polygon, emission, start, next);
+            }
+        }
+        self.lights.len() - lights_before
+    }
+
+    fn push_area_light(&mut self, polygon: ConvexPolygon, emission: Emission, a: usize, b: usize) {
+        self.light_ranges
+            .push((index(a), index(b), index(self.lights.len())));
+        self.lights.push(SceneLight {
+            light: Light::Area(AreaLight { polygon, emission }),
+            triangles: index(a)..index(b),
+        });
+    }
+
+    fn note_sphere(
+        &mut self,
+        first: usize,
+        lights: usize,
+        radius: f64,
+        place: &Placement,
+        spec: &EmissionSpec,
+    ) {
+        let m = place.to_world.matrix3;
+        let scale = m.x_axis.length();
+        let gram = m.transpose() * m;
+        let off = gram - DMat3::from_diagonal(DVec3::splat(scale * scale));
+        let error = [off.x_axis, off.y_axis, off.z_axis].map(|c| c.abs().max_element());
+        if error.iter().any(|e| *e > 1e-6 * scale * scale) {
+            return;
+        }
+        let radius = radius * scale;
+        let sides = if spec.two_sided { 2.0 } else { 1.0 };
+        let area = 4.0 * std::f64::consts::PI * radius * radius;
+        let factor = spec
+            .power
+            .map_or(1.0, |p| p / (std::f64::consts::PI * area * sides));
+        self.spheres.push(EmissiveSphere {
+            center: place.to_world.translation,
+            radius,
+            emission: Emission {
+                radiance: spec.radiance * factor,
+                two_sided: spec.two_sided,
+            },
+            inward: place.reverse,
+            lights: index(self.lights.len() - lights)..index(self.lights.len()),
+            triangles: index(first)..index(self.triangles.len()),
+        });
+    }
+
+    /// Adds a linear light; `radiance` is radiance × radius.
+    pub(crate) fn add_line(&mut self, p0: DVec3, p1: DVec3, spec: &EmissionSpec) {
+        let length = (p1 - p0).length();
+        let factor = spec
+            .power
+            .map_or(1.0, |p| p / (2.0 * std::f64::consts::PI.powi(2) * length));
+        let at = index(self.triangles.len());
+        self.lights.push(SceneLight {
+            light: Light::Linear(LinearLight {
+                segment: Segment { p0, p1 },
+                radiance_radius: spec.radiance * factor,
+            }),
+            triangles: at..at,
+        });
+    }
+
+    /// The finished scene.
+    pub(crate) fn finish(mut self, camera: Camera, film: FilmSettings) -> Scene {
+        if !self.normals.is_empty() {
+            self.normals.resize(self.positions.len(), [0.0; 3]);
+        }
+        if !self.uvs.is_empty() {
+            self.uvs.resize(self.positions.len(), [0.0; 2]);
+        }
+        Scene {
+            positions: self.positions,
+            triangles: self.triangles,
+            normals: self.normals,
+            uvs: self.uvs,
+            meshes: self.meshes,
+            materials: self.materials,
+            lights: self.lights,
+            spheres: self.spheres,
+            camera,
+            film,
+            light_ranges: self.light_ranges,
+        }
+    }
+}
+
+/// The inverse transpose up to a positive factor: the cofactor matrix with the sign of the
+/// determinant.
+fn normal_matrix(m: &DMat3) -> DMat3 {
+    let cofactors = DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    );
+    cofactors * m.determinant().signum()
+}
+
+/// Rounds once; may overflow to infinity.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "the renderer's geometry is f32"
+)]
+pub(crate) fn to_f32(p: DVec3) -> [f32; 3] {
+    [p.x as f32, p.y as f32, p.z as f32]
+}
+
+/// Counts are below `u32::MAX`: [`Builder::add_mesh`] refuses more.
+fn index(i: usize) -> u32 {
+    u32::try_from(i).unwrap_or(u32::MAX)
+}

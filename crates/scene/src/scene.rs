@@ -1,0 +1,246 @@
+//! The scene: triangles in world space, materials, lights, camera and film.
+
+use crate::camera::Camera;
+use crate::film::FilmSettings;
+use crate::material::{Material, MaterialKind};
+use linelit_geometry::{DVec2, DVec3};
+use linelit_lights::{Emission, Light};
+use std::ops::Range;
+
+/// Triangles that share a material and vertex attributes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mesh {
+    /// Its triangles in the scene's list.
+    pub triangles: Range<u32>,
+    /// Index into the scene's materials.
+    pub material: u32,
+    /// The outside is opposite to the right-hand normal of the vertex order (pbrt:
+    /// `ReverseOrientation` or a transform that mirrors, but not both). Meshes with vertex
+    /// normals are oriented by those instead.
+    pub flipped: bool,
+    /// Its vertices have normals.
+    pub has_normals: bool,
+    /// Its vertices have texture coordinates; otherwise the corners of each triangle are at
+    /// (0, 0), (1, 0), (1, 1), as in pbrt.
+    pub has_uvs: bool,
+}
+
+/// A light, and the triangles that look like it.
+#[derive(Clone, Debug)]
+pub struct SceneLight {
+    /// What is sampled.
+    pub light: Light,
+    /// The triangles of an area light, which rays towards it must not count as occluders; empty
+    /// for a linear light.
+    pub triangles: Range<u32>,
+}
+
+/// An emissive sphere whose facets are among the lights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmissiveSphere {
+    /// In world space.
+    pub center: DVec3,
+    /// In world space.
+    pub radius: f64,
+    /// What it emits; one-sided is outward, unless `inward`.
+    pub emission: Emission,
+    /// The emitting side is the inside.
+    pub inward: bool,
+    /// The lights that stand for it.
+    pub lights: Range<u32>,
+    /// Its facets.
+    pub triangles: Range<u32>,
+}
+
+/// A point on a surface, as a renderer wants it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// In world space, on the triangle.
+    pub point: DVec3,
+    /// Unit normal of the triangle, on the side that the ray comes from.
+    pub geometric_normal: DVec3,
+    /// Unit interpolated normal, in the same half-space as the geometric normal; the geometric
+    /// normal if the mesh has none.
+    pub shading_normal: DVec3,
+    /// Texture coordinates.
+    pub uv: DVec2,
+    /// Index into the scene's materials.
+    pub material: u32,
+    /// Index into the scene's lights, if the triangle emits.
+    pub light: Option<u32>,
+    /// The ray comes from the outside (for an area light: from the emitting side).
+    pub outside: bool,
+}
+
+/// A scene, flattened to triangles in world space. The `f32` vertices *are* the geometry:
+/// transforms are applied in `f64` and rounded once.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Vertex positions, all finite.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex indices, all in range; in the order of the files.
+    pub triangles: Vec<[u32; 3]>,
+    /// Vertex normals, unit length or zero where a mesh has none; as long as `positions`, or empty.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates; as long as `positions`, or empty.
+    pub uvs: Vec<[f32; 2]>,
+    /// Meshes, in the order of their triangles, which they cover without gaps.
+    pub meshes: Vec<Mesh>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Lights.
+    pub lights: Vec<SceneLight>,
+    /// Emissive spheres, which `lights` has as facets.
+    pub spheres: Vec<EmissiveSphere>,
+    /// The camera.
+    pub camera: Camera,
+    /// Size, crop, name and filter of the picture.
+    pub film: FilmSettings,
+    /// First and last triangle and index of each area light, in ascending order.
+    pub(crate) light_ranges: Vec<(u32, u32, u32)>,
+}
+
+impl Scene {
+    /// The three corners of a triangle, exactly as stored.
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|i| to_f64(self.positions[i as usize]))
+    }
+
+    /// The index of the mesh that a triangle belongs to. Logarithmic in the number of meshes.
+    pub fn mesh_of(&self, triangle: u32) -> u32 {
+        let k = self.meshes.partition_point(|m| m.triangles.end <= triangle);
+        u32::try_from(k).unwrap_or(u32::MAX)
+    }
+
+    /// The material of a triangle. Logarithmic in the number of meshes.
+    pub fn material_of(&self, triangle: u32) -> u32 {
+        self.meshes[self.mesh_of(triangle) as usize].material
+    }
+
+    /// The area light of a triangle, if it emits. Logarithmic in the number of lights.
+    pub fn light_of(&self, triangle: u32) -> Option<u32> {
+        let k = self.light_ranges.partition_point(|r| r.1 <= triangle);
+        let (start, _, light) = *self.light_ranges.get(k)?;
+        (start <= triangle).then_some(light)
+    }
+
+    /// The surface where a ray meets a triangle, at weights `[b1, b2]` of its second and third
+    /// corner (the first has the rest).
+    ///
+    /// Orientation follows pbrt: the outside is where the vertex normals point, or for a mesh
+    /// without them the right-hand normal of the vertex order unless [`Mesh::flipped`].
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn surface(&self, triangle: u32, [b1, b2]: [f64; 2], ray_direction: DVec3) -> Surface {
+        let mesh = &self.meshes[self.mesh_of(triangle) as usize];
+        let indices = self.triangles[triangle as usize].map(|i| i as usize);
+        let weights = [1.0 - b1 - b2, b1, b2];
+        let [p0, p1, p2] = indices.map(|i| to_f64(self.positions[i]));
+        let winding = (p1 - p0).cross(p2 - p0).normalize_or(DVec3::Z);
+        let interpolated = if mesh.has_normals {
+            let terms = indices.iter().zip(weights);
+            terms.fold(DVec3::ZERO, |sum, (&i, w)| {
+                sum + w * to_f64(self.normals[i])
+            })
+        } else {
+            DVec3::ZERO
+        };
+        let outward = outward(winding, interpolated, mesh.flipped);
+        let outside = outward.dot(ray_direction) <= 0.0;
+        let side = if outside { 1.0 } else { -1.0 };
+        let geometric_normal = side * outward;
+        Surface {
+            point: p0 * weights[0] + p1 * b1 + p2 * b2,
+            geometric_normal,
+            shading_normal: (side * interpolated)
+                .try_normalize()
+                .unwrap_or(geometric_normal),
+            uv: self.uv(mesh, indices, weights),
+            material: mesh.material,
+            light: self.light_of(triangle),
+            outside,
+        }
+    }
+
+    fn uv(&self, mesh: &Mesh, indices: [usize; 3], weights: [f64; 3]) -> DVec2 {
+        const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
+        let corner = |k: usize| {
+            if mesh.has_uvs {
+                let [u, v] = self.uvs[indices[k]];
+                DVec2::new(f64::from(u), f64::from(v))
+            } else {
+                DEFAULT[k]
+            }
+        };
+        (0..3).fold(DVec2::ZERO, |sum, k| sum + weights[k] * corner(k))
+    }
+
+    /// Reflectance of the diffuse part of a material, with mixtures resolved.
+    pub fn diffuse_reflectance(&self, material: u32, uv: DVec2) -> DVec3 {
+        let material = &self.materials[material as usize];
+        match &material.kind {
+            // The parts of a mixture have smaller indices, so this ends.
+            MaterialKind::Mix {
+                materials: [a, b],
+                amount,
+            } => {
+                let t = amount.evaluate(uv).clamp(DVec3::ZERO, DVec3::ONE);
+                self.diffuse_reflectance(*a, uv) * (DVec3::ONE - t)
+                    + self.diffuse_reflectance(*b, uv) * t
+            }
+            _ => material.diffuse_reflectance(uv),
+        }
+    }
+
+    /// The corners of the smallest box that holds all triangles and linear lights; `None` if there
+    /// are none.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let mut points = self
+            .triangles
+            .iter()
+            .flatten()
+            .map(|i| to_f64(self.positions[*i as usize]));
+        let lines = self.lights.iter().filter_map(|l| match &l.light {
+            Light::Linear(line) => Some([line.segment.p0, line.segment.p1]),
+            _ => None,
+        });
+        let mut lines = lines.flatten();
+        let first = points.next().or_else(|| lines.next())?;
+        let all = points.chain(lines);
+        Some(all.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
+    }
+
+    /// Bytes that the geometry takes.
+    pub fn memory(&self) -> usize {
+        size_of_val(&self.positions[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.uvs[..])
+            + size_of_val(&self.meshes[..])
+            + size_of_val(&self.lights[..])
+    }
+
+    /// Changes the number of pixels; crop becomes the whole picture.
+    pub fn set_resolution(&mut self, width: u32, height: u32) {
+        self.film.width = width;
+        self.film.height = height;
+        self.film.crop = [0, width, 0, height];
+        self.camera.set_resolution(width, height);
+    }
+}
+
+/// The unit normal on the outside of a triangle.
+pub(crate) fn outward(winding: DVec3, vertex_normal: DVec3, flipped: bool) -> DVec3 {
+    let inside_out = if vertex_normal == DVec3::ZERO {
+        flipped
+    } else {
+        winding.dot(vertex_normal) < 0.0
+    };
+    if inside_out { -winding } else { winding }
+}
+
+/// Widens a stored vector.
+pub(crate) fn to_f64([x, y, z]: [f32; 3]) -> DVec3 {
+    DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+}
