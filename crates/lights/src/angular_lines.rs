@@ -66,12 +66,23 @@ pub struct AngularLines {
     pieces: Pieces,
 }
 
-/// One piece between neighbouring knots, relative to the foot.
+/// One piece between neighbouring knots: the first line relative to the foot, and the steps to the last one, formed before
+/// the foot was subtracted.
 #[derive(Clone, Copy)]
 struct Piece {
-    u: [f64; 2],
-    lower: [f64; 2],
-    upper: [f64; 2],
+    first: Line,
+    /// Changes of offset and ends over the piece.
+    width: f64,
+    lower: f64,
+    upper: f64,
+}
+
+/// A line relative to the foot of the shading point: offset, beginning and length.
+#[derive(Clone, Copy)]
+struct Line {
+    u: f64,
+    lo: f64,
+    length: f64,
 }
 
 impl AngularLines {
@@ -138,12 +149,21 @@ impl AngularLines {
     }
 
     fn piece(&self, k: usize) -> Piece {
-        let (u0, v0) = self.foot;
         let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
         Piece {
-            u: [u[k] - u0, u[k + 1] - u0],
-            lower: [lo[k] - v0, lo[k + 1] - v0],
-            upper: [hi[k] - v0, hi[k + 1] - v0],
+            first: self.line(u[k], lo[k], hi[k]),
+            width: u[k + 1] - u[k],
+            lower: lo[k + 1] - lo[k],
+            upper: hi[k + 1] - hi[k],
+        }
+    }
+
+    /// A line given in the coordinates of [`ParallelLines`].
+    fn line(&self, offset: f64, lo: f64, hi: f64) -> Line {
+        Line {
+            u: offset - self.foot.0,
+            lo: lo - self.foot.1,
+            length: (hi - lo).max(0.0),
         }
     }
 
@@ -154,12 +174,12 @@ impl AngularLines {
         }
     }
 
-    /// Measure per radius of the thin line from `lo` to `hi` at the offset `u` from the foot, and the line's distance.
-    fn thin(&self, u: f64, lo: f64, hi: f64) -> Option<Thin> {
+    /// The thin line as seen, in the frame (along, across, towards the light).
+    fn thin(&self, line: Line) -> Option<Thin> {
         let view = LineView::with_edge(
-            [lo, u, self.z],
-            [hi, u, self.z],
-            [hi - lo, 0.0, 0.0],
+            [line.lo, line.u, self.z],
+            [line.lo + line.length, line.u, self.z],
+            [line.length, 0.0, 0.0],
             self.normal.map(|n| n.to_array()),
         )?;
         match self.normal {
@@ -168,8 +188,9 @@ impl AngularLines {
         }
     }
 
-    fn thin_at(&self, u: f64, lo: f64, hi: f64) -> f64 {
-        self.thin(u, lo, hi).map_or(0.0, |t| t.measure())
+    /// Its measure per radius.
+    fn thin_measure(&self, line: Line) -> f64 {
+        self.thin(line).map_or(0.0, |t| t.measure())
     }
 
     /// A line from one random number in [0, 1); density 0 where there is nothing to sample.
@@ -202,10 +223,10 @@ impl AngularLines {
         let z = self.z;
         let excess = |s: f64| self.measure(&piece.part(s, z)) - target;
         let slope = |s: f64| {
-            let (u, lo, hi) = piece.at(s);
-            0.5 * u.hypot(z) * self.thin_at(u, lo, hi)
+            let line = piece.at(s);
+            0.5 * line.u.hypot(z) * self.thin_measure(line)
         };
-        let angles = Angles::new(piece.u, z);
+        let angles = Angles::new(piece.first.u, piece.width, z);
         let (mut lo, mut hi) = (0.0, angles.end);
         let mut v = angles.end * linear_warp(target / whole, slope(0.0), slope(1.0));
         for _ in 0..MOST_STEPS {
@@ -240,9 +261,9 @@ impl AngularLines {
         let Some((lo, hi)) = self.lines.extent(offset) else {
             return Pdf::ZERO;
         };
-        let (u, v) = (offset - self.foot.0, self.foot.1);
-        let thin = self.thin_at(u, lo - v, hi - v);
-        Pdf::new(self.z * thin / (2.0 * u.hypot(self.z)) / self.total())
+        let line = self.line(offset, lo, hi);
+        let ribbon = self.thin_measure(line) * self.z / (2.0 * line.u.hypot(self.z));
+        Pdf::new(ribbon / self.total())
     }
 
     /// The random number that gives the line at `offset`; `None` outside the light.
@@ -365,9 +386,12 @@ impl AngularLines {
 
     fn interval(&self, offset: f64, part: Interval) -> Option<Thin> {
         let (lo, hi) = self.lines.extent(offset)?;
-        let v = self.foot.1;
-        let at = |t: f64| (lo - v) * (1.0 - t) + (hi - v) * t;
-        self.thin(offset - self.foot.0, at(part.lo), at(part.hi))
+        let whole = self.line(offset, lo, hi);
+        self.thin(Line {
+            lo: whole.lo + whole.length * part.lo,
+            length: whole.length * part.length(),
+            ..whole
+        })
     }
 
     fn visible_measure(&self, offset: f64, visible: &[Interval]) -> Option<LineMeasure> {
@@ -447,31 +471,32 @@ impl Thin {
 }
 
 impl Piece {
-    /// Offset and ends of the line at the fraction `s` of the width.
-    fn at(&self, s: f64) -> (f64, f64, f64) {
-        let lerp = |a: [f64; 2]| a[0] + (a[1] - a[0]) * s;
-        let (lo, hi) = (lerp(self.lower), lerp(self.upper));
-        (lerp(self.u), lo, hi.max(lo))
+    /// The line at the fraction `s` of the width.
+    fn at(&self, s: f64) -> Line {
+        Line {
+            u: self.first.u + self.width * s,
+            lo: self.first.lo + self.lower * s,
+            length: (self.first.length + (self.upper - self.lower) * s).max(0.0),
+        }
     }
 
     /// The part from the first line to the one at the fraction `s`.
     fn part(&self, s: f64, z: f64) -> Trapezoid {
-        let at = |v: f64, u: f64| DVec3::new(v, u, z);
-        let (u, lo, hi) = self.at(s);
-        let width = (self.u[1] - self.u[0]) * s;
-        let step = |e: [f64; 2], w: f64| DVec3::new((e[1] - e[0]) * s, w, 0.0);
+        let (a, b) = (self.first, self.at(s));
+        let width = self.width * s;
+        let corner = |line: Line, v: f64| DVec3::new(line.lo + v, line.u, z);
         Trapezoid {
             corners: [
-                at(self.lower[0], self.u[0]),
-                at(self.upper[0], self.u[0]),
-                at(hi, u),
-                at(lo, u),
+                corner(a, 0.0),
+                corner(a, a.length),
+                corner(b, b.length),
+                corner(b, 0.0),
             ],
             edges: [
-                DVec3::new(self.upper[0] - self.lower[0], 0.0, 0.0),
-                step(self.upper, width),
-                DVec3::new(lo - hi, 0.0, 0.0),
-                -step(self.lower, width),
+                DVec3::new(a.length, 0.0, 0.0),
+                DVec3::new(self.upper * s, width, 0.0),
+                DVec3::new(-b.length, 0.0, 0.0),
+                DVec3::new(-self.lower * s, -width, 0.0),
             ],
             width,
             z,
@@ -486,10 +511,11 @@ struct Angles {
 }
 
 impl Angles {
-    fn new(u: [f64; 2], z: f64) -> Self {
+    fn new(u: f64, width: f64, z: f64) -> Self {
+        let last = u + width;
         Self {
-            end: (z * (u[1] - u[0])).atan2(z * z + u[0] * u[1]),
-            r: u.map(|u| u.hypot(z)),
+            end: (z * width).atan2(z * z + u * last),
+            r: [u.hypot(z), last.hypot(z)],
         }
     }
 
