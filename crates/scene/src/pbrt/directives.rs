@@ -137,15 +137,24 @@ impl Loader {
                 })
             }
             "ActiveTransform" => {
-                // `ActiveTransform StartTime | EndTime | All`
-                lexer.next()?;
+                let which = lexer.next()?.map(|t| lexer.source().text(t.span));
+                self.state.end_time_only = match which.as_deref() {
+                    Some("EndTime") => true,
+                    Some("StartTime" | "All") => false,
+                    _ => {
+                        let message = "`ActiveTransform` without a time";
+                        return Err(SceneError::new(ErrorKind::Syntax, message).at(
+                            lexer.source(),
+                            token.span,
+                            "expected `StartTime`, `EndTime` or `All` behind it",
+                        ));
+                    }
+                };
                 self.no_motion(lexer, token)
             }
             "TransformTimes" => {
-                for _ in 0..2 {
-                    let number = self.next_number(lexer, token)?;
-                    debug_assert!(number.is_finite());
-                }
+                self.next_number(lexer, token)?;
+                self.next_number(lexer, token)?;
                 self.no_motion(lexer, token)
             }
             _ => {

@@ -173,13 +173,12 @@ impl Loader {
             }
             _ => {
                 let word = lexer.source().text(directive.span);
-                Err(
-                    SceneError::new(ErrorKind::Syntax, format!("`{word}` has no {what}")).at(
-                        lexer.source(),
-                        directive.span,
-                        format!("expected {what} in quotes behind it"),
-                    ),
-                )
+                let message = format!("`{word}` has no {what} in quotes");
+                Err(SceneError::new(ErrorKind::Syntax, message).at(
+                    lexer.source(),
+                    directive.span,
+                    "expected a name in quotes behind it",
+                ))
             }
         }
     }
@@ -192,7 +191,11 @@ impl Loader {
         what: &str,
     ) -> Result<(String, Params)> {
         let (name, token) = self.name(lexer, directive, what)?;
-        let owner = format!("{what} `{}`", shorten(&name));
+        let owner = match what {
+            // The owner of the parameters, without the article.
+            "a name" | "a colour space" | "a light type" | "a medium name" => name.clone(),
+            _ => format!("{what} `{}`", shorten(&name)),
+        };
         let params = Params::parse(lexer, owner, directive.span.to(token.span))?;
         Ok((name, params))
     }

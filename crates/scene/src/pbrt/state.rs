@@ -20,6 +20,8 @@ pub(super) struct State {
     /// From the current space to world space (before the world: to camera space).
     pub(super) ctm: DAffine3,
     pub(super) reverse: bool,
+    /// Transforms are those of the shutter's end (`ActiveTransform EndTime`), which we leave out.
+    pub(super) end_time_only: bool,
     /// Index of the current material; `None`: the surface is not there (`interface`).
     pub(super) material: Option<u32>,
     pub(super) emission: Option<EmissionSpec>,
@@ -32,6 +34,7 @@ impl Default for State {
         Self {
             ctm: DAffine3::IDENTITY,
             reverse: false,
+            end_time_only: false,
             material: Some(0),
             emission: None,
             defaults: Default::default(),

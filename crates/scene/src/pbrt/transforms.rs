@@ -62,7 +62,9 @@ impl Loader {
             let message = "the transform is not finite any more";
             return Err(bad_transform(lexer, token, message));
         }
-        self.state.ctm = next;
+        if !self.state.end_time_only {
+            self.state.ctm = next;
+        }
         Ok(())
     }
 

@@ -201,8 +201,14 @@ impl Loader {
             "lambdamin",
             "lambdamax",
         ]);
-        let width = self.side(&params, "xresolution", 1280)?;
-        let height = self.side(&params, "yresolution", 720)?;
+        // pbrt-v3's only film is `image`; its default size differs from v4's.
+        let default = if name == "image" {
+            [640, 480]
+        } else {
+            [1280, 720]
+        };
+        let width = self.side(&params, "xresolution", default[0])?;
+        let height = self.side(&params, "yresolution", default[1])?;
         if i64::from(width) * i64::from(height) > MAX_PIXELS {
             let message = format!("a film of {width} x {height} pixels");
             return Err(params.error(ErrorKind::Limit, message, "too many pixels"));
