@@ -30,8 +30,11 @@ pub trait Real:
     const ONE: Self;
     /// Distance from 1 to the next number.
     const EPSILON: Self;
-    /// Halley steps after which the inversion of the projected solid angle is as exact as the precision: 2 or 3.
+    /// Halley steps at most in the inversion of the projected solid angle.
     const STEPS: u32;
+    /// A step smaller than this fraction of the distance to the nearer end leaves an error below the precision, because
+    /// convergence is cubic: the cube root of EPSILON/4.
+    const CLOSE: Self;
     /// Terms of the series of v − sin v cos v for v < 1.
     const TERMS: u32;
 
@@ -77,7 +80,8 @@ impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const EPSILON: Self = f64::EPSILON;
-    const STEPS: u32 = 3;
+    const STEPS: u32 = 6;
+    const CLOSE: Self = 3.8e-6;
     const TERMS: u32 = 10;
 
     #[inline]
@@ -118,7 +122,8 @@ impl Real for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const EPSILON: Self = f32::EPSILON;
-    const STEPS: u32 = 2;
+    const STEPS: u32 = 4;
+    const CLOSE: Self = 3.1e-3;
     const TERMS: u32 = 6;
 
     #[inline]

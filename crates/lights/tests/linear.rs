@@ -1,0 +1,404 @@
+//! The laws for the techniques of linear lights, the LTC and the profiles.
+
+use linelit_geometry::{DMat3, DVec3, Segment};
+use linelit_lights::linear::{
+    AlongProfile, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProfiledLine,
+    across_lambert,
+};
+use linelit_lights::{Pdf, ThinSolidAngle};
+use linelit_testkit::chi2::{chi2_test, sidak};
+use linelit_testkit::quadrature::gauss_kronrod;
+use linelit_testkit::rng::SplitMix64;
+use std::f64::consts::PI;
+
+struct Case {
+    name: &'static str,
+    light: Segment,
+    x: DVec3,
+    n: DVec3,
+}
+
+fn cases() -> Vec<Case> {
+    let line = |a: [f64; 3], b: [f64; 3]| Segment::new(DVec3::from(a), DVec3::from(b));
+    let case = |name, light, x, n| Case { name, light, x, n };
+    let (o, up) = (DVec3::ZERO, DVec3::Z);
+    let tilted = DVec3::new(0.48, 0.6, 0.64);
+    let shift = DVec3::new(3e4, -1e5, 2e4);
+    let ordinary = line([-1.0, 0.5, 1.0], [2.0, 0.5, 1.5]);
+    let moved = Segment::new(ordinary.p0 + shift, ordinary.p1 + shift);
+    vec![
+        case("ordinary", ordinary, o, tilted),
+        case(
+            "below the horizon",
+            line([-1.0, 0.5, -1.0], [2.0, 0.5, 1.5]),
+            o,
+            up,
+        ),
+        case(
+            "tiny",
+            line([0.5, 0.5, 1.0], [0.5 + 1e-6, 0.5, 1.0 + 1e-6]),
+            o,
+            tilted,
+        ),
+        case(
+            "long and near",
+            line([-1e3, 0.01, 0.01], [2e3, 0.01, 0.01]),
+            o,
+            up,
+        ),
+        case("grazing", line([1.0, -1.0, 1e-4], [1.0, 2.0, 2e-4]), o, up),
+        case(
+            "nearly collinear",
+            line([1.0, 1e-4, 1.0], [2.0, 1e-4, 2.0001]),
+            o,
+            tilted,
+        ),
+        case("far from the origin", moved, shift, tilted),
+    ]
+}
+
+impl Case {
+    fn distance(&self, t: f64) -> f64 {
+        (self.light.at(t) - self.x).length()
+    }
+
+    /// Distance h of the infinite line, and the fraction of the foot.
+    fn foot(&self) -> (f64, f64) {
+        let d = self.light.direction();
+        let s = (self.x - self.light.p0).dot(d);
+        let q = self.light.p0 - self.x + d * s;
+        (q.length(), s / self.light.length())
+    }
+
+    /// ε of the whole line against its distance, and of the coordinates against its size.
+    fn resolution(&self) -> f64 {
+        let far = self.light.p0.abs().max_element();
+        let l = self.light.length();
+        f64::EPSILON * (1.0 + (l + far) / self.foot().0 + far / l)
+    }
+
+    /// Density per fraction of the light.
+    fn per_fraction(&self, t: f64, pdf: Pdf<ThinSolidAngle>) -> f64 {
+        pdf.to_length(self.distance(t), self.foot().0).value() * self.light.length()
+    }
+}
+
+/// χ² of the places on the light; also checks the mass and the inverse.
+fn laws(
+    case: &Case,
+    name: &str,
+    samples: u32,
+    knots: &[f64],
+    round_trip: f64,
+    (sample, pdf, invert): (
+        impl Fn(f64) -> LinearSample,
+        impl Fn(f64) -> Pdf<ThinSolidAngle>,
+        impl Fn(f64) -> Option<f64>,
+    ),
+) -> f64 {
+    const BINS: usize = 48;
+    // Cells bounded by fractions that are equally spaced in angle: a long light is dark but for its near part.
+    let (h, foot) = case.foot();
+    let l = case.light.length();
+    let angle = |t: f64| ((t - foot) * l / h).atan();
+    let (a, b) = (angle(0.0), angle(1.0));
+    let edge = |i: usize| match i {
+        0 => 0.0,
+        BINS => 1.0,
+        _ => foot + (a + (b - a) * i as f64 / BINS as f64).tan() * h / l,
+    };
+    let edges: Vec<f64> = (0..=BINS).map(edge).collect();
+    let mut rng = SplitMix64::new(23);
+    let mut observed = vec![0_u64; BINS];
+    for _ in 0..samples {
+        let xi = rng.next_f64();
+        let s = sample(xi);
+        observed[edges[1..BINS].partition_point(|e| *e <= s.t)] += 1;
+        // The sample's parts agree: place, direction, density.
+        let p = case.light.at(s.t) - case.x;
+        let slack = 64.0 * case.resolution();
+        let off = (p.normalize() - s.direction).length();
+        assert!(
+            off < slack,
+            "{name} on {}: direction off by {off:e} > {slack:e}",
+            case.name
+        );
+        let back = invert(s.t).unwrap_or_else(|| panic!("{name} on {}: {s:?} outside", case.name));
+        let error = (back - xi).abs();
+        assert!(
+            error < round_trip,
+            "{name} on {}: {xi} → {} → {back}",
+            case.name,
+            s.t
+        );
+    }
+    let expected: Vec<f64> = edges
+        .windows(2)
+        .map(|e| {
+            let mut cuts = e.to_vec();
+            cuts.extend(knots.iter().filter(|k| **k > e[0] && **k < e[1]));
+            cuts.sort_by(f64::total_cmp);
+            let density = |t: f64| case.per_fraction(t, pdf(t));
+            let mass: f64 = cuts
+                .windows(2)
+                .map(|c| gauss_kronrod(density, c[0], c[1], 1e-10).value)
+                .sum();
+            mass * f64::from(samples)
+        })
+        .collect();
+    let mass = expected.iter().sum::<f64>() / f64::from(samples);
+    // The distance of a point is resolved to ε of the coordinates, and enters cubed.
+    let slack = 1e-9 + 64.0 * case.resolution();
+    assert!(
+        (mass - 1.0).abs() < slack,
+        "{name} on {}: ∫ = {mass}",
+        case.name
+    );
+    chi2_test(&observed, &expected, 5.0).p_value
+}
+
+fn all_techniques(samples: u32) {
+    let cases = cases();
+    let alpha = sidak(0.01, cases.len() * LinearTechnique::ALL.len());
+    for case in &cases {
+        for technique in LinearTechnique::ALL {
+            let s = LinearSampler::new(technique, &case.light, case.x, case.n).expect("visible");
+            let name = technique.name();
+            let [a, b] = s.view().range();
+            let bisection = technique == LinearTechnique::NewtonBisection;
+            let round_trip = if bisection {
+                1e-4
+            } else {
+                64.0 * case.resolution()
+            };
+            let p = laws(
+                case,
+                name,
+                samples,
+                &[a, b],
+                round_trip,
+                (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
+            );
+            assert!(p > alpha, "{name} on {}: p = {p:e}", case.name);
+        }
+    }
+}
+
+#[test]
+fn techniques_obey_the_laws() {
+    all_techniques(50_000);
+}
+
+#[test]
+#[ignore = "long: a million samples of each technique and light"]
+fn techniques_obey_the_laws_long() {
+    all_techniques(1_000_000);
+}
+
+#[test]
+fn techniques_agree_on_the_irradiance() {
+    // The mean of cos/pdf is the projected solid angle for every technique; for the last ones each sample is.
+    for case in &cases() {
+        let exact = LinearSampler::new(
+            LinearTechnique::ProjectedSolidAngle,
+            &case.light,
+            case.x,
+            case.n,
+        )
+        .expect("visible");
+        let of = |s: &LinearSample| case.n.dot(s.direction).max(0.0) / s.pdf.value();
+        let want = of(&exact.sample(0.5));
+        for technique in LinearTechnique::ALL {
+            let s = LinearSampler::new(technique, &case.light, case.x, case.n).expect("visible");
+            let f = |t: f64| {
+                let p = (case.light.at(t) - case.x).normalize();
+                let pdf = s.pdf(t);
+                if pdf.is_positive() {
+                    case.n.dot(p).max(0.0) * case.per_fraction(t, pdf) / pdf.value()
+                } else {
+                    0.0
+                }
+            };
+            let [a, b] = s.view().range();
+            let (_, foot) = case.foot();
+            let clip = exact.view().range();
+            let mut cuts = vec![a, b, foot.clamp(a, b)];
+            cuts.extend(clip.iter().map(|c| c.clamp(a, b)));
+            cuts.sort_by(f64::total_cmp);
+            let got: f64 = cuts
+                .windows(2)
+                .map(|c| gauss_kronrod(f, c[0], c[1], 1e-11).value)
+                .sum();
+            let slack = 1e-9 + 256.0 * case.resolution();
+            assert!(
+                (got / want - 1.0).abs() < slack,
+                "{} on {}: {got} {want}",
+                technique.name(),
+                case.name
+            );
+        }
+        for i in 0..1000 {
+            let s = exact.sample((f64::from(i) + 0.5) / 1000.0);
+            let cosine = case.n.dot(s.direction);
+            let slack = 64.0 * case.resolution() * (1.0 + 1.0 / cosine);
+            assert!((of(&s) / want - 1.0).abs() < slack, "{}: {i}", case.name);
+        }
+    }
+}
+
+#[test]
+fn degenerate_lights_give_nothing() {
+    let (o, up) = (DVec3::ZERO, DVec3::Z);
+    let lights = [
+        Segment::new(DVec3::ONE, DVec3::ONE),
+        Segment::new(DVec3::Z, 2.0 * DVec3::Z),
+        Segment::new(-DVec3::Z, DVec3::Z),
+        Segment::new(o, DVec3::X),
+        Segment::new(DVec3::NAN, DVec3::X),
+    ];
+    for light in lights {
+        for technique in LinearTechnique::ALL {
+            assert!(
+                LinearSampler::new(technique, &light, o, up).is_none(),
+                "{technique:?} {light:?}"
+            );
+        }
+    }
+    let below = Segment::new(DVec3::new(1.0, 0.0, -1.0), DVec3::new(0.0, 1.0, -2.0));
+    for technique in &LinearTechnique::ALL[2..] {
+        assert!(LinearSampler::new(*technique, &below, o, up).is_none());
+    }
+    assert!(LtcSampler::new(&below, o, up, DMat3::IDENTITY).is_none());
+    let above = Segment::new(DVec3::new(1.0, 0.0, 1.0), DVec3::new(0.0, 1.0, 2.0));
+    assert!(LtcSampler::new(&above, o, up, DMat3::ZERO).is_none());
+}
+
+/// p_M(ω) by its definition.
+fn ltc_density(m: DMat3, w: DVec3) -> f64 {
+    let c = m.inverse() * w;
+    let r = c.length();
+    (c.z / r).max(0.0) / (PI * m.determinant().abs() * r * r * r)
+}
+
+#[test]
+fn ltc_obeys_the_laws() {
+    let matrices = [
+        DMat3::IDENTITY,
+        DMat3::from_cols(
+            DVec3::new(0.3, 0.0, 0.1),
+            DVec3::new(0.0, 0.2, 0.0),
+            DVec3::new(-0.4, 0.0, 1.0),
+        ),
+        DMat3::from_cols(
+            DVec3::new(0.05, 0.01, 0.0),
+            DVec3::new(0.0, 0.08, 0.02),
+            DVec3::new(0.5, 0.3, 1.0),
+        ),
+    ];
+    let all = cases();
+    let cases = [&all[0], &all[1], &all[3], &all[6]];
+    let alpha = sidak(0.01, 12);
+    let mut seen = 0;
+    for case in cases {
+        for m in matrices {
+            // Cosine space is given around the shading normal.
+            let f = linelit_geometry::Frame::from_normal(case.n);
+            let m = DMat3::from_cols(f.x, f.y, f.z) * m;
+            let Some(s) = LtcSampler::new(&case.light, case.x, case.n, m) else {
+                continue;
+            };
+            seen += 1;
+            let density = |t: f64| {
+                let p = case.light.at(t) - case.x;
+                let upper = if case.n.dot(p) > 0.0 { 1.0 } else { 0.0 };
+                // ∫ over the thin strip: dω/R = 2h/r³ dt.
+                let (r, l) = (p.length(), case.light.length());
+                upper * ltc_density(m, p / r) * 2.0 * case.foot().0 / (r * r * r) * l
+            };
+            // Where the light meets the horizons.
+            let cut = |g: DVec3| {
+                let (a, b) = (g.dot(case.light.p0 - case.x), g.dot(case.light.p1 - case.x));
+                (a / (a - b)).clamp(0.0, 1.0)
+            };
+            let knots = [cut(case.n), cut(m.inverse().transpose() * DVec3::Z)];
+            let mut cuts = vec![0.0, 1.0, case.foot().1.clamp(0.0, 1.0)];
+            cuts.extend(knots);
+            cuts.sort_by(f64::total_cmp);
+            let want: f64 = cuts
+                .windows(2)
+                .map(|c| gauss_kronrod(density, c[0], c[1], 1e-11).value)
+                .sum();
+            let slack = 1e-8 + 256.0 * case.resolution();
+            assert!(
+                (s.integral() / want - 1.0).abs() < slack,
+                "{}: {} {want}",
+                case.name,
+                s.integral()
+            );
+            for i in 0..50 {
+                let q = s.sample((f64::from(i) + 0.5) / 50.0);
+                let want = density(q.t) / (s.integral() * case.per_fraction(q.t, Pdf::new(1.0)));
+                assert!(
+                    (q.pdf.value() / want - 1.0).abs() < slack * 1e3,
+                    "{}: {q:?} {want}",
+                    case.name
+                );
+            }
+            let round_trip = 1e3 * case.resolution();
+            let p = laws(
+                case,
+                "ltc",
+                20_000,
+                &knots,
+                round_trip,
+                (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
+            );
+            assert!(p > alpha, "ltc on {}: p = {p:e}", case.name);
+        }
+    }
+    assert!(seen >= 8, "{seen} of 12 see the light");
+}
+
+#[test]
+fn profiles_obey_the_laws() {
+    let values = [0.5, 0.0, 2.0, 1.0, 0.25];
+    let profile = AlongProfile::new(&values).expect("emits");
+    let alpha = sidak(0.01, 7);
+    for case in &cases() {
+        let s = ProfiledLine::new(&case.light, case.x, case.n, &profile).expect("visible");
+        let knots = [0.2, 0.4, 0.6, 0.8];
+        let [a, b] = LinearSampler::new(
+            LinearTechnique::ClippedSolidAngle,
+            &case.light,
+            case.x,
+            case.n,
+        )
+        .expect("visible")
+        .view()
+        .range();
+        let knots: Vec<f64> = knots.into_iter().chain([a, b]).collect();
+        let p = laws(
+            case,
+            "profile",
+            10_000,
+            &knots,
+            256.0 * case.resolution(),
+            (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
+        );
+        assert!(p > alpha, "profile on {}: p = {p:e}", case.name);
+        // Zero variance: cosine × profile over density is the irradiance.
+        for i in 0..100 {
+            let q = s.sample((f64::from(i) + 0.5) / 100.0);
+            let cosine = case.n.dot(q.direction);
+            let got = cosine * profile.at(q.t) / q.pdf.value();
+            let slack = 256.0 * case.resolution() * (1.0 + 1.0 / cosine);
+            assert!(
+                (got / s.irradiance() - 1.0).abs() < slack,
+                "{}: {got}",
+                case.name
+            );
+        }
+    }
+    assert!(AlongProfile::new(&[]).is_none() && AlongProfile::new(&[0.0, -1.0]).is_none());
+    assert!((across_lambert(DVec3::X, DVec3::new(0.6, 0.8, 0.0), 2.0) - 0.64).abs() < 1e-15);
+}
