@@ -13,6 +13,8 @@
 pub(crate) struct Cells {
     count: u32,
     rows: u32,
+    /// Cells in each row of a grid; 0 for bricks.
+    columns: u32,
 }
 
 /// One cell: its row and column, and the size of its row.
@@ -32,9 +34,16 @@ impl Cells {
     /// The partition into `count` ≥ 1 cells.
     #[inline]
     pub(crate) fn new(count: u32) -> Self {
+        let rows = rows(count);
+        let columns = if count.is_multiple_of(rows) {
+            count / rows
+        } else {
+            0
+        };
         Self {
             count,
-            rows: rows(count),
+            rows,
+            columns,
         }
     }
 
@@ -50,6 +59,12 @@ impl Cells {
         self.rows
     }
 
+    /// Whether all rows hold equally many cells.
+    #[inline]
+    pub(crate) fn is_grid(&self) -> bool {
+        self.columns > 0
+    }
+
     /// The cell with index `k` < count; rows are numbered upwards, cells left to right.
     #[inline]
     #[expect(
@@ -57,6 +72,15 @@ impl Cells {
         reason = "quotients below the row count and the cell count"
     )]
     pub(crate) fn cell(&self, k: u32) -> Cell {
+        if let Some(row) = k.checked_div(self.columns) {
+            let column = k - row * self.columns;
+            return Cell {
+                row,
+                column,
+                columns: self.columns,
+                first: k - column,
+            };
+        }
         let (n, a) = (u64::from(self.count), u64::from(self.rows));
         // Row r starts at ⌊rN/a⌋; the last row that starts at or below k is ⌊((k+1)a − 1)/N⌋.
         let row = ((u64::from(k) + 1) * a - 1) / n;

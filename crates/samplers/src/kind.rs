@@ -20,11 +20,12 @@ pub enum SamplerKind {
     Independent,
     /// `stratified`: one jittered sample per stratum or cell. 1-D N⁻³ / N⁻², 2-D N⁻² / N^−1.5.
     Stratified,
-    /// `multijitter`: one sample per cell and per stratum of each axis. As stratified, with smaller constants.
+    /// `multijitter`: one sample per cell and per stratum of each axis. 2-D N⁻² or better / N^−1.5; N⁻³ for the part of
+    /// an integrand that depends on one axis alone.
     MultiJitter,
     /// `sobol`: Owen-scrambled Sobol' (0,2)-nets. 1-D N⁻³ / N⁻², 2-D N⁻³ log N / N^−1.5.
     Sobol,
-    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. About as Sobol', without its dips at powers of two.
+    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. 1-D as Sobol', 2-D N⁻² / N^−1.5, for any N alike.
     Halton,
     /// `uniform-jitter`: (ξ + k)/N with one ξ for all k. 1-D N⁻² for smooth integrands and for jumps.
     UniformJitter,
@@ -70,10 +71,7 @@ impl SamplerKind {
     /// Whether sample i does not depend on the number of samples asked for, so that a larger set extends a smaller one.
     #[must_use]
     pub const fn is_progressive(self) -> bool {
-        matches!(
-            self,
-            Self::Independent | Self::Sobol | Self::BlueNoiseIndependent
-        )
+        matches!(self, Self::Independent | Self::BlueNoiseIndependent)
     }
 
     /// Whether different pixels hold independent numbers. Blue-noise and Z-order patterns couple neighbours on purpose.

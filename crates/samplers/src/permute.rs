@@ -17,7 +17,7 @@ const ROUNDS: usize = 5;
 /// section 4), the rounds are ours: measured differences π(i) − π(j) are uniform from n = 65 on (tested).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Permutation {
-    Table([u8; TABLE as usize]),
+    Table { n: u8, images: [u8; TABLE as usize] },
     Hashed(Hashed),
 }
 
@@ -38,9 +38,22 @@ impl Permutation {
     pub(crate) fn new(n: u32, key: u64) -> Self {
         debug_assert!(n >= 1);
         if n <= TABLE {
-            Self::Table(shuffled(n, key))
+            #[expect(clippy::cast_possible_truncation, reason = "at most 64")]
+            Self::Table {
+                n: n as u8,
+                images: shuffled(n, key),
+            }
         } else {
             Self::Hashed(Hashed::new(n, key))
+        }
+    }
+
+    /// The number of things permuted.
+    #[inline]
+    pub(crate) fn len(&self) -> u32 {
+        match self {
+            Self::Table { n, .. } => u32::from(*n),
+            Self::Hashed(hashed) => hashed.n,
         }
     }
 
@@ -48,7 +61,7 @@ impl Permutation {
     #[inline]
     pub(crate) fn get(&self, i: u32) -> u32 {
         match self {
-            Self::Table(table) => u32::from(table[(i % TABLE) as usize]),
+            Self::Table { images, .. } => u32::from(images[(i % TABLE) as usize]),
             Self::Hashed(hashed) => hashed.get(i),
         }
     }

@@ -8,8 +8,8 @@ use crate::permute::Permutation;
 /// 2³² belong to the key's permutation.
 const JITTER: [u64; 2] = [1 << 32, (1 << 32) + 1];
 const ROWS: u64 = (1 << 32) + 2;
-const COLUMNS: [u64; 2] = [(1 << 32) + 3, (1 << 32) + 4];
-const ORDER: u64 = (1 << 32) + 5;
+const COLUMNS: u64 = (1 << 32) + 4;
+const ORDER: u64 = (1 << 32) + 7;
 
 /// One jittered sample in each of N strata (1-D) or N equal cells (2-D), in random order.
 ///
@@ -52,19 +52,26 @@ impl Stratified {
     }
 }
 
-/// Correlated multi-jittered samples: one per cell *and* one per stratum of each axis.
+/// Multi-jittered samples: one per cell *and* one per stratum of each axis.
 ///
-/// **Formula.** In row r with n_r cells, column c: x = (c + (σ(r) + ξ)/a)/n_r, y = (C_r + τ(c) + ζ)/N, with one
-/// permutation σ of the a rows for all columns and one τ of the columns for all rows of that size. Kensler 2013,
-/// *Correlated Multi-Jittered Sampling*, section 3, to which it reduces when the cells form a grid. Where they do not
-/// (Kensler then leaves cells of a larger grid empty), all N cells still hold one sample and y still has one sample
-/// in each of N strata; x has a + 1 samples at most in a stratum of width a/N.
+/// **Formula.** In row r with n_r cells, column c: x = (c + (s + ξ)/a)/n_r, y = (C_r + t + ζ)/N with the sub-strata
+/// s = (σ(r) + ρ(c)) mod a and t = (τ(c) + κ(r)) mod n_r; σ, κ permute the rows, ρ, τ the columns. Chiu, Shirley & Wang
+/// 1994, *Multi-jittered sampling*, with Latin squares in place of independent permutations for each row and column.
+///
+/// Kensler 2013 (*Correlated Multi-Jittered Sampling*) shares the permutations, s = σ(r) and t = τ(c). Then all cells of a
+/// row are shifted alike, and the variance for smooth integrands falls only as N^−1.5 (measured: −1.58 for exp(xy)), less
+/// than plain jitter's N⁻². In a Latin square each row and each column holds every shift equally often, which cancels
+/// the leading error instead.
+///
+/// Where the cells do not form a grid (Kensler then leaves cells of a larger grid empty), all N cells still hold one
+/// sample and y has one sample in each of N strata; x is stratified within each row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MultiJitter {
     base: Stratified,
-    rows: Permutation,
-    /// For rows of ⌊N/a⌋ and of ⌊N/a⌋ + 1 cells.
-    columns: [Permutation; 2],
+    /// σ and κ.
+    rows: [Permutation; 2],
+    /// ρ, and τ for rows of ⌊N/a⌋ and of ⌊N/a⌋ + 1 cells.
+    columns: [Permutation; 3],
 }
 
 impl MultiJitter {
@@ -73,16 +80,16 @@ impl MultiJitter {
         let base = Stratified::new(key, count);
         let rows = base.cells.rows();
         let short = count / rows;
-        let first = Permutation::new(short, lane(key, COLUMNS[0]));
-        let second = if count.is_multiple_of(rows) {
-            first
+        let long = if base.cells.is_grid() {
+            short
         } else {
-            Permutation::new(short + 1, lane(key, COLUMNS[1]))
+            short + 1
         };
+        let sizes = [long, short, long];
         Self {
             base,
-            rows: Permutation::new(rows, lane(key, ROWS)),
-            columns: [first, second],
+            rows: [0, 1].map(|k| Permutation::new(rows, lane(key, ROWS + k))),
+            columns: [0, 1, 2].map(|k| Permutation::new(sizes[k], lane(key, COLUMNS + k as u64))),
         }
     }
 
@@ -95,13 +102,15 @@ impl MultiJitter {
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
         let Stratified { order, cells, .. } = &self.base;
         let cell = cells.cell(order.get(i));
-        let short = cells.count() / cells.rows();
-        let column = self.columns[usize::from(cell.columns != short)].get(cell.column);
-        let across =
-            (f64::from(self.rows.get(cell.row)) + self.base.offset(0, i)) / f64::from(cells.rows());
+        let tall = usize::from(cell.columns == self.columns[2].len());
+        let [sigma, kappa] = [0, 1].map(|k| self.rows[k].get(cell.row));
+        let [rho, tau] = [0, 1 + tall].map(|k| self.columns[k].get(cell.column));
+        let across = (sigma + rho) % cells.rows();
+        let up = (tau + kappa) % cell.columns;
+        let x = below_one((f64::from(across) + self.base.offset(0, i)) / f64::from(cells.rows()));
         [
-            below_one((f64::from(cell.column) + below_one(across)) / f64::from(cell.columns)),
-            stratum(cell.first + column, self.base.offset(1, i), cells.count()),
+            below_one((f64::from(cell.column) + x) / f64::from(cell.columns)),
+            stratum(cell.first + up, self.base.offset(1, i), cells.count()),
         ]
     }
 }

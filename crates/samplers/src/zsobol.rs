@@ -78,12 +78,13 @@ fn pascal(mut y: u64) -> u64 {
 /// The position of a pixel (16 bits a coordinate) on a Z-order curve with nested random digit permutations.
 #[inline]
 fn shuffled_z_order(pixel: [u32; 2], key: u64) -> u32 {
-    let mut position = 0_u32;
-    for level in (0..16).rev() {
-        let digit = ((pixel[0] >> level) & 1) | (((pixel[1] >> level) & 1) << 1);
-        let choice =
-            mix(key ^ (u64::from(position) << 5 | level).wrapping_mul(0x9E37_79B9_7F4A_7C15));
-        position = position << 2 | permuted_digit(choice, digit);
+    let mut position = 0;
+    for level in 0..16 {
+        // The digits above, as they were before their permutation: no digit waits for another.
+        let above = pixel.map(|c| u64::from((c & 0xFFFF) >> level >> 1));
+        let choice = mix(key ^ lane(above[0] << 20 | above[1] << 4, level));
+        let digit = (pixel[0] >> level & 1) | (pixel[1] >> level & 1) << 1;
+        position |= permuted_digit(choice, digit) << (2 * level);
     }
     position
 }

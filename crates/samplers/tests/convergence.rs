@@ -1,0 +1,270 @@
+//! How fast errors fall: exact variances where theory gives them, slopes where it gives rates (the table of variance
+//! exponents in the crate's README).
+#![allow(clippy::cast_precision_loss, reason = "sample counts are small")]
+
+use linelit_samplers::{Sampler, SamplerKind};
+use linelit_testkit::chi2::sidak;
+use linelit_testkit::rng::SplitMix64;
+use linelit_testkit::ztest::{Welford, critical_z};
+
+/// All tests of this file together err with probability 0.01 at most; there are fewer than this many.
+const TESTS: usize = 200;
+
+/// Squared errors of the estimate of ∫f over `trials` seeds; `f` may depend on the trial, and comes with its integral.
+fn squared_errors<F>(
+    kind: SamplerKind,
+    n: u32,
+    trials: u64,
+    make: impl Fn(u64) -> (F, f64),
+) -> Welford
+where
+    F: Fn([f64; 2]) -> f64,
+{
+    (0..trials)
+        .map(|trial| {
+            let (f, integral) = make(trial);
+            let set = Sampler::new(kind, trial).points([11, 13], 2, n);
+            (set.iter_2d().map(f).sum::<f64>() / f64::from(n) - integral).powi(2)
+        })
+        .collect()
+}
+
+/// As [`squared_errors`], in one dimension.
+fn squared_errors_1d<F>(
+    kind: SamplerKind,
+    n: u32,
+    trials: u64,
+    make: impl Fn(u64) -> (F, f64),
+) -> Welford
+where
+    F: Fn(f64) -> f64,
+{
+    (0..trials)
+        .map(|trial| {
+            let (f, integral) = make(trial);
+            let set = Sampler::new(kind, trial).points([11, 13], 2, n);
+            (set.iter_1d().map(f).sum::<f64>() / f64::from(n) - integral).powi(2)
+        })
+        .collect()
+}
+
+fn assert_variance(got: &Welford, expected: f64, name: &str) {
+    let z = got.z_score(expected);
+    assert!(
+        z.abs() < critical_z(sidak(0.01, TESTS)),
+        "{name}: variance {:e}, expected {expected:e}, z = {z}",
+        got.mean()
+    );
+}
+
+/// f(x) = x: 1/(12 N³) with one independent point per stratum (at N = 2^m that is what Owen-scrambled points are, too),
+/// 1/(12 N²) with a common offset, 1/(12 N) independent.
+#[test]
+fn variances_of_a_ramp() {
+    use SamplerKind::{Halton, Independent, MultiJitter, Sobol, Stratified, UniformJitter, ZSobol};
+    for n in [1_u32, 2, 4, 16, 64, 256, 1024] {
+        for (kind, power) in [
+            (Independent, 1),
+            (UniformJitter, 2),
+            (Stratified, 3),
+            (MultiJitter, 3),
+            (Sobol, 3),
+            (Halton, 3),
+            (ZSobol, 3),
+        ] {
+            let got = squared_errors_1d(kind, n, 5_000, |_| (|x| x, 0.5));
+            assert_variance(
+                &got,
+                1.0 / (12.0 * f64::from(n).powi(power)),
+                &format!("{kind}, N = {n}"),
+            );
+        }
+    }
+    for n in [3_u32, 7, 97] {
+        for (kind, power) in [(UniformJitter, 2), (Stratified, 3), (MultiJitter, 3)] {
+            let got = squared_errors_1d(kind, n, 5_000, |_| (|x| x, 0.5));
+            assert_variance(
+                &got,
+                1.0 / (12.0 * f64::from(n).powi(power)),
+                &format!("{kind}, N = {n}"),
+            );
+        }
+    }
+}
+
+/// A jump at a random place c: one stratum is cut in the ratio p : 1 − p with p uniform, E[p(1 − p)] = 1/6, so that the
+/// variance is 1/(6 N²) for all stratified patterns and for uniform jitter, whatever N; 1/(6 N) independent.
+#[test]
+fn variances_of_a_jump() {
+    use SamplerKind::{Independent, MultiJitter, Sobol, Stratified, UniformJitter};
+    let jump = |trial: u64| {
+        let c = SplitMix64::new(trial ^ 0xABCD).next_f64();
+        (move |x: f64| f64::from(u8::from(x < c)), c)
+    };
+    for n in [1_u32, 4, 64, 1024] {
+        for (kind, power) in [
+            (Independent, 1),
+            (UniformJitter, 2),
+            (Stratified, 2),
+            (MultiJitter, 2),
+            (Sobol, 2),
+        ] {
+            let got = squared_errors_1d(kind, n, 10_000, jump);
+            assert_variance(
+                &got,
+                1.0 / (6.0 * f64::from(n).powi(power)),
+                &format!("{kind}, N = {n}"),
+            );
+        }
+    }
+}
+
+/// f = xy on cells of a×b: with local coordinates a cell of width w and height h at centre (cx, cy) has variance
+/// (cx² h² + cy² w²)/12 + w²h²/144; the mean over the grid of cx² is 1/3 − w²/12, likewise for y.
+#[test]
+fn variances_of_a_product_on_grids() {
+    for (n, columns, rows) in [
+        (1_u32, 1, 1),
+        (2, 2, 1),
+        (4, 2, 2),
+        (8, 4, 2),
+        (12, 4, 3),
+        (64, 8, 8),
+        (1024, 32, 32),
+    ] {
+        let (w, h) = (1.0 / f64::from(columns), 1.0 / f64::from(rows));
+        let (cx, cy) = (1.0 / 3.0 - w * w / 12.0, 1.0 / 3.0 - h * h / 12.0);
+        let cell = (cx * h * h + cy * w * w) / 12.0 + w * w * h * h / 144.0;
+        let got = squared_errors(SamplerKind::Stratified, n, 10_000, |_| {
+            (|[x, y]| x * y, 0.25)
+        });
+        assert_variance(&got, cell / f64::from(n), &format!("stratified, N = {n}"));
+        // The sum x + y is additive: multi-jittered points stratify each axis N-fold, 2/(12 N³).
+        let got = squared_errors(SamplerKind::MultiJitter, n, 10_000, |_| {
+            (|[x, y]| x + y, 1.0)
+        });
+        assert_variance(
+            &got,
+            1.0 / (6.0 * f64::from(n).powi(3)),
+            &format!("multijitter, N = {n}"),
+        );
+        // (x − ½)(y − ½) for uniform jitter: per axis the centred mean over a cell column is zero, so the estimate is
+        // the product of both offsets from the centres, (ξ − ½)(ζ − ½)wh.
+        let got = squared_errors(SamplerKind::UniformJitter, n, 10_000, |_| {
+            (|[x, y]: [f64; 2]| (x - 0.5) * (y - 0.5), 0.0)
+        });
+        assert_variance(
+            &got,
+            (w * h / 12.0).powi(2),
+            &format!("uniform-jitter, N = {n}"),
+        );
+    }
+}
+
+/// Equal cells for any N: a ramp in x + y has the mean cell variance of the bricks, (w² + h²)/12 each.
+#[test]
+fn variances_of_a_ramp_on_bricks() {
+    for (n, sizes) in [
+        (3_u32, vec![1, 2]),
+        (5, vec![2, 3]),
+        (7, vec![2, 2, 3]),
+        (13, vec![3, 3, 3, 4]),
+    ] {
+        let area = 1.0 / f64::from(n);
+        let per_cell = |&columns: &u32| {
+            let (w, h) = (1.0 / f64::from(columns), f64::from(columns) * area);
+            f64::from(columns) * (w * w + h * h) / 12.0
+        };
+        let expected = sizes.iter().map(per_cell).sum::<f64>() * area * area;
+        let got = squared_errors(SamplerKind::Stratified, n, 20_000, |_| {
+            (|[x, y]| x + y, 1.0)
+        });
+        assert_variance(&got, expected, &format!("N = {n}"));
+    }
+}
+
+/// Weighted least-squares slope of ln variance over ln N, with its standard error; weights 1/(relative standard error)².
+fn slope(points: &[(u32, Welford)]) -> (f64, f64) {
+    let rows: Vec<[f64; 3]> = points
+        .iter()
+        .map(|(n, w)| {
+            [
+                f64::from(*n).ln(),
+                w.mean().ln(),
+                (w.mean() / w.standard_error()).powi(2),
+            ]
+        })
+        .collect();
+    let total: f64 = rows.iter().map(|r| r[2]).sum();
+    let mean = |k: usize| rows.iter().map(|r| r[2] * r[k]).sum::<f64>() / total;
+    let (x, y) = (mean(0), mean(1));
+    let xx: f64 = rows.iter().map(|r| r[2] * (r[0] - x).powi(2)).sum();
+    let xy: f64 = rows.iter().map(|r| r[2] * (r[0] - x) * (r[1] - y)).sum();
+    (xy / xx, 1.0 / xx.sqrt())
+}
+
+/// The exponent must lie between `steepest` and `flattest`, up to its own standard error.
+fn assert_slope(points: &[(u32, Welford)], steepest: f64, flattest: f64, name: &str) {
+    let (slope, error) = slope(points);
+    let margin = critical_z(sidak(0.01, TESTS)) * error;
+    eprintln!("{name}: {slope:.3} ± {error:.3}, expected {steepest:.3} to {flattest:.3}");
+    assert!(
+        slope > steepest - margin && slope < flattest + margin,
+        "{name}: exponent {slope} ± {error}, expected {steepest} to {flattest}"
+    );
+}
+
+/// A disc of radius 0.3 at a random place of the torus: a jump along all directions, without end effects at the border.
+fn random_disc(trial: u64) -> (impl Fn([f64; 2]) -> f64, f64) {
+    let mut rng = SplitMix64::new(trial ^ 0x5EED);
+    let (cx, cy) = (rng.next_f64(), rng.next_f64());
+    let torus = |d: f64| d.abs().min(1.0 - d.abs());
+    let inside =
+        move |[x, y]: [f64; 2]| f64::from(u8::from(torus(x - cx).hypot(torus(y - cy)) < 0.3));
+    (inside, 0.09 * std::f64::consts::PI)
+}
+
+/// Rates in two dimensions. A grid's relative deviation from its asymptotic law is O(1/√N) (cells at the border and at
+/// the ends of an edge), so exponents are compared with the range of slopes of N^−r(1 ± ½N^−½) over the N used.
+#[test]
+fn rates_in_two_dimensions() {
+    use SamplerKind::{Halton, Independent, MultiJitter, Sobol, Stratified, ZSobol};
+    let ns = [64_u32, 256, 1024, 4096];
+    let smooth = |_| (|[x, y]: [f64; 2]| (x * y).exp(), 1.317_902_151_454_403_9);
+    let kink = |_| (|[x, y]: [f64; 2]| (x + y - 1.0).max(0.0), 1.0 / 6.0);
+    let nets = -3.0 + (4096.0_f64.ln() / 64.0_f64.ln()).ln() / 64.0_f64.ln();
+    let spread = 0.5 * 0.5 * (1.0 / 8.0 - 1.0 / 64.0) / (64.0_f64.ln() / 2.0);
+    for (kind, rates) in [
+        (Independent, [(-1.0, -1.0); 3]),
+        (Stratified, [(-2.0, -2.0), (-2.0, -2.0), (-1.5, -1.5)]),
+        // Axis-wise strata remove the additive part of the variance, N⁻³; what remains is N⁻².
+        (MultiJitter, [(-3.0, -2.0), (-3.0, -2.0), (-1.5, -1.5)]),
+        // N⁻³(1 + a log N) with any a ≥ 0; for the kink no theorem, but measured −2.45 to −2.5 to N = 1024.
+        (Sobol, [(-3.0, nets), (-2.55, -2.45), (-1.55, -1.5)]),
+        (ZSobol, [(-3.0, nets), (-2.55, -2.45), (-1.55, -1.5)]),
+        // No common period of the bases 2 and 3: no better than a grid, on average over N.
+        (Halton, [(-2.5, -2.0), (-2.5, -2.0), (-1.55, -1.5)]),
+    ] {
+        let fit = |integrand: usize| -> Vec<(u32, Welford)> {
+            ns.map(|n| {
+                let trials = 400_000 / u64::from(n).max(400);
+                let errors = match integrand {
+                    0 => squared_errors(kind, n, trials, smooth),
+                    1 => squared_errors(kind, n, trials, kink),
+                    _ => squared_errors(kind, n, trials, random_disc),
+                };
+                (n, errors)
+            })
+            .to_vec()
+        };
+        for (integrand, name) in ["smooth", "kink", "jump"].iter().enumerate() {
+            let (steep, flat) = rates[integrand];
+            assert_slope(
+                &fit(integrand),
+                steep - spread,
+                flat + spread,
+                &format!("{kind}, {name}"),
+            );
+        }
+    }
+}
