@@ -1,2 +1,81 @@
-//! The workshop: `cargo xtask`.
-fn main() {}
+//! The workshop: `cargo xtask COMMAND`.
+//!
+//! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the crates. What is the
+//! user's (`render`, `converge`, `compare`, `info`) goes to the `linelit` program word for word; what is the
+//! developers' is listed in [`USAGE`]. Exit status: 0 done, 1 failed, 2 usage.
+
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a command-line tool talks to its user"
+)]
+
+mod cargo;
+mod manifest;
+mod source;
+mod suite;
+mod tidy;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: cargo xtask COMMAND [ARGUMENTS]
+
+the linelit program (same words as `linelit COMMAND`, see `cargo xtask COMMAND --help`):
+  render SCENE -o IMAGE     render a scene to .exr or .png
+  converge [STUDY|SCENE…]   measure how the error falls; writes a report
+  compare A B               compare two images
+  info SCENE                what is in a scene and what the plan skips
+
+the workshop:
+  test [--long] [STEP…]     everything that must hold; --long adds the long tests; STEP… runs only these:
+                            fmt tidy clippy test doctest doc features long
+  bench WHAT [--scene PATH] [--json]
+                            measure speed; WHAT is visibility, equal-time, … or CRATE/BENCH for a criterion bench
+  accuracy                  worst errors of the closed forms, as docs/accuracy.md
+  vectors DIR               hold the closed forms to the reference vectors in DIR
+  check-references DIR      hold renders to the reference images below DIR
+  load-all DIR              load every scene file below DIR
+  fit-ltc                   fit the tables of linearly transformed cosines
+
+exit status: 0 done, 1 failed, 2 usage";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let Some((command, rest)) = arguments.split_first() else {
+        return usage("no command given");
+    };
+    let status = match command.as_str() {
+        "help" | "-h" | "--help" => {
+            println!("{USAGE}");
+            0
+        }
+        "render" | "converge" | "compare" | "info" | "check-references" | "load-all" => {
+            cargo::study(command, rest)
+        }
+        "bench" => match rest.split_first() {
+            None => return usage("bench needs to know WHAT to measure"),
+            Some((what, more)) => match what.split_once('/') {
+                Some((package, bench)) => cargo::criterion(package, bench, more),
+                None => cargo::study(command, rest),
+            },
+        },
+        "accuracy" | "vectors" | "fit-ltc" => {
+            if command == "vectors" && rest.is_empty() {
+                return usage("vectors needs the folder with the vector files");
+            }
+            cargo::example("shading", command, rest)
+        }
+        "test" => match suite::Selection::parse(rest) {
+            Ok(selection) => suite::run(&selection),
+            Err(unknown) => return usage(&unknown),
+        },
+        other => return usage(&format!("unknown command `{other}`")),
+    };
+    ExitCode::from(status)
+}
+
+fn usage(problem: &str) -> ExitCode {
+    eprintln!("error: {problem}\n\n{USAGE}");
+    ExitCode::from(2)
+}

@@ -1,0 +1,247 @@
+//! `cargo xtask test`: everything that must hold, step by step, timed and summed up.
+
+use crate::{cargo, manifest, tidy};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// The steps by name, in the order in which they run: quick ones first.
+const STEPS: [&str; 8] = [
+    "fmt", "tidy", "clippy", "test", "doctest", "doc", "features", "long",
+];
+
+/// Which steps to run.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Selection {
+    steps: Vec<&'static str>,
+}
+
+impl Selection {
+    /// Reads `[--long] [STEP…]`.
+    pub(crate) fn parse(arguments: &[String]) -> Result<Self, String> {
+        let mut long = false;
+        let mut named = Vec::new();
+        for argument in arguments {
+            match STEPS.iter().find(|step| **step == argument.as_str()) {
+                Some(step) => named.push(*step),
+                None if argument == "--long" => long = true,
+                None => return Err(format!("unknown step `{argument}`")),
+            }
+        }
+        let chosen = |step: &&&str| match (**step, named.is_empty()) {
+            ("long", _) => long || named.contains(&"long"),
+            (_, true) => true,
+            (name, false) => named.contains(&name),
+        };
+        Ok(Self {
+            steps: STEPS.iter().filter(chosen).copied().collect(),
+        })
+    }
+}
+
+/// What became of one step.
+struct Outcome {
+    name: String,
+    problems: Vec<String>,
+    time: Duration,
+}
+
+/// Runs the selected steps, all of them whatever fails; 0 if all passed, else 1.
+pub(crate) fn run(selection: &Selection) -> u8 {
+    let mut outcomes = Vec::new();
+    for step in &selection.steps {
+        for (name, work) in expand(step) {
+            eprintln!("\n== {name}");
+            let begin = Instant::now();
+            let problems = work();
+            problems.iter().for_each(|p| eprintln!("   {p}"));
+            outcomes.push(Outcome {
+                name,
+                problems,
+                time: begin.elapsed(),
+            });
+        }
+    }
+    summary(&outcomes)
+}
+
+type Work = Box<dyn FnOnce() -> Vec<String>>;
+
+/// A step's parts, each with its name.
+fn expand(step: &str) -> Vec<(String, Work)> {
+    let one = |name: &str, command: Command| vec![(name.to_owned(), checked(command))];
+    match step {
+        "fmt" => one("rustfmt", cargo::cargo(["fmt", "--all", "--check"])),
+        "tidy" => vec![(
+            "tidy: the house rules".to_owned(),
+            Box::new(|| tidy::problems(&cargo::root())) as Work,
+        )],
+        "clippy" => one(
+            "clippy, all targets",
+            quiet(
+                &["clippy", "--workspace", "--all-targets"],
+                &["-D", "warnings"],
+            ),
+        ),
+        "test" => one(
+            "tests",
+            quiet(
+                &[
+                    "test",
+                    "--workspace",
+                    "--no-fail-fast",
+                    "--lib",
+                    "--bins",
+                    "--tests",
+                    "--examples",
+                ],
+                &[],
+            ),
+        ),
+        "doctest" => one(
+            "doctests",
+            quiet(&["test", "--workspace", "--no-fail-fast", "--doc"], &[]),
+        ),
+        "doc" => {
+            let mut doc = quiet(&["doc", "--workspace", "--no-deps"], &[]);
+            doc.env("RUSTDOCFLAGS", "-D warnings");
+            one("rustdoc", doc)
+        }
+        "features" => feature_combinations(),
+        "long" => one(
+            "long tests",
+            quiet(
+                &[
+                    "test",
+                    "--workspace",
+                    "--no-fail-fast",
+                    "--release",
+                    "--lib",
+                    "--bins",
+                    "--tests",
+                ],
+                &["--ignored"],
+            ),
+        ),
+        _ => Vec::new(),
+    }
+}
+
+/// `cargo ARGUMENTS --quiet -- AFTER` on the whole workspace.
+fn quiet(arguments: &[&str], after: &[&str]) -> Command {
+    let mut command = cargo::cargo(arguments.iter().copied());
+    command.arg("--quiet");
+    if !after.is_empty() {
+        command.arg("--").args(after);
+    }
+    command
+}
+
+fn checked(mut command: Command) -> Work {
+    Box::new(move || {
+        command.current_dir(cargo::root());
+        if cargo::status(&mut command) == 0 {
+            Vec::new()
+        } else {
+            vec![format!("failed: {}", shown(&command))]
+        }
+    })
+}
+
+fn shown(command: &Command) -> String {
+    let words = command.get_args().map(|a| a.to_string_lossy().into_owned());
+    format!("cargo {}", words.collect::<Vec<_>>().join(" "))
+}
+
+/// Each crate with features: none of them, each alone, all of them. Defaults and the absence of features are what the
+/// other steps build.
+fn feature_combinations() -> Vec<(String, Work)> {
+    let mut steps = Vec::new();
+    for found in manifest::members(&cargo::root()) {
+        let features: Vec<&String> = found.features.iter().filter(|f| *f != "default").collect();
+        if features.is_empty() {
+            continue;
+        }
+        let mut sets = vec![String::new()];
+        sets.extend(features.iter().map(|f| (*f).clone()));
+        if features.len() > 1 {
+            sets.push(
+                features
+                    .iter()
+                    .map(|f| f.as_str())
+                    .collect::<Vec<_>>()
+                    .join(","),
+            );
+        }
+        for set in sets {
+            let mut check = quiet(
+                &[
+                    "check",
+                    "--all-targets",
+                    "--no-default-features",
+                    "-p",
+                    &found.name,
+                ],
+                &[],
+            );
+            check
+                .args(["--features", &set])
+                .env("RUSTFLAGS", "-D warnings");
+            steps.push((
+                format!("features of {}: [{set}]", found.name),
+                checked(check),
+            ));
+        }
+    }
+    steps
+}
+
+/// The table of steps, what failed, and the plain line that scripts look for.
+fn summary(outcomes: &[Outcome]) -> u8 {
+    println!("\n{:>8}  step", "seconds");
+    for outcome in outcomes {
+        let verdict = if outcome.problems.is_empty() {
+            ""
+        } else {
+            "  FAILED"
+        };
+        println!(
+            "{:>8.1}  {}{verdict}",
+            outcome.time.as_secs_f64(),
+            outcome.name
+        );
+    }
+    let failed: Vec<&Outcome> = outcomes.iter().filter(|o| !o.problems.is_empty()).collect();
+    if !failed.is_empty() {
+        println!("\nwhat failed:");
+    }
+    for outcome in &failed {
+        for problem in &outcome.problems {
+            println!("  {}: {problem}", outcome.name);
+        }
+    }
+    println!(
+        "\n{} passed, {} failed",
+        outcomes.len() - failed.len(),
+        failed.len()
+    );
+    u8::from(!failed.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(words: &[&str]) -> Result<Vec<&'static str>, String> {
+        let words: Vec<String> = words.iter().map(|w| (*w).to_owned()).collect();
+        Selection::parse(&words).map(|s| s.steps)
+    }
+
+    #[test]
+    fn selections() {
+        assert_eq!(parse(&[]).unwrap(), STEPS[..7]);
+        assert_eq!(parse(&["--long"]).unwrap(), STEPS);
+        assert_eq!(parse(&["tidy", "fmt"]).unwrap(), ["fmt", "tidy"]);
+        assert_eq!(parse(&["long"]).unwrap(), ["long"]);
+        assert!(parse(&["--fast"]).is_err());
+    }
+}

@@ -1,0 +1,186 @@
+//! Rules about who may depend on whom.
+
+use super::House;
+use crate::manifest;
+use std::fs;
+
+/// Crate, crates of the house it may know, crates of others it may know. The table of `docs/architecture.md`.
+const MAY_KNOW: [(&str, &[&str], &[&str]); 12] = [
+    ("geometry", &[], &["glam", "smallvec"]),
+    ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
+    ("lights", &["geometry"], &[]),
+    ("shading", &["geometry"], &[]),
+    ("visibility", &["geometry"], &["obvhs"]),
+    ("mis", &[], &[]),
+    (
+        "scene",
+        &["geometry", "lights", "shading"],
+        &[
+            "thiserror",
+            "annotate-snippets",
+            "ply-rs-bw",
+            "tobj",
+            "gltf",
+            "serde_json",
+        ],
+    ),
+    (
+        "integrator",
+        &[
+            "scene",
+            "geometry",
+            "lights",
+            "samplers",
+            "shading",
+            "visibility",
+            "mis",
+        ],
+        &[],
+    ),
+    ("film", &[], &["exr", "png", "thiserror"]),
+    (
+        "study",
+        &[
+            "scene",
+            "geometry",
+            "lights",
+            "samplers",
+            "shading",
+            "visibility",
+            "mis",
+            "integrator",
+            "film",
+        ],
+        &[
+            "anyhow",
+            "clap",
+            "indicatif",
+            "maud",
+            "plotters",
+            "rayon",
+            "serde",
+            "serde_json",
+            "toml",
+            "libc",
+        ],
+    ),
+    ("testkit", &[], &["dashu-float", "puruspe", "proptest"]),
+    ("xtask", &[], &[]),
+];
+
+/// What any crate may use in its tests and benches, beside what it may know anyway.
+const FOR_TESTS: [&str; 6] = [
+    "linelit-testkit",
+    "proptest",
+    "criterion",
+    "insta",
+    "sobol_burley",
+    "serde_json",
+];
+
+pub(super) fn dependency_table(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for member in &house.members {
+        let folder = member
+            .folder
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let Some((_, ours, theirs)) = MAY_KNOW.iter().find(|(name, ..)| *name == folder) else {
+            problems.push(format!(
+                "crates/{folder}: not in the table of crates (tidy and docs/architecture.md)"
+            ));
+            continue;
+        };
+        let allowed = |name: &str| match name.strip_prefix("linelit-") {
+            Some(short) => ours.contains(&short),
+            None => theirs.contains(&name),
+        };
+        for (name, _) in member.dependencies.iter().chain(&member.other_dependencies) {
+            if !allowed(name) {
+                problems.push(format!("{}: may not depend on {name}", member.name));
+            }
+        }
+        for (name, _) in &member.dev_dependencies {
+            // Tests of the crates that end in images may look at the whole way.
+            let whole_way =
+                matches!(folder.as_str(), "integrator" | "study") && name.starts_with("linelit-");
+            if !allowed(name) && !FOR_TESTS.contains(&name.as_str()) && !whole_way {
+                problems.push(format!(
+                    "{}: may not depend on {name}, not even in tests",
+                    member.name
+                ));
+            }
+        }
+    }
+    problems
+}
+
+pub(super) fn hygiene(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for member in &house.members {
+        let name = &member.name;
+        if !member.inherits_lints {
+            problems.push(format!("{name}: [lints] workspace = true is missing"));
+        }
+        let all = [
+            &member.dependencies,
+            &member.dev_dependencies,
+            &member.other_dependencies,
+        ];
+        for (dependency, value) in all.into_iter().flatten() {
+            if !value.contains("workspace") {
+                problems.push(format!(
+                    "{name}: {dependency} has its own version; versions stand in the root manifest"
+                ));
+            }
+        }
+        let has = |key: &str| member.package.iter().any(|(k, _)| k == key);
+        let published = !member
+            .package
+            .iter()
+            .any(|(k, v)| k == "publish" && v.contains("false"));
+        for key in [
+            "description",
+            "readme",
+            "license",
+            "repository",
+            "keywords",
+            "categories",
+            "rust-version",
+        ] {
+            if published && !has(key) {
+                problems.push(format!(
+                    "{name}: package.{key} is missing, crates.io wants it"
+                ));
+            }
+        }
+        let internal = matches!(name.as_str(), "linelit-testkit" | "xtask");
+        if internal == published {
+            problems.push(format!(
+                "{name}: publish = false belongs to testkit and xtask, and to them alone"
+            ));
+        }
+    }
+    problems
+}
+
+pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
+    let text = fs::read_to_string(house.root.join("Cargo.toml")).unwrap_or_default();
+    let sections = manifest::sections(&text);
+    let declared = sections
+        .iter()
+        .filter(|(name, _)| name == "workspace.dependencies")
+        .flat_map(|(_, e)| e);
+    let used = |name: &str| {
+        house.members.iter().any(|m| {
+            let all = [&m.dependencies, &m.dev_dependencies, &m.other_dependencies];
+            all.into_iter().flatten().any(|(k, _)| k == name)
+        })
+    };
+    declared
+        .filter(|(name, _)| !used(name))
+        .map(|(name, _)| format!("Cargo.toml: nobody uses the workspace dependency {name}"))
+        .collect()
+}

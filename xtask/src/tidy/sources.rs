@@ -1,0 +1,477 @@
+//! Rules about what the code of each room may say.
+
+use super::House;
+use crate::source::lines_with;
+
+/// Crates that do no I/O, start no thread and cannot fail.
+const PURE: [&str; 5] = ["geometry", "samplers", "lights", "shading", "mis"];
+/// All libraries.
+const LIBRARIES: [&str; 10] = [
+    "geometry",
+    "samplers",
+    "lights",
+    "shading",
+    "visibility",
+    "mis",
+    "scene",
+    "integrator",
+    "film",
+    "testkit",
+];
+/// The crates in the path of a pixel.
+const PIXEL_PATH: [&str; 7] = [
+    "geometry",
+    "samplers",
+    "lights",
+    "shading",
+    "visibility",
+    "mis",
+    "integrator",
+];
+
+/// Files in which `unsafe` may stand: SIMD kernels and their dispatch, each with a scalar twin that tests hold it to.
+const UNSAFE_ROOMS: [&str; 3] = [
+    "crates/visibility/src/simd",
+    "crates/visibility/src/dispatch.rs",
+    "crates/shading/src/simd",
+];
+
+/// Where `f32` may stand in the crates of f64: kernels with a stated error bound.
+const F32_ROOMS: [&str; 2] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
+
+/// Foreign crates and the one room that may name each.
+const NAMED_ONLY_IN: [(&str, &str); 9] = [
+    ("glam", "geometry"),
+    ("obvhs", "visibility"),
+    ("rand", "samplers"),
+    ("rand_pcg", "samplers"),
+    ("sobol_burley", "samplers"),
+    ("exr", "film"),
+    ("png", "film"),
+    ("tobj", "scene"),
+    ("gltf", "scene"),
+];
+
+pub(super) fn foreign_names(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for file in house.sources.iter().filter(|s| s.shipped) {
+        for (name, room) in NAMED_ONLY_IN {
+            if file.owner != room {
+                // A path or an import; the bare word may be a variable or a module of our own.
+                let mut lines = lines_with(&file.code, &format!("use {name}"));
+                lines.extend(foreign_paths(&file.code, name));
+                let complaint = |line| format!("{}:{line}: only {room} may name {name}", file.path);
+                problems.extend(lines.into_iter().map(complaint));
+            } else if name != "glam" {
+                let lines = lines_with(&file.code, &format!("pub use {name}"));
+                let complaint = |line| {
+                    format!(
+                        "{}:{line}: types of {name} stay out of public APIs",
+                        file.path
+                    )
+                };
+                problems.extend(lines.into_iter().map(complaint));
+            }
+        }
+    }
+    problems
+}
+
+/// Lines with a path that begins with `name::`, outside `use` items (those are looked at by their own first word, as
+/// `use linelit_geometry::{glam::Vec3}` is nobody's business).
+fn foreign_paths(code: &str, name: &str) -> Vec<usize> {
+    if !lines_with(code, &format!("mod {name}")).is_empty() {
+        // A module of our own by that name.
+        return Vec::new();
+    }
+    let word = format!("{name}::");
+    let starts_path = |line: &str| {
+        line.match_indices(&word).any(|(i, _)| {
+            let before = &line[..i];
+            let global = before
+                .strip_suffix("::")
+                .is_some_and(|b| b.is_empty() || b.ends_with([' ', '(', '<', '&']));
+            global || !before.ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':')
+        })
+    };
+    let plain = without_use_items(code);
+    let lines = plain.lines().enumerate();
+    lines
+        .filter(|(_, line)| starts_path(line))
+        .map(|(i, _)| i + 1)
+        .collect()
+}
+
+/// Blanks out `use …;`, keeping lines.
+fn without_use_items(code: &str) -> String {
+    let mut inside = false;
+    let blank = |line: &str| {
+        let word = line
+            .trim_start()
+            .trim_start_matches("pub ")
+            .trim_start_matches("pub(crate) ");
+        inside = inside || word.starts_with("use ");
+        let kept = if inside { "" } else { line };
+        inside = inside && !line.contains(';');
+        format!("{kept}\n")
+    };
+    code.lines().map(blank).collect()
+}
+
+/// Words that mean an effect, who may have it, and why others may not.
+const EFFECTS: [(&[&str], &[&str], &str); 5] = [
+    (
+        &[
+            "std::fs",
+            "fs::read",
+            "fs::write",
+            "File::open",
+            "File::create",
+        ],
+        &["scene", "film", "study"],
+        "only scene, film and study touch files",
+    ),
+    (
+        &["Instant", "SystemTime"],
+        &["study"],
+        "only study knows clocks",
+    ),
+    (
+        &["std::thread", "thread::spawn", "rayon", "thread_local!"],
+        &["study"],
+        "only study knows threads",
+    ),
+    (
+        &[
+            "std::env",
+            "env::var",
+            "env::args",
+            "process::exit",
+            "process::Command",
+            "std::net",
+        ],
+        &["study"],
+        "libraries know nothing of the world around them",
+    ),
+    (
+        &[
+            "println!",
+            "print!",
+            "eprintln!",
+            "eprint!",
+            "dbg!",
+            "stdout()",
+            "stderr()",
+        ],
+        &["study"],
+        "libraries do not print",
+    ),
+];
+
+pub(super) fn effects(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for file in house.shipped(&LIBRARIES) {
+        for (words, rooms, why) in EFFECTS {
+            if !rooms.contains(&file.owner.as_str()) {
+                problems.extend(words.iter().flat_map(|word| file.complain(word, why)));
+            }
+        }
+    }
+    for file in house.shipped(&PURE) {
+        for word in [
+            "std::io",
+            "std::path",
+            "std::sync",
+            "static mut",
+            "Mutex",
+            "RefCell",
+        ] {
+            problems.extend(file.complain(word, "pure crates do no I/O and share no state"));
+        }
+    }
+    problems
+}
+
+/// Pure crates cannot fail: in public, `Result` comes only from constructors (`try_…`, or returning `Result<Self, _>`)
+/// and from reading names (`FromStr`).
+pub(super) fn fallibility(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for file in house.shipped(&PURE) {
+        for (start, _) in file.code.match_indices("pub fn ") {
+            let signature = &file.code[start + "pub fn ".len()..];
+            let signature = signature.split(['{', ';']).next().unwrap_or_default();
+            let name = signature
+                .split(['(', '<'])
+                .next()
+                .unwrap_or_default()
+                .trim();
+            let returned = signature.rsplit_once("->").map_or("", |(_, r)| r);
+            let constructor = name.starts_with("try_") || returned.contains("Result<Self");
+            if returned.contains("Result") && !constructor {
+                let line = file.code[..start].lines().count().max(1);
+                let why = "only constructors of pure crates can fail";
+                problems.push(format!(
+                    "{}:{line}: `{name}` returns a Result; {why}",
+                    file.path
+                ));
+            }
+        }
+        for word in ["unwrap()", "panic!", "unreachable!"] {
+            problems.extend(file.complain(word, "pure crates cannot fail"));
+        }
+    }
+    for file in house.shipped(&["scene", "film", "study", "visibility", "integrator"]) {
+        problems.extend(file.complain(
+            "unwrap()",
+            "say with expect(\"…\") why it cannot fail, or return the error",
+        ));
+    }
+    problems
+}
+
+/// Where fused operations may stand in visibility although the instruction sets differ in them: culling, whose
+/// verdicts have room for the rounding of either, never the ends of intervals.
+const CULLING: &str = "crates/visibility/src/simd/x86.rs";
+
+pub(super) fn numbers(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for file in house.shipped(&["geometry", "lights", "shading", "mis"]) {
+        if !F32_ROOMS.iter().any(|room| file.path.starts_with(room)) {
+            problems.extend(file.complain("f32", "f64 in geometry, lights, shading and mis"));
+        }
+    }
+    for file in house
+        .shipped(&["visibility"])
+        .filter(|file| file.path != CULLING)
+    {
+        for word in [
+            "mul_add",
+            "_mm256_fmadd_ps",
+            "_mm512_fmadd_ps",
+            "_mm256_fmadd_pd",
+        ] {
+            let why = "kernels of all instruction sets must give the same bits";
+            problems.extend(file.complain(word, why));
+        }
+    }
+    problems
+}
+
+/// The measuring part of visibility, outside the path of a pixel, takes a clock from its caller.
+const MEASURING: &str = "crates/visibility/src/measure/";
+
+pub(super) fn no_dyn_in_the_pixel_loop(house: &House) -> Vec<String> {
+    let files = house
+        .shipped(&PIXEL_PATH)
+        .filter(|file| !file.path.starts_with(MEASURING));
+    files
+        .flat_map(|f| f.complain("dyn", "no dynamic dispatch in the path of a pixel"))
+        .collect()
+}
+
+pub(super) fn unsafe_stays_in_its_rooms(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for file in &house.sources {
+        let lines = lines_with(&file.code, "unsafe");
+        let allowed = UNSAFE_ROOMS.iter().any(|room| file.path.starts_with(room));
+        for line in lines {
+            if !allowed {
+                problems.push(format!("{}:{line}: unsafe only in SIMD kernels", file.path));
+            } else if !justified(&file.text, line) {
+                problems.push(format!(
+                    "{}:{line}: unsafe without a SAFETY line above it",
+                    file.path
+                ));
+            }
+        }
+    }
+    problems
+}
+
+/// Whether a SAFETY comment (or a `# Safety` section) stands on the line or among the twelve before it.
+fn justified(text: &str, line: usize) -> bool {
+    let first = line.saturating_sub(13);
+    text.lines()
+        .skip(first)
+        .take(line - first)
+        .any(|l| l.contains("SAFETY") || l.contains("# Safety"))
+}
+
+pub(super) fn unfinished_work(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for file in &house.sources {
+        for word in ["todo!", "unimplemented!"] {
+            problems.extend(file.complain(word, "unfinished work"));
+        }
+        // Comments and reasons are literals, so look at the text; the words are split to not find themselves.
+        for (i, line) in file.text.lines().enumerate() {
+            let line = line.trim();
+            for word in [
+                concat!("TO", "DO"),
+                concat!("FIX", "ME"),
+                concat!("XX", "X"),
+            ] {
+                if !lines_with(line, word).is_empty() {
+                    problems.push(format!(
+                        "{}:{}: {word} in a comment; finish it or open an issue",
+                        file.path,
+                        i + 1
+                    ));
+                }
+            }
+            if line == "#[ignore]" {
+                problems.push(format!(
+                    "{}:{}: #[ignore] without a reason",
+                    file.path,
+                    i + 1
+                ));
+            }
+        }
+    }
+    problems
+}
+
+pub(super) fn size(house: &House) -> Vec<String> {
+    const MOST: usize = 700;
+    let long = house
+        .sources
+        .iter()
+        .filter(|s| s.text.lines().count() > MOST);
+    long.map(|s| {
+        format!(
+            "{}: {} lines; split it by concept (at most {MOST})",
+            s.path,
+            s.text.lines().count()
+        )
+    })
+    .collect()
+}
+
+/// Each library opens with a summary.
+pub(super) fn crate_pages(house: &House) -> Vec<String> {
+    let front = house
+        .sources
+        .iter()
+        .filter(|s| s.path.ends_with("/src/lib.rs") || s.path.ends_with("/src/main.rs"));
+    let bare = front.filter(|s| !s.text.starts_with("//!") && !s.text.starts_with("#![doc"));
+    bare.map(|s| format!("{}: opens without a summary", s.path))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each rule sees the offence it is for, and nothing in comments, strings and tests.
+    #[test]
+    fn rules_bite() {
+        type Rule = fn(&House) -> Vec<String>;
+        let cases: [(Rule, &str, &str); 12] = [
+            (foreign_names, "crates/scene/src/x.rs", "use glam::DVec3;"),
+            (
+                foreign_names,
+                "crates/lights/src/x.rs",
+                "let r = rand::rng();",
+            ),
+            (
+                foreign_names,
+                "crates/visibility/src/x.rs",
+                "pub use obvhs::Bvh2;",
+            ),
+            (effects, "crates/mis/src/x.rs", "fn a() { println!(\"x\") }"),
+            (
+                effects,
+                "crates/integrator/src/x.rs",
+                "use std::time::Instant;",
+            ),
+            (effects, "crates/lights/src/x.rs", "use std::fs;"),
+            (
+                fallibility,
+                "crates/shading/src/x.rs",
+                "pub fn value(&self) -> Result<f64, E> { x }",
+            ),
+            (numbers, "crates/shading/src/x.rs", "let x: f32 = 1.0;"),
+            (
+                no_dyn_in_the_pixel_loop,
+                "crates/integrator/src/x.rs",
+                "fn a(l: &dyn Light) {}",
+            ),
+            (
+                unsafe_stays_in_its_rooms,
+                "crates/study/src/x.rs",
+                "fn a() { unsafe { b() } }",
+            ),
+            (
+                unsafe_stays_in_its_rooms,
+                "crates/visibility/src/simd/x.rs",
+                "fn a() { unsafe { b() } }",
+            ),
+            (
+                unfinished_work,
+                "crates/film/src/x.rs",
+                "fn a() { todo!() }",
+            ),
+        ];
+        for (i, (rule, path, text)) in cases.into_iter().enumerate() {
+            assert_eq!(rule(&House::of(path, text)).len(), 1, "case {i}: {text}");
+            // Unsafe and unfinished work count in tests as well.
+            if i < 9 {
+                let quoted = text.replace('"', "");
+                let hidden = format!(
+                    "// {text}\nconst A: &str = \"{quoted}\";\n#[cfg(test)]\nmod tests {{ {text} }}"
+                );
+                assert!(
+                    rule(&House::of(path, &hidden)).is_empty(),
+                    "case {i} hidden"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn rules_let_the_right_ones_in() {
+        assert!(
+            foreign_names(&House::of(
+                "crates/geometry/src/x.rs",
+                "pub use glam::DVec3;"
+            ))
+            .is_empty()
+        );
+        assert!(
+            foreign_names(&House::of(
+                "crates/study/src/x.rs",
+                "mod png;\npng::write();"
+            ))
+            .is_empty()
+        );
+        assert!(
+            foreign_names(&House::of(
+                "crates/study/src/x.rs",
+                "linelit_film::png::write();"
+            ))
+            .is_empty()
+        );
+        assert!(
+            fallibility(&House::of(
+                "crates/geometry/src/x.rs",
+                "pub fn try_new() -> Result<A, B> { c }"
+            ))
+            .is_empty()
+        );
+        let kernel = "// SAFETY: detected.\nunsafe { b() }";
+        assert!(
+            unsafe_stays_in_its_rooms(&House::of("crates/visibility/src/simd/x.rs", kernel))
+                .is_empty()
+        );
+        assert!(effects(&House::of("crates/mis/tests/x.rs", "println!()")).is_empty());
+    }
+
+    #[test]
+    fn long_files_are_seen() {
+        assert_eq!(
+            size(&House::of("crates/mis/src/x.rs", &"\n".repeat(701))).len(),
+            1
+        );
+        assert!(size(&House::of("crates/mis/src/x.rs", &"\n".repeat(700))).is_empty());
+    }
+}
