@@ -207,7 +207,6 @@ fn slope(points: &[(u32, Welford)]) -> (f64, f64) {
 fn assert_slope(points: &[(u32, Welford)], steepest: f64, flattest: f64, name: &str) {
     let (slope, error) = slope(points);
     let margin = critical_z(sidak(0.01, TESTS)) * error;
-    eprintln!("{name}: {slope:.3} ± {error:.3}, expected {steepest:.3} to {flattest:.3}");
     assert!(
         slope > steepest - margin && slope < flattest + margin,
         "{name}: exponent {slope} ± {error}, expected {steepest} to {flattest}"

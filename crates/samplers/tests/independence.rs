@@ -8,10 +8,13 @@ use linelit_testkit::ztest::{Welford, critical_z, z_score};
 /// All tests of this file together err with probability 0.01 at most; there are fewer than this many.
 const TESTS: usize = 600;
 
+/// A stream's seed, pixel and dimension.
+type Stream = (u64, [u32; 2], u32);
+
 /// A pair of streams that the cases below compare.
 struct Case {
     name: &'static str,
-    streams: fn(u64) -> [(u64, [u32; 2], u32); 2],
+    streams: fn(u64) -> [Stream; 2],
     couples_pixels: bool,
 }
 
@@ -76,7 +79,7 @@ fn all_cases() -> impl Iterator<Item = (SamplerKind, &'static Case)> {
 
 fn set(
     kind: SamplerKind,
-    (seed, pixel, dimension): (u64, [u32; 2], u32),
+    (seed, pixel, dimension): Stream,
     count: u32,
 ) -> linelit_samplers::SampleSet {
     Sampler::new(kind, seed).points(pixel, dimension, count)

@@ -79,7 +79,7 @@ fn one_sample_per_cell_in_two_dimensions_for_any_count() {
 #[test]
 fn multi_jittered_points_are_n_rooks() {
     for n in COUNTS {
-        let grid = (1..=n).any(|a| n.is_multiple_of(*a) && a * a <= n && 2 * a * a >= n);
+        let grid = (1..=n).any(|a| n.is_multiple_of(a) && a * a <= n && 2 * a * a >= n);
         for seed in 0..20 {
             let set = Sampler::new(SamplerKind::MultiJitter, seed).points([1, 1], 0, n);
             assert_each_once(
