@@ -1,0 +1,252 @@
+//! How far one picture is from another.
+
+use linelit_film::{FilmError, Image};
+use serde::Serialize;
+
+/// ε of the mean relative squared error, (W/(m²·sr))²: it avoids a division by zero (Salesin &
+/// Jarosz 2019, section 6).
+pub const MRSE_EPSILON: f64 = 1e-6;
+
+/// A mean with its standard error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeanError {
+    /// The mean; NaN of nothing.
+    pub mean: f64,
+    /// Its standard error, from the spread; NaN below two values.
+    pub stderr: f64,
+}
+
+impl MeanError {
+    /// Mean and standard error of independent values: √(Σ(v − mean)²/(n(n − 1))), in two passes.
+    ///
+    /// ```
+    /// let m = linelit_study::stats::metrics::MeanError::of(&[1.0, 3.0]);
+    /// assert_eq!((m.mean, m.stderr, m.z()), (2.0, 1.0, 2.0));
+    /// ```
+    #[must_use]
+    pub fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+        let stderr = if values.len() < 2 {
+            f64::NAN
+        } else {
+            (square / (n * (n - 1.0))).sqrt()
+        };
+        Self { mean, stderr }
+    }
+
+    /// Standard errors between the mean and zero; zero if both vanish.
+    #[must_use]
+    pub fn z(&self) -> f64 {
+        if self.mean.abs() <= 0.0 {
+            0.0
+        } else {
+            self.mean / self.stderr
+        }
+    }
+}
+
+/// Errors of a picture against a reference, over all pixels and channels.
+///
+/// With p the values of the picture, r those of the reference, n their number:
+/// MSE = Σ(p − r)²/n, RMSE = √MSE, MRSE = Σ(p − r)²/(r² + ε)/n with [`MRSE_EPSILON`] (Salesin &
+/// Jarosz 2019, section 6), bias = Σ(p − r)/n. All in linear radiance, never tone-mapped.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ImageMetrics {
+    /// Pixels that were compared.
+    pub pixels: usize,
+    /// Pixels left out because a value is not finite in one of the pictures.
+    pub skipped: usize,
+    /// Mean squared error.
+    pub mse: f64,
+    /// Its square root.
+    pub rmse: f64,
+    /// Mean relative squared error.
+    pub mrse: f64,
+    /// Mean difference.
+    pub bias: f64,
+    /// Standard error of the bias from its spread over pixels, as if their errors were independent
+    /// (they are if each has its own random numbers).
+    pub bias_stderr: f64,
+    /// Bias over its standard error; zero for equal pictures.
+    pub bias_z: f64,
+    /// The largest absolute difference.
+    pub largest: f64,
+    /// Column and row of the largest difference.
+    pub largest_at: [u32; 2],
+    /// Mean of the picture.
+    pub mean: f64,
+    /// Mean of the reference.
+    pub reference_mean: f64,
+}
+
+impl ImageMetrics {
+    /// Compares two pictures of one size.
+    ///
+    /// # Errors
+    /// [`FilmError::Size`] when the sizes differ.
+    ///
+    /// ```
+    /// use linelit_film::Image;
+    /// use linelit_study::stats::metrics::ImageMetrics;
+    /// let reference = Image::from_fn(2, 1, |_, _| [1.0; 3]);
+    /// let picture = Image::from_fn(2, 1, |x, _| [1.0 + x as f32; 3]);
+    /// let m = ImageMetrics::compare(&picture, &reference)?;
+    /// assert_eq!((m.mse, m.bias, m.bias_stderr, m.largest_at), (0.5, 0.5, 0.5, [1, 0]));
+    /// # Ok::<(), linelit_film::FilmError>(())
+    /// ```
+    pub fn compare(picture: &Image, reference: &Image) -> Result<Self, FilmError> {
+        if (picture.width, picture.height) != (reference.width, reference.height) {
+            return Err(FilmError::Size {
+                expected: [reference.width, reference.height],
+                found: [picture.width, picture.height],
+            });
+        }
+        let mut sums = Sums::default();
+        for (index, (p, r)) in picture.rgb.iter().zip(&reference.rgb).enumerate() {
+            sums.add(index, p.map(f64::from), r.map(f64::from));
+        }
+        Ok(sums.finish(reference.width))
+    }
+}
+
+#[derive(Default)]
+struct Sums {
+    skipped: usize,
+    differences: Vec<f64>,
+    square: f64,
+    relative: f64,
+    largest: f64,
+    largest_index: usize,
+    picture: f64,
+    reference: f64,
+}
+
+impl Sums {
+    fn add(&mut self, index: usize, picture: [f64; 3], reference: [f64; 3]) {
+        if picture
+            .iter()
+            .chain(&reference)
+            .any(|value| !value.is_finite())
+        {
+            self.skipped += 1;
+            return;
+        }
+        let mut mean_difference = 0.0;
+        for (p, r) in picture.into_iter().zip(reference) {
+            let difference = p - r;
+            self.square += difference * difference;
+            self.relative += difference * difference / (r * r + MRSE_EPSILON);
+            mean_difference += difference / 3.0;
+            if difference.abs() > self.largest {
+                self.largest = difference.abs();
+                self.largest_index = index;
+            }
+            self.picture += p;
+            self.reference += r;
+        }
+        // Channels of one pixel share their random numbers: a pixel is one observation.
+        self.differences.push(mean_difference);
+    }
+
+    fn finish(self, width: u32) -> ImageMetrics {
+        let values = 3.0 * self.differences.len() as f64;
+        let bias = MeanError::of(&self.differences);
+        let mse = self.square / values;
+        let width = width.max(1) as usize;
+        let coordinate = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
+        ImageMetrics {
+            pixels: self.differences.len(),
+            skipped: self.skipped,
+            mse,
+            rmse: mse.sqrt(),
+            mrse: self.relative / values,
+            bias: bias.mean,
+            bias_stderr: bias.stderr,
+            bias_z: bias.z(),
+            largest: self.largest,
+            largest_at: [
+                coordinate(self.largest_index % width),
+                coordinate(self.largest_index / width),
+            ],
+            mean: self.picture / values,
+            reference_mean: self.reference / values,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::random::SplitMix64;
+
+    #[test]
+    fn equal_pictures_have_no_error() {
+        let image = Image::from_fn(5, 4, |x, y| [x as f32, y as f32, 0.0]);
+        let m = ImageMetrics::compare(&image, &image).unwrap();
+        assert!(m.mse <= 0.0 && m.bias_z <= 0.0 && m.largest <= 0.0);
+        assert_eq!(m.pixels, 20);
+        assert!(ImageMetrics::compare(&image, &Image::new(4, 5)).is_err());
+    }
+
+    #[test]
+    fn mrse_weighs_by_the_reference() {
+        let reference = Image {
+            width: 2,
+            height: 1,
+            rgb: vec![[2.0; 3], [0.0; 3]],
+        };
+        let picture = Image {
+            width: 2,
+            height: 1,
+            rgb: vec![[2.5; 3], [0.001; 3]],
+        };
+        let m = ImageMetrics::compare(&picture, &reference).unwrap();
+        let small = f64::from(0.001_f32) * f64::from(0.001_f32);
+        let want = 0.5 * (0.25 / (4.0 + 1e-6) + small / 1e-6);
+        assert!(
+            (m.mrse - want).abs() < 8.0 * f64::EPSILON * want,
+            "{} {want}",
+            m.mrse
+        );
+    }
+
+    #[test]
+    fn values_that_are_not_numbers_are_counted_not_summed() {
+        let reference = Image::new(2, 1);
+        let picture = Image {
+            width: 2,
+            height: 1,
+            rgb: vec![[f32::NAN, 0.0, 0.0], [1.0; 3]],
+        };
+        let m = ImageMetrics::compare(&picture, &reference).unwrap();
+        assert_eq!((m.pixels, m.skipped), (1, 1));
+        assert!((m.mse - 1.0).abs() < 1e-15 && m.bias_stderr.is_nan());
+    }
+
+    #[test]
+    fn the_z_score_of_unbiased_noise_is_standard_normal() {
+        let mut random = SplitMix64(3);
+        let flat = Image::from_fn(32, 32, |_, _| [0.0; 3]);
+        let mut squares = 0.0;
+        for _ in 0..400 {
+            let noise = Image::from_fn(32, 32, |_, _| {
+                [0; 3].map(|_| {
+                    let v = random.normal();
+                    #[allow(clippy::cast_possible_truncation, reason = "film")]
+                    {
+                        v as f32
+                    }
+                })
+            });
+            squares += ImageMetrics::compare(&noise, &flat).unwrap().bias_z.powi(2);
+        }
+        // Mean of 400 χ²₁ has standard error √(2/400) = 0.071; 4.5 of them: α ≈ 7e-6.
+        assert!(
+            (squares / 400.0 - 1.0).abs() < 4.5 * 0.071,
+            "{}",
+            squares / 400.0
+        );
+    }
+}
