@@ -1,0 +1,398 @@
+//! What a study found, as data: `results.csv`, `slopes.csv`, `results.json`.
+//!
+//! Numbers are written so that reading them gives the same bits (the shortest such decimals); what
+//! is not a number is an empty field in CSV and `null` in JSON. Files are whole or absent.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use linelit_film::{FilmError, write_atomically};
+use serde::Serialize;
+
+use crate::stats::slopes::Order;
+
+/// The columns of `results.csv`, in order.
+pub const RESULT_COLUMNS: [&str; 18] = [
+    "scene",
+    "pixels",
+    "estimator",
+    "sampler",
+    "samples",
+    "trials",
+    "mse",
+    "mse_stderr",
+    "mrse",
+    "bias",
+    "bias_stderr",
+    "cpu_seconds",
+    "wall_seconds",
+    "rays",
+    "line_queries",
+    "node_tests",
+    "triangle_tests",
+    "intervals",
+];
+
+/// The columns of `slopes.csv`, in order.
+pub const SLOPE_COLUMNS: [&str; 8] =
+    ["scene", "estimator", "sampler", "n_min", "n_max", "order", "ci_low", "ci_high"];
+
+/// One estimator with one sampler and number of samples on one scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ResultRow {
+    /// Short name of the scene.
+    pub scene: String,
+    /// Which pixels: `32x32`, or `x,y;x,y`.
+    pub pixels: String,
+    /// The estimator with its options, as on the command line.
+    pub estimator: String,
+    /// The sampler, as on the command line.
+    pub sampler: String,
+    /// Light samples of a shading point.
+    pub samples: u32,
+    /// Independent trials.
+    pub trials: u32,
+    /// Mean squared error of one estimate, linear radiance squared.
+    pub mse: f64,
+    /// Its standard error over the trials.
+    pub mse_stderr: f64,
+    /// Mean relative squared error, ε = 1e-6.
+    pub mrse: f64,
+    /// Mean error.
+    pub bias: f64,
+    /// Its standard error over the trials.
+    pub bias_stderr: f64,
+    /// Processor seconds of one trial, without set-up.
+    pub cpu_seconds: f64,
+    /// Wall seconds of one trial, without set-up.
+    pub wall_seconds: f64,
+    /// Rays of all trials.
+    pub rays: u64,
+    /// Line queries of all trials.
+    pub line_queries: u64,
+    /// Tests against nodes of the hierarchy.
+    pub node_tests: u64,
+    /// Tests against triangles.
+    pub triangle_tests: u64,
+    /// Visible intervals.
+    pub intervals: u64,
+}
+
+/// The order of convergence of one estimator with one sampler on one scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SlopeRow {
+    /// Short name of the scene.
+    pub scene: String,
+    /// The estimator with its options.
+    pub estimator: String,
+    /// The sampler.
+    pub sampler: String,
+    /// The smallest number of samples that was fitted.
+    pub n_min: f64,
+    /// The largest.
+    pub n_max: f64,
+    /// The order of the standard deviation.
+    pub order: f64,
+    /// Lower end of its 95 % interval.
+    pub ci_low: f64,
+    /// Upper end.
+    pub ci_high: f64,
+    /// χ² of the fit over its degrees of freedom: far above one, the curve bends (JSON only).
+    pub lack_of_fit: f64,
+    /// The order that a paper reports (JSON only).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paper_order: Option<f64>,
+    /// Where it reports it (JSON only).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paper_source: Option<String>,
+    /// Why the order is weaker than the paper's, from a measurement (JSON only).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remark: Option<String>,
+}
+
+impl SlopeRow {
+    /// A row from a fit.
+    #[must_use]
+    pub fn new(scene: &str, estimator: &str, sampler: &str, fit: &Order) -> Self {
+        Self {
+            scene: scene.to_owned(),
+            estimator: estimator.to_owned(),
+            sampler: sampler.to_owned(),
+            n_min: fit.n_min,
+            n_max: fit.n_max,
+            order: fit.order,
+            ci_low: fit.ci_low,
+            ci_high: fit.ci_high,
+            lack_of_fit: fit.lack_of_fit,
+            ..Self::default()
+        }
+    }
+
+    /// Sets the paper's order beside ours.
+    #[must_use]
+    pub fn with_paper(mut self, order: f64, source: &str) -> Self {
+        self.paper_order = Some(order);
+        self.paper_source = Some(source.to_owned());
+        self
+    }
+}
+
+/// What is known of a scene apart from its errors.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SceneRecord {
+    /// Short name.
+    pub scene: String,
+    /// Triangles.
+    pub triangles: usize,
+    /// Pixels of the study.
+    pub pixels: usize,
+    /// Pixels whose ray meets something to shade.
+    pub shading_points: usize,
+    /// Seconds to read the file.
+    pub load_seconds: f64,
+    /// Seconds to build the hierarchy and the plan.
+    pub build_seconds: f64,
+    /// Bytes of the hierarchy.
+    pub hierarchy_bytes: usize,
+    /// Mean squared error of the reference itself.
+    pub reference_mse: f64,
+    /// How the reference was made.
+    pub reference: String,
+}
+
+/// A whole study: what `results.json` holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StudyRecord {
+    /// Title.
+    pub title: String,
+    /// The command that repeats it.
+    pub command: String,
+    /// Version of linelit.
+    pub version: String,
+    /// Commit of the sources, if known.
+    pub commit: String,
+    /// The processor.
+    pub cpu: String,
+    /// Threads that were used.
+    pub threads: usize,
+    /// First seed.
+    pub seed: u64,
+    /// Wall seconds of the whole study.
+    pub seconds: f64,
+    /// Everything else that was set.
+    pub settings: BTreeMap<String, String>,
+    /// The scenes, in order.
+    pub scenes: Vec<SceneRecord>,
+    /// All errors.
+    pub rows: Vec<ResultRow>,
+    /// All orders.
+    pub slopes: Vec<SlopeRow>,
+}
+
+impl StudyRecord {
+    /// Writes `results.csv`, `slopes.csv` and `results.json` into `folder`.
+    ///
+    /// # Errors
+    /// [`FilmError::Io`] with the file and the reason.
+    pub fn write(&self, folder: &Path) -> Result<(), FilmError> {
+        write_atomically(&folder.join("results.csv"), results_csv(&self.rows).as_bytes())?;
+        write_atomically(&folder.join("slopes.csv"), slopes_csv(&self.slopes).as_bytes())?;
+        write_atomically(&folder.join("results.json"), self.to_json()?.as_bytes())
+    }
+
+    /// The text of `results.json`.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] if serialisation fails, which no content of these fields makes it.
+    pub fn to_json(&self) -> Result<String, FilmError> {
+        let mut text =
+            serde_json::to_string_pretty(self).map_err(|e| FilmError::Invalid(e.to_string()))?;
+        text.push('\n');
+        Ok(text)
+    }
+}
+
+/// The text of `results.csv`.
+#[must_use]
+pub fn results_csv(rows: &[ResultRow]) -> String {
+    let mut csv = RESULT_COLUMNS.join(",") + "\n";
+    for row in rows {
+        let fields = [
+            quote(&row.scene),
+            quote(&row.pixels),
+            quote(&row.estimator),
+            quote(&row.sampler),
+            row.samples.to_string(),
+            row.trials.to_string(),
+            number(row.mse),
+            number(row.mse_stderr),
+            number(row.mrse),
+            number(row.bias),
+            number(row.bias_stderr),
+            number(row.cpu_seconds),
+            number(row.wall_seconds),
+            row.rays.to_string(),
+            row.line_queries.to_string(),
+            row.node_tests.to_string(),
+            row.triangle_tests.to_string(),
+            row.intervals.to_string(),
+        ];
+        csv += &fields.join(",");
+        csv.push('\n');
+    }
+    csv
+}
+
+/// The text of `slopes.csv`.
+#[must_use]
+pub fn slopes_csv(rows: &[SlopeRow]) -> String {
+    let mut csv = SLOPE_COLUMNS.join(",") + "\n";
+    for row in rows {
+        let fields = [
+            quote(&row.scene),
+            quote(&row.estimator),
+            quote(&row.sampler),
+            number(row.n_min),
+            number(row.n_max),
+            number(row.order),
+            number(row.ci_low),
+            number(row.ci_high),
+        ];
+        csv += &fields.join(",");
+        csv.push('\n');
+    }
+    csv
+}
+
+/// The shortest decimal that reads back as the same number; empty if it is none.
+fn number(value: f64) -> String {
+    if !value.is_finite() {
+        return String::new();
+    }
+    let magnitude = value.abs();
+    let plain = magnitude <= 0.0 || (1e-4..1e9).contains(&magnitude);
+    if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// A CSV field after RFC 4180: in quotes where it needs them.
+fn quote(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
+/// The processor's name where the system tells it (Linux), with the number of logical cores.
+#[must_use]
+pub fn cpu_name() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()))
+        .unwrap_or(std::env::consts::ARCH);
+    format!("{name} ({cores} logical cores)")
+}
+
+/// The commit that the tool was built from, `unknown` outside of a git checkout; `-dirty` if files
+/// under version control differ from it.
+#[must_use]
+pub fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = std::process::Command::new("git")
+            .args(["-C", env!("CARGO_MANIFEST_DIR")])
+            .args(arguments)
+            .output()
+            .ok()?;
+        let text = String::from_utf8(output.stdout).ok()?.trim().to_owned();
+        output.status.success().then_some(text)
+    };
+    let Some(hash) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".to_owned() };
+    match git(&["status", "--porcelain", "--untracked-files=no"]) {
+        Some(changes) if changes.is_empty() => hash,
+        _ => format!("{hash}-dirty"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row() -> ResultRow {
+        ResultRow {
+            scene: "grid".to_owned(),
+            pixels: "32x32".to_owned(),
+            estimator: "line-area[orientation=fixed:0.25,offset=length]".to_owned(),
+            sampler: "sobol".to_owned(),
+            samples: 16,
+            trials: 8,
+            mse: 1.25e-7,
+            bias_stderr: f64::NAN,
+            cpu_seconds: 0.1 + 0.2,
+            rays: u64::MAX,
+            ..ResultRow::default()
+        }
+    }
+
+    #[test]
+    fn the_columns_are_the_contract() {
+        let csv = results_csv(&[row()]);
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(
+            lines[0],
+            "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,bias,bias_stderr,\
+             cpu_seconds,wall_seconds,rays,line_queries,node_tests,triangle_tests,intervals"
+        );
+        assert_eq!(
+            lines[1],
+            "grid,32x32,\"line-area[orientation=fixed:0.25,offset=length]\",sobol,16,8,1.25e-7,0,0,0,,\
+             0.30000000000000004,0,18446744073709551615,0,0,0,0"
+        );
+        let slope = SlopeRow { scene: "a\"b".to_owned(), n_min: 4.0, order: -1.5, ..SlopeRow::default() };
+        assert_eq!(
+            slopes_csv(&[slope]),
+            "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high\n\"a\"\"b\",,,4,0,-1.5,0,0\n"
+        );
+    }
+
+    #[test]
+    fn numbers_read_back_to_the_same_bits() {
+        for value in [0.1, 1e-300, -3.5e12, 123_456.789, f64::MIN_POSITIVE, 1.0 / 3.0, -0.0] {
+            assert_eq!(number(value).parse::<f64>().unwrap().to_bits(), value.to_bits());
+        }
+        assert_eq!(number(f64::INFINITY), "");
+    }
+
+    #[test]
+    fn json_holds_all_of_it() {
+        let record = StudyRecord {
+            seed: 7,
+            rows: vec![row()],
+            slopes: vec![SlopeRow::default().with_paper(-1.15, "Fig. 9")],
+            ..StudyRecord::default()
+        };
+        let value: serde_json::Value = serde_json::from_str(&record.to_json().unwrap()).unwrap();
+        assert_eq!(value["seed"], 7);
+        assert_eq!(value["rows"][0]["rays"], u64::MAX);
+        assert!(value["rows"][0]["bias_stderr"].is_null());
+        assert_eq!(value["slopes"][0]["paper_source"], "Fig. 9");
+        for column in RESULT_COLUMNS {
+            assert!(value["rows"][0].get(column).is_some(), "{column}");
+        }
+        for column in SLOPE_COLUMNS {
+            assert!(value["slopes"][0].get(column).is_some(), "{column}");
+        }
+    }
+
+    #[test]
+    fn files_are_written_together() {
+        let folder = std::env::temp_dir().join(format!("linelit-tables-{}", std::process::id()));
+        StudyRecord { rows: vec![row()], ..StudyRecord::default() }.write(&folder).unwrap();
+        let mut names: Vec<_> =
+            std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["results.csv", "results.json", "slopes.csv"]);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}
