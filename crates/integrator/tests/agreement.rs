@@ -81,7 +81,7 @@ fn triangular_light_behind_clutter() {
 #[test]
 fn light_through_the_floor() {
     let light = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
-        "point P" [ -1.5 -1 -0.5  -1.5 -1 1.5  -1.5 1 1.5  -1.5 1 -0.5 ]"#;
+        "point P" [ -1.5 -1 -0.5  -1.5 1 -0.5  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
     agree(light, CLUTTER);
 }
 

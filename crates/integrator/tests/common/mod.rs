@@ -2,7 +2,7 @@
 
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
-use linelit_scene::Scene;
+use linelit_scene::{LoadOptions, Scene};
 
 /// A floor seen from above, a square light over it, and whatever `occluders` says.
 pub fn room(light: &str, occluders: &str) -> Scene {
@@ -28,7 +28,7 @@ WorldEnd
 
 /// A scene from pbrt text.
 pub fn load(text: &str) -> Scene {
-    Scene::from_pbrt_str(text, "test.pbrt").expect("the test scene is valid").scene
+    Scene::from_pbrt_str(text, "test.pbrt", &LoadOptions::default()).expect("the test scene is valid").scene
 }
 
 /// A square light of side 1 above the floor, facing down.
