@@ -184,7 +184,7 @@ impl AngularLines {
         )?;
         match self.normal {
             None => Some(Thin::Solid(view)),
-            Some(n) => ProjectedLine::of(view, n.to_array()).map(Thin::Projected),
+            Some(_) => ProjectedLine::of(view).map(Thin::Projected),
         }
     }
 

@@ -129,7 +129,7 @@ impl LinearSampler {
         use LinearTechnique as T;
         let clip = !matches!(technique, T::Area | T::SolidAngle);
         let view = seen(light, x, clip.then_some(normal))?;
-        let projected = || ProjectedLine::of(view, normal.to_array());
+        let projected = || ProjectedLine::of(view);
         let kind = match technique {
             T::Area => Kind::Area,
             T::SolidAngle | T::ClippedSolidAngle => Kind::SolidAngle,

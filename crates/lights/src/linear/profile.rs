@@ -103,7 +103,7 @@ impl<'p> ProfiledLine<'p> {
             .light
             .piece(self.profile.edge(i), self.profile.edge(i + 1));
         let view = seen(&piece, self.x, Some(self.normal))?;
-        ProjectedLine::of(view, self.normal.to_array())
+        ProjectedLine::of(view)
     }
 
     fn weight(&self, i: usize) -> f64 {

@@ -39,20 +39,24 @@ impl<T: Real> ProjectedLine<T> {
     /// horizon, and as for [`LineView::new`].
     #[must_use]
     pub fn new(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
-        Self::of(LineView::clipped(p0, p1, normal)?, normal)
+        Self::of(LineView::clipped(p0, p1, normal)?)
     }
 
-    /// The same for a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by `normal`.
+    /// The same for a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by the normal; `None` for one
+    /// that has none.
     #[must_use]
-    pub fn of(view: LineView<T>, normal: [T; 3]) -> Option<Self> {
+    pub fn of(view: LineView<T>) -> Option<Self> {
         let (cos0, sin0) = view.start();
+        let (sin_delta, cos_delta) = view.angle_sin_cos();
+        let [n0, end] = view.end_cosines();
         let mut out = Self {
             view,
             delta: view.angle(),
             cos0,
             sin0,
-            n0: view.end_cosines()[0],
-            n1: dot(normal, view.tangent()),
+            n0,
+            // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in between.
+            n1: (end - n0 * cos_delta) / sin_delta,
             total: T::ZERO,
         };
         out.total = out.mass(out.delta);

@@ -54,6 +54,8 @@ pub trait Real:
     fn atan(self) -> Self;
     /// `a·b − c·d`, accurate relative to the result.
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
+    /// The dot product; in `f32` accumulated in `f64` and rounded once.
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
     /// The larger of two; `other` if `self` is NaN.
     #[inline]
@@ -116,6 +118,10 @@ impl Real for f64 {
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
         predicates::diff_of_products(a, b, c, d)
     }
+    #[inline]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    }
 }
 
 impl Real for f32 {
@@ -160,6 +166,11 @@ impl Real for f32 {
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
         Self::from_f64(f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d))
     }
+    #[inline]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        let product = |i: usize| f64::from(a[i]) * f64::from(b[i]);
+        Self::from_f64(product(0) + product(1) + product(2))
+    }
 }
 
 pub(crate) type V3<T> = [T; 3];
@@ -181,7 +192,7 @@ pub(crate) fn scale<T: Real>(a: V3<T>, s: T) -> V3<T> {
 
 #[inline]
 pub(crate) fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    T::dot(a, b)
 }
 
 #[inline]

@@ -17,6 +17,8 @@ pub struct LineView<T> {
     whole: T,
     /// Fractions of the whole line at which the clipped line begins and ends.
     range: [T; 2],
+    /// Their difference, relatively accurate also where little is left.
+    kept: T,
     /// Clipped length.
     l: T,
     r: [T; 2],
@@ -74,6 +76,7 @@ impl<T: Real> LineView<T> {
             edge,
             whole,
             range: [T::ZERO, T::ONE],
+            kept: T::ONE,
             l: whole,
             cross: area,
             axis: scale(x, T::ONE / area),
@@ -106,6 +109,7 @@ impl<T: Real> LineView<T> {
             self.range[1] = c0 / -span;
             c0 / -span
         };
+        self.kept = kept;
         self.l = self.whole * kept;
         self.cross = self.cross * kept;
         Some(())
@@ -194,7 +198,7 @@ impl<T: Real> LineView<T> {
     /// The place `lambda` in [0, 1] on the (clipped) line, relative to the shading point, from the nearer end.
     #[must_use]
     pub fn at(&self, lambda: T) -> [T; 3] {
-        let kept = self.range[1] - self.range[0];
+        let kept = self.kept;
         if lambda + lambda <= T::ONE {
             add(self.p0, scale(self.edge, kept * lambda))
         } else {
@@ -297,15 +301,26 @@ impl<T: Real> LineView<T> {
         self.arc_point(v.sin_cos(), (delta - v).sin_cos())
     }
 
+    /// Whether a place on the line is better resolved by its fraction λ than by its direction: an error ε in λ turns the
+    /// direction by at most ε l h/r², r being the smallest distance on the line.
+    #[must_use]
+    pub fn is_short(&self) -> bool {
+        let foot_inside = self.sine[0] < T::ZERO && self.sine[1] > T::ZERO;
+        let r = if foot_inside {
+            self.h
+        } else {
+            self.r[0].at_most(self.r[1])
+        };
+        self.cross < r * r
+    }
+
     /// The place and direction from sine and cosine of the angles to both ends.
     fn arc_point(&self, from_start: (T, T), from_end: (T, T)) -> ArcPoint<T> {
         // The direction is p0/r0 sin(δ−v)/sin δ + p1/r1 sin v/sin δ: all weights positive.
         let (w0, w1) = (from_end.0 / self.r[0], from_start.0 / self.r[1]);
         let sum = w0 + w1;
         let lambda = if sum > T::ZERO { w1 / sum } else { T::ZERO };
-        let (sin_delta, cos_delta) = self.angle_sin_cos();
-        let half = T::from_f64(0.5);
-        if cos_delta > T::ZERO && sin_delta < half {
+        if self.is_short() {
             let point = self.at(lambda);
             let direction = scale(point, T::ONE / length(point));
             return ArcPoint {
