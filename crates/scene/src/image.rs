@@ -1,4 +1,4 @@
-//! Pixels of textures, and the reader of TGA files.
+//! Pixels of textures, and the readers of their files.
 
 use crate::color::{LUMINANCE, srgb_to_linear};
 use linelit_geometry::DVec3;
@@ -6,7 +6,7 @@ use std::fmt;
 use std::sync::LazyLock;
 
 /// Most pixels that a texture may have.
-const MAX_PIXELS: u64 = 1 << 28;
+pub(crate) const MAX_PIXELS: u64 = 1 << 28;
 
 /// Eight-bit pixels, top row first.
 #[derive(Clone, PartialEq, Eq)]
@@ -92,6 +92,21 @@ impl ImageData {
         };
         let table = self.table();
         DVec3::from_array([r, g, b].map(|byte| table[usize::from(byte)]))
+    }
+}
+
+/// Reads an image by the extension of its name: `None` if there is no reader for it.
+pub(crate) fn read(name: &str, bytes: &[u8], srgb: bool) -> Option<Result<ImageData, String>> {
+    match name
+        .rsplit('.')
+        .next()
+        .unwrap_or("")
+        .to_ascii_lowercase()
+        .as_str()
+    {
+        "tga" => Some(read_tga(bytes, srgb)),
+        "png" => Some(crate::png::read(bytes, srgb)),
+        _ => None,
     }
 }
 

@@ -28,17 +28,20 @@
 //! # Ok::<(), linelit_scene::SceneError>(())
 //! ```
 
+mod assembly;
 mod camera;
 mod color;
 mod error;
 mod film;
 mod image;
+mod inflate;
 mod load;
 mod material;
 mod merge;
 mod mesh;
 mod pbrt;
 mod ply;
+mod png;
 mod polygon;
 mod scene;
 mod source;

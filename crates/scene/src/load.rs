@@ -1,5 +1,6 @@
 //! Loading a scene from a file.
 
+use crate::assembly::describe;
 use crate::error::{ErrorKind, Result, SceneError, Warning};
 use crate::pbrt;
 use crate::scene::Scene;
@@ -51,7 +52,7 @@ impl Scene {
                 .help("scenes end in .pbrt"));
         }
         let bytes = std::fs::read(path).map_err(|e| {
-            let message = format!("cannot read the scene: {}", pbrt::describe(&e));
+            let message = format!("cannot read the scene: {}", describe(&e));
             SceneError::new(ErrorKind::Io, message).in_file(&name)
         })?;
         pbrt::load(Source::new(name, bytes), Some(path), options)

@@ -132,9 +132,11 @@ impl Loader {
                 }
                 let message = "participating media are not supported";
                 let source = Arc::clone(lexer.source());
-                self.warnings.warn(ErrorKind::Unsupported, message, |e| {
-                    e.at(&source, token.span, "left out")
-                })
+                self.base
+                    .warnings
+                    .warn(ErrorKind::Unsupported, message, |e| {
+                        e.at(&source, token.span, "left out")
+                    })
             }
             "ActiveTransform" => {
                 let which = lexer.next()?.map(|t| lexer.source().text(t.span));
@@ -173,9 +175,11 @@ impl Loader {
     fn no_motion(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
         let source = Arc::clone(lexer.source());
         let message = "motion is not supported: transforms are those of the start";
-        self.warnings.warn(ErrorKind::Unsupported, message, |e| {
-            e.at(&source, token.span, "ignored")
-        })
+        self.base
+            .warnings
+            .warn(ErrorKind::Unsupported, message, |e| {
+                e.at(&source, token.span, "ignored")
+            })
     }
 
     fn open_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {

@@ -126,7 +126,8 @@ impl Loader {
                 }
                 _ => (0.5, "read as grey, 0.5"),
             };
-            self.warnings
+            self.base
+                .warnings
                 .warn(ErrorKind::Unsupported, message, place(label))?;
             return Ok(DVec3::splat(value));
         }
@@ -154,7 +155,8 @@ impl Loader {
             "spectrum `{}` of {} is reduced to linear RGB",
             param.name, params.owner
         );
-        self.warnings
+        self.base
+            .warnings
             .warn(ErrorKind::Suspicious, message, place("sampled spectrum"))?;
         let rgb = color::sampled_to_rgb(&samples);
         let luminance = rgb.dot(color::LUMINANCE);

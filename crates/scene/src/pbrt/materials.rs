@@ -101,7 +101,7 @@ impl Loader {
             let message = format!("material `{kind}` is drawn with its diffuse part only");
             self.warn_at(params, ErrorKind::Unsupported, message, "for now")?;
         }
-        Ok(Some(self.builder.add_material(material)))
+        Ok(Some(self.base.builder.add_material(material)))
     }
 
     fn bump(&mut self, params: &Params) -> Result<Option<Texture>> {
@@ -344,7 +344,7 @@ impl Loader {
     }
 
     fn mix_cost(&self, material: u32) -> usize {
-        match &self.builder.materials[material as usize].kind {
+        match &self.base.builder.materials[material as usize].kind {
             MaterialKind::Mix { materials, .. } => {
                 materials.iter().map(|m| self.mix_cost(*m)).sum()
             }

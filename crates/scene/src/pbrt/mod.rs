@@ -15,10 +15,10 @@ mod textures;
 mod transforms;
 mod view;
 
-use crate::error::{ErrorKind, Result, SceneError, Warnings};
-use crate::image::ImageData;
+use crate::assembly::Assembly;
+use crate::error::{ErrorKind, Result, SceneError};
 use crate::load::{LoadOptions, Loaded};
-use crate::mesh::{Builder, EmissionSpec, MeshData};
+use crate::mesh::{EmissionSpec, MeshData};
 use crate::source::{Source, Span};
 use crate::suggest::nearest;
 use crate::texture::Texture;
@@ -41,27 +41,19 @@ pub(crate) fn load(
     path: Option<&Path>,
     options: &LoadOptions,
 ) -> Result<Loaded> {
-    let folder = path
-        .and_then(Path::parent)
-        .unwrap_or(Path::new(""))
-        .to_owned();
     let mut loader = Loader {
-        folder,
-        builder: Builder::new(options.max_triangles),
-        warnings: Warnings::new(options.strict),
+        base: Assembly::new(path, options),
         state: State::default(),
         stack: Vec::new(),
         coordinate_systems: HashMap::new(),
         materials: HashMap::new(),
         textures: HashMap::new(),
-        images: HashMap::new(),
         objects: HashMap::new(),
         object: None,
         view: view::View::default(),
         in_world: false,
         includes: path.map(canonical).into_iter().collect(),
         shapes: 0,
-        max_triangles: options.max_triangles,
     };
     loader.read(&source)?;
     loader.finish(&source)
@@ -100,22 +92,18 @@ struct Block {
 }
 
 struct Loader {
-    folder: PathBuf,
-    builder: Builder,
-    warnings: Warnings,
+    base: Assembly,
     state: State,
     stack: Vec<Block>,
     coordinate_systems: HashMap<String, DAffine3>,
     materials: HashMap<String, Option<u32>>,
     textures: HashMap<(bool, String), Arc<Texture>>,
-    images: HashMap<(PathBuf, bool), Arc<ImageData>>,
     objects: HashMap<String, Rc<Vec<ObjectShape>>>,
     object: Option<(String, Vec<ObjectShape>)>,
     view: view::View,
     in_world: bool,
     includes: Vec<PathBuf>,
     shapes: usize,
-    max_triangles: usize,
 }
 
 impl Loader {
@@ -149,23 +137,14 @@ impl Loader {
             .at(&block.source, block.span, "opened here")
             .help(format!("add `{end}`")));
         }
-        let whole = |e: SceneError| e.in_file(source.name());
-        if self.shapes == 0 {
-            self.warnings
-                .warn(ErrorKind::Suspicious, "the scene has no shapes", whole)?;
-        } else if self.builder.light_count() == 0 {
-            let message = "the scene has no area or linear lights: its picture is black";
-            self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
-        }
-        let (camera, film) = std::mem::take(&mut self.view).finish(&mut self.warnings, source)?;
-        Ok(Loaded {
-            scene: self.builder.finish(camera, film),
-            warnings: self.warnings.into_list(),
-        })
+        let view = std::mem::take(&mut self.view);
+        let (camera, film) = view.finish(&mut self.base.warnings, source)?;
+        self.base
+            .finish(source.name(), self.shapes > 0, Some(camera), film)
     }
 
     /// The quoted name behind a directive, as in `Shape "sphere"`.
-    fn name(&mut self, lexer: &mut Lexer, directive: Token, what: &str) -> Result<(String, Token)> {
+    fn name(&self, lexer: &mut Lexer, directive: Token, what: &str) -> Result<(String, Token)> {
         match lexer.peek()? {
             Some(token) if token.kind == TokenKind::Quoted => {
                 lexer.next()?;
@@ -173,11 +152,11 @@ impl Loader {
             }
             _ => {
                 let word = lexer.source().text(directive.span);
-                let message = format!("`{word}` has no {what} in quotes");
+                let message = format!("`{word}` has no name");
                 Err(SceneError::new(ErrorKind::Syntax, message).at(
                     lexer.source(),
                     directive.span,
-                    "expected a name in quotes behind it",
+                    format!("expected {what} in quotes behind it"),
                 ))
             }
         }
@@ -190,7 +169,7 @@ impl Loader {
         directive: Token,
         what: &str,
     ) -> Result<(String, Params)> {
-        let (name, token) = self.name(lexer, directive, what)?;
+        let (name, token) = self.name(lexer, directive, "a name")?;
         let owner = match what {
             // The owner of the parameters, without the article.
             "a name" | "a colour space" | "a light type" | "a medium name" => name.clone(),
@@ -204,9 +183,11 @@ impl Loader {
     fn warn_unused(&mut self, params: &Params) -> Result<()> {
         for (param, near) in params.unused() {
             let message = format!("{} has no parameter `{}`", params.owner, param.name);
-            self.warnings.warn(ErrorKind::UnknownName, message, |e| {
-                e.at(&param.source, param.span, "ignored").suggest(near)
-            })?;
+            self.base
+                .warnings
+                .warn(ErrorKind::UnknownName, message, |e| {
+                    e.at(&param.source, param.span, "ignored").suggest(near)
+                })?;
         }
         Ok(())
     }
@@ -219,27 +200,15 @@ impl Loader {
         message: String,
         label: &str,
     ) -> Result<()> {
-        self.warnings
+        self.base
+            .warnings
             .warn(kind, message, |e| e.at(&params.source, params.span, label))
-    }
-
-    /// A file that the scene names, read into memory.
-    fn open(&self, name: &str, source: &Source, span: Span) -> Result<(PathBuf, Vec<u8>)> {
-        let path = self.folder.join(name);
-        match std::fs::read(&path) {
-            Ok(bytes) => Ok((path, bytes)),
-            Err(error) => Err(SceneError::new(
-                ErrorKind::Io,
-                format!("cannot read `{name}`: {}", describe(&error)),
-            )
-            .at(source, span, "named here")),
-        }
     }
 
     fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {
         let (name, token) = self.name(lexer, directive, "a file name")?;
         let outer = Arc::clone(lexer.source());
-        let path = self.folder.join(&name);
+        let path = self.base.folder.join(&name);
         let fail = |kind, message: String, label: &str| {
             Err(SceneError::new(kind, message).at(&outer, token.span, label))
         };
@@ -258,22 +227,13 @@ impl Loader {
             let message = format!("compressed scene text is not supported: `{name}`");
             return fail(ErrorKind::Unsupported, message, "unpack it first");
         }
-        let (path, bytes) = self.open(&name, &outer, token.span)?;
+        let at = |e: SceneError, label: &str| e.at(&outer, token.span, label);
+        let (path, bytes) = self.base.open(&name, &at)?;
         self.includes.push(canonical(&path));
         let inner = Source::new(path.display().to_string(), bytes);
         let result = self.read(&inner);
         self.includes.pop();
         result.map_err(|e| e.note(format!("included at {}", outer.short(token.span))))
-    }
-}
-
-/// What an I/O error means, without the system's error number.
-pub(crate) fn describe(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".into(),
-        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
-        std::io::ErrorKind::IsADirectory => "it is a folder".into(),
-        _ => error.to_string(),
     }
 }
 

@@ -4,10 +4,10 @@ use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
 use super::{Geometry, Loader, ObjectShape, unknown};
-use crate::error::{ErrorKind, Result};
-use crate::mesh::{EmissionSpec, MeshData, Placement, Refusal};
+use crate::error::{ErrorKind, Result, SceneError};
+use crate::mesh::{EmissionSpec, MeshData, Placement};
 use crate::source::Source;
-use crate::{ply, tessellate};
+use crate::{inflate, ply, tessellate};
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
 use std::rc::Rc;
@@ -120,41 +120,17 @@ impl Loader {
             material,
             emission,
         };
-        match self.builder.add_mesh(mesh, &place) {
-            Ok(added) => {
-                if added.degenerate > 0 {
-                    let message = "triangles without area are left out".to_owned();
-                    let label = format!("{} of {}", added.degenerate, mesh.triangles.len());
-                    self.warn_at(params, ErrorKind::Suspicious, message, &label)?;
-                }
-                let split = emission.is_some_and(|e| e.power.is_some())
-                    && !mesh.one_shape
-                    && mesh.triangles.len() > 1;
-                if split {
-                    let message = "the `power` of an area light goes to each triangle of its mesh";
-                    let label = format!("{} triangles, as in pbrt-v4", mesh.triangles.len());
-                    self.warn_at(params, ErrorKind::Suspicious, message.to_owned(), &label)?;
-                }
-                Ok(())
-            }
-            Err(Refusal::Singular) => {
-                let message = format!("{} is flattened by its transform", params.owner);
-                self.warn_at(params, ErrorKind::BadTransform, message, "left out")
-            }
-            Err(Refusal::Vertex(k)) => {
-                let message = format!("vertex {k} of {} is beyond the range of f32", params.owner);
-                Err(params.error(ErrorKind::OutOfRange, message, "after its transform"))
-            }
-            Err(Refusal::TooMany) => {
-                let message = format!("more than {} triangles", self.max_triangles);
-                let error = params.error(ErrorKind::Limit, message, "this one is too many");
-                Err(error.note(format!(
-                    "the scene has {} triangles so far, this shape has {}",
-                    self.builder.triangle_count(),
-                    mesh.triangles.len()
-                )))
-            }
+        let at = |e: SceneError, label: &str| e.at(&params.source, params.span, label);
+        self.base.place(mesh, &place, &params.owner, &at)?;
+        let split = emission.is_some_and(|e| e.power.is_some())
+            && !mesh.one_shape
+            && mesh.triangles.len() > 1;
+        if split {
+            let message = "the `power` of an area light goes to each triangle of its mesh";
+            let label = format!("{} triangles, as in pbrt-v4", mesh.triangles.len());
+            self.warn_at(params, ErrorKind::Suspicious, message.to_owned(), &label)?;
         }
+        Ok(())
     }
 
     fn place_line(
@@ -173,7 +149,7 @@ impl Loader {
             let message = "a line without length emits nothing".to_owned();
             return self.warn_at(params, ErrorKind::Suspicious, message, "left out");
         }
-        self.builder.add_line(p0, p1, &emission);
+        self.base.builder.add_line(p0, p1, &emission);
         Ok(())
     }
 
@@ -188,9 +164,11 @@ impl Loader {
             }
             let message = format!("`{name}` is not supported: shapes are opaque");
             let (source, span) = (param.source.clone(), param.span);
-            self.warnings.warn(ErrorKind::Unsupported, message, |e| {
-                e.at(&source, span, "ignored")
-            })?;
+            self.base
+                .warnings
+                .warn(ErrorKind::Unsupported, message, |e| {
+                    e.at(&source, span, "ignored")
+                })?;
         }
         Ok(())
     }
@@ -265,7 +243,7 @@ impl Loader {
             param.name, params.owner
         );
         let (source, span) = (param.source.clone(), param.span);
-        self.warnings.warn(ErrorKind::BadMesh, message, |e| {
+        self.base.warnings.warn(ErrorKind::BadMesh, message, |e| {
             e.at(&source, span, "ignored")
         })
     }
@@ -274,7 +252,19 @@ impl Loader {
         let name = params.require("filename", params.string("filename")?)?;
         let param = params.require("filename", params.find("filename", &[Type::String])?)?;
         let span = param.value_span(0);
-        let (path, bytes) = self.open(name, &param.source, span)?;
+        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
+        let (path, bytes) = self.base.open(name, &at)?;
+        let bytes = if name.ends_with(".gz") {
+            inflate::gunzip(&bytes).map_err(|message| {
+                SceneError::new(
+                    ErrorKind::Syntax,
+                    format!("cannot unpack `{name}`: {message}"),
+                )
+                .at(&param.source, span, "named here")
+            })?
+        } else {
+            bytes
+        };
         let source = Source::new(path.display().to_string(), bytes);
         if params.find("displacement", &[Type::Texture])?.is_some() {
             let message = "displacement is not supported".to_owned();
@@ -312,8 +302,8 @@ impl Loader {
             let normals = (!corners.normals.is_empty()).then(|| at.map(|i| corners.normals[i]));
             let cells = if is_flat(p) { 1 } else { PATCH_CELLS };
             tessellate::bilinear(&mut mesh, p, uvs, normals, cells);
-            if mesh.triangles.len() > self.max_triangles {
-                let message = format!("more than {} triangles", self.max_triangles);
+            if mesh.triangles.len() > self.base.max_triangles {
+                let message = format!("more than {} triangles", self.base.max_triangles);
                 return Err(params.error(ErrorKind::Limit, message, "too many patches"));
             }
         }

@@ -4,9 +4,7 @@ use super::lexer::{Lexer, Token, shorten};
 use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, unknown};
-use crate::error::{ErrorKind, Result};
-use crate::image::{self, ImageData};
-use crate::source::Span;
+use crate::error::{ErrorKind, Result, SceneError};
 use crate::suggest::nearest;
 use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
 use linelit_geometry::{DVec2, DVec3};
@@ -161,7 +159,10 @@ impl Loader {
             && params.string("encoding")?.is_none_or(|e| e == "sRGB");
         let scale = params.float_or("scale", 1.0)?;
         let invert = params.bool_or("invert", false)?;
-        let Some(data) = self.image(params, &name, srgb)? else {
+        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
+        let span = param.value_span(0);
+        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
+        let Some(data) = self.base.image(&name, srgb, &at)? else {
             return Ok(Texture::number(0.5 * scale));
         };
         let data = if is_number {
@@ -177,38 +178,6 @@ impl Loader {
             invert,
             filename: name,
         })))
-    }
-
-    /// An image file, read once; `None` after a warning if its format is not supported.
-    fn image(&mut self, params: &Params, name: &str, srgb: bool) -> Result<Option<Arc<ImageData>>> {
-        let key = (self.folder.join(name), srgb);
-        if let Some(image) = self.images.get(&key) {
-            return Ok(Some(Arc::clone(image)));
-        }
-        let param = params.list.iter().find(|p| p.name == "filename");
-        let (source, span) = match param {
-            Some(p) => (Arc::clone(&p.source), p.value_span(0)),
-            None => (Arc::clone(&params.source), Span::default()),
-        };
-        let (_, bytes) = self.open(name, &source, span)?;
-        let extension = name.rsplit('.').next().unwrap_or("").to_ascii_lowercase();
-        if extension != "tga" {
-            let message = format!("images of type `{}` are not supported", shorten(&extension));
-            self.warnings.warn(ErrorKind::Unsupported, message, |e| {
-                e.at(&source, span, "replaced by grey, 0.5")
-            })?;
-            return Ok(None);
-        }
-        let image = image::read_tga(&bytes, srgb).map_err(|message| {
-            crate::SceneError::new(
-                ErrorKind::Syntax,
-                format!("cannot read `{name}`: {message}"),
-            )
-            .at(&source, span, "named here")
-        })?;
-        let image = Arc::new(image);
-        self.images.insert(key, Arc::clone(&image));
-        Ok(Some(image))
     }
 
     /// A parameter that may be a texture: a number (`is_number`) or a spectrum.

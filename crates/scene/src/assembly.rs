@@ -1,0 +1,222 @@
+//! What all readers share: putting meshes into the scene, reading images, finishing.
+
+use crate::camera::{Camera, Projection};
+use crate::error::{ErrorKind, Result, SceneError, Warnings};
+use crate::film::FilmSettings;
+use crate::image::{self, ImageData};
+use crate::load::{LoadOptions, Loaded};
+use crate::mesh::{Builder, MeshData, Placement, Refusal};
+use linelit_geometry::glam::DAffine3;
+use linelit_geometry::{DMat3, DVec3};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Gives an error its place; the text is the label beside the caret.
+pub(crate) type At<'a> = &'a dyn Fn(SceneError, &str) -> SceneError;
+
+/// A scene in the making.
+pub(crate) struct Assembly {
+    pub(crate) builder: Builder,
+    pub(crate) warnings: Warnings,
+    pub(crate) max_triangles: usize,
+    /// Where the file names in the scene start.
+    pub(crate) folder: PathBuf,
+    images: HashMap<(PathBuf, bool), Arc<ImageData>>,
+}
+
+impl Assembly {
+    /// An empty scene; `path` is that of the scene file.
+    pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
+        Self {
+            builder: Builder::new(options.max_triangles),
+            warnings: Warnings::new(options.strict),
+            max_triangles: options.max_triangles,
+            folder: path
+                .and_then(Path::parent)
+                .unwrap_or(Path::new(""))
+                .to_owned(),
+            images: HashMap::new(),
+        }
+    }
+
+    /// Warns about something at a place.
+    pub(crate) fn warn(
+        &mut self,
+        kind: ErrorKind,
+        message: impl Into<String>,
+        label: &str,
+        at: At<'_>,
+    ) -> Result<()> {
+        self.warnings.warn(kind, message, |e| at(e, label))
+    }
+
+    /// Adds a mesh to the scene; `what` it is, for messages.
+    pub(crate) fn place(
+        &mut self,
+        mesh: &MeshData,
+        place: &Placement,
+        what: &str,
+        at: At<'_>,
+    ) -> Result<()> {
+        let total = mesh.triangles.len();
+        match self.builder.add_mesh(mesh, place) {
+            Ok(added) if added.degenerate > 0 => {
+                let label = format!("{} of {total}", added.degenerate);
+                let message = "triangles without area are left out";
+                self.warn(ErrorKind::Suspicious, message, &label, at)
+            }
+            Ok(_) => Ok(()),
+            Err(Refusal::Singular) => {
+                let message = format!("{what} is flattened by its transform");
+                self.warn(ErrorKind::BadTransform, message, "left out", at)
+            }
+            Err(Refusal::Vertex(k)) => {
+                let message = format!("vertex {k} of {what} is beyond the range of f32");
+                Err(at(
+                    SceneError::new(ErrorKind::OutOfRange, message),
+                    "after its transform",
+                ))
+            }
+            Err(Refusal::TooMany) => {
+                let message = format!("more than {} triangles", self.max_triangles);
+                let error = at(
+                    SceneError::new(ErrorKind::Limit, message),
+                    "this one is too many",
+                );
+                let so_far = self.builder.triangle_count();
+                Err(error.note(format!(
+                    "the scene has {so_far} triangles so far, this shape has {total}"
+                )))
+            }
+        }
+    }
+
+    /// A file that the scene names, read into memory.
+    pub(crate) fn open(&self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
+        let path = self.folder.join(name);
+        match std::fs::read(&path) {
+            Ok(bytes) => Ok((path, bytes)),
+            Err(error) => {
+                let message = format!("cannot read `{name}`: {}", describe(&error));
+                Err(at(SceneError::new(ErrorKind::Io, message), "named here"))
+            }
+        }
+    }
+
+    /// An image file, read once; `None` after a warning if its format is not supported.
+    pub(crate) fn image(
+        &mut self,
+        name: &str,
+        srgb: bool,
+        at: At<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
+        let key = (self.folder.join(name), srgb);
+        if let Some(image) = self.images.get(&key) {
+            return Ok(Some(Arc::clone(image)));
+        }
+        let (_, bytes) = self.open(name, at)?;
+        let image = self.decode(name, &bytes, srgb, at)?;
+        if let Some(image) = &image {
+            self.images.insert(key, Arc::clone(image));
+        }
+        Ok(image)
+    }
+
+    /// An image from memory; `None` after a warning if its format is not supported.
+    pub(crate) fn decode(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        srgb: bool,
+        at: At<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
+        match image::read(name, bytes, srgb) {
+            Some(Ok(image)) => Ok(Some(Arc::new(image))),
+            Some(Err(message)) => {
+                let message = format!("cannot read `{name}`: {message}");
+                Err(at(
+                    SceneError::new(ErrorKind::Syntax, message),
+                    "named here",
+                ))
+            }
+            None => {
+                let extension: String = name
+                    .rsplit('.')
+                    .next()
+                    .unwrap_or("")
+                    .chars()
+                    .take(20)
+                    .collect();
+                let message = format!("images of type `{extension}` are not supported");
+                self.warn(ErrorKind::Unsupported, message, "replaced by grey, 0.5", at)?;
+                Ok(None)
+            }
+        }
+    }
+
+    /// The finished scene with its warnings; without a camera it gets one that frames it.
+    pub(crate) fn finish(
+        mut self,
+        name: &str,
+        has_shapes: bool,
+        camera: Option<Camera>,
+        film: FilmSettings,
+    ) -> Result<Loaded> {
+        let whole = |e: SceneError| e.in_file(name);
+        if !has_shapes {
+            let message = "the scene has no shapes";
+            self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
+        } else if self.builder.light_count() == 0 {
+            let message = "the scene has no area or linear lights: its picture is black";
+            self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
+        }
+        let size = [film.width, film.height];
+        let unset = Camera::new(
+            DAffine3::IDENTITY,
+            Projection::Perspective { fov_degrees: 90.0 },
+            None,
+            None,
+            size,
+        );
+        let framed = camera.is_none();
+        let mut scene = self.builder.finish(camera.unwrap_or(unset), film);
+        if framed && let Some((lo, hi)) = scene.bounds() {
+            scene.camera = framing_camera(lo, hi, size);
+        }
+        Ok(Loaded {
+            scene,
+            warnings: self.warnings.into_list(),
+        })
+    }
+}
+
+/// A camera that sees a whole box from the front, a little from the right and from above, in a
+/// right-handed world with y up.
+fn framing_camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
+    const FOV_DEGREES: f64 = 40.0;
+    let centre = 0.5 * (lo + hi);
+    let radius = (0.5 * (hi - lo).length()).max(f64::MIN_POSITIVE);
+    let backward = DVec3::new(0.4, 0.35, 1.0).normalize();
+    let distance = radius / (0.5 * FOV_DEGREES).to_radians().sin();
+    let forward = -backward;
+    let right = forward.cross(DVec3::Y).normalize();
+    let camera_to_world = DAffine3 {
+        matrix3: DMat3::from_cols(right, right.cross(forward), forward),
+        translation: centre + backward * distance,
+    };
+    let projection = Projection::Perspective {
+        fov_degrees: FOV_DEGREES,
+    };
+    Camera::new(camera_to_world, projection, None, None, size)
+}
+
+/// What an I/O error means, without the system's error number.
+pub(crate) fn describe(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
+        std::io::ErrorKind::IsADirectory => "it is a folder".into(),
+        _ => error.to_string(),
+    }
+}
