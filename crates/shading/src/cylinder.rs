@@ -1,22 +1,82 @@
-//! A thin cylinder: a linear light, seen by a diffuse surface.
+//! A thin cylinder: the linear light of Nishita and Peters, seen by a diffuse surface.
+//!
+//! # Three models of a line of light
+//!
+//! | model | what it is | integrand over the angle φ along the line | unit of strength |
+//! |---|---|---|---|
+//! | [`ribbon`](crate::ribbon) (Billen & Dutré) | a flat strip with a normal m | cos φ (n·ω) · (−m·q)/h² | radiance × width |
+//! | cylinder (Nishita, Peters) | the surface of a cylinder of radius R → 0 | 2 cos φ (n·ω)/h | radiance × radius |
+//! | [`point_line`](crate::point_line) (Picott) | isotropic points side by side | (n·ω)/h | intensity/length |
+//!
+//! with φ counted from q, the point of the line nearest to the shading point, and h = |q|. The
+//! cylinder is a ribbon of width 2R that always faces the shading point. The line of points lacks
+//! the emitter's cosine, so it is brighter towards the line's extension. A finite cylinder differs
+//! from the limit by the order of R/h; its caps are ignored.
 
-use crate::ribbon;
-use linelit_geometry::{DVec3, predicates::cross};
+use crate::exact::settle;
+use crate::span::Span;
+use linelit_geometry::DVec3;
 
 /// The irradiance of a linear light for each unit of radiance × radius, 1/length: its projected
 /// solid angle for each unit of radius.
 ///
-/// **Formula**: 2 h ∫ max(0, n·p)/|p|⁴ dt: a ribbon of width 2R that always faces the shading
-/// point, with h the distance of the line.
+/// **Formula**: `2 h ∫ max(0, n·p)/|p|⁴ dt`, that is, after clipping,
 ///
-/// **Error**: as [`ribbon::irradiance`].
+/// ```text
+/// sin δ/(r0 r1) · [ c0 (1 + G (r1/r0 − cos δ)) + c1 (1 + G (r0/r1 − cos δ)) ]
+/// ```
 ///
-/// **Source**: Nishita et al. 1985; Peters 2021, eqs. 1–3.
+/// with the symbols of [`ribbon`](crate::ribbon); sin δ comes from an exact cross product where the
+/// line points at the shading point.
+///
+/// **Domain**: as [`ribbon::irradiance`](crate::ribbon::irradiance).
+///
+/// **Error**: below 2e-14 relative (`docs/accuracy.md`).
+///
+/// **Source**: Nishita et al. 1985; Peters 2021, eqs. 1–3, whose `F(ω₁) − F(ω₀)` cancels.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// let e = linelit_shading::cylinder::irradiance(
+///     DVec3::new(-1e9, 0.0, 2.0), DVec3::new(1e9, 0.0, 2.0), DVec3::Z);
+/// assert!((e - std::f64::consts::FRAC_PI_2).abs() < 1e-8); // π/h for an infinite line
+/// ```
+#[inline]
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
-    let length = (p1 - p0).length();
-    if length <= 0.0 {
+    let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
-    }
-    2.0 * (cross(p0, p1).length() / length) * ribbon::irradiance(p0, p1, n)
+    };
+    let Some(g) = span.lune() else {
+        return 0.0;
+    };
+    let [r0, r1] = span.radii;
+    settle(span.sine() * (span.weighted_cosines(g) / r0 / r1) * span.unit)
+}
+
+/// The solid angle for each unit of radius, 1/length, of the whole segment (no horizon).
+///
+/// **Formula**: `(2/h)(sin φ₁ − sin φ₀) = 2 sin δ (1/r0 + 1/r1)/(1 + cos δ)`, with
+/// `1 + cos δ = sin² δ/(1 − cos δ)` where δ is obtuse.
+///
+/// **Domain**: any finite segment; a line through the shading point gives 0 (it diverges there).
+///
+/// **Error**: below 1e-14 relative. **Source**: Peters 2021, eq. 1, rearranged.
+#[inline]
+#[must_use]
+pub fn solid_angle(p0: DVec3, p1: DVec3) -> f64 {
+    let Some(span) = Span::unclipped(p0, p1) else {
+        return 0.0;
+    };
+    let [r0, r1] = span.radii;
+    let sine = span.sine();
+    let inverse = 1.0 / r0 + 1.0 / r1;
+    let value = if span.cos > -0.5 {
+        2.0 * sine * inverse / (1.0 + span.cos)
+    } else if sine > 0.0 {
+        2.0 * inverse * (1.0 - span.cos) / sine
+    } else {
+        0.0
+    };
+    settle(value * span.unit)
 }

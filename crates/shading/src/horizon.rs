@@ -1,43 +1,111 @@
-//! Clipping a segment to a half-space through the shading point.
+//! Clipping a segment to a half-space through the shading point: the horizon, or the back of a
+//! lobe.
 
-use linelit_geometry::{DVec3, predicates::cross};
+use crate::exact::{dot, wide_cross};
+use linelit_geometry::DVec3;
 
 /// A segment relative to the shading point, clipped to `k·p ≥ 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClippedSegment {
-    /// Its ends.
+    /// Where it begins.
     pub p0: DVec3,
-    /// Its ends.
+    /// Where it ends.
     pub p1: DVec3,
     /// `k·p0` and `k·p1`: not negative, and exactly zero at an end that was cut.
     pub cosines: [f64; 2],
-    /// What is left of the segment, as a fraction of its length: from one product, without a
-    /// difference.
+    /// What is left of the segment, as a fraction of its length: a quotient of sums of like sign,
+    /// so that also a sliver is accurate relative to itself.
     pub fraction: f64,
 }
 
 /// Clips the segment to the half-space `k·p ≥ 0`; `None` where nothing of it has `k·p > 0`.
 ///
-/// **Formula**: the crossing is `Q = (k × (p0 × p1))/(k·(p1 − p0))`, which keeps its accuracy
-/// relative to itself also where it is very near the shading point; interpolating between the
-/// ends has the absolute error ε|p0| there.
+/// **Formula**: with `c = k·p` at the ends, the crossing is `Q = (p0 c1 − p1 c0)/(c1 − c0)`. Where
+/// the line passes so near the shading point that this cancels, it is
+/// `Q = (k × (p0 × p1))/(k·(p1 − p0))` in twice the working precision.
 ///
-/// **Error**: a few ε of each component of Q, given exact cosines.
+/// **Error**: the cosines 2 ε relative to themselves, also at grazing incidence; |Q| to 50 ε
+/// relative to itself, however near to the shading point.
+///
+/// **Domain**: finite ends; coordinates between 1e-140 and 1e140 in magnitude, or zero.
+#[inline]
 #[must_use]
 pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {
-    let (c0, c1) = (k.dot(p0), k.dot(p1));
-    if c0 <= 0.0 && c1 <= 0.0 {
-        return None;
-    }
-    if c0 >= 0.0 && c1 >= 0.0 {
+    let (c0, c1) = (dot(k, p0), dot(k, p1));
+    if c0 >= 0.0 && c1 >= 0.0 && c0 + c1 > 0.0 {
         return Some(ClippedSegment { p0, p1, cosines: [c0, c1], fraction: 1.0 });
     }
+    cut(p0, p1, k, c0, c1)
+}
+
+/// [`clip_segment`] when an end is below.
+#[inline(never)]
+fn cut(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> Option<ClippedSegment> {
+    if !(c0 > 0.0 || c1 > 0.0) || c0.is_nan() || c1.is_nan() {
+        return None;
+    }
+    let q = crossing(p0, p1, k, c0, c1);
     // The signs differ, so this difference adds magnitudes.
     let span = c1 - c0;
-    let crossing = cross(k, cross(p0, p1)) / span;
     Some(if c0 < 0.0 {
-        ClippedSegment { p0: crossing, p1, cosines: [0.0, c1], fraction: c1 / span }
+        ClippedSegment { p0: q, p1, cosines: [0.0, c1], fraction: c1 / span }
     } else {
-        ClippedSegment { p0, p1: crossing, cosines: [c0, 0.0], fraction: -c0 / span }
+        ClippedSegment { p0, p1: q, cosines: [c0, 0.0], fraction: -c0 / span }
     })
+}
+
+/// The point of the line through `p0` and `p1` in the plane `k·p = 0`, for cosines of unlike sign.
+pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec3 {
+    let span = c1 - c0;
+    let (a, b) = (p0 * (c1 / span), p1 * (-c0 / span));
+    let sum = a + b;
+    // Cancellation by less than a factor of 8 costs 3 of 53 bits.
+    if 64.0 * sum.length_squared() > a.length_squared() + b.length_squared() {
+        return sum;
+    }
+    let (x, low) = wide_cross(p0, p1);
+    let (y, _) = wide_cross(k, x);
+    (y + k.cross(low)) / span
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_testkit::{assert_close, precise::Precise, real::Real, real::vector, rng::SplitMix64};
+
+    #[test]
+    fn nothing_above_is_nothing() {
+        let n = DVec3::Z;
+        assert!(clip_segment(-n, DVec3::X - n, n).is_none());
+        assert!(clip_segment(DVec3::X, DVec3::Y, n).is_none());
+        assert!(clip_segment(DVec3::NAN, DVec3::Z, n).is_none());
+    }
+
+    /// Lines that pass the shading point at 1 to 1e-14 of their length.
+    #[test]
+    fn crossing_is_accurate_relative_to_itself() {
+        let mut rng = SplitMix64::new(7);
+        for case in 0..2000 {
+            let random = |rng: &mut SplitMix64| DVec3::from_array(rng.unit_vector());
+            let (p0, k) = (random(&mut rng), random(&mut rng));
+            let near = 10f64.powf(rng.in_range(-14.0, 0.0));
+            let p1 = random(&mut rng) * near - p0 * rng.in_range(0.1, 3.0);
+            let Some(clipped) = clip_segment(p0, p1, k) else { continue };
+            if clipped.fraction > 0.999_999 {
+                continue;
+            }
+            let q = if clipped.cosines[0] > 0.0 { clipped.p1 } else { clipped.p0 };
+            let [a, b, n] = [p0, p1, k].map(|v| vector::<Precise>(v.to_array()));
+            let c = |v: &[Precise; 3]| linelit_testkit::real::dot(&n, v);
+            let (c0, c1) = (c(&a), c(&b));
+            let exact = [0, 1, 2].map(|i| {
+                ((a[i].clone() * c1.clone() - b[i].clone() * c0.clone()) / (c1.clone() - c0.clone()))
+                    .to_f64()
+            });
+            let want = DVec3::from_array(exact);
+            let error = (q - want).length() / want.length();
+            // 8 (cancellation) times 4 roundings, and the cosines' own 2 eps, times two.
+            assert_close!(error, 0.0, 50.0 * f64::EPSILON, "case {case}, near {near:e}");
+        }
+    }
 }

@@ -1,75 +1,100 @@
 //! A ribbon: the line of an area light, seen by a diffuse surface.
+//!
+//! The area light is cut into parallel strips of width dw; each strip is flat, emits to the side of
+//! the light's normal m, and is so thin that only its length matters. Symbols: the shading point
+//! is the origin; n shading normal; p(t) the points of the segment, t its length from p0;
+//! rᵢ = |pᵢ|; cᵢ = n·pᵢ; l length; δ the angle between the ends; L radiance.
 
-use crate::horizon::clip_segment;
-use linelit_geometry::{DVec3, predicates::cross};
-
-/// Below this sine of the subtended angle the series takes over.
-const SERIES_SINE: f64 = 0.5;
-
-/// Coefficients binom(2k, k)/4ᵏ/(k + 3/2) of the series in sin²δ: 26 terms reach 2⁻⁵³ at 1/4.
-const SERIES: [f64; 26] = series_coefficients();
-
-const fn series_coefficients() -> [f64; 26] {
-    let mut out = [0.0; 26];
-    let mut binomial = 1.0;
-    let mut k = 0;
-    while k < 26 {
-        #[allow(clippy::cast_precision_loss, reason = "small integers")]
-        let x = k as f64;
-        out[k] = binomial / (x + 1.5);
-        binomial *= (2.0 * x + 1.0) / (2.0 * x + 2.0);
-        k += 1;
-    }
-    out
-}
+use crate::exact::{dot, settle};
+use crate::span::Span;
+use linelit_geometry::DVec3;
 
 /// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
 ///
-/// **Measure and units**: length in, 1/length² out. Times the emitter's distance `−m·q` (the same
-/// all along the line) it is the irradiance for each unit of radiance and ribbon width.
+/// **Measure and units**: length in, 1/length² out. Times the emitter's height `−m·p` (the same all
+/// along the line, [`emitter`]) it is the irradiance for each unit of radiance and of width.
 ///
-/// **Formula**: `(l/(r₀r₁)) (c₀ + c₁)/(2 r₀r₁) + a K`, with the cosines `c = n·p` of the ends,
-/// their distances r, and `a = n·q` for the point q of the line nearest to the shading point;
-/// K = (δ − sin δ cos δ)/(2h³) by a series where δ is small, which needs no division by h.
+/// **Formula**: after clipping to the horizon,
 ///
-/// **Domain**: any finite segment; clipped to the horizon. A segment through the shading point,
-/// where the integral diverges, gives 0.
+/// ```text
+/// I = l/(2 r0² r1²) · [ c0 (1 + G (r1/r0 − cos δ)) + c1 (1 + G (r0/r1 − cos δ)) ]
+/// G = (δ − sin δ cos δ)/sin³ δ
+/// ```
 ///
-/// **Error**: 5e-14 relative at worst.
+/// Both factors of the cosines are positive, so nothing cancels; G is an analytic function of cos δ
+/// down to a right angle (for an obtuse δ, G = π/sin³ δ − G(π − δ)). Neither the distance h of the
+/// line nor the angle is needed: the line may point at the shading point.
 ///
-/// **Source**: Billen & Dutré 2016, eqs. 17–20; eq. 20 as printed lacks a factor and mixes up two
-/// symbols, and cancels. This form does not.
+/// **Domain**: any finite segment. No length, or a line through the shading point (where the
+/// integral diverges), gives 0; results beyond the range of `f64` give its bounds.
+///
+/// **Error**: below 1e-14 relative, also at grazing incidence (`docs/accuracy.md`).
+///
+/// **Source**: Billen & Dutré 2016, eqs. 17–20. Eq. 20 as printed lacks a factor and swaps two
+/// symbols; corrected, it still cancels. The form above is a rearrangement of our own.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_shading::ribbon;
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// let irradiance = 2.0 * ribbon::irradiance(p0, p1, DVec3::Z); // the light faces down: −m·p = 2
+/// assert!((irradiance - 0.431_823_804_500_403_1).abs() < 1e-15);
+/// ```
+#[inline]
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
-    let Some(clipped) = clip_segment(p0, p1, n) else {
+    let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
     };
-    let edge = p1 - p0;
-    let length = edge.length();
-    if length <= 0.0 {
+    let Some(g) = span.lune() else {
         return 0.0;
-    }
-    let normal = cross(p0, p1);
-    let area = normal.length();
-    let a = normal.dot(cross(n, edge)) / (length * length);
-    let h = area / length;
-    let (r0, r1) = (clipped.p0.length(), clipped.p1.length());
-    let [c0, c1] = clipped.cosines;
-    let reach = length * clipped.fraction / r0 / r1;
-    let first = reach * ((c0 + c1) / (2.0 * r0 * r1));
-    let kernel = kernel(area * clipped.fraction, clipped.p0.dot(clipped.p1), r0 * r1, h, reach);
-    let value = first + a * kernel;
-    if value.is_finite() { value.max(0.0) } else { 0.0 }
+    };
+    let product = span.radii[0] * span.radii[1];
+    let value = 0.5 * (span.length / product) * (span.weighted_cosines(g) / product);
+    settle(value * span.unit * span.unit)
 }
 
-/// K = (δ − sin δ cos δ)/(2h³) for the angle δ between the ends.
-fn kernel(area: f64, dot: f64, product: f64, h: f64, reach: f64) -> f64 {
-    let sine = area / product;
-    if dot <= 0.0 || sine >= SERIES_SINE {
-        let delta = area.atan2(dot);
-        return (delta - sine * (dot / product)) / (2.0 * h * h * h);
+/// Which sides of a ribbon emit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// Only the side its normal points to.
+    One,
+    /// Both.
+    Both,
+}
+
+/// The emitter's factor `−m·p`: the distance of the shading point from the light's plane, on the
+/// side that its normal m points to; 0 behind a one-sided light.
+///
+/// **Error**: 8 ε relative for the given p; taken at the nearer end.
+#[inline]
+#[must_use]
+pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
+    let near = if p0.length_squared() <= p1.length_squared() { p0 } else { p1 };
+    let height = -dot(m, near);
+    match sides {
+        Sides::One => height.max(0.0),
+        Sides::Both => height.abs(),
     }
-    let y = sine * sine;
-    let series = SERIES.iter().rev().fold(0.0, |sum, c| sum * y + c);
-    0.5 * series * reach * reach * reach
+}
+
+/// The radiance that a diffuse surface of albedo k_d reflects, for each unit of the ribbon's
+/// radiance and width: `(k_d/π) (−m·p) ∫ max(0, n·p)/|p|⁴ dt`, in 1/length.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_shading::ribbon::{Sides, reflected};
+/// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// let radiance = reflected(p0, p1, DVec3::Z, -DVec3::Z, Sides::One, 0.5);
+/// assert!(radiance > 0.0);
+/// ```
+#[inline]
+#[must_use]
+pub fn reflected(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, sides: Sides, albedo: f64) -> f64 {
+    let height = emitter(p0, p1, m, sides);
+    if height > 0.0 {
+        albedo * std::f64::consts::FRAC_1_PI * height * irradiance(p0, p1, n)
+    } else {
+        0.0
+    }
 }

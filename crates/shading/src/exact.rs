@@ -1,0 +1,73 @@
+//! Dot and cross products that pay for exactness only where it is needed.
+
+use linelit_geometry::{DVec3, predicates};
+
+/// a·b, accurate relative to itself (8 ε): plain where the terms do not cancel, in twice the
+/// working precision where they do.
+#[inline(always)]
+pub(crate) fn dot(a: DVec3, b: DVec3) -> f64 {
+    let p = a * b;
+    let sum = p.x + p.y + p.z;
+    if sum.abs() >= 0.125 * (p.x.abs() + p.y.abs() + p.z.abs()) {
+        sum
+    } else {
+        careful_dot(a, b)
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn careful_dot(a: DVec3, b: DVec3) -> f64 {
+    predicates::dot(a, b)
+}
+
+/// a × b for the ends of a segment: accurate relative to its length (30 ε).
+///
+/// Plain from the nearer end where its angle with the segment has a sine above 1/8, else from
+/// exact products.
+#[inline(always)]
+pub(crate) fn area_vector(a: DVec3, b: DVec3) -> DVec3 {
+    let edge = b - a;
+    let (a2, b2) = (a.length_squared(), b.length_squared());
+    let near = if a2 <= b2 { a } else { b };
+    let x = near.cross(edge);
+    if 64.0 * x.length_squared() > a2.min(b2) * edge.length_squared() {
+        x
+    } else {
+        predicates::cross(a, b)
+    }
+}
+
+/// a·b − c·d as an unevaluated sum of two numbers, to 2 ε² of its terms.
+#[inline]
+fn wide_difference(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
+    let (p, ep) = predicates::two_product(a, b);
+    let (q, eq) = predicates::two_product(c, d);
+    let (s, es) = predicates::two_sum(p, -q);
+    predicates::two_sum(s, es + (ep - eq))
+}
+
+/// a × b as an unevaluated sum of two vectors.
+pub(crate) fn wide_cross(a: DVec3, b: DVec3) -> (DVec3, DVec3) {
+    let x = wide_difference(a.y, b.z, a.z, b.y);
+    let y = wide_difference(a.z, b.x, a.x, b.z);
+    let z = wide_difference(a.x, b.y, a.y, b.x);
+    (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1))
+}
+
+/// det(a, b, c), in twice the working precision: 1 ulp plus 30 ε² of the sum of its terms.
+pub(crate) fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (x, low) = wide_cross(a, b);
+    let (p0, e0) = predicates::two_product(x.x, c.x);
+    let (p1, e1) = predicates::two_product(x.y, c.y);
+    let (p2, e2) = predicates::two_product(x.z, c.z);
+    let (s1, r1) = predicates::two_sum(p0, p1);
+    let (s2, r2) = predicates::two_sum(s1, p2);
+    s2 + ((e0 + e1 + e2) + (r1 + r2) + low.dot(c))
+}
+
+/// Nothing below zero, nothing infinite, no NaN.
+#[inline(always)]
+pub(crate) fn settle(value: f64) -> f64 {
+    value.max(0.0).min(f64::MAX)
+}
