@@ -25,7 +25,10 @@ pub(crate) fn line(
         return DVec3::ZERO;
     }
     let mut sum = 0.0;
-    for piece in parts.iter().filter_map(|part| above_surface(point, line, *part)) {
+    for piece in parts
+        .iter()
+        .filter_map(|part| above_surface(point, line, *part))
+    {
         sum += ribbon::irradiance(piece.p0, piece.p1, point.normal);
     }
     emitted * diffuse(&point.bsdf) * (sum * height.abs())
@@ -36,7 +39,10 @@ pub(crate) fn whole_light(light: &AreaLight, point: &ShadingPoint) -> Option<DVe
     if !has_closed_form(&point.bsdf) {
         return None;
     }
-    let height = light.polygon.normal().dot(point.position - light.polygon.vertices()[0]);
+    let height = light
+        .polygon
+        .normal()
+        .dot(point.position - light.polygon.vertices()[0]);
     let emitted = light.emission.towards(height);
     let clipped = if point.normal == point.geometric_normal {
         Some(light.polygon)
@@ -58,7 +64,10 @@ pub(crate) fn whole_light(light: &AreaLight, point: &ShadingPoint) -> Option<DVe
 /// Light of the visible parts of a linear light.
 pub(crate) fn linear(light: &LinearLight, point: &ShadingPoint, parts: &[Interval]) -> DVec3 {
     let mut sum = 0.0;
-    for piece in parts.iter().filter_map(|part| above_surface(point, &light.segment, *part)) {
+    for piece in parts
+        .iter()
+        .filter_map(|part| above_surface(point, &light.segment, *part))
+    {
         sum += cylinder::irradiance(piece.p0, piece.p1, point.normal);
     }
     light.radiance_radius * diffuse(&point.bsdf) * sum

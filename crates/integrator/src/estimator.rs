@@ -37,13 +37,21 @@ pub struct LineOptions {
 impl Default for LineOptions {
     /// What Billen & Dutré prefer: parallel per shading point, offsets proportional to length.
     fn default() -> Self {
-        Self { orientation: Orientation::ParallelPerPoint, offset: OffsetDensity::Length }
+        Self {
+            orientation: Orientation::ParallelPerPoint,
+            offset: OffsetDensity::Length,
+        }
     }
 }
 
 /// Names without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; 5] =
-    ["point-area", "point-solid-angle", "line-area", "line-analytic", "exact"];
+pub const ESTIMATOR_NAMES: [&str; 5] = [
+    "point-area",
+    "point-solid-angle",
+    "line-area",
+    "line-analytic",
+    "exact",
+];
 
 /// Why a text names no estimator.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +61,9 @@ pub struct ParseEstimatorError {
 
 impl ParseEstimatorError {
     fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into() }
+        Self {
+            message: message.into(),
+        }
     }
 }
 
@@ -69,7 +79,10 @@ impl Estimator {
     /// Whether the estimator asks line queries.
     #[must_use]
     pub const fn uses_lines(&self) -> bool {
-        matches!(self, Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact)
+        matches!(
+            self,
+            Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact
+        )
     }
 }
 
@@ -82,7 +95,11 @@ impl FromStr for Estimator {
             None => (text, ""),
             Some((name, rest)) => match rest.strip_suffix(']') {
                 Some(options) => (name, options),
-                None => return Err(ParseEstimatorError::new(format!("`{text}` lacks its closing `]`"))),
+                None => {
+                    return Err(ParseEstimatorError::new(format!(
+                        "`{text}` lacks its closing `]`"
+                    )));
+                }
             },
         };
         if name.contains('+') {
@@ -93,7 +110,9 @@ impl FromStr for Estimator {
         let lines = |make: fn(LineOptions) -> Self| parse_line_options(name, options).map(make);
         let plain = |estimator: Self| match options {
             "" => Ok(estimator),
-            _ => Err(ParseEstimatorError::new(format!("`{name}` takes no options, found `{options}`"))),
+            _ => Err(ParseEstimatorError::new(format!(
+                "`{name}` takes no options, found `{options}`"
+            ))),
         };
         match name {
             "point-area" => plain(Self::PointArea),
@@ -148,7 +167,9 @@ fn parse_offset(value: &str) -> Result<OffsetDensity, ParseEstimatorError> {
     match value {
         "uniform" => Ok(OffsetDensity::Uniform),
         "length" => Ok(OffsetDensity::Length),
-        _ => Err(ParseEstimatorError::new(format!("offset `{value}`; expected uniform or length"))),
+        _ => Err(ParseEstimatorError::new(format!(
+            "offset `{value}`; expected uniform or length"
+        ))),
     }
 }
 
@@ -179,7 +200,11 @@ impl fmt::Display for LineOptions {
         if self.offset != default.offset {
             parts.push("offset=uniform".to_owned());
         }
-        if parts.is_empty() { Ok(()) } else { write!(f, "[{}]", parts.join(",")) }
+        if parts.is_empty() {
+            Ok(())
+        } else {
+            write!(f, "[{}]", parts.join(","))
+        }
     }
 }
 
@@ -203,7 +228,9 @@ mod tests {
             let estimator: Estimator = text.parse().unwrap();
             assert_eq!(estimator.to_string(), text);
         }
-        let spelt: Estimator = "line-area[ offset=length , orientation=parallel ]".parse().unwrap();
+        let spelt: Estimator = "line-area[ offset=length , orientation=parallel ]"
+            .parse()
+            .unwrap();
         assert_eq!(spelt.to_string(), "line-area");
     }
 

@@ -61,7 +61,9 @@ impl Draws {
     pub(crate) fn draw(&mut self, light: &AreaLight, options: LineOptions, streams: &Streams<'_>) {
         self.clear();
         let (pixel, dimension) = streams.key;
-        let angles = streams.orientations.points(pixel, dimension + 1, streams.count);
+        let angles = streams
+            .orientations
+            .points(pixel, dimension + 1, streams.count);
         let common = match options.orientation {
             Orientation::Fixed(fraction) => Some(fraction * PI),
             Orientation::ParallelPerPoint => Some(angles.get_1d(0) * PI),

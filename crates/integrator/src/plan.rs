@@ -44,7 +44,10 @@ impl Plan {
                 triangles: light.triangles.clone(),
             })
             .collect();
-        Self { dark_lights: scene.lights.len() - lights.len(), lights }
+        Self {
+            dark_lights: scene.lights.len() - lights.len(),
+            lights,
+        }
     }
 
     /// The lights that emit.
@@ -90,7 +93,10 @@ fn area_vertices(light: &AreaLight) -> &[DVec3] {
 fn above_horizon(point: &ShadingPoint, vertices: &[DVec3], counters: &mut PlanCounters) -> bool {
     let highest = |n: DVec3| {
         let height = |v: &DVec3| n.dot(*v - point.position);
-        vertices.iter().map(height).fold(f64::NEG_INFINITY, f64::max)
+        vertices
+            .iter()
+            .map(height)
+            .fold(f64::NEG_INFINITY, f64::max)
     };
     let above = highest(point.geometric_normal) > 0.0 && highest(point.normal) > 0.0;
     if !above {
@@ -134,10 +140,19 @@ impl PlanCounters {
             ("(point, light) pairs", self.point_lights),
             ("pairs skipped: light faces away", self.facing_away),
             ("pairs skipped: light below the horizon", self.below_horizon),
-            ("pairs without any occluder: no visibility sampled", self.unoccluded),
-            ("pairs with the light wholly hidden: nothing sampled", self.hidden),
+            (
+                "pairs without any occluder: no visibility sampled",
+                self.unoccluded,
+            ),
+            (
+                "pairs with the light wholly hidden: nothing sampled",
+                self.hidden,
+            ),
             ("pairs in closed form: no samples", self.closed_form),
-            ("penumbra pairs handed by exact to lines", self.exact_fallbacks),
+            (
+                "penumbra pairs handed by exact to lines",
+                self.exact_fallbacks,
+            ),
             ("line samples wholly hidden", self.hidden_lines),
         ]
     }

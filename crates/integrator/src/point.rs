@@ -31,6 +31,10 @@ impl ShadingPoint {
     #[inline]
     #[must_use]
     pub fn cosine(&self, w: DVec3) -> f64 {
-        if self.geometric_normal.dot(w) > 0.0 { self.normal.dot(w).max(0.0) } else { 0.0 }
+        if self.geometric_normal.dot(w) > 0.0 {
+            self.normal.dot(w).max(0.0)
+        } else {
+            0.0
+        }
     }
 }

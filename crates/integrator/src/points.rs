@@ -29,7 +29,8 @@ pub(crate) fn area(
         let pdf = sample.pdf.to_solid_angle(square, cos_light);
         if pdf.is_positive() {
             let weight = 1.0 / pdf.value();
-            sum += contribution(occluders, light, area, point, (w, sample.point), workspace) * weight;
+            sum +=
+                contribution(occluders, light, area, point, (w, sample.point), workspace) * weight;
         }
     }
     sum / f64::from(count)
@@ -53,7 +54,8 @@ pub(crate) fn solid_angle(
         if sample.pdf.is_positive() {
             let w = (sample.point - point.position).normalize_or_zero();
             let weight = 1.0 / sample.pdf.value();
-            sum += contribution(occluders, light, area, point, (w, sample.point), workspace) * weight;
+            sum +=
+                contribution(occluders, light, area, point, (w, sample.point), workspace) * weight;
         }
     }
     sum / f64::from(count)

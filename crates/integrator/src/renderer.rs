@@ -2,7 +2,9 @@
 
 use crate::lines::{self, Along, Streams};
 use crate::point::SURFACE_OFFSET;
-use crate::{Estimator, LineOptions, Plan, PlannedLight, ShadingPoint, Workspace, closed_form, points};
+use crate::{
+    Estimator, LineOptions, Plan, PlannedLight, ShadingPoint, Workspace, closed_form, points,
+};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, LinearLight};
 use linelit_samplers::{Sampler, SamplerKind};
@@ -62,7 +64,11 @@ impl<'s> Renderer<'s> {
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
-        Self { scene, occluders, plan: Plan::new(scene) }
+        Self {
+            scene,
+            occluders,
+            plan: Plan::new(scene),
+        }
     }
 
     /// The scene.
@@ -91,7 +97,11 @@ impl<'s> Renderer<'s> {
         let camera = Sampler::new(settings.sampler, settings.seed).points(pixel, 0, count);
         let mut sum = DVec3::ZERO;
         for i in 0..count {
-            let jitter = if count == 1 { [0.5, 0.5] } else { camera.get_2d(i) };
+            let jitter = if count == 1 {
+                [0.5, 0.5]
+            } else {
+                camera.get_2d(i)
+            };
             let place = self.film_offset(jitter);
             if let Some(point) = self.shading_point_at(pixel, place, workspace) {
                 if settings.show_lights {
@@ -105,7 +115,11 @@ impl<'s> Renderer<'s> {
 
     /// Where the camera ray through the centre of a pixel meets the scene.
     #[must_use]
-    pub fn shading_point(&self, pixel: [u32; 2], workspace: &mut Workspace) -> Option<ShadingPoint> {
+    pub fn shading_point(
+        &self,
+        pixel: [u32; 2],
+        workspace: &mut Workspace,
+    ) -> Option<ShadingPoint> {
         self.shading_point_at(pixel, [0.5, 0.5], workspace)
     }
 
@@ -184,7 +198,9 @@ impl<'s> Renderer<'s> {
             };
             let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch);
             hit.map(|hit| {
-                let surface = self.scene.surface(hit.triangle, hit.barycentric, camera.direction);
+                let surface = self
+                    .scene
+                    .surface(hit.triangle, hit.barycentric, camera.direction);
                 (self.scene.mesh_of(hit.triangle), surface.geometric_normal)
             })
         };
@@ -194,7 +210,16 @@ impl<'s> Renderer<'s> {
             (a, b) => a.is_none() && b.is_none(),
         };
         let d = distance;
-        let around = [(-d, -d), (d, -d), (-d, d), (d, d), (d, 0.0), (-d, 0.0), (0.0, d), (0.0, -d)];
+        let around = [
+            (-d, -d),
+            (d, -d),
+            (-d, d),
+            (d, d),
+            (d, 0.0),
+            (-d, 0.0),
+            (0.0, d),
+            (0.0, -d),
+        ];
         !around.iter().all(|&(dx, dy)| same(&seen(dx, dy)))
     }
 
@@ -229,7 +254,9 @@ impl<'s> Renderer<'s> {
                 light,
                 point,
                 pixel,
-                dimension: slot.wrapping_mul(DIMENSIONS_PER_LIGHT).wrapping_add(CAMERA_DIMENSIONS),
+                dimension: slot
+                    .wrapping_mul(DIMENSIONS_PER_LIGHT)
+                    .wrapping_add(CAMERA_DIMENSIONS),
             };
             sum += match &light.light {
                 Light::Area(area) => pair.area_light(area, workspace),
@@ -263,16 +290,30 @@ impl Pair<'_> {
         let set = sampler.points(self.pixel, self.dimension, count);
         let occluders = &self.renderer.occluders;
         match self.settings.estimator {
-            Estimator::PointArea => {
-                points::area(occluders, self.light, area, self.point, (&set, count), workspace)
-            }
-            Estimator::PointSolidAngle => {
-                points::solid_angle(occluders, self.light, area, self.point, (&set, count), workspace)
-            }
+            Estimator::PointArea => points::area(
+                occluders,
+                self.light,
+                area,
+                self.point,
+                (&set, count),
+                workspace,
+            ),
+            Estimator::PointSolidAngle => points::solid_angle(
+                occluders,
+                self.light,
+                area,
+                self.point,
+                (&set, count),
+                workspace,
+            ),
             Estimator::LineArea(options) => self.lines(area, options, Along::Point, workspace),
-            Estimator::LineAnalytic(options) => self.lines(area, options, Along::Analytic, workspace),
+            Estimator::LineAnalytic(options) => {
+                self.lines(area, options, Along::Analytic, workspace)
+            }
             // The plan takes the closed form where there is one.
-            Estimator::Exact => self.lines(area, LineOptions::default(), Along::Analytic, workspace),
+            Estimator::Exact => {
+                self.lines(area, LineOptions::default(), Along::Analytic, workspace)
+            }
         }
     }
 
@@ -287,7 +328,11 @@ impl Pair<'_> {
         let count = self.settings.samples.max(1);
         let kind = self.settings.sampler;
         // Without a closed form, one point of each line's visible part.
-        let along = if closed_form::has_closed_form(&self.point.bsdf) { along } else { Along::Point };
+        let along = if closed_form::has_closed_form(&self.point.bsdf) {
+            along
+        } else {
+            Along::Point
+        };
         let set = Sampler::new(kind, self.settings.seed).points(self.pixel, self.dimension, count);
         let orientations = Sampler::new(SamplerKind::Independent, self.settings.seed);
         let streams = Streams {
@@ -302,7 +347,13 @@ impl Pair<'_> {
             light: area.polygon.vertices(),
             exclude: self.light.triangles.clone(),
         };
-        let Workspace { scratch, visible, draws, plan, segments } = workspace;
+        let Workspace {
+            scratch,
+            visible,
+            draws,
+            plan,
+            segments,
+        } = workspace;
         let mut shaft = self.renderer.occluders.shaft(query, scratch);
         if self.settings.skip || self.is_exact() {
             match shaft.class() {
@@ -341,9 +392,14 @@ impl Pair<'_> {
         let set = sampler.points(self.pixel, self.dimension, count);
         let occluders = &self.renderer.occluders;
         match self.settings.estimator {
-            Estimator::PointArea | Estimator::PointSolidAngle => {
-                points::linear(occluders, self.light, linear, self.point, (&set, count), workspace)
-            }
+            Estimator::PointArea | Estimator::PointSolidAngle => points::linear(
+                occluders,
+                self.light,
+                linear,
+                self.point,
+                (&set, count),
+                workspace,
+            ),
             _ => self.whole_linear_light(linear, workspace),
         }
     }

@@ -175,7 +175,9 @@ impl FromStr for Resolution {
         let height: u32 = h.trim().parse().map_err(|_| expected())?;
         let count = u64::from(width) * u64::from(height);
         if count == 0 || count > MAX_PIXELS {
-            return Err(format!("`{text}` has {count} pixels; expected 1 to {MAX_PIXELS}"));
+            return Err(format!(
+                "`{text}` has {count} pixels; expected 1 to {MAX_PIXELS}"
+            ));
         }
         Ok(Self { width, height })
     }
@@ -189,7 +191,8 @@ impl FromStr for Crop {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("`{text}` is not X0,X1,Y0,Y1 with 0 <= X0 < X1 <= 1 and likewise Y");
+        let expected =
+            || format!("`{text}` is not X0,X1,Y0,Y1 with 0 <= X0 < X1 <= 1 and likewise Y");
         let numbers: Vec<f64> = text
             .split(',')
             .map(|t| t.trim().parse::<f64>())
@@ -197,7 +200,11 @@ impl FromStr for Crop {
             .map_err(|_| expected())?;
         let [x0, x1, y0, y1] = <[f64; 4]>::try_from(numbers).map_err(|_| expected())?;
         let ok = |a: f64, b: f64| (0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b) && a < b;
-        if ok(x0, x1) && ok(y0, y1) { Ok(Self([x0, x1, y0, y1])) } else { Err(expected()) }
+        if ok(x0, x1) && ok(y0, y1) {
+            Ok(Self([x0, x1, y0, y1]))
+        } else {
+            Err(expected())
+        }
     }
 }
 
@@ -222,7 +229,11 @@ impl FromStr for Pixels {
             let (x, y) = t.split_once(',')?;
             Some([x.trim().parse().ok()?, y.trim().parse().ok()?])
         };
-        let pixels: Option<Vec<_>> = text.split(';').filter(|t| !t.trim().is_empty()).map(pixel).collect();
+        let pixels: Option<Vec<_>> = text
+            .split(';')
+            .filter(|t| !t.trim().is_empty())
+            .map(pixel)
+            .collect();
         match pixels {
             Some(list) if !list.is_empty() => Ok(Self::List(list)),
             _ => Err(expected()),
@@ -256,7 +267,11 @@ where
         let items = split_outside_brackets(text);
         let parsed: Result<Vec<T>, String> = items
             .iter()
-            .map(|t| t.trim().parse::<T>().map_err(|e| format!("`{}`: {e}", t.trim())))
+            .map(|t| {
+                t.trim()
+                    .parse::<T>()
+                    .map_err(|e| format!("`{}`: {e}", t.trim()))
+            })
             .collect();
         match parsed? {
             list if list.is_empty() => Err("the list is empty".to_owned()),
@@ -292,7 +307,9 @@ mod tests {
     #[test]
     fn lists_split_outside_brackets() {
         let list: List<Estimator> =
-            "point-area,line-area[orientation=fixed:0.5,offset=uniform],exact".parse().unwrap();
+            "point-area,line-area[orientation=fixed:0.5,offset=uniform],exact"
+                .parse()
+                .unwrap();
         assert_eq!(list.0.len(), 3);
         assert!("".parse::<List<u32>>().is_err());
         assert_eq!("1, 4,16".parse::<List<u32>>().unwrap().0, [1, 4, 16]);
@@ -301,14 +318,20 @@ mod tests {
 
     #[test]
     fn pixels_and_crops_are_checked() {
-        assert_eq!("3,4;5,6".parse::<Pixels>().unwrap(), Pixels::List(vec![[3, 4], [5, 6]]));
+        assert_eq!(
+            "3,4;5,6".parse::<Pixels>().unwrap(),
+            Pixels::List(vec![[3, 4], [5, 6]])
+        );
         assert_eq!("8x4".parse::<Pixels>().unwrap().to_string(), "8x4");
         assert!("0x4".parse::<Pixels>().is_err());
         assert!("99999x99999".parse::<Pixels>().is_err());
         assert!("0,1,0.5".parse::<Crop>().is_err());
         assert!("0.5,0.2,0,1".parse::<Crop>().is_err());
         assert!("0,nan,0,1".parse::<Crop>().is_err());
-        assert_eq!("0,0.5,0,1".parse::<Crop>().unwrap(), Crop([0.0, 0.5, 0.0, 1.0]));
+        assert_eq!(
+            "0,0.5,0,1".parse::<Crop>().unwrap(),
+            Crop([0.0, 0.5, 0.0, 1.0])
+        );
     }
 
     #[test]

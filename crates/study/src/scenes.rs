@@ -32,9 +32,16 @@ pub fn locate(name: &str) -> Result<PathBuf> {
     if path.is_file() {
         return Ok(path.to_owned());
     }
-    let full = if BUILT_IN.contains(&name) { name.to_owned() } else { format!("{name}-large") };
+    let full = if BUILT_IN.contains(&name) {
+        name.to_owned()
+    } else {
+        format!("{name}-large")
+    };
     if !BUILT_IN.contains(&full.as_str()) {
-        bail!("no scene `{name}`: neither a file nor one of the built-in scenes {}", BUILT_IN.join(", "));
+        bail!(
+            "no scene `{name}`: neither a file nor one of the built-in scenes {}",
+            BUILT_IN.join(", ")
+        );
     }
     if GENERATED.contains(&full.as_str()) {
         let dir = generated_dir();
@@ -45,7 +52,10 @@ pub fn locate(name: &str) -> Result<PathBuf> {
     if path.is_file() {
         Ok(path)
     } else {
-        bail!("the built-in scene `{full}` is missing: {} does not exist", path.display())
+        bail!(
+            "the built-in scene `{full}` is missing: {} does not exist",
+            path.display()
+        )
     }
 }
 
@@ -75,7 +85,13 @@ fn workspace() -> PathBuf {
 /// If the scene cannot be found or read.
 pub fn load(name: &str, strict: bool) -> Result<Loaded> {
     let path = locate(name)?;
-    let loaded = Scene::load(&path, &LoadOptions { strict, ..LoadOptions::default() })?;
+    let loaded = Scene::load(
+        &path,
+        &LoadOptions {
+            strict,
+            ..LoadOptions::default()
+        },
+    )?;
     for warning in &loaded.warnings {
         eprintln!("{warning}");
     }
@@ -85,6 +101,8 @@ pub fn load(name: &str, strict: bool) -> Result<Loaded> {
 /// A short name for tables: the built-in name, or the file's stem.
 #[must_use]
 pub fn short_name(name: &str) -> String {
-    let stem = Path::new(name).file_stem().map_or(name.into(), |s| s.to_string_lossy());
+    let stem = Path::new(name)
+        .file_stem()
+        .map_or(name.into(), |s| s.to_string_lossy());
     stem.into_owned()
 }

@@ -28,7 +28,9 @@ WorldEnd
 
 /// A scene from pbrt text.
 pub fn load(text: &str) -> Scene {
-    Scene::from_pbrt_str(text, "test.pbrt", &LoadOptions::default()).expect("the test scene is valid").scene
+    Scene::from_pbrt_str(text, "test.pbrt", &LoadOptions::default())
+        .expect("the test scene is valid")
+        .scene
 }
 
 /// A square light of side 1 above the floor, facing down.
@@ -51,7 +53,9 @@ pub fn points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     let mut workspace = Workspace::new();
     let film = &renderer.scene().film;
     let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| [x, y]));
-    pixels.filter_map(|p| renderer.shading_point(p, &mut workspace).map(|s| (p, s))).collect()
+    pixels
+        .filter_map(|p| renderer.shading_point(p, &mut workspace).map(|s| (p, s)))
+        .collect()
 }
 
 /// Mean and its standard error over independent trials, by channel.
@@ -63,7 +67,10 @@ pub fn trials(
 ) -> (DVec3, DVec3) {
     let mut workspace = Workspace::new();
     let estimate = |trial: u32| {
-        let settings = Settings { seed: settings.seed + u64::from(trial), ..*settings };
+        let settings = Settings {
+            seed: settings.seed + u64::from(trial),
+            ..*settings
+        };
         renderer.direct(&settings, point, *pixel, 0, &mut workspace)
     };
     let values: Vec<DVec3> = (0..count).map(estimate).collect();

@@ -3,8 +3,8 @@
 use super::{bar, pool};
 use crate::cli::CheckArgs;
 use crate::engine::image::{self, Window};
+use crate::engine::normal::critical_z;
 use crate::scenes;
-use crate::stats::normal::critical_z;
 use anyhow::{Context, Result, bail};
 use linelit_film::Image;
 use linelit_geometry::DVec3;
@@ -100,7 +100,9 @@ pub fn run(args: &CheckArgs) -> Result<()> {
 
 fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Row> {
     let reference = Image::read(&args.dir.join(entry.reference))?;
-    let name = path.to_str().with_context(|| format!("{} is not UTF-8", path.display()))?;
+    let name = path
+        .to_str()
+        .with_context(|| format!("{} is not UTF-8", path.display()))?;
     let mut scene = scenes::load(name, args.common.strict)?.scene;
     scene.set_resolution(reference.width, reference.height);
     let renderer = Renderer::new(&scene);
@@ -109,7 +111,12 @@ fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Row> {
     // How noisy the reference is: points, at fewer samples, scaled by the order that stratified
     // points have where the light is partly hidden (variance N^-1.5, the slowest that occurs).
     let point_samples = 64;
-    let points = replicate(&pool, &renderer, entry, (Estimator::PointSolidAngle, point_samples));
+    let points = replicate(
+        &pool,
+        &renderer,
+        entry,
+        (Estimator::PointSolidAngle, point_samples),
+    );
     let noise = (f64::from(point_samples) / entry.samples).powf(1.5);
     Ok(judge(entry, &renderer, &reference, &ours, &points, noise))
 }
@@ -141,14 +148,16 @@ fn replicate(
             show_lights: !entry.hide_lights,
             ..Settings::default()
         };
-        pool.install(|| image::render(renderer, &settings, window, &bar(entry.name))).0
+        pool.install(|| image::render(renderer, &settings, window, &bar(entry.name)))
+            .0
     };
     let images: Vec<Image> = (0..REPLICATES).map(render).collect();
     let n = f64::from(REPLICATES);
     let value = |i: &Image, p: usize| DVec3::from_array(i.rgb[p].map(f64::from));
     let pixels = images[0].rgb.len();
-    let mean: Vec<DVec3> =
-        (0..pixels).map(|p| images.iter().map(|i| value(i, p)).sum::<DVec3>() / n).collect();
+    let mean: Vec<DVec3> = (0..pixels)
+        .map(|p| images.iter().map(|i| value(i, p)).sum::<DVec3>() / n)
+        .collect();
     let spread = |p: usize| {
         let square = |i: &Image| (value(i, p) - mean[p]) * (value(i, p) - mean[p]);
         images.iter().map(square).sum::<DVec3>() / (n - 1.0)
@@ -187,7 +196,10 @@ fn judge(
         }
     }
     let width = reference.width as usize;
-    let edges = outliers.iter().filter(|&&p| is_edge(renderer, entry, p % width, p / width)).count();
+    let edges = outliers
+        .iter()
+        .filter(|&&p| is_edge(renderer, p % width, p / width))
+        .count();
     #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let passing = 1.0 - (outliers.len() - edges) as f64 / count;
     let ratio = sum / wanted;
@@ -207,7 +219,7 @@ fn judge(
 
 /// Whether rays a hundredth of a pixel apart meet different surfaces: there two renderers may
 /// differ by the rounding of their cameras.
-fn is_edge(renderer: &Renderer<'_>, _entry: &Entry, x: usize, y: usize) -> bool {
+fn is_edge(renderer: &Renderer<'_>, x: usize, y: usize) -> bool {
     let pixel = [u32::try_from(x).unwrap_or(0), u32::try_from(y).unwrap_or(0)];
     renderer.straddles_edge(pixel, 0.01)
 }

@@ -27,7 +27,9 @@ fn describe(scene: &Scene, name: &str, warnings: usize) -> serde_json::Value {
     let plan = Plan::new(scene);
     let kinds = |want: fn(&Light) -> bool| scene.lights.iter().filter(|l| want(&l.light)).count();
     let power: f64 = scene.lights.iter().map(|l| l.light.power()).sum();
-    let bounds = scene.bounds();
+    let bounds = scene
+        .bounds()
+        .map(|(lo, hi)| [lo.to_array(), hi.to_array()]);
     serde_json::json!({
         "scene": scenes::short_name(name),
         "triangles": scene.triangles.len(),
@@ -37,7 +39,8 @@ fn describe(scene: &Scene, name: &str, warnings: usize) -> serde_json::Value {
         "area lights": kinds(|l| matches!(l, Light::Area(_))),
         "linear lights": kinds(|l| matches!(l, Light::Linear(_))),
         "power (W)": power,
-        "bounds": [bounds.0.to_array(), bounds.1.to_array()],
+        "memory of the geometry (bytes)": scene.memory(),
+        "bounds": bounds,
         "resolution": [scene.film.width, scene.film.height],
         "warnings": warnings,
         "plan: lights dropped because they emit nothing": plan.dark_lights(),

@@ -3,6 +3,7 @@
 mod check_references;
 mod converge;
 mod info;
+mod page;
 mod render;
 
 pub use check_references::run as check_references;
@@ -10,21 +11,10 @@ pub use converge::run as converge;
 pub use info::run as info;
 pub use render::run as render;
 
-use crate::cli::{CompareArgs, SceneArgs};
+use crate::cli::SceneArgs;
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPool;
-
-/// `compare`.
-///
-/// # Errors
-/// If an image cannot be read, or the two differ in size.
-pub fn compare(args: &CompareArgs) -> Result<()> {
-    let comparison = crate::compare::run(&args.image, &args.reference)?;
-    let text = if args.json { comparison.to_json() } else { comparison.to_string() };
-    println!("{text}");
-    Ok(())
-}
 
 /// A pool of the threads that the flags ask for.
 fn pool(args: &SceneArgs) -> Result<ThreadPool> {
@@ -38,5 +28,7 @@ fn pool(args: &SceneArgs) -> Result<ThreadPool> {
 fn bar(message: &str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:28} {wide_bar} {pos}/{len} {eta}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(0).with_style(style).with_message(message.to_owned())
+    ProgressBar::new(0)
+        .with_style(style)
+        .with_message(message.to_owned())
 }

@@ -5,7 +5,7 @@ use crate::cli::{Crop, RenderArgs};
 use crate::engine::image::{self, Window};
 use crate::{scenes, version};
 use anyhow::{Result, bail};
-use linelit_film::{Image, Metadata};
+use linelit_film::{Document, Exposure, Image};
 use linelit_integrator::{Counts, Renderer, Settings};
 use std::path::Path;
 use std::time::Instant;
@@ -40,7 +40,7 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     let (image, counts) = pool(&args.common)?
         .install(|| image::render(&renderer, &settings, window, &bar("rendering")));
     let seconds = drawn.elapsed().as_secs_f64();
-    write(&args.output, &image, &metadata(args, &settings))?;
+    write(&args.output, &image, args, &settings)?;
     let times = [load_seconds, build_seconds, seconds];
     if args.common.json {
         println!("{}", json(args, &image, &counts, times));
@@ -53,73 +53,97 @@ pub fn run(args: &RenderArgs) -> Result<()> {
 fn check_extension(path: &Path) -> Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("exr" | "png") => Ok(()),
-        _ => bail!("cannot write {}: the name must end in .exr or .png", path.display()),
+        _ => bail!(
+            "cannot write {}: the name must end in .exr or .png",
+            path.display()
+        ),
     }
 }
 
 fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Window {
-    let (width, height) = (scene.film.width, scene.film.height);
-    let [x0, x1, y0, y1] = crop.map_or(scene.film.crop, |c| c.0);
-    let (x0, x1) = span(x0, x1, width);
-    let (y0, y1) = span(y0, y1, height);
+    let Some(Crop([x0, x1, y0, y1])) = crop else {
+        let [x0, x1, y0, y1] = scene.film.crop;
+        return Window { x0, x1, y0, y1 };
+    };
+    let (x0, x1) = span(x0, x1, scene.film.width);
+    let (y0, y1) = span(y0, y1, scene.film.height);
     Window { x0, x1, y0, y1 }
 }
 
 /// The pixels of a range of fractions, at least one (pbrt: rounded up at both ends).
 fn span(lo: f64, hi: f64, size: u32) -> (u32, u32) {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "fractions of a u32")]
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "fractions of a u32"
+    )]
     let pixel = |f: f64| ((f64::from(size) * f).ceil() as u32).min(size);
     let first = pixel(lo).min(size - 1);
     (first, pixel(hi).max(first + 1))
 }
 
-fn metadata(args: &RenderArgs, settings: &Settings) -> Metadata {
-    let mut metadata = Metadata::new();
-    metadata.insert("scene", scenes::short_name(&args.scene));
-    metadata.insert("estimator", settings.estimator.to_string());
-    metadata.insert("sampler", settings.sampler.to_string());
-    metadata.insert("samples", settings.samples.to_string());
-    metadata.insert("pixel_samples", settings.pixel_samples.to_string());
-    metadata.insert("seed", settings.seed.to_string());
-    metadata.insert("linelit", version());
-    metadata
-}
-
-fn write(path: &Path, image: &Image, metadata: &Metadata) -> Result<()> {
+fn write(path: &Path, image: &Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
     if path.extension().is_some_and(|e| e == "png") {
-        linelit_film::write_png(path, image, 0.0)?;
-    } else {
-        linelit_film::write_exr(path, image, metadata)?;
+        linelit_film::write_png(path, image, Exposure::default())?;
+        return Ok(());
     }
+    let mut document = Document::new(image.width, image.height);
+    document.add_image("", image)?;
+    document.set("scene", scenes::short_name(&args.scene));
+    document.set("estimator", settings.estimator);
+    document.set("sampler", settings.sampler);
+    document.set("samples", settings.samples);
+    document.set("pixelSamples", settings.pixel_samples);
+    document.set("seed", settings.seed);
+    document.set("linelit", version());
+    document.write(path)?;
     Ok(())
 }
 
 fn explain(renderer: &Renderer<'_>, counts: &Counts, times: [f64; 3]) {
-    println!("{:>14}  lights, {} of them dark", renderer.plan().lights().len(), renderer.plan().dark_lights());
+    println!(
+        "{:>14}  lights, {} of them dark",
+        renderer.plan().lights().len(),
+        renderer.plan().dark_lights()
+    );
     print!("{}", counts.plan);
-    for (name, value) in counts.visibility.rows() {
-        println!("{value:>14}  {name}");
-    }
-    println!("{:>14}  visible pieces of {} lines", counts.segments.pieces, counts.segments.lines);
+    println!("{:>14}  rays", counts.visibility.rays);
+    println!(
+        "{:>14}  shafts, {} of them too dense to keep",
+        counts.visibility.shafts, counts.visibility.dense_shafts
+    );
+    println!("{:>14}  box tests", counts.visibility.node_tests);
+    println!("{:>14}  triangle tests", counts.visibility.triangle_tests);
+    println!(
+        "{:>14}  visible pieces of {} lines",
+        counts.segments.pieces, counts.segments.lines
+    );
     let [load, build, render] = times;
     println!("load {load:.3} s, build {build:.3} s, render {render:.3} s");
 }
 
 fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> serde_json::Value {
-    let plan: serde_json::Map<_, _> =
-        counts.plan.rows().iter().map(|(k, v)| ((*k).to_owned(), (*v).into())).collect();
-    let visibility: serde_json::Map<_, _> =
-        counts.visibility.rows().iter().map(|(k, v)| ((*k).to_owned(), (*v).into())).collect();
+    let plan: serde_json::Map<_, _> = counts
+        .plan
+        .rows()
+        .iter()
+        .map(|(k, v)| ((*k).to_owned(), (*v).into()))
+        .collect();
     serde_json::json!({
         "scene": args.scene,
         "output": args.output,
-        "width": image.width(),
-        "height": image.height(),
+        "width": image.width,
+        "height": image.height,
         "mean": image.mean(),
         "load_seconds": times[0],
         "build_seconds": times[1],
         "render_seconds": times[2],
         "plan": plan,
-        "visibility": visibility,
+        "rays": counts.visibility.rays,
+        "shafts": counts.visibility.shafts,
+        "line_queries": counts.visibility.line_queries,
+        "node_tests": counts.visibility.node_tests,
+        "triangle_tests": counts.visibility.triangle_tests,
+        "intervals": counts.visibility.intervals,
     })
 }

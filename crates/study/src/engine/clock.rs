@@ -13,7 +13,10 @@ impl CpuClock {
     /// Starts.
     #[must_use]
     pub fn start() -> Self {
-        Self { cpu: thread_seconds(), wall: Instant::now() }
+        Self {
+            cpu: thread_seconds(),
+            wall: Instant::now(),
+        }
     }
 
     /// Seconds of this thread since the start; call it on the same thread.
@@ -30,7 +33,10 @@ impl CpuClock {
 fn thread_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: u64 = text.split_ascii_whitespace().next()?.parse().ok()?;
-    #[allow(clippy::cast_precision_loss, reason = "nanoseconds of a run fit 53 bits")]
+    #[allow(
+        clippy::cast_precision_loss,
+        reason = "nanoseconds of a run fit 53 bits"
+    )]
     let seconds = nanoseconds as f64 * 1e-9;
     Some(seconds)
 }

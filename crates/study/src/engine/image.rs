@@ -23,7 +23,12 @@ impl Window {
     /// A whole image.
     #[must_use]
     pub const fn whole(width: u32, height: u32) -> Self {
-        Self { x0: 0, x1: width, y0: 0, y1: height }
+        Self {
+            x0: 0,
+            x1: width,
+            y0: 0,
+            y1: height,
+        }
     }
 
     /// Columns.
@@ -48,7 +53,9 @@ pub fn render(
     window: Window,
     progress: &ProgressBar,
 ) -> (Image, Counts) {
-    map(window, progress, |pixel, workspace| renderer.pixel(settings, pixel, workspace))
+    map(window, progress, |pixel, workspace| {
+        renderer.pixel(settings, pixel, workspace)
+    })
 }
 
 /// Renders a window with any function of a pixel.
@@ -61,7 +68,9 @@ pub fn map(
     let rows: Vec<_> = (window.y0..window.y1)
         .into_par_iter()
         .map_init(Workspace::new, |workspace, y| {
-            let row: Vec<DVec3> = (window.x0..window.x1).map(|x| shade([x, y], workspace)).collect();
+            let row: Vec<DVec3> = (window.x0..window.x1)
+                .map(|x| shade([x, y], workspace))
+                .collect();
             progress.inc(1);
             (row, workspace.take_counts())
         })

@@ -2,6 +2,7 @@
 
 mod clock;
 pub mod image;
+pub mod normal;
 mod reference;
 mod run;
 mod score;

@@ -29,7 +29,12 @@ impl Reference {
     /// Zero everywhere: for scores that need no reference.
     #[must_use]
     pub fn black(points: usize) -> Self {
-        Self { values: vec![DVec3::ZERO; points], mse: 0.0, samples: 0, replicates: 0 }
+        Self {
+            values: vec![DVec3::ZERO; points],
+            mse: 0.0,
+            samples: 0,
+            replicates: 0,
+        }
     }
 }
 
@@ -54,7 +59,14 @@ pub fn reference(
             seed,
             ..Settings::default()
         };
-        rounds.push(run_cell(renderer, targets, Cell { settings, trials: ROUND }));
+        rounds.push(run_cell(
+            renderer,
+            targets,
+            Cell {
+                settings,
+                trials: ROUND,
+            },
+        ));
         let reference = merge(&rounds, targets, samples);
         if reference.mse <= target || start.elapsed() > limit {
             return reference;
@@ -76,5 +88,10 @@ fn merge(rounds: &[CellRun], targets: &Targets, samples: u32) -> Reference {
     }
     #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let pixels = targets.pixels.max(1) as f64;
-    Reference { values, mse: total / pixels, samples, replicates }
+    Reference {
+        values,
+        mse: total / pixels,
+        samples,
+        replicates,
+    }
 }

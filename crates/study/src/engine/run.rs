@@ -26,12 +26,17 @@ impl Targets {
             .par_chunks(64)
             .map_init(Workspace::new, |workspace, chunk| {
                 let shade = |&pixel: &[u32; 2]| {
-                    renderer.shading_point(pixel, workspace).map(|point| (pixel, point))
+                    renderer
+                        .shading_point(pixel, workspace)
+                        .map(|point| (pixel, point))
                 };
                 chunk.iter().filter_map(shade).collect::<Vec<_>>()
             })
             .collect();
-        Self { points: found.into_iter().flatten().collect(), pixels: pixels.len() }
+        Self {
+            points: found.into_iter().flatten().collect(),
+            pixels: pixels.len(),
+        }
     }
 }
 
@@ -70,7 +75,7 @@ impl CellRun {
 
 /// The seed of a trial: seeds are hashed by the samplers, so neighbours are independent.
 #[must_use]
-pub const fn trial_seed(first: u64, trial: u32) -> u64 {
+const fn trial_seed(first: u64, trial: u32) -> u64 {
     first.wrapping_add((trial as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
@@ -112,7 +117,10 @@ fn run_chunk(
     for (pixel, point) in chunk {
         for trial in 0..cell.trials {
             let seed = trial_seed(cell.settings.seed, trial);
-            let settings = Settings { seed, ..cell.settings };
+            let settings = Settings {
+                seed,
+                ..cell.settings
+            };
             values.push(renderer.direct(&settings, point, *pixel, 0, workspace));
         }
     }

@@ -5,7 +5,7 @@ use linelit_geometry::DVec3;
 
 /// ε of the mean relative squared error: keeps black pixels from dominating (Salesin & Jarosz
 /// 2019, section 5).
-pub const MRSE_EPSILON: f64 = 1e-6;
+const MRSE_EPSILON: f64 = 1e-6;
 
 /// The errors of one cell.
 #[derive(Clone, Debug)]
@@ -50,7 +50,12 @@ struct TrialSums {
 
 impl TrialSums {
     fn new(trials: usize) -> Self {
-        Self { mse: vec![0.0; trials], bias: vec![0.0; trials], variance: vec![0.0; trials], mrse: 0.0 }
+        Self {
+            mse: vec![0.0; trials],
+            bias: vec![0.0; trials],
+            variance: vec![0.0; trials],
+            mrse: 0.0,
+        }
     }
 
     fn add(&mut self, values: &[DVec3], want: DVec3) {

@@ -87,7 +87,10 @@ pub fn run_scene(
     }
     let runs = run_cells(spec, &renderer, &targets, deadline, progress);
     let reference = best_reference(spec, &renderer, &targets, &runs);
-    let cells = runs.iter().map(|run| cell_result(run, &reference, &targets)).collect();
+    let cells = runs
+        .iter()
+        .map(|run| cell_result(run, &reference, &targets))
+        .collect();
     let triangles = scene.triangles.len();
     let hierarchy_bytes = renderer.occluders().memory();
     let picture = picture(&mut scene, picture_size);
@@ -109,7 +112,9 @@ fn pixels(scene: &mut Scene, pixels: &Pixels) -> Result<Vec<[u32; 2]>> {
     match pixels {
         Pixels::Grid(r) => {
             scene.set_resolution(r.width, r.height);
-            Ok((0..r.height).flat_map(|y| (0..r.width).map(move |x| [x, y])).collect())
+            Ok((0..r.height)
+                .flat_map(|y| (0..r.width).map(move |x| [x, y]))
+                .collect())
         }
         Pixels::List(list) => {
             let (w, h) = (scene.film.width, scene.film.height);
@@ -144,7 +149,14 @@ fn run_cells(
                     skip: spec.skip,
                     ..Settings::default()
                 };
-                runs.push(run_cell(renderer, targets, Cell { settings, trials: spec.trials }));
+                runs.push(run_cell(
+                    renderer,
+                    targets,
+                    Cell {
+                        settings,
+                        trials: spec.trials,
+                    },
+                ));
             }
         }
     }
@@ -163,8 +175,20 @@ fn best_reference(
     let variance = |run: &CellRun| score(run, &zeros, targets).variance;
     let positive = runs.iter().map(variance).filter(|v| *v > 0.0);
     let smallest = positive.fold(f64::INFINITY, f64::min);
-    let samples = spec.samples.last().copied().unwrap_or(1).saturating_mul(4).clamp(256, 4096);
-    reference(renderer, targets, samples, 0.1 * smallest, Duration::from_secs(REFERENCE_SECONDS))
+    let samples = spec
+        .samples
+        .last()
+        .copied()
+        .unwrap_or(1)
+        .saturating_mul(4)
+        .clamp(256, 4096);
+    reference(
+        renderer,
+        targets,
+        samples,
+        0.1 * smallest,
+        Duration::from_secs(REFERENCE_SECONDS),
+    )
 }
 
 fn cell_result(run: &CellRun, reference: &Reference, targets: &Targets) -> CellResult {
@@ -192,7 +216,10 @@ fn picture_size(scene: &Scene) -> [u32; 2] {
 fn picture(scene: &mut Scene, [width, height]: [u32; 2]) -> Image {
     scene.set_resolution(width, height);
     let renderer = Renderer::new(scene);
-    let settings = Settings { samples: 16, ..Settings::default() };
+    let settings = Settings {
+        samples: 16,
+        ..Settings::default()
+    };
     let window = Window::whole(width, height);
     image::render(&renderer, &settings, window, &ProgressBar::hidden()).0
 }

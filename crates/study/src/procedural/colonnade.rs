@@ -5,7 +5,7 @@ use super::{Files, facing_down, light_text, main_files};
 use std::f64::consts::{PI, TAU};
 
 /// Changes whenever the generator does: old files are then written anew.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 
 /// Distance between columns.
 const BAY: f64 = 2.0;
@@ -222,7 +222,7 @@ fn leaf(mesh: &mut Mesh, random: &mut Random, foot: [f64; 3]) {
     mesh.surface([2, 1], false, |v, u| {
         let along = length * v;
         let bend = drop * v * v;
-        let across = width * (2.0 * u - 1.0) * (1.0 - v * v);
+        let across = width * (2.0 * u - 1.0) * (1.0 - 0.9 * v * v);
         [
             root[0] + along * angle.cos() - across * angle.sin(),
             root[1] + bend,

@@ -43,16 +43,39 @@ pub fn run(strict: bool, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure
     let mut figures = Vec::new();
     let orientations = [
         ("fixed direction", "line-analytic[orientation=fixed:0]"),
-        ("uniform direction for each line", "line-analytic[orientation=uniform]"),
+        (
+            "uniform direction for each line",
+            "line-analytic[orientation=uniform]",
+        ),
         ("parallel for each shading point", "line-analytic"),
     ];
-    compare("Fig. 2", "cornell-box-large", &orientations, strict, seed, progress, &mut figures)?;
+    compare(
+        "Fig. 2",
+        "cornell-box-large",
+        &orientations,
+        strict,
+        seed,
+        progress,
+        &mut figures,
+    )?;
     let densities = [
         ("offsets uniform", "line-analytic[offset=uniform]"),
         ("offsets in proportion to length", "line-analytic"),
     ];
-    compare("Fig. 3", "triangle-soup-large", &densities, strict, seed, progress, &mut figures)?;
-    for scene in ["grid-planes-large", "triangle-soup-large", "colonnade-large"] {
+    compare(
+        "Fig. 3",
+        "triangle-soup-large",
+        &densities,
+        strict,
+        seed,
+        progress,
+        &mut figures,
+    )?;
+    for scene in [
+        "grid-planes-large",
+        "triangle-soup-large",
+        "colonnade-large",
+    ] {
         figures.push(pieces(scene, strict, seed, progress)?);
     }
     Ok(figures)
@@ -83,23 +106,46 @@ fn compare(
     let renderer = Renderer::new(&scene);
     let window = Window::whole(SIZE, SIZE);
     let render = |estimator: &str, samples| -> Result<Image> {
-        Ok(image::render(&renderer, &settings(estimator, samples, seed)?, window, progress).0)
+        Ok(image::render(
+            &renderer,
+            &settings(estimator, samples, seed)?,
+            window,
+            progress,
+        )
+        .0)
     };
     let converged = render("line-analytic", MANY)?;
     for (what, estimator) in variants {
         let image = render(estimator, FEW)?;
         let rmse = Some(rmse(&image, &converged));
         let caption = format!("{what}: {FEW} lines a point, `{estimator}`");
-        out.push(Figure { figure, scene: scene_name, caption, image, counts: false, rmse });
+        out.push(Figure {
+            figure,
+            scene: scene_name,
+            caption,
+            image,
+            counts: false,
+            rmse,
+        });
     }
     let caption = format!("converged: {MANY} lines a point");
-    out.push(Figure { figure, scene: scene_name, caption, image: converged, counts: false, rmse: None });
+    out.push(Figure {
+        figure,
+        scene: scene_name,
+        caption,
+        image: converged,
+        counts: false,
+        rmse: None,
+    });
     Ok(())
 }
 
 fn rmse(a: &Image, b: &Image) -> f64 {
     let square = |(p, q): (&[f32; 3], &[f32; 3])| -> f64 {
-        p.iter().zip(q).map(|(x, y)| (f64::from(*x) - f64::from(*y)).powi(2)).sum()
+        p.iter()
+            .zip(q)
+            .map(|(x, y)| (f64::from(*x) - f64::from(*y)).powi(2))
+            .sum()
     };
     let sum: f64 = a.rgb.iter().zip(&b.rgb).map(square).sum();
     #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
@@ -131,5 +177,12 @@ fn pieces(
     };
     let (image, _) = image::map(Window::whole(SIZE, SIZE), progress, count);
     let caption = format!("mean number of visible pieces of a line, {COUNTED} lines a point");
-    Ok(Figure { figure: "Fig. 5", scene: scene_name, caption, image, counts: true, rmse: None })
+    Ok(Figure {
+        figure: "Fig. 5",
+        scene: scene_name,
+        caption,
+        image,
+        counts: true,
+        rmse: None,
+    })
 }

@@ -7,14 +7,62 @@ use linelit_samplers::SamplerKind;
 /// Figs. 9 (large lights) and 13 (small): random point, line; stratified point, line;
 /// low-discrepancy point, line.
 const TABLE: [(&str, &str, [f64; 6]); 8] = [
-    ("grid-planes-large", "Fig. 9", [-0.500006, -0.499698, -0.722607, -1.152465, -0.728064, -1.025048]),
-    ("logo-large", "Fig. 9", [-0.528350, -0.483650, -0.511009, -0.660526, -0.600950, -0.661047]),
-    ("triangle-soup-large", "Fig. 9", [-0.466542, -0.502162, -0.580416, -1.130108, -0.589068, -1.115833]),
-    ("colonnade-large", "Fig. 9, Sponza", [-0.500072, -0.499975, -0.720497, -1.269119, -0.763655, -1.444029]),
-    ("grid-planes-small", "Fig. 13", [-0.499750, -0.500003, -0.737551, -1.165623, -0.752114, -1.005696]),
-    ("logo-small", "Fig. 13", [-0.493513, -0.514205, -0.660507, -0.820198, -0.803129, -0.822268]),
-    ("triangle-soup-small", "Fig. 13", [-0.502810, -0.506269, -0.845316, -1.245989, -0.866152, -0.945898]),
-    ("colonnade-small", "Fig. 13, Sponza", [-0.500227, -0.500084, -0.743929, -1.180712, -0.757675, -0.999242]),
+    (
+        "grid-planes-large",
+        "Fig. 9",
+        [
+            -0.500006, -0.499698, -0.722607, -1.152465, -0.728064, -1.025048,
+        ],
+    ),
+    (
+        "logo-large",
+        "Fig. 9",
+        [
+            -0.528350, -0.483650, -0.511009, -0.660526, -0.600950, -0.661047,
+        ],
+    ),
+    (
+        "triangle-soup-large",
+        "Fig. 9",
+        [
+            -0.466542, -0.502162, -0.580416, -1.130108, -0.589068, -1.115833,
+        ],
+    ),
+    (
+        "colonnade-large",
+        "Fig. 9, Sponza",
+        [
+            -0.500072, -0.499975, -0.720497, -1.269119, -0.763655, -1.444029,
+        ],
+    ),
+    (
+        "grid-planes-small",
+        "Fig. 13",
+        [
+            -0.499750, -0.500003, -0.737551, -1.165623, -0.752114, -1.005696,
+        ],
+    ),
+    (
+        "logo-small",
+        "Fig. 13",
+        [
+            -0.493513, -0.514205, -0.660507, -0.820198, -0.803129, -0.822268,
+        ],
+    ),
+    (
+        "triangle-soup-small",
+        "Fig. 13",
+        [
+            -0.502810, -0.506269, -0.845316, -1.245989, -0.866152, -0.945898,
+        ],
+    ),
+    (
+        "colonnade-small",
+        "Fig. 13, Sponza",
+        [
+            -0.500227, -0.500084, -0.743929, -1.180712, -0.757675, -0.999242,
+        ],
+    ),
 ];
 
 /// The paper's orders.
@@ -28,13 +76,14 @@ pub(super) fn paper_orders() -> Vec<PaperOrder> {
         ("line-analytic", SamplerKind::Sobol),
     ];
     let row = |&(scene, source, orders): &(&str, &'static str, [f64; 6])| {
-        let cell = |(&(estimator, sampler), order): (&(&'static str, SamplerKind), f64)| PaperOrder {
-            scene: scene.to_owned(),
-            estimator,
-            sampler,
-            order,
-            source,
-        };
+        let cell =
+            |(&(estimator, sampler), order): (&(&'static str, SamplerKind), f64)| PaperOrder {
+                scene: scene.to_owned(),
+                estimator,
+                sampler,
+                order,
+                source,
+            };
         columns.iter().zip(orders).map(cell).collect::<Vec<_>>()
     };
     TABLE.iter().flat_map(row).collect()
@@ -55,11 +104,21 @@ pub(super) fn spec() -> StudySpec {
         ]
         .map(str::to_owned)
         .to_vec(),
-        estimators: ["point-area", "line-analytic"].iter().filter_map(|n| n.parse().ok()).collect(),
-        samplers: vec![SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol],
+        estimators: ["point-area", "line-analytic"]
+            .iter()
+            .filter_map(|n| n.parse().ok())
+            .collect(),
+        samplers: vec![
+            SamplerKind::Independent,
+            SamplerKind::Stratified,
+            SamplerKind::Sobol,
+        ],
         samples: vec![4, 16, 64, 256, 1024],
         trials: 8,
-        pixels: Pixels::Grid(Resolution { width: 24, height: 24 }),
+        pixels: Pixels::Grid(Resolution {
+            width: 24,
+            height: 24,
+        }),
         time_budget: None,
         seed: 1,
         skip: false,

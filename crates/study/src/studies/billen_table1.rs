@@ -21,12 +21,48 @@ struct Paper {
 }
 
 const PAPER: [Paper; 6] = [
-    Paper { ours: "grid-planes-small", theirs: "Grid planes, small", seconds: 7.9, boxes: 1462.0, triangles: 136.3 },
-    Paper { ours: "grid-planes-large", theirs: "Grid planes, large", seconds: 11.0, boxes: 1926.4, triangles: 268.2 },
-    Paper { ours: "triangle-soup-small", theirs: "Triangle soup, small", seconds: 22.7, boxes: 7686.7, triangles: 344.9 },
-    Paper { ours: "triangle-soup-large", theirs: "Triangle soup, large", seconds: 58.0, boxes: 13848.6, triangles: 1238.2 },
-    Paper { ours: "colonnade-small", theirs: "Sponza, small", seconds: 39.7, boxes: 7809.1, triangles: 1498.3 },
-    Paper { ours: "colonnade-large", theirs: "Sponza, large", seconds: 455.7, boxes: 53729.2, triangles: 21474.2 },
+    Paper {
+        ours: "grid-planes-small",
+        theirs: "Grid planes, small",
+        seconds: 7.9,
+        boxes: 1462.0,
+        triangles: 136.3,
+    },
+    Paper {
+        ours: "grid-planes-large",
+        theirs: "Grid planes, large",
+        seconds: 11.0,
+        boxes: 1926.4,
+        triangles: 268.2,
+    },
+    Paper {
+        ours: "triangle-soup-small",
+        theirs: "Triangle soup, small",
+        seconds: 22.7,
+        boxes: 7686.7,
+        triangles: 344.9,
+    },
+    Paper {
+        ours: "triangle-soup-large",
+        theirs: "Triangle soup, large",
+        seconds: 58.0,
+        boxes: 13848.6,
+        triangles: 1238.2,
+    },
+    Paper {
+        ours: "colonnade-small",
+        theirs: "Sponza, small",
+        seconds: 39.7,
+        boxes: 7809.1,
+        triangles: 1498.3,
+    },
+    Paper {
+        ours: "colonnade-large",
+        theirs: "Sponza, large",
+        seconds: 455.7,
+        boxes: 53729.2,
+        triangles: 21474.2,
+    },
 ];
 
 /// One row of our table.
@@ -74,7 +110,9 @@ fn row(paper: &Paper, strict: bool, seed: u64) -> Result<Row> {
     let mut scene = scenes::load(paper.ours, strict)?.scene;
     scene.set_resolution(SIZE, SIZE);
     let renderer = Renderer::new(&scene);
-    let pixels: Vec<[u32; 2]> = (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| [x, y])).collect();
+    let pixels: Vec<[u32; 2]> = (0..SIZE)
+        .flat_map(|y| (0..SIZE).map(move |x| [x, y]))
+        .collect();
     let targets = Targets::find(&renderer, &pixels);
     let settings = Settings {
         estimator: Estimator::LineAnalytic(LineOptions::default()),
@@ -84,11 +122,20 @@ fn row(paper: &Paper, strict: bool, seed: u64) -> Result<Row> {
         skip: false,
         ..Settings::default()
     };
-    let run = run_cell(&renderer, &targets, Cell { settings, trials: 1 });
+    let run = run_cell(
+        &renderer,
+        &targets,
+        Cell {
+            settings,
+            trials: 1,
+        },
+    );
     #[allow(clippy::cast_precision_loss, reason = "counts fit 53 bits")]
     let millions = |n: u64| n as f64 * 1e-6;
-    let (boxes, triangles) =
-        (millions(run.counts.visibility.node_tests), millions(run.counts.visibility.triangle_tests));
+    let (boxes, triangles) = (
+        millions(run.counts.visibility.node_tests),
+        millions(run.counts.visibility.triangle_tests),
+    );
     Ok(Row {
         scene: paper.ours.to_owned(),
         points: targets.points.len(),
@@ -115,15 +162,36 @@ pub fn text(rows: &[Row]) -> String {
     let _ = writeln!(
         out,
         "{:<22} {:>7} {:>9} {:>9} {:>9} {:>11} {:>11} {:>9} {:>9}   paper: {:<21} {:>8} {:>8} {:>8}",
-        "scene", "points", "lines", "seconds", "ns/line", "boxes M", "triangles M", "M box/s", "M tri/s",
-        "scene", "seconds", "M box/s", "M tri/s"
+        "scene",
+        "points",
+        "lines",
+        "seconds",
+        "ns/line",
+        "boxes M",
+        "triangles M",
+        "M box/s",
+        "M tri/s",
+        "scene",
+        "seconds",
+        "M box/s",
+        "M tri/s"
     );
     for r in rows {
         let _ = writeln!(
             out,
             "{:<22} {:>7} {:>9} {:>9.3} {:>9.1} {:>11.3} {:>11.3} {:>9.1} {:>9.1}   paper: {:<21} {:>8.1} {:>8.1} {:>8.1}",
-            r.scene, r.points, r.lines, r.seconds, r.ns_per_line, r.box_tests_m, r.triangle_tests_m,
-            r.box_rate_m, r.triangle_rate_m, r.paper_scene, r.paper_seconds, r.paper_box_rate_m,
+            r.scene,
+            r.points,
+            r.lines,
+            r.seconds,
+            r.ns_per_line,
+            r.box_tests_m,
+            r.triangle_tests_m,
+            r.box_rate_m,
+            r.triangle_rate_m,
+            r.paper_scene,
+            r.paper_seconds,
+            r.paper_box_rate_m,
             r.paper_triangle_rate_m
         );
     }

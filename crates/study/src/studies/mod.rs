@@ -4,8 +4,8 @@ mod billen_figures;
 mod billen_orders;
 mod billen_table1;
 
-pub use billen_figures::run as billen_figures;
-pub use billen_table1::run as billen_table1;
+pub use billen_figures::{Figure, run as billen_figures};
+pub use billen_table1::{Row as Table1Row, run as billen_table1, text as billen_table1_text};
 
 use crate::cli::{ConvergeArgs, Pixels, Resolution};
 use anyhow::{Result, bail};
@@ -55,7 +55,12 @@ pub struct PaperOrder {
 }
 
 /// The named studies.
-pub const NAMES: [&str; 4] = ["default", "billen-orders", "billen-table1", "billen-figures"];
+pub const NAMES: [&str; 4] = [
+    "default",
+    "billen-orders",
+    "billen-table1",
+    "billen-figures",
+];
 
 /// What `converge` was asked for.
 #[derive(Clone, Debug)]
@@ -75,14 +80,20 @@ pub enum Study {
 pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
     let named = args.what.iter().any(|w| NAMES.contains(&w.as_str()));
     if named && args.what.len() > 1 {
-        bail!("name one study, or any number of scenes, not both: {}", args.what.join(" "));
+        bail!(
+            "name one study, or any number of scenes, not both: {}",
+            args.what.join(" ")
+        );
     }
     let mut spec = match args.what.first().map(String::as_str) {
         None | Some("default") => default_study(),
         Some("billen-orders") => billen_orders::spec(),
         Some("billen-table1") => return Ok(Study::BillenTable1),
         Some("billen-figures") => return Ok(Study::BillenFigures),
-        Some(_) => StudySpec { scenes: args.what.clone(), ..default_study() },
+        Some(_) => StudySpec {
+            scenes: args.what.clone(),
+            ..default_study()
+        },
     };
     apply_flags(&mut spec, args)?;
     Ok(Study::Convergence(spec))
@@ -121,15 +132,30 @@ fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
 fn default_study() -> StudySpec {
     StudySpec {
         title: "Points and lines: direct light from area lights".to_owned(),
-        scenes: vec!["grid-planes-large".to_owned(), "cornell-box-large".to_owned()],
-        estimators: ["point-area", "point-solid-angle", "line-area", "line-analytic"]
-            .iter()
-            .filter_map(|name| name.parse().ok())
-            .collect(),
-        samplers: vec![SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol],
+        scenes: vec![
+            "grid-planes-large".to_owned(),
+            "cornell-box-large".to_owned(),
+        ],
+        estimators: [
+            "point-area",
+            "point-solid-angle",
+            "line-area",
+            "line-analytic",
+        ]
+        .iter()
+        .filter_map(|name| name.parse().ok())
+        .collect(),
+        samplers: vec![
+            SamplerKind::Independent,
+            SamplerKind::Stratified,
+            SamplerKind::Sobol,
+        ],
         samples: vec![1, 4, 16, 64, 256],
         trials: 8,
-        pixels: Pixels::Grid(Resolution { width: 32, height: 32 }),
+        pixels: Pixels::Grid(Resolution {
+            width: 32,
+            height: 32,
+        }),
         time_budget: None,
         seed: 1,
         skip: true,

@@ -1,0 +1,274 @@
+//! `linelit converge`.
+
+use super::{bar, page, pool};
+use crate::cli::ConvergeArgs;
+use crate::engine::{CellResult, SceneResult, run_scene};
+use crate::stats::slopes::{Bootstrap, Order, SlopePoint, fit_trials};
+use crate::studies::{self, Study, StudySpec};
+use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
+use anyhow::{Context, Result};
+use linelit_integrator::Estimator;
+use linelit_samplers::SamplerKind;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Runs a study and writes its report.
+///
+/// # Errors
+/// If a scene cannot be read or the report cannot be written.
+pub fn run(args: &ConvergeArgs) -> Result<()> {
+    let study = studies::resolve(args)?;
+    std::fs::create_dir_all(&args.out)
+        .with_context(|| format!("creating the folder {}", args.out.display()))?;
+    let pool = pool(&args.common)?;
+    match study {
+        Study::Convergence(spec) => pool.install(|| converge(args, &spec)),
+        Study::BillenTable1 => pool.install(|| table1(args)),
+        Study::BillenFigures => pool.install(|| figures(args)),
+    }
+}
+
+fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
+    let start = Instant::now();
+    let deadline = spec
+        .time_budget
+        .map(|s| start + Duration::from_secs_f64(s.min(1e9)));
+    let mut record = new_record(args, spec);
+    let mut results = Vec::new();
+    for name in &spec.scenes {
+        let progress = bar(&crate::scenes::short_name(name));
+        progress
+            .set_length((spec.samples.len() * spec.estimators.len() * spec.samplers.len()) as u64);
+        let result = run_scene(spec, name, args.common.strict, deadline, &progress)?;
+        progress.finish_and_clear();
+        append(&mut record, spec, &result);
+        results.push(result);
+    }
+    record.seconds = start.elapsed().as_secs_f64();
+    record.write(&args.out)?;
+    page::write_study(&args.out, &record, spec, &results)?;
+    if args.common.json {
+        print!("{}", record.to_json()?);
+    } else {
+        print_slopes(&record.slopes);
+        println!(
+            "{:.1} s; report: {}",
+            record.seconds,
+            args.out.join("report.html").display()
+        );
+    }
+    Ok(())
+}
+
+fn new_record(args: &ConvergeArgs, spec: &StudySpec) -> StudyRecord {
+    let names = |list: &[SamplerKind]| {
+        list.iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    let settings = [
+        ("pixels", spec.pixels.to_string()),
+        (
+            "samples",
+            spec.samples
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(","),
+        ),
+        ("samplers", names(&spec.samplers)),
+        (
+            "estimators",
+            spec.estimators
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(","),
+        ),
+        ("trials", spec.trials.to_string()),
+        ("skip", spec.skip.to_string()),
+    ];
+    StudyRecord {
+        title: spec.title.clone(),
+        command: format!(
+            "cargo xtask converge {} --seed {}",
+            args.what.join(" "),
+            spec.seed
+        ),
+        version: crate::version(),
+        commit: commit(),
+        cpu: cpu_name(),
+        threads: rayon::current_num_threads(),
+        seed: spec.seed,
+        settings: settings.map(|(k, v)| (k.to_owned(), v)).into(),
+        ..StudyRecord::default()
+    }
+}
+
+fn append(record: &mut StudyRecord, spec: &StudySpec, result: &SceneResult) {
+    let reference = &result.reference;
+    record.scenes.push(SceneRecord {
+        scene: result.scene.clone(),
+        triangles: result.triangles,
+        pixels: result.pixels,
+        shading_points: result.points,
+        load_seconds: result.load_seconds,
+        build_seconds: result.build_seconds,
+        hierarchy_bytes: result.hierarchy_bytes,
+        reference_mse: reference.mse,
+        reference: format!(
+            "{} replicates of line-analytic with {} stratified lines",
+            reference.replicates, reference.samples
+        ),
+    });
+    record
+        .rows
+        .extend(result.cells.iter().map(|cell| row(spec, result, cell)));
+    for estimator in &spec.estimators {
+        for &sampler in &spec.samplers {
+            record
+                .slopes
+                .extend(slope(spec, result, *estimator, sampler));
+        }
+    }
+}
+
+fn row(spec: &StudySpec, result: &SceneResult, cell: &CellResult) -> ResultRow {
+    let visibility = &cell.counts.visibility;
+    ResultRow {
+        scene: result.scene.clone(),
+        pixels: spec.pixels.to_string(),
+        estimator: cell.estimator.to_string(),
+        sampler: cell.sampler.to_string(),
+        samples: cell.samples,
+        trials: cell.trials,
+        mse: cell.score.mse,
+        mse_stderr: cell.score.mse_stderr,
+        mrse: cell.score.mrse,
+        bias: cell.score.bias,
+        bias_stderr: cell.score.bias_stderr,
+        cpu_seconds: cell.cpu_seconds,
+        wall_seconds: cell.wall_seconds,
+        rays: visibility.rays,
+        line_queries: visibility.line_queries,
+        node_tests: visibility.node_tests,
+        triangle_tests: visibility.triangle_tests,
+        intervals: visibility.intervals,
+    }
+}
+
+/// The order of the standard deviation of one estimator and pattern, from the spread of the trials
+/// (which needs no reference).
+fn slope(
+    spec: &StudySpec,
+    result: &SceneResult,
+    estimator: Estimator,
+    sampler: SamplerKind,
+) -> Option<SlopeRow> {
+    let points = slope_points(result, estimator, sampler);
+    let fit = fit_trials(&points, &Bootstrap::default())?;
+    let name = estimator.to_string();
+    let row = SlopeRow::new(&result.scene, &name, &sampler.to_string(), &fit);
+    let paper = spec
+        .papers
+        .iter()
+        .find(|p| p.scene == result.scene && p.estimator == name && p.sampler == sampler);
+    let Some(paper) = paper else {
+        return Some(row);
+    };
+    let mut row = row.with_paper(paper.order, paper.source);
+    if fit.ci_low > paper.order {
+        row.remark = Some(remark(&points, &fit));
+    }
+    Some(row)
+}
+
+fn slope_points(
+    result: &SceneResult,
+    estimator: Estimator,
+    sampler: SamplerKind,
+) -> Vec<SlopePoint> {
+    let wanted = |cell: &&CellResult| cell.estimator == estimator && cell.sampler == sampler;
+    let point = |cell: &CellResult| SlopePoint {
+        samples: f64::from(cell.samples),
+        trial_variances: cell.score.trial_variance.clone(),
+    };
+    result.cells.iter().filter(wanted).map(point).collect()
+}
+
+/// Where an order is weaker than the paper's: what the curve does at its ends.
+fn remark(points: &[SlopePoint], fit: &Order) -> String {
+    let deviation = |p: &SlopePoint| {
+        #[allow(clippy::cast_precision_loss, reason = "few trials")]
+        let n = p.trial_variances.len() as f64;
+        0.5 * (p.trial_variances.iter().sum::<f64>() / n).ln()
+    };
+    let step = |a: &SlopePoint, b: &SlopePoint| {
+        (deviation(b) - deviation(a)) / (b.samples.ln() - a.samples.ln())
+    };
+    let (Some(first), Some(last)) = (points.windows(2).next(), points.windows(2).last()) else {
+        return String::new();
+    };
+    format!(
+        "measured step by step: {:.2} from N = {} to {}, {:.2} from N = {} to {}; lack of fit {:.1}",
+        step(&first[0], &first[1]),
+        first[0].samples,
+        first[1].samples,
+        step(&last[0], &last[1]),
+        last[0].samples,
+        last[1].samples,
+        fit.lack_of_fit
+    )
+}
+
+fn print_slopes(slopes: &[SlopeRow]) {
+    println!(
+        "{:<22} {:<20} {:<12} {:>7} {:>17} {:>11}  paper",
+        "scene", "estimator", "sampler", "order", "95 %", "N"
+    );
+    for s in slopes {
+        let paper = match (s.paper_order, &s.paper_source) {
+            (Some(order), Some(source)) => format!("{order:.3} ({source})"),
+            _ => String::new(),
+        };
+        println!(
+            "{:<22} {:<20} {:<12} {:>7.3} {:>8.3} {:>8.3} {:>5}–{:<5}  {paper}",
+            s.scene, s.estimator, s.sampler, s.order, s.ci_low, s.ci_high, s.n_min, s.n_max
+        );
+        if let Some(remark) = &s.remark {
+            println!("{:>24}{remark}", "");
+        }
+    }
+}
+
+fn table1(args: &ConvergeArgs) -> Result<()> {
+    let rows = studies::billen_table1(args.common.strict, args.seed)?;
+    let json = serde_json::to_string_pretty(&rows)?;
+    write(&args.out.join("billen-table1.json"), json.as_bytes())?;
+    let text = studies::billen_table1_text(&rows);
+    write(&args.out.join("billen-table1.txt"), text.as_bytes())?;
+    println!("{}", if args.common.json { &json } else { &text });
+    Ok(())
+}
+
+fn figures(args: &ConvergeArgs) -> Result<()> {
+    let figures = studies::billen_figures(args.common.strict, args.seed, &bar("figures"))?;
+    page::write_figures(&args.out, &figures)?;
+    for figure in &figures {
+        let rmse = figure
+            .rmse
+            .map_or(String::new(), |r| format!("  RMSE {r:.5}"));
+        println!(
+            "{} {}: {}{rmse}",
+            figure.figure, figure.scene, figure.caption
+        );
+    }
+    println!("report: {}", args.out.join("report.html").display());
+    Ok(())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    linelit_film::write_atomically(path, bytes)?;
+    Ok(())
+}
