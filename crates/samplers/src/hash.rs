@@ -1,7 +1,7 @@
 //! Counter-based hashing: the one source of randomness of this crate.
 
 /// 2⁶⁴ divided by the golden ratio, made odd: the step of a Weyl sequence that fills 64 bits evenly.
-const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
+pub(crate) const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// A bijection of 64-bit words with full avalanche.
 ///

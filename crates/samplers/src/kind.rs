@@ -27,7 +27,7 @@ pub enum SamplerKind {
     Sobol,
     /// `halton`: Owen-scrambled Halton points in bases 2 and 3. 1-D as Sobol', 2-D N⁻² / N^−1.5, for any N alike.
     Halton,
-    /// `uniform-jitter`: (ξ + k)/N with one ξ for all k. 1-D N⁻² for smooth integrands and for jumps.
+    /// `uniform-jitter`: (ξ + k)/N with one ξ for all k; in 2-D a randomly shifted lattice. 1-D N⁻² / N⁻², 2-D N⁻² / N^−1.5.
     UniformJitter,
     /// `bluenoise`: uniform jitter whose ξ comes from a 64×64 blue-noise tile: the error is high-frequency across pixels.
     BlueNoise,

@@ -1,7 +1,7 @@
 //! One sample per stratum: jittered, multi-jittered and uniformly jittered patterns, for any number of samples.
 
 use crate::cells::Cells;
-use crate::hash::{below_one, lane, unit_f64, word};
+use crate::hash::{GOLDEN, below_one, lane, unit_f64, word};
 use crate::permute::Permutation;
 
 /// Lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of uniform jitter; lanes below
@@ -115,16 +115,20 @@ impl MultiJitter {
     }
 }
 
-/// The same random offset in every stratum or cell.
+/// The same random offset in every stratum: a randomly shifted lattice.
 ///
 /// **Formula.** 1-D: (ξ + π(k))/N with one ξ for all k; the set is that of Ramamoorthi et al. 2012, *A theory of
 /// Monte Carlo visibility sampling*, recommended for linear lights by Peters 2021, section 5.3; the order π is random
-/// so that several dimensions pair up independently. 2-D: one (ξ, ζ) in each of the N equal cells of [`Cells`].
+/// so that several dimensions pair up independently. 2-D: ((ξ + j)/N, fract(ζ + j/φ)) with j = π(k) and the golden ratio φ,
+/// which is evenly spread for any N. (One offset for all cells of a grid, the obvious generalisation, has only the
+/// variance N⁻¹; rank-1 lattices with a generator near N/φ are poor for some N, 1024 among them.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UniformJitter {
     order: Permutation,
-    cells: Cells,
-    offset: [f64; 2],
+    count: u32,
+    offset: f64,
+    /// ζ in units of 2⁻⁶⁴.
+    second: u64,
 }
 
 impl UniformJitter {
@@ -135,22 +139,33 @@ impl UniformJitter {
 
     /// With a given offset in [0, 1)², for example from a blue-noise tile.
     #[inline]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the offset is in [0, 1)"
+    )]
     pub(crate) fn with_offset(key: u64, count: u32, offset: [f64; 2]) -> Self {
+        let second = ((offset[1] * (1_u64 << 53) as f64) as u64) << 11;
         Self {
             order: Permutation::new(count, lane(key, ORDER)),
-            cells: Cells::new(count),
-            offset,
+            count,
+            offset: offset[0],
+            second,
         }
     }
 
     #[inline]
     pub(crate) fn get_1d(&self, i: u32) -> f64 {
-        stratum(self.order.get(i), self.offset[0], self.cells.count())
+        stratum(self.order.get(i), self.offset, self.count)
     }
 
     #[inline]
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
-        in_cell(&self.cells, self.order.get(i), self.offset)
+        let j = self.order.get(i);
+        [
+            stratum(j, self.offset, self.count),
+            unit_f64(self.second.wrapping_add(u64::from(j).wrapping_mul(GOLDEN))),
+        ]
     }
 }
 

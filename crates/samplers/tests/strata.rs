@@ -60,8 +60,7 @@ fn one_sample_per_stratum_in_one_dimension() {
 
 #[test]
 fn one_sample_per_cell_in_two_dimensions_for_any_count() {
-    use SamplerKind::{BlueNoise, MultiJitter, Stratified, UniformJitter};
-    for kind in [Stratified, MultiJitter, UniformJitter, BlueNoise] {
+    for kind in [SamplerKind::Stratified, SamplerKind::MultiJitter] {
         for n in COUNTS {
             for seed in 0..20 {
                 let set = Sampler::new(kind, seed).points([1, 1], 0, n);
@@ -94,6 +93,31 @@ fn multi_jittered_points_are_n_rooks() {
                     &format!("x of {n}"),
                 );
             }
+        }
+    }
+}
+
+/// Lattices: one sample per stratum of x for any N, and gaps in y of at most φ²/N (the three-distance theorem: for a
+/// golden rotation the largest gap is below φ²/N, Swierczkowski 1958).
+#[test]
+fn lattices_are_even_on_both_axes() {
+    let phi = 0.5 * (1.0 + 5.0_f64.sqrt());
+    for kind in [SamplerKind::UniformJitter, SamplerKind::BlueNoise] {
+        for n in COUNTS {
+            let set = Sampler::new(kind, 3).points([1, 1], 0, n);
+            assert_each_once(
+                set.iter_2d().map(|p| stratum(p[0], n)),
+                u64::from(n),
+                &format!("{kind} {n}"),
+            );
+            let mut ys: Vec<f64> = set.iter_2d().map(|p| p[1]).collect();
+            ys.sort_by(f64::total_cmp);
+            ys.push(ys[0] + 1.0);
+            let gap = ys.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            assert!(
+                gap <= phi * phi / f64::from(n),
+                "{kind} {n}: a gap of {gap}"
+            );
         }
     }
 }
