@@ -34,8 +34,16 @@ pub const RESULT_COLUMNS: [&str; 18] = [
 ];
 
 /// The columns of `slopes.csv`, in order.
-pub const SLOPE_COLUMNS: [&str; 8] =
-    ["scene", "estimator", "sampler", "n_min", "n_max", "order", "ci_low", "ci_high"];
+pub const SLOPE_COLUMNS: [&str; 8] = [
+    "scene",
+    "estimator",
+    "sampler",
+    "n_min",
+    "n_max",
+    "order",
+    "ci_low",
+    "ci_high",
+];
 
 /// One estimator with one sampler and number of samples on one scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -195,8 +203,14 @@ impl StudyRecord {
     /// # Errors
     /// [`FilmError::Io`] with the file and the reason.
     pub fn write(&self, folder: &Path) -> Result<(), FilmError> {
-        write_atomically(&folder.join("results.csv"), results_csv(&self.rows).as_bytes())?;
-        write_atomically(&folder.join("slopes.csv"), slopes_csv(&self.slopes).as_bytes())?;
+        write_atomically(
+            &folder.join("results.csv"),
+            results_csv(&self.rows).as_bytes(),
+        )?;
+        write_atomically(
+            &folder.join("slopes.csv"),
+            slopes_csv(&self.slopes).as_bytes(),
+        )?;
         write_atomically(&folder.join("results.json"), self.to_json()?.as_bytes())
     }
 
@@ -271,7 +285,11 @@ fn number(value: f64) -> String {
     }
     let magnitude = value.abs();
     let plain = magnitude <= 0.0 || (1e-4..1e9).contains(&magnitude);
-    if plain { format!("{value}") } else { format!("{value:e}") }
+    if plain {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
 }
 
 /// A CSV field after RFC 4180: in quotes where it needs them.
@@ -290,7 +308,11 @@ pub fn cpu_name() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text
         .lines()
-        .find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()))
+        .find_map(|line| {
+            line.strip_prefix("model name")?
+                .split_once(':')
+                .map(|(_, name)| name.trim())
+        })
         .unwrap_or(std::env::consts::ARCH);
     format!("{name} ({cores} logical cores)")
 }
@@ -308,7 +330,9 @@ pub fn commit() -> String {
         let text = String::from_utf8(output.stdout).ok()?.trim().to_owned();
         output.status.success().then_some(text)
     };
-    let Some(hash) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".to_owned() };
+    let Some(hash) = git(&["rev-parse", "--short=12", "HEAD"]) else {
+        return "unknown".to_owned();
+    };
     match git(&["status", "--porcelain", "--untracked-files=no"]) {
         Some(changes) if changes.is_empty() => hash,
         _ => format!("{hash}-dirty"),
@@ -349,7 +373,12 @@ mod tests {
             "grid,32x32,\"line-area[orientation=fixed:0.25,offset=length]\",sobol,16,8,1.25e-7,0,0,0,,\
              0.30000000000000004,0,18446744073709551615,0,0,0,0"
         );
-        let slope = SlopeRow { scene: "a\"b".to_owned(), n_min: 4.0, order: -1.5, ..SlopeRow::default() };
+        let slope = SlopeRow {
+            scene: "a\"b".to_owned(),
+            n_min: 4.0,
+            order: -1.5,
+            ..SlopeRow::default()
+        };
         assert_eq!(
             slopes_csv(&[slope]),
             "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high\n\"a\"\"b\",,,4,0,-1.5,0,0\n"
@@ -358,8 +387,19 @@ mod tests {
 
     #[test]
     fn numbers_read_back_to_the_same_bits() {
-        for value in [0.1, 1e-300, -3.5e12, 123_456.789, f64::MIN_POSITIVE, 1.0 / 3.0, -0.0] {
-            assert_eq!(number(value).parse::<f64>().unwrap().to_bits(), value.to_bits());
+        for value in [
+            0.1,
+            1e-300,
+            -3.5e12,
+            123_456.789,
+            f64::MIN_POSITIVE,
+            1.0 / 3.0,
+            -0.0,
+        ] {
+            assert_eq!(
+                number(value).parse::<f64>().unwrap().to_bits(),
+                value.to_bits()
+            );
         }
         assert_eq!(number(f64::INFINITY), "");
     }
@@ -388,9 +428,16 @@ mod tests {
     #[test]
     fn files_are_written_together() {
         let folder = std::env::temp_dir().join(format!("linelit-tables-{}", std::process::id()));
-        StudyRecord { rows: vec![row()], ..StudyRecord::default() }.write(&folder).unwrap();
-        let mut names: Vec<_> =
-            std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name()).collect();
+        StudyRecord {
+            rows: vec![row()],
+            ..StudyRecord::default()
+        }
+        .write(&folder)
+        .unwrap();
+        let mut names: Vec<_> = std::fs::read_dir(&folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .collect();
         names.sort();
         assert_eq!(names, ["results.csv", "results.json", "slopes.csv"]);
         std::fs::remove_dir_all(&folder).unwrap();

@@ -1,0 +1,183 @@
+//! Logarithmic axes and their ticks.
+
+/// What the numbers of an axis are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unit {
+    /// Plain numbers, as powers of ten.
+    Number,
+    /// Counts, in full.
+    Count,
+    /// Seconds, with the usual prefixes.
+    Seconds,
+}
+
+/// A logarithmic axis from `low` to `high` (both positive) over pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LogAxis {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+}
+
+impl LogAxis {
+    /// The axis that holds all positive values with a margin of a factor `pad`.
+    pub(crate) fn spanning(values: impl Iterator<Item = f64>, pad: f64) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+        for value in values.filter(|v| *v > 0.0 && v.is_finite()) {
+            low = low.min(value);
+            high = high.max(value);
+        }
+        if low > high {
+            (low, high) = (0.1, 10.0);
+        }
+        Self {
+            low: low / pad,
+            high: high * pad,
+            from: 0.0,
+            to: 1.0,
+        }
+    }
+
+    pub(crate) fn over(self, from: f64, to: f64) -> Self {
+        Self { from, to, ..self }
+    }
+
+    /// The pixel of a value, clamped to the axis.
+    pub(crate) fn place(&self, value: f64) -> f64 {
+        let value = value.clamp(self.low, self.high);
+        let t = (value / self.low).ln() / (self.high / self.low).ln();
+        self.from + t * (self.to - self.from)
+    }
+
+    pub(crate) fn holds(&self, value: f64) -> bool {
+        // A tick at the end itself belongs, whatever the rounding of the padding.
+        value >= self.low * (1.0 - 1e-9) && value <= self.high * (1.0 + 1e-9)
+    }
+
+    fn decades(&self) -> f64 {
+        (self.high / self.low).log10()
+    }
+
+    /// Ticks, at most about nine: every decade, or every few, or 1, 2, 5 within few decades.
+    pub(crate) fn ticks(&self) -> Vec<f64> {
+        #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
+        let exponent = |v: f64| v.log10().floor() as i32;
+        let (first, last) = (exponent(self.low), exponent(self.high) + 1);
+        #[allow(clippy::cast_possible_truncation, reason = "at most 617 decades")]
+        let step = ((self.decades() / 9.0).ceil() as i32).max(1);
+        let mantissas: &[f64] = if self.decades() <= 1.6 {
+            &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0]
+        };
+        let mut ticks = Vec::new();
+        for k in first..=last {
+            if k.rem_euclid(step) != 0 {
+                continue;
+            }
+            ticks.extend(
+                mantissas
+                    .iter()
+                    .map(|m| m * 10_f64.powi(k))
+                    .filter(|&t| self.holds(t)),
+            );
+        }
+        ticks
+    }
+}
+
+/// A tick's label as SVG markup.
+pub(crate) fn label(value: f64, unit: Unit) -> String {
+    match unit {
+        Unit::Count => format!("{value}"),
+        Unit::Seconds => seconds(value),
+        Unit::Number => power(value),
+    }
+}
+
+fn power(value: f64) -> String {
+    #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
+    let exponent = (value.log10() + 1e-9).floor() as i32;
+    let mantissa = (value / 10_f64.powi(exponent)).round();
+    let sign = if exponent < 0 { "−" } else { "" };
+    let front = if mantissa > 1.5 {
+        format!("{mantissa}·10")
+    } else {
+        "10".to_owned()
+    };
+    format!(
+        r#"{front}<tspan dy="-4" font-size="9">{sign}{}</tspan>"#,
+        exponent.abs()
+    )
+}
+
+/// Seconds in words that are read at a glance: `200 µs`, `5 s`.
+pub(crate) fn seconds(value: f64) -> String {
+    for (unit, size) in [("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)] {
+        if value >= size * 0.999_999 {
+            return format!("{} {unit}", short(value / size));
+        }
+    }
+    format!("{} ns", short(value * 1e9))
+}
+
+/// Two or three significant digits without trailing zeros.
+pub(crate) fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    let text = if magnitude >= 100.0 || magnitude <= 0.0 {
+        return format!("{value:.0}");
+    } else if magnitude >= 10.0 {
+        format!("{value:.1}")
+    } else {
+        format!("{value:.2}")
+    };
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_few_and_inside() {
+        for (low, high) in [
+            (1e-3, 3.0),
+            (0.9, 1.2),
+            (1e-12, 1e9),
+            (4.0, 4.0),
+            (2e-4, 1e-3),
+            (1e-300, 1e300),
+        ] {
+            let axis = LogAxis::spanning([low, high].into_iter(), 1.3);
+            let ticks = axis.ticks();
+            assert!((1..=10).contains(&ticks.len()), "{low} {high}: {ticks:?}");
+            assert!(ticks.iter().all(|&t| axis.holds(t)));
+            assert!(ticks.windows(2).all(|w| w[0] < w[1]));
+        }
+    }
+
+    #[test]
+    fn places_run_from_end_to_end() {
+        let axis = LogAxis::spanning([1.0, 100.0].into_iter(), 1.0).over(50.0, 250.0);
+        assert!((axis.place(10.0) - 150.0).abs() < 1e-9);
+        assert!((axis.place(1e9) - 250.0).abs() < 1e-9);
+        let empty = LogAxis::spanning(std::iter::empty(), 1.5);
+        assert!(empty.low < empty.high);
+    }
+
+    #[test]
+    fn labels() {
+        assert_eq!(label(64.0, Unit::Count), "64");
+        assert_eq!(label(2e-4, Unit::Seconds), "200 µs");
+        assert_eq!(label(50.0, Unit::Seconds), "50 s");
+        assert_eq!(
+            label(1e-3, Unit::Number),
+            r#"10<tspan dy="-4" font-size="9">−3</tspan>"#
+        );
+        assert_eq!(
+            label(0.2, Unit::Number),
+            r#"2·10<tspan dy="-4" font-size="9">−1</tspan>"#
+        );
+    }
+}

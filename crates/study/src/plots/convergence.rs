@@ -1,0 +1,413 @@
+//! Error over samples or time: one panel for each sampler, one line for each estimator.
+
+use super::axis::{self, LogAxis, Unit};
+use super::palette::Palette;
+use super::svg::{Anchor, Canvas, text_width};
+use crate::tables::ResultRow;
+
+/// One measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlotPoint {
+    /// Samples or seconds.
+    pub x: f64,
+    /// Error.
+    pub y: f64,
+    /// Standard error of `y`, for the bar.
+    pub y_error: f64,
+}
+
+/// The measurements of one estimator with one sampler.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Gives the colour and mark.
+    pub estimator: String,
+    /// Gives the panel.
+    pub sampler: String,
+    /// In the order they are joined.
+    pub points: Vec<PlotPoint>,
+}
+
+/// A log–log plot.
+#[derive(Clone, Debug)]
+pub struct ConvergencePlot {
+    /// For those who cannot see it.
+    pub title: String,
+    /// Below the horizontal axis.
+    pub x_label: String,
+    /// Left of the vertical axis.
+    pub y_label: String,
+    /// Ticks of the horizontal axis, else powers of ten (as seconds).
+    pub x_ticks: Option<Vec<f64>>,
+    /// Slopes drawn as dashed lines from the first point of the worst estimator.
+    pub guides: Vec<f64>,
+    /// The data. Points that are not positive cannot be drawn and are left out.
+    pub series: Vec<Series>,
+    /// Colours; of the whole report, so that they are the same in all its plots.
+    pub palette: Palette,
+}
+
+const LEFT: f64 = 64.0;
+const RIGHT: f64 = 22.0;
+const GAP: f64 = 18.0;
+const PANEL_HEIGHT: f64 = 236.0;
+const PANEL_HEAD: f64 = 24.0;
+const TICKS: f64 = 22.0;
+const X_LABEL: f64 = 26.0;
+const WIDTH: f64 = 900.0;
+const LEGEND_ROW: f64 = 20.0;
+
+/// Root mean squared error over the number of samples, with the slopes −½, −1 and −3/2.
+#[must_use]
+pub fn error_over_samples(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
+    let series = gather(scene, rows, |row| f64::from(row.samples));
+    let mut ticks: Vec<f64> = series
+        .iter()
+        .flat_map(|s| s.points.iter().map(|p| p.x))
+        .collect();
+    ticks.sort_by(f64::total_cmp);
+    ticks.dedup();
+    ConvergencePlot {
+        title: format!("{scene}: error over samples"),
+        x_label: "light samples of a shading point".to_owned(),
+        y_label: "root mean squared error".to_owned(),
+        x_ticks: Some(ticks),
+        guides: vec![-0.5, -1.0, -1.5],
+        series,
+        palette: palette.clone(),
+    }
+}
+
+/// Root mean squared error over processor seconds.
+#[must_use]
+pub fn error_over_time(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
+    ConvergencePlot {
+        title: format!("{scene}: error over time"),
+        x_label: "processor time of one trial, without set-up".to_owned(),
+        y_label: "root mean squared error".to_owned(),
+        x_ticks: None,
+        guides: Vec::new(),
+        series: gather(scene, rows, |row| row.cpu_seconds),
+        palette: palette.clone(),
+    }
+}
+
+fn gather(scene: &str, rows: &[ResultRow], x: impl Fn(&ResultRow) -> f64) -> Vec<Series> {
+    let mut all: Vec<Series> = Vec::new();
+    for row in rows.iter().filter(|row| row.scene == scene) {
+        let rmse = row.mse.sqrt();
+        // d√m = dm/(2√m).
+        let point = PlotPoint {
+            x: x(row),
+            y: rmse,
+            y_error: 0.5 * row.mse_stderr / rmse,
+        };
+        let same = |s: &&mut Series| s.estimator == row.estimator && s.sampler == row.sampler;
+        match all.iter_mut().find(same) {
+            Some(series) => series.points.push(point),
+            None => all.push(Series {
+                estimator: row.estimator.clone(),
+                sampler: row.sampler.clone(),
+                points: vec![point],
+            }),
+        }
+    }
+    all
+}
+
+/// A panel's two axes.
+#[derive(Clone, Copy)]
+struct Panel {
+    x: LogAxis,
+    y: LogAxis,
+}
+
+impl Panel {
+    fn place(&self, x: f64, y: f64) -> [f64; 2] {
+        [self.x.place(x), self.y.place(y)]
+    }
+}
+
+impl ConvergencePlot {
+    /// The SVG.
+    #[must_use]
+    pub fn render(&self) -> String {
+        let samplers = unique(self.series.iter().map(|s| s.sampler.as_str()));
+        let estimators = unique(self.series.iter().map(|s| s.estimator.as_str()));
+        let columns = samplers.len().clamp(1, 3);
+        let rows = samplers.len().div_ceil(columns).max(1);
+        let room = WIDTH - LEFT - RIGHT - GAP * (columns - 1) as f64;
+        let panel_width = room / columns as f64;
+        let legend_rows = self.legend_rows(&estimators);
+        let legend_height = LEGEND_ROW * legend_rows.len() as f64 + 6.0;
+        let row_height = PANEL_HEAD + PANEL_HEIGHT + TICKS;
+        let height = legend_height + row_height * rows as f64 + X_LABEL;
+        let mut canvas = Canvas::new(WIDTH, height);
+        self.draw_legend(&mut canvas, &legend_rows);
+        let (x_axis, y_axis) = self.axes();
+        for (index, sampler) in samplers.iter().enumerate() {
+            let (column, row) = (index % columns, index / columns);
+            let left = LEFT + column as f64 * (panel_width + GAP);
+            let top = legend_height + row as f64 * row_height + PANEL_HEAD;
+            let panel = Panel {
+                x: x_axis.over(left, left + panel_width),
+                y: y_axis.over(top + PANEL_HEIGHT, top),
+            };
+            canvas.text("ll-head", [left, top - 8.0], Anchor::Start, sampler);
+            self.draw_frame(&mut canvas, panel, column == 0);
+            self.draw_guides(&mut canvas, panel, sampler);
+            for series in self.series.iter().filter(|s| s.sampler == *sampler) {
+                self.draw_series(&mut canvas, panel, series);
+            }
+        }
+        let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
+        canvas.text("", [middle, height - 7.0], Anchor::Middle, &self.x_label);
+        let centre = legend_height + 0.5 * (row_height * rows as f64) + 2.0;
+        canvas.upright("", [15.0, centre], &self.y_label);
+        canvas.finish(&self.title)
+    }
+
+    fn points(&self) -> impl Iterator<Item = &PlotPoint> {
+        self.series
+            .iter()
+            .flat_map(|series| &series.points)
+            .filter(|point| drawable(point))
+    }
+
+    fn axes(&self) -> (LogAxis, LogAxis) {
+        let x = LogAxis::spanning(self.points().map(|p| p.x), 1.35);
+        let y = LogAxis::spanning(self.points().map(|p| p.y), 1.6);
+        (x, y)
+    }
+
+    /// Which estimators stand in each row of the legend.
+    fn legend_rows<'a>(&self, estimators: &[&'a str]) -> Vec<Vec<(f64, &'a str)>> {
+        let mut rows: Vec<Vec<(f64, &str)>> = vec![Vec::new()];
+        let mut at = LEFT;
+        for &estimator in estimators {
+            let width = 30.0 + text_width(estimator, 12.0) + 22.0;
+            if at + width > WIDTH && at > LEFT {
+                rows.push(Vec::new());
+                at = LEFT;
+            }
+            if let Some(row) = rows.last_mut() {
+                row.push((at, estimator));
+            }
+            at += width;
+        }
+        rows
+    }
+
+    fn draw_legend(&self, canvas: &mut Canvas, rows: &[Vec<(f64, &str)>]) {
+        for (index, row) in rows.iter().enumerate() {
+            let y = 14.0 + LEGEND_ROW * index as f64;
+            for &(x, estimator) in row {
+                let colour = self.palette.index(estimator);
+                canvas.line(&format!("ll-l{colour}"), [x, y - 4.0], [x + 22.0, y - 4.0]);
+                canvas.mark(&format!("ll-m{colour}"), colour, [x + 11.0, y - 4.0], "");
+                canvas.text("", [x + 29.0, y], Anchor::Start, estimator);
+            }
+        }
+    }
+
+    fn draw_frame(&self, canvas: &mut Canvas, panel: Panel, labelled: bool) {
+        let Panel { x, y } = panel;
+        for tick in y.ticks() {
+            let at = y.place(tick);
+            canvas.line("ll-grid", [x.from, at], [x.to, at]);
+            if labelled {
+                let text = axis::label(tick, Unit::Number);
+                canvas.markup("ll-small", [x.from - 7.0, at + 4.0], Anchor::End, &text);
+            }
+        }
+        let (ticks, unit) = match &self.x_ticks {
+            Some(ticks) => (thin(ticks, x), Unit::Count),
+            None => (thin(&x.ticks(), x), Unit::Seconds),
+        };
+        for tick in ticks {
+            let at = x.place(tick);
+            canvas.line("ll-grid", [at, y.from], [at, y.to]);
+            let text = axis::label(tick, unit);
+            canvas.markup("ll-small", [at, y.from + 16.0], Anchor::Middle, &text);
+        }
+        canvas.rect("ll-panel", [x.from, y.to], [x.to - x.from, y.from - y.to]);
+    }
+
+    /// Dashed slopes from the first point of the worst estimator in the panel, with their order
+    /// where they leave it.
+    fn draw_guides(&self, canvas: &mut Canvas, panel: Panel, sampler: &str) {
+        let start = self
+            .series
+            .iter()
+            .filter(|series| series.sampler == sampler)
+            .filter_map(|series| series.points.iter().find(|point| drawable(point)))
+            .max_by(|a, b| a.y.total_cmp(&b.y));
+        let Some(start) = start else { return };
+        for &slope in &self.guides {
+            let at = |x: f64| start.y * (x / start.x).powf(slope);
+            let right = at(panel.x.high);
+            let (x, y, leaves_right) = if right >= panel.y.low {
+                (panel.x.high, right, true)
+            } else {
+                (
+                    start.x * (panel.y.low / start.y).powf(slope.recip()),
+                    panel.y.low,
+                    false,
+                )
+            };
+            let end = panel.place(x, y);
+            canvas.line("ll-guide", panel.place(start.x, start.y), end);
+            let text = format!("−{}", axis::short(-slope));
+            if leaves_right {
+                canvas.text("ll-small", [end[0] - 4.0, end[1] - 6.0], Anchor::End, &text);
+            } else {
+                canvas.text(
+                    "ll-small",
+                    [end[0] + 5.0, end[1] - 6.0],
+                    Anchor::Start,
+                    &text,
+                );
+            }
+        }
+    }
+
+    fn draw_series(&self, canvas: &mut Canvas, panel: Panel, series: &Series) {
+        let colour = self.palette.index(&series.estimator);
+        let points: Vec<&PlotPoint> = series.points.iter().filter(|p| drawable(p)).collect();
+        let places: Vec<[f64; 2]> = points.iter().map(|p| panel.place(p.x, p.y)).collect();
+        canvas.polyline(&format!("ll-l{colour}"), &places);
+        for (point, place) in points.iter().zip(&places) {
+            if point.y_error > 0.0 {
+                let class = format!("ll-e{colour}");
+                let high = panel.place(point.x, point.y + point.y_error);
+                let low = panel.place(point.x, (point.y - point.y_error).max(panel.y.low));
+                canvas.line(&class, high, low);
+                for end in [high, low] {
+                    canvas.line(&class, [end[0] - 3.0, end[1]], [end[0] + 3.0, end[1]]);
+                }
+            }
+            let x = if self.x_ticks.is_some() {
+                format!("{} samples", point.x)
+            } else {
+                axis::seconds(point.x)
+            };
+            let hover = format!(
+                "{} · {} · {x}: {:.3e} ± {:.1e}",
+                series.estimator, series.sampler, point.y, point.y_error
+            );
+            canvas.mark(&format!("ll-m{colour}"), colour, *place, &hover);
+        }
+    }
+}
+
+fn drawable(point: &PlotPoint) -> bool {
+    point.x > 0.0 && point.x.is_finite() && point.y > 0.0 && point.y.is_finite()
+}
+
+fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut all = Vec::new();
+    for name in names {
+        if !all.contains(&name) {
+            all.push(name);
+        }
+    }
+    all
+}
+
+/// Leaves out ticks whose labels would touch: every second, every third….
+fn thin(ticks: &[f64], axis: LogAxis) -> Vec<f64> {
+    let inside: Vec<f64> = ticks
+        .iter()
+        .copied()
+        .filter(|&tick| axis.holds(tick))
+        .collect();
+    let enough_room = |step: usize| {
+        let kept: Vec<f64> = inside
+            .iter()
+            .step_by(step)
+            .map(|&tick| axis.place(tick))
+            .collect();
+        kept.windows(2).all(|pair| pair[1] - pair[0] >= 38.0)
+    };
+    let step = (1..=inside.len().max(1))
+        .find(|&step| enough_room(step))
+        .unwrap_or(1);
+    inside.into_iter().step_by(step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plot(points: &[[f64; 3]]) -> ConvergencePlot {
+        let points = points
+            .iter()
+            .map(|&[x, y, y_error]| PlotPoint { x, y, y_error })
+            .collect();
+        let series = Series {
+            estimator: "a<b".to_owned(),
+            sampler: "sobol".to_owned(),
+            points,
+        };
+        ConvergencePlot {
+            title: "t".to_owned(),
+            x_label: "x".to_owned(),
+            y_label: "y".to_owned(),
+            x_ticks: Some(vec![1.0, 4.0, 16.0]),
+            guides: vec![-0.5, -1.5],
+            series: vec![series],
+            palette: Palette::new(["a<b"]),
+        }
+    }
+
+    #[test]
+    fn impossible_values_are_left_out_and_all_numbers_are_finite() {
+        let svg = plot(&[
+            [1.0, 0.5, 9.0],
+            [4.0, 0.0, 0.0],
+            [16.0, f64::NAN, 1.0],
+            [64.0, 1e-3, f64::NAN],
+        ])
+        .render();
+        assert_eq!(svg.matches("<title>").count(), 2);
+        assert!(!svg.contains("inf") && !svg.contains("\"NaN"), "{svg}");
+        assert!(svg.contains("a&lt;b") && !svg.contains("a<b"));
+        assert_eq!(svg.matches("ll-guide\"").count(), 2);
+    }
+
+    #[test]
+    fn a_plot_without_data_is_still_a_picture() {
+        let svg = ConvergencePlot {
+            series: Vec::new(),
+            ..plot(&[])
+        }
+        .render();
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+        assert!(plot(&[]).render().contains("</svg>"));
+    }
+
+    #[test]
+    fn rows_become_series_with_the_error_of_the_root() {
+        let row = |samples, mse| ResultRow {
+            scene: "s".to_owned(),
+            estimator: "e".to_owned(),
+            sampler: "r".to_owned(),
+            samples,
+            mse,
+            mse_stderr: 0.1 * mse,
+            ..ResultRow::default()
+        };
+        let other = ResultRow {
+            scene: "other".to_owned(),
+            ..row(1, 1.0)
+        };
+        let plot = error_over_samples("s", &[row(1, 4.0), other, row(4, 1.0)], &Palette::default());
+        assert_eq!(plot.series.len(), 1);
+        let points = &plot.series[0].points;
+        assert_eq!(
+            (points.len(), points[0].y.to_bits()),
+            (2, 2.0_f64.to_bits())
+        );
+        // 10 % of the square is 5 % of the root.
+        assert!((points[0].y_error - 0.1).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,166 @@
+//! One colour and one mark for each estimator, the same in all plots of a report.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// Shapes of marks.
+pub(crate) const MARK_COUNT: usize = 6;
+
+/// Estimators with a colour of their own: points cold, lines warm.
+const KNOWN: [&str; 7] = [
+    "point-area",
+    "point-solid-angle",
+    "point-bsdf",
+    "line-area",
+    "line-solid-angle",
+    "line-analytic",
+    "exact",
+];
+
+/// Light-theme and dark-theme colours: first those of [`KNOWN`], then spares for combinations and
+/// options. Each has at least 3 : 1 contrast on its paper.
+const COLOURS: [[&str; 2]; 13] = [
+    ["#2a6db5", "#6fb0f2"],
+    ["#12857a", "#4fd0bf"],
+    ["#7652b8", "#b9a0f5"],
+    ["#c96f00", "#ffb04d"],
+    ["#a3286e", "#f08cc0"],
+    ["#cc2f2f", "#ff8377"],
+    ["#5b6570", "#a9b4c0"],
+    ["#6d7500", "#ccd24f"],
+    ["#8a5a3a", "#d8a583"],
+    ["#40708c", "#8fc0dc"],
+    ["#b0498f", "#e39ad2"],
+    ["#3f7d3a", "#86cc80"],
+    ["#8c6a00", "#e0bd45"],
+];
+
+/// Which colour and mark each estimator of a study has.
+///
+/// Names without options keep one colour everywhere; others (options, combinations) get the spares
+/// in the order in which they are named, which the study's own order keeps the same in all plots.
+///
+/// ```
+/// use linelit_study::plots::Palette;
+/// let palette = Palette::new(["line-area", "line-area+point-bsdf", "point-area"]);
+/// assert_eq!(palette.index("line-area"), Palette::new(["line-area"]).index("line-area"));
+/// assert_ne!(palette.index("line-area+point-bsdf"), palette.index("line-area"));
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Palette {
+    indices: BTreeMap<String, usize>,
+}
+
+impl Palette {
+    /// A palette for these estimators.
+    pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
+        let spares = COLOURS.len() - KNOWN.len();
+        let mut indices = BTreeMap::new();
+        let mut next = 0;
+        for name in names {
+            if indices.contains_key(name) {
+                continue;
+            }
+            let index = KNOWN
+                .iter()
+                .position(|&known| known == name)
+                .unwrap_or_else(|| {
+                    next += 1;
+                    KNOWN.len() + (next - 1) % spares
+                });
+            indices.insert(name.to_owned(), index);
+        }
+        Self { indices }
+    }
+
+    /// The number of an estimator's colour and mark; that of `exact`, grey, for an unknown name.
+    #[must_use]
+    pub fn index(&self, name: &str) -> usize {
+        self.indices.get(name).copied().unwrap_or(KNOWN.len() - 1)
+    }
+}
+
+/// The style sheet of every plot: light by default, dark where the reader prefers it.
+pub(crate) fn css() -> String {
+    let mut css = String::from(
+        ".ll{font-family:system-ui,-apple-system,'Segoe UI',Roboto,'DejaVu Sans',sans-serif}\
+         .ll text{font-size:12px;fill:#3d4650}\
+         .ll .ll-paper{fill:#ffffff}\
+         .ll .ll-panel{fill:none;stroke:#c3cad2;stroke-width:1}\
+         .ll .ll-grid{stroke:#e6e9ee;stroke-width:1}\
+         .ll .ll-strong{stroke:#c3cad2;stroke-width:1}\
+         .ll .ll-guide{stroke:#8b95a1;stroke-width:1;stroke-dasharray:4 4}\
+         .ll text.ll-small{font-size:11px;fill:#6b7580}\
+         .ll text.ll-head{font-size:13px;font-weight:600;fill:#1d242c}\
+         .ll .ll-paperdot{fill:#ffffff;stroke:#1d242c;stroke-width:1.3}",
+    );
+    // Writing to a string cannot fail.
+    for (index, [light, _]) in COLOURS.iter().enumerate() {
+        let _ = write!(
+            css,
+            ".ll .ll-l{index}{{fill:none;stroke:{light};stroke-width:1.8;stroke-linejoin:round}}\
+             .ll .ll-m{index}{{fill:{light};stroke:#ffffff;stroke-width:.8}}\
+             .ll .ll-e{index}{{stroke:{light};stroke-width:1.1}}"
+        );
+    }
+    css.push_str(
+        "@media(prefers-color-scheme:dark){\
+         .ll text{fill:#c6ced8}\
+         .ll .ll-paper{fill:#151a21}\
+         .ll .ll-panel,.ll .ll-strong{stroke:#46505c}\
+         .ll .ll-grid{stroke:#262e38}\
+         .ll .ll-guide{stroke:#7a8591}\
+         .ll text.ll-small{fill:#98a3af}\
+         .ll text.ll-head{fill:#eef2f6}\
+         .ll .ll-paperdot{fill:#151a21;stroke:#eef2f6}",
+    );
+    for (index, [_, dark]) in COLOURS.iter().enumerate() {
+        let _ = write!(
+            css,
+            ".ll .ll-l{index}{{stroke:{dark}}}\
+             .ll .ll-m{index}{{fill:{dark};stroke:#151a21}}\
+             .ll .ll-e{index}{{stroke:{dark}}}"
+        );
+    }
+    css.push('}');
+    css
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn luminance(colour: &str) -> f64 {
+        let byte = |at: usize| f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap());
+        let linear = |at| linelit_film::srgb_decode(byte(at) / 255.0);
+        0.2126 * linear(1) + 0.7152 * linear(3) + 0.0722 * linear(5)
+    }
+
+    fn contrast(a: &str, b: &str) -> f64 {
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn colours_are_readable_on_their_paper() {
+        // WCAG 2.1, 1.4.11: graphics need 3 : 1.
+        for [light, dark] in COLOURS {
+            assert!(contrast(light, "#ffffff") >= 3.0, "{light}");
+            assert!(contrast(dark, "#151a21") >= 3.0, "{dark}");
+        }
+    }
+
+    #[test]
+    fn spares_are_used_in_order_and_known_names_keep_theirs() {
+        let palette = Palette::new(["a+b", "exact", "c", "a+b"]);
+        assert_eq!(
+            [
+                palette.index("a+b"),
+                palette.index("c"),
+                palette.index("exact")
+            ],
+            [7, 8, 6]
+        );
+        assert_eq!(palette.index("never named"), 6);
+    }
+}

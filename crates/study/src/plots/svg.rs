@@ -1,0 +1,207 @@
+//! The little SVG that the plots need.
+
+use std::fmt::Write as _;
+
+use super::palette;
+
+/// Collects elements; coordinates are rounded to hundredths of a pixel.
+#[derive(Debug)]
+pub(crate) struct Canvas {
+    width: f64,
+    height: f64,
+    body: String,
+}
+
+/// How text stands to its point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+impl Anchor {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Middle => "middle",
+            Self::End => "end",
+        }
+    }
+}
+
+impl Canvas {
+    pub(crate) fn new(width: f64, height: f64) -> Self {
+        Self {
+            width,
+            height,
+            body: String::new(),
+        }
+    }
+
+    pub(crate) fn raw(&mut self, element: &str) {
+        self.body.push_str(element);
+        self.body.push('\n');
+    }
+
+    pub(crate) fn line(&mut self, class: &str, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) {
+        let element = format!(
+            r#"<line class="{class}" x1="{}" y1="{}" x2="{}" y2="{}"/>"#,
+            num(x0),
+            num(y0),
+            num(x1),
+            num(y1)
+        );
+        self.raw(&element);
+    }
+
+    pub(crate) fn rect(&mut self, class: &str, [x, y]: [f64; 2], [width, height]: [f64; 2]) {
+        let element = format!(
+            r#"<rect class="{class}" x="{}" y="{}" width="{}" height="{}"/>"#,
+            num(x),
+            num(y),
+            num(width),
+            num(height)
+        );
+        self.raw(&element);
+    }
+
+    pub(crate) fn polyline(&mut self, class: &str, points: &[[f64; 2]]) {
+        let list: Vec<String> = points
+            .iter()
+            .map(|[x, y]| format!("{},{}", num(*x), num(*y)))
+            .collect();
+        let element = format!(r#"<polyline class="{class}" points="{}"/>"#, list.join(" "));
+        self.raw(&element);
+    }
+
+    pub(crate) fn text(&mut self, class: &str, [x, y]: [f64; 2], anchor: Anchor, text: &str) {
+        self.markup(class, [x, y], anchor, &escape(text));
+    }
+
+    /// Text whose content is already markup.
+    pub(crate) fn markup(&mut self, class: &str, [x, y]: [f64; 2], anchor: Anchor, markup: &str) {
+        let element = format!(
+            r#"<text class="{class}" x="{}" y="{}" text-anchor="{}">{markup}</text>"#,
+            num(x),
+            num(y),
+            anchor.name()
+        );
+        self.raw(&element);
+    }
+
+    pub(crate) fn upright(&mut self, class: &str, [x, y]: [f64; 2], text: &str) {
+        let (x, y) = (num(x), num(y));
+        let element = format!(
+            r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)" text-anchor="middle">{}</text>"#,
+            escape(text)
+        );
+        self.raw(&element);
+    }
+
+    /// A mark of one of [`palette::MARK_COUNT`] shapes; `hover` is shown as a tooltip.
+    pub(crate) fn mark(&mut self, class: &str, shape: usize, [x, y]: [f64; 2], hover: &str) {
+        let title = if hover.is_empty() {
+            String::new()
+        } else {
+            format!("<title>{}</title>", escape(hover))
+        };
+        let polygon = |corners: &[[f64; 2]]| {
+            let list: Vec<String> = corners
+                .iter()
+                .map(|[dx, dy]| format!("{},{}", num(x + dx), num(y + dy)))
+                .collect();
+            format!(
+                r#"<polygon class="{class}" points="{}">{title}</polygon>"#,
+                list.join(" ")
+            )
+        };
+        let element = match shape % palette::MARK_COUNT {
+            0 => format!(
+                r#"<circle class="{class}" cx="{}" cy="{}" r="3.6">{title}</circle>"#,
+                num(x),
+                num(y)
+            ),
+            1 => polygon(&[[-3.2, -3.2], [3.2, -3.2], [3.2, 3.2], [-3.2, 3.2]]),
+            2 => polygon(&[[0.0, -4.3], [4.0, 3.0], [-4.0, 3.0]]),
+            3 => polygon(&[[0.0, -4.6], [4.6, 0.0], [0.0, 4.6], [-4.6, 0.0]]),
+            4 => polygon(&[[0.0, 4.3], [4.0, -3.0], [-4.0, -3.0]]),
+            _ => polygon(&[[-4.2, -1.6], [4.2, -1.6], [4.2, 1.6], [-4.2, 1.6]]),
+        };
+        self.raw(&element);
+    }
+
+    pub(crate) fn finish(self, label: &str) -> String {
+        let mut out = String::new();
+        let (width, height) = (num(self.width), num(self.height));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            r#"<svg xmlns="http://www.w3.org/2000/svg" class="ll" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="{}">"#,
+            escape(label)
+        );
+        let _ = writeln!(out, "<style>{}</style>", palette::css());
+        let _ = writeln!(
+            out,
+            r#"<rect class="ll-paper" width="{width}" height="{height}"/>"#
+        );
+        out.push_str(&self.body);
+        out.push_str("</svg>\n");
+        out
+    }
+}
+
+/// Markup-safe text.
+pub(crate) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A coordinate to hundredths, without trailing zeros.
+fn num(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
+}
+
+/// Roughly how wide text is at a font size, in pixels: for room, not for measure.
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
+    0.56 * size * text.chars().count() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_break_out() {
+        assert_eq!(escape("a<b>&\"c\"\u{1}"), "a&lt;b&gt;&amp;&quot;c&quot; ");
+        let mut canvas = Canvas::new(10.0, 20.5);
+        canvas.text("t", [1.0, 2.0], Anchor::End, "</text><script>");
+        let svg = canvas.finish("x\" onload=\"y");
+        assert!(!svg.contains("<script>") && !svg.contains("onload=\"y\""));
+        assert!(svg.contains(r#"viewBox="0 0 10 20.5""#));
+    }
+
+    #[test]
+    fn coordinates_are_short() {
+        assert_eq!(
+            (num(1.0), num(-0.001), num(2.346)),
+            ("1".into(), "0".into(), "2.35".into())
+        );
+    }
+}
