@@ -56,6 +56,8 @@ pub trait Real:
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
     /// The dot product; in `f32` accumulated in `f64` and rounded once.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
+    /// The dot product in twice the precision, rounded once.
+    fn accurate_dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
     /// The larger of two; `other` if `self` is NaN.
     #[inline]
@@ -122,6 +124,10 @@ impl Real for f64 {
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     }
+    #[inline]
+    fn accurate_dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        predicates::dot(a.into(), b.into())
+    }
 }
 
 impl Real for f32 {
@@ -170,6 +176,10 @@ impl Real for f32 {
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
         let product = |i: usize| f64::from(a[i]) * f64::from(b[i]);
         Self::from_f64(product(0) + product(1) + product(2))
+    }
+    #[inline]
+    fn accurate_dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        Self::dot(a, b)
     }
 }
 

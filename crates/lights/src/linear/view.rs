@@ -90,7 +90,7 @@ impl<T: Real> LineView<T> {
     }
 
     fn clip(&mut self, n: V3<T>, x: V3<T>) -> Option<()> {
-        let (c0, c1) = (dot(n, self.p0), dot(n, self.p1));
+        let (c0, c1) = (T::accurate_dot(n, self.p0), T::accurate_dot(n, self.p1));
         self.height = [c0.at_least(T::ZERO), c1.at_least(T::ZERO)];
         if c0 <= T::ZERO && c1 <= T::ZERO {
             return None;
@@ -98,7 +98,11 @@ impl<T: Real> LineView<T> {
         if c0 >= T::ZERO && c1 >= T::ZERO {
             return Some(());
         }
-        let span = c1 - c0;
+        // n·e, not c₁ − c₀, which cancels for a short line.
+        let span = T::accurate_dot(n, self.edge);
+        if (span > T::ZERO) != (c1 > T::ZERO) || span == T::ZERO {
+            return None;
+        }
         let on_horizon = scale(cross(n, x), T::ONE / span);
         let kept = if c0 < T::ZERO {
             self.p0 = on_horizon;
@@ -109,6 +113,7 @@ impl<T: Real> LineView<T> {
             self.range[1] = c0 / -span;
             c0 / -span
         };
+        let kept = kept.at_most(T::ONE);
         self.kept = kept;
         self.l = self.whole * kept;
         self.cross = self.cross * kept;
