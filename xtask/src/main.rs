@@ -57,6 +57,9 @@ fn main() -> ExitCode {
             None => return usage("bench needs to know WHAT to measure"),
             Some((what, more)) => match what.split_once('/') {
                 Some((package, bench)) => cargo::criterion(package, bench, more),
+                None if what == "visibility" => {
+                    cargo::example("visibility", "visibility_bench", more)
+                }
                 None => cargo::study(command, rest),
             },
         },

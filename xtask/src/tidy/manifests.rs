@@ -184,3 +184,19 @@ pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
         .map(|(name, _)| format!("Cargo.toml: nobody uses the workspace dependency {name}"))
         .collect()
 }
+
+/// Crates whose types meet across crates, or that are large: one version each.
+const ONE_OF_EACH: [&str; 5] = ["glam", "rand", "rand_core", "serde", "obvhs"];
+
+pub(super) fn one_of_each(house: &House) -> Vec<String> {
+    let lock = fs::read_to_string(house.root.join("Cargo.lock")).unwrap_or_default();
+    let count = |name: &str| {
+        lock.lines()
+            .filter(|l| *l == format!("name = \"{name}\""))
+            .count()
+    };
+    let several = ONE_OF_EACH.iter().filter(|name| count(name) > 1);
+    several
+        .map(|name| format!("Cargo.lock: {} versions of {name}", count(name)))
+        .collect()
+}
