@@ -31,6 +31,7 @@ pub mod linear;
 mod lines;
 mod pdf;
 mod proxy;
+pub mod selection;
 mod solid_angle;
 mod sphere;
 mod spherical_triangle;

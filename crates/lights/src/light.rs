@@ -145,6 +145,6 @@ impl Light {
 }
 
 /// Mean of the three channels.
-fn mean(rgb: DVec3) -> f64 {
+pub(crate) fn mean(rgb: DVec3) -> f64 {
     rgb.element_sum() / 3.0
 }

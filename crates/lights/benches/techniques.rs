@@ -1,0 +1,246 @@
+//! Nanoseconds per light and per sample of every technique, scalar and batched, and of choosing a light.
+#![allow(
+    missing_docs,
+    reason = "criterion's macros generate undocumented items"
+)]
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
+use linelit_lights::linear::{
+    LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
+};
+use linelit_lights::selection::{Discrete, Importance, LightTree};
+use linelit_lights::{
+    AngularLines, AreaLight, AreaSampler, Emission, Light, LineSampler, OffsetDensity,
+    ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone,
+};
+use std::hint::black_box;
+use std::time::Duration;
+
+/// Shading points that see the light under all kinds of angles; a bench runs through them in turn.
+const POINTS: usize = 256;
+
+fn numbers() -> Vec<f64> {
+    (0..POINTS)
+        .map(|i| (i as f64 + 0.5) * 0.618_033_988_749_894_9 % 1.0)
+        .collect()
+}
+
+fn receivers() -> Vec<(DVec3, DVec3)> {
+    let u = numbers();
+    (0..POINTS)
+        .map(|i| {
+            let at = |k: usize| 2.0 * u[(i * k + k) % POINTS] - 1.0;
+            let x = DVec3::new(3.0 * at(3), 3.0 * at(5), 0.4 * at(7));
+            (x, DVec3::new(at(11), at(13), 1.5).normalize())
+        })
+        .collect()
+}
+
+fn per_light<T>(g: &mut BenchmarkGroup<'_, WallTime>, name: &str, new: impl Fn(DVec3, DVec3) -> T) {
+    let points = receivers();
+    g.throughput(Throughput::Elements(POINTS as u64));
+    g.bench_function(format!("{name}/light"), |b| {
+        b.iter(|| {
+            for &(x, n) in &points {
+                black_box(new(black_box(x), black_box(n)));
+            }
+        });
+    });
+}
+
+fn per_sample<T, R>(
+    g: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    new: impl Fn(DVec3, DVec3) -> Option<T>,
+    sample: impl Fn(&T, f64, f64) -> R,
+) {
+    let ready: Vec<T> = receivers()
+        .into_iter()
+        .filter_map(|(x, n)| new(x, n))
+        .collect();
+    let u = numbers();
+    g.throughput(Throughput::Elements(ready.len() as u64));
+    g.bench_function(format!("{name}/sample"), |b| {
+        b.iter(|| {
+            for (i, s) in ready.iter().enumerate() {
+                black_box(sample(s, black_box(u[i]), u[POINTS - 1 - i]));
+            }
+        });
+    });
+}
+
+fn linear(c: &mut Criterion) {
+    let mut g = c.benchmark_group("linear");
+    let light = Segment::new(DVec3::new(-1.0, 0.2, 1.0), DVec3::new(1.5, -0.3, 1.3));
+    for technique in LinearTechnique::ALL {
+        let new = |x, n| LinearSampler::new(technique, &light, x, n);
+        per_light(&mut g, technique.name(), new);
+        per_sample(&mut g, technique.name(), new, |s, u, _| s.sample(u));
+        let ready: Vec<_> = receivers()
+            .into_iter()
+            .filter_map(|(x, n)| new(x, n))
+            .collect();
+        let u = &numbers()[..16];
+        g.throughput(Throughput::Elements(16 * ready.len() as u64));
+        g.bench_function(format!("{}/batch of 16", technique.name()), |b| {
+            let mut out = [LinearSample::default(); 16];
+            b.iter(|| {
+                for s in &ready {
+                    s.sample_into(black_box(u), &mut out);
+                    black_box(&out);
+                }
+            });
+        });
+    }
+    let m = DMat3::from_cols(
+        DVec3::new(0.3, 0.0, 0.1),
+        DVec3::new(0.0, 0.2, 0.0),
+        DVec3::new(-0.4, 0.0, 1.0),
+    );
+    per_light(&mut g, "ltc", |x, n| LtcSampler::new(&light, x, n, m));
+    per_sample(
+        &mut g,
+        "ltc",
+        |x, n| LtcSampler::new(&light, x, n, m),
+        |s, u, _| s.sample(u),
+    );
+    let narrow = |v: DVec3| v.as_vec3().to_array();
+    let single = |x: DVec3, n: DVec3| {
+        ProjectedLine::new(narrow(light.p0 - x), narrow(light.p1 - x), narrow(n))
+    };
+    per_light(&mut g, "projected-solid-angle f32", single);
+    per_sample(&mut g, "projected-solid-angle f32", single, |s, u, _| {
+        #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+        let xi = u as f32;
+        s.sample(xi)
+    });
+    g.finish();
+}
+
+fn polygon(c: &mut Criterion) {
+    let mut g = c.benchmark_group("quad");
+    let quad = ConvexPolygon::parallelogram(
+        DVec3::new(-0.5, -0.5, 1.0),
+        DVec3::X,
+        DVec3::new(0.0, 1.0, 0.3),
+    )
+    .expect("a quad");
+    let area = AreaSampler::new(&quad);
+    per_sample(
+        &mut g,
+        "area",
+        |_, _| Some(area),
+        |s, u, v| s.sample([u, v]),
+    );
+    per_light(&mut g, "solid angle", |x, _| {
+        SolidAngleSampler::new(&quad, x)
+    });
+    per_sample(
+        &mut g,
+        "solid angle",
+        |x, _| Some(SolidAngleSampler::new(&quad, x)),
+        |s, u, v| s.sample([u, v]),
+    );
+    per_light(&mut g, "proxy", |x, _| ProxySampler::new(&quad, x));
+    per_sample(
+        &mut g,
+        "proxy",
+        |x, _| Some(ProxySampler::new(&quad, x)),
+        |s, u, v| s.sample([u, v]),
+    );
+    let whole = [linelit_geometry::intervals::Interval::UNIT];
+    per_light(&mut g, "projected solid angle", |x, n| {
+        AngularLines::by_projected_solid_angle(&quad, 0.0, x, n)
+    });
+    per_sample(
+        &mut g,
+        "projected solid angle",
+        |x, n| Some(AngularLines::by_projected_solid_angle(&quad, 0.0, x, n)),
+        |s, u, v| s.point(&s.sample(u), &whole, v),
+    );
+    per_light(&mut g, "lines by solid angle", |x, _| {
+        AngularLines::by_solid_angle(&quad, 0.0, x)
+    });
+    per_sample(
+        &mut g,
+        "lines by solid angle",
+        |x, _| Some(AngularLines::by_solid_angle(&quad, 0.0, x)),
+        |s, u, _| s.sample(u),
+    );
+    let lines = LineSampler::new(&quad, 0.7, OffsetDensity::Length);
+    per_sample(
+        &mut g,
+        "lines by length",
+        |_, _| Some(lines),
+        |s, u, _| s.sample(u),
+    );
+    let sphere = Sphere {
+        center: DVec3::new(0.0, 0.0, 2.0),
+        radius: 0.5,
+    };
+    per_sample(
+        &mut g,
+        "sphere cap",
+        |x, _| Some(SphereCap::visible(&sphere, x)),
+        |s, u, v| s.sample([u, v]),
+    );
+    per_sample(
+        &mut g,
+        "sphere cone",
+        |x, _| Some(SphereCone::new(&sphere, x)),
+        |s, u, v| s.sample([u, v]),
+    );
+    g.finish();
+}
+
+fn choice(c: &mut Criterion) {
+    let mut g = c.benchmark_group("choice");
+    for count in [100_u32, 1_000, 10_000, 100_000] {
+        let lights: Vec<Light> = (0..count)
+            .map(|i| {
+                let at = |k: f64| (f64::from(i) * k).fract() * 10.0 - 5.0;
+                let o = DVec3::new(at(0.618_034), at(0.754_877), 2.0 + 0.1 * at(0.569_84));
+                let polygon = ConvexPolygon::parallelogram(o, 0.01 * DVec3::Y, 0.01 * DVec3::X)
+                    .expect("a quad");
+                Light::Area(AreaLight {
+                    polygon,
+                    emission: Emission::one_sided(DVec3::ONE),
+                })
+            })
+            .collect();
+        let points = receivers();
+        let u = numbers();
+        g.throughput(Throughput::Elements(POINTS as u64));
+        for importance in [Importance::Bounds, Importance::Moments] {
+            let tree = LightTree::new(&lights, importance);
+            g.bench_function(format!("tree {importance:?}/{count}"), |b| {
+                b.iter(|| {
+                    for (i, &(x, n)) in points.iter().enumerate() {
+                        black_box(tree.pick(x, n, black_box(u[i])));
+                    }
+                });
+            });
+        }
+        let table = Discrete::by_power(&lights).expect("power");
+        g.bench_function(format!("power/{count}"), |b| {
+            b.iter(|| {
+                for &u in &u {
+                    black_box(table.pick(black_box(u)));
+                }
+            });
+        });
+    }
+    g.finish();
+}
+
+fn short() -> Criterion {
+    Criterion::default()
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(600))
+        .sample_size(20)
+}
+
+criterion_group! { name = benches; config = short(); targets = linear, polygon, choice }
+criterion_main!(benches);

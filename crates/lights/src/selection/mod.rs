@@ -1,0 +1,205 @@
+//! Choosing among many luminaires (Shirley & Wang 1991, §3): one sample for the union of N lights.
+//!
+//! Light i is taken with the probability αᵢ and its point with its own density pᵢ, so the density on the union is αᵢ pᵢ
+//! (eq. 7). Here are the ways to choose α; all of them answer for the probability of any light, which MIS needs.
+//!
+//! | way | α | cost |
+//! |---|---|---|
+//! | [`Discrete::uniform`] | 1/N | O(1) |
+//! | [`Discrete::by_power`] | emitted power | O(log N) |
+//! | [`Estimated`] | unshadowed contribution of a random point, with a floor | O(N) per shading point |
+//! | [`LightTree`] | a hierarchy of bounds or moments | O(log N) |
+//!
+//! ```
+//! use linelit_lights::selection::Discrete;
+//! let lights = Discrete::new(&[1.0, 0.0, 3.0]).unwrap();
+//! let picked = lights.pick(0.5).unwrap();
+//! assert_eq!((picked.index, picked.probability), (2, 0.75));
+//! // What is left of the random number is fresh: it goes on to place the point.
+//! assert!((picked.rest - 1.0 / 3.0).abs() < 1e-15);
+//! ```
+
+mod bounds;
+mod contribution;
+mod tree;
+
+pub use contribution::{can_contribute, unshadowed, unshadowed_at_center};
+pub use tree::{Importance, LightTree};
+
+use crate::fan::ONE_MINUS;
+use crate::light::Light;
+
+/// A light that has been chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picked {
+    /// Which light.
+    pub index: usize,
+    /// Its probability α > 0.
+    pub probability: f64,
+    /// The random number stretched back to [0, 1).
+    pub rest: f64,
+}
+
+/// A fixed discrete distribution by a table of running sums. Allocates when made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Discrete {
+    sums: Vec<f64>,
+}
+
+impl Discrete {
+    /// Probabilities proportional to `weights` ≥ 0. `None` if one is negative or not finite, or all are zero.
+    #[must_use]
+    pub fn new(weights: &[f64]) -> Option<Self> {
+        let mut total = 0.0;
+        let mut sums = Vec::with_capacity(weights.len() + 1);
+        sums.push(0.0);
+        for &w in weights {
+            if w < 0.0 || !w.is_finite() {
+                return None;
+            }
+            total += w;
+            sums.push(total);
+        }
+        (total > 0.0 && total.is_finite()).then_some(Self { sums })
+    }
+
+    /// Each of `n` alike; `None` of none.
+    #[must_use]
+    pub fn uniform(n: usize) -> Option<Self> {
+        Self::new(&vec![1.0; n])
+    }
+
+    /// By emitted power; `None` if nothing emits.
+    #[must_use]
+    pub fn by_power(lights: &[Light]) -> Option<Self> {
+        let weights: Vec<f64> = lights.iter().map(Light::power).collect();
+        Self::new(&weights)
+    }
+
+    fn total(&self) -> f64 {
+        self.sums[self.sums.len() - 1]
+    }
+
+    /// The light for a random number in [0, 1).
+    #[must_use]
+    pub fn pick(&self, u: f64) -> Option<Picked> {
+        let target = u * self.total();
+        let mut i = self
+            .sums
+            .partition_point(|&s| s <= target)
+            .clamp(1, self.sums.len() - 1)
+            - 1;
+        // Only at the very end can rounding point at a light without weight.
+        while i > 0 && self.probability(i) <= 0.0 {
+            i -= 1;
+        }
+        let weight = self.sums[i + 1] - self.sums[i];
+        (weight > 0.0).then(|| Picked {
+            index: i,
+            probability: weight / self.total(),
+            rest: ((target - self.sums[i]) / weight).clamp(0.0, ONE_MINUS),
+        })
+    }
+
+    /// The probability α of light `index`; zero out of range.
+    #[must_use]
+    pub fn probability(&self, index: usize) -> f64 {
+        match (self.sums.get(index), self.sums.get(index + 1)) {
+            (Some(a), Some(b)) => (b - a) / self.total(),
+            _ => 0.0,
+        }
+    }
+}
+
+/// The share of the total that every light which might contribute keeps, over N.
+pub const FLOOR: f64 = 0.05;
+
+/// α in proportion to an estimate of every light's unshadowed contribution at one shading point, made anew for each.
+///
+/// **False zeros** (Shirley & Wang 1991, §3): an estimate from one random point may be zero although other points of the
+/// light contribute. αᵢ may be zero only if *no* point can ([`can_contribute`]); every other light gets at least
+/// [`FLOOR`]/N of the sum before normalising. The point that was used for the estimate must not be used again for the
+/// shadow ray when α is to serve as a density for MIS.
+///
+/// The buffer is the caller's: nothing is allocated.
+///
+/// ```
+/// use linelit_lights::selection::Estimated;
+/// let mut buffer = [0.0; 3];
+/// // Light 1 happened to give zero, light 2 cannot be seen at all.
+/// let alpha = Estimated::new(&mut buffer, |i| [4.0, 0.0, 0.0][i], |i| i < 2);
+/// assert!(alpha.probability(1) > 0.0 && alpha.probability(2) == 0.0);
+/// ```
+#[derive(Debug)]
+pub struct Estimated<'b> {
+    weights: &'b [f64],
+    total: f64,
+}
+
+impl<'b> Estimated<'b> {
+    /// Fills `buffer`, one entry a light, from `estimate(i)` ≥ 0 and `possible(i)`.
+    pub fn new(
+        buffer: &'b mut [f64],
+        mut estimate: impl FnMut(usize) -> f64,
+        mut possible: impl FnMut(usize) -> bool,
+    ) -> Self {
+        let mut sum = 0.0;
+        for (i, w) in buffer.iter_mut().enumerate() {
+            // A negative weight marks what cannot contribute until the floor is known.
+            *w = if possible(i) {
+                let e = estimate(i);
+                if e > 0.0 && e.is_finite() { e } else { 0.0 }
+            } else {
+                -1.0
+            };
+            sum += w.max(0.0);
+        }
+        #[allow(clippy::cast_precision_loss, reason = "far fewer than 2^53 lights")]
+        let floor = if sum > 0.0 {
+            FLOOR * sum / buffer.len() as f64
+        } else {
+            1.0
+        };
+        let mut total = 0.0;
+        for w in buffer.iter_mut() {
+            *w = if *w < 0.0 { 0.0 } else { w.max(floor) };
+            total += *w;
+        }
+        Self {
+            weights: buffer,
+            total,
+        }
+    }
+
+    /// The light for a random number in [0, 1); `None` if no light can contribute.
+    #[must_use]
+    pub fn pick(&self, u: f64) -> Option<Picked> {
+        let mut rest = u * self.total;
+        let mut last = None;
+        for (index, &w) in self.weights.iter().enumerate() {
+            if w > 0.0 {
+                let probability = w / self.total;
+                last = Some(Picked {
+                    index,
+                    probability,
+                    rest: ONE_MINUS,
+                });
+                if rest < w {
+                    let rest = (rest / w).min(ONE_MINUS);
+                    return last.map(|p| Picked { rest, ..p });
+                }
+                rest -= w;
+            }
+        }
+        last
+    }
+
+    /// The probability α of light `index`.
+    #[must_use]
+    pub fn probability(&self, index: usize) -> f64 {
+        match self.weights.get(index) {
+            Some(w) if self.total > 0.0 => w / self.total,
+            _ => 0.0,
+        }
+    }
+}
