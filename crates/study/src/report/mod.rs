@@ -1,0 +1,257 @@
+//! The report: one self-contained HTML page, without scripts, that a person would rather look at.
+//!
+//! [`Report`] is the page's content, whatever the study; [`Report::of_study`] fills it from a
+//! [`StudyRecord`](crate::tables::StudyRecord): a summary in words made from the numbers, and for
+//! each scene its pictures, the two error plots, the orders beside the papers', and the table.
+
+mod base64;
+mod page;
+mod study;
+mod summary;
+
+pub use study::plot_files;
+
+use linelit_film::{Exposure, FilmError, HeatMap, Image, encode_png};
+
+/// A page.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Title.
+    pub title: String,
+    /// Paragraphs under the title.
+    pub summary: Vec<String>,
+    /// The parts, in order.
+    pub sections: Vec<Section>,
+    /// Settings and circumstances: name and value.
+    pub facts: Vec<(String, String)>,
+    /// The command that repeats it all.
+    pub command: String,
+}
+
+/// A part of a page: one scene, or one figure.
+#[derive(Clone, Debug, Default)]
+pub struct Section {
+    /// Heading.
+    pub title: String,
+    /// One sentence under it.
+    pub lead: String,
+    /// Pictures, side by side.
+    pub pictures: Vec<Picture>,
+    /// Plots, one below the other.
+    pub plots: Vec<Plot>,
+    /// Tables.
+    pub tables: Vec<Table>,
+    /// Remarks.
+    pub notes: Vec<String>,
+}
+
+/// A picture with its caption.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// The bytes of a PNG file.
+    pub png: Vec<u8>,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Below the picture.
+    pub caption: String,
+    /// The scale's ends, for a false-colour picture.
+    pub scale: Option<HeatMap>,
+}
+
+impl Picture {
+    /// A picture in linear radiance, exposed so that 98 % of its pixels are not overexposed.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] for a picture without pixels.
+    pub fn of_radiance(image: &Image, caption: &str) -> Result<Self, FilmError> {
+        Self::exposed(image, Exposure::fitting(image, 0.98), caption)
+    }
+
+    /// A picture in linear radiance with a given exposure, so that several can be compared.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] for a picture without pixels.
+    pub fn exposed(image: &Image, exposure: Exposure, caption: &str) -> Result<Self, FilmError> {
+        Ok(Self {
+            png: encode_png(image, exposure)?,
+            width: image.width,
+            height: image.height,
+            caption: caption.to_owned(),
+            scale: None,
+        })
+    }
+
+    /// One number per pixel in false colour, with its scale.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] when there is not one value per pixel.
+    pub fn of_scalars(
+        width: u32,
+        height: u32,
+        values: &[f32],
+        map: HeatMap,
+        caption: &str,
+    ) -> Result<Self, FilmError> {
+        Ok(Self {
+            png: map.encode_png(width, height, values)?,
+            width,
+            height,
+            caption: caption.to_owned(),
+            scale: Some(map),
+        })
+    }
+}
+
+/// A plot with its caption.
+#[derive(Clone, Debug)]
+pub struct Plot {
+    /// The SVG, as [`crate::plots`] makes it.
+    pub svg: String,
+    /// Below the plot.
+    pub caption: String,
+}
+
+/// A table.
+#[derive(Clone, Debug, Default)]
+pub struct Table {
+    /// Above the table.
+    pub caption: String,
+    /// Headings.
+    pub columns: Vec<String>,
+    /// Rows of as many cells.
+    pub rows: Vec<Vec<Cell>>,
+    /// Whether the table is behind a line that opens on a click.
+    pub folded: bool,
+}
+
+/// A cell of a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cell {
+    /// What it says.
+    pub text: String,
+    /// Numbers stand to the right.
+    pub numeric: bool,
+    /// The best of its kind, or otherwise to be noticed.
+    pub strong: bool,
+    /// Told on hovering.
+    pub hover: String,
+}
+
+impl Cell {
+    /// Words.
+    #[must_use]
+    pub fn text(text: impl Into<String>) -> Self {
+        Self {
+            text: text.into(),
+            ..Self::default()
+        }
+    }
+
+    /// A number, already written out.
+    #[must_use]
+    pub fn number(text: impl Into<String>) -> Self {
+        Self {
+            text: text.into(),
+            numeric: true,
+            ..Self::default()
+        }
+    }
+
+    /// The same cell, to be noticed if `strong`.
+    #[must_use]
+    pub fn strong(self, strong: bool) -> Self {
+        Self { strong, ..self }
+    }
+
+    /// The same cell with words on hovering.
+    #[must_use]
+    pub fn hover(self, hover: impl Into<String>) -> Self {
+        Self {
+            hover: hover.into(),
+            ..self
+        }
+    }
+}
+
+/// A number in three digits and a power of ten, as text: `1.25·10⁻⁷`; a dash for none.
+#[must_use]
+pub fn scientific(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    if value.abs() <= 0.0 {
+        return "0".to_owned();
+    }
+    let text = format!("{value:.2e}");
+    let Some((mantissa, exponent)) = text.split_once('e') else {
+        return text;
+    };
+    let superscript: String = exponent
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '0' => '⁰',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            '4' => '⁴',
+            '5' => '⁵',
+            '6' => '⁶',
+            '7' => '⁷',
+            '8' => '⁸',
+            '9' => '⁹',
+            other => other,
+        })
+        .collect();
+    format!("{}·10{superscript}", mantissa.replace('-', "−"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_for_people() {
+        assert_eq!(scientific(1.25e-7), "1.25·10⁻⁷");
+        assert_eq!(scientific(-32.0), "−3.20·10¹");
+        assert_eq!(
+            (scientific(0.0), scientific(f64::NAN)),
+            ("0".into(), "–".into())
+        );
+    }
+
+    #[test]
+    fn a_page_is_self_contained_and_escapes() {
+        let image = Image::from_fn(4, 2, |x, y| [x as f32, y as f32, 0.5]);
+        let report = Report {
+            title: "A <b> & title".to_owned(),
+            summary: vec!["One </p> paragraph.".to_owned()],
+            sections: vec![Section {
+                title: "scene".to_owned(),
+                pictures: vec![Picture::of_radiance(&image, "a \"picture\"").unwrap()],
+                tables: vec![Table {
+                    columns: vec!["<x>".to_owned()],
+                    rows: vec![vec![Cell::number("1").strong(true)]],
+                    ..Table::default()
+                }],
+                notes: vec!["<script>alert(1)</script>".to_owned()],
+                ..Section::default()
+            }],
+            facts: vec![("seed".to_owned(), "7".to_owned())],
+            command: "linelit converge \"a b\"".to_owned(),
+        };
+        let html = report.render();
+        assert!(html.starts_with("<!DOCTYPE html>"));
+        assert!(
+            html.contains("A &lt;b&gt; &amp; title") && html.contains("One &lt;/p&gt; paragraph.")
+        );
+        assert!(!html.contains("<script"), "no scripts");
+        assert!(
+            !html.contains("http://") && !html.contains("https://"),
+            "nothing from elsewhere"
+        );
+        assert!(html.contains("src=\"data:image/png;base64,iVBORw0KGgo"));
+    }
+}

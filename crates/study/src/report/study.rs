@@ -1,0 +1,358 @@
+//! From a convergence study to its page.
+
+use std::collections::BTreeMap;
+
+use super::summary::{bias_test, paragraphs, reference_share};
+use super::{Cell, Picture, Plot, Report, Section, Table, scientific};
+use crate::plots::{self, Palette, seconds, short, signed};
+use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
+
+/// χ² over its degrees of freedom above which a fit is remarked on: with three or more degrees a
+/// power law exceeds it less than once in a thousand.
+const BENT: f64 = 5.5;
+
+impl Report {
+    /// The page of a convergence study; `pictures` by the scenes' short names.
+    #[must_use]
+    pub fn of_study(record: &StudyRecord, mut pictures: BTreeMap<String, Vec<Picture>>) -> Self {
+        let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
+        let sections = record
+            .scenes
+            .iter()
+            .map(|scene| {
+                let shown = pictures.remove(&scene.scene).unwrap_or_default();
+                section(record, scene, shown, &palette)
+            })
+            .collect();
+        Self {
+            title: record.title.clone(),
+            summary: paragraphs(record),
+            sections,
+            facts: facts(record),
+            command: record.command.clone(),
+        }
+    }
+}
+
+/// The plots of a study by the names under which they are stored: `SCENE-samples.svg`,
+/// `SCENE-time.svg`, `SCENE-orders.svg`.
+#[must_use]
+pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
+    let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
+    let mut files = Vec::new();
+    for scene in &record.scenes {
+        let name = &scene.scene;
+        for (kind, plot) in scene_plots(record, name, &palette) {
+            files.push((format!("{}-{kind}.svg", file_name(name)), plot.svg));
+        }
+    }
+    files
+}
+
+/// A name without what file systems mind.
+fn file_name(name: &str) -> String {
+    let safe = |c: char| {
+        if c.is_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '-'
+        }
+    };
+    name.chars().map(safe).collect()
+}
+
+fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'static str, Plot)> {
+    let mut all = vec![
+        (
+            "samples",
+            Plot {
+                svg: plots::error_over_samples(scene, &record.rows, palette).render(),
+                caption: "Error over samples. Dashed: the orders −½, −1 and −3⁄2 from the worst \
+                          estimator's first point. Bars: one standard error over the trials."
+                    .to_owned(),
+            },
+        ),
+        (
+            "time",
+            Plot {
+                svg: plots::error_over_time(scene, &record.rows, palette).render(),
+                caption: "The same errors over the processor time that they cost.".to_owned(),
+            },
+        ),
+    ];
+    if record.slopes.iter().any(|row| row.scene == scene) {
+        let papers = record.slopes.iter().filter(|row| row.scene == scene);
+        let sources: Vec<&str> = papers
+            .filter_map(|row| row.paper_source.as_deref())
+            .collect();
+        let paper = sources.first().map_or(String::new(), |source| {
+            format!(" Open diamonds: the order that the paper reports ({source}).")
+        });
+        all.push((
+            "orders",
+            Plot {
+                svg: plots::orders(scene, &record.slopes, palette),
+                caption: format!("Order of the standard deviation with its 95 % interval.{paper}"),
+            },
+        ));
+    }
+    all
+}
+
+fn section(
+    record: &StudyRecord,
+    scene: &SceneRecord,
+    pictures: Vec<Picture>,
+    palette: &Palette,
+) -> Section {
+    let rows: Vec<&ResultRow> = record
+        .rows
+        .iter()
+        .filter(|r| r.scene == scene.scene)
+        .collect();
+    let slopes: Vec<&SlopeRow> = record
+        .slopes
+        .iter()
+        .filter(|r| r.scene == scene.scene)
+        .collect();
+    Section {
+        title: scene.scene.clone(),
+        lead: lead(scene),
+        pictures,
+        plots: scene_plots(record, &scene.scene, palette)
+            .into_iter()
+            .map(|(_, plot)| plot)
+            .collect(),
+        tables: vec![at_most_samples(&rows, &slopes), all_rows(&rows, scene)],
+        notes: notes(record, scene, &slopes),
+    }
+}
+
+fn lead(scene: &SceneRecord) -> String {
+    format!(
+        "{} triangles, {} of {} pixels with something to shade; read in {}, built in {}.",
+        grouped(scene.triangles),
+        grouped(scene.shading_points),
+        grouped(scene.pixels),
+        seconds(scene.load_seconds.max(1e-9)),
+        seconds(scene.build_seconds.max(1e-9)),
+    )
+}
+
+/// Whole numbers with thin spaces between thousands.
+fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let mut out = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            out.push('\u{202f}');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// One row for each estimator and sampler at its largest number of samples, with its order.
+fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow]) -> Table {
+    let most = rows.iter().map(|row| row.samples).max().unwrap_or(0);
+    let last: Vec<&ResultRow> = rows
+        .iter()
+        .copied()
+        .filter(|row| row.samples == most)
+        .collect();
+    let least = |value: fn(&ResultRow) -> f64| {
+        last.iter()
+            .map(|row| value(row))
+            .filter(|v| *v > 0.0)
+            .reduce(f64::min)
+            .unwrap_or(f64::NAN)
+    };
+    let (least_mse, least_mrse) = (least(|r| r.mse), least(|r| r.mrse));
+    let least_cost = least(|r| r.mse * r.cpu_seconds);
+    let body = last.iter().map(|row| {
+        let slope = slopes
+            .iter()
+            .find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
+        let order = slope.map_or("–".to_owned(), |s| signed(s.order, 3));
+        let interval = slope.map_or(String::new(), |s| {
+            format!("[{}, {}]", signed(s.ci_low, 3), signed(s.ci_high, 3))
+        });
+        let paper = slope
+            .and_then(|s| s.paper_order)
+            .map_or("–".to_owned(), |p| signed(p, 3));
+        let source = slope
+            .and_then(|s| s.paper_source.clone())
+            .unwrap_or_default();
+        let best = |value: f64, least: f64| value > 0.0 && value <= least;
+        let cost = row.mse * row.cpu_seconds;
+        vec![
+            Cell::text(&row.estimator),
+            Cell::text(&row.sampler),
+            Cell::number(scientific(row.mse.sqrt()))
+                .strong(best(row.mse, least_mse))
+                .hover(format!(
+                    "MSE {} ± {}",
+                    scientific(row.mse),
+                    scientific(row.mse_stderr)
+                )),
+            Cell::number(scientific(row.mrse)).strong(best(row.mrse, least_mrse)),
+            Cell::number(seconds(row.cpu_seconds.max(1e-9))),
+            Cell::number(if cost > 0.0 {
+                short(least_cost / cost)
+            } else {
+                "–".to_owned()
+            })
+            .strong(best(cost, least_cost)),
+            Cell::number(order),
+            Cell::number(interval),
+            Cell::number(paper).hover(source),
+        ]
+    });
+    Table {
+        caption: format!(
+            "With {most} samples. Efficiency is 1/(MSE · time), the best being one; the best of a \
+             column is marked."
+        ),
+        columns: [
+            "estimator",
+            "sampler",
+            "RMSE",
+            "MRSE",
+            "time",
+            "efficiency",
+            "order",
+            "95 %",
+            "paper",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+        rows: body.collect(),
+        folded: false,
+    }
+}
+
+fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
+    let body = rows.iter().map(|row| {
+        let test = bias_test(row, Some(scene));
+        vec![
+            Cell::text(&row.estimator),
+            Cell::text(&row.sampler),
+            Cell::number(row.samples.to_string()),
+            Cell::number(scientific(row.mse)),
+            Cell::number(scientific(row.mse_stderr)),
+            Cell::number(scientific(row.mrse)),
+            Cell::number(scientific(row.bias)),
+            Cell::number(test.map_or("–".to_owned(), |(z, _)| signed(z, 1)))
+                .hover(test.map_or(String::new(), |(_, p)| format!("p = {}", scientific(p)))),
+            Cell::number(seconds(row.cpu_seconds.max(1e-9))),
+            Cell::number(scientific(row.rays as f64)),
+            Cell::number(scientific(row.line_queries as f64)),
+            Cell::number(scientific(row.node_tests as f64)),
+            Cell::number(scientific(row.triangle_tests as f64)),
+        ]
+    });
+    let columns = [
+        "estimator",
+        "sampler",
+        "samples",
+        "MSE",
+        "± (s.e.)",
+        "MRSE",
+        "bias",
+        "bias / s.e.",
+        "time",
+        "rays",
+        "line queries",
+        "node tests",
+        "triangle tests",
+    ];
+    Table {
+        caption: format!("All {} measurements", rows.len()),
+        columns: columns.map(str::to_owned).to_vec(),
+        rows: body.collect(),
+        folded: true,
+    }
+}
+
+fn notes(record: &StudyRecord, scene: &SceneRecord, slopes: &[&SlopeRow]) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !scene.reference.is_empty() {
+        let share = reference_share(record, scene).map_or(String::new(), |share| {
+            format!(
+                ", {} % of the smallest scored",
+                short((100.0 * share).max(0.01))
+            )
+        });
+        notes.push(format!(
+            "Reference: {}; its own mean squared error is {}{share}.",
+            scene.reference,
+            scientific(scene.reference_mse)
+        ));
+    }
+    let bent: Vec<String> = slopes
+        .iter()
+        .filter(|slope| slope.lack_of_fit > BENT)
+        .map(|s| {
+            format!(
+                "{} ({}; χ²/dof {})",
+                s.estimator,
+                s.sampler,
+                short(s.lack_of_fit)
+            )
+        })
+        .collect();
+    if !bent.is_empty() {
+        notes.push(format!(
+            "Not straight over this range of samples, so that the order is an average over it: {}.",
+            bent.join(", ")
+        ));
+    }
+    for slope in slopes {
+        if let Some(remark) = &slope.remark {
+            notes.push(format!("{} ({}): {remark}", slope.estimator, slope.sampler));
+        }
+    }
+    notes
+}
+
+fn facts(record: &StudyRecord) -> Vec<(String, String)> {
+    let mut facts = vec![
+        ("version".to_owned(), record.version.clone()),
+        ("commit".to_owned(), record.commit.clone()),
+        ("processor".to_owned(), record.cpu.clone()),
+        ("threads".to_owned(), record.threads.to_string()),
+        ("seed".to_owned(), record.seed.to_string()),
+        ("run time".to_owned(), seconds(record.seconds.max(1e-9))),
+    ];
+    facts.extend(
+        record
+            .settings
+            .iter()
+            .map(|(name, value)| (name.clone(), value.clone())),
+    );
+    facts.retain(|(_, value)| !value.is_empty());
+    facts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_by_thousands() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
+        assert_eq!(grouped(100), "100");
+    }
+
+    #[test]
+    fn files_have_safe_names() {
+        assert_eq!(file_name("a/b c:ü.x"), "a-b-c-ü.x");
+    }
+
+    #[test]
+    fn an_empty_study_is_a_page_too() {
+        let html = Report::of_study(&StudyRecord::default(), BTreeMap::new()).render();
+        assert!(html.contains("How it was made"));
+    }
+}
