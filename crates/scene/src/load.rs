@@ -2,10 +2,11 @@
 
 use crate::assembly::describe;
 use crate::error::{ErrorKind, Result, SceneError, Warning};
-use crate::pbrt;
 use crate::scene::Scene;
 use crate::source::Source;
+use crate::{gltf, obj, pbrt, ply};
 use std::path::Path;
+use std::sync::Arc;
 
 /// How to load.
 #[derive(Clone, Debug)]
@@ -26,6 +27,51 @@ impl Default for LoadOptions {
     }
 }
 
+/// The formats that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Format {
+    /// pbrt text, versions 3 and 4.
+    Pbrt,
+    /// Wavefront OBJ with its material library.
+    Obj,
+    /// A single PLY mesh.
+    Ply,
+    /// glTF 2.0, as JSON or binary.
+    Gltf,
+}
+
+impl Format {
+    /// The format of files with this extension (without the dot, in any case).
+    ///
+    /// ```
+    /// assert_eq!(linelit_scene::Format::from_extension("OBJ"), Some(linelit_scene::Format::Obj));
+    /// ```
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        match extension.to_ascii_lowercase().as_str() {
+            "pbrt" => Some(Self::Pbrt),
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "gltf" | "glb" => Some(Self::Gltf),
+            _ => None,
+        }
+    }
+
+    fn read(
+        self,
+        source: Arc<Source>,
+        path: Option<&Path>,
+        options: &LoadOptions,
+    ) -> Result<Loaded> {
+        match self {
+            Self::Pbrt => pbrt::load(source, path, options),
+            Self::Obj => obj::load(source, path, options),
+            Self::Ply => ply::load(&source, path, options),
+            Self::Gltf => gltf::load(&source, path, options),
+        }
+    }
+}
+
 /// A scene and what was strange about its files.
 #[derive(Clone, Debug)]
 pub struct Loaded {
@@ -36,7 +82,8 @@ pub struct Loaded {
 }
 
 impl Scene {
-    /// Loads a scene; the extension of the file says its format: `.pbrt`.
+    /// Loads a scene; the extension of the file says its format: `.pbrt`, `.obj`, `.ply`, `.gltf`
+    /// or `.glb`.
     ///
     /// # Errors
     /// Whatever is wrong with the file or the files that it names, with its place; when
@@ -45,17 +92,31 @@ impl Scene {
         let path = path.as_ref();
         let name = path.display().to_string();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        if !extension.eq_ignore_ascii_case("pbrt") {
+        let Some(format) = Format::from_extension(extension) else {
             let message = format!("cannot tell the format of `{name}`");
             return Err(SceneError::new(ErrorKind::Unsupported, message)
                 .in_file(&name)
-                .help("scenes end in .pbrt"));
-        }
+                .help("scenes end in .pbrt, .obj, .ply, .gltf or .glb"));
+        };
         let bytes = std::fs::read(path).map_err(|e| {
             let message = format!("cannot read the scene: {}", describe(&e));
             SceneError::new(ErrorKind::Io, message).in_file(&name)
         })?;
-        pbrt::load(Source::new(name, bytes), Some(path), options)
+        format.read(Source::new(name, bytes), Some(path), options)
+    }
+
+    /// Reads a scene of a known format from memory. Files that it names are looked up in the
+    /// working folder; `name` is what messages call the bytes.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn from_bytes(
+        format: Format,
+        bytes: &[u8],
+        name: &str,
+        options: &LoadOptions,
+    ) -> Result<Loaded> {
+        format.read(Source::new(name, bytes.to_vec()), None, options)
     }
 
     /// Reads pbrt text from memory. Files that it names are looked up in the working folder;
@@ -64,14 +125,6 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn from_pbrt_str(text: &str, name: &str, options: &LoadOptions) -> Result<Loaded> {
-        Self::from_pbrt_bytes(text.as_bytes(), name, options)
-    }
-
-    /// As [`Scene::from_pbrt_str`], from bytes that need not be UTF-8.
-    ///
-    /// # Errors
-    /// As [`Scene::load`].
-    pub fn from_pbrt_bytes(bytes: &[u8], name: &str, options: &LoadOptions) -> Result<Loaded> {
-        pbrt::load(Source::new(name, bytes.to_vec()), None, options)
+        Self::from_bytes(Format::Pbrt, text.as_bytes(), name, options)
     }
 }

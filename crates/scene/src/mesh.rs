@@ -73,6 +73,8 @@ pub(crate) struct Builder {
     light_ranges: Vec<(u32, u32, u32)>,
     spheres: Vec<EmissiveSphere>,
     max_triangles: usize,
+    /// Vertices and triangles looked at so far, whether or not they are kept.
+    work: usize,
 }
 
 impl Builder {
@@ -88,6 +90,7 @@ impl Builder {
             light_ranges: Vec::new(),
             spheres: Vec::new(),
             max_triangles: max_triangles.min(u32::MAX as usize / 4),
+            work: 0,
         }
     }
 
@@ -118,8 +121,10 @@ impl Builder {
             return Err(Refusal::Singular);
         }
         let vertices = self.positions.len() + mesh.positions.len();
+        self.work += mesh.positions.len() + mesh.triangles.len();
         if self.triangles.len() + mesh.triangles.len() > self.max_triangles
             || vertices > 4 * self.max_triangles
+            || self.work > 16 * self.max_triangles
         {
             return Err(Refusal::TooMany);
         }

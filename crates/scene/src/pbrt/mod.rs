@@ -35,6 +35,9 @@ use std::sync::Arc;
 /// Files that may be open at once through `Include`.
 const MAX_INCLUDES: usize = 32;
 
+/// Files that may be included in all: files that include each other twice double with each level.
+const MAX_INCLUDES_IN_ALL: usize = 10_000;
+
 /// Reads a scene from a file in memory; `folder` is where its file names start.
 pub(crate) fn load(
     source: Arc<Source>,
@@ -53,6 +56,7 @@ pub(crate) fn load(
         view: view::View::default(),
         in_world: false,
         includes: path.map(canonical).into_iter().collect(),
+        includes_in_all: 0,
         shapes: 0,
     };
     loader.read(&source)?;
@@ -103,6 +107,7 @@ struct Loader {
     view: view::View,
     in_world: bool,
     includes: Vec<PathBuf>,
+    includes_in_all: usize,
     shapes: usize,
 }
 
@@ -221,6 +226,11 @@ impl Loader {
         }
         if self.includes.len() > MAX_INCLUDES {
             let message = format!("files are included more than {MAX_INCLUDES} deep");
+            return fail(ErrorKind::Limit, message, "one too many");
+        }
+        self.includes_in_all += 1;
+        if self.includes_in_all > MAX_INCLUDES_IN_ALL {
+            let message = format!("more than {MAX_INCLUDES_IN_ALL} files are included");
             return fail(ErrorKind::Limit, message, "one too many");
         }
         if name.ends_with(".gz") {

@@ -129,7 +129,14 @@ fn integer(source: &Source, span: Span) -> Result<i64> {
     };
     parse::<i64>(source, span)
         .or_else(|| parse(source, span).and_then(exact))
-        .ok_or_else(|| bad_number(source, span))
+        .ok_or_else(|| {
+            let text: String = source.text(span).chars().take(40).collect();
+            SceneError::new(ErrorKind::Syntax, format!("`{text}` is not an integer")).at(
+                source,
+                span,
+                "expected an integer",
+            )
+        })
 }
 
 fn parse<T: std::str::FromStr>(source: &Source, span: Span) -> Option<T> {

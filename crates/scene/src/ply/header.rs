@@ -192,8 +192,12 @@ impl Header {
                 [word, ..] => {
                     let names = ["comment", "format", "element", "property", "end_header"];
                     let word: String = word.chars().take(40).collect();
-                    return Err(bad(format!("unknown line `{word}` in the PLY header"), "")
-                        .suggest(nearest(&word, names)));
+                    // Some writers break comments into several lines; a slip of the pen in a
+                    // keyword is another matter.
+                    if let Some(near) = nearest(&word, names) {
+                        return Err(bad(format!("unknown line `{word}` in the PLY header"), "")
+                            .suggest(Some(near)));
+                    }
                 }
             }
             if entries > MAX_ENTRIES {

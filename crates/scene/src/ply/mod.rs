@@ -8,12 +8,33 @@ mod ascii;
 mod binary;
 mod header;
 
+use crate::assembly::Assembly;
 use crate::error::{ErrorKind, Result, SceneError};
-use crate::mesh::MeshData;
+use crate::film::FilmSettings;
+use crate::load::{LoadOptions, Loaded};
+use crate::mesh::{MeshData, Placement};
 use crate::polygon::triangulate;
 use crate::source::Source;
 use header::{Element, Format, Header};
 use linelit_geometry::DVec3;
+use linelit_geometry::glam::DAffine3;
+use std::path::Path;
+
+/// Reads a scene that is one mesh of the default material, seen by a camera that frames it.
+pub(crate) fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
+    let mut base = Assembly::new(path, options);
+    let mesh = read(source)?;
+    let at = |e: SceneError, _: &str| e.in_file(source.name());
+    let place = Placement {
+        to_world: DAffine3::IDENTITY,
+        reverse: false,
+        material: 0,
+        emission: None,
+    };
+    let has_shapes = !mesh.triangles.is_empty();
+    base.place(&mesh, &place, "the mesh", &at)?;
+    base.finish(source.name(), has_shapes, None, FilmSettings::default())
+}
 
 /// Reads a mesh.
 pub(crate) fn read(source: &Source) -> Result<MeshData> {

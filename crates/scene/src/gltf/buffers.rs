@@ -1,0 +1,318 @@
+//! Buffers, views and accessors: the binary side of a glTF file.
+
+use super::document::Document;
+use super::json::Node;
+use crate::assembly::Assembly;
+use crate::error::{ErrorKind, Result};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The buffers that have been read.
+pub(super) struct Buffers {
+    loaded: Vec<Option<Arc<[u8]>>>,
+    /// The binary chunk of a GLB file.
+    embedded: Option<Arc<[u8]>>,
+}
+
+/// A part of a buffer.
+pub(super) struct View {
+    data: Arc<[u8]>,
+    range: Range<usize>,
+    stride: Option<usize>,
+}
+
+impl View {
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.data[self.range.clone()]
+    }
+}
+
+/// Numbers of an accessor.
+#[derive(Debug)]
+pub(super) struct Numbers {
+    /// Per element.
+    pub(super) width: usize,
+    pub(super) values: Vec<f64>,
+}
+
+impl Buffers {
+    pub(super) fn new(document: &Document<'_>, embedded: Option<Arc<[u8]>>) -> Result<Self> {
+        let count = document.list("buffers")?.len();
+        Ok(Self {
+            loaded: vec![None; count],
+            embedded,
+        })
+    }
+
+    fn buffer(&mut self, doc: &Document<'_>, base: &Assembly, index: usize) -> Result<Arc<[u8]>> {
+        if let Some(data) = &self.loaded[index] {
+            return Ok(Arc::clone(data));
+        }
+        let node = &doc.list("buffers")?[index];
+        let data: Arc<[u8]> = match doc.string(node, "uri")? {
+            Some(uri) => {
+                let place = doc.require(doc.get(node, "uri"), node, "uri")?;
+                load_uri(doc, base, uri, place)?.into()
+            }
+            None => match &self.embedded {
+                Some(data) if index == 0 => Arc::clone(data),
+                _ => {
+                    let message = "a buffer without `uri` and without binary chunk";
+                    return Err(doc.error(
+                        ErrorKind::MissingParameter,
+                        message,
+                        node,
+                        "has no data",
+                    ));
+                }
+            },
+        };
+        let length = doc.require(doc.size(node, "byteLength")?, node, "byteLength")?;
+        if data.len() < length {
+            let message = format!("a buffer of {} bytes should have {length}", data.len());
+            return Err(doc.error(ErrorKind::Truncated, message, node, "too short"));
+        }
+        self.loaded[index] = Some(Arc::clone(&data));
+        Ok(data)
+    }
+
+    /// The bytes of a view and its stride, if it has one.
+    pub(super) fn view(
+        &mut self,
+        doc: &Document<'_>,
+        base: &Assembly,
+        index: usize,
+    ) -> Result<View> {
+        let node = &doc.list("bufferViews")?[index];
+        let buffer = doc.require(doc.index(node, "buffer", "buffers")?, node, "buffer")?;
+        let data = self.buffer(doc, base, buffer)?;
+        let start = doc.size(node, "byteOffset")?.unwrap_or(0);
+        let length = doc.require(doc.size(node, "byteLength")?, node, "byteLength")?;
+        match start.checked_add(length) {
+            Some(end) if end <= data.len() => Ok(View {
+                data,
+                range: start..end,
+                stride: doc.size(node, "byteStride")?,
+            }),
+            _ => {
+                let message = format!(
+                    "a view of {length} bytes from {start} leaves its buffer of {} bytes",
+                    data.len()
+                );
+                Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"))
+            }
+        }
+    }
+
+    /// All numbers of an accessor.
+    pub(super) fn numbers(
+        &mut self,
+        doc: &Document<'_>,
+        base: &Assembly,
+        index: usize,
+    ) -> Result<Numbers> {
+        let node = &doc.list("accessors")?[index];
+        let unsupported = |what: &str| {
+            Err(doc.error(
+                ErrorKind::Unsupported,
+                format!("{what} are not supported"),
+                node,
+                "",
+            ))
+        };
+        if doc.get(node, "sparse").is_some() {
+            return unsupported("sparse accessors");
+        }
+        let Some(view) = doc.index(node, "bufferView", "bufferViews")? else {
+            return unsupported("accessors without `bufferView` (or with compressed data)");
+        };
+        let component = doc.require(doc.size(node, "componentType")?, node, "componentType")?;
+        let Some(component) = Component::from_code(component) else {
+            let message = format!("component type {component} does not exist");
+            return Err(doc.error(ErrorKind::BadParameter, message, node, ""));
+        };
+        let ty = doc.require(doc.string(node, "type")?, node, "type")?;
+        let width = match ty {
+            "SCALAR" => 1,
+            "VEC2" => 2,
+            "VEC3" => 3,
+            "VEC4" | "MAT2" => 4,
+            "MAT3" => 9,
+            "MAT4" => 16,
+            _ => {
+                let message = "an accessor of unknown `type`";
+                return Err(doc.error(ErrorKind::BadParameter, message, node, ""));
+            }
+        };
+        let count = doc.require(doc.size(node, "count")?, node, "count")?;
+        let View {
+            data,
+            range,
+            stride,
+        } = self.view(doc, base, view)?;
+        let size = width * component.size();
+        let stride = stride.unwrap_or(size);
+        let offset = doc.size(node, "byteOffset")?.unwrap_or(0);
+        let bytes = &data[range];
+        let needed = count.checked_sub(1).map_or(Some(0), |n| {
+            n.checked_mul(stride)?
+                .checked_add(size)?
+                .checked_add(offset)
+        });
+        if stride < size || needed.is_none_or(|n| n > bytes.len()) {
+            let message = format!(
+                "an accessor of {count} elements leaves its view of {} bytes",
+                bytes.len()
+            );
+            return Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"));
+        }
+        let factor = if doc.bool(node, "normalized")? {
+            component.unit()
+        } else {
+            1.0
+        };
+        let mut values = Vec::with_capacity(count * width);
+        for k in 0..count {
+            let element = &bytes[offset + k * stride..][..size];
+            values.extend(
+                element
+                    .chunks_exact(component.size())
+                    .map(|b| component.value(b) * factor),
+            );
+        }
+        Ok(Numbers { width, values })
+    }
+}
+
+/// A file or a `data:` URI.
+pub(super) fn load_uri(
+    doc: &Document<'_>,
+    base: &Assembly,
+    uri: &str,
+    place: &Node,
+) -> Result<Vec<u8>> {
+    let at = |e: crate::SceneError, label: &str| e.at(doc.source, place.span, label);
+    let Some(data) = uri.strip_prefix("data:") else {
+        return base.open(&percent_decode(uri), &at).map(|(_, bytes)| bytes);
+    };
+    let decoded = data
+        .split_once(";base64,")
+        .and_then(|(_, text)| base64(text.as_bytes()));
+    decoded.ok_or_else(|| {
+        let message = "a data URI is not base64";
+        doc.error(ErrorKind::Syntax, message, place, "cannot be decoded")
+    })
+}
+
+/// `%20` and the like.
+fn percent_decode(uri: &str) -> String {
+    let mut out = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&b, tail)) = rest.split_first() {
+        let code = tail.get(..2).and_then(|d| std::str::from_utf8(d).ok());
+        match code.and_then(|d| u8::from_str_radix(d, 16).ok()) {
+            Some(code) if b == b'%' => {
+                out.push(code);
+                rest = &tail[2..];
+            }
+            _ => {
+                out.push(b);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut count) = (0_u32, 0);
+    for &b in text.iter().filter(|b| !b.is_ascii_whitespace()) {
+        let value = match b {
+            b'A'..=b'Z' => b - b'A',
+            b'a'..=b'z' => b - b'a' + 26,
+            b'0'..=b'9' => b - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b'=' => break,
+            _ => return None,
+        };
+        bits = (bits << 6) | u32::from(value);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            out.push(u8::try_from((bits >> count) & 0xff).unwrap_or(0));
+        }
+    }
+    Some(out)
+}
+
+/// The type of a component.
+#[derive(Clone, Copy, Debug)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    const fn from_code(code: usize) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    const fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// The factor that turns normalised integers into fractions.
+    const fn unit(self) -> f64 {
+        match self {
+            Self::I8 => 1.0 / 127.0,
+            Self::U8 => 1.0 / 255.0,
+            Self::I16 => 1.0 / 32767.0,
+            Self::U16 => 1.0 / 65535.0,
+            Self::U32 => 1.0 / 4294967295.0,
+            Self::F32 => 1.0,
+        }
+    }
+
+    fn value(self, b: &[u8]) -> f64 {
+        let four = || [b[0], b[1], b[2], b[3]];
+        match self {
+            Self::I8 => f64::from(i8::from_le_bytes([b[0]])),
+            Self::U8 => f64::from(b[0]),
+            Self::I16 => f64::from(i16::from_le_bytes([b[0], b[1]])),
+            Self::U16 => f64::from(u16::from_le_bytes([b[0], b[1]])),
+            Self::U32 => f64::from(u32::from_le_bytes(four())),
+            Self::F32 => f64::from(f32::from_le_bytes(four())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_and_percent_signs() {
+        assert_eq!(base64(b"TWFu").unwrap(), b"Man");
+        assert_eq!(base64(b"TQ==").unwrap(), b"M");
+        assert!(base64(b"T*==").is_none());
+        assert_eq!(percent_decode("a%20b%"), "a b%");
+    }
+}

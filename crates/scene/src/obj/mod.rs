@@ -1,0 +1,388 @@
+//! Wavefront OBJ with its material library.
+//!
+//! Faces (polygons are cut into triangles), line elements, groups by material. `Ke` makes the
+//! faces of a material an area light (radiance in linear RGB, emitted on the outside), and its
+//! line elements linear lights (`Ke` is then radiance × radius). The outside is where the vertex
+//! normals point, or without them where the corners turn counter-clockwise. The world is
+//! right-handed with y up; a camera that frames everything is added, since OBJ has none.
+
+mod lines;
+mod mtl;
+
+use crate::assembly::Assembly;
+use crate::error::{ErrorKind, Result, SceneError};
+use crate::film::FilmSettings;
+use crate::load::{LoadOptions, Loaded};
+use crate::mesh::{EmissionSpec, MeshData, Placement};
+use crate::polygon::triangulate;
+use crate::source::{Source, Span};
+use crate::suggest::nearest;
+use linelit_geometry::DVec3;
+use linelit_geometry::glam::DAffine3;
+use lines::{Line, Lines};
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Statements of the format that mean nothing to a renderer of triangles.
+const SILENT: &[&str] = &["o", "g", "s", "bevel", "c_interp", "d_interp", "lod", "mg"];
+
+/// Statements that describe things we do not draw.
+const UNSUPPORTED: &[&str] = &[
+    "p",
+    "vp",
+    "cstype",
+    "deg",
+    "bmat",
+    "step",
+    "curv",
+    "curv2",
+    "surf",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "con",
+    "call",
+    "csh",
+    "shadow_obj",
+    "trace_obj",
+    "ctech",
+    "stech",
+];
+
+const KNOWN: &[&str] = &["v", "vt", "vn", "f", "l", "usemtl", "mtllib"];
+
+/// Reads a scene from a file in memory.
+pub(crate) fn load(
+    source: Arc<Source>,
+    path: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Loaded> {
+    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = source.bytes() {
+        return Err(
+            SceneError::new(ErrorKind::Syntax, "the file is UTF-16 text")
+                .in_file(source.name())
+                .help("convert it to UTF-8 or ASCII"),
+        );
+    }
+    let mut reader = Reader {
+        base: Assembly::new(path, options),
+        source: Arc::clone(&source),
+        positions: Vec::new(),
+        normals: Vec::new(),
+        uvs: Vec::new(),
+        materials: HashMap::new(),
+        current: Group::default(),
+        material: (0, None),
+        shapes: 0,
+        libraries: HashSet::new(),
+    };
+    reader.read()?;
+    let shapes = reader.shapes > 0;
+    reader
+        .base
+        .finish(source.name(), shapes, None, FilmSettings::default())
+}
+
+/// Position, texture coordinate and normal of a corner, as indices from zero.
+type Corner = (u32, Option<u32>, Option<u32>);
+
+/// Faces with one material, being collected.
+#[derive(Debug, Default)]
+struct Group {
+    mesh: MeshData,
+    corners: HashMap<Corner, u32>,
+    has_normals: bool,
+    has_uvs: bool,
+    first: Span,
+}
+
+struct Reader {
+    base: Assembly,
+    source: Arc<Source>,
+    positions: Vec<DVec3>,
+    normals: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    /// Index and emission by name.
+    materials: HashMap<String, (u32, Option<DVec3>)>,
+    current: Group,
+    material: (u32, Option<DVec3>),
+    shapes: usize,
+    libraries: HashSet<String>,
+}
+
+impl Reader {
+    fn read(&mut self) -> Result<()> {
+        let source = Arc::clone(&self.source);
+        for line in Lines::new(&source) {
+            self.statement(&source, &line)?;
+        }
+        self.end_group()
+    }
+
+    fn statement(&mut self, source: &Source, line: &Line) -> Result<()> {
+        let Some((&keyword, rest)) = line.words.split_first() else {
+            return Ok(());
+        };
+        match &source.bytes()[keyword.start..keyword.end] {
+            b"v" => {
+                let p = lines::numbers::<3>(source, keyword, rest)?;
+                self.positions.push(DVec3::from_array(p));
+            }
+            b"vn" => {
+                let n = lines::numbers::<3>(source, keyword, rest)?;
+                self.normals.push(DVec3::from_array(n).as_vec3().to_array());
+            }
+            b"vt" => {
+                // The second coordinate may be left out.
+                let v = if rest.len() < 2 {
+                    0.0
+                } else {
+                    lines::number(source, rest[1])?
+                };
+                let [u] = lines::numbers::<1>(source, keyword, rest)?;
+                self.uvs
+                    .push(DVec3::new(u, v, 0.0).as_vec3().truncate().to_array());
+            }
+            b"f" | b"fo" => self.face(source, line.span, rest)?,
+            b"l" => self.polyline(source, keyword, rest)?,
+            b"usemtl" => self.use_material(source, keyword, line.rest(source))?,
+            b"mtllib" => self.library(source, keyword, &line.rest(source))?,
+            _ => self.other(source, keyword)?,
+        }
+        Ok(())
+    }
+
+    fn other(&mut self, source: &Source, keyword: Span) -> Result<()> {
+        let word = source.text(keyword);
+        if SILENT.contains(&word.as_str()) {
+            return Ok(());
+        }
+        let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+        if UNSUPPORTED.contains(&word.as_str()) {
+            let message = format!("OBJ statement `{word}` is not supported");
+            return self
+                .base
+                .warn(ErrorKind::Unsupported, message, "left out", &at);
+        }
+        let word: String = word.chars().take(40).collect();
+        let near = nearest(&word, KNOWN.iter().chain(SILENT).copied());
+        let message = format!("unknown OBJ statement `{word}`");
+        let suggest = |e: SceneError, label: &str| at(e, label).suggest(near);
+        self.base
+            .warn(ErrorKind::UnknownName, message, "left out", &suggest)
+    }
+
+    /// An index of the file (from one, or negative from the end) as an index from zero.
+    fn resolve(source: &Source, span: Span, text: &[u8], count: usize, what: &str) -> Result<u32> {
+        let shown = String::from_utf8_lossy(text)
+            .chars()
+            .take(40)
+            .collect::<String>();
+        let index = std::str::from_utf8(text)
+            .ok()
+            .and_then(|t| t.parse::<i64>().ok());
+        let Some(index) = index else {
+            let message = format!("`{shown}` is no index of a {what}");
+            return Err(SceneError::new(ErrorKind::Syntax, message).at(
+                source,
+                span,
+                "expected an integer",
+            ));
+        };
+        let count_i = i64::try_from(count).unwrap_or(i64::MAX);
+        let zero_based = if index < 0 {
+            count_i + index
+        } else {
+            index - 1
+        };
+        let fits = (0..count_i).contains(&zero_based);
+        u32::try_from(zero_based)
+            .ok()
+            .filter(|_| fits)
+            .ok_or_else(|| {
+                let message = format!("{what} {index} does not exist");
+                let label = match count {
+                    0 => format!("there is no {what} so far"),
+                    _ => format!("there are {count} so far, counted from 1"),
+                };
+                SceneError::new(ErrorKind::BadMesh, message).at(source, span, label)
+            })
+    }
+
+    fn corner(&self, source: &Source, span: Span) -> Result<Corner> {
+        let text = &source.bytes()[span.start..span.end];
+        let mut parts = text.split(|b| *b == b'/');
+        let first = parts.next().unwrap_or(&[]);
+        let position = Self::resolve(source, span, first, self.positions.len(), "vertex")?;
+        let mut optional = |count: usize, what: &str| match parts.next() {
+            None | Some([]) => Ok(None),
+            Some(part) => Self::resolve(source, span, part, count, what).map(Some),
+        };
+        let uv = optional(self.uvs.len(), "texture coordinate")?;
+        let normal = optional(self.normals.len(), "normal")?;
+        Ok((position, uv, normal))
+    }
+
+    fn face(&mut self, source: &Source, line: Span, rest: &[Span]) -> Result<()> {
+        self.shapes += 1;
+        if rest.len() < 3 {
+            let at = |e: SceneError, label: &str| e.at(source, line, label);
+            let message = "a face with fewer than three corners";
+            return self.base.warn(ErrorKind::BadMesh, message, "left out", &at);
+        }
+        let corners = rest
+            .iter()
+            .map(|s| self.corner(source, *s))
+            .collect::<Result<Vec<_>>>()?;
+        // Normals and texture coordinates are for all corners of a mesh or for none.
+        let has_normals = corners.iter().all(|c| c.2.is_some());
+        let has_uvs = corners.iter().all(|c| c.1.is_some());
+        let group = &self.current;
+        if group.mesh.triangles.is_empty()
+            || (group.has_normals, group.has_uvs) != (has_normals, has_uvs)
+        {
+            self.end_group()?;
+            self.current.has_normals = has_normals;
+            self.current.has_uvs = has_uvs;
+            self.current.first = line;
+        }
+        let group = &mut self.current;
+        let indices: Vec<u32> = corners
+            .iter()
+            .map(|&(p, uv, n)| {
+                let key = (p, uv.filter(|_| has_uvs), n.filter(|_| has_normals));
+                *group.corners.entry(key).or_insert_with(|| {
+                    group.mesh.positions.push(self.positions[p as usize]);
+                    group
+                        .mesh
+                        .normals
+                        .extend(key.2.map(|n| self.normals[n as usize]));
+                    group.mesh.uvs.extend(key.1.map(|uv| self.uvs[uv as usize]));
+                    u32::try_from(group.mesh.positions.len() - 1).unwrap_or(u32::MAX)
+                })
+            })
+            .collect();
+        triangulate(&group.mesh.positions, &indices, &mut group.mesh.triangles);
+        Ok(())
+    }
+
+    /// A line element: linear lights if the material emits.
+    fn polyline(&mut self, source: &Source, keyword: Span, rest: &[Span]) -> Result<()> {
+        self.shapes += 1;
+        let corners = rest
+            .iter()
+            .map(|s| self.corner(source, *s))
+            .collect::<Result<Vec<_>>>()?;
+        let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+        let Some(radiance) = self.material.1 else {
+            let message = "line elements without an emissive material are nothing";
+            return self
+                .base
+                .warn(ErrorKind::Suspicious, message, "left out", &at);
+        };
+        let spec = emission(radiance);
+        for pair in corners.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|c| self.positions[c.0 as usize]);
+            if a != b {
+                self.base.builder.add_line(a, b, &spec);
+            }
+        }
+        Ok(())
+    }
+
+    fn use_material(
+        &mut self,
+        source: &Source,
+        keyword: Span,
+        (name, span): (String, Span),
+    ) -> Result<()> {
+        self.end_group()?;
+        let found = self.materials.get(&name).copied();
+        self.material = found.unwrap_or((0, None));
+        if found.is_none() {
+            let near = nearest(&name, self.materials.keys().map(String::as_str)).map(str::to_owned);
+            let shown: String = name.chars().take(40).collect();
+            let message = format!("unknown material `{shown}`");
+            let place = if span.start == span.end {
+                keyword
+            } else {
+                span
+            };
+            let at =
+                |e: SceneError, label: &str| e.at(source, place, label).suggest(near.as_deref());
+            self.base.warn(
+                ErrorKind::UnknownName,
+                message,
+                "replaced by grey, 0.5",
+                &at,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn library(
+        &mut self,
+        source: &Source,
+        keyword: Span,
+        (name, span): &(String, Span),
+    ) -> Result<()> {
+        let place = if span.start == span.end {
+            keyword
+        } else {
+            *span
+        };
+        let at = |e: SceneError, label: &str| e.at(source, place, label);
+        if !self.libraries.insert(name.clone()) {
+            return Ok(());
+        }
+        match self.base.open(name, &at) {
+            Ok((path, bytes)) => {
+                let library = Source::new(path.display().to_string(), bytes);
+                let materials = mtl::read(&mut self.base, &library)
+                    .map_err(|e| e.note(format!("read for {}", source.short(place))))?;
+                self.materials.extend(materials);
+                Ok(())
+            }
+            // A missing library is common; the shapes are still worth seeing.
+            Err(error) => {
+                let message = error.message().to_owned();
+                self.base.warn(
+                    ErrorKind::Io,
+                    message,
+                    "its materials become grey, 0.5",
+                    &at,
+                )
+            }
+        }
+    }
+
+    /// Puts the collected faces into the scene.
+    fn end_group(&mut self) -> Result<()> {
+        let group = std::mem::take(&mut self.current);
+        if group.mesh.triangles.is_empty() {
+            return Ok(());
+        }
+        let source = Arc::clone(&self.source);
+        let at = |e: SceneError, label: &str| e.at(&source, group.first, label);
+        let place = Placement {
+            to_world: DAffine3::IDENTITY,
+            reverse: false,
+            material: self.material.0,
+            emission: self.material.1.map(emission),
+        };
+        self.base
+            .place(&group.mesh, &place, "the mesh from here", &at)
+    }
+}
+
+const fn emission(radiance: DVec3) -> EmissionSpec {
+    EmissionSpec {
+        radiance,
+        two_sided: false,
+        power: None,
+    }
+}

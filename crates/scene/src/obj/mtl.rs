@@ -1,0 +1,250 @@
+//! Material libraries.
+//!
+//! `Kd`, `Ks`, `Ns`, `Ke` and `map_Kd` are read: a material with `Ks` above zero becomes our
+//! `phong`, one without Lambert.
+
+use super::lines::{Line, Lines, number, numbers};
+use crate::assembly::Assembly;
+use crate::error::{ErrorKind, Result, SceneError};
+use crate::material::{Material, MaterialKind};
+use crate::source::{Source, Span};
+use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
+use linelit_geometry::{DVec2, DVec3};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Statements that change nothing in direct light on opaque surfaces.
+const SILENT: &[&str] = &[
+    "Ka",
+    "Ni",
+    "illum",
+    "Tf",
+    "sharpness",
+    "map_Ka",
+    "Km",
+    "map_aat",
+    "Pc",
+    "Pcr",
+    "aniso",
+    "anisor",
+];
+
+/// A material being read.
+#[derive(Default)]
+struct Draft {
+    name: String,
+    kd: Option<DVec3>,
+    kd_map: Option<Texture>,
+    ks: DVec3,
+    ns: Option<f64>,
+    ke: DVec3,
+}
+
+/// Reads a library into the scene and gives index and emission of its materials by name.
+pub(super) fn read(
+    base: &mut Assembly,
+    source: &Source,
+) -> Result<HashMap<String, (u32, Option<DVec3>)>> {
+    let mut materials = HashMap::new();
+    let mut draft: Option<Draft> = None;
+    for line in Lines::new(source) {
+        let Some((&keyword, rest)) = line.words.split_first() else {
+            continue;
+        };
+        if &source.bytes()[keyword.start..keyword.end] == b"newmtl" {
+            if let Some(done) = draft.take() {
+                finish(base, done, &mut materials);
+            }
+            let (name, _) = line.rest(source);
+            draft = Some(Draft {
+                name,
+                ..Draft::default()
+            });
+            continue;
+        }
+        let Some(draft) = &mut draft else {
+            let message = "a material statement before `newmtl`";
+            base.warn(ErrorKind::Nesting, message, "left out", &|e, label| {
+                e.at(source, keyword, label)
+            })?;
+            continue;
+        };
+        statement(base, source, draft, keyword, rest, &line)?;
+    }
+    if let Some(done) = draft {
+        finish(base, done, &mut materials);
+    }
+    Ok(materials)
+}
+
+fn statement(
+    base: &mut Assembly,
+    source: &Source,
+    draft: &mut Draft,
+    keyword: Span,
+    rest: &[Span],
+    line: &Line,
+) -> Result<()> {
+    let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+    match &source.bytes()[keyword.start..keyword.end] {
+        b"Kd" => draft.kd = Some(colour(base, source, keyword, rest)?),
+        b"Ks" => draft.ks = colour(base, source, keyword, rest)?,
+        b"Ke" => draft.ke = colour(base, source, keyword, rest)?,
+        b"Ns" => draft.ns = Some(numbers::<1>(source, keyword, rest)?[0].max(0.0)),
+        b"d" | b"Tr" => {
+            let value = rest.last().map_or(Ok(1.0), |s| number(source, *s))?;
+            let is_opaque = if source.text(keyword) == "d" {
+                value >= 1.0
+            } else {
+                value <= 0.0
+            };
+            if !is_opaque {
+                let message = "transparency is not supported: shapes are opaque";
+                base.warn(ErrorKind::Unsupported, message, "ignored", &at)?;
+            }
+        }
+        b"map_Kd" => draft.kd_map = image(base, source, rest)?,
+        other => {
+            let word = String::from_utf8_lossy(other)
+                .chars()
+                .take(40)
+                .collect::<String>();
+            if !SILENT.contains(&word.as_str()) && !line.words.is_empty() {
+                let message = format!("material statement `{word}` is not supported");
+                base.warn(ErrorKind::Unsupported, message, "left out", &at)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// `r g b`, or `r` for all three.
+fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) -> Result<DVec3> {
+    if let Some(first) = rest.first()
+        && matches!(source.text(*first).as_str(), "spectral" | "xyz")
+    {
+        let message = "spectral and XYZ colours are not supported";
+        base.warn(
+            ErrorKind::Unsupported,
+            message,
+            "replaced by 0.5",
+            &|e, label| e.at(source, *first, label),
+        )?;
+        return Ok(DVec3::splat(0.5));
+    }
+    let rgb = if rest.len() == 1 {
+        numbers::<1>(source, keyword, rest).map(|[v]| DVec3::splat(v))
+    } else {
+        numbers::<3>(source, keyword, rest).map(DVec3::from_array)
+    }?;
+    if rgb.min_element() < 0.0 {
+        let message = format!("negative `{}`", source.text(keyword));
+        return Err(SceneError::new(ErrorKind::OutOfRange, message).at(
+            source,
+            keyword,
+            "must not be negative",
+        ));
+    }
+    Ok(rgb)
+}
+
+/// `map_Kd [options] name`: scale and offset are read, other options skipped.
+fn image(base: &mut Assembly, source: &Source, rest: &[Span]) -> Result<Option<Texture>> {
+    let mut mapping = UvMapping::IDENTITY;
+    let mut wrap = Wrap::Repeat;
+    let mut k = 0;
+    while let Some(span) = rest.get(k) {
+        let word = source.text(*span);
+        let value = |i: usize| rest.get(k + i).map_or(Ok(0.0), |s| number(source, *s));
+        // `-s` and `-o` take one to three numbers.
+        let count = rest[k + 1..]
+            .iter()
+            .take(3)
+            .take_while(|s| number(source, **s).is_ok())
+            .count();
+        match word.as_str() {
+            "-s" if count > 0 => {
+                mapping.scale = DVec2::new(value(1)?, if count > 1 { value(2)? } else { 1.0 })
+            }
+            "-o" if count > 0 => {
+                mapping.offset = DVec2::new(value(1)?, if count > 1 { value(2)? } else { 0.0 })
+            }
+            "-clamp" => {
+                if rest.get(k + 1).is_some_and(|s| source.text(*s) == "on") {
+                    wrap = Wrap::Clamp;
+                }
+                k += 2;
+                continue;
+            }
+            "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-texres" | "-bm" | "-boost" => {
+                k += 2;
+                continue;
+            }
+            "-mm" => {
+                k += 3;
+                continue;
+            }
+            "-t" => {}
+            _ => break,
+        }
+        k += 1 + count;
+    }
+    let (Some(first), Some(last)) = (rest.get(k), rest.last()) else {
+        return Ok(None);
+    };
+    let span = first.to(*last);
+    let name = source.text(span).replace('\\', "/");
+    let at = |e: SceneError, label: &str| e.at(source, span, label);
+    let data = match base.image(&name, true, &at) {
+        Ok(data) => data,
+        Err(error) => {
+            let message = error.message().to_owned();
+            base.warn(ErrorKind::Io, message, "replaced by its colour", &at)?;
+            None
+        }
+    };
+    Ok(data.map(|data| {
+        Texture::Image(Arc::new(ImageTexture {
+            data,
+            mapping,
+            wrap,
+            scale: 1.0,
+            invert: false,
+            filename: name,
+        }))
+    }))
+}
+
+fn finish(
+    base: &mut Assembly,
+    draft: Draft,
+    materials: &mut HashMap<String, (u32, Option<DVec3>)>,
+) {
+    let kd = match (draft.kd_map, draft.kd) {
+        // By the format the map is multiplied with the colour; black with a map is a common slip.
+        (Some(map), Some(kd)) if kd != DVec3::ZERO && kd != DVec3::ONE => {
+            Texture::Product(Arc::new(map), Arc::new(Texture::Constant(kd)))
+        }
+        (Some(map), _) => map,
+        (None, kd) => Texture::Constant(kd.unwrap_or(DVec3::splat(0.8))),
+    };
+    let kind = if draft.ks == DVec3::ZERO {
+        MaterialKind::Matte {
+            kd,
+            sigma: Texture::number(0.0),
+        }
+    } else {
+        MaterialKind::Phong {
+            kd,
+            ks: Texture::Constant(draft.ks),
+            exponent: Texture::number(draft.ns.unwrap_or(0.0)),
+        }
+    };
+    let index = base.builder.add_material(Material {
+        name: draft.name.clone(),
+        kind,
+        bump: None,
+    });
+    let emission = (draft.ke != DVec3::ZERO).then_some(draft.ke);
+    materials.insert(draft.name, (index, emission));
+}
