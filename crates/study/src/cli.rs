@@ -146,7 +146,7 @@ pub struct CheckArgs {
     /// The folder with `references/` and `scenes/` below it.
     pub dir: PathBuf,
     /// Light samples per shading point and light.
-    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub samples: u32,
     /// Common flags.
     #[command(flatten)]

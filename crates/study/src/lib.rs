@@ -24,7 +24,9 @@
 pub mod cli;
 pub mod commands;
 pub mod engine;
+pub mod plots;
 pub mod procedural;
+pub mod report;
 pub mod scenes;
 pub mod stats;
 pub mod studies;

@@ -98,7 +98,7 @@ pub fn load(name: &str, strict: bool) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// A short name for tables: the built-in name, or the file's stem.
+/// A short name for tables: the stem of the scene's file.
 #[must_use]
 pub fn short_name(name: &str) -> String {
     let stem = Path::new(name)

@@ -46,7 +46,7 @@ fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
     }
     record.seconds = start.elapsed().as_secs_f64();
     record.write(&args.out)?;
-    page::write_study(&args.out, &record, spec, &results)?;
+    page::write_study(&args.out, &record, &results)?;
     if args.common.json {
         print!("{}", record.to_json()?);
     } else {
@@ -248,13 +248,14 @@ fn table1(args: &ConvergeArgs) -> Result<()> {
     write(&args.out.join("billen-table1.json"), json.as_bytes())?;
     let text = studies::billen_table1_text(&rows);
     write(&args.out.join("billen-table1.txt"), text.as_bytes())?;
+    page::write_table1(&args.out, &rows, "cargo xtask converge billen-table1")?;
     println!("{}", if args.common.json { &json } else { &text });
     Ok(())
 }
 
 fn figures(args: &ConvergeArgs) -> Result<()> {
     let figures = studies::billen_figures(args.common.strict, args.seed, &bar("figures"))?;
-    page::write_figures(&args.out, &figures)?;
+    page::write_figures(&args.out, &figures, "cargo xtask converge billen-figures")?;
     for figure in &figures {
         let rmse = figure
             .rmse

@@ -16,6 +16,8 @@ pub struct Figure {
     pub figure: &'static str,
     /// The scene.
     pub scene: &'static str,
+    /// What the figure is about.
+    pub about: &'static str,
     /// What is shown.
     pub caption: String,
     /// Linear radiance, or counts in all channels.
@@ -122,6 +124,7 @@ fn compare(
         out.push(Figure {
             figure,
             scene: scene_name,
+            about: about(figure),
             caption,
             image,
             counts: false,
@@ -132,6 +135,7 @@ fn compare(
     out.push(Figure {
         figure,
         scene: scene_name,
+        about: about(figure),
         caption,
         image: converged,
         counts: false,
@@ -151,6 +155,21 @@ fn rmse(a: &Image, b: &Image) -> f64 {
     #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let n = 3.0 * a.rgb.len() as f64;
     (sum / n).sqrt()
+}
+
+fn about(figure: &str) -> &'static str {
+    match figure {
+        "Fig. 2" => {
+            "Three ways to choose the direction of the lines. One direction for all leaves patterns \
+             in the penumbrae; a direction for each line leaves noise of the order N^-1/2; a \
+             direction for each shading point keeps the order and turns patterns into noise."
+        }
+        "Fig. 3" => {
+            "Two densities of the lines' offsets on a triangular light: uniform ones spend samples \
+             on short lines."
+        }
+        _ => "How many visible pieces a line is cut into, on average.",
+    }
 }
 
 /// The mean number of visible pieces of a line, pixel by pixel.
@@ -180,6 +199,7 @@ fn pieces(
     Ok(Figure {
         figure: "Fig. 5",
         scene: scene_name,
+        about: about("Fig. 5"),
         caption,
         image,
         counts: true,
