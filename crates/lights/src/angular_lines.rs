@@ -17,7 +17,7 @@ use crate::area::PointSample;
 use crate::fan::{ONE_MINUS, Pieces};
 use crate::irradiance::Trapezoid;
 use crate::linear::{ArcPoint, LineView, ProjectedLine};
-use crate::lines::{LineSample, linear_warp};
+use crate::lines::{self, LineSample, linear_warp};
 use crate::pdf::{Offset, Pdf, SolidAngle};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
@@ -329,10 +329,7 @@ impl AngularLines {
         let Some((offset, t)) = self.locate(point) else {
             return Pdf::ZERO;
         };
-        let slack = 16.0 * f64::EPSILON;
-        let seen = visible
-            .iter()
-            .any(|i| t >= i.lo - slack && t <= i.hi + slack);
+        let seen = lines::is_visible(t, visible);
         match self.visible_measure(offset, visible) {
             Some(total) if seen => self.joint_value(point, &total),
             _ => Pdf::ZERO,
@@ -365,23 +362,7 @@ impl AngularLines {
     /// coordinates (64 ε).
     #[must_use]
     pub fn locate(&self, point: DVec3) -> Option<(f64, f64)> {
-        let (u, v) = self.lines.coordinates(point);
-        let (a, b) = self.lines.range();
-        let slack = 64.0 * f64::EPSILON * (b - a + point.abs().max_element());
-        if u < a - slack || u > b + slack {
-            return None;
-        }
-        let u = u.clamp(a, b);
-        let (lo, hi) = self.lines.extent(u)?;
-        if v < lo - slack || v > hi + slack {
-            return None;
-        }
-        let t = if hi > lo {
-            ((v - lo) / (hi - lo)).clamp(0.0, 1.0)
-        } else {
-            0.5
-        };
-        Some((u, t))
+        lines::locate(&self.lines, point)
     }
 
     fn interval(&self, offset: f64, part: Interval) -> Option<Thin> {

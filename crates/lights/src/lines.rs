@@ -1,8 +1,10 @@
 //! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
 
+use crate::area::PointSample;
 use crate::fan::ONE_MINUS;
-use crate::pdf::{Offset, Pdf};
+use crate::pdf::{Area, Length, Offset, Pdf};
 use core::f64::consts::PI;
+use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, ParallelLines, Segment};
 
 /// How the direction of the lines on a light is chosen (Billen & Dutré 2016, Fig. 2).
@@ -185,6 +187,92 @@ impl LineSampler {
         };
         Some(u.clamp(0.0, ONE_MINUS))
     }
+
+    /// A point of the visible part of a line, uniform in length: the conditional that makes a line sample a point sample
+    /// and importance-samples the visibility (Salesin & Jarosz 2019, eqs. 12–15).
+    ///
+    /// `visible` holds the visible intervals of the line's parameter in [0, 1], `xi` is a random number in [0, 1). The
+    /// density is the joint one, `p_u/Σ visible length`, per area; 0 if nothing is visible.
+    #[must_use]
+    pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
+        let total = measure(visible);
+        let mut rest = xi * total;
+        let mut t = None;
+        for part in visible {
+            t = Some((part.lo + rest).min(part.hi));
+            if rest < part.length() {
+                break;
+            }
+            rest -= part.length();
+        }
+        match t {
+            Some(t) if total > 0.0 => PointSample {
+                point: line.segment.at(t),
+                pdf: Self::joint(line.pdf, line.segment.length() * total),
+            },
+            _ => PointSample::none(line.segment.p0),
+        }
+    }
+
+    fn joint(offset: Pdf<Offset>, visible_length: f64) -> Pdf<Area> {
+        offset.joint(Pdf::<Length>::new(1.0 / visible_length))
+    }
+
+    /// The joint density per area of any point of the light, given the visible intervals of the line through it; zero
+    /// where the point is hidden or outside the light.
+    #[must_use]
+    pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Area> {
+        match locate(&self.lines, point) {
+            Some((u, t)) if is_visible(t, visible) => {
+                Self::joint(self.pdf(u), self.lines.length(u) * measure(visible))
+            }
+            _ => Pdf::ZERO,
+        }
+    }
+
+    /// The random numbers of offset and place that give a visible point; `None` where it is hidden.
+    #[must_use]
+    pub fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
+        let (u, t) = locate(&self.lines, point).filter(|(_, t)| is_visible(*t, visible))?;
+        let below: f64 = visible.iter().map(|i| (t.min(i.hi) - i.lo).max(0.0)).sum();
+        let xi = (below / measure(visible)).clamp(0.0, ONE_MINUS);
+        Some([self.invert(u)?, xi])
+    }
+}
+
+/// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by the rounding of the coordinates
+/// (64 ε).
+pub(crate) fn locate(lines: &ParallelLines, point: DVec3) -> Option<(f64, f64)> {
+    let (u, v) = lines.coordinates(point);
+    let (a, b) = lines.range();
+    let slack = 64.0 * f64::EPSILON * (b - a + point.abs().max_element());
+    if u < a - slack || u > b + slack {
+        return None;
+    }
+    let u = u.clamp(a, b);
+    let (lo, hi) = lines.extent(u)?;
+    if v < lo - slack || v > hi + slack {
+        return None;
+    }
+    let t = if hi > lo {
+        ((v - lo) / (hi - lo)).clamp(0.0, 1.0)
+    } else {
+        0.5
+    };
+    Some((u, t))
+}
+
+/// Whether the parameter is in one of the intervals, whose ends are rounded.
+pub(crate) fn is_visible(t: f64, visible: &[Interval]) -> bool {
+    let slack = 16.0 * f64::EPSILON;
+    visible
+        .iter()
+        .any(|i| t >= i.lo - slack && t <= i.hi + slack)
+}
+
+/// Total length of the intervals.
+fn measure(visible: &[Interval]) -> f64 {
+    visible.iter().map(Interval::length).sum()
 }
 
 /// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥ 0): the place with

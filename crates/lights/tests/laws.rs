@@ -133,7 +133,7 @@ fn chi2_on_area(
     sample: impl Fn([f64; 2]) -> DVec3,
     density: impl Fn(DVec3) -> f64,
 ) -> (f64, f64) {
-    const BINS: usize = 24;
+    const BINS: usize = 16;
     let area = AreaSampler::new(&case.polygon);
     let mut rng = SplitMix64::new(7);
     let mut observed = vec![0_u64; BINS * BINS];
@@ -205,6 +205,7 @@ fn techniques(case: &Case) -> Vec<(&'static str, Point, Density, Inverse)> {
     let lines = AngularLines::by_solid_angle(&case.polygon, 0.7, case.x);
     let cosine = AngularLines::by_projected_solid_angle(&case.polygon, 0.7, case.x, case.n);
     let whole = [Interval::UNIT];
+    let plain = LineSampler::new(&case.polygon, 0.7, OffsetDensity::Length);
     let on_lines = |l: AngularLines| -> Point {
         Box::new(move |u| l.point(&l.sample(u[0]), &[Interval::UNIT], u[1]).point)
     };
@@ -229,6 +230,12 @@ fn techniques(case: &Case) -> Vec<(&'static str, Point, Density, Inverse)> {
             Box::new(move |p| proxy.invert(p)),
         ),
         (
+            "points on lines",
+            Box::new(move |u| plain.point(&plain.sample(u[0]), &whole, u[1]).point),
+            Box::new(move |p| plain.joint_pdf(p, &whole).value()),
+            Box::new(move |p| plain.invert_point(p, &whole)),
+        ),
+        (
             "solid-angle lines",
             on_lines(lines),
             Box::new(move |p| per_area(&c3, p, lines.joint_pdf(p, &whole))),
@@ -245,7 +252,7 @@ fn techniques(case: &Case) -> Vec<(&'static str, Point, Density, Inverse)> {
 
 fn points_fit(samples: u32) {
     let cases = cases();
-    let alpha = sidak(0.01, cases.len() * 5);
+    let alpha = sidak(0.01, cases.len() * 6);
     for case in &cases {
         for (name, sample, density, _) in techniques(case) {
             let (p, mass) = chi2_on_area(case, samples, sample, density);

@@ -228,7 +228,7 @@ fn noise(lights: &[Light], probability: impl Fn(DVec3, DVec3, usize, &[f64]) -> 
             .iter()
             .map(|l| unshadowed_at_center(l, x, n))
             .collect();
-        let lit = |i: usize| (i % 97) % 2 == 0;
+        let lit = |i: usize| (i % 97).is_multiple_of(2);
         let (mut mean, mut square) = (0.0, 0.0);
         for (i, &f_i) in f.iter().enumerate().filter(|(i, v)| lit(*i) && **v > 0.0) {
             mean += f_i;
