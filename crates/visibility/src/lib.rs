@@ -6,12 +6,17 @@ mod counters;
 mod dispatch;
 mod frame;
 mod lines;
+mod merge;
+#[doc(hidden)]
+pub mod measure;
 mod node;
 mod occluders;
+mod project;
 mod ray;
 mod scratch;
 mod shaft;
 mod simd;
+mod sweep;
 mod traverse;
 mod watertight;
 

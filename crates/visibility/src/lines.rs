@@ -65,6 +65,13 @@ impl VisibleLines {
         self.intervals.push(interval);
     }
 
+    /// Adds a line that is visible as a whole.
+    #[inline]
+    pub(crate) fn push_whole(&mut self) {
+        self.intervals.push(Interval::UNIT);
+        self.finish_line();
+    }
+
     /// Ends the line that is being filled.
     #[inline]
     pub(crate) fn finish_line(&mut self) {

@@ -60,7 +60,7 @@ impl Occluders {
 
 /// A ray in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug)]
-struct RayQuery {
+pub(crate) struct RayQuery {
     exact: WatertightRay,
     t_min: f64,
     t_max: f64,
@@ -144,20 +144,26 @@ impl RayQuery {
         (s.le(near, far) & node.valid, near)
     }
 
+    /// The sheared x and y of the leaf's vertices in rows `first` to `first + 2`.
+    #[inline(always)]
+    fn shear<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> (S::F, S::F) {
+        let [kx, ky, kz] = self.exact.axes;
+        let z = s.sub(s.load(&vertices[first + kz]), s.splat(self.origin[kz]));
+        let x = s.sub(s.load(&vertices[first + kx]), s.splat(self.origin[kx]));
+        let y = s.sub(s.load(&vertices[first + ky]), s.splat(self.origin[ky]));
+        (
+            s.fma(s.splat(-self.shear[0]), z, x),
+            s.fma(s.splat(-self.shear[1]), z, y),
+        )
+    }
+
     /// The triangles of a leaf whose plane figure may contain the ray: all that do, and rarely
     /// one that does not.
     #[inline(always)]
     fn triangles<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9]) -> u8 {
-        let [kx, ky, kz] = self.exact.axes;
-        let (ox, oy, oz) = (self.origin[kx], self.origin[ky], self.origin[kz]);
-        let (sx, sy) = (s.splat(-self.shear[0]), s.splat(-self.shear[1]));
-        let vertex = |k: usize| {
-            let z = s.sub(s.load(&vertices[3 * k + kz]), s.splat(oz));
-            let x = s.fma(sx, z, s.sub(s.load(&vertices[3 * k + kx]), s.splat(ox)));
-            let y = s.fma(sy, z, s.sub(s.load(&vertices[3 * k + ky]), s.splat(oy)));
-            (x, y)
-        };
-        let ((ax, ay), (bx, by), (cx, cy)) = (vertex(0), vertex(1), vertex(2));
+        let (ax, ay) = self.shear(s, vertices, 0);
+        let (bx, by) = self.shear(s, vertices, 3);
+        let (cx, cy) = self.shear(s, vertices, 6);
         let u = s.sub(s.mul(cx, by), s.mul(cy, bx));
         let v = s.sub(s.mul(ax, cy), s.mul(ay, cx));
         let w = s.sub(s.mul(bx, ay), s.mul(by, ax));

@@ -99,9 +99,11 @@ impl ShaftBounds {
             found &= s.le(s.splat(self.lo[axis]), s.load(&node.bounds[axis + 3]));
         }
         for plane in &self.planes {
-            let [x, y, z] = plane.farthest.map(|row| s.load(&node.bounds[row % 6]));
-            let [nx, ny, nz] = plane.normal.map(|n| s.splat(n));
-            let reach = s.fma(nx, x, s.fma(ny, y, s.mul(nz, z)));
+            let x = s.load(&node.bounds[plane.farthest[0]]);
+            let y = s.load(&node.bounds[plane.farthest[1]]);
+            let z = s.load(&node.bounds[plane.farthest[2]]);
+            let [nx, ny, nz] = plane.normal;
+            let reach = s.fma(s.splat(nx), x, s.fma(s.splat(ny), y, s.mul(s.splat(nz), z)));
             found &= s.le(s.splat(plane.least), reach);
         }
         found
@@ -110,32 +112,63 @@ impl ShaftBounds {
     /// The triangles of a leaf that may be inside the shaft in part.
     #[inline(always)]
     fn triangles<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], ids: &[u32; 8]) -> u8 {
-        let row = |k: usize, a: &[S::F; 3]| {
-            let [x, y, z] = self.rows[k].map(|g| s.splat(g));
-            s.fma(x, a[0], s.fma(y, a[1], s.mul(z, a[2])))
-        };
-        let vertex = |k: usize| -> [S::F; 3] {
-            let a = [0, 1, 2].map(|i| s.sub(s.load(&vertices[3 * k + i]), s.splat(self.point[i])));
-            [row(0, &a), row(1, &a), row(2, &a)]
-        };
-        let v = [vertex(0), vertex(1), vertex(2)];
-        let max3 = |a: [S::F; 3]| s.max(s.max(a[0], a[1]), a[2]);
-        let [rp, rq, rw] = self.room.map(|r| s.splat(r));
+        let a = self.vertex(s, vertices, 0);
+        let b = self.vertex(s, vertices, 3);
+        let c = self.vertex(s, vertices, 6);
+        let (rp, rq, rw) = (s.splat(self.room[0]), s.splat(self.room[1]), s.splat(self.room[2]));
         let zero = s.splat(0.0);
-        let reaches = |value: S::F, room: S::F| s.le(s.sub(zero, room), value);
         let mut found = !s.in_range(ids, self.exclude.0, self.exclude.1);
-        let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
-        found &= reaches(max3(v.map(|v| v[0])), rp);
-        found &= reaches(max3(v.map(|v| v[1])), rq);
-        found &= reaches(max3(v.map(|v| s.sub(v[2], v[1]))), s.add(rw, rq));
-        let upper = max3(v.map(|v| s.sub(s.mul(k, v[2]), s.fma(j, v[1], v[0]))));
-        found &= reaches(upper, s.add(s.add(rw, rp), rq));
-        found &= reaches(max3(v.map(|v| v[2])), rw);
-        // Some vertex before the light.
-        let least = s.min(s.min(v[0][2], v[1][2]), v[2][2]);
-        found &= s.le(least, s.add(s.splat(1.0), rw));
-        found
+        // Some vertex inside each side: room + value ≥ 0.
+        found &= s.le(zero, s.add(rp, max3(s, a.0, b.0, c.0)));
+        found &= s.le(zero, s.add(rq, max3(s, a.1, b.1, c.1)));
+        let beyond = max3(s, s.sub(a.2, a.1), s.sub(b.2, b.1), s.sub(c.2, c.1));
+        found &= s.le(zero, s.add(s.add(rw, rq), beyond));
+        let beyond = max3(s, self.upper(s, a), self.upper(s, b), self.upper(s, c));
+        found &= s.le(zero, s.add(s.add(s.add(rw, rp), rq), beyond));
+        // Some vertex before the shading point, and some before the light.
+        found &= s.le(zero, s.add(rw, max3(s, a.2, b.2, c.2)));
+        let nearest = s.min(s.min(a.2, b.2), c.2);
+        found & s.le(nearest, s.add(s.splat(1.0), rw))
     }
+
+    /// P, Q, W of the leaf's vertices in rows `first` to `first + 2`.
+    #[inline(always)]
+    fn vertex<S: Simd>(
+        &self,
+        s: S,
+        vertices: &[[f32; 8]; 9],
+        first: usize,
+    ) -> (S::F, S::F, S::F) {
+        let x = s.sub(s.load(&vertices[first]), s.splat(self.point[0]));
+        let y = s.sub(s.load(&vertices[first + 1]), s.splat(self.point[1]));
+        let z = s.sub(s.load(&vertices[first + 2]), s.splat(self.point[2]));
+        (
+            dot(s, &self.rows[0], x, y, z),
+            dot(s, &self.rows[1], x, y, z),
+            dot(s, &self.rows[2], x, y, z),
+        )
+    }
+
+    /// How far inside the upper bound on p.
+    #[inline(always)]
+    fn upper<S: Simd>(&self, s: S, v: (S::F, S::F, S::F)) -> S::F {
+        let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
+        s.sub(s.mul(k, v.2), s.fma(j, v.1, v.0))
+    }
+}
+
+#[inline(always)]
+fn max3<S: Simd>(s: S, a: S::F, b: S::F, c: S::F) -> S::F {
+    s.max(s.max(a, b), c)
+}
+
+#[inline(always)]
+fn dot<S: Simd>(s: S, n: &[f32; 3], x: S::F, y: S::F, z: S::F) -> S::F {
+    s.fma(
+        s.splat(n[0]),
+        x,
+        s.fma(s.splat(n[1]), y, s.mul(s.splat(n[2]), z)),
+    )
 }
 
 /// Appends the triangles in the shaft to `scratch.slots`, up to `limit`; false if there are more.

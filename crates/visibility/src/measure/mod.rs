@@ -1,0 +1,243 @@
+//! Measuring the queries: rays and lines side by side, ours and obvhs's.
+//!
+//! For benchmarks, not for renderers; not part of the stable interface. Time comes from the
+//! caller, as this crate knows no clocks.
+
+mod rivals;
+mod scenes;
+
+pub use rivals::Rivals;
+pub use scenes::{Scene, colonnade, grid, shading_points, soup};
+
+use crate::{Counters, Occluders, Ray, Scratch, ShaftQuery, VisibleLines};
+use linelit_geometry::{DVec3, Segment};
+use std::ops::Range;
+
+/// A light in a scene, and the points to shade.
+#[derive(Clone, Debug)]
+pub struct Workload<'a> {
+    /// Corner positions.
+    pub positions: &'a [[f32; 3]],
+    /// Triangles by their corners.
+    pub triangles: &'a [[u32; 3]],
+    /// A parallelogram or triangle; other polygons get lines that reach beyond them.
+    pub light: &'a [DVec3],
+    /// The light's own triangles.
+    pub exclude: Range<u32>,
+    /// Shading points, off their surfaces.
+    pub points: &'a [DVec3],
+}
+
+/// Nanoseconds per query, medians over the rounds.
+#[derive(Clone, Debug, Default)]
+pub struct Timings {
+    /// Our any-hit ray.
+    pub ray: f64,
+    /// obvhs's binary hierarchy.
+    pub bvh2: f64,
+    /// obvhs's compressed wide hierarchy.
+    pub cwbvh: f64,
+    /// Lines a point, nanoseconds per line, and that ÷ our ray within the same round.
+    pub lines: Vec<(usize, f64, f64)>,
+    /// Shaft-shared points a shading point, nanoseconds per point.
+    pub shaft_points: Vec<(usize, f64)>,
+    /// Work of one pass over all points with the first number of lines.
+    pub counters: Counters,
+    /// Share of rays that meet something.
+    pub hit_share: f64,
+    /// Mean visible share of the lines.
+    pub visible_share: f64,
+}
+
+/// Stratified lines across the light, parallel to the side from its first corner to its last.
+#[must_use]
+pub fn stratified_lines(light: &[DVec3], count: usize, jitter: &mut impl FnMut() -> f64) -> Vec<Segment> {
+    let o = light[0];
+    let u = light[1] - o;
+    let v = light[light.len() - 1] - o;
+    (0..count)
+        .map(|i| {
+            #[allow(clippy::cast_precision_loss, reason = "few lines")]
+            let s = (i as f64 + jitter()) / count as f64;
+            let reach = if light.len() == 3 { 1.0 - s } else { 1.0 };
+            let p0 = o + u * s;
+            Segment::new(p0, p0 + v * reach)
+        })
+        .collect()
+}
+
+/// A counter-based random number in [0, 1).
+fn hash_unit(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    #[allow(clippy::cast_precision_loss, reason = "53 bits")]
+    let unit = (z >> 11) as f64 / 9_007_199_254_740_992.0;
+    unit
+}
+
+/// The shadow rays of every shading point towards one random point of the light each.
+fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
+    let mut state = 7;
+    let mut rays = Vec::with_capacity(work.points.len() * per_point);
+    for &point in work.points {
+        for _ in 0..per_point {
+            let (mut s, mut t) = (hash_unit(&mut state), hash_unit(&mut state));
+            if work.light.len() == 3 && s + t > 1.0 {
+                (s, t) = (1.0 - s, 1.0 - t);
+            }
+            let o = work.light[0];
+            let last = work.light[work.light.len() - 1];
+            let target = o + (work.light[1] - o) * s + (last - o) * t;
+            rays.push(Ray {
+                origin: point,
+                direction: target - point,
+                t_min: 1e-9,
+                t_max: 1.0 - 1e-6,
+            });
+        }
+    }
+    rays
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Times rays and lines in alternation, `rounds` times; `now` gives seconds.
+#[must_use]
+pub fn time(
+    occluders: &Occluders,
+    rivals: Option<&Rivals>,
+    work: &Workload<'_>,
+    lines: &[usize],
+    rounds: usize,
+    now: &dyn Fn() -> f64,
+) -> Timings {
+    let rays = shadow_rays(work, 4);
+    #[allow(clippy::cast_precision_loss, reason = "a count")]
+    let ray_count = rays.len() as f64;
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    let mut state = 11;
+    let sets: Vec<Vec<Segment>> = lines
+        .iter()
+        .map(|&n| stratified_lines(work.light, n, &mut || hash_unit(&mut state)))
+        .collect();
+    let mut series = vec![Vec::new(); 3 + 3 * lines.len()];
+    let mut result = Timings::default();
+    for round in 0..rounds {
+        let start = now();
+        let hits = rays.iter().filter(|r| occluders.any_hit(r, &work.exclude, &mut scratch)).count();
+        let ray = (now() - start) * 1e9 / ray_count;
+        series[0].push(ray);
+        #[allow(clippy::cast_precision_loss, reason = "a count")]
+        {
+            result.hit_share = hits as f64 / ray_count;
+        }
+        if let Some(rivals) = rivals {
+            let start = now();
+            let binary = rays.iter().filter(|r| rivals.bvh2_any_hit(r, &work.exclude)).count();
+            series[1].push((now() - start) * 1e9 / ray_count);
+            let start = now();
+            let wide = rays.iter().filter(|r| rivals.cwbvh_any_hit(r, &work.exclude)).count();
+            series[2].push((now() - start) * 1e9 / ray_count);
+            std::hint::black_box((binary, wide));
+        }
+        for (k, set) in sets.iter().enumerate() {
+            scratch.counters = Counters::default();
+            let start = now();
+            let visible = trace_lines(occluders, work, set, &mut scratch, &mut out);
+            #[allow(clippy::cast_precision_loss, reason = "a count")]
+            let ns = (now() - start) * 1e9 / (work.points.len() * set.len()) as f64;
+            series[3 + 3 * k].push(ns);
+            series[4 + 3 * k].push(ns / ray);
+            if k == 0 && round == 0 {
+                result.counters = scratch.counters;
+                result.visible_share = visible;
+            }
+            let targets: Vec<DVec3> = set.iter().map(|l| l.at(0.37)).collect();
+            let start = now();
+            let seen = trace_points(occluders, work, &targets, &mut scratch);
+            #[allow(clippy::cast_precision_loss, reason = "a count")]
+            series[5 + 3 * k].push((now() - start) * 1e9 / (work.points.len() * set.len()) as f64);
+            std::hint::black_box(seen);
+        }
+    }
+    let mut medians = series.iter_mut().map(|s| median(s)).collect::<Vec<_>>().into_iter();
+    let mut next = || medians.next().unwrap_or(0.0);
+    result.ray = next();
+    result.bvh2 = next();
+    result.cwbvh = next();
+    for &n in lines {
+        result.lines.push((n, next(), next()));
+        result.shaft_points.push((n, next()));
+    }
+    result
+}
+
+/// The mean visible share of lines over all shading points.
+pub fn trace_lines(
+    occluders: &Occluders,
+    work: &Workload<'_>,
+    lines: &[Segment],
+    scratch: &mut Scratch,
+    out: &mut VisibleLines,
+) -> f64 {
+    let mut sum = 0.0;
+    for &point in work.points {
+        let query = ShaftQuery {
+            point,
+            light: work.light,
+            exclude: work.exclude.clone(),
+        };
+        let mut shaft = occluders.shaft(query, scratch);
+        match shaft.class() {
+            crate::ShaftClass::Empty => {
+                #[allow(clippy::cast_precision_loss, reason = "few lines")]
+                {
+                    sum += lines.len() as f64;
+                }
+            }
+            crate::ShaftClass::Blocked => {}
+            crate::ShaftClass::Partial => {
+                shaft.visible(lines, out);
+                for i in 0..lines.len() {
+                    sum += out.fraction(i);
+                }
+            }
+        }
+    }
+    #[allow(clippy::cast_precision_loss, reason = "a count")]
+    let count = (work.points.len() * lines.len()) as f64;
+    sum / count
+}
+
+/// The number of visible points of the light, over all shading points.
+pub fn trace_points(
+    occluders: &Occluders,
+    work: &Workload<'_>,
+    targets: &[DVec3],
+    scratch: &mut Scratch,
+) -> usize {
+    let mut seen = 0;
+    for &point in work.points {
+        let query = ShaftQuery {
+            point,
+            light: work.light,
+            exclude: work.exclude.clone(),
+        };
+        let mut shaft = occluders.shaft(query, scratch);
+        seen += match shaft.class() {
+            crate::ShaftClass::Empty => targets.len(),
+            crate::ShaftClass::Blocked => 0,
+            crate::ShaftClass::Partial => {
+                targets.iter().filter(|t| shaft.point_visible(**t)).count()
+            }
+        };
+    }
+    seen
+}
