@@ -13,6 +13,7 @@ use crate::real::Real;
 use std::cmp::Ordering;
 use std::f64::consts;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::LazyLock;
 
 /// A number hi + lo.
 ///
@@ -33,6 +34,19 @@ const HALF_PI: [f64; 3] = [
     6.123_233_995_736_766e-17,
     -1.497_384_904_859_169_8e-33,
 ];
+
+/// 1/n! for n below 30.
+static INVERSE_FACTORIALS: LazyLock<[Dd; 30]> = LazyLock::new(|| {
+    let mut inverse = [Dd::ONE; 30];
+    for n in 1..30 {
+        inverse[n] = inverse[n - 1] / Dd::from(n as f64);
+    }
+    inverse
+});
+
+/// 1/(2k + 1) for k below 15.
+static INVERSE_ODD: LazyLock<[Dd; 15]> =
+    LazyLock::new(|| std::array::from_fn(|k| Dd::ONE / Dd::from(2.0 * k as f64 + 1.0)));
 
 impl Dd {
     /// Zero.
@@ -140,23 +154,19 @@ impl Dd {
 
     /// Taylor series of sin on |x| ≤ π/4.
     fn sin_series(self) -> Self {
-        let square = self * self;
-        self * Self::alternating(square, 1.0)
+        self * Self::alternating(self * self, 1)
     }
 
     /// Taylor series of cos on |x| ≤ π/4.
     fn cos_series(self) -> Self {
-        Self::alternating(self * self, 0.0)
+        Self::alternating(self * self, 0)
     }
 
-    /// Σₖ (−y)ᵏ / ((1+first)(2+first)…(2k+first)), by Horner from term 14 (|y| ≤ π²/16: the next is below 2⁻¹¹⁰).
-    fn alternating(y: Self, first: f64) -> Self {
-        let mut sum = Self::ONE;
-        for k in (1..=14).rev() {
-            let n = 2.0 * f64::from(k) + first;
-            sum = Self::ONE - sum * y / Self::from((n - 1.0) * n);
-        }
-        sum
+    /// Σₖ (−y)ᵏ/(2k + first)!, by Horner from term 14 (|y| ≤ π²/16: the next is below 2⁻¹¹⁰).
+    fn alternating(y: Self, first: usize) -> Self {
+        let inverse = &*INVERSE_FACTORIALS;
+        let horner = |sum: Self, k: usize| inverse[2 * k + first] - sum * y;
+        (0..14).rev().fold(inverse[28 + first], horner)
     }
 
     /// sin x; see [`Dd::sin_cos`].
@@ -209,11 +219,11 @@ impl Dd {
         }
         let binary = (self.hi / consts::LN_2).round();
         let r = (self - Self::LN_2 * Self::from(binary)).scaled(1.0 / 256.0);
-        // |r| ≤ 0.00136: ten terms reach 2^-110.
-        let mut sum = Self::ONE;
-        for k in (2..=11).rev() {
-            sum = Self::ONE + sum * r / Self::from(f64::from(k));
-        }
+        // |r| ≤ 0.00136: the term of r¹² is below 2⁻¹³⁰.
+        let inverse = &*INVERSE_FACTORIALS;
+        let sum = (1..11)
+            .rev()
+            .fold(inverse[11], |sum, k| inverse[k] + sum * r);
         let mut less_one = sum * r;
         for _ in 0..8 {
             less_one = less_one.scaled(2.0) + less_one * less_one;
@@ -240,10 +250,9 @@ impl Dd {
         if (self.hi - 1.0).abs() < 0.1 {
             let s = (self - Self::ONE) / (self + Self::ONE);
             let y = s * s;
-            let mut sum = Self::ZERO;
-            for k in (0..=14).rev() {
-                sum = Self::ONE / Self::from(2.0 * f64::from(k) + 1.0) + sum * y;
-            }
+            let sum = (0..15)
+                .rev()
+                .fold(Self::ZERO, |sum, k| INVERSE_ODD[k] + sum * y);
             return (s * sum).scaled(2.0);
         }
         let start = Self::from(self.hi.ln());
