@@ -102,11 +102,11 @@ impl Slots {
             }
         };
         for &(lo, hi) in hidden.iter() {
-            if edge >= to {
+            if lo >= to {
                 break;
             }
             if lo > edge {
-                push(edge, lo.min(to));
+                push(edge, lo);
             }
             edge = edge.max(hi);
         }

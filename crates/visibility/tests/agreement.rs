@@ -8,6 +8,10 @@ use linelit_visibility::{Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brut
 
 /// Largest difference of visible measure between two interval lists, on a grid of their ends.
 fn difference(a: &[Interval], b: &[Interval]) -> f64 {
+    for set in [a, b] {
+        assert!(set.iter().all(|i| 0.0 <= i.lo && i.lo < i.hi && i.hi <= 1.0), "{set:?}");
+        assert!(set.windows(2).all(|w| w[0].hi < w[1].lo), "{set:?}");
+    }
     let mut cuts: Vec<f64> = a.iter().chain(b).flat_map(|i| [i.lo, i.hi]).collect();
     cuts.sort_by(f64::total_cmp);
     let inside = |set: &[Interval], t: f64| set.iter().any(|i| i.lo <= t && t <= i.hi);
@@ -103,6 +107,45 @@ fn rays_agree_with_brute_force() {
                 other => panic!("{other:?}"),
             }
             assert_eq!(occluders.any_hit(&ray, &NONE, &mut scratch), want.is_some());
+        }
+    }
+}
+
+/// Shading points on the occluders themselves, a little off them: the near plane at work.
+#[test]
+fn lines_from_surfaces_agree_with_brute_force() {
+    let mut rng = Rng(3);
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    for case in 0..600 {
+        let mesh = soup(&mut rng, 60, [0.2, 1.5][case % 2], DVec3::ZERO, 1.0);
+        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+        let corners = [3, 4, 4, 5, 16, 2][case % 6];
+        let at = rng.in_cube(1.5);
+        let light = light(&mut rng, corners, at, [0.05, 1.0][case % 2]);
+        let [a, b, c] = mesh.corners(rng.index(60));
+        let normal = (b - a).cross(c - a).normalize();
+        let (s, t) = (rng.unit() * 0.5, rng.unit() * 0.5);
+        let off = [1e-3, 2e-6, -2e-6][case % 3];
+        let point = a + (b - a) * s + (c - a) * t + normal * off;
+        let lines: Vec<_> = (0..8)
+            .map(|_| chord(&mut rng, &light, Some(0.0)))
+            .collect();
+        let query = ShaftQuery {
+            point,
+            light: &light,
+            exclude: NONE,
+        };
+        let mut shaft = occluders.shaft(query, &mut scratch);
+        shaft.visible(&lines, &mut out);
+        for (i, line) in lines.iter().enumerate() {
+            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
+            let off = difference(out.line(i), &want);
+            assert!(
+                off <= 1e-9,
+                "case {case}, line {i}: off by {off:e}\n{:?}\n{want:?} class {:?}",
+                out.line(i), shaft.class()
+            );
         }
     }
 }
