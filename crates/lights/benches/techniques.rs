@@ -38,16 +38,35 @@ fn receivers() -> Vec<(DVec3, DVec3)> {
         .collect()
 }
 
-fn per_light<T>(g: &mut BenchmarkGroup<'_, WallTime>, name: &str, new: impl Fn(DVec3, DVec3) -> T) {
+/// A light as the papers count it: set-up and one sample.
+fn per_light<T, R>(
+    g: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    new: impl Fn(DVec3, DVec3) -> Option<T>,
+    sample: impl Fn(&T, f64, f64) -> R,
+) {
     let points = receivers();
+    let u = numbers();
     g.throughput(Throughput::Elements(POINTS as u64));
     g.bench_function(format!("{name}/light"), |b| {
         b.iter(|| {
-            for &(x, n) in &points {
-                black_box(new(black_box(x), black_box(n)));
+            for (i, &(x, n)) in points.iter().enumerate() {
+                let ready = new(black_box(x), black_box(n));
+                black_box(ready.map(|s| sample(&s, u[i], u[POINTS - 1 - i])));
             }
         });
     });
+}
+
+/// Both.
+fn both<T, R>(
+    g: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    new: impl Fn(DVec3, DVec3) -> Option<T>,
+    sample: impl Fn(&T, f64, f64) -> R,
+) {
+    per_light(g, name, &new, &sample);
+    per_sample(g, name, &new, &sample);
 }
 
 fn per_sample<T, R>(
@@ -76,8 +95,7 @@ fn linear(c: &mut Criterion) {
     let light = Segment::new(DVec3::new(-1.0, 0.2, 1.0), DVec3::new(1.5, -0.3, 1.3));
     for technique in LinearTechnique::ALL {
         let new = |x, n| LinearSampler::new(technique, &light, x, n);
-        per_light(&mut g, technique.name(), new);
-        per_sample(&mut g, technique.name(), new, |s, u, _| s.sample(u));
+        both(&mut g, technique.name(), new, |s, u, _| s.sample(u));
         let ready: Vec<_> = receivers()
             .into_iter()
             .filter_map(|(x, n)| new(x, n))
@@ -99,8 +117,7 @@ fn linear(c: &mut Criterion) {
         DVec3::new(0.0, 0.2, 0.0),
         DVec3::new(-0.4, 0.0, 1.0),
     );
-    per_light(&mut g, "ltc", |x, n| LtcSampler::new(&light, x, n, m));
-    per_sample(
+    both(
         &mut g,
         "ltc",
         |x, n| LtcSampler::new(&light, x, n, m),
@@ -110,8 +127,7 @@ fn linear(c: &mut Criterion) {
     let single = |x: DVec3, n: DVec3| {
         ProjectedLine::new(narrow(light.p0 - x), narrow(light.p1 - x), narrow(n))
     };
-    per_light(&mut g, "projected-solid-angle f32", single);
-    per_sample(&mut g, "projected-solid-angle f32", single, |s, u, _| {
+    both(&mut g, "projected-solid-angle f32", single, |s, u, _| {
         #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
         let xi = u as f32;
         s.sample(xi)
@@ -134,41 +150,25 @@ fn polygon(c: &mut Criterion) {
         |_, _| Some(area),
         |s, u, v| s.sample([u, v]),
     );
-    per_light(&mut g, "solid angle", |x, _| {
-        SolidAngleSampler::new(&quad, x)
-    });
-    per_sample(
+    both(
         &mut g,
         "solid angle",
         |x, _| Some(SolidAngleSampler::new(&quad, x)),
         |s, u, v| s.sample([u, v]),
     );
-    per_light(&mut g, "proxy", |x, _| ProxySampler::new(&quad, x));
-    per_sample(
+    both(
         &mut g,
         "proxy",
         |x, _| Some(ProxySampler::new(&quad, x)),
         |s, u, v| s.sample([u, v]),
     );
     let whole = [linelit_geometry::intervals::Interval::UNIT];
-    per_light(&mut g, "projected solid angle", |x, n| {
-        AngularLines::by_projected_solid_angle(&quad, 0.0, x, n)
+    let projected = |x, n| Some(AngularLines::by_projected_solid_angle(&quad, 0.0, x, n));
+    both(&mut g, "projected solid angle", projected, |s, u, v| {
+        s.point(&s.sample(u), &whole, v)
     });
-    per_sample(
-        &mut g,
-        "projected solid angle",
-        |x, n| Some(AngularLines::by_projected_solid_angle(&quad, 0.0, x, n)),
-        |s, u, v| s.point(&s.sample(u), &whole, v),
-    );
-    per_light(&mut g, "lines by solid angle", |x, _| {
-        AngularLines::by_solid_angle(&quad, 0.0, x)
-    });
-    per_sample(
-        &mut g,
-        "lines by solid angle",
-        |x, _| Some(AngularLines::by_solid_angle(&quad, 0.0, x)),
-        |s, u, _| s.sample(u),
-    );
+    let solid = |x, _| Some(AngularLines::by_solid_angle(&quad, 0.0, x));
+    both(&mut g, "lines by solid angle", solid, |s, u, _| s.sample(u));
     let lines = LineSampler::new(&quad, 0.7, OffsetDensity::Length);
     per_sample(
         &mut g,

@@ -79,7 +79,7 @@ impl LtcSampler {
             t: self.above[0] * (1.0 - place) + self.above[1] * place,
             offset,
             direction,
-            pdf: self.pdf_in(direction, self.line.cosine(lambda)),
+            pdf: self.pdf_in(direction, self.line.view().cosine(lambda)),
         }
     }
 
@@ -88,7 +88,7 @@ impl LtcSampler {
     pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
         self.locate(t).map_or(Pdf::ZERO, |(place, lambda)| {
             let direction = (self.start + self.edge * place).normalize_or_zero();
-            self.pdf_in(direction, self.line.cosine(lambda))
+            self.pdf_in(direction, self.line.view().cosine(lambda))
         })
     }
 

@@ -24,6 +24,7 @@ use crate::fan::ONE_MINUS;
 use crate::pdf::{Length, Pdf, ThinSolidAngle};
 use bisection::LineIntegral;
 use linelit_geometry::{DVec3, Segment};
+use projected::Inversion;
 use warps::Warp;
 
 /// How a linear light is sampled.
@@ -90,8 +91,8 @@ enum Kind {
     Area,
     SolidAngle,
     Warped(Warp),
-    Bisection(ProjectedLine<f64>, LineIntegral),
-    Projected(ProjectedLine<f64>),
+    Bisection(LineIntegral),
+    Projected(Inversion<f64>),
 }
 
 /// One technique set up for one linear light and one shading point.
@@ -129,14 +130,13 @@ impl LinearSampler {
         use LinearTechnique as T;
         let clip = !matches!(technique, T::Area | T::SolidAngle);
         let view = seen(light, x, clip.then_some(normal))?;
-        let projected = || ProjectedLine::of(view);
         let kind = match technique {
             T::Area => Kind::Area,
             T::SolidAngle | T::ClippedSolidAngle => Kind::SolidAngle,
             T::LinearCosine => Kind::Warped(Warp::linear(&view)?),
             T::QuadraticCosine => Kind::Warped(Warp::quadratic(&view)?),
-            T::NewtonBisection => Kind::Bisection(projected()?, LineIntegral::new(&view, normal)?),
-            T::ProjectedSolidAngle => Kind::Projected(projected()?),
+            T::NewtonBisection => Kind::Bisection(LineIntegral::new(&view, normal)?),
+            T::ProjectedSolidAngle => Kind::Projected(Inversion::of(&view)?),
         };
         Some(Self { kind, view })
     }
@@ -154,8 +154,8 @@ impl LinearSampler {
             Kind::Area => self.at_place(xi),
             Kind::SolidAngle => self.at_arc(&self.view.sample_solid_angle(xi)),
             Kind::Warped(w) => self.at_arc(&self.view.sample_solid_angle(w.sample(xi))),
-            Kind::Bisection(_, integral) => self.at_place(integral.sample(xi)),
-            Kind::Projected(p) => self.at_arc(&p.sample(xi)),
+            Kind::Bisection(integral) => self.at_place(integral.sample(xi)),
+            Kind::Projected(p) => self.at_arc(&p.sample(&self.view, xi)),
         }
     }
 
@@ -183,7 +183,12 @@ impl LinearSampler {
                 let xi = self.view.invert_solid_angle(lambda);
                 Pdf::new(w.pdf(xi) / self.view.solid_angle())
             }
-            Kind::Bisection(p, _) | Kind::Projected(p) => Pdf::new(p.pdf(lambda)),
+            Kind::Bisection(integral) => {
+                Pdf::new(self.view.cosine(lambda) / integral.projected_solid_angle())
+            }
+            Kind::Projected(p) => {
+                Pdf::new(self.view.cosine(lambda) / p.projected_solid_angle(&self.view))
+            }
         }
     }
 
@@ -195,7 +200,8 @@ impl LinearSampler {
             Kind::Area => lambda,
             Kind::SolidAngle => self.view.invert_solid_angle(lambda),
             Kind::Warped(w) => w.cdf(self.view.invert_solid_angle(lambda)),
-            Kind::Bisection(p, _) | Kind::Projected(p) => p.invert(lambda),
+            Kind::Bisection(integral) => integral.cdf(lambda),
+            Kind::Projected(p) => p.cdf(self.view.angle_of(lambda)),
         };
         Some(xi.clamp(0.0, ONE_MINUS))
     }

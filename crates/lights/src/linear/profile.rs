@@ -145,7 +145,7 @@ impl<'p> ProfiledLine<'p> {
             t: a * (1.0 - place) + b * place,
             offset: DVec3::from(arc.point),
             direction: DVec3::from(arc.direction),
-            pdf: Pdf::new(line.cosine(arc.lambda) * self.profile.values[i] / self.total),
+            pdf: Pdf::new(line.view().cosine(arc.lambda) * self.profile.values[i] / self.total),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Projected solid angle of a line: Peters 2021, algorithms 1 and 2, without cancellation.
 
-use super::real::{Real, dot};
+use super::real::Real;
 use super::view::{ArcPoint, LineView};
 
 /// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
@@ -26,11 +26,19 @@ use super::view::{ArcPoint, LineView};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProjectedLine<T> {
     view: LineView<T>,
+    arc: Inversion<T>,
+}
+
+/// H and its inversion on the arc of a line.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Inversion<T> {
     delta: T,
     cos0: T,
     sin0: T,
     n0: T,
     n1: T,
+    /// Coefficients of H: C₀N₀, C₀N′ − S₀N₀, S₀N′.
+    terms: [T; 3],
     total: T,
 }
 
@@ -46,21 +54,8 @@ impl<T: Real> ProjectedLine<T> {
     /// that has none.
     #[must_use]
     pub fn of(view: LineView<T>) -> Option<Self> {
-        let (cos0, sin0) = view.start();
-        let (sin_delta, cos_delta) = view.angle_sin_cos();
-        let [n0, end] = view.end_cosines();
-        let mut out = Self {
-            view,
-            delta: view.angle(),
-            cos0,
-            sin0,
-            n0,
-            // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in between.
-            n1: (end - n0 * cos_delta) / sin_delta,
-            total: T::ZERO,
-        };
-        out.total = out.mass(out.delta);
-        out.total.is_usable().then_some(out)
+        let arc = Inversion::of(&view)?;
+        Some(Self { view, arc })
     }
 
     /// The line as seen.
@@ -72,29 +67,86 @@ impl<T: Real> ProjectedLine<T> {
     /// Projected solid angle per radius, `dΩ⊥/dR` in sr/m: the irradiance for a unit of radiance × radius.
     #[must_use]
     pub fn projected_solid_angle(&self) -> T {
-        self.total / self.view.line_distance()
-    }
-
-    /// H(v).
-    fn mass(&self, v: T) -> T {
-        let (s, c) = v.sin_cos();
-        self.mass_at(v, s, c)
-    }
-
-    #[inline]
-    fn mass_at(&self, v: T, s: T, c: T) -> T {
-        let sc = s * c;
-        let mixed = T::diff_of_products(self.cos0, self.n1, self.sin0, self.n0);
-        self.cos0 * self.n0 * (v + sc) + mixed * (s * s)
-            - self.sin0 * self.n1 * minus_sin_cos(v, sc)
+        self.arc.projected_solid_angle(&self.view)
     }
 
     /// The sample, to the precision: two steps nearly everywhere, more where ξ is close to an end of a line that spans
     /// almost a half-plane.
     #[must_use]
     pub fn sample(&self, xi: T) -> ArcPoint<T> {
-        let target = xi * self.total;
+        self.arc.sample(&self.view, xi)
+    }
+
+    /// The angle v from the first end of the sample after a number of steps; 2 is the paper's.
+    #[must_use]
+    pub fn angle_steps(&self, xi: T, steps: u32) -> T {
+        let target = xi * self.arc.total;
         let mut v = self.view.start_angle(xi);
+        for _ in 0..steps {
+            v = self.arc.clamped(v + self.arc.step(v, target));
+        }
+        v
+    }
+
+    /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring backward errors.
+    #[must_use]
+    pub fn cdf(&self, v: T) -> T {
+        self.arc.cdf(v)
+    }
+
+    /// The random number whose sample is at the place `lambda` of the clipped line.
+    #[must_use]
+    pub fn invert(&self, lambda: T) -> T {
+        self.arc.cdf(self.view.angle_of(lambda))
+    }
+
+    /// Density per solid angle, times radius, at the place `lambda`: `(n·ω)/(dΩ⊥/dR)` in m/sr.
+    #[must_use]
+    pub fn pdf(&self, lambda: T) -> T {
+        self.view.cosine(lambda) / self.projected_solid_angle()
+    }
+}
+
+impl<T: Real> Inversion<T> {
+    /// For a view that has been clipped by the normal.
+    pub(crate) fn of(view: &LineView<T>) -> Option<Self> {
+        let (cos0, sin0) = view.start();
+        let (sin_delta, cos_delta) = view.angle_sin_cos();
+        let [n0, end] = view.end_cosines();
+        // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in between.
+        let n1 = (end - n0 * cos_delta) / sin_delta;
+        let mut out = Self {
+            delta: view.angle(),
+            cos0,
+            sin0,
+            n0,
+            n1,
+            terms: [
+                cos0 * n0,
+                T::diff_of_products(cos0, n1, sin0, n0),
+                sin0 * n1,
+            ],
+            total: T::ZERO,
+        };
+        let (s, c) = out.delta.sin_cos();
+        out.total = out.mass(out.delta, s, c);
+        out.total.is_usable().then_some(out)
+    }
+
+    pub(crate) fn projected_solid_angle(&self, view: &LineView<T>) -> T {
+        self.total / view.line_distance()
+    }
+
+    /// H(v), given sine and cosine.
+    #[inline]
+    fn mass(&self, v: T, s: T, c: T) -> T {
+        let (sc, [a, b, d]) = (s * c, self.terms);
+        a * (v + sc) + b * (s * s) - d * minus_sin_cos(v, sc)
+    }
+
+    pub(crate) fn sample(&self, view: &LineView<T>, xi: T) -> ArcPoint<T> {
+        let target = xi * self.total;
+        let mut v = view.start_angle(xi);
         for _ in 0..T::STEPS {
             let step = self.step(v, target);
             v = self.clamped(v + step);
@@ -103,38 +155,18 @@ impl<T: Real> ProjectedLine<T> {
                 break;
             }
         }
-        self.view.at_angle(v, self.delta)
+        view.at_angle(v, self.delta)
     }
 
     fn clamped(&self, v: T) -> T {
         v.at_least(T::ZERO).at_most(self.delta)
     }
 
-    /// The sample after a given number of steps; 2 is the paper's.
-    #[must_use]
-    pub fn sample_steps(&self, xi: T, steps: u32) -> ArcPoint<T> {
-        let v = self.angle_steps(xi, steps);
-        self.view.at_angle(v, self.delta)
-    }
-
-    /// The angle v of the sample after a number of steps.
-    #[must_use]
-    pub fn angle_steps(&self, xi: T, steps: u32) -> T {
-        let target = xi * self.total;
-        let mut v = self.view.start_angle(xi);
-        for _ in 0..steps {
-            v = (v + self.step(v, target))
-                .at_least(T::ZERO)
-                .at_most(self.delta);
-        }
-        v
-    }
-
     /// The root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if none.
     #[inline]
     fn step(&self, v: T, target: T) -> T {
         let (s, c) = v.sin_cos();
-        let excess = self.mass_at(v, s, c) - target;
+        let excess = self.mass(v, s, c) - target;
         let cos = self.cos0 * c - self.sin0 * s;
         let sin = self.sin0 * c + self.cos0 * s;
         let n = self.n0 * c + self.n1 * s;
@@ -151,32 +183,11 @@ impl<T: Real> ProjectedLine<T> {
         }
     }
 
-    /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring backward errors.
-    #[must_use]
-    pub fn cdf(&self, v: T) -> T {
-        (self.mass(v) / self.total)
+    pub(crate) fn cdf(&self, v: T) -> T {
+        let (s, c) = v.sin_cos();
+        (self.mass(v, s, c) / self.total)
             .at_least(T::ZERO)
             .at_most(T::ONE)
-    }
-
-    /// The random number whose sample is at the place `lambda` of the clipped line.
-    #[must_use]
-    pub fn invert(&self, lambda: T) -> T {
-        self.cdf(self.view.angle_of(lambda))
-    }
-
-    /// n·ω for a unit direction of the line's fan, from the place: `max(0, n·p)/|p|` by the end cosines.
-    #[must_use]
-    pub fn cosine(&self, lambda: T) -> T {
-        let p = self.view.at(lambda);
-        let height = self.view.height(lambda);
-        height / dot(p, p).sqrt()
-    }
-
-    /// Density per solid angle, times radius, at the place `lambda`: `(n·ω)/(dΩ⊥/dR)` in m/sr.
-    #[must_use]
-    pub fn pdf(&self, lambda: T) -> T {
-        self.cosine(lambda) / self.projected_solid_angle()
     }
 }
 

@@ -301,6 +301,12 @@ impl<T: Real> LineView<T> {
         self.height[0] * (T::ONE - lambda) + self.height[1] * lambda
     }
 
+    /// The cosine n·ω at the place `lambda` of a line that was clipped by n; zero of one that was not.
+    #[must_use]
+    pub fn cosine(&self, lambda: T) -> T {
+        self.height(lambda) / self.distance(lambda)
+    }
+
     /// The sample at the angle v from the first end.
     pub(crate) fn at_angle(&self, v: T, delta: T) -> ArcPoint<T> {
         self.arc_point(v.sin_cos(), (delta - v).sin_cos())

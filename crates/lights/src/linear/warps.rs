@@ -30,7 +30,7 @@ impl Warp {
     pub(crate) fn quadratic(view: &LineView<f64>) -> Option<Self> {
         let [c0, c1] = view.end_cosines();
         let middle = view.sample_solid_angle(0.5).lambda;
-        let m = view.height(middle) / view.distance(middle);
+        let m = view.cosine(middle);
         let b1 = (2.0 * m - 0.5 * (c0 + c1)).max(0.0);
         (c0 + c1 + b1 > 0.0).then_some(Self {
             b: [c0, b1, c1],
