@@ -30,3 +30,8 @@ pub mod smoothing;
 pub use clamped::{clamped_optimal, visibility_optimal_contribution, weighted_balance};
 pub use heuristics::{Heuristic, average, balance, balance_density, cutoff, maximum, power};
 pub use optimal::{OptimalEstimator, OptimalSystem, optimal_contribution, optimal_weight};
+
+/// The README's examples are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

