@@ -2,8 +2,13 @@
 
 pub mod bsdf;
 pub mod cylinder;
+mod dispatch;
 mod exact;
+mod fan;
+mod gauss;
 pub mod horizon;
+mod lobe;
+pub mod phong;
 pub mod point_line;
 pub mod polygon;
 pub mod ribbon;

@@ -1,0 +1,125 @@
+//! The plane fan of directions from the shading point to a segment, clipped to several half-spaces.
+
+use crate::exact::{area_vector, dot};
+use crate::horizon::crossing;
+use crate::span::power_of_two_unit;
+use linelit_geometry::{DVec3, predicates};
+
+/// A segment clipped to the half-spaces `k·p ≥ 0` of N vectors k, with `k·p` at its ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fan<const N: usize> {
+    /// The ends after clipping.
+    pub(crate) ends: [DVec3; 2],
+    /// Their distances.
+    pub(crate) radii: [f64; 2],
+    /// `k·p` of each vector at both ends, not negative, accurate relative to themselves.
+    pub(crate) values: [[f64; 2]; N],
+    /// Length after clipping.
+    pub(crate) length: f64,
+    /// Unit normal of the fan, zero where its plane is not defined.
+    pub(crate) normal: DVec3,
+    /// sin δ, relative to itself, and δ, the angle between the ends.
+    pub(crate) sine: f64,
+    /// δ.
+    pub(crate) angle: f64,
+    /// Lengths were multiplied by this.
+    pub(crate) unit: f64,
+}
+
+impl<const N: usize> Fan<N> {
+    /// Clips; `None` where nothing is left, without length, or with an end at the shading point.
+    pub(crate) fn new(p0: DVec3, p1: DVec3, vectors: &[DVec3; N]) -> Option<Self> {
+        let largest = p0.abs().max(p1.abs()).max_element();
+        let unit = if (1e-60..1e60).contains(&largest) {
+            1.0
+        } else {
+            power_of_two_unit(largest)?
+        };
+        let whole = [p0 * unit, p1 * unit];
+        let mut ends = whole;
+        let mut values = vectors.map(|k| [dot(k, whole[0]), dot(k, whole[1])]);
+        let mut fraction = 1.0;
+        for (i, k) in vectors.iter().enumerate() {
+            let [c0, c1] = values[i];
+            if !(c0 > 0.0 || c1 > 0.0) {
+                return None;
+            }
+            if c0 >= 0.0 && c1 >= 0.0 {
+                continue;
+            }
+            let span = c1 - c0;
+            let (s0, s1) = (c1 / span, -c0 / span);
+            let end = usize::from(c0 > 0.0);
+            ends[end] = crossing(ends[0], ends[1], *k, c0, c1);
+            fraction *= if end == 0 { s0 } else { s1 };
+            for value in &mut values {
+                value[end] = s0 * value[0] + s1 * value[1];
+            }
+            values[i][end] = 0.0;
+        }
+        Self::measure(ends, whole, values, fraction, unit)
+    }
+
+    fn measure(
+        ends: [DVec3; 2],
+        whole: [DVec3; 2],
+        values: [[f64; 2]; N],
+        fraction: f64,
+        unit: f64,
+    ) -> Option<Self> {
+        let radii = [ends[0].length(), ends[1].length()];
+        let length = (whole[1] - whole[0]).length() * fraction;
+        let product = radii[0] * radii[1];
+        if !(product > 0.0 && length > 0.0) {
+            return None;
+        }
+        let area = area_vector(whole[0], whole[1]);
+        let sine = (area.length() * fraction / product).min(1.0);
+        let angle = sine.atan2((ends[0].dot(ends[1]) / product).clamp(-1.0, 1.0));
+        let normal = area.normalize_or_zero();
+        if sine <= 0.0 && angle > 1.0 {
+            return None;
+        }
+        Some(Self { ends, radii, values, length, normal, sine, angle, unit })
+    }
+
+    /// l/(r0 r1): (1/h) sin δ, finite also for h → 0.
+    pub(crate) fn reach(&self) -> f64 {
+        self.length / self.radii[0] / self.radii[1]
+    }
+
+    /// `k·ω` at an end.
+    pub(crate) fn cosine(&self, vector: usize, end: usize) -> f64 {
+        self.values[vector][end] / self.radii[end]
+    }
+
+    /// `k·ω` at the arc angle `v` from the first end: a sum of two terms that are not negative.
+    pub(crate) fn cosine_at(&self, ends: [f64; 2], v: f64) -> f64 {
+        if self.sine <= 0.0 {
+            return ends[0];
+        }
+        let (a, b) = ((self.angle - v).max(0.0), v.max(0.0));
+        (a.sin() * ends[0] + b.sin() * ends[1]) / self.sine
+    }
+
+    /// The derivative of `k·ω` by the arc angle at the first end: `k·t` for the unit tangent t.
+    pub(crate) fn slope(&self, k: DVec3) -> f64 {
+        dot(k, predicates::cross(self.normal, self.ends[0] / self.radii[0]))
+    }
+}
+
+impl Fan<2> {
+    /// With the constant one as a further functional between the two: 1/|p| as a cosine.
+    pub(crate) fn with_constant(self) -> Fan<3> {
+        Fan {
+            ends: self.ends,
+            radii: self.radii,
+            values: [self.values[0], [1.0, 1.0], self.values[1]],
+            length: self.length,
+            normal: self.normal,
+            sine: self.sine,
+            angle: self.angle,
+            unit: self.unit,
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! The panels of a power-of-cosine lobe along a fan of directions.
+
+use crate::exact::settle;
+use crate::fan::Fan;
+use crate::gauss::{NODE, NODES, WEIGHT, atanh_ratio, exp_negative};
+use linelit_geometry::{DVec3, predicates};
+
+/// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
+const DEPTH: f64 = 40.0;
+
+/// Exponents from here on are smooth enough for the rule even at the lobe's horizon.
+const SMOOTH: f64 = 6.0;
+
+/// A piece of the arc that starts at the lobe's highest point on it.
+#[derive(Clone, Copy, Debug)]
+struct Panel {
+    /// tan of half its width.
+    half_tan: f64,
+    /// The lobe falls like cos x − τ sin x: its slope τ ≥ 0 at the start.
+    slope: f64,
+    /// The other factors at the start and at the end.
+    factors: [[f64; 2]; 2],
+    /// How many factors there are.
+    count: usize,
+}
+
+/// ∫ of the product of the fan's functionals, the lobe's (the last) to the power `k`, over dt after
+/// division by |p|^(2 + k + their number): `(1/h) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ`.
+///
+/// `N − 1` is one or two.
+pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f64 {
+    let lobe = N - 1;
+    let [z0, z1] = [fan.cosine(lobe, 0), fan.cosine(lobe, 1)];
+    if fan.sine <= 0.0 {
+        // All in one direction.
+        let flat: f64 = (0..lobe).map(|i| fan.cosine(i, 0)).product();
+        return settle(fan.reach() * flat * z0.powf(k));
+    }
+    let rise = fan.slope(axis);
+    let centre = rise.atan2(z0);
+    let inside = centre > 0.0 && centre < fan.angle;
+    let (start, log_peak) = if inside {
+        (centre, log_in_plane(fan, axis, z0.hypot(rise)))
+    } else if centre <= 0.0 {
+        (0.0, log_cosine(fan, axis, 0, z0))
+    } else {
+        (fan.angle, log_cosine(fan, axis, 1, z1))
+    };
+    // With a start beyond the centre, the lobe falls with this slope.
+    let tilt = |v: f64| (v - centre).abs().tan();
+    let mut sum = 0.0;
+    if start < fan.angle {
+        let slope = if inside { 0.0 } else { (-rise / z0).max(0.0) };
+        sum += side(fan, start, fan.angle - start, slope, k, 1.0);
+    }
+    if start > 0.0 {
+        let slope = if inside { 0.0 } else { tilt(start) };
+        sum += side(fan, start, start, slope, k, -1.0);
+    }
+    let half = (0.5 * k * log_peak).exp();
+    settle((fan.reach() / fan.sine * sum * half) * half)
+}
+
+/// The integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.
+fn side<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> f64 {
+    let steep = k * slope;
+    let window = 2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt());
+    let rough = k < SMOOTH && k.fract() != 0.0;
+    let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
+    if rough && horizon - width < 0.6 {
+        let split = 0.5 * width;
+        return panel(fan, start, split, slope, sign).sum(k)
+            + near_horizon(fan, start, [split, width], horizon, k, sign);
+    }
+    panel(fan, start, width.min(window), slope, sign).sum(k)
+}
+
+fn panel<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, sign: f64) -> Panel {
+    let mut factors = [[1.0; 2]; 2];
+    for (i, factor) in factors.iter_mut().enumerate().take(N - 1) {
+        let ends = [fan.cosine(i, 0), fan.cosine(i, 1)];
+        let far = if width >= fan.angle { fan.angle - start } else { start + sign * width };
+        *factor = [fan.cosine_at(ends, start), fan.cosine_at(ends, far)];
+    }
+    Panel { half_tan: (0.5 * width).tan(), slope, factors, count: N - 1 }
+}
+
+impl Panel {
+    /// ∫ Π factors (cos x − τ sin x)ᵏ dx with t = tan(x/2): everything but the power is rational,
+    /// and cos x − τ sin x = (1 − q)/(1 + q) with q = t (t + τ)/(1 − τ t).
+    fn sum(&self, k: f64) -> f64 {
+        let end = self.half_tan;
+        let last = end * (end + self.slope) / (1.0 - self.slope * end);
+        if (0.0..=0.2).contains(&last) {
+            kernel(self, k)
+        } else {
+            self.sum_wide(k)
+        }
+    }
+
+    /// A factor at the node s of [0, 1], times 1 + t²; a sum of terms that are not negative.
+    #[inline(always)]
+    fn factor(&self, i: usize, s: f64) -> f64 {
+        let end = self.half_tan;
+        (1.0 - s) * (1.0 + end * (end * s)) * self.factors[i][0]
+            + s * (1.0 + end * end) * self.factors[i][1]
+    }
+
+    #[inline(always)]
+    fn sum_narrow(&self, k: f64) -> f64 {
+        let two = self.count == 2;
+        let mut terms = [0.0; NODES];
+        for (j, term) in terms.iter_mut().enumerate() {
+            let s = NODE[j];
+            let t = self.half_tan * s;
+            let q = t * (t + self.slope) / (1.0 - self.slope * t);
+            let power = exp_negative(-2.0 * k * q * atanh_ratio(q));
+            let inverse = 1.0 / (1.0 + t * t);
+            let mut value = self.factor(0, s) * inverse * inverse;
+            let second = self.factor(1, s) * inverse;
+            value *= if two { second } else { 1.0 };
+            *term = WEIGHT[j] * value * power;
+        }
+        2.0 * self.half_tan * total(&terms)
+    }
+
+    /// The same with the library's functions, for wide panels (small exponents).
+    fn sum_wide(&self, k: f64) -> f64 {
+        let mut terms = [0.0; NODES];
+        for (j, term) in terms.iter_mut().enumerate() {
+            let s = NODE[j];
+            let t = self.half_tan * s;
+            let inverse = 1.0 / (1.0 + t * t);
+            let fall = (-2.0 * t * (t + self.slope) * inverse).max(-1.0);
+            let mut value = inverse;
+            for i in 0..self.count {
+                value *= self.factor(i, s) * inverse;
+            }
+            *term = WEIGHT[j] * value * power(fall, k);
+        }
+        2.0 * self.half_tan * total(&terms)
+    }
+}
+
+/// (1 + fall)ᵏ, 1 for k = 0.
+fn power(fall: f64, k: f64) -> f64 {
+    if k > 0.0 { (k * fall.ln_1p()).exp() } else { 1.0 }
+}
+
+/// The sum in a fixed order of pairs, the same for every vector width.
+#[inline(always)]
+fn total(terms: &[f64; NODES]) -> f64 {
+    let mut lanes = [0.0; 8];
+    for i in 0..8 {
+        lanes[i] = terms[i] + (terms[i + 8] + terms[i + 16]);
+    }
+    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
+}
+
+/// [`Panel::sum_narrow`] by the widest vectors there are; the same bits in each.
+fn kernel(panel: &Panel, k: f64) -> f64 {
+    crate::dispatch::run(panel, k, Panel::sum_narrow)
+}
+
+/// ∫ over `piece` where the lobe ends at `horizon` like (horizon − x)ᵏ with a small k that is no
+/// integer: the substitution horizon − x = y⁸ makes it smooth.
+fn near_horizon<const N: usize>(
+    fan: &Fan<N>,
+    start: f64,
+    piece: [f64; 2],
+    horizon: f64,
+    k: f64,
+    sign: f64,
+) -> f64 {
+    let root = |x: f64| (horizon - x).max(0.0).powf(0.125);
+    let (y1, y0) = (root(piece[0]), root(piece[1]));
+    let peak = horizon.sin();
+    let mut sum = 0.0;
+    for j in 0..NODES {
+        let y = y0 + (y1 - y0) * NODE[j];
+        let seventh = y.powi(7);
+        let gap = seventh * y;
+        let v = start + sign * (horizon - gap);
+        let mut value = 8.0 * seventh * (gap.sin() / peak).powf(k);
+        for i in 0..N - 1 {
+            value *= fan.cosine_at([fan.cosine(i, 0), fan.cosine(i, 1)], v);
+        }
+        sum += WEIGHT[j] * value;
+    }
+    sum * (y1 - y0)
+}
+
+/// ln of the length of the axis' part in the plane of the fan.
+fn log_in_plane<const N: usize>(fan: &Fan<N>, axis: DVec3, length: f64) -> f64 {
+    let off = predicates::dot(axis, fan.normal);
+    near_one(axis, off * off, length)
+}
+
+/// ln(axis·ω) at an end.
+fn log_cosine<const N: usize>(fan: &Fan<N>, axis: DVec3, end: usize, cosine: f64) -> f64 {
+    let w = fan.ends[end] / fan.radii[end];
+    near_one(axis, predicates::cross(axis, w).length_squared(), cosine)
+}
+
+/// ln z with z² = |axis|² − lost: by what is missing from one where z is near it, so that the error
+/// of k ln z is of the order of ε k sin and not ε k.
+fn near_one(axis: DVec3, lost: f64, z: f64) -> f64 {
+    if z > 0.7 && z < 1.4 {
+        0.5 * (excess_over_one(axis) - lost).ln_1p()
+    } else {
+        z.ln()
+    }
+}
+
+/// |v|² − 1, exactly rounded or nearly.
+fn excess_over_one(v: DVec3) -> f64 {
+    let (p0, e0) = predicates::two_product(v.x, v.x);
+    let (p1, e1) = predicates::two_product(v.y, v.y);
+    let (p2, e2) = predicates::two_product(v.z, v.z);
+    let (s0, r0) = predicates::two_sum(p0, -1.0);
+    let (s1, r1) = predicates::two_sum(s0, p1);
+    let (s2, r2) = predicates::two_sum(s1, p2);
+    s2 + ((r0 + r1 + r2) + (e0 + e1 + e2))
+}
