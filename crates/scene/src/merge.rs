@@ -167,7 +167,7 @@ impl Topology {
         if points.len() > MAX_VERTICES {
             return None;
         }
-        let polygon = ConvexPolygon::try_new(&points).ok()?;
+        let polygon = ConvexPolygon::try_new(&snapped(&points)).ok()?;
         let area: f64 = patch.iter().map(|k| facets[*k].area()).sum();
         let cross: DVec3 = patch.iter().map(|k| facets[*k].cross).sum();
         // Overlaps and folds would make the sum of areas larger than the outline's.
@@ -261,6 +261,26 @@ fn coplanar(a: &Facet, b: &Facet) -> bool {
             let v = *p - a.corners[0];
             normal.dot(v).abs() <= rounding * (2.0 + 2.0 * v.length() / height)
         })
+}
+
+/// The corners of a quad that is a parallelogram to `f32` rounding, moved by a quarter of its
+/// defect each so that it is one to `f64` rounding; other outlines as they are.
+fn snapped(points: &[DVec3]) -> Vec<DVec3> {
+    let mut points = points.to_vec();
+    if let [a, b, c, d] = points.as_mut_slice() {
+        let defect = *a - *b + *c - *d;
+        let size = a.abs().max(b.abs()).max(c.abs()).max(d.abs());
+        // Each of the four coordinates is off by half a unit in its last place.
+        let rounding = 4.0 * size / f64::from(1u32 << 24);
+        if defect.abs().cmple(rounding).all() {
+            let quarter = 0.25 * defect;
+            *a -= quarter;
+            *b += quarter;
+            *c -= quarter;
+            *d += quarter;
+        }
+    }
+    points
 }
 
 /// Leaves out corners that stand on the line between their neighbours to `f32` rounding.

@@ -1,0 +1,42 @@
+//! Helpers of the integration tests.
+#![allow(dead_code, reason = "not every test file uses all of them")]
+
+use linelit_geometry::DVec3;
+use linelit_lights::{AreaLight, Light, LinearLight};
+use linelit_scene::{LoadOptions, Loaded, Scene};
+
+/// Loads pbrt text that must load.
+pub(crate) fn load(text: &str) -> Loaded {
+    match Scene::from_pbrt_str(text, "test.pbrt", &LoadOptions::default()) {
+        Ok(loaded) => loaded,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Loads the inside of a world.
+pub(crate) fn world(text: &str) -> Scene {
+    load(&format!("Camera \"perspective\"\nWorldBegin\n{text}")).scene
+}
+
+pub(crate) fn area(scene: &Scene, k: usize) -> &AreaLight {
+    match &scene.lights[k].light {
+        Light::Area(light) => light,
+        other => panic!("{other:?} is no area light"),
+    }
+}
+
+pub(crate) fn line(scene: &Scene, k: usize) -> &LinearLight {
+    match &scene.lights[k].light {
+        Light::Linear(light) => light,
+        other => panic!("{other:?} is no linear light"),
+    }
+}
+
+/// Equal to within `f32` rounding of coordinates of about one.
+pub(crate) fn assert_near(got: DVec3, want: DVec3) {
+    let error = (got - want).abs().max_element();
+    assert!(
+        error <= 2.0 * f64::from(f32::EPSILON),
+        "{got} is not {want}"
+    );
+}
