@@ -122,16 +122,16 @@ pub(crate) fn seconds(value: f64) -> String {
     format!("{} ns", short(value * 1e9))
 }
 
-/// Two or three significant digits without trailing zeros.
+/// Three significant digits without trailing zeros; whole numbers above that in full.
 pub(crate) fn short(value: f64) -> String {
     let magnitude = value.abs();
-    let text = if magnitude >= 100.0 || magnitude <= 0.0 {
+    if magnitude >= 100.0 || magnitude <= 0.0 {
         return format!("{value:.0}");
-    } else if magnitude >= 10.0 {
-        format!("{value:.1}")
-    } else {
-        format!("{value:.2}")
-    };
+    }
+    #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
+    let exponent = magnitude.log10().floor() as i32;
+    let decimals = usize::try_from(2 - exponent).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 

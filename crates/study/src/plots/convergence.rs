@@ -114,6 +114,9 @@ fn gather(scene: &str, rows: &[ResultRow], x: impl Fn(&ResultRow) -> f64) -> Vec
     all
 }
 
+/// Where a guide's order stands.
+type GuideLabel = ([f64; 2], Anchor, String);
+
 /// A panel's two axes.
 #[derive(Clone, Copy)]
 struct Panel {
@@ -154,9 +157,12 @@ impl ConvergencePlot {
             };
             canvas.text("ll-head", [left, top - 8.0], Anchor::Start, sampler);
             self.draw_frame(&mut canvas, panel, column == 0);
-            self.draw_guides(&mut canvas, panel, sampler);
+            let labels = self.draw_guides(&mut canvas, panel, sampler);
             for series in self.series.iter().filter(|s| s.sampler == *sampler) {
                 self.draw_series(&mut canvas, panel, series);
+            }
+            for (place, anchor, text) in labels {
+                canvas.text("ll-halo", place, anchor, &text);
             }
         }
         let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
@@ -232,16 +238,17 @@ impl ConvergencePlot {
         canvas.rect("ll-panel", [x.from, y.to], [x.to - x.from, y.from - y.to]);
     }
 
-    /// Dashed slopes from the first point of the worst estimator in the panel, with their order
-    /// where they leave it.
-    fn draw_guides(&self, canvas: &mut Canvas, panel: Panel, sampler: &str) {
+    /// Dashed slopes from the first point of the worst estimator in the panel; their orders, to
+    /// stand where they leave it, come back, as they must be drawn above the data.
+    fn draw_guides(&self, canvas: &mut Canvas, panel: Panel, sampler: &str) -> Vec<GuideLabel> {
         let start = self
             .series
             .iter()
             .filter(|series| series.sampler == sampler)
             .filter_map(|series| series.points.iter().find(|point| drawable(point)))
             .max_by(|a, b| a.y.total_cmp(&b.y));
-        let Some(start) = start else { return };
+        let mut labels = Vec::new();
+        let Some(start) = start else { return labels };
         for &slope in &self.guides {
             let at = |x: f64| start.y * (x / start.x).powf(slope);
             let right = at(panel.x.high);
@@ -258,16 +265,12 @@ impl ConvergencePlot {
             canvas.line("ll-guide", panel.place(start.x, start.y), end);
             let text = format!("−{}", axis::short(-slope));
             if leaves_right {
-                canvas.text("ll-small", [end[0] - 4.0, end[1] - 6.0], Anchor::End, &text);
+                labels.push(([end[0] - 5.0, end[1] - 7.0], Anchor::End, text));
             } else {
-                canvas.text(
-                    "ll-small",
-                    [end[0] + 5.0, end[1] - 6.0],
-                    Anchor::Start,
-                    &text,
-                );
+                labels.push(([end[0] + 6.0, end[1] - 7.0], Anchor::Start, text));
             }
         }
+        labels
     }
 
     fn draw_series(&self, canvas: &mut Canvas, panel: Panel, series: &Series) {

@@ -91,6 +91,7 @@ pub(crate) fn css() -> String {
          .ll .ll-strong{stroke:#c3cad2;stroke-width:1}\
          .ll .ll-guide{stroke:#8b95a1;stroke-width:1;stroke-dasharray:4 4}\
          .ll text.ll-small{font-size:11px;fill:#6b7580}\
+         .ll text.ll-halo{font-size:11px;fill:#56616d;paint-order:stroke;stroke:#ffffff;stroke-width:4;stroke-linejoin:round}\
          .ll text.ll-head{font-size:13px;font-weight:600;fill:#1d242c}\
          .ll .ll-paperdot{fill:#ffffff;stroke:#1d242c;stroke-width:1.3}",
     );
@@ -111,6 +112,7 @@ pub(crate) fn css() -> String {
          .ll .ll-grid{stroke:#262e38}\
          .ll .ll-guide{stroke:#7a8591}\
          .ll text.ll-small{fill:#98a3af}\
+         .ll text.ll-halo{fill:#a9b4c0;stroke:#151a21}\
          .ll text.ll-head{fill:#eef2f6}\
          .ll .ll-paperdot{fill:#151a21;stroke:#eef2f6}",
     );

@@ -126,7 +126,7 @@ impl Canvas {
             2 => polygon(&[[0.0, -4.3], [4.0, 3.0], [-4.0, 3.0]]),
             3 => polygon(&[[0.0, -4.6], [4.6, 0.0], [0.0, 4.6], [-4.6, 0.0]]),
             4 => polygon(&[[0.0, 4.3], [4.0, -3.0], [-4.0, -3.0]]),
-            _ => polygon(&[[-4.2, -1.6], [4.2, -1.6], [4.2, 1.6], [-4.2, 1.6]]),
+            _ => polygon(&star()),
         };
         self.raw(&element);
     }
@@ -149,6 +149,17 @@ impl Canvas {
         out.push_str("</svg>\n");
         out
     }
+}
+
+/// A five-pointed star.
+fn star() -> [[f64; 2]; 10] {
+    let mut corners = [[0.0; 2]; 10];
+    for (index, corner) in (0_u8..).zip(&mut corners) {
+        let radius = if index % 2 == 0 { 5.4 } else { 2.3 };
+        let angle = f64::from(index) * std::f64::consts::PI / 5.0;
+        *corner = [radius * angle.sin(), -radius * angle.cos()];
+    }
+    corners
 }
 
 /// Markup-safe text.

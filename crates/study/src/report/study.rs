@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::summary::{bias_test, paragraphs, reference_share};
+use super::summary::{bias_test, comparison, paragraphs, reference_share};
 use super::{Cell, Picture, Plot, Report, Section, Table, scientific};
 use crate::plots::{self, Palette, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
@@ -67,7 +67,7 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
             "samples",
             Plot {
                 svg: plots::error_over_samples(scene, &record.rows, palette).render(),
-                caption: "Error over samples. Dashed: the orders −½, −1 and −3⁄2 from the worst \
+                caption: "Error over samples. Dashed: the orders −0.5, −1 and −1.5 from the worst \
                           estimator's first point. Bars: one standard error over the trials."
                     .to_owned(),
             },
@@ -117,7 +117,7 @@ fn section(
         .collect();
     Section {
         title: scene.scene.clone(),
-        lead: lead(scene),
+        lead: lead(record, scene),
         pictures,
         plots: scene_plots(record, &scene.scene, palette)
             .into_iter()
@@ -128,9 +128,10 @@ fn section(
     }
 }
 
-fn lead(scene: &SceneRecord) -> String {
+fn lead(record: &StudyRecord, scene: &SceneRecord) -> String {
+    let found = comparison(record, &scene.scene).map_or(String::new(), |found| found.sentence());
     format!(
-        "{} triangles, {} of {} pixels with something to shade; read in {}, built in {}.",
+        "{found}{} triangles, {} of {} pixels with something to shade; read in {}, built in {}.",
         grouped(scene.triangles),
         grouped(scene.shading_points),
         grouped(scene.pixels),

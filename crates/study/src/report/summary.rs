@@ -9,11 +9,12 @@ const ALPHA: f64 = 0.01;
 
 /// What the study found: one paragraph of results, one of how far to trust them.
 pub(super) fn paragraphs(record: &StudyRecord) -> Vec<String> {
-    let mut results: Vec<String> = record
+    let found: Vec<Comparison<'_>> = record
         .scenes
         .iter()
         .filter_map(|scene| comparison(record, &scene.scene))
         .collect();
+    let mut results: Vec<String> = overall(&found).into_iter().collect();
     results.extend(orders(&record.slopes));
     let mut trust = vec![bias(record)];
     trust.extend(references(record));
@@ -23,8 +24,19 @@ pub(super) fn paragraphs(record: &StudyRecord) -> Vec<String> {
         .collect()
 }
 
-/// The best lines against the best points on one scene, at equal samples and at equal time.
-fn comparison(record: &StudyRecord, scene: &str) -> Option<String> {
+/// The best lines against the best points on one scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Comparison<'a> {
+    line: &'a ResultRow,
+    point: &'a ResultRow,
+    /// Error of points over error of lines at as many samples.
+    ratio: f64,
+    /// Processor seconds, and the ratio of the errors there.
+    equal_time: Option<(f64, f64)>,
+}
+
+/// Compares at the largest number of samples of a scene, and at the longest time that both reach.
+pub(super) fn comparison<'a>(record: &'a StudyRecord, scene: &str) -> Option<Comparison<'a>> {
     let rows: Vec<&ResultRow> = record.rows.iter().filter(|r| r.scene == scene).collect();
     let measured = |r: &&&ResultRow| r.mse > 0.0;
     let samples = rows.iter().filter(measured).map(|r| r.samples).max()?;
@@ -37,38 +49,80 @@ fn comparison(record: &StudyRecord, scene: &str) -> Option<String> {
     };
     let (line, point) = (best("line")?, best("point")?);
     let ratio = (point.mse / line.mse).sqrt();
-    let mut text = format!(
-        "On {scene}, {samples} samples of {} ({}) {}",
-        line.estimator,
-        line.sampler,
-        against(ratio, point)
-    );
-    if let Some((time, ratio)) = equal_time(&rows, line, point) {
-        text += &format!("; at equal time ({}) {}", seconds(time), at_time(ratio));
+    Some(Comparison {
+        line,
+        point,
+        ratio,
+        equal_time: equal_time(&rows, line, point),
+    })
+}
+
+impl Comparison<'_> {
+    /// The finding for the scene's own part of the page, with a space behind.
+    pub(super) fn sentence(&self) -> String {
+        let Self {
+            line, point, ratio, ..
+        } = self;
+        let mut text = format!(
+            "With {} samples, {} ({}) leaves {} {} ({})",
+            line.samples,
+            line.estimator,
+            line.sampler,
+            less_or_more(*ratio),
+            point.estimator,
+            point.sampler
+        );
+        if let Some((time, ratio)) = self.equal_time {
+            text += &format!(
+                "; in the same {}, {} it",
+                seconds(time),
+                less_or_more(ratio)
+            );
+        }
+        text + ". "
     }
-    text.push('.');
-    Some(text)
+}
+
+fn less_or_more(ratio: f64) -> String {
+    if ratio >= 1.0 {
+        format!("{} times less error than", short(ratio))
+    } else {
+        format!("{} times the error of", short(ratio.recip()))
+    }
+}
+
+/// All scenes in one sentence.
+fn overall(found: &[Comparison<'_>]) -> Option<String> {
+    let same_samples = span(found.iter().map(|c| c.ratio))?;
+    let scenes = if found.len() == 1 {
+        "the scene".to_owned()
+    } else {
+        format!("{} scenes", found.len())
+    };
+    let mut text = format!(
+        "On {scenes}, the best points leave {same_samples} times the error of the best lines with \
+         as many samples"
+    );
+    if let Some(same_time) = span(found.iter().filter_map(|c| c.equal_time).map(|(_, r)| r)) {
+        text += &format!(", and {same_time} times in as much processor time");
+    }
+    Some(text + ".")
+}
+
+/// `2.1` or `2.1 to 3.7`.
+fn span(values: impl Iterator<Item = f64> + Clone) -> Option<String> {
+    let low = values.clone().reduce(f64::min)?;
+    let high = values.reduce(f64::max)?;
+    let (low, high) = (short(low), short(high));
+    Some(if low == high {
+        low
+    } else {
+        format!("{low} to {high}")
+    })
 }
 
 fn is_kind(estimator: &str, kind: &str) -> bool {
     estimator.starts_with(kind) && !estimator.contains('+')
-}
-
-fn against(ratio: f64, point: &ResultRow) -> String {
-    let other = format!("as many of {} ({})", point.estimator, point.sampler);
-    if ratio >= 1.0 {
-        format!("leave {} times less error than {other}", short(ratio))
-    } else {
-        format!("leave {} times the error of {other}", short(1.0 / ratio))
-    }
-}
-
-fn at_time(ratio: f64) -> String {
-    if ratio >= 1.0 {
-        format!("lines leave {} times less", short(ratio))
-    } else {
-        format!("points leave {} times less", short(1.0 / ratio))
-    }
 }
 
 /// The longest time that both series reach, and the ratio of their errors (points over lines) there.
@@ -283,9 +337,14 @@ mod tests {
         // At 4 s points are at 0.01; lines halfway between 0.01 and 0.001 in logarithms: 0.00316.
         assert_eq!(
             text[0],
-            "On room, 16 samples of line-area (stratified) leave 10 times less error than as many of \
-             point-area (stratified); at equal time (4 s) lines leave 3.16 times less. The standard \
-             deviation falls with the order: lines −1.10 with stratified samples."
+            "On the scene, the best points leave 10 times the error of the best lines with as many \
+             samples, and 3.16 times in as much processor time. The standard deviation falls with \
+             the order: lines −1.10 with stratified samples."
+        );
+        assert_eq!(
+            comparison(&record(), "room").unwrap().sentence(),
+            "With 16 samples, line-area (stratified) leaves 10 times less error than point-area \
+             (stratified); in the same 4 s, 3.16 times less error than it. "
         );
         assert!(
             text[1].starts_with("No estimator shows a bias"),
