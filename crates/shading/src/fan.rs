@@ -93,13 +93,17 @@ impl<const N: usize> Fan<N> {
         self.values[vector][end] / self.radii[end]
     }
 
-    /// `k·ω` at the arc angle `v` from the first end: a sum of two terms that are not negative.
+    /// `k·ω` at the arc angle `v` from the first end: a sum of two terms that are not negative, from
+    /// the middle of the arc and the nearer end, so that no angle near π is met.
     pub(crate) fn cosine_at(&self, ends: [f64; 2], v: f64) -> f64 {
         if self.sine <= 0.0 {
             return ends[0];
         }
-        let (a, b) = ((self.angle - v).max(0.0), v.max(0.0));
-        (a.sin() * ends[0] + b.sin() * ends[1]) / self.sine
+        let half = 0.5 * self.angle;
+        let middle = (ends[0] + ends[1]) * (half.sin() / self.sine);
+        let (near, w) = if v <= half { (ends[0], v) } else { (ends[1], self.angle - v) };
+        let w = w.max(0.0);
+        ((half - w).max(0.0).sin() * near + w.sin() * middle) / half.sin()
     }
 
     /// The derivative of `k·ω` by the arc angle at the first end: `k·t` for the unit tangent t.

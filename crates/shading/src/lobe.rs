@@ -63,8 +63,7 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
 
 /// The integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.
 fn side<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> f64 {
-    let steep = k * slope;
-    let window = 2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt());
+    let window = window(k, slope);
     let rough = k < SMOOTH && k.fract() != 0.0;
     let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
     if rough && horizon - width < 0.6 {
@@ -73,6 +72,12 @@ fn side<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, k: f64
             + near_horizon(fan, start, [split, width], horizon, k, sign);
     }
     panel(fan, start, width.min(window), slope, sign).sum(k)
+}
+
+/// How far from its peak a lobe is above e⁻⁴⁰ of it: a bound, as (ln cos)″ ≤ −1.
+pub(crate) fn window(k: f64, slope: f64) -> f64 {
+    let steep = k * slope;
+    2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt())
 }
 
 fn panel<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, sign: f64) -> Panel {
@@ -210,6 +215,11 @@ fn near_one(axis: DVec3, lost: f64, z: f64) -> f64 {
     } else {
         z.ln()
     }
+}
+
+/// ln |v| for a v of about unit length, to ε of itself.
+pub(crate) fn log_axis_length(v: DVec3) -> f64 {
+    0.5 * excess_over_one(v).ln_1p()
 }
 
 /// |v|² − 1, exactly rounded or nearly.

@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 /// **Formula**: `2 atan2(|det(a, b, c)|, |a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)`, with the
 /// determinant formed from the differences of the vertices, `a·((b − a) × (c − a))`.
 ///
-/// **Error**: below 1e-14 relative, however small or far the triangle, also seen edge-on; where the
-/// shading point is at the distance h of an edge between far ends r, times r/h.
+/// **Error**: below 1e-14 relative, however small or far the triangle, also seen edge-on or near an
+/// edge.
 ///
 /// **Source**: Van Oosterom & Strackee 1983.
 ///
@@ -121,8 +121,27 @@ pub fn sphere_projected(centre: DVec3, radius: f64, n: DVec3) -> f64 {
 /// The signed solid angle: positive where a, b, c turn counter-clockwise about det > 0.
 fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (ra, rb, rc) = (a.length(), b.length(), c.length());
-    let below = ra * rb * rc + a.dot(b) * rc + b.dot(c) * ra + c.dot(a) * rb;
+    let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
+    let below = if ab < -0.9 * ra * rb {
+        obtuse([a, b, c], [ra, rb, rc], ab)
+    } else if bc < -0.9 * rb * rc {
+        obtuse([b, c, a], [rb, rc, ra], bc)
+    } else if ca < -0.9 * rc * ra {
+        obtuse([c, a, b], [rc, ra, rb], ca)
+    } else {
+        ra * rb * rc + ab * rc + bc * ra + ca * rb
+    };
     2.0 * volume(a, b, c).atan2(below)
+}
+
+/// |a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b| where a and b are nearly opposite, that is, near
+/// an edge: |a||b| + a·b = |X|²/(|a||b| − a·b) and b|a| + a|b| = X × (a|b| − b|a|)/(|a||b| − a·b)
+/// with X = a × b, so that nothing cancels.
+fn obtuse([a, b, c]: [DVec3; 3], [ra, rb, rc]: [f64; 3], ab: f64) -> f64 {
+    let x = predicates::cross(a, b);
+    let span = ra * rb - ab;
+    let bisector = x.cross(a * rb - b * ra);
+    (x.length_squared() * rc + predicates::dot(c, bisector)) / span
 }
 
 /// det(a, b, c), accurate relative to itself.

@@ -1,7 +1,7 @@
 //! Reference vectors: reading a folder of them, evaluating, and comparing with bounds.
 
 use linelit_geometry::DVec3;
-use linelit_shading::{cylinder, phong, point_line, polygon, ribbon, solid_angle};
+use linelit_shading::{cylinder, phong, phong_polygon, point_line, polygon, ribbon, solid_angle};
 use linelit_testkit::real::Real;
 use linelit_testkit::vectors::{Case, Vectors};
 use std::collections::BTreeMap;
@@ -159,14 +159,31 @@ fn polygons(report: &mut Report, file: &str, case: &Case) {
     // where the light is seen edge-on.
     let scale = omega * edge_on(&vertices);
     report.add(file, "E", case, case.error("E", got, scale), POLYGON);
+    let (r, k) = (vec3(case, "r"), case.number("exponent"));
+    let got = phong_polygon::irradiance(&vertices, n, r, k);
+    let want = case.precise("P").to_f64();
+    let error = if want > 1e-280 {
+        case.error("P", got, phong_polygon::condition(&vertices, n, r, k))
+    } else if got < 1e-270 {
+        0.0
+    } else {
+        f64::INFINITY
+    };
+    report.add(file, "P", case, error, PHONG);
 }
 
-/// Largest distance over the height above the polygon's plane.
+/// How far edge-on the polygon is seen: the distance of its nearest vertex over the height of the
+/// shading point above its plane; 1 where the foot of the height is inside.
 fn edge_on(vertices: &[DVec3]) -> f64 {
     let (u, v) = (vertices[1] - vertices[0], vertices[2] - vertices[0]);
     let normal = u.cross(v).normalize_or_zero();
-    let height = normal.dot(vertices[0]).abs();
-    vertices.iter().map(|p| p.length()).fold(0.0, f64::max) / height
+    let height = normal.dot(vertices[0]);
+    let inside = (0..vertices.len()).all(|i| {
+        let (a, b) = (vertices[i], vertices[(i + 1) % vertices.len()]);
+        normal.dot(a.cross(b)) > 0.0
+    });
+    let nearest = vertices.iter().map(|p| p.length()).fold(f64::INFINITY, f64::min);
+    if inside { 1.0 } else { (nearest / height.abs()).max(1.0) }
 }
 
 fn linear(report: &mut Report, file: &str, case: &Case) {

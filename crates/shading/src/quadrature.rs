@@ -1,0 +1,147 @@
+//! Any reflection along a line: adaptive Gauss–Legendre quadrature with an error estimate, for what
+//! has no closed form.
+
+use crate::fan::Fan;
+use linelit_geometry::DVec3;
+
+/// A vector-valued integral, one component for each colour channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The integral.
+    pub value: DVec3,
+    /// An estimate of the largest absolute error of a component, usually far too large.
+    pub error: f64,
+    /// How often the integrand was evaluated.
+    pub evaluations: u32,
+}
+
+/// Ten nodes and weights on [−1, 1], the positive half.
+const HALF_RULE: [(f64, f64); 5] = [
+    (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
+    (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
+    (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
+    (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
+    (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
+];
+
+/// Intervals waiting to be halved; also the greatest depth.
+const STACK: usize = 48;
+
+/// ∫ f over [a, b]: halves an interval until ten nodes on it and ten on each half agree.
+///
+/// **Error**: `tolerance` relative to the largest component of the integral of |f|, for integrands
+/// that the rule resolves somewhere (a peak that no node sees stays unseen); at most `budget`
+/// evaluations, after which the estimate is returned as it is, with its error.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_shading::quadrature::adaptive;
+/// let e = adaptive(|x| DVec3::splat(x.abs().sqrt()), -1.0, 1.0, 1e-10, 100_000);
+/// assert!((e.value.x - 4.0 / 3.0).abs() < 1e-9);
+/// ```
+#[must_use]
+pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget: u32) -> Estimate {
+    let rule = |lo: f64, hi: f64| {
+        let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
+        let mut sum = DVec3::ZERO;
+        for (x, w) in HALF_RULE {
+            sum += (f(middle - half * x) + f(middle + half * x)) * w;
+        }
+        sum * half
+    };
+    let mut stack = [(a, b, DVec3::ZERO); STACK];
+    let mut waiting = 1;
+    stack[0].2 = rule(a, b);
+    let mut estimate = Estimate { evaluations: 10, ..Estimate::default() };
+    let mut size = stack[0].2.abs().max_element();
+    while waiting > 0 {
+        waiting -= 1;
+        let (lo, hi, whole) = stack[waiting];
+        let middle = 0.5 * (lo + hi);
+        let (left, right) = (rule(lo, middle), rule(middle, hi));
+        estimate.evaluations += 20;
+        let both = left + right;
+        size = size.max(estimate.value.abs().max_element() + both.abs().max_element());
+        let difference = (both - whole).abs().max_element();
+        // An interval may err in proportion to the square root of its length: errors of different
+        // intervals seldom add up.
+        let share = ((hi - lo) / (b - a)).abs().sqrt();
+        let done = difference <= tolerance * size * share
+            || waiting + 2 > STACK
+            || estimate.evaluations >= budget;
+        if done {
+            estimate.value += both;
+            estimate.error += difference;
+        } else {
+            stack[waiting] = (middle, hi, right);
+            stack[waiting + 1] = (lo, middle, left);
+            waiting += 2;
+        }
+    }
+    estimate
+}
+
+/// Which line of light is integrated over; see [`cylinder`](crate::cylinder) for the three.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// A ribbon, without its emitter's height: 1/length².
+    Ribbon,
+    /// A thin cylinder: 1/length.
+    Cylinder,
+    /// A line of isotropic points: 1/length.
+    PointLine,
+}
+
+/// `∫ f(ω) max(0, n·p)/|p|^q dt` along a segment (q = 4 for a ribbon; times 2h for a cylinder; q = 3
+/// for a line of points): the light that any reflection function f(ω) (1/sr, by channel, for unit
+/// directions ω towards the light) makes of it.
+///
+/// **Method**: [`adaptive`] over the angle along the line, in which f alone decides how smooth the
+/// integrand is. **Error**: see there.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_shading::{quadrature, ribbon};
+/// let (p0, p1, n) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0), DVec3::Z);
+/// let one = |_| DVec3::ONE;
+/// let e = quadrature::line(p0, p1, n, quadrature::Model::Ribbon, one, 1e-12, 1000);
+/// assert!((e.value.x / ribbon::irradiance(p0, p1, n) - 1.0).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn line(
+    p0: DVec3,
+    p1: DVec3,
+    n: DVec3,
+    model: Model,
+    f: impl Fn(DVec3) -> DVec3,
+    tolerance: f64,
+    budget: u32,
+) -> Estimate {
+    let Some(fan) = Fan::new(p0, p1, &[n]) else {
+        return Estimate::default();
+    };
+    let cosines = [fan.cosine(0, 0), fan.cosine(0, 1)];
+    let closeness = [1.0 / fan.radii[0], 1.0 / fan.radii[1]];
+    let start = fan.ends[0] / fan.radii[0];
+    if fan.sine <= 0.0 {
+        let inverse = if model == Model::Ribbon { closeness[0] } else { 1.0 };
+        let factor = if model == Model::Cylinder { 0.0 } else { fan.reach() * cosines[0] * inverse };
+        return Estimate { value: f(start) * factor, error: 0.0, evaluations: 1 };
+    }
+    let tangent = fan.normal.cross(start);
+    let (factor, units) = match model {
+        Model::Ribbon => (fan.reach() / fan.sine, 2),
+        Model::Cylinder => (2.0, 1),
+        Model::PointLine => (fan.reach() / fan.sine, 1),
+    };
+    let along = |v: f64| {
+        let (s, c) = v.sin_cos();
+        let emitted = if model == Model::PointLine { 1.0 } else { fan.cosine_at(closeness, v) };
+        f(start * c + tangent * s) * (fan.cosine_at(cosines, v) * emitted)
+    };
+    let mut estimate = adaptive(along, 0.0, fan.angle, tolerance, budget);
+    let factor = factor * fan.unit.powi(units);
+    estimate.value *= factor;
+    estimate.error *= factor;
+    estimate
+}
