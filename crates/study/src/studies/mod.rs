@@ -150,7 +150,7 @@ fn default_study() -> StudySpec {
             SamplerKind::Stratified,
             SamplerKind::Sobol,
         ],
-        samples: vec![1, 4, 16, 64, 256],
+        samples: vec![1, 4, 16, 64],
         trials: 8,
         pixels: Pixels::Grid(Resolution {
             width: 32,
