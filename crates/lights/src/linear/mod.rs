@@ -152,10 +152,21 @@ impl LinearSampler {
     pub fn sample(&self, xi: f64) -> LinearSample {
         match &self.kind {
             Kind::Area => self.at_place(xi),
-            Kind::SolidAngle => self.at_arc(&self.view.sample_solid_angle(xi)),
-            Kind::Warped(w) => self.at_arc(&self.view.sample_solid_angle(w.sample(xi))),
+            Kind::SolidAngle => {
+                let pdf = Pdf::new(1.0 / self.view.solid_angle());
+                self.at_arc(&self.view.sample_solid_angle(xi), pdf)
+            }
+            Kind::Warped(w) => {
+                let warped = w.sample(xi);
+                let pdf = Pdf::new(w.pdf(warped) / self.view.solid_angle());
+                self.at_arc(&self.view.sample_solid_angle(warped), pdf)
+            }
             Kind::Bisection(integral) => self.at_place(integral.sample(xi)),
-            Kind::Projected(p) => self.at_arc(&p.sample(&self.view, xi)),
+            Kind::Projected(p) => {
+                let (arc, cosine) = p.sample_with_cosine(&self.view, xi);
+                let pdf = cosine / p.projected_solid_angle(&self.view);
+                self.at_arc(&arc, Pdf::new(pdf))
+            }
         }
     }
 
@@ -216,12 +227,12 @@ impl LinearSampler {
         }
     }
 
-    fn at_arc(&self, arc: &ArcPoint<f64>) -> LinearSample {
+    fn at_arc(&self, arc: &ArcPoint<f64>, pdf: Pdf<ThinSolidAngle>) -> LinearSample {
         LinearSample {
             t: self.view.whole_fraction(arc.lambda),
             offset: DVec3::from(arc.point),
             direction: DVec3::from(arc.direction),
-            pdf: self.pdf_at(arc.lambda),
+            pdf,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Projected solid angle of a line: Peters 2021, algorithms 1 and 2, without cancellation.
 
-use super::real::Real;
+use super::real::{Real, rotate, small_sin_cos};
 use super::view::{ArcPoint, LineView};
 
 /// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
@@ -27,6 +27,29 @@ use super::view::{ArcPoint, LineView};
 pub struct ProjectedLine<T> {
     view: LineView<T>,
     arc: Inversion<T>,
+}
+
+/// An angle v on the arc with its sine and cosine, and those of the angle that is left, δ − v. Steps turn them along; the
+/// library's trigonometry is called once, for v.
+#[derive(Clone, Copy)]
+struct Place<T> {
+    v: T,
+    start: (T, T),
+    end: (T, T),
+}
+
+impl<T: Real> Place<T> {
+    /// The solid-angle sample.
+    #[inline]
+    fn start(view: &LineView<T>, xi: T) -> Self {
+        let [(t, start), (_, end)] = view.start_angles(xi);
+        let half = t.atan();
+        Self {
+            v: half + half,
+            start,
+            end,
+        }
+    }
 }
 
 /// H and its inversion on the arc of a line.
@@ -80,12 +103,11 @@ impl<T: Real> ProjectedLine<T> {
     /// The angle v from the first end of the sample after a number of steps; 2 is the paper's.
     #[must_use]
     pub fn angle_steps(&self, xi: T, steps: u32) -> T {
-        let target = xi * self.arc.total;
-        let mut v = self.view.start_angle(xi);
+        let mut at = Place::start(&self.view, xi);
         for _ in 0..steps {
-            v = self.arc.clamped(v + self.arc.step(v, target));
+            self.arc.advance(&mut at, xi * self.arc.total);
         }
-        v
+        at.v
     }
 
     /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring backward errors.
@@ -145,27 +167,49 @@ impl<T: Real> Inversion<T> {
     }
 
     pub(crate) fn sample(&self, view: &LineView<T>, xi: T) -> ArcPoint<T> {
+        let place = self.find(view, xi);
+        view.arc_point(place.start, place.end)
+    }
+
+    /// The sample and its cosine n·ω.
+    pub(crate) fn sample_with_cosine(&self, view: &LineView<T>, xi: T) -> (ArcPoint<T>, T) {
+        let place = self.find(view, xi);
+        // N(v) from both ends, all terms positive.
+        let [n0, n1] = view.end_cosines();
+        let cosine = (n0 * place.end.0 + n1 * place.start.0) / view.angle_sin_cos().0;
+        (view.arc_point(place.start, place.end), cosine)
+    }
+
+    fn find(&self, view: &LineView<T>, xi: T) -> Place<T> {
         let target = xi * self.total;
-        let mut v = view.start_angle(xi);
+        let mut at = Place::start(view, xi);
         for _ in 0..T::STEPS {
-            let step = self.step(v, target);
-            v = self.clamped(v + step);
-            let room = v.at_most(self.delta - v);
+            let step = self.advance(&mut at, target);
+            let room = at.v.at_most(self.delta - at.v);
             if step.abs() <= T::CLOSE * room {
                 break;
             }
         }
-        view.at_angle(v, self.delta)
+        at
     }
 
-    fn clamped(&self, v: T) -> T {
-        v.at_least(T::ZERO).at_most(self.delta)
+    /// One step; how far it went.
+    #[inline]
+    fn advance(&self, at: &mut Place<T>, target: T) -> T {
+        let step = self.step(at.v, at.start, target);
+        let step = step.at_least(-at.v).at_most(self.delta - at.v);
+        let (s, c) = small_sin_cos(step);
+        at.v = at.v + step;
+        at.start = rotate(at.start, (s, c));
+        at.end = rotate(at.end, (-s, c));
+        at.end.0 = at.end.0.at_least(T::ZERO);
+        at.start.0 = at.start.0.at_least(T::ZERO);
+        step
     }
 
     /// The root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if none.
     #[inline]
-    fn step(&self, v: T, target: T) -> T {
-        let (s, c) = v.sin_cos();
+    fn step(&self, v: T, (s, c): (T, T), target: T) -> T {
         let excess = self.mass(v, s, c) - target;
         let cos = self.cos0 * c - self.sin0 * s;
         let sin = self.sin0 * c + self.cos0 * s;

@@ -37,6 +37,8 @@ pub trait Real:
     const CLOSE: Self;
     /// Terms of the series of v − sin v cos v for v < 1.
     const TERMS: u32;
+    /// Terms of the Taylor sums of sine and cosine below ½.
+    const STEP_TERMS: u32;
 
     /// The nearest number.
     fn from_f64(x: f64) -> Self;
@@ -87,6 +89,7 @@ impl Real for f64 {
     const STEPS: u32 = 6;
     const CLOSE: Self = 3.8e-6;
     const TERMS: u32 = 10;
+    const STEP_TERMS: u32 = 7;
 
     #[inline]
     fn from_f64(x: f64) -> Self {
@@ -137,6 +140,7 @@ impl Real for f32 {
     const STEPS: u32 = 4;
     const CLOSE: Self = 3.1e-3;
     const TERMS: u32 = 6;
+    const STEP_TERMS: u32 = 4;
 
     #[inline]
     #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
@@ -219,4 +223,36 @@ pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
         d(a[2], b[0], a[0], b[2]),
         d(a[0], b[1], a[1], b[0]),
     ]
+}
+
+/// The cross product for vectors that are far from parallel.
+#[inline]
+pub(crate) fn plain_cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// (sin, cos) of a small step: Taylor sums for |x| < ½, where they are shorter than the library's reduction and table.
+#[inline]
+pub(crate) fn small_sin_cos<T: Real>(x: T) -> (T, T) {
+    if x.abs() > T::from_f64(0.5) {
+        return x.sin_cos();
+    }
+    let y = x * x;
+    let (mut s, mut c) = (T::ONE, T::ONE);
+    for k in (1..=T::STEP_TERMS).rev() {
+        let k = f64::from(2 * k);
+        s = T::ONE - y * T::from_f64(1.0 / (k * (k + 1.0))) * s;
+        c = T::ONE - y * T::from_f64(1.0 / (k * (k - 1.0))) * c;
+    }
+    (x * s, c)
+}
+
+/// (sin, cos) of a sum of angles.
+#[inline]
+pub(crate) fn rotate<T: Real>(a: (T, T), b: (T, T)) -> (T, T) {
+    (a.0 * b.1 + a.1 * b.0, a.1 * b.1 - a.0 * b.0)
 }

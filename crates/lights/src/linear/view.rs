@@ -1,6 +1,6 @@
 //! A line as the shading point sees it: clipping, solid angle, and the map between angles and places.
 
-use super::real::{Real, V3, add, cross, dot, length, scale, sub};
+use super::real::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
 
 /// A straight line seen from the origin, clipped or not, with the few numbers that every technique starts from.
 ///
@@ -30,8 +30,12 @@ pub struct LineView<T> {
     h: T,
     /// Cosines n·p of the clipped ends (0 where clipped); zero without a normal.
     height: [T; 2],
-    /// sin φ at both ends.
+    /// sin φ at both ends, 1 − sin φ and 1 + sin φ from their small sides.
     sine: [T; 2],
+    minus: [T; 2],
+    plus: [T; 2],
+    /// Unit tangent t of the fan at the first end.
+    tangent: V3<T>,
     /// sin φ₁ − sin φ₀.
     sine_range: T,
 }
@@ -90,7 +94,7 @@ impl<T: Real> LineView<T> {
     }
 
     fn clip(&mut self, n: V3<T>, x: V3<T>) -> Option<()> {
-        let (c0, c1) = (T::accurate_dot(n, self.p0), T::accurate_dot(n, self.p1));
+        let (c0, c1) = (height(n, self.p0), height(n, self.p1));
         self.height = [c0.at_least(T::ZERO), c1.at_least(T::ZERO)];
         if c0 <= T::ZERO && c1 <= T::ZERO {
             return None;
@@ -127,6 +131,16 @@ impl<T: Real> LineView<T> {
         self.dot = dot(self.p0, self.p1);
         let unit = scale(self.edge, T::ONE / self.whole);
         self.sine = [dot(self.p0, unit) / r0, dot(self.p1, unit) / r1];
+        for i in 0..2 {
+            let (s, c) = (self.sine[i], self.h / self.r[i]);
+            let (small, large) = (c * c / (T::ONE + s.abs()), T::ONE + s.abs());
+            (self.minus[i], self.plus[i]) = if s > T::ZERO {
+                (small, large)
+            } else {
+                (large, small)
+            };
+        }
+        self.tangent = scale(plain_cross(self.axis, self.p0), T::ONE / r0);
         let product = r0 * r1;
         self.sine_range = if self.dot > T::ZERO {
             // h² l (r0 + r1)/(r0 r1 (r0 r1 + p0·p1)): nothing cancels.
@@ -183,11 +197,6 @@ impl<T: Real> LineView<T> {
         [self.height[0] / self.r[0], self.height[1] / self.r[1]]
     }
 
-    /// Unit tangent t at the first end's direction towards the second.
-    pub(crate) fn tangent(&self) -> V3<T> {
-        scale(cross(self.axis, self.p0), T::ONE / self.r[0])
-    }
-
     /// Solid angle per radius in sr/m: `dΩ/dR = (2/h)(sin φ₁ − sin φ₀)` (Peters 2021, eq. 1 and its limit).
     #[must_use]
     pub fn solid_angle(&self) -> T {
@@ -227,34 +236,29 @@ impl<T: Real> LineView<T> {
     /// The sample that is uniform in solid angle (Peters 2021, §3.1): sin φ runs linearly in ξ. No trigonometry.
     #[must_use]
     pub fn sample_solid_angle(&self, xi: T) -> ArcPoint<T> {
-        let cos_phi = self.cos_phi(xi);
-        // tan(v/2) = (sin φ − sin φ₀)/(cos φ + cos φ₀), and the same from the other end.
-        let from = |fraction: T, c: T| {
-            let t = fraction * self.sine_range / (c + cos_phi);
-            let q = T::ONE / (T::ONE + t * t);
-            ((t + t) * q, (T::ONE - t * t) * q)
-        };
-        let (c0, c1) = (self.h / self.r[0], self.h / self.r[1]);
-        self.arc_point(from(xi, c0), from(T::ONE - xi, c1))
+        let [start, end] = self.start_angles(xi);
+        self.arc_point(start.1, end.1)
     }
 
-    /// cos φ of the solid-angle sample: √((1 − sin φ)(1 + sin φ)) with both factors linear in ξ, and at the ends each
-    /// from its small side.
+    /// tan(v/2) of the solid-angle sample, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)`, with (sin v, cos v); and the same from
+    /// the other end.
+    #[inline]
+    pub(crate) fn start_angles(&self, xi: T) -> [(T, (T, T)); 2] {
+        let cos_phi = self.cos_phi(xi);
+        let from = |fraction: T, r: T| {
+            let t = fraction * self.sine_range / (self.h / r + cos_phi);
+            let q = T::ONE / (T::ONE + t * t);
+            (t, ((t + t) * q, (T::ONE - t * t) * q))
+        };
+        [from(xi, self.r[0]), from(T::ONE - xi, self.r[1])]
+    }
+
+    /// cos φ of the solid-angle sample: √((1 − sin φ)(1 + sin φ)) with both factors linear in ξ.
     #[inline]
     fn cos_phi(&self, xi: T) -> T {
-        let both = |i: usize| {
-            let (s, c) = (self.sine[i], self.h / self.r[i]);
-            if s > T::ZERO {
-                let plus = T::ONE + s;
-                (c * c / plus, plus)
-            } else {
-                let minus = T::ONE - s;
-                (minus, c * c / minus)
-            }
-        };
-        let ((m0, p0), (m1, p1)) = (both(0), both(1));
         let eta = T::ONE - xi;
-        ((m0 * eta + m1 * xi) * (p0 * eta + p1 * xi)).sqrt()
+        let lerp = |a: [T; 2]| a[0] * eta + a[1] * xi;
+        (lerp(self.minus) * lerp(self.plus)).sqrt()
     }
 
     /// The fraction of the solid angle below the place `lambda`: the inverse of [`LineView::sample_solid_angle`].
@@ -282,14 +286,6 @@ impl<T: Real> LineView<T> {
         }
     }
 
-    /// tan(v/2) of the solid-angle sample, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)`, as an angle: where the inversion of
-    /// the projected solid angle starts.
-    pub(crate) fn start_angle(&self, xi: T) -> T {
-        let t = xi * self.sine_range / (self.h / self.r[0] + self.cos_phi(xi));
-        let half = t.atan();
-        half + half
-    }
-
     /// The angle v of the place `lambda`.
     pub(crate) fn angle_of(&self, lambda: T) -> T {
         let p = self.at(lambda);
@@ -307,11 +303,6 @@ impl<T: Real> LineView<T> {
         self.height(lambda) / self.distance(lambda)
     }
 
-    /// The sample at the angle v from the first end.
-    pub(crate) fn at_angle(&self, v: T, delta: T) -> ArcPoint<T> {
-        self.arc_point(v.sin_cos(), (delta - v).sin_cos())
-    }
-
     /// Whether a place on the line is better resolved by its fraction λ than by its direction: an error ε in λ turns the
     /// direction by at most ε l h/r², r being the smallest distance on the line.
     #[must_use]
@@ -325,34 +316,47 @@ impl<T: Real> LineView<T> {
         self.cross < r * r
     }
 
-    /// The place and direction from sine and cosine of the angles to both ends.
-    fn arc_point(&self, from_start: (T, T), from_end: (T, T)) -> ArcPoint<T> {
-        // The direction is p0/r0 sin(δ−v)/sin δ + p1/r1 sin v/sin δ: all weights positive.
+    /// The place and direction from (sin, cos) of the angles to both ends.
+    ///
+    /// 1/r interpolates like a direction, `1/r = (sin(δ−v)/r₀ + sin v/r₁)/sin δ`: all terms are positive.
+    #[inline]
+    pub(crate) fn arc_point(&self, from_start: (T, T), from_end: (T, T)) -> ArcPoint<T> {
         let (w0, w1) = (from_end.0 / self.r[0], from_start.0 / self.r[1]);
         let sum = w0 + w1;
-        let lambda = if sum > T::ZERO { w1 / sum } else { T::ZERO };
+        if !sum.is_usable() {
+            return ArcPoint::default();
+        }
+        let inverse = T::ONE / sum;
+        let lambda = w1 * inverse;
+        let distance = self.cross / (self.r[0] * self.r[1]) * inverse;
         if self.is_short() {
             let point = self.at(lambda);
-            let direction = scale(point, T::ONE / length(point));
+            let direction = scale(point, T::ONE / distance);
             return ArcPoint {
                 lambda,
                 direction,
                 point,
             };
         }
-        let along = scale(self.tangent(), from_start.0);
+        let along = scale(self.tangent, from_start.0);
         let direction = add(scale(self.p0, from_start.1 / self.r[0]), along);
-        let point = scale(direction, self.distance_in(direction));
+        let point = scale(direction, distance);
         ArcPoint {
             lambda,
             direction,
             point,
         }
     }
+}
 
-    /// Distance of the point in the unit direction `w` of the line's fan: h/cos φ, with cos φ = |edge × w|/|edge|.
-    fn distance_in(&self, w: V3<T>) -> T {
-        self.h * self.whole / length(cross(self.edge, w))
+/// n·p, in twice the precision where the plain sum has lost more than a few digits.
+fn height<T: Real>(n: V3<T>, p: V3<T>) -> T {
+    let plain = dot(n, p);
+    let magnitude = dot(n.map(T::abs), p.map(T::abs));
+    if plain.abs() > T::from_f64(1.0 / 64.0) * magnitude {
+        plain
+    } else {
+        T::accurate_dot(n, p)
     }
 }
 
