@@ -180,7 +180,11 @@ impl ConvergencePlot {
     }
 
     fn axes(&self) -> (LogAxis, LogAxis) {
-        let x = LogAxis::spanning(self.points().map(|p| p.x), 1.35);
+        let mut x = LogAxis::spanning(self.points().map(|p| p.x), 1.35);
+        if !self.guides.is_empty() {
+            // Room beyond the last point, where the guides' orders stand.
+            x.high *= (x.high / x.low).powf(0.1).max(1.2);
+        }
         let y = LogAxis::spanning(self.points().map(|p| p.y), 1.6);
         (x, y)
     }
