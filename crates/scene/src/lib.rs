@@ -32,6 +32,7 @@ mod assembly;
 mod camera;
 mod color;
 mod error;
+mod export;
 mod film;
 mod gltf;
 mod image;

@@ -185,7 +185,10 @@ fn films_and_filters() {
     assert_eq!(scene.film.crop, [100, 200, 0, 300]);
     assert_eq!(scene.film.filename.as_deref(), Some("a.exr"));
     assert_eq!(scene.film.filter.kind, FilterKind::Gaussian);
-    assert_eq!(scene.film.filter.radius, [2.0, 3.0]);
+    assert_eq!(
+        scene.film.filter.radius.map(f64::to_bits),
+        [2.0_f64, 3.0].map(f64::to_bits)
+    );
     assert_eq!(
         scene.camera.projection,
         Projection::Perspective { fov_degrees: 90.0 }

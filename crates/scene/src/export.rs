@@ -1,0 +1,427 @@
+//! Writing pbrt-v4 text, so that other renderers can check ours.
+
+use crate::camera::Projection;
+use crate::film::FilterKind;
+use crate::material::{Material, MaterialKind, Remap, Roughness};
+use crate::scene::{Mesh, Scene};
+use crate::texture::{Texture, Wrap};
+use linelit_geometry::DVec3;
+use linelit_lights::{Emission, Light};
+use std::fmt::{self, Write as _};
+use std::io;
+
+impl Scene {
+    /// Writes the scene as pbrt text that pbrt-v4 reads.
+    ///
+    /// Geometry is written exactly (the shortest decimal form of each `f32`); cameras, films,
+    /// materials, textures and area lights as far as pbrt-v4 has them. What it does not have is
+    /// written as the nearest thing, with a comment: `phong` as `coateddiffuse`, `substrate` and
+    /// `plastic` likewise, linear lights as our `Shape "line"`, which pbrt-v4 refuses (it is
+    /// written as a comment unless `extensions`). Image textures are named by the file names they
+    /// were read from.
+    ///
+    /// # Errors
+    /// When writing fails.
+    pub fn write_pbrt(&self, out: &mut impl io::Write, extensions: bool) -> io::Result<()> {
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = self.header(&mut text);
+        out.write_all(text.as_bytes())?;
+        let mut writer = Writer {
+            scene: self,
+            text: String::new(),
+            textures: 0,
+        };
+        for (k, material) in self.materials.iter().enumerate() {
+            let _ = writer.material(k, material);
+            writer.flush(out)?;
+        }
+        for mesh in &self.meshes {
+            let _ = writer.mesh(mesh);
+            writer.flush(out)?;
+        }
+        for light in &self.lights {
+            if let Light::Linear(line) = &light.light {
+                let prefix = if extensions { "" } else { "# " };
+                let (p0, p1) = (line.segment.p0, line.segment.p1);
+                let _ = writeln!(
+                    writer.text,
+                    "{prefix}AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ {} ] Shape \"line\" \
+                     \"point3 p0\" [ {} ] \"point3 p1\" [ {} ] AttributeEnd",
+                    Triple(line.radiance_radius),
+                    Triple(p0),
+                    Triple(p1)
+                );
+            }
+        }
+        writer.flush(out)
+    }
+
+    fn header(&self, text: &mut String) -> fmt::Result {
+        let camera = &self.camera;
+        let m = camera.camera_to_world.inverse();
+        let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
+        writeln!(text, "# written by linelit; pbrt-v4")?;
+        write!(text, "Transform [")?;
+        for column in columns {
+            write!(text, " {} 0", Triple(column))?;
+        }
+        writeln!(text, " {} 1 ]", Triple(m.translation))?;
+        match camera.projection {
+            Projection::Perspective { fov_degrees } => {
+                write!(
+                    text,
+                    "Camera \"perspective\" \"float fov\" [ {fov_degrees} ]"
+                )?;
+            }
+            Projection::Orthographic => write!(text, "Camera \"orthographic\"")?,
+            Projection::Spherical { z_up: true } => {
+                write!(
+                    text,
+                    "Camera \"spherical\" \"string mapping\" \"equirectangular\""
+                )?;
+            }
+            Projection::Spherical { z_up: false } => write!(text, "Camera \"environment\"")?,
+        }
+        if let Some([x0, x1, y0, y1]) = camera.screen_window {
+            write!(text, " \"float screenwindow\" [ {x0} {x1} {y0} {y1} ]")?;
+        }
+        if let Some(aspect) = camera.frame_aspect_ratio {
+            write!(text, " \"float frameaspectratio\" [ {aspect} ]")?;
+        }
+        let film = &self.film;
+        let [x0, x1, y0, y1] = film.crop;
+        writeln!(text)?;
+        write!(
+            text,
+            "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ]",
+            film.width, film.height
+        )?;
+        if film.crop != [0, film.width, 0, film.height] {
+            write!(text, " \"integer pixelbounds\" [ {x0} {x1} {y0} {y1} ]")?;
+        }
+        if let Some(name) = &film.filename {
+            write!(text, " \"string filename\" {}", Quoted(name))?;
+        }
+        let kind = match film.filter.kind {
+            FilterKind::Box => "box",
+            FilterKind::Triangle => "triangle",
+            FilterKind::Gaussian => "gaussian",
+            FilterKind::Mitchell => "mitchell",
+            FilterKind::Sinc => "sinc",
+        };
+        let [rx, ry] = film.filter.radius;
+        writeln!(text)?;
+        writeln!(
+            text,
+            "PixelFilter \"{kind}\" \"float xradius\" [ {rx} ] \"float yradius\" [ {ry} ]"
+        )?;
+        writeln!(
+            text,
+            "Sampler \"stratified\"\nIntegrator \"path\" \"integer maxdepth\" [ 1 ]\nWorldBegin"
+        )
+    }
+}
+
+/// Three numbers.
+struct Triple(DVec3);
+
+impl fmt::Display for Triple {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} {}", self.0.x, self.0.y, self.0.z)
+    }
+}
+
+/// A string in quotes.
+struct Quoted<'a>(&'a str);
+
+impl fmt::Display for Quoted<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_char('"')?;
+        for c in self.0.chars() {
+            match c {
+                '"' | '\\' => write!(f, "\\{c}")?,
+                '\n' => f.write_str("\\n")?,
+                '\r' => f.write_str("\\r")?,
+                _ => f.write_char(c)?,
+            }
+        }
+        f.write_char('"')
+    }
+}
+
+struct Writer<'a> {
+    scene: &'a Scene,
+    text: String,
+    /// Textures written so far; their number is their name.
+    textures: usize,
+}
+
+impl Writer<'_> {
+    fn flush(&mut self, out: &mut impl io::Write) -> io::Result<()> {
+        out.write_all(self.text.as_bytes())?;
+        self.text.clear();
+        Ok(())
+    }
+
+    /// Writes the textures that a parameter needs and gives the parameter.
+    fn parameter(
+        &mut self,
+        name: &str,
+        texture: &Texture,
+        is_number: bool,
+    ) -> Result<String, fmt::Error> {
+        if let Texture::Constant(value) = texture {
+            return Ok(if is_number {
+                format!(" \"float {name}\" [ {} ]", value.x)
+            } else {
+                format!(" \"rgb {name}\" [ {} ]", Triple(*value))
+            });
+        }
+        let ty = if is_number { "float" } else { "spectrum" };
+        let body = match texture {
+            Texture::Constant(_) => String::new(),
+            Texture::Image(image) => {
+                let wrap = match image.wrap {
+                    Wrap::Repeat => "repeat",
+                    Wrap::Black => "black",
+                    Wrap::Clamp => "clamp",
+                };
+                let (s, o) = (image.mapping.scale, image.mapping.offset);
+                let encoding = if image.data.is_srgb() {
+                    "sRGB"
+                } else {
+                    "linear"
+                };
+                format!(
+                    "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string encoding\" \"{encoding}\" \
+                     \"float scale\" [ {} ] \"bool invert\" {} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
+                     \"float udelta\" [ {} ] \"float vdelta\" [ {} ]",
+                    Quoted(&image.filename),
+                    image.scale,
+                    image.invert,
+                    s.x,
+                    s.y,
+                    o.x,
+                    o.y
+                )
+            }
+            Texture::Product(a, b) => {
+                let a = self.parameter("tex", a, is_number)?;
+                // pbrt-v4 scales by a float; a colour goes through a mixture with black.
+                match b.as_constant() {
+                    Some(v) if v.x.to_bits() == v.y.to_bits() && v.x.to_bits() == v.z.to_bits() => {
+                        format!("\"scale\"{a} \"float scale\" [ {} ]", v.x)
+                    }
+                    _ => {
+                        let b = self.parameter("scale", b, is_number)?;
+                        format!("\"scale\"{a}{b}")
+                    }
+                }
+            }
+            Texture::Mix { a, b, amount } => {
+                let a = self.parameter("tex1", a, is_number)?;
+                let b = self.parameter("tex2", b, is_number)?;
+                let amount = self.parameter("amount", amount, true)?;
+                format!("\"mix\"{a}{b}{amount}")
+            }
+            Texture::Checkerboard { mapping, even, odd } => {
+                let even = self.parameter("tex1", even, is_number)?;
+                let odd = self.parameter("tex2", odd, is_number)?;
+                let (s, o) = (mapping.scale, mapping.offset);
+                format!(
+                    "\"checkerboard\"{even}{odd} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
+                     \"float udelta\" [ {} ] \"float vdelta\" [ {} ]",
+                    s.x, s.y, o.x, o.y
+                )
+            }
+        };
+        self.textures += 1;
+        let label = format!("t{}", self.textures);
+        writeln!(self.text, "Texture \"{label}\" \"{ty}\" {body}")?;
+        Ok(format!(" \"texture {name}\" \"{label}\""))
+    }
+
+    /// Roughness as α, which pbrt-v4 takes without remapping.
+    fn roughness(&mut self, roughness: &Roughness) -> Result<String, fmt::Error> {
+        let mut out = String::new();
+        for (name, texture) in [("uroughness", &roughness.u), ("vroughness", &roughness.v)] {
+            let texture = match texture.as_constant() {
+                Some(value) => Texture::number(roughness.remap.alpha(value.x)),
+                None => texture.clone(),
+            };
+            out += &self.parameter(name, &texture, true)?;
+        }
+        let textured = roughness.u.as_constant().is_none() || roughness.v.as_constant().is_none();
+        let remap = textured && roughness.remap != Remap::None;
+        Ok(out + &format!(" \"bool remaproughness\" {remap}"))
+    }
+
+    fn material(&mut self, index: usize, material: &Material) -> fmt::Result {
+        let mut comment = "";
+        let body = match &material.kind {
+            MaterialKind::Matte { kd, .. } => {
+                format!("\"diffuse\"{}", self.parameter("reflectance", kd, false)?)
+            }
+            MaterialKind::Plastic { kd, roughness, .. }
+            | MaterialKind::Substrate { kd, roughness, .. }
+            | MaterialKind::Uber { kd, roughness, .. } => {
+                comment = "the nearest that pbrt-v4 has";
+                let kd = self.parameter("reflectance", kd, false)?;
+                format!("\"coateddiffuse\"{kd}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::CoatedDiffuse {
+                reflectance,
+                roughness,
+                eta,
+                thickness,
+            } => {
+                let r = self.parameter("reflectance", reflectance, false)?;
+                let eta = self.parameter("eta", eta, true)?;
+                let roughness = self.roughness(roughness)?;
+                format!("\"coateddiffuse\"{r}{roughness}{eta} \"float thickness\" [ {thickness} ]")
+            }
+            MaterialKind::Phong { kd, .. } => {
+                comment = "the diffuse part of `phong`";
+                format!("\"diffuse\"{}", self.parameter("reflectance", kd, false)?)
+            }
+            MaterialKind::Conductor { eta, k, roughness } => {
+                let eta = self.parameter("eta", eta, false)?;
+                let k = self.parameter("k", k, false)?;
+                format!("\"conductor\"{eta}{k}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::ColoredConductor {
+                reflectance,
+                roughness,
+            } => {
+                let r = self.parameter("reflectance", reflectance, false)?;
+                format!("\"conductor\"{r}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::Mirror { kr } => {
+                format!(
+                    "\"conductor\"{} \"float roughness\" [ 0 ]",
+                    self.parameter("reflectance", kr, false)?
+                )
+            }
+            MaterialKind::Dielectric {
+                eta, thin: true, ..
+            } => {
+                format!("\"thindielectric\"{}", self.parameter("eta", eta, true)?)
+            }
+            MaterialKind::Dielectric {
+                eta,
+                roughness,
+                thin: false,
+                ..
+            } => {
+                let eta = self.parameter("eta", eta, true)?;
+                format!("\"dielectric\"{eta}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::DiffuseTransmission {
+                reflectance,
+                transmittance,
+            } => {
+                let r = self.parameter("reflectance", reflectance, false)?;
+                let t = self.parameter("transmittance", transmittance, false)?;
+                format!("\"diffusetransmission\"{r}{t}")
+            }
+            MaterialKind::Mix {
+                materials: [a, b],
+                amount,
+            } => {
+                let amount = self.parameter("amount", amount, true)?;
+                format!("\"mix\" \"string materials\" [ \"m{a}\" \"m{b}\" ]{amount}")
+            }
+        };
+        let name: String = material.name.chars().filter(|c| !c.is_control()).collect();
+        write!(
+            self.text,
+            "MakeNamedMaterial \"m{index}\" \"string type\" {body} # {name}"
+        )?;
+        if comment.is_empty() {
+            writeln!(self.text)
+        } else {
+            writeln!(self.text, ": {comment}")
+        }
+    }
+
+    /// A mesh, its lights apart.
+    fn mesh(&mut self, mesh: &Mesh) -> fmt::Result {
+        writeln!(
+            self.text,
+            "AttributeBegin\nNamedMaterial \"m{}\"",
+            mesh.material
+        )?;
+        let mut start = mesh.triangles.start;
+        while start < mesh.triangles.end {
+            let light = self.scene.light_of(start);
+            // The longest run of triangles with the same emission, or none.
+            let emission = light.map(|l| self.emission(l));
+            let end = (start + 1..mesh.triangles.end)
+                .find(|t| self.scene.light_of(*t).map(|l| self.emission(l)) != emission)
+                .unwrap_or(mesh.triangles.end);
+            if let Some(emission) = emission {
+                writeln!(
+                    self.text,
+                    "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+                    Triple(emission.radiance),
+                    emission.two_sided
+                )?;
+            }
+            self.triangles(mesh, start, end)?;
+            if emission.is_some() {
+                writeln!(self.text, "AttributeEnd")?;
+            }
+            start = end;
+        }
+        writeln!(self.text, "AttributeEnd")
+    }
+
+    fn emission(&self, light: u32) -> Emission {
+        match &self.scene.lights[light as usize].light {
+            Light::Area(area) => area.emission,
+            _ => Emission::one_sided(DVec3::ZERO),
+        }
+    }
+
+    fn triangles(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
+        let scene = self.scene;
+        let mut numbers: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
+        let mut vertices = Vec::new();
+        write!(self.text, "Shape \"trianglemesh\" \"integer indices\" [")?;
+        for t in start..end {
+            let mut corners = scene.triangles[t as usize];
+            // Without normals the winding says where the outside is.
+            if !mesh.has_normals && mesh.flipped {
+                corners.swap(1, 2);
+            }
+            for i in corners {
+                let number = *numbers.entry(i).or_insert_with(|| {
+                    vertices.push(i as usize);
+                    vertices.len() - 1
+                });
+                write!(self.text, " {number}")?;
+            }
+        }
+        write!(self.text, " ] \"point3 P\" [")?;
+        for i in &vertices {
+            let [x, y, z] = scene.positions[*i];
+            write!(self.text, " {x} {y} {z}")?;
+        }
+        if mesh.has_normals {
+            write!(self.text, " ] \"normal N\" [")?;
+            for i in &vertices {
+                let [x, y, z] = scene.normals[*i];
+                write!(self.text, " {x} {y} {z}")?;
+            }
+        }
+        if mesh.has_uvs {
+            write!(self.text, " ] \"point2 uv\" [")?;
+            for i in &vertices {
+                let [u, v] = scene.uvs[*i];
+                write!(self.text, " {u} {v}")?;
+            }
+        }
+        writeln!(self.text, " ]")
+    }
+}
