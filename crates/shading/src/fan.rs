@@ -39,6 +39,7 @@ impl<const N: usize> Fan<N> {
         let mut ends = whole;
         let mut values = vectors.map(|k| [dot(k, whole[0]), dot(k, whole[1])]);
         let mut fraction = 1.0;
+        let base = values;
         for (i, k) in vectors.iter().enumerate() {
             let [c0, c1] = values[i];
             if !(c0 > 0.0 || c1 > 0.0) {
@@ -48,12 +49,15 @@ impl<const N: usize> Fan<N> {
                 continue;
             }
             let span = c1 - c0;
-            let (s0, s1) = (c1 / span, -c0 / span);
             let end = usize::from(c0 > 0.0);
-            ends[end] = crossing(ends[0], ends[1], *k, c0, c1);
-            fraction *= if end == 0 { s0 } else { s1 };
-            for value in &mut values {
-                value[end] = s0 * value[0] + s1 * value[1];
+            fraction *= if end == 0 { c1 / span } else { -c0 / span };
+            // From the given ends, not from rounded ones: near the shading point it matters.
+            let q = crossing(whole[0], whole[1], *k, base[i][0], base[i][1]);
+            ends[end] = q;
+            for (j, value) in values.iter_mut().enumerate() {
+                let at_cut = dot(vectors[j], q);
+                // Vectors that have clipped already are positive here, but for rounding.
+                value[end] = if j < i { at_cut.max(0.0) } else { at_cut };
             }
             values[i][end] = 0.0;
         }

@@ -59,15 +59,19 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     if k <= 0.0 {
         return lambert(polygon, n);
     }
-    let turn = if solid_angle::volume(polygon[0], polygon[1], polygon[count - 1]) < 0.0 { -1.0 } else { 1.0 };
     let unit_axis = w.normalize_or_zero();
+    let length = (k * log_axis_length(w)).exp();
+    if is_mild(polygon, unit_axis, k) {
+        return settle(length * cubature(polygon, n, unit_axis, k));
+    }
+    let turn = orientation(polygon);
     let edges = || (0..count).filter_map(|i| Edge::new(polygon[i], polygon[(i + 1) % count], n, unit_axis, turn));
     // How far the axis is outside of the polygon, at most.
     let outside = edges().map(|e| -e.distance).fold(0.0, f64::max);
     let tail = k * outside * outside > 2.0;
     let facing = n.dot(unit_axis);
     let sum: f64 = edges().map(|e| e.integral(k, facing, tail)).sum();
-    settle(sum / (k + 2.0) * (k * log_axis_length(w)).exp())
+    settle(sum / (k + 2.0) * length)
 }
 
 /// What the error of [`irradiance`] is relative to: the lobe's whole mass where its axis is near the
@@ -86,7 +90,7 @@ pub fn condition(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
 /// The lobe's highest cosine on the polygon's boundary, or 1 where the axis is within.
 fn peak(polygon: &[DVec3], w: DVec3) -> f64 {
     let count = polygon.len();
-    let turn = if solid_angle::volume(polygon[0], polygon[1], polygon[count - 1]) < 0.0 { -1.0 } else { 1.0 };
+    let turn = orientation(polygon);
     let mut best: f64 = 0.0;
     let mut inside = true;
     for i in 0..count {
@@ -96,6 +100,46 @@ fn peak(polygon: &[DVec3], w: DVec3) -> f64 {
         best = best.max(edge.reach * x.cos());
     }
     if inside { 1.0 } else { best.min(1.0) }
+}
+
+/// 1 where the vertices are counter-clockwise seen from the shading point, else −1.
+fn orientation(polygon: &[DVec3]) -> f64 {
+    let fan = |pair: &[DVec3]| solid_angle::volume(polygon[0], pair[0], pair[1]);
+    1f64.copysign(polygon[1..].windows(2).map(fan).sum())
+}
+
+/// Whether the polygon is small enough, and the lobe flat enough over it, for cubature; there the
+/// sum over the edges would cancel.
+fn is_mild(polygon: &[DVec3], w: DVec3, k: f64) -> bool {
+    let first = polygon[0];
+    let reach = polygon.iter().map(|p| (*p - first).length_squared()).fold(0.0, f64::max);
+    if reach > 0.16 * first.length_squared() {
+        return false;
+    }
+    let cosines = || polygon.iter().map(|p| dot(w, *p) / p.length());
+    let (low, high) = cosines().fold((f64::INFINITY, 0.0f64), |(a, b), c| (a.min(c), b.max(c)));
+    low > 0.0 && k * (high / low).ln() < 6.0 && k * reach / first.length_squared() < 6.0
+}
+
+/// ∫ (n·p)(w·p)ᵏ height/|p|^(4 + k) dA over a fan of triangles, by 24 × 24 nodes each.
+fn cubature(polygon: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
+    let mut sum = 0.0;
+    for pair in polygon[1..].windows(2) {
+        let (a, u, v) = (polygon[0], pair[0] - polygon[0], pair[1] - pair[0]);
+        // Twice the area times the height above the plane.
+        let weight = solid_angle::volume(a, pair[0], pair[1]);
+        let mut inner = 0.0;
+        for i in 0..NODES {
+            for j in 0..NODES {
+                let p = a + (u + v * NODE[j]) * NODE[i];
+                let r2 = p.length_squared();
+                let lobe = (k * (w.dot(p) / r2.sqrt()).ln()).exp();
+                inner += WEIGHT[i] * WEIGHT[j] * NODE[i] * n.dot(p).max(0.0) * lobe / (r2 * r2);
+            }
+        }
+        sum += weight * inner;
+    }
+    sum.abs()
 }
 
 fn clip(vertices: &[DVec3], n: DVec3, w: DVec3) -> Option<([DVec3; CAPACITY], usize)> {
@@ -167,6 +211,10 @@ impl Edge {
 
     fn integral(&self, k: f64, facing: f64, tail: bool) -> f64 {
         let (from, to) = (self.from, self.to);
+        if self.reach < 1e-12 {
+            // On the lobe's own horizon, where the clip has cut: z = 0 all along.
+            return if tail { 0.0 } else { facing * self.distance * (to - from) };
+        }
         // The highest point of the lobe on the edge, and the window about it.
         let peak = 0.0f64.clamp(from, to);
         let width = window(k, peak.abs().tan());
