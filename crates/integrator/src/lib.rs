@@ -7,6 +7,7 @@
 mod closed_form;
 mod estimator;
 mod lines;
+mod oracle;
 mod plan;
 mod point;
 mod points;

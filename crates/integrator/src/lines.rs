@@ -4,7 +4,6 @@ use crate::{LineOptions, SegmentCounters, ShadingPoint, closed_form};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample, LineSampler, Orientation};
 use linelit_samplers::{SampleSet, Sampler};
-use linelit_visibility::VisibleLines;
 use std::f64::consts::PI;
 
 /// Where the random numbers of one (shading point, light) pair come from.
@@ -104,17 +103,17 @@ pub(crate) struct Gathered {
     pub hidden: u64,
 }
 
-/// Sums over the drawn lines what their visible parts send.
-pub(crate) fn gather(
+/// Sums over the drawn lines what their visible parts send; `visible` tells the parts of a line.
+pub(crate) fn gather<'v>(
     light: &AreaLight,
     point: &ShadingPoint,
     along: Along,
     draws: &Draws,
-    visible: &VisibleLines,
+    visible: impl Fn(usize) -> &'v [Interval],
 ) -> Gathered {
     let mut out = Gathered::default();
     for (i, line) in draws.lines.iter().enumerate() {
-        let parts = visible.line(i);
+        let parts = visible(i);
         out.segments.lines += 1;
         out.segments.pieces += parts.len() as u64;
         if parts.is_empty() {

@@ -376,7 +376,7 @@ impl Pair<'_> {
         }
         draws.draw(area, options, &streams);
         shaft.visible(&draws.lines, visible);
-        let gathered = lines::gather(area, self.point, along, draws, visible);
+        let gathered = lines::gather(area, self.point, along, draws, |i| visible.line(i));
         *segments += gathered.segments;
         plan.hidden_lines += gathered.hidden;
         gathered.sum / f64::from(count)

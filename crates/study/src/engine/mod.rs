@@ -2,7 +2,6 @@
 
 mod clock;
 pub mod image;
-pub mod normal;
 mod reference;
 mod run;
 mod score;

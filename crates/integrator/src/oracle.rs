@@ -1,0 +1,54 @@
+//! The slow way, to judge the fast one by.
+
+use crate::lines::{self, Along, Draws, Streams};
+use crate::{LineOptions, Renderer, ShadingPoint};
+use linelit_geometry::{DVec3, intervals::Interval};
+use linelit_lights::Light;
+use linelit_samplers::{Sampler, SamplerKind};
+use linelit_visibility::brute;
+
+impl Renderer<'_> {
+    /// The direct light of all area lights by `count` stratified lines each, whose visible parts
+    /// are found in `f64` by asking every triangle of the scene: no hierarchy, no kernels, no
+    /// skips. For tests and for judging other renderers' images.
+    #[must_use]
+    pub fn brute_force(
+        &self,
+        point: &ShadingPoint,
+        pixel: [u32; 2],
+        count: u32,
+        seed: u64,
+    ) -> DVec3 {
+        let scene = self.scene();
+        let mut sum = DVec3::ZERO;
+        let mut draws = Draws::default();
+        for light in self.plan().lights() {
+            let Light::Area(area) = &light.light else {
+                continue;
+            };
+            let streams = Streams {
+                samples: &Sampler::new(SamplerKind::Stratified, seed).points(
+                    pixel,
+                    light.index,
+                    count,
+                ),
+                two_dimensional: false,
+                orientations: &Sampler::new(SamplerKind::Independent, seed),
+                key: (pixel, light.index),
+                count,
+            };
+            draws.draw(area, LineOptions::default(), &streams);
+            let parts: Vec<Vec<Interval>> = draws
+                .lines
+                .iter()
+                .map(|line| {
+                    let (positions, triangles) = (&scene.positions, &scene.triangles);
+                    brute::visible(positions, triangles, point.position, line, &light.triangles)
+                })
+                .collect();
+            let gathered = lines::gather(area, point, Along::Analytic, &draws, |i| &parts[i]);
+            sum += gathered.sum / f64::from(count);
+        }
+        sum
+    }
+}
