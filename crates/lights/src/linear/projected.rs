@@ -52,6 +52,17 @@ impl<T: Real> Place<T> {
     }
 }
 
+/// Inverts the CDF of the density that runs linearly from `p0` to `p1`.
+#[inline]
+fn warp<T: Real>(xi: T, p0: T, p1: T) -> T {
+    let denominator = p0 + (p0 * p0 * (T::ONE - xi) + p1 * p1 * xi).sqrt();
+    if denominator > T::ZERO {
+        (xi * (p0 + p1) / denominator).at_most(T::ONE)
+    } else {
+        xi
+    }
+}
+
 /// H and its inversion on the arc of a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inversion<T> {
@@ -182,7 +193,10 @@ impl<T: Real> Inversion<T> {
 
     fn find(&self, view: &LineView<T>, xi: T) -> Place<T> {
         let target = xi * self.total;
-        let mut at = Place::start(view, xi);
+        // The start: the solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020), one step closer than
+        // the paper's.
+        let [n0, n1] = view.end_cosines();
+        let mut at = Place::start(view, warp(xi, n0, n1));
         for _ in 0..T::STEPS {
             let step = self.advance(&mut at, target);
             let room = at.v.at_most(self.delta - at.v);
@@ -241,12 +255,7 @@ fn minus_sin_cos<T: Real>(v: T, sin_cos: T) -> T {
     if v > T::ONE {
         return v - sin_cos;
     }
-    // (y − sin y)/2 with y = 2v: y³/12 (1 − y²/20 (1 − y²/42 (…))).
-    let y2 = T::from_f64(4.0) * v * v;
-    let mut sum = T::ONE;
-    for k in (2..=T::TERMS + 1).rev() {
-        let k = f64::from(k);
-        sum = T::ONE - y2 * T::from_f64(1.0 / ((2.0 * k) * (2.0 * k + 1.0))) * sum;
-    }
-    T::from_f64(2.0 / 3.0) * v * v * v * sum
+    // (x − sin x)/2 with x = 2v.
+    let four = T::from_f64(4.0);
+    four * v * v * v * T::sine_remainder(four * v * v)
 }

@@ -35,10 +35,6 @@ pub trait Real:
     /// A step smaller than this fraction of the distance to the nearer end leaves an error below the precision, because
     /// convergence is cubic: the cube root of EPSILON/4.
     const CLOSE: Self;
-    /// Terms of the series of v − sin v cos v for v < 1.
-    const TERMS: u32;
-    /// Terms of the Taylor sums of sine and cosine below ½.
-    const STEP_TERMS: u32;
 
     /// The nearest number.
     fn from_f64(x: f64) -> Self;
@@ -56,6 +52,10 @@ pub trait Real:
     fn atan(self) -> Self;
     /// `a·b − c·d`, accurate relative to the result.
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
+    /// `(x − sin x)/x³` from y = x², for |x| ≤ 2.
+    fn sine_remainder(y: Self) -> Self;
+    /// `sin(x)/x` and `cos x` from y = x², for |x| ≤ ½.
+    fn sine_and_cosine(y: Self) -> (Self, Self);
     /// The dot product; in `f32` accumulated in `f64` and rounded once.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
     /// The dot product in twice the precision, rounded once.
@@ -82,14 +82,42 @@ pub trait Real:
     }
 }
 
+/// The coefficients ±1/(2k + first)! of the sine's (first = 1) or cosine's (0) Taylor series in x², and with first = 3
+/// those of what the sine leaves.
+const fn taylor(first: u32) -> [f64; 12] {
+    let mut out = [0.0; 12];
+    let (mut n, mut term) = (1, 1.0);
+    while n <= first {
+        term /= n as f64;
+        n += 1;
+    }
+    let mut k = 0;
+    while k < 12 {
+        out[k] = term;
+        term /= -(n as f64) * (n as f64 + 1.0);
+        n += 2;
+        k += 1;
+    }
+    out
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+const fn narrow(c: [f64; 12]) -> [f32; 12] {
+    let mut out = [0.0; 12];
+    let mut k = 0;
+    while k < 12 {
+        out[k] = c[k] as f32;
+        k += 1;
+    }
+    out
+}
+
 impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const EPSILON: Self = f64::EPSILON;
     const STEPS: u32 = 6;
     const CLOSE: Self = 3.8e-6;
-    const TERMS: u32 = 10;
-    const STEP_TERMS: u32 = 7;
 
     #[inline]
     fn from_f64(x: f64) -> Self {
@@ -124,6 +152,26 @@ impl Real for f64 {
         predicates::diff_of_products(a, b, c, d)
     }
     #[inline]
+    fn sine_remainder(y: Self) -> Self {
+        const C: [f64; 12] = taylor(3);
+        let z = y * y;
+        let even = C[0] + z * (C[2] + z * (C[4] + z * (C[6] + z * (C[8] + z * C[10]))));
+        let odd = C[1] + z * (C[3] + z * (C[5] + z * (C[7] + z * (C[9] + z * C[11]))));
+        even + y * odd
+    }
+    #[inline]
+    fn sine_and_cosine(y: Self) -> (Self, Self) {
+        const S: [f64; 12] = taylor(1);
+        const C: [f64; 12] = taylor(0);
+        let z = y * y;
+        let sum = |c: &[f64; 12]| {
+            let even = c[0] + z * (c[2] + z * (c[4] + z * c[6]));
+            let odd = c[1] + z * (c[3] + z * (c[5] + z * c[7]));
+            even + y * odd
+        };
+        (sum(&S), sum(&C))
+    }
+    #[inline]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     }
@@ -139,8 +187,6 @@ impl Real for f32 {
     const EPSILON: Self = f32::EPSILON;
     const STEPS: u32 = 4;
     const CLOSE: Self = 3.1e-3;
-    const TERMS: u32 = 6;
-    const STEP_TERMS: u32 = 4;
 
     #[inline]
     #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
@@ -175,6 +221,21 @@ impl Real for f32 {
     #[inline]
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
         Self::from_f64(f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d))
+    }
+    #[inline]
+    fn sine_remainder(y: Self) -> Self {
+        const C: [f32; 12] = narrow(taylor(3));
+        let z = y * y;
+        let even = C[0] + z * (C[2] + z * (C[4] + z * C[6]));
+        let odd = C[1] + z * (C[3] + z * C[5]);
+        even + y * odd
+    }
+    #[inline]
+    fn sine_and_cosine(y: Self) -> (Self, Self) {
+        const S: [f32; 12] = narrow(taylor(1));
+        const C: [f32; 12] = narrow(taylor(0));
+        let sum = |c: &[f32; 12]| c[0] + y * (c[1] + y * (c[2] + y * (c[3] + y * c[4])));
+        (sum(&S), sum(&C))
     }
     #[inline]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
@@ -241,13 +302,7 @@ pub(crate) fn small_sin_cos<T: Real>(x: T) -> (T, T) {
     if x.abs() > T::from_f64(0.5) {
         return x.sin_cos();
     }
-    let y = x * x;
-    let (mut s, mut c) = (T::ONE, T::ONE);
-    for k in (1..=T::STEP_TERMS).rev() {
-        let k = f64::from(2 * k);
-        s = T::ONE - y * T::from_f64(1.0 / (k * (k + 1.0))) * s;
-        c = T::ONE - y * T::from_f64(1.0 / (k * (k - 1.0))) * c;
-    }
+    let (s, c) = T::sine_and_cosine(x * x);
     (x * s, c)
 }
 
