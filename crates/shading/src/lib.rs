@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
+#![deny(unsafe_code)]
 
+pub mod batch;
 pub mod bsdf;
 pub mod cylinder;
 mod dispatch;

@@ -164,7 +164,7 @@ fn total(terms: &[f64; NODES]) -> f64 {
 
 /// [`Panel::sum_narrow`] by the widest vectors there are; the same bits in each.
 fn kernel(panel: &Panel, k: f64) -> f64 {
-    crate::dispatch::run(panel, k, Panel::sum_narrow)
+    crate::dispatch::with(|| panel.sum_narrow(k))
 }
 
 /// ∫ over `piece` where the lobe ends at `horizon` like (horizon − x)ᵏ with a small k that is no

@@ -7,7 +7,9 @@
 
 use crate::exact::{dot, settle};
 use crate::span::Span;
+use crate::special::lune;
 use linelit_geometry::DVec3;
+use std::f64::consts::PI;
 
 /// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
 ///
@@ -43,6 +45,39 @@ use linelit_geometry::DVec3;
 #[inline]
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+    let (value, ordinary) = ordinary(p0, p1, n);
+    if ordinary { value } else { general(p0, p1, n) }
+}
+
+/// The integral without branches, and whether it may be trusted: both ends clearly above the
+/// horizon, an angle below 120°, distances far from the limits of `f64`.
+///
+/// The same formula with one root for r0 r1 and one division by it.
+#[inline(always)]
+pub(crate) fn ordinary(p0: DVec3, p1: DVec3, n: DVec3) -> (f64, bool) {
+    let (a, b) = (p0.length_squared(), p1.length_squared());
+    let length = (p1 - p0).length();
+    let (t0, t1) = (n * p0, n * p1);
+    let (c0, c1) = (t0.x + t0.y + t0.z, t1.x + t1.y + t1.z);
+    let inverse = 1.0 / (a * b).sqrt();
+    let dot = p0.dot(p1);
+    let cos = dot * inverse;
+    let square = (1.0 - cos) * (1.0 + cos);
+    let turned = PI / (square * square.sqrt());
+    let acute = lune(cos.abs());
+    let g = if cos >= 0.0 { acute } else { turned - acute };
+    let w0 = 1.0 + g * ((b - dot) * inverse);
+    let w1 = 1.0 + g * ((a - dot) * inverse);
+    let value = 0.5 * (length * inverse) * ((c0 * w0 + c1 * w1) * inverse);
+    let clear = (c0 >= 0.125 * (t0.x.abs() + t0.y.abs() + t0.z.abs()))
+        & (c1 >= 0.125 * (t1.x.abs() + t1.y.abs() + t1.z.abs()));
+    let moderate = (a > 1e-70) & (a < 1e70) & (b > 1e-70) & (b < 1e70);
+    (value, clear & moderate & (cos > -0.5) & (length > 0.0))
+}
+
+/// [`irradiance`] for every other segment.
+#[inline(never)]
+pub(crate) fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
     };

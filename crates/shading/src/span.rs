@@ -12,8 +12,6 @@ const SAFE: std::ops::Range<f64> = 1e-120..1e120;
 /// A segment above the horizon, with its ends seen from the shading point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
-    /// The ends after clipping.
-    pub(crate) ends: [DVec3; 2],
     /// `n·p` at the ends, not negative.
     pub(crate) cosines: [f64; 2],
     /// Distances of the ends.
@@ -65,7 +63,6 @@ impl Span {
             return None;
         }
         Some(Self {
-            ends: [a, b],
             cosines: clipped.cosines,
             radii,
             length,

@@ -1,0 +1,46 @@
+//! The least time for each integral on ordinary segments: what the code costs when nothing else
+//! runs, also on a busy machine. `cargo run --release -p linelit-shading --example speed`
+
+use linelit_geometry::{DVec3, Segment};
+use linelit_shading::{batch, cylinder, phong, point_line, ribbon};
+use linelit_testkit::rng::SplitMix64;
+use std::hint::black_box;
+use std::time::Instant;
+
+const COUNT: usize = 256;
+
+fn least(name: &str, mut f: impl FnMut()) {
+    let mut best = f64::INFINITY;
+    for _ in 0..4000 {
+        let start = Instant::now();
+        f();
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    println!("{name:<14} {:8.2} ns", best * 1e9 / f64::from(u32::try_from(COUNT).expect("small")));
+}
+
+fn main() {
+    let mut rng = SplitMix64::new(11);
+    let mut v = |a: f64, b: f64| rng.in_range(a, b);
+    let input: Vec<Segment> = (0..COUNT)
+        .map(|_| {
+            let p = DVec3::new(v(-2.0, 2.0), v(-2.0, 2.0), v(1.0, 3.0));
+            Segment::new(p, p + DVec3::new(v(-1.0, 1.0), v(-1.0, 1.0), 0.0))
+        })
+        .collect();
+    let n = DVec3::Z;
+    let axis = DVec3::new(0.2, 0.1, 0.9).normalize();
+    let mut out = vec![0.0; COUNT];
+    let sum = |f: &dyn Fn(&Segment) -> f64| {
+        black_box(black_box(&input).iter().map(f).sum::<f64>());
+    };
+    least("ribbon", || {
+        black_box(black_box(&input).iter().map(|s| ribbon::irradiance(s.p0, s.p1, n)).sum::<f64>());
+    });
+    least("ribbon/batch", || batch::ribbons(black_box(&input), n, black_box(&mut out)));
+    least("cylinder", || sum(&|s| cylinder::irradiance(s.p0, s.p1, n)));
+    least("point_line", || sum(&|s| point_line::irradiance(s.p0, s.p1, n)));
+    for k in [10.0, 1e3, 1e5] {
+        least(&format!("phong/{k}"), || sum(&|s| phong::ribbon(s.p0, s.p1, n, axis, k)));
+    }
+}
