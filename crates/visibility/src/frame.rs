@@ -1,6 +1,6 @@
 //! The projective frame of a light as seen from a shading point.
 
-use linelit_geometry::DVec3;
+use linelit_geometry::{DMat3, DVec3};
 
 /// Homogeneous coordinates (P, Q, W) of a point relative to the shading point.
 ///
@@ -131,10 +131,62 @@ impl LightFrame {
     }
 
     /// Where the ray from the shading point through a point (relative to it) meets the light's
-    /// plane.
+    /// plane. For a point in that plane, W is one and divides nothing but rounding errors.
+    #[inline]
     pub(crate) fn project(&self, a: DVec3) -> [f64; 2] {
-        let w = self.w.dot(a);
-        [self.p.dot(a) / w, self.q.dot(a) / w]
+        let (p, q, w) = (self.p.dot(a), self.q.dot(a), self.w.dot(a));
+        if (w - 1.0).abs() <= 1e-12 {
+            [p, q]
+        } else {
+            [p / w, q / w]
+        }
+    }
+
+    /// The corners of a rectangle across and along `along`, relative to the shading point.
+    pub(crate) fn corners_in_space(
+        &self,
+        along: [f64; 2],
+        low: [f64; 2],
+        high: [f64; 2],
+    ) -> [DVec3; 4] {
+        // The point with P = p, Q = q, W = 1.
+        let inverse = DMat3::from_cols(self.p, self.q, self.w).transpose().inverse();
+        [(low[0], low[1]), (high[0], low[1]), (low[0], high[1]), (high[0], high[1])].map(|(u, v)| {
+            let p = along[0] * v - along[1] * u;
+            let q = along[1] * v + along[0] * u;
+            inverse * DVec3::new(p, q, 1.0)
+        })
+    }
+
+    /// The frame of a few parallel lines on the light: q runs along them, and they lie within the
+    /// unit square, with a little room; a single line has p = 0.
+    ///
+    /// `low` and `high` bound the lines' coordinates across and along `along`.
+    pub(crate) fn around_lines(&self, along: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Self {
+        let across = self.q * along[0] - self.p * along[1];
+        let forward = self.p * along[0] + self.q * along[1];
+        let length = high[1] - low[1];
+        let width = high[0] - low[0];
+        let single = width <= 1e-12;
+        let p = if single {
+            across - self.w * (0.5 * (low[0] + high[0]))
+        } else {
+            let room = 1e-6 * width;
+            (across - self.w * (low[0] - room)) / (width + 2.0 * room)
+        };
+        let q = (forward - self.w * (low[1] - 1e-6 * length)) / (length * (1.0 + 2e-6));
+        let mut corners = [[0.0; 2]; 16];
+        corners[1] = [0.0, 1.0];
+        corners[2] = [1.0, 1.0];
+        corners[3] = [1.0, 0.0];
+        Self {
+            p,
+            q,
+            w: self.w,
+            shape: if single { Shape::Line } else { Shape::Square },
+            corners,
+            corner_count: if single { 2 } else { 4 },
+        }
     }
 }
 

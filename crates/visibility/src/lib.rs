@@ -3,6 +3,7 @@
 pub mod brute;
 mod build;
 mod counters;
+mod dense;
 mod dispatch;
 mod frame;
 mod lines;

@@ -6,11 +6,11 @@ use linelit_geometry::intervals::Interval;
 ///
 /// Interval ends are parameters of the line, 0 at its first end and 1 at its second; a line's
 /// intervals are disjoint and ascend.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct VisibleLines {
     intervals: Vec<Interval>,
-    /// Where each line's intervals end.
-    ends: Vec<usize>,
+    /// Where each line's intervals start and end.
+    spans: Vec<(usize, usize)>,
 }
 
 impl VisibleLines {
@@ -23,23 +23,21 @@ impl VisibleLines {
     /// The number of lines.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.ends.len()
+        self.spans.len()
     }
 
     /// Whether there are no lines.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.ends.is_empty()
+        self.spans.is_empty()
     }
 
     /// The visible intervals of line `i`; none if it is hidden or there is no such line.
     #[must_use]
     pub fn line(&self, i: usize) -> &[Interval] {
-        let Some(&end) = self.ends.get(i) else {
-            return &[];
-        };
-        let start = if i == 0 { 0 } else { self.ends[i - 1] };
-        &self.intervals[start..end]
+        self.spans
+            .get(i)
+            .map_or(&[], |&(start, end)| &self.intervals[start..end])
     }
 
     /// The visible fraction of line `i`.
@@ -54,27 +52,25 @@ impl VisibleLines {
         self.intervals.len()
     }
 
-    pub(crate) fn clear(&mut self) {
+    /// `count` lines, all hidden so far.
+    pub(crate) fn reset(&mut self, count: usize) {
         self.intervals.clear();
-        self.ends.clear();
+        self.spans.clear();
+        self.spans.resize(count, (0, 0));
     }
 
-    /// Adds an interval to the line that is being filled.
-    #[inline]
-    pub(crate) fn push(&mut self, interval: Interval) {
-        self.intervals.push(interval);
+    /// Sets the visible intervals of a line.
+    #[inline(always)]
+    pub(crate) fn put<I: Iterator<Item = Interval>>(&mut self, line: usize, intervals: &mut I) {
+        let start = self.intervals.len();
+        for interval in intervals {
+            self.intervals.push(interval);
+        }
+        self.spans[line] = (start, self.intervals.len());
     }
 
-    /// Adds a line that is visible as a whole.
-    #[inline]
-    pub(crate) fn push_whole(&mut self) {
-        self.intervals.push(Interval::UNIT);
-        self.finish_line();
-    }
-
-    /// Ends the line that is being filled.
-    #[inline]
-    pub(crate) fn finish_line(&mut self) {
-        self.ends.push(self.intervals.len());
+    /// Makes a line visible as a whole.
+    pub(crate) fn put_whole(&mut self, line: usize) {
+        self.put(line, &mut std::iter::once(Interval::UNIT));
     }
 }

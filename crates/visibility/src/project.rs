@@ -69,21 +69,33 @@ fn project_kernel<S: Simd>(
 ) -> bool {
     let flat = &mut scratch.flat;
     flat.clear();
-    let leaves = &occluders.hierarchy.leaves;
-    let mut corners = [[0.0_f32; 8]; 9];
     for chunk in scratch.slots.chunks(8) {
-        for (lane, &slot) in chunk.iter().enumerate() {
-            let leaf = &leaves[slot as usize / 8];
-            for row in 0..9 {
-                corners[row][lane] = leaf.vertices[row][slot as usize % 8];
-            }
-        }
-        let used = 0xff_u8 >> (8 - chunk.len());
-        if project_eight(s, &corners, used, point, frame, flat) {
+        if project_slots(s, occluders, chunk, point, frame, flat) {
             return true;
         }
     }
     false
+}
+
+/// Projects up to eight triangles; true if one of them hides the light as a whole.
+#[inline(always)]
+pub(crate) fn project_slots<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    slots: &[u32],
+    point: DVec3,
+    frame: &LightFrame,
+    flat: &mut FlatTriangles,
+) -> bool {
+    let mut corners = [[0.0_f32; 8]; 9];
+    for (lane, &slot) in slots.iter().enumerate() {
+        let leaf = &occluders.hierarchy.leaves[slot as usize / 8];
+        for row in 0..9 {
+            corners[row][lane & 7] = leaf.vertices[row][slot as usize % 8];
+        }
+    }
+    let used = 0xff_u8 >> (8 - slots.len().min(8));
+    project_eight(s, &corners, used, point, frame, flat)
 }
 
 #[inline(always)]
@@ -212,9 +224,11 @@ fn against_light<S: Simd>(
     frame: &LightFrame,
 ) -> (u8, u8) {
     let (zero, one) = (s.dsplat(0.0), s.dsplat(1.0));
-    let upper = if frame.shape == Shape::Line { zero } else { one };
-    let mut misses = s.or(s.dlt(high[0], zero), s.dlt(upper, low[0]));
-    misses = s.or(misses, s.or(s.dlt(high[1], zero), s.dlt(one, low[1])));
+    let upper = if frame.shape == Shape::Line { 0.0 } else { 1.0 };
+    // A little room for lines along the light's own edges.
+    let (least, most) = (s.dsplat(-1e-9), s.dsplat(1.0 + 1e-9));
+    let mut misses = s.or(s.dlt(high[0], least), s.dlt(s.dsplat(upper + 1e-9), low[0]));
+    misses = s.or(misses, s.or(s.dlt(high[1], least), s.dlt(most, low[1])));
     // Rounding of a cross product of coordinates up to m, and of the coordinates themselves.
     let m = s.dadd(reach, s.dsplat(2.0));
     let room = s.dmul(s.dsplat(1e-13), s.dmul(m, m));

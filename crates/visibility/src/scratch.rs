@@ -1,9 +1,8 @@
 //! Buffers that queries reuse, so that none allocates once they have grown.
 
 use crate::{
-    counters::Counters, merge::Slots, node::Child, project::FlatTriangles, sweep::Lines,
+    counters::Counters, dense::{Covered, NearBox}, merge::{Pieces, Slots}, node::Child, project::FlatTriangles, sweep::Lines,
 };
-use linelit_geometry::intervals::Interval;
 
 /// Working memory and work counters of one thread's queries.
 #[derive(Debug, Default)]
@@ -25,9 +24,12 @@ pub struct Scratch {
     /// Ends of lines in the light's coordinates, and the lines' order.
     pub(crate) ends: Vec<([f64; 2], [f64; 2])>,
     pub(crate) keys: Vec<(f64, u32)>,
-    /// Visible intervals and where each line's are.
-    pub(crate) pieces: Vec<Interval>,
-    pub(crate) spans: Vec<(usize, usize)>,
+    /// Visible pieces of eight lines.
+    pub(crate) pieces: Pieces,
+    /// Boxes of a dense shaft still to visit.
+    pub(crate) near_boxes: Vec<NearBox>,
+    /// Which parts of a dense shaft's lines are known to be hidden.
+    pub(crate) covered: Covered,
 }
 
 impl Scratch {

@@ -1,12 +1,12 @@
 //! Shafts: everything between a shading point and a light.
 
 use crate::{
-    Occluders, Scratch, VisibleLines,
+    Occluders, Ray, Scratch, VisibleLines,
     frame::LightFrame,
-    merge, project, sweep,
+    dense, project, sweep,
     traverse::{self, ShaftBounds},
 };
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN, Segment};
 use std::ops::Range;
 
 /// What to look at: a light from a shading point.
@@ -42,8 +42,16 @@ pub struct Shaft<'a> {
     /// The shading point, in world space.
     point: DVec3,
     frame: Option<LightFrame>,
+    /// First and number of the light's own triangles.
+    exclude: (u32, u32),
     class: ShaftClass,
+    /// Too many triangles to keep.
+    dense: bool,
 }
+
+/// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
+/// a time. Depends on the geometry alone; measured, see PERFORMANCE.md.
+const DENSE: usize = 384;
 
 /// Images of lines on the light farther than this from parallel, in units of the light, make
 /// groups of their own.
@@ -63,12 +71,13 @@ impl Occluders {
         let corners = &corners[..count];
         let frame = LightFrame::new(corners);
         let mut blocked = false;
+        let mut dense = false;
+        let Range { start, end } = query.exclude;
+        let exclude = (start, end.saturating_sub(start));
         if let Some(frame) = &frame {
-            let Range { start, end } = query.exclude;
-            let exclude = (start, end.saturating_sub(start));
             let point = query.point - self.origin;
             let bounds = ShaftBounds::new(self, point, corners, frame, exclude);
-            traverse::collect(self.isa, self, &bounds, usize::MAX, scratch);
+            dense = !traverse::collect(self.isa, self, &bounds, DENSE, scratch);
             if !scratch.slots.is_empty() {
                 blocked = project::project(self.isa, self, point, frame, scratch);
             }
@@ -77,12 +86,15 @@ impl Occluders {
         let class = if blocked {
             counters.blocked_shafts += 1;
             ShaftClass::Blocked
-        } else if scratch.flat.count == 0 {
+        } else if scratch.flat.count == 0 && !dense {
             counters.empty_shafts += 1;
             ShaftClass::Empty
         } else {
             counters.partial_shafts += 1;
-            counters.candidates += scratch.flat.count as u64;
+            counters.dense_shafts += u64::from(dense);
+            if !dense {
+                counters.candidates += scratch.flat.count as u64;
+            }
             ShaftClass::Partial
         };
         Shaft {
@@ -90,7 +102,9 @@ impl Occluders {
             scratch,
             point: query.point,
             frame,
+            exclude,
             class,
+            dense,
         }
     }
 }
@@ -103,10 +117,11 @@ impl Shaft<'_> {
     }
 
     /// The number of triangles (or pieces of triangles) that may hide a part of the light; zero
-    /// for an empty or blocked shaft.
+    /// for an empty or blocked shaft. Of a dense shaft, a lower bound.
     #[must_use]
     pub fn candidates(&self) -> usize {
         match self.class {
+            ShaftClass::Partial if self.dense => DENSE.max(self.scratch.flat.count),
             ShaftClass::Partial => self.scratch.flat.count,
             ShaftClass::Empty | ShaftClass::Blocked => 0,
         }
@@ -117,24 +132,56 @@ impl Shaft<'_> {
     /// Lines of one direction that follow each other are answered together. A line without
     /// length is visible.
     pub fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
-        out.clear();
+        out.reset(lines.len());
         self.scratch.counters.line_queries += lines.len() as u64;
         match (self.class, self.frame) {
             (ShaftClass::Partial, Some(frame)) => {
-                let mut rest = lines;
-                while !rest.is_empty() {
-                    let count = self.group(&frame, rest, out);
-                    rest = &rest[count..];
+                let mut first = 0;
+                while first < lines.len() {
+                    first += self.group(&frame, lines, first, out);
                 }
             }
-            (ShaftClass::Blocked, _) => lines.iter().for_each(|_| out.finish_line()),
-            _ => lines.iter().for_each(|_| out.push_whole()),
+            (ShaftClass::Blocked, _) => {}
+            _ => (0..lines.len()).for_each(|i| out.put_whole(i)),
         }
         self.scratch.counters.intervals += out.interval_count() as u64;
     }
 
-    /// Answers the lines at the front that share a direction and tells how many they are.
-    fn group(&mut self, frame: &LightFrame, lines: &[Segment], out: &mut VisibleLines) -> usize {
+    /// Answers the lines from `first` on that share a direction and tells how many they are.
+    fn group(
+        &mut self,
+        frame: &LightFrame,
+        lines: &[Segment],
+        first: usize,
+        out: &mut VisibleLines,
+    ) -> usize {
+        let along = self.share_direction(frame, &lines[first..]);
+        let count = self.scratch.ends.len();
+        if count == 0 {
+            // A line that is not finite.
+            out.put_whole(first);
+            return 1;
+        }
+        order_lines(self.scratch, along);
+        if self.dense {
+            self.visible_dense(frame, along, first, out);
+            return count;
+        }
+        let Scratch { lines, keys, ends, .. } = &mut *self.scratch;
+        lines.clear(along);
+        let forward = |e: [f64; 2]| along[0] * e[0] + along[1] * e[1];
+        for &(u, i) in keys.iter() {
+            let (a, b) = ends[i as usize];
+            lines.push(u, (forward(a), forward(b)), number(first, i));
+        }
+        lines.index();
+        sweep::sweep(self.occluders.isa, self.scratch, out);
+        count
+    }
+
+    /// Puts the ends of the first lines that share a direction into `scratch.ends`, and returns
+    /// the direction.
+    fn share_direction(&mut self, frame: &LightFrame, lines: &[Segment]) -> [f64; 2] {
         let ends = &mut self.scratch.ends;
         ends.clear();
         let mut along = [0.0; 2];
@@ -142,9 +189,11 @@ impl Shaft<'_> {
             let a = frame.project(line.p0 - self.point);
             let b = frame.project(line.p1 - self.point);
             let d = [b[0] - a[0], b[1] - a[1]];
-            let length = d[0].hypot(d[1]);
-            if along == [0.0; 2] && length > 0.0 {
-                along = [d[0] / length, d[1] / length];
+            if along == [0.0; 2] {
+                let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+                if length > 0.0 {
+                    along = [d[0] / length, d[1] / length];
+                }
             }
             let off = along[0] * d[1] - along[1] * d[0];
             if !(off.abs() <= PARALLEL) {
@@ -152,24 +201,82 @@ impl Shaft<'_> {
             }
             ends.push((a, b));
         }
-        // A line that is not finite answers for itself.
-        if ends.is_empty() {
-            out.push_whole();
-            return 1;
+        along
+    }
+
+    /// Answers the ordered lines of a dense shaft, a few at a time.
+    fn visible_dense(
+        &mut self,
+        frame: &LightFrame,
+        along: [f64; 2],
+        first: usize,
+        out: &mut VisibleLines,
+    ) {
+        let forward = |e: [f64; 2]| along[0] * e[0] + along[1] * e[1];
+        let point = self.point - self.occluders.origin;
+        let mut start = 0;
+        while start < self.scratch.keys.len() {
+            let Scratch { keys, ends, lines, .. } = &mut *self.scratch;
+            let end = keys.len().min(start + dense::GROUP);
+            let few = &keys[start..end];
+            start = end;
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for &(_, i) in few {
+                let (a, b) = ends[i as usize];
+                low = low.min(forward(a)).min(forward(b));
+                high = high.max(forward(a)).max(forward(b));
+            }
+            let across = (few[0].0, few[few.len() - 1].0);
+            if !(low < high) {
+                few.iter().for_each(|k| out.put_whole(number(first, k.1) as usize));
+                continue;
+            }
+            let around = frame.around_lines(along, [across.0, low], [across.1, high]);
+            // In the coordinates of the few: q along, so that across is −p.
+            lines.clear([0.0, 1.0]);
+            let width = across.1 - across.0;
+            let length = high - low;
+            let to_p = |u: f64| {
+                if around.corner_count == 2 {
+                    0.0
+                } else {
+                    (u - (across.0 - 1e-6 * width)) / (width * (1.0 + 2e-6))
+                }
+            };
+            let to_q = |v: f64| (v - (low - 1e-6 * length)) / (length * (1.0 + 2e-6));
+            for &(u, i) in few.iter().rev() {
+                let (a, b) = ends[i as usize];
+                lines.push(-to_p(u), (to_q(forward(a)), to_q(forward(b))), number(first, i));
+            }
+            lines.index();
+            let corners = frame.corners_in_space(along, [across.0, low], [across.1, high]);
+            let bounds =
+                ShaftBounds::new(self.occluders, point, &corners, &around, self.exclude);
+            dense::dense(
+                self.occluders.isa,
+                self.occluders,
+                &bounds,
+                (point, &around),
+                self.scratch,
+                out,
+            );
         }
-        let count = ends.len();
-        let scratch = &mut *self.scratch;
-        order_lines(scratch, along);
-        scratch.slots_per_line.reset(count);
-        sweep::sweep(self.occluders.isa, scratch);
-        finish_lines(scratch, out);
-        count
     }
 
     /// Whether a point of the light is visible.
     pub fn point_visible(&mut self, light_point: DVec3) -> bool {
         self.scratch.counters.shaft_points += 1;
         match (self.class, &self.frame) {
+            (ShaftClass::Partial, Some(_)) if self.dense => {
+                let ray = Ray {
+                    origin: self.point,
+                    direction: light_point - self.point,
+                    t_min: POINT_MARGIN,
+                    t_max: 1.0 - LIGHT_MARGIN,
+                };
+                let exclude = self.exclude.0..self.exclude.0 + self.exclude.1;
+                !self.occluders.any_hit(&ray, &exclude, self.scratch)
+            }
             (ShaftClass::Partial, Some(frame)) => {
                 let at = frame.project(light_point - self.point);
                 !sweep::hidden_point(self.occluders.isa, &self.scratch.flat.blocks, at)
@@ -179,53 +286,19 @@ impl Shaft<'_> {
     }
 }
 
-/// Turns the lines' ends into (u, v) coordinates, in order of u.
+/// A line's number in the caller's list.
+fn number(first: usize, i: u32) -> u32 {
+    u32::try_from(first).unwrap_or(u32::MAX).saturating_add(i)
+}
+
+/// Orders the lines by their place across: `scratch.keys`.
 fn order_lines(scratch: &mut Scratch, along: [f64; 2]) {
-    let Scratch { ends, keys, lines, .. } = scratch;
+    let Scratch { ends, keys, .. } = scratch;
     let across = |e: [f64; 2]| along[0] * e[1] - along[1] * e[0];
-    let forward = |e: [f64; 2]| along[0] * e[0] + along[1] * e[1];
     keys.clear();
-    keys.extend((0_u32..).zip(ends.iter()).map(|(i, (a, b))| {
-        (0.5 * (across(*a) + across(*b)), i)
-    }));
+    let middle = |(a, b): &([f64; 2], [f64; 2])| 0.5 * (across(*a) + across(*b));
+    keys.extend(ends.iter().map(middle).zip(0_u32..));
     if !keys.is_sorted_by(|a, b| a.0 <= b.0) {
         keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
-    lines.clear(along);
-    for &(u, i) in keys.iter() {
-        let (a, b) = ends[i as usize];
-        let (a, b) = (forward(a), forward(b));
-        lines.push(u, a.min(b), a.max(b), i);
-    }
-    lines.index();
-}
-
-/// Merges what is hidden of each line and hands the rest out in the caller's order.
-fn finish_lines(scratch: &mut Scratch, out: &mut VisibleLines) {
-    let Scratch {
-        ends,
-        lines,
-        slots_per_line,
-        pieces,
-        spans,
-        ..
-    } = scratch;
-    pieces.clear();
-    spans.clear();
-    spans.resize(lines.number.len(), (0, 0));
-    for (k, &number) in lines.number.iter().enumerate() {
-        let (block, lane) = (k / 8, k % 8);
-        let run = (lines.run_lo[block][lane], lines.run_hi[block][lane]);
-        let span = (lines.from[block][lane], lines.to[block][lane]);
-        let (a, b) = ends[number as usize];
-        let reversed = (b[0] - a[0]) * lines.along[0] + (b[1] - a[1]) * lines.along[1] < 0.0;
-        let start = pieces.len();
-        if span.0 < span.1 {
-            slots_per_line.finish(k, run, span, reversed, pieces);
-        } else {
-            pieces.push(linelit_geometry::intervals::Interval::UNIT);
-        }
-        spans[number as usize] = (start, pieces.len());
-    }
-    merge::gather(pieces, spans, out);
 }

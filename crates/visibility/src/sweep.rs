@@ -6,7 +6,13 @@
 //! to at most two triangles, and both evaluate that side by the same expression: closed surfaces
 //! leave no gap, not even of a rounding error.
 
-use crate::{Scratch, dispatch::dispatch, merge::Slots, project::FlatBlock, simd::Simd};
+use crate::{
+    Scratch, VisibleLines,
+    dispatch::dispatch,
+    merge::{self, Slots},
+    project::{FlatBlock, FlatTriangles},
+    simd::Simd,
+};
 
 /// Eight triangles ready for lines: u₀, u₁, u₂ in ascending order, v₀, v₁, and the slopes of the
 /// sides 0–1, 0–2 and 1–2.
@@ -27,6 +33,8 @@ pub(crate) struct Lines {
     pub(crate) run_hi: Vec<[f64; 8]>,
     /// Which line of the caller's it is.
     pub(crate) number: Vec<u32>,
+    /// Whether it runs against `along`.
+    pub(crate) reversed: Vec<bool>,
     /// First block that may hold a line at or after each of 64 steps of u.
     first: Vec<u32>,
     start: f64,
@@ -49,9 +57,11 @@ impl Lines {
             rows.clear();
         }
         self.number.clear();
+        self.reversed.clear();
     }
 
-    pub(crate) fn push(&mut self, u: f64, from: f64, to: f64, number: u32) {
+    /// Adds a line at `u` whose ends are at `a` and `b`.
+    pub(crate) fn push(&mut self, u: f64, (a, b): (f64, f64), number: u32) {
         let lane = self.number.len() % 8;
         if lane == 0 {
             self.u.push([BEYOND; 8]);
@@ -62,9 +72,10 @@ impl Lines {
         }
         let block = self.u.len() - 1;
         self.u[block][lane] = u;
-        self.from[block][lane] = from;
-        self.to[block][lane] = to;
+        self.from[block][lane] = a.min(b);
+        self.to[block][lane] = a.max(b);
         self.number.push(number);
+        self.reversed.push(b < a);
     }
 
     /// Prepares the look-up of blocks; lines must be in order.
@@ -133,20 +144,37 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock, along: [f64; 2]) -> ReadyBlock {
     out
 }
 
-/// Hides from every line what the triangles in `scratch.flat` hide.
+/// Hides from every line what the triangles in `flat` hide.
 #[inline(always)]
-fn sweep_kernel<S: Simd>(s: S, scratch: &mut Scratch) {
-    let Scratch {
-        flat, lines, slots_per_line, ..
-    } = scratch;
+pub(crate) fn sweep_flat<S: Simd>(
+    s: S,
+    flat: &FlatTriangles,
+    lines: &mut Lines,
+    slots: &mut Slots,
+) {
     let mut left = flat.count;
     for block in &flat.blocks {
         let ready = ready_eight(s, block, lines.along);
         for lane in 0..left.min(8) {
-            sweep_one(s, &ready, lane, lines, slots_per_line);
+            sweep_one(s, &ready, lane, lines, slots);
         }
         left = left.saturating_sub(8);
     }
+}
+
+/// The visible pieces of `scratch.lines` past the triangles in `scratch.flat`.
+#[inline(always)]
+fn sweep_kernel<S: Simd>(s: S, scratch: &mut Scratch, out: &mut VisibleLines) {
+    let Scratch {
+        flat,
+        lines,
+        slots_per_line,
+        pieces,
+        ..
+    } = scratch;
+    slots_per_line.reset(lines.number.len());
+    sweep_flat(s, flat, lines, slots_per_line);
+    merge::finish(s, lines, slots_per_line, pieces, out);
 }
 
 /// One triangle against all lines.
@@ -196,7 +224,7 @@ fn sweep_one<S: Simd>(s: S, ready: &ReadyBlock, lane: usize, lines: &mut Lines, 
                 let i = apart.trailing_zeros() as usize;
                 apart &= apart - 1;
                 let (run_lo, run_hi) = (&mut lines.run_lo[block][i], &mut lines.run_hi[block][i]);
-                slots.push(block * 8 + i, *run_lo, *run_hi);
+                slots.push(block, i, *run_lo, *run_hi);
                 (*run_lo, *run_hi) = (los[i], his[i]);
             }
         }
@@ -230,7 +258,7 @@ fn point_kernel<S: Simd>(s: S, blocks: &[FlatBlock], point: [f64; 2]) -> bool {
 
 dispatch! {
     /// Hides from every line what the projected triangles hide, on an instruction set.
-    sweep = sweep_kernel(scratch: &mut Scratch)
+    sweep = sweep_kernel(scratch: &mut Scratch, out: &mut VisibleLines)
 }
 dispatch! {
     /// Whether the projected triangles hide a point, on an instruction set.

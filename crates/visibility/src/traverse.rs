@@ -23,10 +23,12 @@ pub(crate) struct ShaftBounds {
     lo: [f32; 3],
     hi: [f32; 3],
     /// The triangle test's homogeneous coordinates P, Q, W of a vertex relative to `point`.
-    point: [f32; 3],
-    rows: [[f32; 3]; 3],
+    pub(crate) point: [f32; 3],
+    pub(crate) rows: [[f32; 3]; 3],
+    /// P, Q, W of the hierarchy's origin, negated.
+    pub(crate) offset: [f32; 3],
     /// Rounding errors of P, Q and W.
-    room: [f32; 3],
+    pub(crate) room: [f32; 3],
     /// The upper bound on p is `k W − P − j Q ≥ 0`.
     upper: [f32; 2],
     /// Excluded triangles: first and number.
@@ -66,7 +68,8 @@ impl ShaftBounds {
             hi: ((hi + point) + DVec3::splat(room)).as_vec3().to_array(),
             point: point.as_vec3().to_array(),
             rows: [frame.p, frame.q, frame.w].map(|g| g.as_vec3().to_array()),
-            room: [frame.p, frame.q, frame.w].map(|g| (g.length() * room) as f32),
+            offset: [frame.p, frame.q, frame.w].map(|g| g.dot(point) as f32),
+            room: [frame.p, frame.q, frame.w].map(|g| (g.abs().element_sum() * room) as f32),
             upper: [frame.shape.upper().0 as f32, frame.shape.upper().1 as f32],
             exclude,
         };
@@ -80,11 +83,9 @@ impl ShaftBounds {
             (-frame.w, -1.0),
         ];
         for (plane, (normal, least)) in bounds.planes.iter_mut().zip(inward) {
-            let length = normal.length();
-            let n = normal / length;
-            let n32: Vec3 = n.as_vec3();
+            let n32: Vec3 = normal.as_vec3();
             plane.normal = n32.to_array();
-            plane.least = (n.dot(point) + least / length - room) as f32;
+            plane.least = (normal.dot(point) + least - room * normal.abs().element_sum()) as f32;
             plane.farthest = std::array::from_fn(|i| if n32[i] < 0.0 { i } else { i + 3 });
         }
         bounds
@@ -92,7 +93,7 @@ impl ShaftBounds {
 
     /// The boxes of a node that the shaft may meet.
     #[inline(always)]
-    fn boxes<S: Simd>(&self, s: S, node: &Node) -> u8 {
+    pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node) -> u8 {
         let mut found = node.valid;
         for axis in 0..3 {
             found &= s.le(s.load(&node.bounds[axis]), s.splat(self.hi[axis]));
@@ -111,7 +112,7 @@ impl ShaftBounds {
 
     /// The triangles of a leaf that may be inside the shaft in part.
     #[inline(always)]
-    fn triangles<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], ids: &[u32; 8]) -> u8 {
+    pub(crate) fn triangles<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], ids: &[u32; 8]) -> u8 {
         let a = self.vertex(s, vertices, 0);
         let b = self.vertex(s, vertices, 3);
         let c = self.vertex(s, vertices, 6);
@@ -163,7 +164,7 @@ fn max3<S: Simd>(s: S, a: S::F, b: S::F, c: S::F) -> S::F {
 }
 
 #[inline(always)]
-fn dot<S: Simd>(s: S, n: &[f32; 3], x: S::F, y: S::F, z: S::F) -> S::F {
+pub(crate) fn dot<S: Simd>(s: S, n: &[f32; 3], x: S::F, y: S::F, z: S::F) -> S::F {
     s.fma(
         s.splat(n[0]),
         x,

@@ -149,3 +149,37 @@ fn lines_from_surfaces_agree_with_brute_force() {
         }
     }
 }
+
+/// Thousands of triangles in the shaft: the walk that skips what is hidden.
+#[test]
+fn dense_shafts_agree_with_brute_force() {
+    let mut rng = Rng(4);
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    for case in 0..30 {
+        let (centre, scale) = PLACES[case % 4];
+        let mesh = soup(&mut rng, 4000, [0.01, 0.05][case % 2], centre, scale);
+        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+        let corners = [3, 4, 2, 6][case % 4];
+        let at = centre + DVec3::new(0.2, 0.3, 1.3) * scale;
+        let light = light(&mut rng, corners, at, scale);
+        let point = centre + DVec3::new(0.1, -0.1, -1.2) * scale;
+        let angle = (case % 3 != 0).then_some(0.7);
+        let lines: Vec<_> = (0..[1, 16, 21][case % 3])
+            .map(|_| chord(&mut rng, &light, angle))
+            .collect();
+        let query = ShaftQuery {
+            point,
+            light: &light,
+            exclude: NONE,
+        };
+        let mut shaft = occluders.shaft(query, &mut scratch);
+        shaft.visible(&lines, &mut out);
+        for (i, line) in lines.iter().enumerate() {
+            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
+            let off = difference(out.line(i), &want);
+            assert!(off <= 1e-9, "case {case}, line {i}: off by {off:e}");
+        }
+    }
+    assert!(scratch.counters.dense_shafts >= 5, "{:?}", scratch.counters);
+}

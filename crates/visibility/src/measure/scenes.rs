@@ -179,8 +179,8 @@ pub fn colonnade() -> Scene {
     for k in 0..5 {
         curtain(&mut s, -7.0 + 3.5 * f64::from(k));
     }
-    s.light("S", DVec3::new(0.0, 9.5, 0.0), DVec3::X * 1.0, DVec3::Z * 1.0);
-    s.light("L", DVec3::new(0.0, 9.5, 0.0), DVec3::X * 12.0, DVec3::Z * 4.0);
+    s.light("S", DVec3::new(0.0, 9.5, 0.0), DVec3::X * 0.4, DVec3::Z * 0.4);
+    s.light("L", DVec3::new(0.0, 9.5, 0.0), DVec3::X * 4.0, DVec3::Z * 2.0);
     s
 }
 

@@ -1,0 +1,253 @@
+//! Dense shafts: thousands of triangles between a point and a light.
+//!
+//! Their lines are answered a few neighbours at a time, each few by a walk of its own from front
+//! to back. Along each line, 64 bins record what is hidden for sure; a box whose image lies
+//! between the lines, or only on hidden bins, is skipped with all that is in it. What is skipped
+//! lies within what is hidden, so the visible pieces do not change by a bit.
+
+use crate::{
+    Occluders, Scratch, VisibleLines,
+    dispatch::dispatch,
+    frame::LightFrame,
+    merge,
+    node::{Child, Node},
+    project, sweep,
+    simd::Simd,
+    traverse::ShaftBounds,
+};
+use linelit_geometry::DVec3;
+
+/// Most lines that share a walk.
+pub(crate) const GROUP: usize = 8;
+
+/// A box still to visit: where it is nearest, and its image's bounds in (p, q).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearBox {
+    child: Child,
+    depth: f32,
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+/// Bins along up to eight lines.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Covered {
+    /// Where the lines are across, at least and at most: rounded outward.
+    low: [f32; GROUP],
+    high: [f32; GROUP],
+    bins: [u64; GROUP],
+}
+
+/// The bins that an interval of q touches.
+#[inline(always)]
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+fn touched(low: f32, high: f32) -> u64 {
+    let first = (low * 64.0).clamp(0.0, 63.0) as u32;
+    let last = (high * 64.0).clamp(0.0, 63.0) as u32;
+    (u64::MAX << first) & (u64::MAX >> (63 - last))
+}
+
+/// The bins that lie wholly inside an interval of q.
+#[inline(always)]
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+fn filled(low: f64, high: f64) -> u64 {
+    let first = (low * 64.0).ceil().clamp(0.0, 64.0) as u32;
+    let end = (high * 64.0).floor().clamp(0.0, 64.0) as u32;
+    if first >= end {
+        return 0;
+    }
+    (u64::MAX << first) & (u64::MAX >> (64 - end))
+}
+
+impl Covered {
+    /// Nothing hidden but what lies beyond the lines' ends.
+    #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
+    fn start(lines: &sweep::Lines) -> Self {
+        let mut c = Self {
+            low: [f32::INFINITY; GROUP],
+            high: [f32::NEG_INFINITY; GROUP],
+            bins: [u64::MAX; GROUP],
+        };
+        for lane in 0..lines.number.len().min(GROUP) {
+            // Across is −p.
+            let p = -lines.u[0][lane];
+            c.low[lane] = (p as f32).next_down();
+            c.high[lane] = (p as f32).next_up();
+            c.bins[lane] = filled(-1.0, lines.from[0][lane]) | filled(lines.to[0][lane], 2.0);
+        }
+        c
+    }
+
+    /// Whether a box can hide anything that is not hidden yet.
+    #[inline(always)]
+    fn needs<S: Simd>(&self, s: S, b: &NearBox) -> bool {
+        let mut near = s.le(s.splat(b.low[0]), s.load(&self.high))
+            & s.le(s.load(&self.low), s.splat(b.high[0]));
+        let bins = touched(b.low[1], b.high[1]);
+        while near != 0 {
+            if bins & !self.bins[near.trailing_zeros() as usize] != 0 {
+                return true;
+            }
+            near &= near - 1;
+        }
+        false
+    }
+
+    /// Records the lines' running intervals; true if all lines are hidden.
+    #[inline(always)]
+    fn record(&mut self, lines: &sweep::Lines) -> bool {
+        let mut all = u64::MAX;
+        for lane in 0..lines.number.len().min(GROUP) {
+            self.bins[lane] |= filled(lines.run_lo[0][lane], lines.run_hi[0][lane]);
+            all &= self.bins[lane];
+        }
+        all == u64::MAX
+    }
+}
+
+/// The boxes of a node that the shaft may meet, with their images.
+#[inline(always)]
+fn images<S: Simd>(
+    s: S,
+    bounds: &ShaftBounds,
+    node: &Node,
+    found: u8,
+    stack: &mut Vec<NearBox>,
+) {
+    let (mut low, mut high) = ([[0.0; 8]; 3], [[0.0; 8]; 3]);
+    let mut least = [s.splat(0.0); 3];
+    let mut most = [s.splat(0.0); 3];
+    for k in 0..3 {
+        let n = &bounds.rows[k];
+        let mut near = s.splat(-bounds.offset[k] - bounds.room[k]);
+        let mut far = s.splat(-bounds.offset[k] + bounds.room[k]);
+        for axis in 0..3 {
+            let up = axis + 3 * usize::from(n[axis] >= 0.0);
+            let down = axis + 3 * usize::from(n[axis] < 0.0);
+            near = s.fma(s.splat(n[axis]), s.load(&node.bounds[down]), near);
+            far = s.fma(s.splat(n[axis]), s.load(&node.bounds[up]), far);
+        }
+        least[k] = near;
+        most[k] = far;
+    }
+    s.store(least[2], &mut low[2]);
+    s.store(most[2], &mut high[2]);
+    for k in 0..2 {
+        s.store(least[k], &mut low[k]);
+        s.store(most[k], &mut high[k]);
+    }
+    let base = stack.len();
+    let mut found = found;
+    while found != 0 {
+        let lane = found.trailing_zeros() as usize;
+        found &= found - 1;
+        let mut b = NearBox {
+            child: node.child[lane],
+            depth: low[2][lane],
+            low: [f32::NEG_INFINITY; 2],
+            high: [f32::INFINITY; 2],
+        };
+        if low[2][lane] > 1e-6 {
+            // The room covers the two roundings of a quotient as well.
+            let (near, far) = (1.0 / low[2][lane], 1.0 / high[2][lane]);
+            for k in 0..2 {
+                let (l, h) = (low[k][lane], high[k][lane]);
+                let l = l * if l < 0.0 { near } else { far };
+                let h = h * if h > 0.0 { near } else { far };
+                b.low[k] = l - 1e-6 * l.abs();
+                b.high[k] = h + 1e-6 * h.abs();
+            }
+        }
+        // Insertion keeps the farthest lowest on the stack.
+        stack.push(b);
+        let mut k = stack.len() - 1;
+        while k > base && stack[k - 1].depth < b.depth {
+            stack[k] = stack[k - 1];
+            k -= 1;
+        }
+        stack[k] = b;
+    }
+}
+
+/// The visible pieces of up to eight lines in `scratch.lines`, in the coordinates of `frame`.
+#[inline(always)]
+fn dense_kernel<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    bounds: &ShaftBounds,
+    (point, frame): (DVec3, &LightFrame),
+    scratch: &mut Scratch,
+    out: &mut VisibleLines,
+) {
+    let Scratch {
+        counters,
+        slots,
+        flat,
+        lines,
+        slots_per_line,
+        pieces,
+        near_boxes: stack,
+        covered,
+        ..
+    } = scratch;
+    slots_per_line.reset(lines.number.len());
+    *covered = Covered::start(lines);
+    slots.clear();
+    stack.clear();
+    stack.push(NearBox {
+        child: Child::node(0),
+        depth: 0.0,
+        low: [f32::NEG_INFINITY; 2],
+        high: [f32::INFINITY; 2],
+    });
+    loop {
+        let next = stack.pop();
+        if let Some(b) = &next {
+            if !covered.needs(s, b) {
+                continue;
+            }
+            if b.child.is_leaf() {
+                counters.triangle_tests += u64::from(b.child.count());
+                let leaf = &occluders.hierarchy.leaves[b.child.index()];
+                let mut maybe = bounds.triangles(s, &leaf.vertices, &leaf.id) & b.child.mask();
+                while maybe != 0 {
+                    #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
+                    slots.push((b.child.index() * 8) as u32 + maybe.trailing_zeros());
+                    maybe &= maybe - 1;
+                }
+            } else {
+                let node = &occluders.hierarchy.nodes[b.child.index()];
+                counters.node_tests += u64::from(node.valid.count_ones());
+                let found = bounds.boxes(s, node);
+                images(s, bounds, node, found, stack);
+            }
+        }
+        // Eight triangles at a time, and what is left at the end.
+        while slots.len() >= 8 || (next.is_none() && !slots.is_empty()) {
+            let first = slots.len().saturating_sub(8);
+            flat.clear();
+            let all = project::project_slots(s, occluders, &slots[first..], point, frame, flat);
+            slots.truncate(first);
+            counters.candidates += flat.count as u64;
+            if all {
+                // One triangle before all the lines: nothing is visible.
+                slots.clear();
+                return;
+            }
+            sweep::sweep_flat(s, flat, lines, slots_per_line);
+            if flat.count > 0 && covered.record(lines) {
+                slots.clear();
+                return;
+            }
+        }
+        if next.is_none() {
+            break;
+        }
+    }
+    merge::finish(s, lines, slots_per_line, pieces, out);
+}
+
+dispatch! {
+    /// The visible pieces of up to eight lines of a dense shaft, on an instruction set.
+    dense = dense_kernel(occluders: &Occluders, bounds: &ShaftBounds, at: (DVec3, &LightFrame), scratch: &mut Scratch, out: &mut VisibleLines)
+}
