@@ -22,6 +22,8 @@ use crate::pdf::{Offset, Pdf, SolidAngle};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
+/// After a step this small, relative to the piece, the next one would be rounding.
+const LAST_STEP: f64 = 2e-9;
 /// Newton steps at most; the bracket halves at least every second one.
 const MOST_STEPS: u32 = 64;
 
@@ -190,7 +192,23 @@ impl AngularLines {
 
     /// Its measure per radius.
     fn thin_measure(&self, line: Line) -> f64 {
-        self.thin(line).map_or(0.0, |t| t.measure())
+        match self.normal {
+            // The formula of LineView::solid_angle, without the rest of it.
+            None => {
+                let (y0, y1) = (line.lo, line.lo + line.length);
+                let h2 = line.u * line.u + self.z * self.z;
+                let (r0, r1) = ((y0 * y0 + h2).sqrt(), (y1 * y1 + h2).sqrt());
+                let (dot, product) = (y0 * y1 + h2, r0 * r1);
+                let range = if dot > 0.0 {
+                    h2 / product * (line.length / (product + dot)) * (r0 + r1)
+                } else {
+                    y1 / r1 - y0 / r0
+                };
+                let thin = 2.0 * range / h2.sqrt();
+                if thin.is_finite() { thin } else { 0.0 }
+            }
+            Some(_) => self.thin(line).map_or(0.0, |t| t.measure()),
+        }
     }
 
     /// A line from one random number in [0, 1); density 0 where there is nothing to sample.
@@ -246,11 +264,12 @@ impl AngularLines {
             } else {
                 0.5 * (lo + hi)
             };
-            if (next - v).abs() <= f64::EPSILON * angles.end {
-                v = next;
+            let step = (next - v).abs();
+            v = next;
+            // Newton's error is the square of the step, relative to the piece.
+            if step <= LAST_STEP * angles.end {
                 break;
             }
-            v = next;
         }
         angles.fraction(v)
     }

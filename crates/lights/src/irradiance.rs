@@ -1,6 +1,6 @@
 //! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made of.
 
-use crate::spherical_triangle;
+use crate::spherical_triangle::{self, cross_in_plane};
 use linelit_geometry::{DVec3, predicates};
 
 /// A trapezoid of the light between two parallel lines, relative to the shading point: (a, b) on the one line, (d, c) on
@@ -22,9 +22,10 @@ impl Trapezoid {
         let [ab, bc, cd, da] = self.edges;
         let diagonal = ab + bc;
         let area = self.z * self.width;
-        let half = spherical_triangle::half_angle;
-        2.0 * (half([a, b, c], [ab, bc, -diagonal], area * ab.length())
-            + half([a, c, d], [diagonal, cd, da], area * cd.length()))
+        let half = spherical_triangle::half_angle_in_plane;
+        let [la, lb, lc, ld] = self.corners.map(DVec3::length);
+        2.0 * (half([a, b, c], [ab, bc, -diagonal], [la, lb, lc], area * ab.x)
+            + half([a, c, d], [diagonal, cd, da], [la, lc, ld], -area * cd.x))
     }
 
     /// `∫ max(0, n·ω) dω` for a trapezoid that is above the horizon of `n`.
@@ -49,7 +50,7 @@ impl Trapezoid {
         let mut sum = 0.0;
         for i in 0..4 {
             let (p, q) = (self.corners[i], self.corners[(i + 1) % 4]);
-            let x = predicates::cross(p, self.edges[i]);
+            let x = cross_in_plane(p, self.edges[i]);
             let length = x.length();
             if length > 0.0 {
                 sum += length.atan2(p.dot(q)) * (x.dot(n) / length);
@@ -74,29 +75,43 @@ impl Trapezoid {
         for i in 0..4 {
             let j = (i + 1) % 4;
             let product = r[i] * r[j];
-            let sine = predicates::cross(self.corners[i], self.edges[i]).length() / product;
+            let sine = cross_in_plane(self.corners[i], self.edges[i]).length() / product;
             let pm = arc_over_sine_minus_one(sine);
             let w = (pm + 1.0) / product;
             let dw = pm / product - (big * (d[i] + d[j]) + d[i] * d[j]) / (big * big * product);
-            flat += w * predicates::cross(e[i], e[j]).dot(n);
+            flat += w * n.z * predicates::diff_of_products(e[i].x, e[j].y, e[i].y, e[j].x);
             tilt += self.edges[i] * dw;
         }
         0.5 * (flat + n.dot(v0.cross(tilt)))
     }
 }
 
+/// The coefficients binom(2k, k)/4ᵏ/(2k + 1), k ≥ 1, of arcsin(s)/s in s².
+const ARC: [f64; 24] = {
+    let mut out = [0.0; 24];
+    let (mut k, mut binomial) = (0, 1.0);
+    while k < 24 {
+        let n = 2.0 * (k as f64 + 1.0);
+        binomial *= (n - 1.0) / n;
+        out[k] = binomial / (n + 1.0);
+        k += 1;
+    }
+    out
+};
+
 /// `Θ/sin Θ − 1` for Θ < π/2, from the sine: a series for sin Θ < ½.
 fn arc_over_sine_minus_one(sine: f64) -> f64 {
     if sine > 0.5 {
         return sine.min(1.0).asin() / sine - 1.0;
     }
-    // Σ_{k≥1} binom(2k, k)/4ᵏ/(2k + 1) y^k, the ratio of the binomial factors being (2k − 1)/(2k).
     let y = sine * sine;
-    let (mut power, mut sum) = (1.0, 0.0);
-    for k in 1..=24_u32 {
-        let k = f64::from(k);
-        power *= y * (2.0 * k - 1.0) / (2.0 * k);
-        sum += power / (2.0 * k + 1.0);
-    }
-    sum
+    // The terms shrink by y: as many as are needed, from the end.
+    let used = if y < 1e-4 {
+        4
+    } else if y < 0.02 {
+        9
+    } else {
+        ARC.len()
+    };
+    y * ARC[..used].iter().rev().fold(0.0, |sum, c| sum * y + c)
 }

@@ -52,8 +52,16 @@ struct Side {
 impl Side {
     fn new(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
         // a × b = a × (b − a): the edge carries the digits that the corners have lost when far away.
-        let cross = predicates::cross(a, edge);
-        let (dot, product, length) = (a.dot(b), la * lb, cross.length());
+        Self::from_cross(predicates::cross(a, edge), a.dot(b), la * lb)
+    }
+
+    /// The same for an edge that is parallel to the plane z = const: two components of the product have one term only.
+    fn in_plane(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
+        Self::from_cross(cross_in_plane(a, edge), a.dot(b), la * lb)
+    }
+
+    fn from_cross(cross: DVec3, dot: f64, product: f64) -> Self {
+        let length = cross.length();
         if dot >= 0.0 {
             Self {
                 one_plus: 1.0 + dot / product,
@@ -69,6 +77,12 @@ impl Side {
             }
         }
     }
+}
+
+/// The cross product of a corner and an edge that is parallel to the plane z = const.
+pub(crate) fn cross_in_plane(a: DVec3, edge: DVec3) -> DVec3 {
+    let turn = predicates::diff_of_products(a.x, edge.y, a.y, edge.x);
+    DVec3::new(-a.z * edge.y, a.z * edge.x, turn)
 }
 
 /// Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))` with the longest side in the part of ab: the one combination whose denominator
@@ -91,20 +105,20 @@ fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     (d * next.tan_half).atan2(long.one_plus + at * next.tan_half)
 }
 
-/// The three sides of a triangle relative to the shading point, with its edges.
-fn sides(corners: &[DVec3; 3], edges: &[DVec3; 3], length: &[f64; 3]) -> [Side; 3] {
-    let side =
-        |i: usize, j: usize| Side::new(corners[i], corners[j], edges[i], length[i], length[j]);
-    [side(0, 1), side(1, 2), side(2, 0)]
-}
-
-/// Half the solid angle of a triangle with the determinant of magnitude `det`; 0 if it is degenerate.
-pub(crate) fn half_angle(corners: [DVec3; 3], edges: [DVec3; 3], det: f64) -> f64 {
+/// Half the solid angle of a triangle with a side on each of two lines in the plane z = const; `det` is the magnitude of its
+/// determinant. 0 if it is degenerate.
+pub(crate) fn half_angle_in_plane(
+    corners: [DVec3; 3],
+    edges: [DVec3; 3],
+    len: [f64; 3],
+    det: f64,
+) -> f64 {
     if det <= 0.0 || det.is_nan() {
         return 0.0;
     }
-    let length = corners.map(DVec3::length);
-    let half = half_solid_angle(&sides(&corners, &edges, &length), &length, det);
+    let side =
+        |i: usize, j: usize| Side::in_plane(corners[i], corners[j], edges[i], len[i], len[j]);
+    let half = half_solid_angle(&[side(0, 1), side(1, 2), side(2, 0)], &len, det);
     if half.is_finite() { half } else { 0.0 }
 }
 
