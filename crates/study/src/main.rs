@@ -13,7 +13,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Render(args) => commands::render(args),
         Command::Converge(args) => commands::converge(args),
-        Command::Compare(_) => Ok(()),
+        Command::Compare(args) => commands::compare(args),
         Command::Info(args) => commands::info(args),
         Command::CheckReferences(args) => commands::check_references(args),
     };

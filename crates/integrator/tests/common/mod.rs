@@ -5,7 +5,7 @@ use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_scene::{LoadOptions, Scene};
 
 /// A floor seen from above, a square light over it, and whatever `occluders` says.
-pub fn room(light: &str, occluders: &str) -> Scene {
+pub(crate) fn room(light: &str, occluders: &str) -> Scene {
     let text = format!(
         r#"
 LookAt 0 -0.5 5  0 0 0  0 1 0
@@ -27,29 +27,29 @@ WorldEnd
 }
 
 /// A scene from pbrt text.
-pub fn load(text: &str) -> Scene {
+pub(crate) fn load(text: &str) -> Scene {
     Scene::from_pbrt_str(text, "test.pbrt", &LoadOptions::default())
         .expect("the test scene is valid")
         .scene
 }
 
 /// A square light of side 1 above the floor, facing down.
-pub const SQUARE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+pub(crate) const SQUARE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
 "point P" [ -0.5 -0.5 2  -0.5 0.5 2  0.5 0.5 2  0.5 -0.5 2 ]"#;
 
 /// A triangular light, tilted.
-pub const TRIANGLE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 ]
+pub(crate) const TRIANGLE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 ]
 "point P" [ -0.8 -0.5 2  0.1 0.9 1.6  0.7 -0.4 2.2 ]"#;
 
 /// Occluders of several kinds: a tilted triangle, a slat, and one that touches the floor.
-pub const CLUTTER: &str = r#"
+pub(crate) const CLUTTER: &str = r#"
 Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -0.6 -0.3 0.9  0.5 -0.2 1.1  0.1 0.6 0.8 ]
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 0.2 1.3  1 0.25 1.3  1 0.35 1.3  -1 0.3 1.3 ]
 Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 0.8 0.3 0  1.0 0.9 0  0.9 0.6 1.2 ]
 "#;
 
 /// The shading points of all pixels.
-pub fn points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
+pub(crate) fn points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     let mut workspace = Workspace::new();
     let film = &renderer.scene().film;
     let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| [x, y]));
@@ -59,7 +59,7 @@ pub fn points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
 }
 
 /// Mean and its standard error over independent trials, by channel.
-pub fn trials(
+pub(crate) fn trials(
     renderer: &Renderer<'_>,
     settings: &Settings,
     (pixel, point): &([u32; 2], ShadingPoint),

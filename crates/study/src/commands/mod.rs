@@ -11,10 +11,24 @@ pub use converge::run as converge;
 pub use info::run as info;
 pub use render::run as render;
 
-use crate::cli::SceneArgs;
+use crate::cli::{CompareArgs, SceneArgs};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPool;
+
+/// `compare`: prints how two images differ.
+///
+/// # Errors
+/// If an image cannot be read, or the two differ in size.
+pub fn compare(args: &CompareArgs) -> Result<()> {
+    let comparison = crate::compare::run(&args.image, &args.reference)?;
+    if args.json {
+        println!("{}", serde_json::to_string(&comparison)?);
+    } else {
+        println!("{comparison}");
+    }
+    Ok(())
+}
 
 /// A pool of the threads that the flags ask for.
 fn pool(args: &SceneArgs) -> Result<ThreadPool> {

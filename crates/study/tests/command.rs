@@ -1,0 +1,160 @@
+//! The command line, as a user runs it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn linelit(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_linelit"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let dir = std::env::temp_dir().join(format!("linelit-command-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).unwrap();
+    dir
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn path(p: &Path) -> &str {
+    p.to_str().unwrap()
+}
+
+#[test]
+fn usage_errors_exit_with_two() {
+    for arguments in [
+        &["rendr"][..],
+        &["render", "cornell-box"],
+        &["render", "cornell-box", "-o", "x.exr", "--samples", "0"],
+        &[
+            "render",
+            "cornell-box",
+            "-o",
+            "x.exr",
+            "--estimator",
+            "lines",
+        ],
+        &["render", "cornell-box", "-o", "x.exr", "--crop", "0,2,0,1"],
+        &["converge", "--pixels", "0x0"],
+    ] {
+        let output = linelit(arguments);
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{arguments:?}: {}",
+            text(&output.stderr)
+        );
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn failures_exit_with_one_and_leave_nothing() {
+    let dir = folder("failures");
+    let image = dir.join("x.exr");
+    let missing = linelit(&["render", "no-such-scene", "-o", path(&image)]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(
+        text(&missing.stderr).contains("no-such-scene"),
+        "{}",
+        text(&missing.stderr)
+    );
+    let broken = dir.join("broken.pbrt");
+    std::fs::write(
+        &broken,
+        "WorldBegin\nShape \"trianglemesh\" \"integer indices\" [ 0 1 9 ]\n",
+    )
+    .unwrap();
+    let output = linelit(&["render", path(&broken), "-o", path(&image)]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = text(&output.stderr);
+    assert!(
+        message.contains("broken.pbrt") && message.contains('2'),
+        "{message}"
+    );
+    let kind = linelit(&["render", "cornell-box", "-o", path(&dir.join("x.jpg"))]);
+    assert_eq!(kind.status.code(), Some(1));
+    assert!(!image.exists());
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn renders_are_reproducible_and_compare_equal() {
+    let dir = folder("render");
+    let (a, b) = (dir.join("a.exr"), dir.join("b.exr"));
+    for (image, threads) in [(&a, "1"), (&b, "3")] {
+        let arguments = [
+            "render",
+            "cornell-box",
+            "-o",
+            path(image),
+            "--resolution",
+            "24x24",
+            "--threads",
+            threads,
+        ];
+        let output = linelit(&arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
+    let compared = linelit(&["compare", path(&a), path(&b), "--json"]);
+    assert!(compared.status.success(), "{}", text(&compared.stderr));
+    let value: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
+    assert_eq!(value["mse"].as_f64(), Some(0.0), "{value}");
+    let crop = dir.join("crop.exr");
+    let arguments = [
+        "render",
+        "cornell-box",
+        "-o",
+        path(&crop),
+        "--resolution",
+        "24x24",
+        "--crop",
+        "0.25,0.75,0,1",
+    ];
+    assert!(linelit(&arguments).status.success());
+    let cropped = linelit_film::Image::read(&crop).unwrap();
+    assert_eq!((cropped.width, cropped.height), (12, 24));
+    let whole = linelit_film::Image::read(&a).unwrap();
+    assert_eq!(cropped.get(0, 12), whole.get(6, 12));
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn a_study_leaves_its_report() {
+    let dir = folder("study");
+    let arguments = [
+        "converge",
+        "cornell-box",
+        "--samples",
+        "1,4",
+        "--trials",
+        "2",
+        "--pixels",
+        "8x8",
+        "--samplers",
+        "independent",
+        "--estimators",
+        "point-area,line-analytic",
+        "--out",
+        path(&dir),
+        "--json",
+    ];
+    let output = linelit(&arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value["rows"].as_array().unwrap().len(), 4);
+    for file in ["results.csv", "slopes.csv", "results.json", "report.html"] {
+        assert!(dir.join(file).is_file(), "{file}");
+    }
+    let csv = std::fs::read_to_string(dir.join("results.csv")).unwrap();
+    assert!(csv.starts_with("scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,bias,bias_stderr,cpu_seconds,wall_seconds,rays,line_queries,node_tests,triangle_tests,intervals"));
+    assert!(std::fs::read_dir(dir.join("plots")).unwrap().count() >= 2);
+    let page = std::fs::read_to_string(dir.join("report.html")).unwrap();
+    assert!(!page.contains("src=\"http") && !page.contains("NaN"));
+    std::fs::remove_dir_all(&dir).unwrap();
+}
