@@ -78,7 +78,7 @@ fn expand(step: &str) -> Vec<(String, Work)> {
         "clippy" => one(
             "clippy, all targets",
             quiet(
-                &["clippy", "--workspace", "--all-targets"],
+                &["clippy", "--workspace", "--all-targets", "--keep-going"],
                 &["-D", "warnings"],
             ),
         ),
