@@ -271,7 +271,8 @@ impl ConvergencePlot {
             if leaves_right {
                 labels.push(([end[0] - 5.0, end[1] - 7.0], Anchor::End, text));
             } else {
-                labels.push(([end[0] + 6.0, end[1] - 7.0], Anchor::Start, text));
+                // On the steep side of the guide, where no data are expected.
+                labels.push(([end[0] - 12.0, end[1] - 7.0], Anchor::End, text));
             }
         }
         labels
