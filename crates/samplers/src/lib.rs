@@ -14,8 +14,8 @@
 //! ```
 //!
 //! Numbers of different dimensions are padded: independent, each set stratified in itself. [`JointSobol`] offers up to
-//! 256 dimensions that are stratified together. The building blocks ([`sobol_02`], [`owen_scramble`],
-//! [`blue_noise_rank`], [`hash`]) are public.
+//! 256 dimensions that are stratified together. [`split`] chooses among several things and keeps the number. The
+//! building blocks ([`sobol_02`], [`owen_scramble`], [`blue_noise_rank`], [`hash`]) are public.
 //!
 //! Streams are frozen: golden values in the tests pin them, and changing one is a breaking change.
 
@@ -29,6 +29,7 @@ mod owen;
 mod permute;
 mod sampler;
 mod sobol;
+mod split;
 mod stratified;
 mod zsobol;
 
@@ -38,6 +39,7 @@ pub use kind::{SamplerKind, UnknownSampler};
 pub use owen::owen_scramble;
 pub use sampler::{SampleSet, Sampler};
 pub use sobol::{sobol_02, van_der_corput};
+pub use split::split;
 
 /// The README's examples are tests.
 #[cfg(doctest)]
