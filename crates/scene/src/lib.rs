@@ -1,11 +1,12 @@
-//! Scenes for linelit: geometry, lights, materials, camera and film, read from the files that
-//! people have, with errors that name the place.
+#![doc = include_str!("../README.md")]
+//!
+//! # What a scene is
 //!
 //! A [`Scene`] is flat: all instances expanded, all positions in world space and rounded once to
-//! `f32`, triangles with their material and, if they emit, their light. Emissive triangles that
-//! together form a convex polygon are one light.
+//! `f32`, triangles with their material and, if they emit, their light.
 //!
 //! ```
+//! use linelit_geometry::DVec3;
 //! use linelit_scene::{LoadOptions, Scene};
 //!
 //! let text = r#"
@@ -22,9 +23,14 @@
 //!     AttributeEnd
 //! "#;
 //! let loaded = Scene::from_pbrt_str(text, "room.pbrt", &LoadOptions::default())?;
-//! assert_eq!(loaded.scene.triangles.len(), 4);
-//! assert_eq!(loaded.scene.lights.len(), 1); // two triangles, one quad
+//! let scene = loaded.scene;
 //! assert!(loaded.warnings.is_empty());
+//! assert_eq!((scene.triangles.len(), scene.lights.len()), (4, 1)); // two triangles, one quad
+//!
+//! // A ray has met the third triangle from below: it is the light.
+//! let surface = scene.surface(2, [0.25, 0.25], DVec3::Y);
+//! assert_eq!((surface.light, surface.outside), (Some(0), true));
+//! assert_eq!(surface.geometric_normal, -DVec3::Y);
 //! # Ok::<(), linelit_scene::SceneError>(())
 //! ```
 
