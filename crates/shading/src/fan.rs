@@ -55,9 +55,12 @@ impl<const N: usize> Fan<N> {
             let q = crossing(whole[0], whole[1], *k, base[i][0], base[i][1]);
             ends[end] = q;
             for (j, value) in values.iter_mut().enumerate() {
-                let at_cut = dot(vectors[j], q);
-                // Vectors that have clipped already are positive here, but for rounding.
-                value[end] = if j < i { at_cut.max(0.0) } else { at_cut };
+                // Of like sign, the values are interpolated without cancellation.
+                value[end] = if value[0] * value[1] >= 0.0 {
+                    value[0] * (c1 / span) + value[1] * (-c0 / span)
+                } else {
+                    dot(vectors[j], q)
+                };
             }
             values[i][end] = 0.0;
         }

@@ -66,7 +66,7 @@ fn side<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, k: f64
     let window = window(k, slope);
     let rough = k < SMOOTH && k.fract() != 0.0;
     let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
-    if rough && horizon - width < 0.6 {
+    if rough && horizon - width < width {
         let split = 0.5 * width;
         return panel(fan, start, split, slope, sign).sum(k)
             + near_horizon(fan, start, [split, width], horizon, k, sign);

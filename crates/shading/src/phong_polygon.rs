@@ -254,7 +254,7 @@ impl Edge {
             return 0.0;
         }
         let rough = k < 6.0 && k.fract() != 0.0;
-        if rough && FRAC_PI_2 - b.abs().max(a.abs()) < 0.6 {
+        if rough && FRAC_PI_2 - b.abs().max(a.abs()) < b - a {
             let middle = 0.5 * (a + b);
             let inner = if b.abs() >= a.abs() { (a, middle) } else { (middle, b) };
             let outer = if b.abs() >= a.abs() { (middle, b) } else { (a, middle) };
