@@ -25,8 +25,9 @@ pub(crate) struct Group {
     pub(crate) facets: Vec<usize>,
 }
 
-/// Patches with more facets than this are not merged greedily.
-const MAX_GREEDY: usize = 1024;
+/// Facets that greedy merging may look at, per facet of a patch: keeps the time in proportion to
+/// the number of facets. A pair costs two, so that ordinary patches stay far below.
+const GREEDY_BUDGET: usize = 128;
 
 impl Facet {
     /// A facet; `keep` says whether its right-hand normal is the emitting side.
@@ -63,10 +64,8 @@ pub(crate) fn merge(facets: &[Facet], same: impl Fn(&Facet, &Facet) -> bool) -> 
                 });
                 continue;
             }
-            if patch.len() <= MAX_GREEDY {
-                groups.extend(mesh.greedy(facets, patch));
-                continue;
-            }
+            groups.extend(mesh.greedy(facets, patch));
+            continue;
         }
         groups.extend(patch.into_iter().map(|k| single(facets, k)));
     }
@@ -209,14 +208,17 @@ impl Topology {
         let mut owner: HashMap<usize, usize> = patch.iter().map(|k| (*k, *k)).collect();
         let mut groups: HashMap<usize, Group> =
             patch.iter().map(|k| (*k, single(facets, *k))).collect();
+        let mut budget = GREEDY_BUDGET * patch.len();
         for &k in &patch {
             for n in self.neighbours(k).into_iter().flatten() {
                 let (Some(&a), Some(&b)) = (owner.get(&k), owner.get(&n)) else {
                     continue;
                 };
-                if a == b {
+                let size = groups[&a].facets.len() + groups[&b].facets.len();
+                if a == b || size > budget {
                     continue;
                 }
+                budget -= size;
                 let both: Vec<usize> = [a, b]
                     .iter()
                     .flat_map(|g| groups[g].facets.iter().copied())

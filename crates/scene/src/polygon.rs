@@ -48,24 +48,34 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
+/// Cuts ears off; whether a corner is an ear is asked again only when a neighbour goes, so that
+/// the time is in proportion to the square of the corners.
 fn cut_ears(points: &[DVec2], corners: &[u32], out: &mut Vec<[u32; 3]>) {
+    let is_ear = |left: &[usize], i: usize| {
+        let n = left.len();
+        let (a, b, c) = (left[(i + n - 1) % n], left[i], left[(i + 1) % n]);
+        let (pa, pb, pc) = (points[a], points[b], points[c]);
+        let inside = |k: usize| {
+            let p = points[k];
+            turn(pa, pb, p) >= 0.0 && turn(pb, pc, p) >= 0.0 && turn(pc, pa, p) >= 0.0
+        };
+        let others = left.iter().filter(|k| ![a, b, c].contains(k));
+        turn(pa, pb, pc) > 0.0 && !others.into_iter().any(|k| inside(*k))
+    };
     let mut left: Vec<usize> = (0..points.len()).collect();
+    let mut ears: Vec<bool> = (0..points.len()).map(|i| is_ear(&left, i)).collect();
     while left.len() > 3 {
         let n = left.len();
-        let is_ear = |i: usize| {
-            let (a, b, c) = (left[(i + n - 1) % n], left[i], left[(i + 1) % n]);
-            let (pa, pb, pc) = (points[a], points[b], points[c]);
-            turn(pa, pb, pc) > 0.0
-                && !left.iter().filter(|k| ![a, b, c].contains(k)).any(|&k| {
-                    let p = points[k];
-                    turn(pa, pb, p) >= 0.0 && turn(pb, pc, p) >= 0.0 && turn(pc, pa, p) >= 0.0
-                })
-        };
         // A polygon that crosses itself may have no ear: then any corner will do.
-        let i = (0..n).find(|i| is_ear(*i)).unwrap_or(0);
+        let i = ears.iter().position(|e| *e).unwrap_or(0);
         let triangle = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
         out.push(triangle.map(|k| corners[k]));
         left.remove(i);
+        ears.remove(i);
+        let n = left.len();
+        for neighbour in [(i + n - 1) % n, i % n] {
+            ears[neighbour] = is_ear(&left, neighbour);
+        }
     }
     out.push([corners[left[0]], corners[left[1]], corners[left[2]]]);
 }

@@ -4,12 +4,16 @@ use super::document::Document;
 use super::json::Node;
 use crate::assembly::Assembly;
 use crate::error::{ErrorKind, Result};
+use std::collections::HashMap;
 use std::ops::Range;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// The buffers that have been read.
 pub(super) struct Buffers {
     loaded: Vec<Option<Arc<[u8]>>>,
+    /// Accessors that have been decoded: meshes often share them.
+    decoded: HashMap<usize, Rc<Numbers>>,
     /// The binary chunk of a GLB file.
     embedded: Option<Arc<[u8]>>,
 }
@@ -40,6 +44,7 @@ impl Buffers {
         let count = document.list("buffers")?.len();
         Ok(Self {
             loaded: vec![None; count],
+            decoded: HashMap::new(),
             embedded,
         })
     }
@@ -110,7 +115,10 @@ impl Buffers {
         doc: &Document<'_>,
         base: &Assembly,
         index: usize,
-    ) -> Result<Numbers> {
+    ) -> Result<Rc<Numbers>> {
+        if let Some(numbers) = self.decoded.get(&index) {
+            return Ok(Rc::clone(numbers));
+        }
         let node = &doc.list("accessors")?[index];
         let unsupported = |what: &str| {
             Err(doc.error(
@@ -180,7 +188,9 @@ impl Buffers {
                     .map(|b| component.value(b) * factor),
             );
         }
-        Ok(Numbers { width, values })
+        let numbers = Rc::new(Numbers { width, values });
+        self.decoded.insert(index, Rc::clone(&numbers));
+        Ok(numbers)
     }
 }
 

@@ -10,7 +10,34 @@ pub(super) struct Document<'a> {
     pub(super) root: Node,
 }
 
-impl Document<'_> {
+/// The lists at the top, which are looked up often.
+const LISTS: &[&str] = &[
+    "accessors",
+    "animations",
+    "asset",
+    "bufferViews",
+    "buffers",
+    "cameras",
+    "images",
+    "materials",
+    "meshes",
+    "nodes",
+    "samplers",
+    "scene",
+    "scenes",
+    "skins",
+    "textures",
+];
+
+impl<'a> Document<'a> {
+    /// A document; the known keys at the top come first, so that others cost nothing.
+    pub(super) fn new(source: &'a Source, mut root: Node) -> Self {
+        if let Value::Object(list) = &mut root.value {
+            list.sort_by_key(|(key, _)| !LISTS.contains(&key.as_str()));
+        }
+        Self { source, root }
+    }
+
     /// An error at a value.
     pub(super) fn error(
         &self,

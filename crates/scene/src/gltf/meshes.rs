@@ -8,6 +8,7 @@ use crate::error::{ErrorKind, Result, SceneError};
 use crate::mesh::{EmissionSpec, MeshData, Placement};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
+use std::collections::HashMap;
 use std::rc::Rc;
 
 /// What a primitive is made of.
@@ -103,166 +104,211 @@ impl Reader {
 
     fn primitive(&mut self, doc: &Document<'_>, node: &Node) -> Result<Option<Shape>> {
         let attributes = doc.require(doc.object(node, "attributes")?, node, "attributes")?;
-        if doc.get(attributes, "POSITION").is_none() {
+        let Some(positions) = self.attribute(doc, attributes, "POSITION", 3, None)? else {
             let message = "a primitive without positions";
             self.warn(doc, ErrorKind::BadMesh, message, &short(node), "left out")?;
             return Ok(None);
-        }
-        let mut attribute = |key: &str, width: usize| self.attribute(doc, attributes, key, width);
-        let positions = attribute("POSITION", 3)?.unwrap_or_default();
-        let normals = attribute("NORMAL", 3)?;
-        let uvs = attribute("TEXCOORD_0", 2)?;
-        let positions: Vec<DVec3> = positions
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .map(|c| DVec3::from_array(*c))
-            .collect();
-        if let Some(k) = positions.iter().position(|p| !p.is_finite()) {
-            let message = format!("vertex {k} is not finite");
-            return Err(doc.error(
-                ErrorKind::BadMesh,
+        };
+        let count = positions.values.len() / 3;
+        let normals = self.attribute(doc, attributes, "NORMAL", 3, Some(count))?;
+        let uvs = self.attribute(doc, attributes, "TEXCOORD_0", 2, Some(count))?;
+        let indices = self.indices(doc, node, count)?;
+        let mode = doc.size(node, "mode")?.unwrap_or(4);
+        let vertices = Vertices {
+            positions,
+            normals,
+            uvs,
+        };
+        let shape = if let Some(pairs) = line_pairs(mode, indices.len()) {
+            let point = |k: usize| vertices.position(indices[k] as usize);
+            Shape::Lines(
+                pairs
+                    .into_iter()
+                    .map(|[a, b]| [point(a), point(b)])
+                    .collect(),
+            )
+        } else if let Some(corners) = triangle_corners(mode, indices.len()) {
+            let corners = corners.into_iter().map(|t| t.map(|k| indices[k]));
+            Shape::Triangles(vertices.compact(corners))
+        } else {
+            let message = "points are not supported";
+            self.warn(
+                doc,
+                ErrorKind::Unsupported,
                 message,
                 &short(node),
-                "in this primitive",
-            ));
-        }
-        let indices = self.indices(doc, node, positions.len())?;
-        let triple = |[a, b, c]: [usize; 3]| [indices[a], indices[b], indices[c]];
-        let n = indices.len();
-        let pair = |a: usize, b: usize| [indices[a], indices[b]].map(|i| positions[i as usize]);
-        let triangles = match doc.size(node, "mode")?.unwrap_or(4) {
-            4 => (0..n / 3)
-                .map(|k| triple([3 * k, 3 * k + 1, 3 * k + 2]))
-                .collect(),
-            5 => (2..n)
-                .map(|k| {
-                    triple(if k % 2 == 0 {
-                        [k - 2, k - 1, k]
-                    } else {
-                        [k - 1, k - 2, k]
-                    })
-                })
-                .collect(),
-            6 => (2..n).map(|k| triple([0, k - 1, k])).collect(),
-            1 => {
-                return Ok(Some(Shape::Lines(
-                    (0..n / 2).map(|k| pair(2 * k, 2 * k + 1)).collect(),
-                )));
-            }
-            3 => return Ok(Some(Shape::Lines((1..n).map(|k| pair(k - 1, k)).collect()))),
-            2 => {
-                return Ok(Some(Shape::Lines(
-                    (0..n).map(|k| pair(k, (k + 1) % n)).collect(),
-                )));
-            }
-            _ => {
-                let message = "points are not supported";
-                self.warn(
-                    doc,
-                    ErrorKind::Unsupported,
-                    message,
-                    &short(node),
-                    "left out",
-                )?;
-                return Ok(None);
-            }
+                "left out",
+            )?;
+            return Ok(None);
         };
-        let count = positions.len();
-        let mut mesh = MeshData {
-            positions,
-            triangles,
-            ..MeshData::default()
+        let finite = match &shape {
+            Shape::Triangles(mesh) => mesh.positions.iter().all(|p| p.is_finite()),
+            Shape::Lines(lines) => lines.iter().flatten().all(|p| p.is_finite()),
         };
-        #[allow(
-            clippy::cast_possible_truncation,
-            reason = "normals and texture coordinates are f32"
-        )]
-        if let Some(normals) = normals {
-            let finite = |c: f64| if c.is_finite() { c as f32 } else { 0.0 };
-            mesh.normals = normals
-                .as_chunks::<3>()
-                .0
-                .iter()
-                .map(|c| c.map(finite))
-                .collect();
+        if finite {
+            return Ok(Some(shape));
         }
-        #[allow(
-            clippy::cast_possible_truncation,
-            reason = "normals and texture coordinates are f32"
-        )]
-        if let Some(uvs) = uvs {
-            let finite = |c: f64| if c.is_finite() { c as f32 } else { 0.0 };
-            mesh.uvs = uvs
-                .as_chunks::<2>()
-                .0
-                .iter()
-                .map(|[u, v]| [finite(*u), finite(1.0 - v)])
-                .collect();
-        }
-        for (name, length) in [
-            ("NORMAL", mesh.normals.len()),
-            ("TEXCOORD_0", mesh.uvs.len()),
-        ] {
-            if length != 0 && length != count {
-                let message = format!("`{name}` has {length} entries for {count} vertices");
-                return Err(doc.error(ErrorKind::BadMesh, message, attributes, "must be equal"));
-            }
-        }
-        Ok(Some(Shape::Triangles(mesh)))
+        let message = "a vertex is not finite";
+        Err(doc.error(
+            ErrorKind::BadMesh,
+            message,
+            &short(node),
+            "in this primitive",
+        ))
     }
 
-    /// The numbers of a vertex attribute.
+    /// The numbers of a vertex attribute, `width` per vertex.
     fn attribute(
         &mut self,
         doc: &Document<'_>,
         attributes: &Node,
         key: &str,
         width: usize,
-    ) -> Result<Option<Vec<f64>>> {
+        count: Option<usize>,
+    ) -> Result<Option<Rc<Numbers>>> {
         let Some(index) = doc.index(attributes, key, "accessors")? else {
             return Ok(None);
         };
-        let Numbers { width: got, values } = self.buffers.numbers(doc, &self.base, index)?;
-        if got == width {
-            return Ok(Some(values));
+        let numbers = self.buffers.numbers(doc, &self.base, index)?;
+        if numbers.width != width {
+            let message = format!(
+                "`{key}` has {} numbers per vertex, expected {width}",
+                numbers.width
+            );
+            return Err(doc.error(
+                ErrorKind::BadMesh,
+                message,
+                attributes,
+                "in these attributes",
+            ));
         }
-        let message = format!("`{key}` has {got} numbers per vertex, expected {width}");
-        Err(doc.error(
-            ErrorKind::BadMesh,
-            message,
-            attributes,
-            "in these attributes",
-        ))
+        let length = numbers.values.len() / width;
+        match count {
+            Some(count) if count != length => {
+                let message = format!("`{key}` has {length} entries for {count} vertices");
+                Err(doc.error(ErrorKind::BadMesh, message, attributes, "must be equal"))
+            }
+            _ => Ok(Some(numbers)),
+        }
     }
 
     /// The indices of a primitive, all in range; without them all vertices in order.
     fn indices(&mut self, doc: &Document<'_>, node: &Node, count: usize) -> Result<Vec<u32>> {
-        let Some(accessor) = doc.index(node, "indices", "accessors")? else {
+        let accessor = doc.index(node, "indices", "accessors")?;
+        let numbers = match accessor {
+            Some(accessor) => Some(self.buffers.numbers(doc, &self.base, accessor)?),
+            None => None,
+        };
+        // Primitives may share their numbers, so that small files can ask for much.
+        self.indices += numbers.as_ref().map_or(count, |n| n.values.len());
+        if self.indices > 3 * self.base.max_triangles {
+            let message = format!("more than {} triangles", self.base.max_triangles);
+            return Err(doc.error(
+                ErrorKind::Limit,
+                message,
+                &short(node),
+                "this one is too many",
+            ));
+        }
+        let Some(numbers) = numbers else {
             return Ok((0..u32::try_from(count).unwrap_or(u32::MAX)).collect());
         };
-        let numbers = self.buffers.numbers(doc, &self.base, accessor)?;
         let convert = |v: &f64| {
             #[allow(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "compared with the number of vertices before the cast"
+                reason = "compared with the number of vertices and with the number itself"
             )]
             let index = *v as u32;
-            let fits = *v >= 0.0
-                && (index as usize) < count
-                && f64::from(index).to_bits() == v.abs().to_bits();
+            let exact = f64::from(index).to_bits() == v.abs().to_bits();
+            let fits = *v >= 0.0 && (index as usize) < count && exact;
             fits.then_some(index).ok_or_else(|| {
                 let place = doc.get(node, "indices").unwrap_or(node);
                 let message = format!("index {v} is out of range");
-                doc.error(
-                    ErrorKind::BadMesh,
-                    message,
-                    place,
-                    &format!("there are {count} vertices"),
-                )
+                let label = format!("there are {count} vertices");
+                doc.error(ErrorKind::BadMesh, message, place, &label)
             })
         };
         numbers.values.iter().map(convert).collect()
+    }
+}
+
+/// The ends of the lines of a topology, as places in the index list.
+fn line_pairs(mode: usize, n: usize) -> Option<Vec<[usize; 2]>> {
+    match mode {
+        1 => Some((0..n / 2).map(|k| [2 * k, 2 * k + 1]).collect()),
+        2 => Some((0..n).map(|k| [k, (k + 1) % n]).collect()),
+        3 => Some((1..n).map(|k| [k - 1, k]).collect()),
+        _ => None,
+    }
+}
+
+/// The corners of the triangles of a topology, as places in the index list.
+fn triangle_corners(mode: usize, n: usize) -> Option<Vec<[usize; 3]>> {
+    // Every other triangle of a strip is wound the other way.
+    let in_strip = |k: usize| {
+        if k.is_multiple_of(2) {
+            [k - 2, k - 1, k]
+        } else {
+            [k - 1, k - 2, k]
+        }
+    };
+    match mode {
+        4 => Some((0..n / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()),
+        5 => Some((2..n).map(in_strip).collect()),
+        6 => Some((2..n).map(|k| [0, k - 1, k]).collect()),
+        _ => None,
+    }
+}
+
+/// The attributes of a primitive, which may be shared with others.
+struct Vertices {
+    positions: Rc<Numbers>,
+    normals: Option<Rc<Numbers>>,
+    uvs: Option<Rc<Numbers>>,
+}
+
+impl Vertices {
+    fn position(&self, i: usize) -> DVec3 {
+        let p = &self.positions.values[3 * i..3 * i + 3];
+        DVec3::new(p[0], p[1], p[2])
+    }
+
+    /// A mesh of the vertices that its triangles use.
+    fn compact(&self, triangles: impl Iterator<Item = [u32; 3]>) -> MeshData {
+        let mut mesh = MeshData::default();
+        let mut numbers: HashMap<u32, u32> = HashMap::new();
+        let triangles: Vec<[u32; 3]> = triangles
+            .map(|t| {
+                t.map(|i| {
+                    *numbers.entry(i).or_insert_with(|| {
+                        self.copy(i as usize, &mut mesh);
+                        u32::try_from(mesh.positions.len() - 1).unwrap_or(u32::MAX)
+                    })
+                })
+            })
+            .collect();
+        mesh.triangles = triangles;
+        mesh
+    }
+
+    /// Appends a vertex to a mesh.
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "normals and texture coordinates are f32"
+    )]
+    fn copy(&self, i: usize, mesh: &mut MeshData) {
+        let finite = |c: f64| if c.is_finite() { c as f32 } else { 0.0 };
+        mesh.positions.push(self.position(i));
+        if let Some(normals) = &self.normals {
+            let n = &normals.values[3 * i..3 * i + 3];
+            mesh.normals
+                .push([finite(n[0]), finite(n[1]), finite(n[2])]);
+        }
+        if let Some(uvs) = &self.uvs {
+            // Ours count v from the bottom.
+            let uv = &uvs.values[2 * i..2 * i + 2];
+            mesh.uvs.push([finite(uv[0]), finite(1.0 - uv[1])]);
+        }
     }
 }

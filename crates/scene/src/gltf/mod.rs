@@ -88,7 +88,7 @@ fn chunks(source: &Source) -> Result<(Vec<u8>, Option<Binary>)> {
 
 fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Result<Loaded> {
     let root = json::parse(source)?;
-    let doc = Document { source, root };
+    let doc = Document::new(source, root);
     let version = doc.require(doc.object(&doc.root, "asset")?, &short(&doc.root), "asset")?;
     if let Some(text) = doc.string(version, "version")?
         && !text.starts_with("2.")
@@ -103,6 +103,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         materials: Vec::new(),
         meshes: Vec::new(),
         shapes: 0,
+        indices: 0,
     };
     reader.warn_extensions(&doc)?;
     reader.read_materials(&doc)?;
@@ -133,6 +134,8 @@ struct Reader {
     materials: Vec<materials::Entry>,
     meshes: Vec<Option<meshes::Primitives>>,
     shapes: usize,
+    /// Indices read so far.
+    indices: usize,
 }
 
 impl Reader {

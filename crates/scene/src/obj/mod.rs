@@ -304,7 +304,6 @@ impl Reader {
         let found = self.materials.get(&name).copied();
         self.material = found.unwrap_or((0, None));
         if found.is_none() {
-            let near = nearest(&name, self.materials.keys().map(String::as_str)).map(str::to_owned);
             let shown: String = name.chars().take(40).collect();
             let message = format!("unknown material `{shown}`");
             let place = if span.start == span.end {
@@ -312,8 +311,12 @@ impl Reader {
             } else {
                 span
             };
-            let at =
-                |e: SceneError, label: &str| e.at(source, place, label).suggest(near.as_deref());
+            let materials = &self.materials;
+            // Called for the first warning of a name only: suggestions take time.
+            let at = |e: SceneError, label: &str| {
+                let near = nearest(&name, materials.keys().map(String::as_str));
+                e.at(source, place, label).suggest(near)
+            };
             self.base.warn(
                 ErrorKind::UnknownName,
                 message,

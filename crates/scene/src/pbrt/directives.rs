@@ -300,8 +300,12 @@ impl Loader {
                 return Err(unknown(&params, "attribute target", &name, known));
             }
         };
-        self.state.add_defaults(target, params.list);
-        Ok(())
+        let (source, span) = (Arc::clone(&params.source), params.span);
+        if self.state.add_defaults(target, params.list) {
+            return Ok(());
+        }
+        let message = "too many defaults by `Attribute`";
+        Err(SceneError::new(ErrorKind::Limit, message).at(&source, span, "these are too many"))
     }
 
     fn world_begin(&mut self, lexer: &Lexer, token: Token) -> Result<()> {

@@ -5,6 +5,7 @@ use crate::error::{ErrorKind, Result, SceneError};
 use crate::source::{Source, Span};
 use crate::suggest::nearest;
 use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// The declared type of a parameter; v3 and v4 names of one thing are one type.
@@ -46,6 +47,9 @@ const TYPES: &[(&str, Type)] = &[
     ("string", Type::String),
     ("texture", Type::Texture),
 ];
+
+/// Parameters that one directive may have; pbrt's longest have about twenty.
+const MAX_PARAMETERS: usize = 500;
 
 impl Type {
     const fn name(self) -> &'static str {
@@ -159,14 +163,14 @@ pub(crate) struct Params {
     pub(crate) source: Arc<Source>,
     /// The directive and its name.
     pub(crate) span: Span,
-    pub(crate) list: Vec<Param>,
+    pub(crate) list: Vec<Rc<Param>>,
     asked: RefCell<Vec<&'static str>>,
 }
 
 impl Params {
     /// Reads parameters until something comes that is no string.
     pub(crate) fn parse(lexer: &mut Lexer, owner: String, span: Span) -> Result<Self> {
-        let mut list: Vec<Param> = Vec::new();
+        let mut list: Vec<Rc<Param>> = Vec::new();
         while let Some(token) = lexer.peek()? {
             if token.kind != TokenKind::Quoted {
                 break;
@@ -183,7 +187,11 @@ impl Params {
                     "second time",
                 ));
             }
-            list.push(param);
+            if list.len() >= MAX_PARAMETERS {
+                let message = format!("more than {MAX_PARAMETERS} parameters");
+                return Err(param.error(ErrorKind::Limit, message, "one too many"));
+            }
+            list.push(Rc::new(param));
         }
         Ok(Self {
             owner,
@@ -200,12 +208,11 @@ impl Params {
     }
 
     /// Adds those of `defaults` that are not given.
-    pub(crate) fn add_defaults(&mut self, defaults: &[Param]) {
+    pub(crate) fn add_defaults(&mut self, defaults: &[Rc<Param>]) {
         for param in defaults {
             if !self.list.iter().any(|p| p.name == param.name) {
-                let copy = param.clone();
-                copy.used.set(true);
-                self.list.push(copy);
+                param.used.set(true);
+                self.list.push(Rc::clone(param));
             }
         }
     }
@@ -213,7 +220,7 @@ impl Params {
     /// The parameter of that name, which must have one of the types.
     pub(crate) fn find(&self, name: &'static str, types: &[Type]) -> Result<Option<&Param>> {
         self.asked.borrow_mut().push(name);
-        let Some(param) = self.list.iter().find(|p| p.name == name) else {
+        let Some(param) = self.list.iter().map(|p| &**p).find(|p| p.name == name) else {
             return Ok(None);
         };
         param.used.set(true);
@@ -379,7 +386,7 @@ impl Params {
         let asked = self.asked.borrow();
         let unused = self.list.iter().filter(|p| !p.used.get());
         unused
-            .map(|p| (p, nearest(&p.name, asked.iter().copied())))
+            .map(|p| (&**p, nearest(&p.name, asked.iter().copied())))
             .collect()
     }
 }

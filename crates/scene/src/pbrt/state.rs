@@ -14,6 +14,9 @@ pub(super) enum Target {
     Texture,
 }
 
+/// Defaults that may be set for one target.
+const MAX_DEFAULTS: usize = 500;
+
 /// Everything that `AttributeBegin` saves.
 #[derive(Clone, Debug)]
 pub(super) struct State {
@@ -26,7 +29,7 @@ pub(super) struct State {
     pub(super) material: Option<u32>,
     pub(super) emission: Option<EmissionSpec>,
     /// Defaults from `Attribute`, by target; shared because blocks copy them.
-    defaults: [Rc<Vec<Param>>; 4],
+    defaults: [Rc<Vec<Rc<Param>>>; 4],
 }
 
 impl Default for State {
@@ -43,15 +46,17 @@ impl Default for State {
 }
 
 impl State {
-    pub(super) fn defaults(&self, target: Target) -> Rc<Vec<Param>> {
+    pub(super) fn defaults(&self, target: Target) -> Rc<Vec<Rc<Param>>> {
         Rc::clone(&self.defaults[target as usize])
     }
 
-    pub(super) fn add_defaults(&mut self, target: Target, params: Vec<Param>) {
+    /// Sets defaults; false if there are too many.
+    pub(super) fn add_defaults(&mut self, target: Target, params: Vec<Rc<Param>>) -> bool {
         let list = Rc::make_mut(&mut self.defaults[target as usize]);
         for param in params {
             list.retain(|p| p.name != param.name);
             list.push(param);
         }
+        list.len() <= MAX_DEFAULTS
     }
 }
