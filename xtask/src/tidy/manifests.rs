@@ -56,7 +56,6 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 12] = [
             "clap",
             "indicatif",
             "maud",
-            "plotters",
             "rayon",
             "serde",
             "serde_json",

@@ -33,7 +33,7 @@ fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
     let deadline = spec
         .time_budget
         .map(|s| start + Duration::from_secs_f64(s.min(1e9)));
-    let mut record = new_record(args, spec);
+    let mut record = new_record(spec);
     let mut results = Vec::new();
     for name in &spec.scenes {
         let progress = bar(&crate::scenes::short_name(name));
@@ -60,7 +60,20 @@ fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
     Ok(())
 }
 
-fn new_record(args: &ConvergeArgs, spec: &StudySpec) -> StudyRecord {
+/// The command that was given, as one would give it again.
+fn command() -> String {
+    let words = std::env::args().skip(1).map(|word| {
+        if word.contains(['[', ';', ' ', '*']) {
+            format!("'{word}'")
+        } else {
+            word
+        }
+    });
+    let words: Vec<String> = words.collect();
+    format!("cargo xtask {}", words.join(" "))
+}
+
+fn new_record(spec: &StudySpec) -> StudyRecord {
     let names = |list: &[SamplerKind]| {
         list.iter()
             .map(ToString::to_string)
@@ -91,11 +104,7 @@ fn new_record(args: &ConvergeArgs, spec: &StudySpec) -> StudyRecord {
     ];
     StudyRecord {
         title: spec.title.clone(),
-        command: format!(
-            "cargo xtask converge {} --seed {}",
-            args.what.join(" "),
-            spec.seed
-        ),
+        command: command(),
         version: crate::version(),
         commit: commit(),
         cpu: cpu_name(),
@@ -248,14 +257,14 @@ fn table1(args: &ConvergeArgs) -> Result<()> {
     write(&args.out.join("billen-table1.json"), json.as_bytes())?;
     let text = studies::billen_table1_text(&rows);
     write(&args.out.join("billen-table1.txt"), text.as_bytes())?;
-    page::write_table1(&args.out, &rows, "cargo xtask converge billen-table1")?;
+    page::write_table1(&args.out, &rows, &command())?;
     println!("{}", if args.common.json { &json } else { &text });
     Ok(())
 }
 
 fn figures(args: &ConvergeArgs) -> Result<()> {
     let figures = studies::billen_figures(args.common.strict, args.seed, &bar("figures"))?;
-    page::write_figures(&args.out, &figures, "cargo xtask converge billen-figures")?;
+    page::write_figures(&args.out, &figures, &command())?;
     for figure in &figures {
         let rmse = figure
             .rmse

@@ -1,11 +1,8 @@
 //! From estimates and a reference to errors.
 
 use super::{CellRun, Reference, Targets};
+use crate::stats::metrics::{MRSE_EPSILON, MeanError};
 use linelit_geometry::DVec3;
-
-/// ε of the mean relative squared error: keeps black pixels from dominating (Salesin & Jarosz
-/// 2019, section 5).
-const MRSE_EPSILON: f64 = 1e-6;
 
 /// The errors of one cell.
 #[derive(Clone, Debug)]
@@ -78,27 +75,18 @@ impl TrialSums {
         let scaled = |v: Vec<f64>| v.into_iter().map(|x| x * scale).collect::<Vec<f64>>();
         let (trial_mse, trial_bias, trial_variance) =
             (scaled(self.mse), scaled(self.bias), scaled(self.variance));
-        let (mse, mse_stderr) = mean_and_error(&trial_mse);
-        let (bias, bias_stderr) = mean_and_error(&trial_bias);
-        let (variance, _) = mean_and_error(&trial_variance);
+        let mse = MeanError::of(&trial_mse);
+        let bias = MeanError::of(&trial_bias);
+        let variance = MeanError::of(&trial_variance).mean;
         Score {
-            mse,
-            mse_stderr,
+            mse: mse.mean,
+            mse_stderr: mse.stderr,
             mrse: self.mrse * scale,
-            bias,
-            bias_stderr,
+            bias: bias.mean,
+            bias_stderr: bias.stderr,
             trial_mse,
             variance,
             trial_variance,
         }
     }
-}
-
-/// Mean and its standard error.
-fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    #[allow(clippy::cast_precision_loss, reason = "trials fit 53 bits")]
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    (mean, (square / ((n - 1.0).max(1.0) * n)).sqrt())
 }

@@ -5,7 +5,7 @@ use super::{Files, facing_down, light_text, main_files};
 use std::f64::consts::{PI, TAU};
 
 /// Changes whenever the generator does: old files are then written anew.
-pub(super) const VERSION: u32 = 2;
+pub(super) const VERSION: u32 = 3;
 
 /// Distance between columns.
 const BAY: f64 = 2.0;
@@ -86,7 +86,7 @@ fn column(mesh: &mut Mesh, foot: [f64; 3]) {
         let ends = 0.08 * (-(v * 30.0)).exp() + 0.09 * (-((1.0 - v) * 24.0)).exp();
         taper + flutes * (v * (1.0 - v) * 4.0).min(1.0) + ends
     };
-    mesh.surface([28, 48], true, |v, u| {
+    mesh.surface([24, 44], true, |v, u| {
         let angle = TAU * u;
         let r = radius(v, angle);
         [
@@ -137,7 +137,7 @@ fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
 fn balustrade(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     for k in 0..6u32 {
         let c = x + BAY * (f64::from(k) + 0.5) / 6.0;
-        mesh.surface([14, 14], true, |v, u| {
+        mesh.surface([12, 12], true, |v, u| {
             let r = 0.05 + 0.03 * (TAU * 1.5 * v).sin();
             [
                 c + r * (TAU * u).cos(),
