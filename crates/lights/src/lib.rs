@@ -31,10 +31,12 @@ pub mod linear;
 mod lines;
 mod pdf;
 mod proxy;
+mod real;
 pub mod selection;
 mod solid_angle;
 mod sphere;
 mod spherical_triangle;
+mod triangle;
 
 pub use angular_lines::AngularLines;
 pub use area::{AreaSampler, PointSample};
@@ -46,5 +48,7 @@ pub use pdf::{
     Area, Length, Measure, Offset, Pdf, ProjectedSolidAngle, SolidAngle, ThinSolidAngle,
 };
 pub use proxy::ProxySampler;
+pub use real::Real;
 pub use solid_angle::SolidAngleSampler;
 pub use sphere::{Sphere, SphereCap, SphereCone};
+pub use triangle::triangle_solid_angle;

@@ -255,6 +255,54 @@ fn techniques_agree_on_the_irradiance() {
 }
 
 #[test]
+fn batches_are_the_samples() {
+    let xi: Vec<f64> = (0..37).map(|i| (f64::from(i) + 0.5) / 37.0).collect();
+    for case in &cases() {
+        for technique in LinearTechnique::ALL {
+            let s = LinearSampler::new(technique, &case.light, case.x, case.n).expect("visible");
+            let mut out = [LinearSample::default(); 40];
+            s.sample_into(&xi, &mut out);
+            for (got, &xi) in out.iter().zip(&xi) {
+                let want = s.sample(xi);
+                // Lanes may take a step more than they need: rounding, in ξ.
+                let slack = 64.0 * case.resolution();
+                let back = |q: &LinearSample| s.invert(q.t).expect("on the light");
+                assert!(
+                    (back(got) - back(&want)).abs() < slack,
+                    "{} on {}",
+                    technique.name(),
+                    case.name
+                );
+                assert!((got.direction - want.direction).length() < 64.0 * slack);
+            }
+            assert_eq!(out[37..], [LinearSample::default(); 3]);
+        }
+    }
+}
+
+/// Peters' worst case, found by `examples/backward_error.rs`, and what the third step makes of it.
+#[test]
+fn the_worst_case_of_two_steps() {
+    use linelit_lights::linear::ProjectedLine;
+    let (nu, phi, xi) = (
+        -8.106_508e-5_f64,
+        [1.568_100_523_344, 1.570_743_755_088_f64],
+        0.998_025_307_227,
+    );
+    let [a, b] = phi.map(|p| [p.tan(), 1.0, 0.0]);
+    let line = ProjectedLine::new(a, b, [nu.sin(), nu.cos(), 0.0]).expect("visible");
+    let error = |steps| (line.cdf(line.angle_steps(xi, steps)) - xi).abs();
+    // The paper: 1.58e-5 after two steps from 28 billion starts.
+    assert!((1.57e-5..1.58e-5).contains(&error(2)), "{}", error(2));
+    assert!(
+        error(3) < 2.2e-7 && error(4) < 1e-10,
+        "{} {}",
+        error(3),
+        error(4)
+    );
+}
+
+#[test]
 fn degenerate_lights_give_nothing() {
     let (o, up) = (DVec3::ZERO, DVec3::Z);
     let lights = [

@@ -1,7 +1,7 @@
 //! Projected solid angle of a line: Peters 2021, algorithms 1 and 2, without cancellation.
 
-use super::real::{Real, rotate, small_sin_cos};
 use super::view::{ArcPoint, LineView};
+use crate::real::{Real, rotate, small_sin_cos};
 
 /// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
 /// the line is visible.
@@ -38,6 +38,13 @@ struct Place<T> {
     end: (T, T),
 }
 
+/// Several places, number by number.
+struct Lanes<T, const N: usize> {
+    v: [T; N],
+    start: [[T; N]; 2],
+    end: [[T; N]; 2],
+}
+
 impl<T: Real> Place<T> {
     /// The solid-angle sample.
     #[inline]
@@ -71,6 +78,9 @@ pub(crate) struct Inversion<T> {
     sin0: T,
     n0: T,
     n1: T,
+    /// End cosines N₀, N(δ), and the same over sin δ.
+    ends: [T; 2],
+    over_sine: [T; 2],
     /// Coefficients of H: C₀N₀, C₀N′ − S₀N₀, S₀N′.
     terms: [T; 3],
     total: T,
@@ -149,6 +159,8 @@ impl<T: Real> Inversion<T> {
         // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in between.
         let n1 = (end - n0 * cos_delta) / sin_delta;
         let mut out = Self {
+            ends: [n0, end],
+            over_sine: [n0 / sin_delta, end / sin_delta],
             delta: view.angle(),
             cos0,
             sin0,
@@ -184,18 +196,14 @@ impl<T: Real> Inversion<T> {
 
     /// The sample and its cosine n·ω.
     pub(crate) fn sample_with_cosine(&self, view: &LineView<T>, xi: T) -> (ArcPoint<T>, T) {
-        let place = self.find(view, xi);
-        // N(v) from both ends, all terms positive.
-        let [n0, n1] = view.end_cosines();
-        let cosine = (n0 * place.end.0 + n1 * place.start.0) / view.angle_sin_cos().0;
-        (view.arc_point(place.start, place.end), cosine)
+        self.output(view, &self.find(view, xi))
     }
 
     fn find(&self, view: &LineView<T>, xi: T) -> Place<T> {
         let target = xi * self.total;
         // The start: the solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020), one step closer than
         // the paper's.
-        let [n0, n1] = view.end_cosines();
+        let [n0, n1] = self.ends;
         let mut at = Place::start(view, warp(xi, n0, n1));
         for _ in 0..T::STEPS {
             let step = self.advance(&mut at, target);
@@ -205,6 +213,89 @@ impl<T: Real> Inversion<T> {
             }
         }
         at
+    }
+
+    /// [`Inversion::sample_with_cosine`] for several random numbers in lockstep: every operation on all of them, without a
+    /// branch, so that the compiler can use vector instructions.
+    pub(crate) fn sample_batch<const N: usize>(
+        &self,
+        view: &LineView<T>,
+        xi: &[T; N],
+    ) -> [(ArcPoint<T>, T); N] {
+        let [n0, n1] = self.ends;
+        let places = xi.map(|xi| Place::start(view, warp(xi, n0, n1)));
+        let mut lanes = Lanes {
+            v: places.map(|p| p.v),
+            start: [places.map(|p| p.start.0), places.map(|p| p.start.1)],
+            end: [places.map(|p| p.end.0), places.map(|p| p.end.1)],
+        };
+        let target = xi.map(|xi| xi * self.total);
+        for _ in 0..T::STEPS {
+            if self.advance_all(&mut lanes, &target) {
+                break;
+            }
+        }
+        core::array::from_fn(|i| {
+            let place = Place {
+                v: lanes.v[i],
+                start: (lanes.start[0][i], lanes.start[1][i]),
+                end: (lanes.end[0][i], lanes.end[1][i]),
+            };
+            self.output(view, &place)
+        })
+    }
+
+    /// One step of every lane; whether all have arrived.
+    #[inline]
+    fn advance_all<const N: usize>(&self, at: &mut Lanes<T, N>, target: &[T; N]) -> bool {
+        let mut step = [T::ZERO; N];
+        for i in 0..N {
+            let (v, s, c) = (at.v[i], at.start[0][i], at.start[1][i]);
+            let (sc, [a, b, d]) = (s * c, self.terms);
+            let long = v - sc;
+            let four = T::from_f64(4.0);
+            let short = four * v * v * v * T::sine_remainder(four * v * v);
+            let rest = if v > T::ONE { long } else { short };
+            let excess = a * (v + sc) + b * (s * s) - d * rest - target[i];
+            let raw = self.step_from(excess, s, c);
+            step[i] = raw.at_least(-v).at_most(self.delta - v);
+        }
+        let mut largest = T::ZERO;
+        for x in step {
+            largest = largest.at_least(x.abs());
+        }
+        let half = T::from_f64(0.5);
+        let mut turn = [[T::ZERO; N]; 2];
+        if largest > half {
+            for i in 0..N {
+                (turn[0][i], turn[1][i]) = step[i].sin_cos();
+            }
+        } else {
+            for i in 0..N {
+                let (s, c) = T::sine_and_cosine(step[i] * step[i]);
+                (turn[0][i], turn[1][i]) = (step[i] * s, c);
+            }
+        }
+        let mut far = T::ZERO;
+        for i in 0..N {
+            let (s, c) = (turn[0][i], turn[1][i]);
+            let v = at.v[i] + step[i];
+            let a = rotate((at.start[0][i], at.start[1][i]), (s, c));
+            let b = rotate((at.end[0][i], at.end[1][i]), (-s, c));
+            at.v[i] = v;
+            (at.start[0][i], at.start[1][i]) = (a.0.at_least(T::ZERO), a.1);
+            (at.end[0][i], at.end[1][i]) = (b.0.at_least(T::ZERO), b.1);
+            let room = v.at_most(self.delta - v);
+            far = far.at_least(step[i].abs() - T::CLOSE * room);
+        }
+        far <= T::ZERO
+    }
+
+    fn output(&self, view: &LineView<T>, place: &Place<T>) -> (ArcPoint<T>, T) {
+        // N(v) from both ends, all terms positive.
+        let [n0, n1] = self.over_sine;
+        let cosine = n0 * place.end.0 + n1 * place.start.0;
+        (view.arc_point(place.start, place.end), cosine)
     }
 
     /// One step; how far it went.
@@ -224,7 +315,11 @@ impl<T: Real> Inversion<T> {
     /// The root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if none.
     #[inline]
     fn step(&self, v: T, (s, c): (T, T), target: T) -> T {
-        let excess = self.mass(v, s, c) - target;
+        self.step_from(self.mass(v, s, c) - target, s, c)
+    }
+
+    #[inline]
+    fn step_from(&self, excess: T, s: T, c: T) -> T {
         let cos = self.cos0 * c - self.sin0 * s;
         let sin = self.sin0 * c + self.cos0 * s;
         let n = self.n0 * c + self.n1 * s;

@@ -1,6 +1,6 @@
 //! A line as the shading point sees it: clipping, solid angle, and the map between angles and places.
 
-use super::real::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
+use crate::real::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
 
 /// A straight line seen from the origin, clipped or not, with the few numbers that every technique starts from.
 ///
@@ -22,6 +22,10 @@ pub struct LineView<T> {
     /// Clipped length.
     l: T,
     r: [T; 2],
+    /// Reciprocals of r, cosines h/r at both ends, and sin δ.
+    inverse: [T; 2],
+    cosine: [T; 2],
+    sin_delta: T,
     /// p0·p1 and |p0 × p1| of the clipped ends.
     dot: T,
     cross: T,
@@ -128,11 +132,14 @@ impl<T: Real> LineView<T> {
     fn finish(mut self) -> Option<Self> {
         let (r0, r1) = (length(self.p0), length(self.p1));
         self.r = [r0, r1];
+        self.inverse = self.r.map(|r| T::ONE / r);
+        self.cosine = self.inverse.map(|q| self.h * q);
+        self.sin_delta = self.cross * self.inverse[0] * self.inverse[1];
         self.dot = dot(self.p0, self.p1);
         let unit = scale(self.edge, T::ONE / self.whole);
         self.sine = [dot(self.p0, unit) / r0, dot(self.p1, unit) / r1];
         for i in 0..2 {
-            let (s, c) = (self.sine[i], self.h / self.r[i]);
+            let (s, c) = (self.sine[i], self.cosine[i]);
             let (small, large) = (c * c / (T::ONE + s.abs()), T::ONE + s.abs());
             (self.minus[i], self.plus[i]) = if s > T::ZERO {
                 (small, large)
@@ -183,18 +190,20 @@ impl<T: Real> LineView<T> {
 
     /// sin δ and cos δ.
     pub(crate) fn angle_sin_cos(&self) -> (T, T) {
-        let product = self.r[0] * self.r[1];
-        (self.cross / product, self.dot / product)
+        (self.sin_delta, self.dot * self.inverse[0] * self.inverse[1])
     }
 
     /// Cosine and sine of φ at the first end: h/r₀ and s₀/r₀.
     pub(crate) fn start(&self) -> (T, T) {
-        (self.h / self.r[0], self.sine[0])
+        (self.cosine[0], self.sine[0])
     }
 
     /// n·ω at both clipped ends.
     pub(crate) fn end_cosines(&self) -> [T; 2] {
-        [self.height[0] / self.r[0], self.height[1] / self.r[1]]
+        [
+            self.height[0] * self.inverse[0],
+            self.height[1] * self.inverse[1],
+        ]
     }
 
     /// Solid angle per radius in sr/m: `dΩ/dR = (2/h)(sin φ₁ − sin φ₀)` (Peters 2021, eq. 1 and its limit).
@@ -245,12 +254,12 @@ impl<T: Real> LineView<T> {
     #[inline]
     pub(crate) fn start_angles(&self, xi: T) -> [(T, (T, T)); 2] {
         let cos_phi = self.cos_phi(xi);
-        let from = |fraction: T, r: T| {
-            let t = fraction * self.sine_range / (self.h / r + cos_phi);
+        let from = |fraction: T, c: T| {
+            let t = fraction * self.sine_range / (c + cos_phi);
             let q = T::ONE / (T::ONE + t * t);
             (t, ((t + t) * q, (T::ONE - t * t) * q))
         };
-        [from(xi, self.r[0]), from(T::ONE - xi, self.r[1])]
+        [from(xi, self.cosine[0]), from(T::ONE - xi, self.cosine[1])]
     }
 
     /// cos φ of the solid-angle sample: √((1 − sin φ)(1 + sin φ)) with both factors linear in ξ.
@@ -321,17 +330,17 @@ impl<T: Real> LineView<T> {
     /// 1/r interpolates like a direction, `1/r = (sin(δ−v)/r₀ + sin v/r₁)/sin δ`: all terms are positive.
     #[inline]
     pub(crate) fn arc_point(&self, from_start: (T, T), from_end: (T, T)) -> ArcPoint<T> {
-        let (w0, w1) = (from_end.0 / self.r[0], from_start.0 / self.r[1]);
+        let (w0, w1) = (from_end.0 * self.inverse[0], from_start.0 * self.inverse[1]);
         let sum = w0 + w1;
         if !sum.is_usable() {
             return ArcPoint::default();
         }
         let inverse = T::ONE / sum;
         let lambda = w1 * inverse;
-        let distance = self.cross / (self.r[0] * self.r[1]) * inverse;
+        let distance = self.sin_delta * inverse;
         if self.is_short() {
             let point = self.at(lambda);
-            let direction = scale(point, T::ONE / distance);
+            let direction = scale(point, sum / self.sin_delta);
             return ArcPoint {
                 lambda,
                 direction,
@@ -339,7 +348,7 @@ impl<T: Real> LineView<T> {
             };
         }
         let along = scale(self.tangent, from_start.0);
-        let direction = add(scale(self.p0, from_start.1 / self.r[0]), along);
+        let direction = add(scale(self.p0, from_start.1 * self.inverse[0]), along);
         let point = scale(direction, distance);
         ArcPoint {
             lambda,

@@ -1,4 +1,4 @@
-//! The two precisions of the linear-light kernels, and the little vector algebra that they need.
+//! The two precisions of the kernels, and the little vector algebra that they need.
 
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
