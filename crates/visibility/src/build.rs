@@ -1,6 +1,9 @@
 //! Building the hierarchy: a binary tree by obvhs, collapsed into nodes of eight.
 
-use crate::node::{Child, Leaf, Node};
+use crate::{
+    node::{Child, Leaf, Node},
+    simd::Simd,
+};
 use linelit_geometry::glam::Vec3A;
 use obvhs::{
     BvhBuildParams,
@@ -14,6 +17,23 @@ const LEAF_COST: f32 = 1.2;
 
 /// Most triangles in a leaf.
 const LEAF_SIZE: u32 = 8;
+
+impl Hierarchy {
+    /// Asks for the memory of a node's children ahead of time.
+    #[inline(always)]
+    pub(crate) fn prefetch<S: Simd>(&self, s: S, node: &Node, found: u8) {
+        let mut found = found;
+        while found != 0 {
+            let child = node.child[found.trailing_zeros() as usize];
+            found &= found - 1;
+            if child.is_leaf() {
+                s.prefetch(&self.leaves[child.index()]);
+            } else {
+                s.prefetch(&self.nodes[child.index()]);
+            }
+        }
+    }
+}
 
 /// The collapsed hierarchy.
 #[derive(Debug, Default)]

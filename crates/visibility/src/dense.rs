@@ -219,6 +219,7 @@ fn dense_kernel<S: Simd>(
                 let node = &occluders.hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
                 let found = bounds.boxes(s, node);
+                occluders.hierarchy.prefetch(s, node, found);
                 images(s, bounds, node, found, stack);
             }
         }

@@ -14,6 +14,7 @@ const LEAST_PIECE: f64 = 1e-14;
 
 /// Hidden intervals of eight lines that did not join their line's running interval.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 struct SlotBlock {
     lo: [[f64; 8]; ROOM + 1],
     hi: [[f64; 8]; ROOM + 1],

@@ -9,8 +9,9 @@ use linelit_geometry::DVec3;
 /// The triangles of a scene, ready for ray and line queries.
 ///
 /// Vertices are `f32` and exactly those given: no query moves or rounds them. Triangles that can
-/// hide nothing (a vertex that is not finite, an index out of range, three vertices on a line) are
-/// left out and counted.
+/// hide nothing (a vertex that is not finite, an index out of range, two vertices in one place)
+/// are left out and counted. Three distinct vertices on a line stay: they hide next to nothing,
+/// but keep the seam between their neighbours closed.
 #[derive(Debug)]
 pub struct Occluders {
     pub(crate) hierarchy: Hierarchy,
@@ -97,9 +98,10 @@ fn occluding(positions: &[[f32; 3]], corners: &[u32; 3]) -> Option<[[f32; 3]; 3]
     for (v, &c) in t.iter_mut().zip(corners) {
         *v = *positions.get(c as usize)?;
     }
-    let [a, b, c] = t.map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()));
-    let finite = a.is_finite() && b.is_finite() && c.is_finite();
-    (finite && (b - a).cross(c - a) != DVec3::ZERO).then_some(t)
+    let finite = t.as_flattened().iter().all(|x| x.is_finite());
+    #[allow(clippy::float_cmp, reason = "vertices in the very same place")]
+    let distinct = t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+    (finite && distinct).then_some(t)
 }
 
 /// A point near the middle of the scene from which every coordinate has an `f32` difference

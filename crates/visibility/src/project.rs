@@ -8,14 +8,15 @@ use crate::{
     dispatch::dispatch,
     frame::{LightFrame, Shape},
     simd::Simd,
+    sweep::Lanes,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 
 /// Eight triangles in the light's (p, q) plane: p and q of vertex 0, then of 1 and 2.
-pub(crate) type FlatBlock = [[f64; 8]; 6];
+pub(crate) type FlatBlock = Lanes<[[f64; 8]; 6]>;
 
 /// A lane that holds no triangle: all three vertices in one place.
-const UNUSED: FlatBlock = [[2.0; 8]; 6];
+const UNUSED: FlatBlock = Lanes([[2.0; 8]; 6]);
 
 /// Triangles whose image reaches farther than this are cut at [`GUARD`].
 const FAR: f64 = 4096.0;

@@ -198,6 +198,7 @@ fn any_kernel<S: Simd>(s: S, occluders: &Occluders, q: &RayQuery, scratch: &mut 
         let node = &hierarchy.nodes[stack[top].index()];
         counters.node_tests += u64::from(node.valid.count_ones());
         let (mut found, _) = q.boxes(s, node, q.t_max32);
+        hierarchy.prefetch(s, node, found);
         while found != 0 {
             let child = node.child[found.trailing_zeros() as usize];
             found &= found - 1;
@@ -275,6 +276,7 @@ fn closest_kernel<S: Simd>(
         let node = &hierarchy.nodes[child.index()];
         counters.node_tests += u64::from(node.valid.count_ones());
         let (mut found, near) = q.boxes(s, node, q.t_max32);
+        hierarchy.prefetch(s, node, found);
         let mut entry = [0.0; 8];
         s.store(near, &mut entry);
         let base = stack.len();

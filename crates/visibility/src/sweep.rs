@@ -14,9 +14,30 @@ use crate::{
     simd::Simd,
 };
 
+/// Eight numbers side by side, aligned for the widest load.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Lanes<T>(pub(crate) T);
+
+impl<T> std::ops::Deref for Lanes<T> {
+    type Target = T;
+
+    #[inline(always)]
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T> std::ops::DerefMut for Lanes<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.0
+    }
+}
+
 /// Eight triangles ready for lines: u₀, u₁, u₂ in ascending order, v₀, v₁, and the slopes of the
 /// sides 0–1, 0–2 and 1–2.
-pub(crate) type ReadyBlock = [[f64; 8]; 8];
+pub(crate) type ReadyBlock = Lanes<[[f64; 8]; 8]>;
 
 /// Lines of one direction, in ascending order of u, padded to blocks of eight.
 #[derive(Debug, Default)]
@@ -24,13 +45,13 @@ pub(crate) struct Lines {
     /// Unit direction (along v) in the (p, q) plane.
     pub(crate) along: [f64; 2],
     /// Blocks of u; padding is beyond everything.
-    pub(crate) u: Vec<[f64; 8]>,
+    pub(crate) u: Vec<Lanes<[f64; 8]>>,
     /// Lower and upper end of each line in v.
-    pub(crate) from: Vec<[f64; 8]>,
-    pub(crate) to: Vec<[f64; 8]>,
+    pub(crate) from: Vec<Lanes<[f64; 8]>>,
+    pub(crate) to: Vec<Lanes<[f64; 8]>>,
     /// What is known to be hidden around the latest triangle.
-    pub(crate) run_lo: Vec<[f64; 8]>,
-    pub(crate) run_hi: Vec<[f64; 8]>,
+    pub(crate) run_lo: Vec<Lanes<[f64; 8]>>,
+    pub(crate) run_hi: Vec<Lanes<[f64; 8]>>,
     /// Which line of the caller's it is.
     pub(crate) number: Vec<u32>,
     /// Whether it runs against `along`.
@@ -64,11 +85,11 @@ impl Lines {
     pub(crate) fn push(&mut self, u: f64, (a, b): (f64, f64), number: u32) {
         let lane = self.number.len() % 8;
         if lane == 0 {
-            self.u.push([BEYOND; 8]);
-            self.from.push([0.0; 8]);
-            self.to.push([0.0; 8]);
-            self.run_lo.push([f64::INFINITY; 8]);
-            self.run_hi.push([f64::NEG_INFINITY; 8]);
+            self.u.push(Lanes([BEYOND; 8]));
+            self.from.push(Lanes([0.0; 8]));
+            self.to.push(Lanes([0.0; 8]));
+            self.run_lo.push(Lanes([f64::INFINITY; 8]));
+            self.run_hi.push(Lanes([f64::NEG_INFINITY; 8]));
         }
         let block = self.u.len() - 1;
         self.u[block][lane] = u;
@@ -133,7 +154,7 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock, along: [f64; 2]) -> ReadyBlock {
         v[j] = s.select(swap, vj, vi);
     }
     let tiny = s.dsplat(1e-280);
-    let mut out = [[0.0; 8]; 8];
+    let mut out = Lanes([[0.0; 8]; 8]);
     for (row, value) in [(0, u[0]), (1, u[1]), (2, u[2]), (3, v[0]), (4, v[1])] {
         s.dstore(value, &mut out[row]);
     }
@@ -213,19 +234,21 @@ fn sweep_one<S: Simd>(s: S, ready: &ReadyBlock, lane: usize, lines: &mut Lines, 
         let run_hi = s.dload(&lines.run_hi[block]);
         let touches = s.and(s.dle(lo, run_hi), s.dle(run_lo, hi));
         let joins = s.and(hit, s.or(touches, s.dlt(run_hi, run_lo)));
-        let mut apart = s.bits(s.and(hit, s.not(joins)));
-        s.dstore(s.select(joins, run_lo, s.dmin(lo, run_lo)), &mut lines.run_lo[block]);
-        s.dstore(s.select(joins, run_hi, s.dmax(hi, run_hi)), &mut lines.run_hi[block]);
+        let apart = s.and(hit, s.not(joins));
+        // Where it joins: the union; where it lies apart: it replaces the run, which is kept.
+        let lower = s.select(joins, run_lo, s.dmin(lo, run_lo));
+        let upper = s.select(joins, run_hi, s.dmax(hi, run_hi));
+        s.dstore(s.select(apart, lower, lo), &mut lines.run_lo[block]);
+        s.dstore(s.select(apart, upper, hi), &mut lines.run_hi[block]);
+        let mut apart = s.bits(apart);
         if apart != 0 {
-            let (mut los, mut his) = ([0.0; 8], [0.0; 8]);
-            s.dstore(lo, &mut los);
-            s.dstore(hi, &mut his);
+            let (mut los, mut his) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
+            s.dstore(run_lo, &mut los);
+            s.dstore(run_hi, &mut his);
             while apart != 0 {
                 let i = apart.trailing_zeros() as usize;
                 apart &= apart - 1;
-                let (run_lo, run_hi) = (&mut lines.run_lo[block][i], &mut lines.run_hi[block][i]);
-                slots.push(block, i, *run_lo, *run_hi);
-                (*run_lo, *run_hi) = (los[i], his[i]);
+                slots.push(block, i, los[i], his[i]);
             }
         }
         block += 1;

@@ -129,7 +129,49 @@ impl ShaftBounds {
         // Some vertex before the shading point, and some before the light.
         found &= s.le(zero, s.add(rw, max3(s, a.2, b.2, c.2)));
         let nearest = s.min(s.min(a.2, b.2), c.2);
-        found & s.le(nearest, s.add(s.splat(1.0), rw))
+        found &= s.le(nearest, s.add(s.splat(1.0), rw));
+        if found == 0 {
+            return 0;
+        }
+        found & !self.beside(s, a, b, c)
+    }
+
+    /// Triangles with a side whose plane through the shading point has the light on the other
+    /// side from the triangle: long slivers that pass by.
+    #[inline(always)]
+    fn beside<S: Simd>(
+        &self,
+        s: S,
+        a: (S::F, S::F, S::F),
+        b: (S::F, S::F, S::F),
+        c: (S::F, S::F, S::F),
+    ) -> u8 {
+        let zero = s.splat(0.0);
+        let reach = max3(s, largest(s, a), largest(s, b), largest(s, c));
+        // A plane's coordinates are off by two coordinates times two rooms, its value at a corner
+        // of the unit square by three of them, the determinant by that times three coordinates.
+        let rooms = self.room[0] + self.room[1] + self.room[2];
+        let room = s.mul(reach, s.splat(5.0 * rooms));
+        let (ab, bc, ca) = (plane(s, a, b), plane(s, b, c), plane(s, c, a));
+        let det = s.fma(ab.0, c.0, s.fma(ab.1, c.1, s.mul(ab.2, c.2)));
+        let det_room = s.mul(room, s.mul(reach, s.splat(3.0)));
+        let left = s.lt(det_room, det);
+        let right = s.lt(det, s.sub(zero, det_room));
+        let minus_room = s.sub(zero, room);
+        let mut beside = 0;
+        for n in [ab, bc, ca] {
+            let (mut most, mut least) = (n.2, n.2);
+            // A linear light has p = 0.
+            if self.upper[0] != 0.0 {
+                most = s.add(most, s.max(n.0, zero));
+                least = s.add(least, s.min(n.0, zero));
+            }
+            most = s.add(most, s.max(n.1, zero));
+            least = s.add(least, s.min(n.1, zero));
+            beside |= left & s.lt(most, minus_room);
+            beside |= right & s.lt(room, least);
+        }
+        beside
     }
 
     /// P, Q, W of the leaf's vertices in rows `first` to `first + 2`.
@@ -156,6 +198,26 @@ impl ShaftBounds {
         let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
         s.sub(s.mul(k, v.2), s.fma(j, v.1, v.0))
     }
+}
+
+/// The plane through the shading point and two vertices: their cross product.
+#[inline(always)]
+fn plane<S: Simd>(
+    s: S,
+    a: (S::F, S::F, S::F),
+    b: (S::F, S::F, S::F),
+) -> (S::F, S::F, S::F) {
+    (
+        s.sub(s.mul(a.1, b.2), s.mul(a.2, b.1)),
+        s.sub(s.mul(a.2, b.0), s.mul(a.0, b.2)),
+        s.sub(s.mul(a.0, b.1), s.mul(a.1, b.0)),
+    )
+}
+
+/// The largest absolute coordinate.
+#[inline(always)]
+fn largest<S: Simd>(s: S, v: (S::F, S::F, S::F)) -> S::F {
+    max3(s, s.abs(v.0), s.abs(v.1), s.abs(v.2))
 }
 
 #[inline(always)]
@@ -198,6 +260,7 @@ fn collect_kernel<S: Simd>(
         let node = &hierarchy.nodes[stack[top].index()];
         counters.node_tests += u64::from(node.valid.count_ones());
         let mut found = bounds.boxes(s, node);
+        hierarchy.prefetch(s, node, found);
         while found != 0 {
             let child = node.child[found.trailing_zeros() as usize];
             found &= found - 1;

@@ -6,7 +6,7 @@ use common::{NONE, Rng, chord, light, soup};
 use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_visibility::{Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
 
-/// Largest difference of visible measure between two interval lists, on a grid of their ends.
+/// Visible measure that differs between two interval lists, on a grid of their ends.
 fn difference(a: &[Interval], b: &[Interval]) -> f64 {
     for set in [a, b] {
         assert!(set.iter().all(|i| 0.0 <= i.lo && i.lo < i.hi && i.hi <= 1.0), "{set:?}");
@@ -156,9 +156,9 @@ fn dense_shafts_agree_with_brute_force() {
     let mut rng = Rng(4);
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
-    for case in 0..30 {
+    for case in 0..24 {
         let (centre, scale) = PLACES[case % 4];
-        let mesh = soup(&mut rng, 4000, [0.01, 0.05][case % 2], centre, scale);
+        let mesh = soup(&mut rng, 6000, [0.02, 0.1][case % 2], centre, scale);
         let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         let corners = [3, 4, 2, 6][case % 4];
         let at = centre + DVec3::new(0.2, 0.3, 1.3) * scale;
@@ -181,5 +181,5 @@ fn dense_shafts_agree_with_brute_force() {
             assert!(off <= 1e-9, "case {case}, line {i}: off by {off:e}");
         }
     }
-    assert!(scratch.counters.dense_shafts >= 5, "{:?}", scratch.counters);
+    assert!(scratch.counters.dense_shafts >= 3, "{:?}", scratch.counters);
 }

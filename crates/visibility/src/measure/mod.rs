@@ -28,7 +28,17 @@ pub struct Workload<'a> {
     pub points: &'a [DVec3],
 }
 
-/// Nanoseconds per query, medians over the rounds.
+impl<'a> Workload<'a> {
+    /// Some of the points.
+    fn part(&self, range: Range<usize>) -> Workload<'a> {
+        Self {
+            points: &self.points[range],
+            ..self.clone()
+        }
+    }
+}
+
+/// Nanoseconds per query, undisturbed: sums over small chunks of the least time in any round.
 #[derive(Clone, Debug, Default)]
 pub struct Timings {
     /// Our any-hit ray.
@@ -102,9 +112,30 @@ fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
     rays
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+/// Shading points that are timed together: so few that the system seldom interrupts them.
+const CHUNK: usize = 24;
+
+/// The least time of each chunk over all rounds: the sum is what the work takes undisturbed.
+#[derive(Default)]
+struct Fastest(Vec<f64>);
+
+impl Fastest {
+    /// Times `f` on every chunk of `0..count`.
+    fn round(&mut self, count: usize, now: &dyn Fn() -> f64, mut f: impl FnMut(Range<usize>)) {
+        self.0.resize(count.div_ceil(CHUNK), f64::INFINITY);
+        for (k, least) in self.0.iter_mut().enumerate() {
+            let start = now();
+            f(k * CHUNK..count.min((k + 1) * CHUNK));
+            *least = least.min(now() - start);
+        }
+    }
+
+    /// Nanoseconds for each of `count` queries.
+    fn each(&self, count: usize) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "a count")]
+        let count = count as f64;
+        self.0.iter().sum::<f64>() * 1e9 / count
+    }
 }
 
 /// Times rays and lines in alternation, `rounds` times; `now` gives seconds.
@@ -117,9 +148,9 @@ pub fn time(
     rounds: usize,
     now: &dyn Fn() -> f64,
 ) -> Timings {
-    let rays = shadow_rays(work, 4);
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
-    let ray_count = rays.len() as f64;
+    const RAYS: usize = 8;
+    let rays = shadow_rays(work, RAYS);
+    let points = work.points.len();
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
     let mut state = 11;
@@ -127,54 +158,54 @@ pub fn time(
         .iter()
         .map(|&n| stratified_lines(work.light, n, &mut || hash_unit(&mut state)))
         .collect();
-    let mut series = vec![Vec::new(); 3 + 3 * lines.len()];
-    let mut result = Timings::default();
-    for round in 0..rounds {
-        let start = now();
-        let hits = rays.iter().filter(|r| occluders.any_hit(r, &work.exclude, &mut scratch)).count();
-        let ray = (now() - start) * 1e9 / ray_count;
-        series[0].push(ray);
-        #[allow(clippy::cast_precision_loss, reason = "a count")]
-        {
-            result.hit_share = hits as f64 / ray_count;
-        }
+    let mut ray_times: [Fastest; 3] = Default::default();
+    let mut line_times: Vec<[Fastest; 2]> = lines.iter().map(|_| Default::default()).collect();
+    let mut sink = 0;
+    for _ in 0..rounds {
+        let mut shoot = |k: usize, f: &mut dyn FnMut(&Ray) -> bool| {
+            ray_times[k].round(points, now, |r| {
+                let rays = &rays[r.start * RAYS..r.end * RAYS];
+                sink += rays.iter().filter(|r| f(r)).count();
+            });
+        };
+        shoot(0, &mut |r| occluders.any_hit(r, &work.exclude, &mut scratch));
         if let Some(rivals) = rivals {
-            let start = now();
-            let binary = rays.iter().filter(|r| rivals.bvh2_any_hit(r, &work.exclude)).count();
-            series[1].push((now() - start) * 1e9 / ray_count);
-            let start = now();
-            let wide = rays.iter().filter(|r| rivals.cwbvh_any_hit(r, &work.exclude)).count();
-            series[2].push((now() - start) * 1e9 / ray_count);
-            std::hint::black_box((binary, wide));
+            shoot(1, &mut |r| rivals.bvh2_any_hit(r, &work.exclude));
+            shoot(2, &mut |r| rivals.cwbvh_any_hit(r, &work.exclude));
         }
-        for (k, set) in sets.iter().enumerate() {
-            scratch.counters = Counters::default();
-            let start = now();
-            let visible = trace_lines(occluders, work, set, &mut scratch, &mut out);
-            #[allow(clippy::cast_precision_loss, reason = "a count")]
-            let ns = (now() - start) * 1e9 / (work.points.len() * set.len()) as f64;
-            series[3 + 3 * k].push(ns);
-            series[4 + 3 * k].push(ns / ray);
-            if k == 0 && round == 0 {
-                result.counters = scratch.counters;
-                result.visible_share = visible;
-            }
+        for (set, [line_time, point_time]) in sets.iter().zip(&mut line_times) {
+            line_time.round(points, now, |r| {
+                let part = work.part(r);
+                std::hint::black_box(trace_lines(occluders, &part, set, &mut scratch, &mut out));
+            });
             let targets: Vec<DVec3> = set.iter().map(|l| l.at(0.37)).collect();
-            let start = now();
-            let seen = trace_points(occluders, work, &targets, &mut scratch);
-            #[allow(clippy::cast_precision_loss, reason = "a count")]
-            series[5 + 3 * k].push((now() - start) * 1e9 / (work.points.len() * set.len()) as f64);
-            std::hint::black_box(seen);
+            point_time.round(points, now, |r| {
+                sink += trace_points(occluders, &work.part(r), &targets, &mut scratch);
+            });
         }
     }
-    let mut medians = series.iter_mut().map(|s| median(s)).collect::<Vec<_>>().into_iter();
-    let mut next = || medians.next().unwrap_or(0.0);
-    result.ray = next();
-    result.bvh2 = next();
-    result.cwbvh = next();
-    for &n in lines {
-        result.lines.push((n, next(), next()));
-        result.shaft_points.push((n, next()));
+    std::hint::black_box(sink);
+    let mut result = Timings {
+        ray: ray_times[0].each(rays.len()),
+        bvh2: ray_times[1].each(rays.len()),
+        cwbvh: ray_times[2].each(rays.len()),
+        ..Timings::default()
+    };
+    for (set, [line_time, point_time]) in sets.iter().zip(&line_times) {
+        let ns = line_time.each(points * set.len());
+        result.lines.push((set.len(), ns, ns / result.ray));
+        let ns = point_time.each(points * set.len());
+        result.shaft_points.push((set.len(), ns));
+    }
+    scratch.counters = Counters::default();
+    if let Some(set) = sets.first() {
+        result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
+    }
+    result.counters = scratch.counters;
+    let hits = rays.iter().filter(|r| occluders.any_hit(r, &work.exclude, &mut scratch)).count();
+    #[allow(clippy::cast_precision_loss, reason = "a count")]
+    {
+        result.hit_share = hits as f64 / rays.len() as f64;
     }
     result
 }

@@ -115,7 +115,7 @@ pub fn grid() -> Scene {
             *p = [p[0] * cos - p[2] * sin, p[1], p[0] * sin + p[2] * cos];
         }
     }
-    s.light("S", DVec3::new(0.5, 5.0, 0.2), DVec3::X * 0.4, DVec3::Z * 0.4);
+    s.light("S", DVec3::new(0.5, 5.0, 0.2), DVec3::X * 0.15, DVec3::Z * 0.15);
     s.light("L", DVec3::new(0.5, 5.0, 0.2), DVec3::X * 2.0, DVec3::Z * 2.0);
     s
 }

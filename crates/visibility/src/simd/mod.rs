@@ -22,6 +22,9 @@ pub(crate) trait Simd: Copy {
     /// Eight truth values for `D`.
     type M: Copy;
 
+    /// Asks for the memory of `a` ahead of time.
+    fn prefetch<T>(self, a: &T);
+
     fn load(self, a: &[f32; 8]) -> Self::F;
     fn store(self, a: Self::F, out: &mut [f32; 8]);
     fn splat(self, a: f32) -> Self::F;
@@ -37,6 +40,8 @@ pub(crate) trait Simd: Copy {
     fn abs(self, a: Self::F) -> Self::F;
     /// A bit for each lane with `a ≤ b`; none for NaN.
     fn le(self, a: Self::F, b: Self::F) -> u8;
+    /// A bit for each lane with `a < b`; none for NaN.
+    fn lt(self, a: Self::F, b: Self::F) -> u8;
     /// Lanes where both are in `start .. start + len` (wrapping): a bit each.
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8;
 

@@ -26,6 +26,9 @@ impl Simd for Scalar {
     type M = [bool; 8];
 
     #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
+
+    #[inline(always)]
     fn load(self, a: &[f32; 8]) -> Self::F {
         *a
     }
@@ -68,6 +71,10 @@ impl Simd for Scalar {
     #[inline(always)]
     fn le(self, a: Self::F, b: Self::F) -> u8 {
         pack(zip(a, b, |a, b| a <= b))
+    }
+    #[inline(always)]
+    fn lt(self, a: Self::F, b: Self::F) -> u8 {
+        pack(zip(a, b, |a, b| a < b))
     }
     #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {

@@ -43,11 +43,27 @@ fn byte(mask: i32) -> u8 {
     mask as u8
 }
 
+/// Asks for the cache lines of a value.
+#[inline(always)]
+fn prefetch_lines<T>(a: &T) {
+    let start = std::ptr::from_ref(a).cast::<i8>();
+    let mut offset = 0;
+    while offset < size_of::<T>() {
+        // SAFETY: within the value; a prefetch reads nothing, and SSE is part of x86-64.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(offset)) };
+        offset += 64;
+    }
+}
+
 impl Simd for Avx512 {
     type F = __m256;
     type D = __m512d;
     type M = u8;
 
+    #[inline(always)]
+    fn prefetch<T>(self, a: &T) {
+        prefetch_lines(a);
+    }
     #[inline(always)]
     fn load(self, a: &[f32; 8]) -> Self::F {
         // SAFETY: a value of this type exists only where the instructions do.
@@ -102,6 +118,11 @@ impl Simd for Avx512 {
     fn le(self, a: Self::F, b: Self::F) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { _mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }
+    }
+    #[inline(always)]
+    fn lt(self, a: Self::F, b: Self::F) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b) }
     }
     #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
@@ -205,6 +226,10 @@ impl Simd for Avx2 {
     type M = [__m256d; 2];
 
     #[inline(always)]
+    fn prefetch<T>(self, a: &T) {
+        prefetch_lines(a);
+    }
+    #[inline(always)]
     fn load(self, a: &[f32; 8]) -> Self::F {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { _mm256_loadu_ps(a.as_ptr()) }
@@ -258,6 +283,11 @@ impl Simd for Avx2 {
     fn le(self, a: Self::F, b: Self::F) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { byte(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))) }
+    }
+    #[inline(always)]
+    fn lt(self, a: Self::F, b: Self::F) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { byte(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b))) }
     }
     #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {

@@ -1,0 +1,202 @@
+//! The cases that a scene should not contain and does.
+
+mod common;
+
+use common::{Mesh, NONE, Rng, soup};
+use linelit_geometry::{DVec3, Segment};
+use linelit_visibility::{Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute};
+
+/// A unit square light at height two, and three lines on it.
+fn square() -> (Vec<DVec3>, Vec<Segment>) {
+    let o = DVec3::new(-0.5, -0.5, 2.0);
+    let light = vec![o, o + DVec3::X, o + DVec3::X + DVec3::Y, o + DVec3::Y];
+    let lines = [0.0, 0.37, 1.0]
+        .map(|s| Segment::new(o + DVec3::X * s, o + DVec3::X * s + DVec3::Y))
+        .to_vec();
+    (light, lines)
+}
+
+/// Fractions of the lines that are visible from `point`, which must agree with brute force.
+fn fractions(mesh: &Mesh, point: DVec3) -> (ShaftClass, Vec<f64>) {
+    let (light, lines) = square();
+    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    let query = ShaftQuery {
+        point,
+        light: &light,
+        exclude: NONE,
+    };
+    let mut shaft = occluders.shaft(query, &mut scratch);
+    shaft.visible(&lines, &mut out);
+    let got: Vec<f64> = (0..lines.len()).map(|i| out.fraction(i)).collect();
+    for (line, got) in lines.iter().zip(&got) {
+        let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
+        let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
+        assert!((got - want).abs() < 1e-9, "{got} {want} of {line:?} from {point}");
+    }
+    (shaft.class(), got)
+}
+
+fn one(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Mesh {
+    let mut mesh = Mesh::default();
+    mesh.triangle(a.into(), b.into(), c.into());
+    mesh
+}
+
+#[test]
+fn nothing_at_all() {
+    let (class, f) = fractions(&Mesh::default(), DVec3::ZERO);
+    assert_eq!((class, f), (ShaftClass::Empty, vec![1.0; 3]));
+}
+
+#[test]
+fn one_occluder_hides_the_light() {
+    let mesh = one([-9.0, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 20.0, 1.0]);
+    let (class, f) = fractions(&mesh, DVec3::ZERO);
+    assert_eq!((class, f), (ShaftClass::Blocked, vec![0.0; 3]));
+}
+
+#[test]
+fn occluders_behind_the_point_beyond_or_in_the_light() {
+    for z in [-1.0, 2.0, 3.0] {
+        let mesh = one([-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 20.0, z]);
+        let (class, f) = fractions(&mesh, DVec3::ZERO);
+        assert_eq!((class, f), (ShaftClass::Empty, vec![1.0; 3]), "{z}");
+    }
+}
+
+#[test]
+fn occluder_that_touches_the_light_or_crosses_its_plane() {
+    // From below into the light's plane, and through it.
+    for top in [2.0, 2.7] {
+        let mesh = one([-9.0, 0.0, 1.0], [9.0, 0.0, 1.0], [0.0, 0.0, top]);
+        fractions(&mesh, DVec3::ZERO);
+        fractions(&mesh, DVec3::new(0.1, 3.0, 0.3));
+    }
+}
+
+#[test]
+fn occluder_around_the_shading_point() {
+    let floor = one([-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 20.0, 0.0]);
+    // On the occluder's plane, just above and just below it.
+    let (class, f) = fractions(&floor, DVec3::new(0.0, 0.0, 2e-6));
+    assert_eq!((class, f), (ShaftClass::Empty, vec![1.0; 3]));
+    let (_, f) = fractions(&floor, DVec3::new(0.0, 0.0, -2e-6));
+    assert_eq!(f, vec![0.0; 3]);
+    fractions(&floor, DVec3::ZERO);
+    // Through the plane W = 0, on an edge, and at a corner.
+    let wall = one([0.1, -9.0, -5.0], [0.1, 9.0, -5.0], [0.2, 0.0, 9.0]);
+    fractions(&wall, DVec3::ZERO);
+    fractions(&wall, DVec3::new(0.1, -9.0, -5.0));
+    fractions(&wall, DVec3::new(0.1, 0.0, -5.0));
+    fractions(&wall, DVec3::new(0.15, 0.0, 2.0 - 1e-4));
+}
+
+#[test]
+fn the_point_in_the_lights_plane() {
+    let mut rng = Rng(3);
+    let mesh = soup(&mut rng, 50, 0.5, DVec3::new(0.0, 0.0, 1.5), 1.0);
+    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+    let (light, lines) = square();
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    // In it, in the light itself, and a hair off.
+    for point in [
+        DVec3::new(4.0, 0.3, 2.0),
+        DVec3::new(0.1, 0.2, 2.0),
+        DVec3::new(4.0, 0.3, 2.0 + 1e-15),
+        light[0],
+    ] {
+        let query = ShaftQuery {
+            point,
+            light: &light,
+            exclude: NONE,
+        };
+        let mut shaft = occluders.shaft(query, &mut scratch);
+        shaft.visible(&lines, &mut out);
+        for i in 0..lines.len() {
+            let f = out.fraction(i);
+            assert!((0.0..=1.0).contains(&f), "{f}");
+        }
+    }
+}
+
+#[test]
+fn lights_and_lines_without_extent() {
+    let mesh = one([-9.0, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 20.0, 1.0]);
+    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    let p = DVec3::new(0.0, 0.0, 2.0);
+    let towards = [p, p * 2.0];
+    let nan = [p, DVec3::NAN, DVec3::X];
+    for light in [&[p, p][..], &[p, p, p], &towards, &nan, &[p], &[]] {
+        let query = ShaftQuery {
+            point: DVec3::ZERO,
+            light,
+            exclude: NONE,
+        };
+        let mut shaft = occluders.shaft(query, &mut scratch);
+        assert_eq!(shaft.class(), ShaftClass::Empty, "{light:?}");
+        shaft.visible(&[Segment::new(p, p)], &mut out);
+        assert_eq!(out.fraction(0).to_bits(), 1.0_f64.to_bits());
+    }
+    // A line without length on a good light, among others.
+    let half = one([-9.0, 0.0, 1.0], [9.0, 0.0, 1.0], [0.0, 20.0, 1.0]);
+    let occluders = Occluders::build(&half.positions, &half.triangles);
+    let (light, mut lines) = square();
+    lines.insert(1, Segment::new(p, p));
+    lines.push(Segment::new(p, DVec3::NAN));
+    let query = ShaftQuery {
+        point: DVec3::ZERO,
+        light: &light,
+        exclude: NONE,
+    };
+    let mut shaft = occluders.shaft(query, &mut scratch);
+    shaft.visible(&lines, &mut out);
+    let got: Vec<f64> = (0..lines.len()).map(|i| out.fraction(i)).collect();
+    for (got, want) in got.iter().zip([0.5, 1.0, 0.5, 0.5, 1.0]) {
+        assert!((got - want).abs() < 1e-12, "{got} {want}");
+    }
+}
+
+#[test]
+fn triangles_that_hide_nothing_are_left_out() {
+    let mut mesh = one([-9.0, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 20.0, 1.0]);
+    let v = mesh.positions.len();
+    mesh.positions.extend([[f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0]]);
+    let v = u32::try_from(v).unwrap();
+    mesh.triangles.extend([[0, 1, v], [0, 1, v + 1], [0, 1, 99], [0, 0, 1], [2, 1, 2]]);
+    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+    assert_eq!((occluders.triangle_count(), occluders.left_out()), (1, 5));
+    assert!(occluders.memory() > 0);
+}
+
+#[test]
+fn rays_that_are_none() {
+    let mesh = one([-9.0, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 20.0, 1.0]);
+    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+    let mut scratch = Scratch::new();
+    let good = Ray {
+        origin: DVec3::ZERO,
+        direction: DVec3::Z,
+        t_min: 0.0,
+        t_max: f64::INFINITY,
+    };
+    let hit = occluders.closest_hit(&good, &mut scratch).unwrap();
+    assert_eq!(hit.t.to_bits(), 1.0_f64.to_bits());
+    for bad in [
+        Ray { direction: DVec3::ZERO, ..good },
+        Ray { direction: DVec3::NAN, ..good },
+        Ray { origin: DVec3::INFINITY, ..good },
+        Ray { t_min: f64::NAN, ..good },
+        Ray { t_min: 2.0, t_max: 1.0, ..good },
+        Ray { t_max: 0.5, ..good },
+        Ray { direction: DVec3::X, ..good },
+    ] {
+        assert_eq!(occluders.closest_hit(&bad, &mut scratch), None, "{bad:?}");
+        assert!(!occluders.any_hit(&bad, &NONE, &mut scratch), "{bad:?}");
+    }
+    assert!(!occluders.any_hit(&good, &(0..1), &mut scratch));
+}
