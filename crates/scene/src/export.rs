@@ -208,7 +208,7 @@ impl Writer<'_> {
             }
             Texture::Product(a, b) => {
                 let a = self.parameter("tex", a, is_number)?;
-                // pbrt-v4 scales by a float; a colour goes through a mixture with black.
+                // pbrt-v4 scales by a number only; a colour is for readers like ours.
                 match b.as_constant() {
                     Some(v) if v.x.to_bits() == v.y.to_bits() && v.x.to_bits() == v.z.to_bits() => {
                         format!("\"scale\"{a} \"float scale\" [ {} ]", v.x)

@@ -61,13 +61,10 @@ pub(crate) fn load(
     path: Option<&Path>,
     options: &LoadOptions,
 ) -> Result<Loaded> {
-    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = source.bytes() {
-        return Err(
-            SceneError::new(ErrorKind::Syntax, "the file is UTF-16 text")
-                .in_file(source.name())
-                .help("convert it to UTF-8 or ASCII"),
-        );
-    }
+    let source = match utf16(source.bytes()) {
+        Some(text) => Source::new(source.name().clone(), text.into_bytes()),
+        None => source,
+    };
     let mut reader = Reader {
         base: Assembly::new(path, options),
         source: Arc::clone(&source),
@@ -85,6 +82,28 @@ pub(crate) fn load(
     reader
         .base
         .finish(source.name(), shapes, None, FilmSettings::default())
+}
+
+/// The text of a file that begins with a UTF-16 byte order mark.
+fn utf16(bytes: &[u8]) -> Option<String> {
+    let (big, rest) = match bytes {
+        [0xfe, 0xff, rest @ ..] => (true, rest),
+        [0xff, 0xfe, rest @ ..] => (false, rest),
+        _ => return None,
+    };
+    let units = rest.as_chunks::<2>().0.iter().map(|unit| {
+        if big {
+            u16::from_be_bytes(*unit)
+        } else {
+            u16::from_le_bytes(*unit)
+        }
+    });
+    let chars = char::decode_utf16(units);
+    Some(
+        chars
+            .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+            .collect(),
+    )
 }
 
 /// Position, texture coordinate and normal of a corner, as indices from zero.
@@ -387,5 +406,17 @@ const fn emission(radiance: DVec3) -> EmissionSpec {
         radiance,
         two_sided: false,
         power: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn utf16_text_is_converted() {
+        assert_eq!(utf16(b"\xfe\xff\0v\0 \0\xe4").as_deref(), Some("v \u{e4}"));
+        assert_eq!(utf16(b"\xff\xfev\0").as_deref(), Some("v"));
+        assert_eq!(utf16(b"v 1 2 3"), None);
     }
 }

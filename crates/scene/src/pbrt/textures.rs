@@ -219,14 +219,19 @@ impl Loader {
         Ok(Texture::Constant(value))
     }
 
-    /// v4's `scale` of a scale texture, which may name a texture of either type.
+    /// v4's `scale` of a scale texture, which may name a texture of either type; colours are an
+    /// extension.
     fn number_or_spectrum(
         &mut self,
         params: &Params,
         name: &'static str,
         default: Texture,
     ) -> Result<Texture> {
-        let given = params.find(name, &[Type::Float, Type::Texture])?;
+        let types = [Type::Float, Type::Texture, Type::Rgb];
+        let given = params.find(name, &types)?;
+        if given.is_some_and(|p| p.ty == Type::Rgb) {
+            return self.texture_param(params, name, default, false);
+        }
         if let Some(texture) = given.and_then(|p| p.strings().first())
             && self.textures.contains_key(&(false, texture.clone()))
         {
