@@ -16,7 +16,7 @@ fn least(name: &str, mut f: impl FnMut()) {
         f();
         best = best.min(start.elapsed().as_secs_f64());
     }
-    println!("{name:<14} {:8.2} ns", best * 1e9 / f64::from(u32::try_from(COUNT).expect("small")));
+    println!("{name:<16} {:8.2} ns", best * 1e9 / f64::from(u32::try_from(COUNT).expect("small")));
 }
 
 fn main() {
@@ -38,6 +38,11 @@ fn main() {
         black_box(black_box(&input).iter().map(|s| ribbon::irradiance(s.p0, s.p1, n)).sum::<f64>());
     });
     least("ribbon/batch", || batch::ribbons(black_box(&input), n, black_box(&mut out)));
+    let column = |f: fn(&Segment) -> f64| input.iter().map(f).collect::<Vec<f64>>();
+    let (x0, y0, z0) = (column(|s| s.p0.x), column(|s| s.p0.y), column(|s| s.p0.z));
+    let (x1, y1, z1) = (column(|s| s.p1.x), column(|s| s.p1.y), column(|s| s.p1.z));
+    let columns = batch::Columns { p0: [&x0, &y0, &z0], p1: [&x1, &y1, &z1] };
+    least("ribbon/columns", || batch::ribbons_columns(black_box(&columns), n, black_box(&mut out)));
     least("cylinder", || sum(&|s| cylinder::irradiance(s.p0, s.p1, n)));
     least("point_line", || sum(&|s| point_line::irradiance(s.p0, s.p1, n)));
     for k in [10.0, 1e3, 1e5] {

@@ -4,11 +4,29 @@
 //! ordinary (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
 //! evaluated by the twin itself.
 
-use crate::{dispatch, ribbon};
+use crate::ribbon;
+use crate::simd::{self, Block, LANES, Level};
 use linelit_geometry::{DVec3, Segment};
 
-/// Lanes at once: one register of AVX-512, two of AVX2, four of SSE2.
-const LANES: usize = 8;
+/// Segments in columns, all of one length (the shortest counts): what vector registers load at once.
+#[derive(Clone, Copy, Debug)]
+pub struct Columns<'a> {
+    /// x, y and z of the first ends, relative to the shading point.
+    pub p0: [&'a [f64]; 3],
+    /// x, y and z of the second ends.
+    pub p1: [&'a [f64]; 3],
+}
+
+impl Columns<'_> {
+    fn len(&self) -> usize {
+        self.p0.iter().chain(&self.p1).map(|c| c.len()).min().unwrap_or(0)
+    }
+
+    fn segment(&self, i: usize) -> (DVec3, DVec3) {
+        let end = |c: &[&[f64]; 3]| DVec3::new(c[0][i], c[1][i], c[2][i]);
+        (end(&self.p0), end(&self.p1))
+    }
+}
 
 /// [`ribbon::irradiance`] of each segment (relative to the shading point), into `out`; the shorter
 /// of the two slices counts.
@@ -24,54 +42,54 @@ const LANES: usize = 8;
 /// assert_eq!(out[7], ribbon::irradiance(segments[7].p0, segments[7].p1, DVec3::Z));
 /// ```
 pub fn ribbons(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    dispatch::with(|| all(segments, n, out));
+    const BLOCK: usize = 8 * LANES;
+    let mut store = [[0.0; BLOCK]; 6];
+    for (segments, out) in segments.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+        let count = segments.len().min(out.len());
+        for (i, s) in segments.iter().take(count).enumerate() {
+            let row = [s.p0.x, s.p0.y, s.p0.z, s.p1.x, s.p1.y, s.p1.z];
+            for (column, x) in store.iter_mut().zip(row) {
+                column[i] = x;
+            }
+        }
+        let [a, b, c, d, e, f] = &store;
+        let columns = Columns {
+            p0: [&a[..count], &b[..count], &c[..count]],
+            p1: [&d[..count], &e[..count], &f[..count]],
+        };
+        ribbons_columns(&columns, n, &mut out[..count]);
+    }
 }
 
-/// [`ribbons`] without vector instructions beyond the compiler's baseline: its scalar twin.
+/// [`ribbons`] for segments that are kept in columns: no transposition.
+pub fn ribbons_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
+    let count = columns.len().min(out.len());
+    let level = Level::best();
+    let whole = count - count % LANES;
+    for (index, values) in out[..whole].as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+        let at = index * LANES;
+        let block: Block<'_> = std::array::from_fn(|j| {
+            let column = if j < 3 { columns.p0[j] } else { columns.p1[j - 3] };
+            &column[..whole].as_chunks::<LANES>().0[index]
+        });
+        let trusted = simd::ribbons(&block, n, values, level);
+        if trusted != u8::MAX {
+            for (i, value) in values.iter_mut().enumerate().filter(|(i, _)| trusted >> i & 1 == 0) {
+                let (p0, p1) = columns.segment(at + i);
+                *value = ribbon::general(p0, p1, n);
+            }
+        }
+    }
+    for (i, value) in out[..count].iter_mut().enumerate().skip(whole) {
+        let (p0, p1) = columns.segment(i);
+        *value = ribbon::irradiance(p0, p1, n);
+    }
+}
+
+/// [`ribbons`] one by one: its scalar twin.
 pub fn ribbons_scalar(segments: &[Segment], n: DVec3, out: &mut [f64]) {
     for (segment, value) in segments.iter().zip(out) {
         *value = ribbon::irradiance(segment.p0, segment.p1, n);
-    }
-}
-
-#[inline(always)]
-fn all(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    let count = segments.len().min(out.len());
-    let (segments, out) = (&segments[..count], &mut out[..count]);
-    let (chunks, rest) = segments.as_chunks::<LANES>();
-    let (values, last) = out.as_chunks_mut::<LANES>();
-    for (chunk, value) in chunks.iter().zip(values) {
-        lanes(chunk, n, value);
-    }
-    for (segment, value) in rest.iter().zip(last) {
-        *value = ribbon::irradiance(segment.p0, segment.p1, n);
-    }
-}
-
-#[inline(always)]
-fn lanes(segments: &[Segment; LANES], n: DVec3, out: &mut [f64; LANES]) {
-    let mut columns = [[0.0; LANES]; 6];
-    for (i, segment) in segments.iter().enumerate() {
-        let row = [segment.p0.to_array(), segment.p1.to_array()];
-        for j in 0..3 {
-            columns[j][i] = row[0][j];
-            columns[3 + j][i] = row[1][j];
-        }
-    }
-    let mut ordinary = [true; LANES];
-    let c = &columns;
-    for i in 0..LANES {
-        let p0 = DVec3::new(c[0][i], c[1][i], c[2][i]);
-        let p1 = DVec3::new(c[3][i], c[4][i], c[5][i]);
-        (out[i], ordinary[i]) = ribbon::ordinary(p0, p1, n);
-    }
-    if ordinary.iter().all(|&o| o) {
-        return;
-    }
-    for i in 0..LANES {
-        if !ordinary[i] {
-            out[i] = ribbon::general(segments[i].p0, segments[i].p1, n);
-        }
     }
 }
 

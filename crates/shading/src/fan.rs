@@ -22,6 +22,8 @@ pub(crate) struct Fan<const N: usize> {
     pub(crate) sine: f64,
     /// δ.
     pub(crate) angle: f64,
+    /// sin(δ/2).
+    pub(crate) half_sine: f64,
     /// Lengths were multiplied by this.
     pub(crate) unit: f64,
 }
@@ -87,7 +89,7 @@ impl<const N: usize> Fan<N> {
         if sine <= 0.0 && angle > 1.0 {
             return None;
         }
-        Some(Self { ends, radii, values, length, normal, sine, angle, unit })
+        Some(Self { ends, radii, values, length, normal, sine, angle, half_sine: (0.5 * angle).sin(), unit })
     }
 
     /// l/(r0 r1): (1/h) sin δ, finite also for h → 0.
@@ -100,17 +102,26 @@ impl<const N: usize> Fan<N> {
         self.values[vector][end] / self.radii[end]
     }
 
-    /// `k·ω` at the arc angle `v` from the first end: a sum of two terms that are not negative, from
-    /// the middle of the arc and the nearer end, so that no angle near π is met.
-    pub(crate) fn cosine_at(&self, ends: [f64; 2], v: f64) -> f64 {
-        if self.sine <= 0.0 {
-            return ends[0];
+    /// The weights of the ends' cosines for the cosine at the arc angle `v` from the first end: both
+    /// positive; by the middle of the arc and the nearer end, so that no angle near π is met.
+    pub(crate) fn weights(&self, v: f64) -> [f64; 2] {
+        if v <= 0.0 || self.sine <= 0.0 {
+            return [1.0, 0.0];
         }
         let half = 0.5 * self.angle;
-        let middle = (ends[0] + ends[1]) * (half.sin() / self.sine);
-        let (near, w) = if v <= half { (ends[0], v) } else { (ends[1], self.angle - v) };
-        let w = w.max(0.0);
-        ((half - w).max(0.0).sin() * near + w.sin() * middle) / half.sin()
+        let w = if v <= half { v } else { self.angle - v };
+        if w <= 0.0 {
+            return [0.0, 1.0];
+        }
+        let middle = w.sin() / self.sine;
+        let near = (half - w).max(0.0).sin() / self.half_sine + middle;
+        if v <= half { [near, middle] } else { [middle, near] }
+    }
+
+    /// `k·ω` at the arc angle `v` from its values at the ends.
+    pub(crate) fn cosine_at(&self, ends: [f64; 2], v: f64) -> f64 {
+        let [w0, w1] = self.weights(v);
+        w0 * ends[0] + w1 * ends[1]
     }
 
     /// The derivative of `k·ω` by the arc angle at the first end: `k·t` for the unit tangent t.
@@ -130,6 +141,7 @@ impl Fan<2> {
             normal: self.normal,
             sine: self.sine,
             angle: self.angle,
+            half_sine: self.half_sine,
             unit: self.unit,
         }
     }

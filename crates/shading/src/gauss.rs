@@ -60,7 +60,7 @@ pub(crate) const WEIGHT: [f64; NODES] = [
 ];
 
 /// 1/k! from 2! to 13!: what is left out of exp(r) for |r| ≤ ln 2/2 is below 4e-18.
-const INVERSE_FACTORIALS: [f64; 12] = [
+pub(crate) const INVERSE_FACTORIALS: [f64; 12] = [
     0.5,
     0.16666666666666666,
     0.041666666666666664,
@@ -75,15 +75,18 @@ const INVERSE_FACTORIALS: [f64; 12] = [
     1.6059043836821613e-10,
 ];
 
+/// Adding and subtracting it rounds to an integer.
+pub(crate) const SHIFT: f64 = 6_755_399_441_055_744.0;
+/// ln 2 in two parts: its first 32 bits …
+pub(crate) const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
+/// … and the rest.
+pub(crate) const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+
 /// exp(x) for x ≤ 0, 0 below −700; a few flops without a branch, so that loops over it vectorise.
 ///
 /// **Error**: 2 ulp. **Method**: x = n ln 2 + r with ln 2 in two parts, Taylor in r.
 #[inline(always)]
 pub(crate) fn exp_negative(x: f64) -> f64 {
-    /// Adding and subtracting it rounds to an integer.
-    const SHIFT: f64 = 6_755_399_441_055_744.0;
-    const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-    const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
     let clamped = x.max(-700.0);
     let shifted = clamped * std::f64::consts::LOG2_E + SHIFT;
     let n = shifted - SHIFT;
@@ -101,27 +104,30 @@ pub(crate) fn exp_negative(x: f64) -> f64 {
     if x < -700.0 { 0.0 } else { mantissa * scale }
 }
 
+/// 1/(2k + 1).
+pub(crate) const ODD_RECIPROCALS: [f64; 12] = [
+    1.0,
+    1.0 / 3.0,
+    1.0 / 5.0,
+    1.0 / 7.0,
+    1.0 / 9.0,
+    1.0 / 11.0,
+    1.0 / 13.0,
+    1.0 / 15.0,
+    1.0 / 17.0,
+    1.0 / 19.0,
+    1.0 / 21.0,
+    1.0 / 23.0,
+];
+
 /// Σ q²ᵏ/(2k + 1), k = 0..11: atanh(q)/q for q ≤ 0.2, to 2e-18.
 #[inline(always)]
 pub(crate) fn atanh_ratio(q: f64) -> f64 {
-    const C: [f64; 12] = [
-        1.0,
-        1.0 / 3.0,
-        1.0 / 5.0,
-        1.0 / 7.0,
-        1.0 / 9.0,
-        1.0 / 11.0,
-        1.0 / 13.0,
-        1.0 / 15.0,
-        1.0 / 17.0,
-        1.0 / 19.0,
-        1.0 / 21.0,
-        1.0 / 23.0,
-    ];
     let y = q * q;
     let y2 = y * y;
     let y4 = y2 * y2;
-    let quad = |i: usize| (C[i] + C[i + 1] * y) + (C[i + 2] + C[i + 3] * y) * y2;
+    let c = &ODD_RECIPROCALS;
+    let quad = |i: usize| (c[i] + c[i + 1] * y) + (c[i + 2] + c[i + 3] * y) * y2;
     quad(0) + (quad(4) + quad(8) * y4) * y4
 }
 

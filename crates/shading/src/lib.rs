@@ -4,7 +4,6 @@
 pub mod batch;
 pub mod bsdf;
 pub mod cylinder;
-mod dispatch;
 mod exact;
 mod fan;
 mod gauss;
@@ -17,6 +16,7 @@ pub mod spherical_gaussian;
 pub mod point_line;
 pub mod polygon;
 pub mod ribbon;
+mod simd;
 pub mod solid_angle;
 mod span;
 mod special;

@@ -3,6 +3,7 @@
 use crate::exact::settle;
 use crate::fan::Fan;
 use crate::gauss::{NODE, NODES, WEIGHT, atanh_ratio, exp_negative};
+use crate::simd::{self, Level};
 use linelit_geometry::{DVec3, predicates};
 
 /// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
@@ -13,15 +14,15 @@ const SMOOTH: f64 = 6.0;
 
 /// A piece of the arc that starts at the lobe's highest point on it.
 #[derive(Clone, Copy, Debug)]
-struct Panel {
+pub(crate) struct Panel {
     /// tan of half its width.
-    half_tan: f64,
+    pub(crate) half_tan: f64,
     /// The lobe falls like cos x − τ sin x: its slope τ ≥ 0 at the start.
-    slope: f64,
+    pub(crate) slope: f64,
     /// The other factors at the start and at the end.
-    factors: [[f64; 2]; 2],
+    pub(crate) factors: [[f64; 2]; 2],
     /// How many factors there are.
-    count: usize,
+    pub(crate) count: usize,
 }
 
 /// ∫ of the product of the fan's functionals, the lobe's (the last) to the power `k`, over dt after
@@ -82,10 +83,13 @@ pub(crate) fn window(k: f64, slope: f64) -> f64 {
 
 fn panel<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, sign: f64) -> Panel {
     let mut factors = [[1.0; 2]; 2];
+    let far = if sign > 0.0 { fan.angle - start } else { start };
+    // An end of the arc is met exactly.
+    let v = if width < far { start + sign * width } else { start + sign * far };
+    let (near, far) = (fan.weights(start), fan.weights(v));
     for (i, factor) in factors.iter_mut().enumerate().take(N - 1) {
         let ends = [fan.cosine(i, 0), fan.cosine(i, 1)];
-        let far = if width >= fan.angle { fan.angle - start } else { start + sign * width };
-        *factor = [fan.cosine_at(ends, start), fan.cosine_at(ends, far)];
+        *factor = [near, far].map(|w| w[0] * ends[0] + w[1] * ends[1]);
     }
     Panel { half_tan: (0.5 * width).tan(), slope, factors, count: N - 1 }
 }
@@ -97,7 +101,9 @@ impl Panel {
         let end = self.half_tan;
         let last = end * (end + self.slope) / (1.0 - self.slope * end);
         if (0.0..=0.2).contains(&last) {
-            kernel(self, k)
+            let mut terms = [0.0; NODES];
+            simd::panel(self, k, &mut terms, Level::best());
+            2.0 * end * total(&terms)
         } else {
             self.sum_wide(k)
         }
@@ -111,10 +117,8 @@ impl Panel {
             + s * (1.0 + end * end) * self.factors[i][1]
     }
 
-    #[inline(always)]
-    fn sum_narrow(&self, k: f64) -> f64 {
-        let two = self.count == 2;
-        let mut terms = [0.0; NODES];
+    /// The terms at all nodes; the scalar twin of [`simd::panel`].
+    pub(crate) fn terms(&self, k: f64, terms: &mut [f64; NODES]) {
         for (j, term) in terms.iter_mut().enumerate() {
             let s = NODE[j];
             let t = self.half_tan * s;
@@ -122,11 +126,11 @@ impl Panel {
             let power = exp_negative(-2.0 * k * q * atanh_ratio(q));
             let inverse = 1.0 / (1.0 + t * t);
             let mut value = self.factor(0, s) * inverse * inverse;
-            let second = self.factor(1, s) * inverse;
-            value *= if two { second } else { 1.0 };
+            if self.count == 2 {
+                value *= self.factor(1, s) * inverse;
+            }
             *term = WEIGHT[j] * value * power;
         }
-        2.0 * self.half_tan * total(&terms)
     }
 
     /// The same with the library's functions, for wide panels (small exponents).
@@ -160,11 +164,6 @@ fn total(terms: &[f64; NODES]) -> f64 {
         lanes[i] = terms[i] + (terms[i + 8] + terms[i + 16]);
     }
     ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
-}
-
-/// [`Panel::sum_narrow`] by the widest vectors there are; the same bits in each.
-fn kernel(panel: &Panel, k: f64) -> f64 {
-    crate::dispatch::with(|| panel.sum_narrow(k))
 }
 
 /// ∫ over `piece` where the lobe ends at `horizon` like (horizon − x)ᵏ with a small k that is no

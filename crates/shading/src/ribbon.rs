@@ -49,7 +49,7 @@ pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     if ordinary { value } else { general(p0, p1, n) }
 }
 
-/// The integral without branches, and whether it may be trusted: both ends clearly above the
+/// The integral by the shortest way, and whether it may be trusted: both ends clearly above the
 /// horizon, an angle below 120°, distances far from the limits of `f64`.
 ///
 /// The same formula with one root for r0 r1 and one division by it.
@@ -62,10 +62,13 @@ pub(crate) fn ordinary(p0: DVec3, p1: DVec3, n: DVec3) -> (f64, bool) {
     let inverse = 1.0 / (a * b).sqrt();
     let dot = p0.dot(p1);
     let cos = dot * inverse;
-    let square = (1.0 - cos) * (1.0 + cos);
-    let turned = PI / (square * square.sqrt());
     let acute = lune(cos.abs());
-    let g = if cos >= 0.0 { acute } else { turned - acute };
+    let g = if cos < 0.0 {
+        let square = (1.0 - cos) * (1.0 + cos);
+        PI / (square * square.sqrt()) - acute
+    } else {
+        acute
+    };
     let w0 = 1.0 + g * ((b - dot) * inverse);
     let w1 = 1.0 + g * ((a - dot) * inverse);
     let value = 0.5 * (length * inverse) * ((c0 * w0 + c1 * w1) * inverse);

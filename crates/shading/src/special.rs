@@ -43,7 +43,7 @@ pub(crate) fn arc_excess(c: f64) -> f64 {
 }
 
 /// Coefficients of [`lune`].
-const LUNE: [f64; 24] = [
+pub(crate) const LUNE: [f64; 24] = [
     0.9455994348748603,
     -0.38773389845847345,
     0.14968813538870354,
