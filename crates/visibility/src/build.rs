@@ -15,6 +15,9 @@ use std::time::Duration;
 /// Cost of testing a leaf, in tests of a node: measured, see PERFORMANCE.md.
 const LEAF_COST: f32 = 1.2;
 
+/// With fewer leaves (3 MB) the caches hold everything.
+const WORTH_PREFETCHING: usize = 10_000;
+
 /// Most triangles in a leaf.
 const LEAF_SIZE: u32 = 8;
 
@@ -22,6 +25,9 @@ impl Hierarchy {
     /// Asks for the memory of a node's children ahead of time.
     #[inline(always)]
     pub(crate) fn prefetch<S: Simd>(&self, s: S, node: &Node, found: u8) {
+        if self.leaves.len() < WORTH_PREFETCHING {
+            return;
+        }
         let mut found = found;
         while found != 0 {
             let child = node.child[found.trailing_zeros() as usize];

@@ -18,14 +18,10 @@ pub(crate) type FlatBlock = Lanes<[[f64; 8]; 6]>;
 /// A lane that holds no triangle: all three vertices in one place.
 const UNUSED: FlatBlock = Lanes([[2.0; 8]; 6]);
 
-/// Triangles whose image reaches farther than this are cut at [`GUARD`].
-const FAR: f64 = 4096.0;
-
-/// Where far-reaching triangles are cut: well outside the light, which is within [0, 1].
-const GUARD: f64 = 16.0;
-
-/// A triangle nearer than this fraction of the way to the light is cut at the guard, too.
-const NEAR: f64 = 1e-7;
+/// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
+/// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
+/// vertex alone, so that triangles cut a shared edge alike.
+const GUARD: f64 = 4096.0;
 
 /// Images of triangles, in blocks of eight.
 #[derive(Debug, Default)]
@@ -119,10 +115,13 @@ fn project_eight<S: Simd>(
     if alive == 0 {
         return false;
     }
-    let whole = s.and(
-        s.dle(s.dsplat(NEAR), nearest),
+    let mut whole = s.and(
+        s.dle(s.dsplat(POINT_MARGIN), nearest),
         s.dle(farthest, s.dsplat(1.0 - LIGHT_MARGIN)),
     );
+    for v in [&a, &b, &c] {
+        whole = s.and(whole, within_guard(s, v));
+    }
     let image = [
         [s.ddiv(a[0], a[2]), s.ddiv(a[1], a[2])],
         [s.ddiv(b[0], b[2]), s.ddiv(b[1], b[2])],
@@ -136,12 +135,11 @@ fn project_eight<S: Simd>(
             high[k] = s.dmax(high[k], v[k]);
         }
     }
-    let far = s.dsplat(FAR);
     let reach = s.dmax(
         s.dmax(high[0], high[1]),
         s.dsub(s.dsplat(0.0), s.dmin(low[0], low[1])),
     );
-    let simple = s.bits(s.and(whole, s.dle(reach, far))) & alive;
+    let simple = s.bits(whole) & alive;
     let (misses, covers) = against_light(s, &image, low, high, reach, frame);
     let mut keep = simple & !misses;
     if keep & covers != 0 {
@@ -184,6 +182,16 @@ fn project_eight<S: Simd>(
         }
     }
     false
+}
+
+/// Whether a vertex is within the guard: the same decision as in [`cut_triangle`].
+#[inline(always)]
+fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
+    let zero = s.dsplat(0.0);
+    let limit = s.dmul(s.dsplat(GUARD), v[2]);
+    let p = s.dmax(v[0], s.dsub(zero, v[0]));
+    let q = s.dmax(v[1], s.dsub(zero, v[1]));
+    s.dle(s.dmax(p, q), limit)
 }
 
 /// P, Q, W of the vertices in rows `first` to `first + 2`.

@@ -51,7 +51,7 @@ pub struct Shaft<'a> {
 
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
 /// a time. Depends on the geometry alone; measured, see PERFORMANCE.md.
-const DENSE: usize = 768;
+const DENSE: usize = 512;
 
 /// Images of lines on the light farther than this from parallel, in units of the light, make
 /// groups of their own.
