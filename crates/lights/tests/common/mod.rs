@@ -1,6 +1,8 @@
 //! Shared by the integration tests: the reference vectors.
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 
+pub(crate) mod reference;
+
 use linelit_geometry::DVec3;
 
 /// One case of a vector file: a line of JSON whose values are numbers, strings holding numbers, or nested lists of them.
