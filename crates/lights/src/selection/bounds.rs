@@ -139,18 +139,23 @@ impl LightBounds {
         if d2 <= radius2 {
             return self.power / near;
         }
-        let d = d2.sqrt();
-        let uncertain = (radius2 / d2).sqrt().min(1.0).asin();
-        let angle = |c: f64| (c / d).clamp(-1.0, 1.0).acos();
-        let emit = (angle(-self.axis.dot(to)) - self.spread - uncertain).max(0.0);
-        let incident = (angle(n.dot(to)) - uncertain).max(0.0);
-        // Rounding of acos near the limit must not make a false zero.
-        let limit = 0.5 * PI * (1.0 + 1e-9);
-        if emit >= limit || incident >= limit {
+        let inverse = 1.0 / d2.sqrt();
+        // Angles as (sin, cos): the box as seen from x, off the axis of the normals, off the surface normal.
+        let angle = |cosine: f64| {
+            let c = cosine.clamp(-1.0, 1.0);
+            (((1.0 - c) * (1.0 + c)).sqrt(), c)
+        };
+        let sine = (radius2.sqrt() * inverse).min(1.0);
+        let uncertain = (sine, ((1.0 - sine) * (1.0 + sine)).sqrt());
+        let off_axis = angle(-self.axis.dot(to) * inverse);
+        let emit = less(less(off_axis, self.spread.sin_cos()), uncertain).1;
+        let incident = less(angle(n.dot(to) * inverse), uncertain).1;
+        // Rounding near the right angle must not make a false zero.
+        if emit <= -1e-9 || incident <= -1e-9 {
             return 0.0;
         }
         let floor = 1e-3;
-        self.power * emit.cos().max(floor) * incident.cos().max(floor) / near
+        self.power * emit.max(floor) * incident.max(floor) / near
     }
 
     /// Expected contribution at `x` from the moments: the group as a blurred light, smooth and positive everywhere.
@@ -173,6 +178,15 @@ impl LightBounds {
         let incident = positive_part(n.dot(to) / d, blur);
         let floor = 1e-6;
         self.power * emit.max(floor) * incident.max(floor) / d2
+    }
+}
+
+/// max(0, a − b) for angles in [0, π] given as (sin, cos).
+fn less(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    if a.1 >= b.1 {
+        (0.0, 1.0)
+    } else {
+        (a.0 * b.1 - a.1 * b.0, a.1 * b.1 + a.0 * b.0)
     }
 }
 
