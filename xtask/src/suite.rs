@@ -1,7 +1,9 @@
 //! `cargo xtask test`: everything that must hold, step by step, timed and summed up.
 
 use crate::{cargo, manifest, tidy};
-use std::process::Command;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The steps by name, in the order in which they run: quick ones first.
@@ -70,7 +72,10 @@ type Work = Box<dyn FnOnce() -> Vec<String>>;
 fn expand(step: &str) -> Vec<(String, Work)> {
     let one = |name: &str, command: Command| vec![(name.to_owned(), checked(command))];
     match step {
-        "fmt" => one("rustfmt", cargo::cargo(["fmt", "--all", "--check"])),
+        "fmt" => one(
+            "rustfmt",
+            cargo::cargo(["fmt", "--all", "--check", "--", "-l"]),
+        ),
         "tidy" => vec![(
             "tidy: the house rules".to_owned(),
             Box::new(|| tidy::problems(&cargo::root())) as Work,
@@ -136,15 +141,67 @@ fn quiet(arguments: &[&str], after: &[&str]) -> Command {
     command
 }
 
+/// Runs a command, passes on what it prints, and remembers the lines that say what failed.
 fn checked(mut command: Command) -> Work {
     Box::new(move || {
-        command.current_dir(cargo::root());
-        if cargo::status(&mut command) == 0 {
-            Vec::new()
-        } else {
-            vec![format!("failed: {}", shown(&command))]
+        command
+            .current_dir(cargo::root())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        let mut child = match command.spawn() {
+            Ok(child) => child,
+            Err(error) => return vec![format!("cannot start {}: {error}", shown(&command))],
+        };
+        let streams = (child.stdout.take(), child.stderr.take());
+        let mut found: Vec<String> = std::thread::scope(|scope| {
+            let out = scope.spawn(move || streams.0.map_or_else(Vec::new, listen));
+            let err = scope.spawn(move || streams.1.map_or_else(Vec::new, listen));
+            [out, err]
+                .into_iter()
+                .flat_map(|t| t.join().unwrap_or_default())
+                .collect()
+        });
+        if child.wait().is_ok_and(|status| status.success()) {
+            return Vec::new();
         }
+        found.sort();
+        found.dedup();
+        found.insert(0, format!("failed: {}", shown(&command)));
+        found
     })
+}
+
+/// Prints a stream line by line; returns what failed according to it.
+fn listen(stream: impl Read) -> Vec<String> {
+    let lines = BufReader::new(stream).lines().map_while(Result::ok);
+    let mut found = Vec::new();
+    for line in lines {
+        eprintln!("{line}");
+        found.extend(failure(&line));
+    }
+    found
+}
+
+/// The failure that a line of rustfmt, rustc, clippy or a test names, if any.
+fn failure(line: &str) -> Option<String> {
+    let line = line.trim();
+    let test = line
+        .strip_prefix("---- ")
+        .and_then(|l| l.strip_suffix(" stdout ----"));
+    if let Some(test) = test {
+        return Some(format!("test {test}"));
+    }
+    // What rustfmt would change it lists, as bare paths.
+    let path = Path::new(line);
+    if path.is_absolute() && path.extension().is_some_and(|e| e == "rs") && !line.contains(' ') {
+        let inside = path.strip_prefix(cargo::root()).unwrap_or(path);
+        return Some(format!("not formatted: {}", inside.display()));
+    }
+    let compiles = line.starts_with("error: could not compile")
+        || line.starts_with("error: could not document");
+    let reruns = line.starts_with("error: test failed, to rerun")
+        || line.starts_with("error: doctest failed");
+    (compiles || reruns).then(|| line.trim_start_matches("error: ").to_owned())
 }
 
 fn shown(command: &Command) -> String {
@@ -234,6 +291,20 @@ mod tests {
     fn parse(words: &[&str]) -> Result<Vec<&'static str>, String> {
         let words: Vec<String> = words.iter().map(|w| (*w).to_owned()).collect();
         Selection::parse(&words).map(|s| s.steps)
+    }
+
+    #[test]
+    fn failures_are_named() {
+        let named = |line: &str| failure(line).unwrap_or_default();
+        assert_eq!(named("---- a::b stdout ----"), "test a::b");
+        let file = cargo::root().join("x.rs");
+        assert_eq!(named(&file.to_string_lossy()), "not formatted: x.rs");
+        assert!(
+            named("error: could not compile `x` (lib) due to 2 previous errors")
+                .starts_with("could")
+        );
+        assert!(named("error: test failed, to rerun pass `-p x --lib`").contains("-p x"));
+        assert!(failure("test a ... ok").is_none());
     }
 
     #[test]
