@@ -302,7 +302,7 @@ impl AngularLines {
         Some(self.pieces.unpick(k, place.min(1.0)))
     }
 
-    /// A point of the visible part of a line, uniform in the measure; `visible` holds the visible intervals of the line's
+    /// A point of the visible part of a line that [`AngularLines::sample`] gave, uniform in the measure; `visible` holds the visible intervals of the line's
     /// parameter in [0, 1] and `xi` is a random number in [0, 1). Density 0 if nothing is visible.
     #[must_use]
     pub fn point(
@@ -311,34 +311,50 @@ impl AngularLines {
         visible: &[Interval],
         xi: f64,
     ) -> PointSample<SolidAngle> {
-        let nothing = PointSample::none(line.segment.p0);
-        let Some(total) = self.visible_measure(line.offset, visible) else {
-            return nothing;
-        };
-        let mut rest = xi * total.visible;
-        let mut chosen = None;
-        for &part in visible {
-            let Some(thin) = self.interval(line.offset, part) else {
-                continue;
-            };
-            let w = thin.measure();
-            if rest < w {
-                chosen = Some((part, thin, rest / w));
-                break;
-            }
-            chosen = Some((part, thin, ONE_MINUS));
-            rest -= w;
-        }
-        let Some((part, thin, place)) = chosen else {
-            return nothing;
+        let Some((part, thin, place, seen)) = self.choose(line.offset, visible, xi) else {
+            return PointSample::none(line.segment.p0);
         };
         let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
         let t = part.lo + (part.hi - part.lo) * lambda;
         let point = line.segment.at(t);
+        // The whole line's measure, from its marginal density.
+        let h = (line.offset - self.foot.0).hypot(self.z);
+        let measures = LineMeasure {
+            whole: line.pdf.value() * self.total() * (2.0 * h / self.z),
+            visible: seen,
+        };
         PointSample {
             point,
-            pdf: self.joint_value(point, &total),
+            pdf: self.joint_value(point, &measures),
         }
+    }
+
+    /// The visible interval that `xi` falls into, the place in it, and the measure of all of them.
+    fn choose(
+        &self,
+        offset: f64,
+        visible: &[Interval],
+        xi: f64,
+    ) -> Option<(Interval, Thin, f64, f64)> {
+        if let [part] = visible {
+            let thin = self.interval(offset, *part)?;
+            return Some((*part, thin, xi, thin.measure()));
+        }
+        let measure = |part: &Interval| self.interval(offset, *part).map_or(0.0, |t| t.measure());
+        let seen: f64 = visible.iter().map(measure).sum();
+        let (mut rest, mut chosen) = (xi * seen, None);
+        for part in visible {
+            let w = measure(part);
+            if w > 0.0 {
+                chosen = Some((*part, (rest / w).min(ONE_MINUS)));
+                if rest < w {
+                    break;
+                }
+                rest -= w;
+            }
+        }
+        let (part, place) = chosen?;
+        Some((part, self.interval(offset, part)?, place, seen))
     }
 
     /// The joint density per solid angle of any point of the light, given the visible intervals of the line through it
