@@ -3,6 +3,34 @@
 //! The estimators are thin: `lights` turns random numbers into samples, `visibility` says what of
 //! them is seen, `shading` integrates. What a scene or a shading point does not need is dropped by
 //! the [`Plan`] and counted.
+//!
+//! ```
+//! use linelit_integrator::{Renderer, Settings, Workspace};
+//! use linelit_scene::{LoadOptions, Scene};
+//!
+//! let text = r#"
+//!     LookAt 0 -4 3  0 0 0  0 0 1
+//!     Camera "perspective" "float fov" [ 40 ]
+//!     WorldBegin
+//!     Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+//!         "point3 P" [ -1 -1 0   1 -1 0   1 1 0   -1 1 0 ]
+//!     AttributeBegin
+//!         AreaLightSource "diffuse" "rgb L" [ 10 10 10 ]
+//!         Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+//!             "point3 P" [ -.2 -.2 2   -.2 .2 2   .2 .2 2   .2 -.2 2 ]
+//!     AttributeEnd
+//! "#;
+//! let scene = Scene::from_pbrt_str(text, "room.pbrt", &LoadOptions::default())?.scene;
+//! let renderer = Renderer::new(&scene);
+//! let mut workspace = Workspace::new();
+//! let centre = [scene.film.width / 2, scene.film.height / 2];
+//! let points = Settings { estimator: "point-area".parse()?, samples: 4096, ..Settings::default() };
+//! let lines = Settings { estimator: "line-analytic".parse()?, samples: 4, ..Settings::default() };
+//! let (points, lines) =
+//!     (renderer.pixel(&points, centre, &mut workspace), renderer.pixel(&lines, centre, &mut workspace));
+//! assert!(lines.x > 0.1 && (points - lines).length() < 0.01 * lines.length());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod closed_form;
 mod estimator;
