@@ -10,7 +10,7 @@ use crate::{
     dispatch::dispatch,
     frame::LightFrame,
     merge,
-    node::{Child, Node},
+    node::{Child, Leaf, Node},
     project, sweep,
     simd::Simd,
     traverse::ShaftBounds,
@@ -33,8 +33,8 @@ pub(crate) struct NearBox {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Covered {
     /// Where the lines are across, at least and at most: rounded outward.
-    low: [f32; GROUP],
-    high: [f32; GROUP],
+    low: [[f32; 8]; GROUP / 8],
+    high: [[f32; 8]; GROUP / 8],
     bins: [u64; GROUP],
 }
 
@@ -64,16 +64,18 @@ impl Covered {
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     fn start(lines: &sweep::Lines) -> Self {
         let mut c = Self {
-            low: [f32::INFINITY; GROUP],
-            high: [f32::NEG_INFINITY; GROUP],
+            low: [[f32::INFINITY; 8]; GROUP / 8],
+            high: [[f32::NEG_INFINITY; 8]; GROUP / 8],
             bins: [u64::MAX; GROUP],
         };
-        for lane in 0..lines.number.len().min(GROUP) {
+        for line in 0..lines.number.len().min(GROUP) {
+            let (block, lane) = (line / 8, line % 8);
             // Across is −p.
-            let p = -lines.u[0][lane];
-            c.low[lane] = (p as f32).next_down();
-            c.high[lane] = (p as f32).next_up();
-            c.bins[lane] = filled(-1.0, lines.from[0][lane]) | filled(lines.to[0][lane], 2.0);
+            let p = -lines.u[block][lane];
+            c.low[block][lane] = (p as f32).next_down();
+            c.high[block][lane] = (p as f32).next_up();
+            c.bins[line] =
+                filled(-1.0, lines.from[block][lane]) | filled(lines.to[block][lane], 2.0);
         }
         c
     }
@@ -81,14 +83,16 @@ impl Covered {
     /// Whether a box can hide anything that is not hidden yet.
     #[inline(always)]
     fn needs<S: Simd>(&self, s: S, b: &NearBox) -> bool {
-        let mut near = s.le(s.splat(b.low[0]), s.load(&self.high))
-            & s.le(s.load(&self.low), s.splat(b.high[0]));
         let bins = touched(b.low[1], b.high[1]);
-        while near != 0 {
-            if bins & !self.bins[near.trailing_zeros() as usize] != 0 {
-                return true;
+        for (block, (low, high)) in self.low.iter().zip(&self.high).enumerate() {
+            let mut near =
+                s.le(s.splat(b.low[0]), s.load(high)) & s.le(s.load(low), s.splat(b.high[0]));
+            while near != 0 {
+                if bins & !self.bins[block * 8 + near.trailing_zeros() as usize] != 0 {
+                    return true;
+                }
+                near &= near - 1;
             }
-            near &= near - 1;
         }
         false
     }
@@ -97,9 +101,10 @@ impl Covered {
     #[inline(always)]
     fn record(&mut self, lines: &sweep::Lines) -> bool {
         let mut all = u64::MAX;
-        for lane in 0..lines.number.len().min(GROUP) {
-            self.bins[lane] |= filled(lines.run_lo[0][lane], lines.run_hi[0][lane]);
-            all &= self.bins[lane];
+        for line in 0..lines.number.len().min(GROUP) {
+            let (block, lane) = (line / 8, line % 8);
+            self.bins[line] |= filled(lines.run_lo[block][lane], lines.run_hi[block][lane]);
+            all &= self.bins[line];
         }
         all == u64::MAX
     }
@@ -169,6 +174,36 @@ fn images<S: Simd>(
     }
 }
 
+/// Keeps those triangles of a leaf whose image crosses a line where that is not hidden yet.
+#[inline(always)]
+fn push_needed<S: Simd>(
+    s: S,
+    bounds: &ShaftBounds,
+    leaf: &Leaf,
+    parent: &NearBox,
+    maybe: u8,
+    covered: &Covered,
+    slots: &mut Vec<u32>,
+) {
+    let (mut low, mut high) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
+    let near = bounds.triangle_images(s, &leaf.vertices, &mut low, &mut high);
+    let mut maybe = maybe;
+    while maybe != 0 {
+        let lane = maybe.trailing_zeros();
+        maybe &= maybe - 1;
+        let k = lane as usize;
+        let image = NearBox {
+            low: [low[0][k], low[1][k]],
+            high: [high[0][k], high[1][k]],
+            ..*parent
+        };
+        if near >> lane & 1 == 0 || covered.needs(s, &image) {
+            #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
+            slots.push((parent.child.index() * 8) as u32 + lane);
+        }
+    }
+}
+
 /// The visible pieces of up to eight lines in `scratch.lines`, in the coordinates of `frame`.
 #[inline(always)]
 fn dense_kernel<S: Simd>(
@@ -209,11 +244,9 @@ fn dense_kernel<S: Simd>(
             if b.child.is_leaf() {
                 counters.triangle_tests += u64::from(b.child.count());
                 let leaf = &occluders.hierarchy.leaves[b.child.index()];
-                let mut maybe = bounds.triangles(s, &leaf.vertices, &leaf.id) & b.child.mask();
-                while maybe != 0 {
-                    #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
-                    slots.push((b.child.index() * 8) as u32 + maybe.trailing_zeros());
-                    maybe &= maybe - 1;
+                let maybe = bounds.triangles(s, &leaf.vertices, &leaf.id) & b.child.mask();
+                if maybe != 0 {
+                    push_needed(s, bounds, leaf, &b, maybe, covered, slots);
                 }
             } else {
                 let node = &occluders.hierarchy.nodes[b.child.index()];
@@ -227,7 +260,9 @@ fn dense_kernel<S: Simd>(
         while slots.len() >= 8 || (next.is_none() && !slots.is_empty()) {
             let first = slots.len().saturating_sub(8);
             flat.clear();
-            let all = project::project_slots(s, occluders, &slots[first..], point, frame, flat);
+            let few = &slots[first..];
+            let all =
+                project::project_slots::<S, false>(s, occluders, few, point, frame, flat);
             slots.truncate(first);
             counters.candidates += flat.count as u64;
             if all {

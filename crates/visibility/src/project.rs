@@ -67,16 +67,17 @@ fn project_kernel<S: Simd>(
     let flat = &mut scratch.flat;
     flat.clear();
     for chunk in scratch.slots.chunks(8) {
-        if project_slots(s, occluders, chunk, point, frame, flat) {
+        if project_slots::<S, true>(s, occluders, chunk, point, frame, flat) {
             return true;
         }
     }
     false
 }
 
-/// Projects up to eight triangles; true if one of them hides the light as a whole.
+/// Projects up to eight triangles; true if one of them hides the light as a whole. Unless
+/// `SEPARATE`, neither that nor whether they miss the light is looked into.
 #[inline(always)]
-pub(crate) fn project_slots<S: Simd>(
+pub(crate) fn project_slots<S: Simd, const SEPARATE: bool>(
     s: S,
     occluders: &Occluders,
     slots: &[u32],
@@ -92,11 +93,11 @@ pub(crate) fn project_slots<S: Simd>(
         }
     }
     let used = 0xff_u8 >> (8 - slots.len().min(8));
-    project_eight(s, &corners, used, point, frame, flat)
+    project_eight::<S, SEPARATE>(s, &corners, used, point, frame, flat)
 }
 
 #[inline(always)]
-fn project_eight<S: Simd>(
+fn project_eight<S: Simd, const SEPARATE: bool>(
     s: S,
     corners: &[[f32; 8]; 9],
     used: u8,
@@ -140,7 +141,11 @@ fn project_eight<S: Simd>(
         s.dsub(s.dsplat(0.0), s.dmin(low[0], low[1])),
     );
     let simple = s.bits(whole) & alive;
-    let (misses, covers) = against_light(s, &image, low, high, reach, frame);
+    let (misses, covers) = if SEPARATE {
+        against_light(s, &image, low, high, reach, frame)
+    } else {
+        (0, 0)
+    };
     let mut keep = simple & !misses;
     if keep & covers != 0 {
         return true;

@@ -136,6 +136,43 @@ impl ShaftBounds {
         found & !self.beside(s, a, b, c)
     }
 
+    /// Bounds of the triangles' images in (p, q), for those that are well before the shading
+    /// point: a bit each.
+    #[inline(always)]
+    pub(crate) fn triangle_images<S: Simd>(
+        &self,
+        s: S,
+        vertices: &[[f32; 8]; 9],
+        low: &mut [[f32; 8]; 2],
+        high: &mut [[f32; 8]; 2],
+    ) -> u8 {
+        let infinite = s.splat(f32::INFINITY);
+        let minus_infinite = s.splat(f32::NEG_INFINITY);
+        let mut least = [infinite; 2];
+        let mut most = [minus_infinite; 2];
+        let mut depth = infinite;
+        for first in [0, 3, 6] {
+            let v = self.vertex(s, vertices, first);
+            depth = s.min(depth, v.2);
+            let inverse = s.div(s.splat(1.0), v.2);
+            for (k, value) in [v.0, v.1].into_iter().enumerate() {
+                let at = s.mul(value, inverse);
+                // (P ± a) / (W ± b) is off by (a + |p| b) / W, and a little for b² and rounding.
+                let size = s.abs(at);
+                let off = s.fma(size, s.splat(self.room[2]), s.splat(self.room[k]));
+                let off = s.mul(off, s.mul(inverse, s.splat(1.25)));
+                let off = s.fma(size, s.splat(1e-6), off);
+                least[k] = s.min(least[k], s.sub(at, off));
+                most[k] = s.max(most[k], s.add(at, off));
+            }
+        }
+        for k in 0..2 {
+            s.store(least[k], &mut low[k]);
+            s.store(most[k], &mut high[k]);
+        }
+        s.le(s.splat((16.0 * self.room[2]).max(1e-6)), depth)
+    }
+
     /// Triangles with a side whose plane through the shading point has the light on the other
     /// side from the triangle: long slivers that pass by.
     #[inline(always)]

@@ -105,6 +105,11 @@ impl Simd for Avx512 {
         unsafe { _mm256_max_ps(a, b) }
     }
     #[inline(always)]
+    fn div(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_div_ps(a, b) }
+    }
+    #[inline(always)]
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { _mm256_fmadd_ps(a, b, c) }
@@ -268,6 +273,11 @@ impl Simd for Avx2 {
     fn max(self, a: Self::F, b: Self::F) -> Self::F {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { _mm256_max_ps(a, b) }
+    }
+    #[inline(always)]
+    fn div(self, a: Self::F, b: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_div_ps(a, b) }
     }
     #[inline(always)]
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
