@@ -50,7 +50,7 @@ fn main() -> ExitCode {
             println!("{USAGE}");
             0
         }
-        "render" | "converge" | "compare" | "info" | "check-references" | "load-all" => {
+        "render" | "converge" | "compare" | "info" | "check-references" => {
             cargo::study(command, rest)
         }
         "bench" => match rest.split_first() {
@@ -63,12 +63,15 @@ fn main() -> ExitCode {
                 None => cargo::study(command, rest),
             },
         },
-        "accuracy" | "vectors" | "fit-ltc" => {
-            if command == "vectors" && rest.is_empty() {
-                return usage("vectors needs the folder with the vector files");
-            }
-            cargo::example("shading", command, rest)
+        "vectors" | "load-all" if rest.is_empty() => {
+            return usage(&format!("{command} needs a folder"));
         }
+        // Both crates, whatever the first says; the worse of the two counts.
+        "vectors" => {
+            cargo::example("shading", command, rest).max(cargo::example("lights", command, rest))
+        }
+        "load-all" => cargo::example("scene", command, rest),
+        "accuracy" | "fit-ltc" => cargo::example("shading", command, rest),
         "test" => match suite::Selection::parse(rest) {
             Ok(selection) => suite::run(&selection),
             Err(unknown) => return usage(&unknown),
