@@ -4,6 +4,7 @@ use crate::camera::{Camera, Projection};
 use crate::error::{ErrorKind, Result, SceneError, Warnings};
 use crate::film::FilmSettings;
 use crate::image::{self, ImageData};
+use crate::inflate;
 use crate::load::{LoadOptions, Loaded};
 use crate::mesh::{Builder, MeshData, Placement, Refusal};
 use linelit_geometry::glam::DAffine3;
@@ -102,6 +103,19 @@ impl Assembly {
                 Err(at(SceneError::new(ErrorKind::Io, message), "named here"))
             }
         }
+    }
+
+    /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.
+    pub(crate) fn open_unpacked(&self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
+        let (path, bytes) = self.open(name, at)?;
+        if !name.ends_with(".gz") {
+            return Ok((path, bytes));
+        }
+        let unpacked = inflate::gunzip(&bytes).map_err(|message| {
+            let message = format!("cannot unpack `{name}`: {message}");
+            at(SceneError::new(ErrorKind::Syntax, message), "named here")
+        })?;
+        Ok((path, unpacked))
     }
 
     /// An image file, read once; `None` after a warning if its format is not supported.

@@ -297,13 +297,14 @@ fn framing_cameras_see_everything() {
 }
 
 #[test]
-fn compressed_meshes_are_unpacked() {
-    // gzip of an ASCII triangle, made with `gzip -9`.
+fn compressed_meshes_and_parts_are_unpacked() {
+    // A mesh and an included part, made with `gzip -9`.
     let scene = Scene::load("tests/seeds/gzip.pbrt", &LoadOptions::default())
         .unwrap()
         .scene;
-    assert_eq!(scene.triangles.len(), 1);
+    assert_eq!(scene.triangles.len(), 2);
     assert_eq!(scene.corners(0)[1], DVec3::new(1.5, 0.0, 0.0));
+    assert_eq!(scene.corners(1)[1], DVec3::X);
 }
 
 #[test]

@@ -233,12 +233,8 @@ impl Loader {
             let message = format!("more than {MAX_INCLUDES_IN_ALL} files are included");
             return fail(ErrorKind::Limit, message, "one too many");
         }
-        if name.ends_with(".gz") {
-            let message = format!("compressed scene text is not supported: `{name}`");
-            return fail(ErrorKind::Unsupported, message, "unpack it first");
-        }
         let at = |e: SceneError, label: &str| e.at(&outer, token.span, label);
-        let (path, bytes) = self.base.open(&name, &at)?;
+        let (path, bytes) = self.base.open_unpacked(&name, &at)?;
         self.includes.push(canonical(&path));
         let inner = Source::new(path.display().to_string(), bytes);
         let result = self.read(&inner);

@@ -7,7 +7,7 @@ use super::{Geometry, Loader, ObjectShape, unknown};
 use crate::error::{ErrorKind, Result, SceneError};
 use crate::mesh::{EmissionSpec, MeshData, Placement};
 use crate::source::Source;
-use crate::{inflate, ply, tessellate};
+use crate::{ply, tessellate};
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
 use std::rc::Rc;
@@ -253,18 +253,7 @@ impl Loader {
         let param = params.require("filename", params.find("filename", &[Type::String])?)?;
         let span = param.value_span(0);
         let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
-        let (path, bytes) = self.base.open(name, &at)?;
-        let bytes = if name.ends_with(".gz") {
-            inflate::gunzip(&bytes).map_err(|message| {
-                SceneError::new(
-                    ErrorKind::Syntax,
-                    format!("cannot unpack `{name}`: {message}"),
-                )
-                .at(&param.source, span, "named here")
-            })?
-        } else {
-            bytes
-        };
+        let (path, bytes) = self.base.open_unpacked(name, &at)?;
         let source = Source::new(path.display().to_string(), bytes);
         if params.find("displacement", &[Type::Texture])?.is_some() {
             let message = "displacement is not supported".to_owned();
