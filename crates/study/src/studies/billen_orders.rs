@@ -113,8 +113,8 @@ pub(super) fn spec() -> StudySpec {
             SamplerKind::Stratified,
             SamplerKind::Sobol,
         ],
-        samples: vec![4, 16, 64, 256],
-        trials: 16,
+        samples: vec![4, 16, 64, 256, 1024],
+        trials: 32,
         pixels: Pixels::Grid(Resolution {
             width: 16,
             height: 16,
