@@ -121,6 +121,15 @@ pub(crate) fn clip_with(
     count
 }
 
+/// Clips to the horizon of `n` into `out`; the number of vertices left, 0 if `out` is too short.
+pub(crate) fn clip_to_horizon(vertices: &[DVec3], n: DVec3, out: &mut [DVec3]) -> usize {
+    if vertices.len() < 3 || vertices.len() + 2 > out.len() {
+        return 0;
+    }
+    let cut = |i: usize, j: usize, ci, cj| crossing(vertices[i], vertices[j], n, ci, cj);
+    clip_with(vertices, n, |i| vertices[i], cut, out)
+}
+
 fn plain(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut clipped = [DVec3::ZERO; CAPACITY];
     let cut = |i: usize, j: usize, ci, cj| crossing(vertices[i], vertices[j], n, ci, cj);

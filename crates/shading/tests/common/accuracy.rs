@@ -224,7 +224,7 @@ pub fn lobes(count: usize) -> Vec<Row> {
             let k = if rng.next_f64() < 0.7 || k < 1.0 { k.floor() } else { k };
             let arrays = [a, b, n, r].map(|v| v.to_array());
             let want = oracle::phong(&rule, arrays[0], arrays[1], arrays[2], arrays[3], k);
-            if want * a.length().max(b.length()).powi(2) < 1e-280 || sine(a, b) < 1e-12 {
+            if want < 1e-280 || sine(a, b) < 1e-12 {
                 continue;
             }
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1e5")]

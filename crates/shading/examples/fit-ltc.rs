@@ -1,0 +1,234 @@
+//! Fits linearly transformed cosines to isotropic GGX and writes the table of `linelit_shading::ltc`.
+//!
+//! `fit-ltc [FILE]` (default `crates/shading/src/ltc_table.rs`). The fit minimises ∫|f cos/albedo − lobe|³ dω by the downhill simplex over the
+//! three parameters of the lobe in the frame of its mean direction (Heitz et al. 2016), from its
+//! rougher neighbour's result, with samples drawn from both lobes.
+
+use linelit_geometry::{DMat3, DVec3};
+use linelit_shading::ltc::{Ltc, MIN_ROUGHNESS};
+use linelit_shading::microfacet::{Ggx, schlick};
+use std::fmt::Write;
+
+const SIZE: usize = 16;
+const GRID: u32 = 28;
+
+/// What is fitted: GGX without Fresnel reflectance, or its part weighted with (1 − cos)⁵.
+#[derive(Clone, Copy, PartialEq)]
+struct Target {
+    ggx: Ggx,
+    wo: DVec3,
+    /// The weights of 1 and of (1 − cos)⁵.
+    fresnel: [f64; 2],
+}
+
+impl Target {
+    /// f cos.
+    fn value(&self, wi: DVec3) -> f64 {
+        if wi.z <= 0.0 {
+            return 0.0;
+        }
+        let rise = schlick((wi + self.wo).normalize().dot(wi));
+        self.ggx.value(wi, self.wo).x * wi.z * (self.fresnel[0] + self.fresnel[1] * rise)
+    }
+
+    /// Albedo and mean direction.
+    fn moments(&self) -> (f64, DVec3) {
+        let (mut sum, mut mean) = (0.0, DVec3::ZERO);
+        let n = 256;
+        for i in 0..n {
+            for j in 0..n {
+                let u = [(f64::from(i) + 0.5) / f64::from(n), (f64::from(j) + 0.5) / f64::from(n)];
+                if let Some(s) = self.ggx.sample(self.wo, u) {
+                    let weight = self.value(s.wi) / s.pdf;
+                    sum += weight;
+                    mean += s.wi * weight;
+                }
+            }
+        }
+        mean.y = 0.0;
+        (sum / f64::from(n * n), mean.normalize_or(DVec3::Z))
+    }
+}
+
+/// The map of three parameters about a mean direction.
+fn map(p: [f64; 3], mean: DVec3) -> DMat3 {
+    let x = DVec3::new(mean.z, 0.0, -mean.x);
+    let (a, b) = (p[0].abs().max(1e-5), p[1].abs().max(1e-5));
+    DMat3::from_cols(x, DVec3::Y, mean)
+        * DMat3::from_cols(DVec3::X * a, DVec3::Y * b, DVec3::new(p[2], 0.0, 1.0))
+}
+
+/// ∫|f cos/albedo − lobe|^power dω by samples of both.
+fn distance(target: &Target, albedos: [f64; 2], maps: [DMat3; 2], power: i32) -> f64 {
+    let albedo = albedos[0] + albedos[1];
+    let share = albedos.map(|a| a / albedo);
+    let lobes = maps.map(|m| Ltc::new(m, 1.0));
+    let mut sum = 0.0;
+    let mut add = |w: DVec3| {
+        let l = share[0] * lobes[0].density(w) + share[1] * lobes[1].density(w);
+        let f = target.value(w) / albedo;
+        let pdf = target.ggx.pdf(w, target.wo) + l;
+        if pdf > 0.0 {
+            sum += (f - l).abs().powi(power) / pdf;
+        }
+    };
+    for i in 0..GRID {
+        for j in 0..GRID {
+            let u = [(f64::from(i) + 0.5) / f64::from(GRID), (f64::from(j) + 0.5) / f64::from(GRID)];
+            if let Some(s) = target.ggx.sample(target.wo, u) {
+                add(s.wi);
+            }
+            let phi = 2.0 * std::f64::consts::PI * u[1];
+            // From the lobe that this sample's turn belongs to: the first for i below its share.
+            let first = (f64::from(i) + 0.5) / f64::from(GRID) < share[0];
+            let (m, r) = if first {
+                (maps[0], (u[0] / share[0]).sqrt())
+            } else {
+                (maps[1], ((u[0] - share[0]) / share[1]).max(0.0).sqrt())
+            };
+            let r = if r > 1.0 { 1.0 } else { r };
+            add((m * DVec3::new(r * phi.cos(), r * phi.sin(), (1.0 - r * r).sqrt())).normalize());
+        }
+    }
+    sum / f64::from(GRID * GRID)
+}
+
+/// The downhill simplex of Nelder and Mead in three dimensions.
+fn minimise(start: [f64; 3], f: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
+    let mut simplex: Vec<([f64; 3], f64)> = (0..4)
+        .map(|i| {
+            let mut p = start;
+            if i > 0 {
+                p[i - 1] += if i < 3 { 0.1 * p[i - 1] } else { 0.05 };
+            }
+            (p, f(p))
+        })
+        .collect();
+    for _ in 0..90 {
+        simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if (simplex[3].1 - simplex[0].1).abs() < 1e-6 * simplex[0].1.abs() {
+            break;
+        }
+        let centre: [f64; 3] = std::array::from_fn(|j| simplex[..3].iter().map(|s| s.0[j]).sum::<f64>() / 3.0);
+        let worst = simplex[3];
+        let along = |t: f64| -> ([f64; 3], f64) {
+            let p = std::array::from_fn(|j| centre[j] + t * (worst.0[j] - centre[j]));
+            (p, f(p))
+        };
+        let reflected = along(-1.0);
+        if reflected.1 < simplex[0].1 {
+            let expanded = along(-2.0);
+            simplex[3] = if expanded.1 < reflected.1 { expanded } else { reflected };
+        } else if reflected.1 < simplex[2].1 {
+            simplex[3] = reflected;
+        } else {
+            let contracted = along(0.5);
+            if contracted.1 < worst.1 {
+                simplex[3] = contracted;
+            } else {
+                let best = simplex[0].0;
+                for s in &mut simplex[1..] {
+                    s.0 = std::array::from_fn(|j| 0.5 * (s.0[j] + best[j]));
+                    s.1 = f(s.0);
+                }
+            }
+        }
+    }
+    simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+    simplex[0].0
+}
+
+/// Grazing parts that reflect less than this keep the shape of the other part.
+const NEGLIGIBLE: f64 = 0.002;
+
+/// A cell: albedos, matrix entries, and the L1 errors for F0 = 0.04 and 1.
+struct Cell {
+    row: [f64; 10],
+    error: [f64; 2],
+}
+
+fn fit(roughness: f64, cosine: f64, start: &mut [[f64; 3]; 2]) -> Cell {
+    let ggx = Ggx { alpha: roughness * roughness, f0: DVec3::ONE };
+    let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    let mut cell = Cell { row: [0.0; 10], error: [0.0; 2] };
+    for which in 0..2 {
+        let fresnel = if which == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
+        let target = Target { ggx, wo, fresnel };
+        let (albedo, mean) = target.moments();
+        cell.row[which] = albedo;
+        if which == 1 && albedo < NEGLIGIBLE {
+            // Nothing to see: the shape of the other part does.
+            cell.row.copy_within(2..6, 6);
+            continue;
+        }
+        let p = minimise(start[which], |p| distance(&target, [albedo, 0.0], [map(p, mean); 2], 3));
+        start[which] = p;
+        let m = map(p, mean);
+        let m = m * (1.0 / m.z_axis.z);
+        let entries = [m.x_axis.x, m.x_axis.z, m.y_axis.y, m.z_axis.x];
+        cell.row[2 + 4 * which..6 + 4 * which].copy_from_slice(&entries);
+    }
+    // What a user gets: a dielectric and a mirror, as the sum of the two lobes.
+    for (error, f0) in cell.error.iter_mut().zip([0.04, 1.0]) {
+        let albedos = [f0 * cell.row[0], (1.0 - f0) * cell.row[1]];
+        let lobes: [DMat3; 2] = std::array::from_fn(|i| {
+            let e = &cell.row[2 + 4 * i..6 + 4 * i];
+            DMat3::from_cols(DVec3::new(e[0], 0.0, e[1]), DVec3::Y * e[2], DVec3::new(e[3], 0.0, 1.0))
+        });
+        let target = Target { ggx, wo, fresnel: [f0, 1.0 - f0] };
+        *error = distance(&target, albedos, lobes, 1);
+    }
+    cell
+}
+
+fn axes(i: usize, j: usize) -> (f64, f64) {
+    let step = |i: usize| f64::from(u32::try_from(i).expect("small")) / f64::from(u32::try_from(SIZE - 1).expect("small"));
+    let roughness = MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * step(i);
+    // The last column would be the horizon itself.
+    let s = step(j).min(0.9975);
+    (roughness, 1.0 - s * s)
+}
+
+fn main() {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "crates/shading/src/ltc_table.rs".to_owned());
+    let mut rows = vec![[0.0; 10]; SIZE * SIZE];
+    let mut errors = Vec::new();
+    for j in 0..SIZE {
+        let mut start = [[1.0, 1.0, 0.0]; 2];
+        for i in (0..SIZE).rev() {
+            let (roughness, cosine) = axes(i, j);
+            let cell = fit(roughness, cosine, &mut start);
+            rows[i * SIZE + j] = cell.row;
+            if cell.error.iter().any(|e| *e > 0.4) {
+                eprintln!("roughness {roughness:.2} cosine {cosine:.3}: {:.2} {:.2}", cell.error[0], cell.error[1]);
+            }
+            errors.extend(cell.error);
+        }
+        eprintln!("column {} of {SIZE}", j + 1);
+    }
+    errors.sort_by(f64::total_cmp);
+    let (worst, median) = (errors[errors.len() - 1], errors[errors.len() / 2]);
+    let mut text = format!(
+        "//! Generated by the example `fit-ltc`; see [`ltc`](crate::ltc). Do not edit.\n\n\
+         /// Entries along each axis: roughness, and √(1 − cosine) of the view.\n\
+         pub(crate) const SIZE: usize = {SIZE};\n\n\
+         /// The worst ∫|f cos/albedo − lobe| dω over the table's cells, for F0 = 0.04 and 1, of at most 2\n\
+         /// (median {median:.3}).\n\
+         pub const FIT_ERROR: f64 = {worst:.3};\n\n\
+         /// By roughness, then inclination: the albedos without Fresnel reflectance and of its grazing\n\
+         /// part, then m00, m20, m11, m02 of each lobe's map, with m22 = 1.\n\
+         #[rustfmt::skip]\n\
+         pub(crate) static TABLE: [[f32; 10]; {}] = [\n",
+        SIZE * SIZE
+    );
+    for row in rows {
+        let cells: Vec<String> = row.iter().map(|x| format!("{x:.6}")).collect();
+        writeln!(text, "    [{}],", cells.join(", ")).expect("a String takes any text");
+    }
+    text += "];\n";
+    println!("fit error: worst {worst:.3}, median {median:.3}");
+    if let Err(error) = std::fs::write(&path, text) {
+        eprintln!("{path}: {error}");
+        std::process::exit(1);
+    }
+}

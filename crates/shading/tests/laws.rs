@@ -1,0 +1,213 @@
+//! Laws that every integral obeys, attacked with awkward floats.
+
+use linelit_geometry::{DMat3, DVec3, Segment};
+use linelit_shading::{cylinder, phong, phong_polygon, point_line, polygon, ribbon, solid_angle};
+use linelit_testkit::assert_close;
+use linelit_testkit::strategies::unit_vector;
+use proptest::prelude::*;
+
+type Integral = fn(DVec3, DVec3, DVec3) -> f64;
+
+const MODELS: [(&str, Integral); 3] = [
+    ("ribbon", ribbon::irradiance),
+    ("cylinder", cylinder::irradiance),
+    ("point line", point_line::irradiance),
+];
+
+/// The bound of every line form in `docs/accuracy.md`.
+const LINE: f64 = 1e-13;
+
+fn unit() -> impl Strategy<Value = DVec3> {
+    unit_vector().prop_map(|v| DVec3::from_array(v))
+}
+
+/// Points whose distances spread over decades.
+fn point() -> impl Strategy<Value = DVec3> {
+    (unit(), -3.0..3.0f64).prop_map(|(u, e)| u * 10f64.powf(e))
+}
+
+fn rotation(axis: DVec3, angle: f64) -> DMat3 {
+    DMat3::from_axis_angle(axis.normalize(), angle)
+}
+
+proptest! {
+    #[test]
+    fn pieces_add_up(p0 in point(), p1 in point(), n in unit(), t in 0.0..1.0f64) {
+        let middle = Segment::new(p0, p1).at(t);
+        // The split point is rounded: it may leave the line by eps times its coordinates, which
+        // moves the distance h of both pieces relatively by r/h.
+        let closeness = p0.cross(p1).length() / (p0 - p1).length() / (p0.length() + p1.length());
+        prop_assume!(closeness > 1e-6);
+        for (name, f) in MODELS {
+            let (whole, parts) = (f(p0, p1, n), f(p0, middle, n) + f(middle, p1, n));
+            let scale = f(p0, p1, n) + f(p0, p1, -n);
+            assert_close!(parts, whole, rel = 64.0 * f64::EPSILON / closeness, scale = scale, "{name} split at {t}");
+        }
+    }
+
+    #[test]
+    fn more_of_the_line_is_more_light(p0 in point(), p1 in point(), n in unit(), a in 0.0..1.0f64, b in 0.0..1.0f64) {
+        let s = Segment::new(p0, p1);
+        for (name, f) in MODELS {
+            let (part, whole) = (f(s.at(a.min(b)), s.at(a.max(b)), n), f(p0, p1, n));
+            let closeness = p0.cross(p1).length() / (p0 - p1).length() / (p0.length() + p1.length());
+            prop_assume!(closeness > 1e-6);
+            prop_assert!(part <= whole + 64.0 * f64::EPSILON / closeness * (whole + f(p0, p1, -n)), "{}", name);
+        }
+    }
+
+    #[test]
+    fn powers_of_two_scale_exactly(p0 in point(), p1 in point(), n in unit(), e in -20i32..20) {
+        let s = 2f64.powi(e);
+        for (name, f) in MODELS {
+            let degree = if name == "ribbon" { 2 } else { 1 };
+            let scaled = f(p0 * s, p1 * s, n) * s.powi(degree);
+            prop_assert_eq!(scaled.to_bits(), f(p0, p1, n).to_bits(), "{}", name);
+        }
+    }
+
+    #[test]
+    fn turning_everything_changes_nothing(p0 in point(), p1 in point(), n in unit(), axis in unit(), angle in 0.0..6.3f64) {
+        let m = rotation(axis, angle);
+        let closeness = p0.cross(p1).length() / (p0 - p1).length() / (p0.length() + p1.length());
+        let grazing = (n.dot(p0) / p0.length()).abs().min((n.dot(p1) / p1.length()).abs());
+        prop_assume!(closeness > 1e-4 && grazing > 1e-4);
+        for (name, f) in MODELS {
+            // Rotated points are rounded (4 eps): the condition of distance and cosines.
+            let tolerance = 64.0 * f64::EPSILON / closeness / grazing;
+            assert_close!(f(m * p0, m * p1, m * n), f(p0, p1, n), rel = tolerance, "{name}");
+        }
+    }
+
+    #[test]
+    fn either_way_round(p0 in point(), p1 in point(), n in unit()) {
+        for (name, f) in MODELS {
+            assert_close!(f(p1, p0, n), f(p0, p1, n), rel = 2.0 * LINE, "{name}, both within the table's bound");
+        }
+    }
+
+    /// Swapping receiver and emitter of two small patches: the kernel cos cos'/r² is symmetric.
+    #[test]
+    fn form_factors_are_reciprocal(p in unit(), n in unit(), m in unit()) {
+        let (n, m) = (if n.dot(p) < 0.0 { -n } else { n }, if m.dot(p) > 0.0 { -m } else { m });
+        prop_assume!(n.dot(p) > 0.05 && m.dot(p) < -0.05);
+        // Each patch as a tiny square about its centre, seen from the other's centre.
+        let patch = |centre: DVec3, normal: DVec3| {
+            let u = normal.any_orthonormal_vector() * 1e-5;
+            let v = normal.cross(u);
+            [centre - u - v, centre + u - v, centre + u + v, centre - u + v]
+        };
+        let there = polygon::irradiance(&patch(p, m), n);
+        let back = polygon::irradiance(&patch(-p, n), m);
+        // The patches are 1e-5 wide: their second moments differ relatively by 1e-10 / cos².
+        assert_close!(there, back, rel = 1e-7, "second order in the width of the patches");
+    }
+
+    #[test]
+    fn never_nan_negative_or_infinite(
+        a in prop::array::uniform3(linelit_testkit::strategies::finite()),
+        b in prop::array::uniform3(linelit_testkit::strategies::finite()),
+        c in prop::array::uniform3(linelit_testkit::strategies::finite()),
+        n in unit(), r in unit(), k in 0.0..1e5f64,
+    ) {
+        let [a, b, c] = [a, b, c].map(DVec3::from_array);
+        let good = |x: f64| x >= 0.0 && x.is_finite();
+        for (name, f) in MODELS {
+            prop_assert!(good(f(a, b, n)), "{} {}", name, f(a, b, n));
+        }
+        for f in [phong::ribbon, phong::cylinder, phong::point_line] {
+            prop_assert!(good(f(a, b, n, r, k)), "phong {}", f(a, b, n, r, k));
+        }
+        prop_assert!(good(polygon::irradiance(&[a, b, c], n)));
+        prop_assert!(good(solid_angle::triangle(a, b, c)));
+        prop_assert!(good(phong_polygon::irradiance(&[a, b, c], n, r, k)));
+    }
+
+    /// Narrow polygon → ribbon, for Lambert and for a lobe.
+    #[test]
+    fn a_narrow_polygon_is_a_ribbon(p0 in unit(), p1 in unit(), m in unit(), n in unit(), r in unit(), k in 0.0..50.0f64) {
+        let d = (p1 - p0).normalize_or_zero();
+        let m = (m - d * m.dot(d)).normalize_or_zero();
+        prop_assume!(m.length() > 0.5 && d.length() > 0.5);
+        let width = 1e-6;
+        let side = m.cross(d) * (0.5 * width);
+        let strip = [p0 - side, p1 - side, p1 + side, p0 + side];
+        let h = p0.cross(p1).length() / (p1 - p0).length();
+        let height = ribbon::emitter(p0, p1, m, ribbon::Sides::Both);
+        prop_assume!(h > 0.05 && height > 0.01 && n.dot(p0).min(n.dot(p1)) > 0.01 && r.dot(p0).min(r.dot(p1)) > 0.1);
+        // Second order in width/h and k width/h; the fourth power of 1/h bounds the derivatives.
+        let tolerance = (width / h * (k + 4.0) / 0.01).powi(2) + 1e-9;
+        let want = ribbon::irradiance(p0, p1, n) * height * width;
+        assert_close!(polygon::irradiance(&strip, n), want, rel = tolerance, "diffuse");
+        let want = phong::ribbon(p0, p1, n, r, k) * height * width;
+        assert_close!(phong_polygon::irradiance(&strip, n, r, k), want, rel = tolerance, "exponent {k}");
+    }
+
+    #[test]
+    fn exponent_zero_is_diffuse(p0 in point(), p1 in point(), n in unit()) {
+        // With the lobe's axis along the normal its horizon is the receiver's.
+        let tolerance = 1e-11;
+        assert_close!(phong::ribbon(p0, p1, n, n, 0.0), ribbon::irradiance(p0, p1, n), rel = tolerance, "ribbon: the bound of the lobes");
+        assert_close!(phong::cylinder(p0, p1, n, n, 0.0), cylinder::irradiance(p0, p1, n), rel = tolerance, "cylinder");
+        assert_close!(phong::point_line(p0, p1, n, n, 0.0), point_line::irradiance(p0, p1, n), rel = tolerance, "points");
+    }
+}
+
+#[test]
+fn a_long_line_is_an_infinite_line() {
+    // Height h over the line's foot, normal towards it: 2/h for points, π/h for a cylinder, and
+    // π/(2h²) for a ribbon's integral; what is missing falls like (h/L)² and faster.
+    let h = 0.7;
+    for length in [1e3, 1e5, 1e8] {
+        let (a, b) = (DVec3::new(-length, 0.0, h), DVec3::new(length, 0.0, h));
+        let gap = (h / length).powi(2) + LINE;
+        assert_close!(point_line::irradiance(a, b, DVec3::Z), 2.0 / h, rel = gap, "points");
+        assert_close!(cylinder::irradiance(a, b, DVec3::Z), std::f64::consts::PI / h, rel = gap, "cylinder");
+        let want = std::f64::consts::FRAC_PI_2 / (h * h);
+        assert_close!(ribbon::irradiance(a, b, DVec3::Z), want, rel = gap, "ribbon");
+    }
+}
+
+#[test]
+fn a_distant_line_is_a_point() {
+    let n = DVec3::new(0.0, 0.6, 0.8);
+    for r in [1e3, 1e6, 1e9] {
+        let (a, b) = (DVec3::new(-0.5, 0.0, r), DVec3::new(0.5, 0.0, r));
+        let gap = 2.0 / (r * r) + LINE;
+        assert_close!(ribbon::irradiance(a, b, n), n.z / r.powi(3), rel = gap, "ribbon: n.p/r^4");
+        assert_close!(point_line::irradiance(a, b, n), n.z / (r * r), rel = gap, "points: n.w/r^2");
+    }
+}
+
+/// A cylinder of 64 facets, radius R → 0: its irradiance for each unit of radius tends to the thin
+/// cylinder's with an error of the order of R.
+#[test]
+fn a_thin_cylinder_is_the_limit_of_finite_ones() {
+    let (p0, p1) = (DVec3::new(-1.0, 0.2, 1.5), DVec3::new(0.8, -0.3, 1.2));
+    let axis = (p1 - p0).normalize();
+    let u = axis.any_orthonormal_vector();
+    let v = axis.cross(u);
+    let n = DVec3::new(0.1, 0.2, 0.9).normalize();
+    let thin = cylinder::irradiance(p0, p1, n);
+    let mut last = f64::INFINITY;
+    for radius in [0.1, 0.01, 0.001] {
+        let at = |i: u32| {
+            let (s, c) = (f64::from(i) * std::f64::consts::TAU / 256.0).sin_cos();
+            (u * c + v * s) * radius
+        };
+        let mut sum = 0.0;
+        for i in 0..256 {
+            let (a, b) = (at(i), at(i + 1));
+            let outward = a + b;
+            // Facets that face the shading point.
+            if outward.dot(p0 + a) < 0.0 {
+                sum += polygon::irradiance(&[p0 + a, p1 + a, p1 + b, p0 + b], n);
+            }
+        }
+        let error = (sum / radius / thin - 1.0).abs();
+        // 256 facets leave 1 − sinc: 1e-4.
+        assert!(error < 0.5 * radius + 2e-4, "radius {radius}: {error}");
+        assert!(error < last + 1e-6);
+        last = error;
+    }
+}
