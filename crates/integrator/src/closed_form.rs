@@ -3,12 +3,12 @@
 use crate::ShadingPoint;
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LinearLight};
-use linelit_shading::bsdf::Bsdf;
-use linelit_shading::{cylinder, horizon, polygon, ribbon};
+use linelit_shading::bsdf::{Bsdf, Phong};
+use linelit_shading::{cylinder, horizon, phong, phong_polygon, polygon, ribbon};
 
 /// Whether the material's light has a closed form along a line and over a polygon.
 pub(crate) fn has_closed_form(bsdf: &Bsdf) -> bool {
-    matches!(bsdf, Bsdf::Lambert(_))
+    matches!(bsdf, Bsdf::Lambert(_) | Bsdf::Phong(..))
 }
 
 /// ∫ L f_r cos θ cos θ'/r² along the visible parts of a line on an area light.
@@ -57,20 +57,28 @@ pub(crate) fn whole_light(light: &AreaLight, point: &ShadingPoint) -> Option<DVe
     for (to, from) in relative.iter_mut().zip(vertices) {
         *to = *from - point.position;
     }
-    let irradiance = polygon::irradiance(&relative[..vertices.len()], point.normal);
-    Some(emitted * diffuse(&point.bsdf) * irradiance)
+    let relative = &relative[..vertices.len()];
+    let flat = polygon::irradiance(relative, point.normal);
+    let glossy = lobe(point).map_or(0.0, |(axis, k)| {
+        phong_polygon::irradiance(relative, point.normal, axis, k)
+    });
+    Some(emitted * reflected(point, flat, glossy))
 }
 
 /// Light of the visible parts of a linear light.
 pub(crate) fn linear(light: &LinearLight, point: &ShadingPoint, parts: &[Interval]) -> DVec3 {
-    let mut sum = 0.0;
+    let (mut flat, mut glossy) = (0.0, 0.0);
+    let lobe = lobe(point);
     for piece in parts
         .iter()
         .filter_map(|part| above_surface(point, &light.segment, *part))
     {
-        sum += cylinder::irradiance(piece.p0, piece.p1, point.normal);
+        flat += cylinder::irradiance(piece.p0, piece.p1, point.normal);
+        if let Some((axis, k)) = lobe {
+            glossy += phong::cylinder(piece.p0, piece.p1, point.normal, axis, k);
+        }
     }
-    light.radiance_radius * diffuse(&point.bsdf) * sum
+    light.radiance_radius * reflected(point, flat, glossy)
 }
 
 /// A visible part, relative to the shading point; with an interpolated normal, clipped to the
@@ -84,9 +92,22 @@ fn above_surface(point: &ShadingPoint, line: &Segment, part: Interval) -> Option
         .map(|clipped| Segment::new(clipped.p0, clipped.p1))
 }
 
-fn diffuse(bsdf: &Bsdf) -> DVec3 {
-    match bsdf {
-        Bsdf::Lambert(lambert) => lambert.value(),
+/// Axis, exponent and factor of the material's lobe, if it has one.
+fn lobe(point: &ShadingPoint) -> Option<(DVec3, f64)> {
+    match &point.bsdf {
+        Bsdf::Phong(_, phong) => {
+            let axis = Phong::axis(point.outgoing, point.normal);
+            Some((axis, phong.exponent))
+        }
+        _ => None,
+    }
+}
+
+/// What the material makes of the diffuse and the lobe's integral.
+fn reflected(point: &ShadingPoint, flat: f64, glossy: f64) -> DVec3 {
+    match &point.bsdf {
+        Bsdf::Lambert(lambert) => lambert.value() * flat,
+        Bsdf::Phong(lambert, phong) => lambert.value() * flat + phong.scale() * glossy,
         _ => DVec3::ZERO,
     }
 }

@@ -8,8 +8,8 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, LinearLight};
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::{Scene, Surface};
-use linelit_shading::bsdf::{Bsdf, Lambert};
+use linelit_scene::{MaterialKind, Scene, Surface};
+use linelit_shading::bsdf::{Bsdf, Lambert, Phong};
 use linelit_visibility::{Hit, Occluders, Ray, ShaftClass, ShaftQuery};
 
 /// Sample dimensions of one (point, light) pair.
@@ -164,10 +164,20 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// What of the material the estimators know: its diffuse part.
+    /// What of the material the estimators know: Phong as it is, of others the diffuse part.
     fn bsdf(&self, surface: &Surface) -> Bsdf {
         let albedo = self.scene.diffuse_reflectance(surface.material, surface.uv);
-        Bsdf::Lambert(Lambert { albedo })
+        let lambert = Lambert { albedo };
+        match &self.scene.materials[surface.material as usize].kind {
+            MaterialKind::Phong { ks, exponent, .. } => Bsdf::Phong(
+                lambert,
+                Phong {
+                    specular: ks.evaluate(surface.uv),
+                    exponent: exponent.evaluate_number(surface.uv).max(0.0),
+                },
+            ),
+            _ => Bsdf::Lambert(lambert),
+        }
     }
 
     /// Where in the pixel's filter a camera sample falls, uniform over the filter's support.

@@ -6,7 +6,12 @@ use linelit_scene::{LoadOptions, Scene};
 
 /// A floor seen from above, a square light over it, and whatever `occluders` says.
 pub(crate) fn room(light: &str, occluders: &str) -> Scene {
-    let text = format!(
+    load(&room_text(light, occluders))
+}
+
+/// The text of that scene.
+pub(crate) fn room_text(light: &str, occluders: &str) -> String {
+    format!(
         r#"
 LookAt 0 -0.5 5  0 0 0  0 1 0
 Camera "perspective" "float fov" [ 40 ]
@@ -22,8 +27,7 @@ AreaLightSource "diffuse" "rgb L" [ 8 6 4 ]
 AttributeEnd
 WorldEnd
 "#
-    );
-    load(&text)
+    )
 }
 
 /// A scene from pbrt text.

@@ -135,6 +135,15 @@ fn diffuse(reflectance: [f64; 3], mesh: &Mesh) -> String {
     )
 }
 
+/// A mesh with a Phong lobe over a diffuse reflectance: linelit's own material.
+fn phong(reflectance: [f64; 3], specular: f64, exponent: f64, mesh: &Mesh) -> String {
+    let [r, g, b] = reflectance;
+    format!(
+        "AttributeBegin\nMaterial \"phong\" \"rgb Kd\" [ {r} {g} {b} ] \"rgb Ks\" [ {specular} {specular} {specular} ] \"float exponent\" [ {exponent} ]\n{}\nAttributeEnd\n",
+        mesh.text()
+    )
+}
+
 /// A rectangle in a horizontal plane that faces down: half sizes x and z about a centre.
 fn facing_down(centre: [f64; 3], half: [f64; 2]) -> [[f64; 3]; 4] {
     let [x, y, z] = centre;
