@@ -24,14 +24,18 @@ pub(crate) fn line(
     if emitted == DVec3::ZERO {
         return DVec3::ZERO;
     }
-    let mut sum = 0.0;
+    let (mut flat, mut glossy) = (0.0, 0.0);
+    let lobe = lobe(point);
     for piece in parts
         .iter()
         .filter_map(|part| above_surface(point, line, *part))
     {
-        sum += ribbon::irradiance(piece.p0, piece.p1, point.normal);
+        flat += ribbon::irradiance(piece.p0, piece.p1, point.normal);
+        if let Some((axis, k)) = lobe {
+            glossy += phong::ribbon(piece.p0, piece.p1, point.normal, axis, k);
+        }
     }
-    emitted * diffuse(&point.bsdf) * (sum * height.abs())
+    emitted * reflected(point, flat, glossy) * height.abs()
 }
 
 /// Light of the whole area light with nothing in between; `None` where there is no closed form.
