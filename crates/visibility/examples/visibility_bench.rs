@@ -31,7 +31,13 @@ fn main() {
     }
     let mut rows = Vec::new();
     for scene in &scenes {
-        run(scene, flag("--quick"), flag("--json"), value("--light-name"), &mut rows);
+        run(
+            scene,
+            flag("--quick"),
+            flag("--json"),
+            value("--light-name"),
+            &mut rows,
+        );
     }
     if flag("--json") {
         println!("[\n{}\n]", rows.join(",\n"));
@@ -125,7 +131,9 @@ fn report(
         p.sort_by_key(|p| p.0);
         p
     }) {
-        println!("     N = {n:3}: {ns:9.1} ns/line, {ratio:7.3} rays; shaft-shared point {points:8.1} ns");
+        println!(
+            "     N = {n:3}: {ns:9.1} ns/line, {ratio:7.3} rays; shaft-shared point {points:8.1} ns"
+        );
     }
 }
 

@@ -11,8 +11,9 @@ use crate::{
     frame::LightFrame,
     merge,
     node::{Child, Leaf, Node},
-    project, sweep,
+    project,
     simd::Simd,
+    sweep,
     traverse::ShaftBounds,
 };
 use linelit_geometry::DVec3;
@@ -40,7 +41,11 @@ pub(crate) struct Covered {
 
 /// The bins that an interval of q touches.
 #[inline(always)]
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped"
+)]
 fn touched(low: f32, high: f32) -> u64 {
     let first = (low * 64.0).clamp(0.0, 63.0) as u32;
     let last = (high * 64.0).clamp(0.0, 63.0) as u32;
@@ -49,7 +54,11 @@ fn touched(low: f32, high: f32) -> u64 {
 
 /// The bins that lie wholly inside an interval of q.
 #[inline(always)]
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped"
+)]
 fn filled(low: f64, high: f64) -> u64 {
     let first = (low * 64.0).ceil().clamp(0.0, 64.0) as u32;
     let end = (high * 64.0).floor().clamp(0.0, 64.0) as u32;
@@ -112,13 +121,7 @@ impl Covered {
 
 /// The boxes of a node that the shaft may meet, with their images.
 #[inline(always)]
-fn images<S: Simd>(
-    s: S,
-    bounds: &ShaftBounds,
-    node: &Node,
-    found: u8,
-    stack: &mut Vec<NearBox>,
-) {
+fn images<S: Simd>(s: S, bounds: &ShaftBounds, node: &Node, found: u8, stack: &mut Vec<NearBox>) {
     let (mut low, mut high) = ([[0.0; 8]; 3], [[0.0; 8]; 3]);
     let mut least = [s.splat(0.0); 3];
     let mut most = [s.splat(0.0); 3];
@@ -126,11 +129,11 @@ fn images<S: Simd>(
         let n = &bounds.rows[k];
         let mut near = s.splat(-bounds.offset[k] - bounds.room[k]);
         let mut far = s.splat(-bounds.offset[k] + bounds.room[k]);
-        for axis in 0..3 {
-            let up = axis + 3 * usize::from(n[axis] >= 0.0);
-            let down = axis + 3 * usize::from(n[axis] < 0.0);
-            near = s.fma(s.splat(n[axis]), s.load(&node.bounds[down]), near);
-            far = s.fma(s.splat(n[axis]), s.load(&node.bounds[up]), far);
+        for (axis, &n) in n.iter().enumerate() {
+            let up = axis + 3 * usize::from(n >= 0.0);
+            let down = axis + 3 * usize::from(n < 0.0);
+            near = s.fma(s.splat(n), s.load(&node.bounds[down]), near);
+            far = s.fma(s.splat(n), s.load(&node.bounds[up]), far);
         }
         least[k] = near;
         most[k] = far;
@@ -246,7 +249,7 @@ fn dense_kernel<S: Simd>(
                 let leaf = &occluders.hierarchy.leaves[b.child.index()];
                 let maybe = bounds.triangles(s, &leaf.vertices, &leaf.id) & b.child.mask();
                 if maybe != 0 {
-                    push_needed(s, bounds, leaf, &b, maybe, covered, slots);
+                    push_needed(s, bounds, leaf, b, maybe, covered, slots);
                 }
             } else {
                 let node = &occluders.hierarchy.nodes[b.child.index()];
@@ -261,8 +264,7 @@ fn dense_kernel<S: Simd>(
             let first = slots.len().saturating_sub(8);
             flat.clear();
             let few = &slots[first..];
-            let all =
-                project::project_slots::<S, false>(s, occluders, few, point, frame, flat);
+            let all = project::project_slots::<S, false>(s, occluders, few, point, frame, flat);
             slots.truncate(first);
             counters.candidates += flat.count as u64;
             if all {

@@ -89,7 +89,10 @@ impl LightFrame {
         for i in 1..count - 1 {
             normal += (light[i] - v0).cross(light[i + 1] - v0);
         }
-        let size = light.iter().map(|v| (*v - v0).abs().max_element()).fold(0.0, f64::max);
+        let size = light
+            .iter()
+            .map(|v| (*v - v0).abs().max_element())
+            .fold(0.0, f64::max);
         let height = normal.dot(v0);
         // Edge on to within the rounding of the corners themselves.
         let reach = v0.abs().max_element().max(size);
@@ -150,8 +153,16 @@ impl LightFrame {
         high: [f64; 2],
     ) -> [DVec3; 4] {
         // The point with P = p, Q = q, W = 1.
-        let inverse = DMat3::from_cols(self.p, self.q, self.w).transpose().inverse();
-        [(low[0], low[1]), (high[0], low[1]), (low[0], high[1]), (high[0], high[1])].map(|(u, v)| {
+        let inverse = DMat3::from_cols(self.p, self.q, self.w)
+            .transpose()
+            .inverse();
+        [
+            (low[0], low[1]),
+            (high[0], low[1]),
+            (low[0], high[1]),
+            (high[0], high[1]),
+        ]
+        .map(|(u, v)| {
             let p = along[0] * v - along[1] * u;
             let q = along[1] * v + along[0] * u;
             inverse * DVec3::new(p, q, 1.0)

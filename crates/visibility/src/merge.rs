@@ -70,8 +70,12 @@ impl Slots {
     /// Unites a full line's intervals; if that does not make room, they spill.
     #[cold]
     fn make_room(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
-        let mut row: [(f64, f64); ROOM] =
-            std::array::from_fn(|k| (self.blocks[block].lo[k][lane], self.blocks[block].hi[k][lane]));
+        let mut row: [(f64, f64); ROOM] = std::array::from_fn(|k| {
+            (
+                self.blocks[block].lo[k][lane],
+                self.blocks[block].hi[k][lane],
+            )
+        });
         row.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let mut kept = 0;
         for i in 1..ROOM {
@@ -85,7 +89,8 @@ impl Slots {
         kept += 1;
         if kept > ROOM / 2 {
             let line = block * 8 + lane;
-            self.spilled.extend(row[..kept].iter().map(|i| (line, i.0, i.1)));
+            self.spilled
+                .extend(row[..kept].iter().map(|i| (line, i.0, i.1)));
             kept = 0;
         }
         row[kept] = (lo, hi);
@@ -133,7 +138,9 @@ impl Default for Pieces {
 
 impl std::fmt::Debug for Pieces {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Pieces").field("count", &self.count).finish_non_exhaustive()
+        f.debug_struct("Pieces")
+            .field("count", &self.count)
+            .finish_non_exhaustive()
     }
 }
 
@@ -153,7 +160,11 @@ impl Pieces {
 #[inline(always)]
 fn finish_block<S: Simd>(s: S, block: usize, lines: &Lines, slots: &mut Slots, out: &mut Pieces) {
     out.count = [0; 8];
-    let most = slots.blocks[block].count.iter().copied().fold(0.0, f64::max);
+    let most = slots.blocks[block]
+        .count
+        .iter()
+        .copied()
+        .fold(0.0, f64::max);
     #[allow(clippy::cast_precision_loss, reason = "a small integer")]
     if most >= NETWORK as f64 || !slots.spilled.is_empty() {
         for lane in 0..8 {
@@ -171,7 +182,11 @@ fn finish_block<S: Simd>(s: S, block: usize, lines: &Lines, slots: &mut Slots, o
     lo[0] = s.dload(&lines.run_lo[block]);
     hi[0] = s.dload(&lines.run_hi[block]);
     let counts = s.dload(&slots.count);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small integer")]
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a small integer"
+    )]
     let used = most as usize + 1;
     for k in 1..used {
         #[allow(clippy::cast_precision_loss, reason = "a small integer")]
@@ -223,8 +238,25 @@ fn emit<S: Simd>(
 #[inline(always)]
 fn sort_lanes<S: Simd>(s: S, lo: &mut [S::D; NETWORK], hi: &mut [S::D; NETWORK], used: usize) {
     const PAIRS: [(usize, usize); 19] = [
-        (0, 1), (2, 3), (0, 2), (1, 3), (1, 2), (4, 5), (6, 7), (4, 6), (5, 7), (5, 6),
-        (0, 4), (1, 5), (2, 6), (3, 7), (2, 4), (3, 5), (1, 2), (3, 4), (5, 6),
+        (0, 1),
+        (2, 3),
+        (0, 2),
+        (1, 3),
+        (1, 2),
+        (4, 5),
+        (6, 7),
+        (4, 6),
+        (5, 7),
+        (5, 6),
+        (0, 4),
+        (1, 5),
+        (2, 6),
+        (3, 7),
+        (2, 4),
+        (3, 5),
+        (1, 2),
+        (3, 4),
+        (5, 6),
     ];
     // The first five pairs alone sort four.
     let pairs = match used {
@@ -286,7 +318,10 @@ pub(crate) fn finish<S: Simd>(
                 out.put(number, &mut std::iter::once(Interval::UNIT));
             } else if lines.reversed[first + lane] {
                 let rows = pieces.found[..count].iter().rev();
-                out.put(number, &mut rows.map(|r| Interval::new(1.0 - r[lane].hi, 1.0 - r[lane].lo)));
+                out.put(
+                    number,
+                    &mut rows.map(|r| Interval::new(1.0 - r[lane].hi, 1.0 - r[lane].lo)),
+                );
             } else {
                 out.put(number, &mut pieces.found[..count].iter().map(|r| r[lane]));
             }

@@ -88,8 +88,8 @@ pub(crate) fn project_slots<S: Simd, const SEPARATE: bool>(
     let mut corners = [[0.0_f32; 8]; 9];
     for (lane, &slot) in slots.iter().enumerate() {
         let leaf = &occluders.hierarchy.leaves[slot as usize / 8];
-        for row in 0..9 {
-            corners[row][lane & 7] = leaf.vertices[row][slot as usize % 8];
+        for (to, from) in corners.iter_mut().zip(&leaf.vertices) {
+            to[lane & 7] = from[slot as usize % 8];
         }
     }
     let used = 0xff_u8 >> (8 - slots.len().min(8));
@@ -248,15 +248,27 @@ fn against_light<S: Simd>(
     let room = s.dmul(s.dsplat(1e-13), s.dmul(m, m));
     let minus_room = s.dsub(zero, room);
     let [a, b, c] = image;
-    let area = cross(s, s.dsub(b[0], a[0]), s.dsub(b[1], a[1]), s.dsub(c[0], a[0]), s.dsub(c[1], a[1]));
+    let area = cross(
+        s,
+        s.dsub(b[0], a[0]),
+        s.dsub(b[1], a[1]),
+        s.dsub(c[0], a[0]),
+        s.dsub(c[1], a[1]),
+    );
     let turn = s.select(s.dlt(area, zero), one, s.dsplat(-1.0));
     let mut covers = s.dlt(room, s.dmul(area, turn));
     for (v, w) in [(a, b), (b, c), (c, a)] {
-        let (ex, ey) = (s.dmul(turn, s.dsub(w[0], v[0])), s.dmul(turn, s.dsub(w[1], v[1])));
+        let (ex, ey) = (
+            s.dmul(turn, s.dsub(w[0], v[0])),
+            s.dmul(turn, s.dsub(w[1], v[1])),
+        );
         let mut least = s.dsplat(f64::INFINITY);
         let mut most = s.dsplat(f64::NEG_INFINITY);
         for corner in &frame.corners[..frame.corner_count] {
-            let (x, y) = (s.dsub(s.dsplat(corner[0]), v[0]), s.dsub(s.dsplat(corner[1]), v[1]));
+            let (x, y) = (
+                s.dsub(s.dsplat(corner[0]), v[0]),
+                s.dsub(s.dsplat(corner[1]), v[1]),
+            );
             let side = cross(s, ex, ey, x, y);
             least = s.dmin(least, side);
             most = s.dmax(most, side);
@@ -301,7 +313,11 @@ fn cut_triangle(triangle: [[f64; 3]; 3], frame: &LightFrame, flat: &mut FlatTria
             }
             // From the inner end, whichever way round: the same bits for both triangles.
             if (hv >= 0.0) != (hw >= 0.0) {
-                let (inner, outer, hi, ho) = if hv >= 0.0 { (v, w, hv, hw) } else { (w, v, hw, hv) };
+                let (inner, outer, hi, ho) = if hv >= 0.0 {
+                    (v, w, hv, hw)
+                } else {
+                    (w, v, hw, hv)
+                };
                 let f = hi / (hi - ho);
                 next[kept] = std::array::from_fn(|k| inner[k] + (outer[k] - inner[k]) * f);
                 kept += 1;
@@ -331,9 +347,8 @@ fn hides(image: &[[f64; 2]], frame: &LightFrame) -> bool {
     // As above for coordinates within the guard; edges without length say nothing.
     let room = 1e-13 * (GUARD + 2.0) * (GUARD + 2.0);
     let corners = &frame.corners[..frame.corner_count];
-    let all = |sign: f64| {
-        (0..image.len()).all(|i| corners.iter().all(|c| sign * side(i, *c) > room))
-    };
+    let all =
+        |sign: f64| (0..image.len()).all(|i| corners.iter().all(|c| sign * side(i, *c) > room));
     all(1.0) || all(-1.0)
 }
 

@@ -85,7 +85,10 @@ pub(crate) struct RayQuery {
 /// relative to the largest coordinate involved.
 pub(crate) const ROOM: f64 = 9.536_743_164_062_5e-7;
 
-#[allow(clippy::cast_possible_truncation, reason = "the bounds allow for the rounding")]
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "the bounds allow for the rounding"
+)]
 impl RayQuery {
     /// `None` for a ray that cannot meet anything: not finite, without direction, or empty.
     fn new(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
@@ -138,7 +141,10 @@ impl RayQuery {
             let inverse = s.splat(self.inverse[axis]);
             let enter = s.load(&node.bounds[self.enter[axis]]);
             let leave = s.load(&node.bounds[self.leave[axis]]);
-            near = s.max(s.fma(enter, inverse, s.splat(self.offset_enter[axis])), near);
+            near = s.max(
+                s.fma(enter, inverse, s.splat(self.offset_enter[axis])),
+                near,
+            );
             far = s.min(s.fma(leave, inverse, s.splat(self.offset_leave[axis])), far);
         }
         (s.le(near, far) & node.valid, near)
@@ -257,7 +263,8 @@ fn closest_kernel<S: Simd>(
                     continue;
                 };
                 #[allow(clippy::float_cmp, reason = "the tie rule is about equal bits")]
-                let nearer = best.is_none_or(|b| t < b.t || (t == b.t && leaf.id[lane] < b.triangle));
+                let nearer =
+                    best.is_none_or(|b| t < b.t || (t == b.t && leaf.id[lane] < b.triangle));
                 if t >= q.t_min && t <= q.t_max && nearer {
                     best = Some(Hit {
                         triangle: leaf.id[lane],

@@ -1,7 +1,12 @@
 //! Buffers that queries reuse, so that none allocates once they have grown.
 
 use crate::{
-    counters::Counters, dense::{Covered, NearBox}, merge::{Pieces, Slots}, node::Child, project::FlatTriangles, sweep::Lines,
+    counters::Counters,
+    dense::{Covered, NearBox},
+    merge::{Pieces, Slots},
+    node::Child,
+    project::FlatTriangles,
+    sweep::Lines,
 };
 
 /// Working memory and work counters of one thread's queries.

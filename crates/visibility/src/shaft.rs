@@ -1,9 +1,9 @@
 //! Shafts: everything between a shading point and a light.
 
 use crate::{
-    Occluders, Ray, Scratch, VisibleLines,
+    Occluders, Ray, Scratch, VisibleLines, dense,
     frame::LightFrame,
-    dense, project, sweep,
+    project, sweep,
     traverse::{self, ShaftBounds},
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN, Segment};
@@ -51,7 +51,7 @@ pub struct Shaft<'a> {
 
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
 /// a time. Depends on the geometry alone; measured, see PERFORMANCE.md.
-const DENSE: usize = 512;
+const DENSE: usize = 224;
 
 /// Images of lines on the light farther than this from parallel, in units of the light, make
 /// groups of their own.
@@ -167,7 +167,9 @@ impl Shaft<'_> {
             self.visible_dense(frame, along, first, out);
             return count;
         }
-        let Scratch { lines, keys, ends, .. } = &mut *self.scratch;
+        let Scratch {
+            lines, keys, ends, ..
+        } = &mut *self.scratch;
         lines.clear(along);
         let forward = |e: [f64; 2]| along[0] * e[0] + along[1] * e[1];
         for &(u, i) in keys.iter() {
@@ -189,7 +191,8 @@ impl Shaft<'_> {
             let a = frame.project(line.p0 - self.point);
             let b = frame.project(line.p1 - self.point);
             let d = [b[0] - a[0], b[1] - a[1]];
-            if along == [0.0; 2] {
+            let unknown = along[0] == 0.0 && along[1] == 0.0;
+            if unknown {
                 let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
                 if length > 0.0 {
                     along = [d[0] / length, d[1] / length];
@@ -216,7 +219,9 @@ impl Shaft<'_> {
         let point = self.point - self.occluders.origin;
         let mut start = 0;
         while start < self.scratch.keys.len() {
-            let Scratch { keys, ends, lines, .. } = &mut *self.scratch;
+            let Scratch {
+                keys, ends, lines, ..
+            } = &mut *self.scratch;
             let end = keys.len().min(start + dense::GROUP);
             let few = &keys[start..end];
             start = end;
@@ -228,7 +233,8 @@ impl Shaft<'_> {
             }
             let across = (few[0].0, few[few.len() - 1].0);
             if !(low < high) {
-                few.iter().for_each(|k| out.put_whole(number(first, k.1) as usize));
+                few.iter()
+                    .for_each(|k| out.put_whole(number(first, k.1) as usize));
                 continue;
             }
             let around = frame.around_lines(along, [across.0, low], [across.1, high]);
@@ -246,12 +252,15 @@ impl Shaft<'_> {
             let to_q = |v: f64| (v - (low - 1e-6 * length)) / (length * (1.0 + 2e-6));
             for &(u, i) in few.iter().rev() {
                 let (a, b) = ends[i as usize];
-                lines.push(-to_p(u), (to_q(forward(a)), to_q(forward(b))), number(first, i));
+                lines.push(
+                    -to_p(u),
+                    (to_q(forward(a)), to_q(forward(b))),
+                    number(first, i),
+                );
             }
             lines.index();
             let corners = frame.corners_in_space(along, [across.0, low], [across.1, high]);
-            let bounds =
-                ShaftBounds::new(self.occluders, point, &corners, &around, self.exclude);
+            let bounds = ShaftBounds::new(self.occluders, point, &corners, &around, self.exclude);
             dense::dense(
                 self.occluders.isa,
                 self.occluders,

@@ -128,7 +128,11 @@ impl Lines {
             return 0;
         }
         // A float is clamped by the conversion.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped"
+        )]
         let step = ((u - self.start) * self.step).clamp(0.0, 64.0) as usize;
         self.first[step] as usize
     }

@@ -8,10 +8,7 @@ use crate::{
     ray::ROOM,
     simd::Simd,
 };
-use linelit_geometry::{
-    DVec3,
-    glam::Vec3,
-};
+use linelit_geometry::{DVec3, glam::Vec3};
 
 /// Half-spaces and a box around everything between a point and a light, in `f32`, with room for
 /// the rounding of the tests: what is rejected lies outside.
@@ -43,7 +40,10 @@ struct Plane {
     farthest: [usize; 3],
 }
 
-#[allow(clippy::cast_possible_truncation, reason = "the bounds allow for the rounding")]
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "the bounds allow for the rounding"
+)]
 impl ShaftBounds {
     /// The shaft from `point` (in the hierarchy's coordinates) to the light with corners
     /// `light`, relative to the point.
@@ -60,7 +60,11 @@ impl ShaftBounds {
             lo = lo.min(*v);
             hi = hi.max(*v);
         }
-        let size = occluders.extent.max(point.abs().max_element()).max((lo + point).abs().max_element()).max((hi + point).abs().max_element());
+        let size = occluders
+            .extent
+            .max(point.abs().max_element())
+            .max((lo + point).abs().max_element())
+            .max((hi + point).abs().max_element());
         let room = ROOM * size;
         let mut bounds = Self {
             planes: [Plane::default(); 6],
@@ -116,7 +120,11 @@ impl ShaftBounds {
         let a = self.vertex(s, vertices, 0);
         let b = self.vertex(s, vertices, 3);
         let c = self.vertex(s, vertices, 6);
-        let (rp, rq, rw) = (s.splat(self.room[0]), s.splat(self.room[1]), s.splat(self.room[2]));
+        let (rp, rq, rw) = (
+            s.splat(self.room[0]),
+            s.splat(self.room[1]),
+            s.splat(self.room[2]),
+        );
         let zero = s.splat(0.0);
         let mut found = !s.in_range(ids, self.exclude.0, self.exclude.1);
         // Some vertex inside each side: room + value ≥ 0.
@@ -213,12 +221,7 @@ impl ShaftBounds {
 
     /// P, Q, W of the leaf's vertices in rows `first` to `first + 2`.
     #[inline(always)]
-    fn vertex<S: Simd>(
-        &self,
-        s: S,
-        vertices: &[[f32; 8]; 9],
-        first: usize,
-    ) -> (S::F, S::F, S::F) {
+    fn vertex<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> (S::F, S::F, S::F) {
         let x = s.sub(s.load(&vertices[first]), s.splat(self.point[0]));
         let y = s.sub(s.load(&vertices[first + 1]), s.splat(self.point[1]));
         let z = s.sub(s.load(&vertices[first + 2]), s.splat(self.point[2]));
@@ -239,11 +242,7 @@ impl ShaftBounds {
 
 /// The plane through the shading point and two vertices: their cross product.
 #[inline(always)]
-fn plane<S: Simd>(
-    s: S,
-    a: (S::F, S::F, S::F),
-    b: (S::F, S::F, S::F),
-) -> (S::F, S::F, S::F) {
+fn plane<S: Simd>(s: S, a: (S::F, S::F, S::F), b: (S::F, S::F, S::F)) -> (S::F, S::F, S::F) {
     (
         s.sub(s.mul(a.1, b.2), s.mul(a.2, b.1)),
         s.sub(s.mul(a.2, b.0), s.mul(a.0, b.2)),
@@ -311,7 +310,9 @@ fn collect_kernel<S: Simd>(
             let mut maybe = bounds.triangles(s, &leaf.vertices, &leaf.id) & child.mask();
             while maybe != 0 {
                 #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
-                scratch.slots.push((child.index() * 8) as u32 + maybe.trailing_zeros());
+                scratch
+                    .slots
+                    .push((child.index() * 8) as u32 + maybe.trailing_zeros());
                 maybe &= maybe - 1;
             }
         }

@@ -9,7 +9,11 @@ use linelit_visibility::{Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brut
 /// Visible measure that differs between two interval lists, on a grid of their ends.
 fn difference(a: &[Interval], b: &[Interval]) -> f64 {
     for set in [a, b] {
-        assert!(set.iter().all(|i| 0.0 <= i.lo && i.lo < i.hi && i.hi <= 1.0), "{set:?}");
+        assert!(
+            set.iter()
+                .all(|i| 0.0 <= i.lo && i.lo < i.hi && i.hi <= 1.0),
+            "{set:?}"
+        );
         assert!(set.windows(2).all(|w| w[0].hi < w[1].lo), "{set:?}");
     }
     let mut cuts: Vec<f64> = a.iter().chain(b).flat_map(|i| [i.lo, i.hi]).collect();
@@ -128,9 +132,7 @@ fn lines_from_surfaces_agree_with_brute_force() {
         let (s, t) = (rng.unit() * 0.5, rng.unit() * 0.5);
         let off = [1e-3, 2e-6, -2e-6][case % 3];
         let point = a + (b - a) * s + (c - a) * t + normal * off;
-        let lines: Vec<_> = (0..8)
-            .map(|_| chord(&mut rng, &light, Some(0.0)))
-            .collect();
+        let lines: Vec<_> = (0..8).map(|_| chord(&mut rng, &light, Some(0.0))).collect();
         let query = ShaftQuery {
             point,
             light: &light,
@@ -144,7 +146,8 @@ fn lines_from_surfaces_agree_with_brute_force() {
             assert!(
                 off <= 1e-9,
                 "case {case}, line {i}: off by {off:e}\n{:?}\n{want:?} class {:?}",
-                out.line(i), shaft.class()
+                out.line(i),
+                shaft.class()
             );
         }
     }

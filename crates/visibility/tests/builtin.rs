@@ -32,7 +32,8 @@ fn builtin_scenes_agree_with_brute_force() {
                         "{} {name} {point} line {i}: {got} {want}, {:?} with {} {:?}",
                         scene.name,
                         shaft.class(),
-                        shaft.candidates(), out.line(i)
+                        shaft.candidates(),
+                        out.line(i)
                     );
                 }
             }

@@ -33,7 +33,10 @@ fn fractions(mesh: &Mesh, point: DVec3) -> (ShaftClass, Vec<f64>) {
     for (line, got) in lines.iter().zip(&got) {
         let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
         let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
-        assert!((got - want).abs() < 1e-9, "{got} {want} of {line:?} from {point}");
+        assert!(
+            (got - want).abs() < 1e-9,
+            "{got} {want} of {line:?} from {point}"
+        );
     }
     (shaft.class(), got)
 }
@@ -165,9 +168,11 @@ fn lights_and_lines_without_extent() {
 fn triangles_that_hide_nothing_are_left_out() {
     let mut mesh = one([-9.0, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 20.0, 1.0]);
     let v = mesh.positions.len();
-    mesh.positions.extend([[f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0]]);
+    mesh.positions
+        .extend([[f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0]]);
     let v = u32::try_from(v).unwrap();
-    mesh.triangles.extend([[0, 1, v], [0, 1, v + 1], [0, 1, 99], [0, 0, 1], [2, 1, 2]]);
+    mesh.triangles
+        .extend([[0, 1, v], [0, 1, v + 1], [0, 1, 99], [0, 0, 1], [2, 1, 2]]);
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
     assert_eq!((occluders.triangle_count(), occluders.left_out()), (1, 5));
     assert!(occluders.memory() > 0);
@@ -187,13 +192,32 @@ fn rays_that_are_none() {
     let hit = occluders.closest_hit(&good, &mut scratch).unwrap();
     assert_eq!(hit.t.to_bits(), 1.0_f64.to_bits());
     for bad in [
-        Ray { direction: DVec3::ZERO, ..good },
-        Ray { direction: DVec3::NAN, ..good },
-        Ray { origin: DVec3::INFINITY, ..good },
-        Ray { t_min: f64::NAN, ..good },
-        Ray { t_min: 2.0, t_max: 1.0, ..good },
+        Ray {
+            direction: DVec3::ZERO,
+            ..good
+        },
+        Ray {
+            direction: DVec3::NAN,
+            ..good
+        },
+        Ray {
+            origin: DVec3::INFINITY,
+            ..good
+        },
+        Ray {
+            t_min: f64::NAN,
+            ..good
+        },
+        Ray {
+            t_min: 2.0,
+            t_max: 1.0,
+            ..good
+        },
         Ray { t_max: 0.5, ..good },
-        Ray { direction: DVec3::X, ..good },
+        Ray {
+            direction: DVec3::X,
+            ..good
+        },
     ] {
         assert_eq!(occluders.closest_hit(&bad, &mut scratch), None, "{bad:?}");
         assert!(!occluders.any_hit(&bad, &NONE, &mut scratch), "{bad:?}");

@@ -35,7 +35,8 @@ fn closed(rng: &mut Rng, nu: u32, nv: u32, squash: f64, centre: DVec3, scale: f6
     for i in 0..n {
         let k = (i + 1) % n;
         mesh.triangles.push([north, rows[0][i], rows[0][k]]);
-        mesh.triangles.push([south, rows[rows.len() - 1][k], rows[rows.len() - 1][i]]);
+        mesh.triangles
+            .push([south, rows[rows.len() - 1][k], rows[rows.len() - 1][i]]);
         for pair in rows.windows(2) {
             let (a, b, c, d) = (pair[0][i], pair[0][k], pair[1][i], pair[1][k]);
             mesh.triangles.push([a, c, d]);
@@ -76,8 +77,13 @@ fn look_out(seed: u64, pairs: u64) {
             let size = [0.1, 1.0, 3.0][look % 3] * scale;
             let light = light(&mut rng, corners, centre + direction * distance, size);
             // A light that reaches into the surface is visible there.
-            let reach = light.iter().map(|v| (*v - centre).length()).fold(0.0, f64::max);
-            let nearest = (light[1] - light[0]).cross(light[light.len() - 1] - light[0]).normalize();
+            let reach = light
+                .iter()
+                .map(|v| (*v - centre).length())
+                .fold(0.0, f64::max);
+            let nearest = (light[1] - light[0])
+                .cross(light[light.len() - 1] - light[0])
+                .normalize();
             let apart = if corners == 2 {
                 let e = (light[1] - light[0]).normalize();
                 let a = light[0] - centre;
@@ -109,7 +115,10 @@ fn look_out(seed: u64, pairs: u64) {
                     "case {case}, look {look}: {:?} of {line:?} from {point} leaks",
                     out.line(i)
                 );
-                assert!(!shaft.point_visible(line.at(0.3)), "case {case}, look {look}");
+                assert!(
+                    !shaft.point_visible(line.at(0.3)),
+                    "case {case}, look {look}"
+                );
             }
         }
     }

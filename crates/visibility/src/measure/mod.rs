@@ -61,7 +61,11 @@ pub struct Timings {
 
 /// Stratified lines across the light, parallel to the side from its first corner to its last.
 #[must_use]
-pub fn stratified_lines(light: &[DVec3], count: usize, jitter: &mut impl FnMut() -> f64) -> Vec<Segment> {
+pub fn stratified_lines(
+    light: &[DVec3],
+    count: usize,
+    jitter: &mut impl FnMut() -> f64,
+) -> Vec<Segment> {
     let o = light[0];
     let u = light[1] - o;
     let v = light[light.len() - 1] - o;
@@ -168,7 +172,9 @@ pub fn time(
                 sink += rays.iter().filter(|r| f(r)).count();
             });
         };
-        shoot(0, &mut |r| occluders.any_hit(r, &work.exclude, &mut scratch));
+        shoot(0, &mut |r| {
+            occluders.any_hit(r, &work.exclude, &mut scratch)
+        });
         if let Some(rivals) = rivals {
             shoot(1, &mut |r| rivals.bvh2_any_hit(r, &work.exclude));
             shoot(2, &mut |r| rivals.cwbvh_any_hit(r, &work.exclude));
@@ -202,7 +208,10 @@ pub fn time(
         result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
     }
     result.counters = scratch.counters;
-    let hits = rays.iter().filter(|r| occluders.any_hit(r, &work.exclude, &mut scratch)).count();
+    let hits = rays
+        .iter()
+        .filter(|r| occluders.any_hit(r, &work.exclude, &mut scratch))
+        .count();
     #[allow(clippy::cast_precision_loss, reason = "a count")]
     {
         result.hit_share = hits as f64 / rays.len() as f64;

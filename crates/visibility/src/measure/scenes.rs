@@ -41,14 +41,22 @@ impl Scene {
     fn block(&mut self, lo: DVec3, hi: DVec3) {
         let d = hi - lo;
         let (x, y, z) = (DVec3::X * d.x, DVec3::Y * d.y, DVec3::Z * d.z);
-        for (o, u, v) in [(lo, x, y), (lo, y, z), (lo, z, x), (hi, -x, -y), (hi, -y, -z), (hi, -z, -x)] {
+        for (o, u, v) in [
+            (lo, x, y),
+            (lo, y, z),
+            (lo, z, x),
+            (hi, -x, -y),
+            (hi, -y, -z),
+            (hi, -z, -x),
+        ] {
             self.quad(o, u, v);
         }
     }
 
     fn light(&mut self, name: &str, centre: DVec3, u: DVec3, v: DVec3) {
         let o = centre - (u + v) * 0.5;
-        self.lights.push((name.into(), vec![o, o + u, o + u + v, o + v]));
+        self.lights
+            .push((name.into(), vec![o, o + u, o + u + v, o + v]));
     }
 
     /// The camera's ray through each pixel of a film.
@@ -99,15 +107,25 @@ pub fn grid() -> Scene {
         tan_half_angle: 0.4,
         ..Scene::default()
     };
-    s.quad(DVec3::new(-6.0, 0.0, -6.0), DVec3::Z * 12.0, DVec3::X * 12.0);
+    s.quad(
+        DVec3::new(-6.0, 0.0, -6.0),
+        DVec3::Z * 12.0,
+        DVec3::X * 12.0,
+    );
     for layer in 0..3 {
         let y = 0.8 + 0.7 * f64::from(layer);
         let turn = 0.3 * f64::from(layer);
         let first = s.positions.len();
         for k in 0..22 {
             let c = -2.1 + 0.2 * f64::from(k);
-            s.block(DVec3::new(c - 0.03, y, -2.2), DVec3::new(c + 0.03, y + 0.05, 2.2));
-            s.block(DVec3::new(-2.2, y, c - 0.03), DVec3::new(2.2, y + 0.05, c + 0.03));
+            s.block(
+                DVec3::new(c - 0.03, y, -2.2),
+                DVec3::new(c + 0.03, y + 0.05, 2.2),
+            );
+            s.block(
+                DVec3::new(-2.2, y, c - 0.03),
+                DVec3::new(2.2, y + 0.05, c + 0.03),
+            );
         }
         #[allow(clippy::cast_possible_truncation, reason = "f32 geometry")]
         for p in &mut s.positions[first..] {
@@ -115,8 +133,18 @@ pub fn grid() -> Scene {
             *p = [p[0] * cos - p[2] * sin, p[1], p[0] * sin + p[2] * cos];
         }
     }
-    s.light("S", DVec3::new(0.5, 5.0, 0.2), DVec3::X * 0.15, DVec3::Z * 0.15);
-    s.light("L", DVec3::new(0.5, 5.0, 0.2), DVec3::X * 2.0, DVec3::Z * 2.0);
+    s.light(
+        "S",
+        DVec3::new(0.5, 5.0, 0.2),
+        DVec3::X * 0.15,
+        DVec3::Z * 0.15,
+    );
+    s.light(
+        "L",
+        DVec3::new(0.5, 5.0, 0.2),
+        DVec3::X * 2.0,
+        DVec3::Z * 2.0,
+    );
     s
 }
 
@@ -144,8 +172,18 @@ pub fn soup() -> Scene {
         let (a, b, d) = (corner(), corner(), corner());
         s.triangle(a, b, d);
     }
-    s.light("S", DVec3::new(0.0, 3.98, 0.0), DVec3::X * 0.25, DVec3::Z * 0.25);
-    s.light("L", DVec3::new(0.0, 3.98, 0.0), DVec3::X * 1.5, DVec3::Z * 1.5);
+    s.light(
+        "S",
+        DVec3::new(0.0, 3.98, 0.0),
+        DVec3::X * 0.25,
+        DVec3::Z * 0.25,
+    );
+    s.light(
+        "L",
+        DVec3::new(0.0, 3.98, 0.0),
+        DVec3::X * 1.5,
+        DVec3::Z * 1.5,
+    );
     s
 }
 
@@ -158,8 +196,16 @@ pub fn colonnade() -> Scene {
         tan_half_angle: 0.55,
         ..Scene::default()
     };
-    s.quad(DVec3::new(-12.0, 0.0, -6.0), DVec3::Z * 12.0, DVec3::X * 24.0);
-    s.quad(DVec3::new(-12.0, 0.0, -6.0), DVec3::X * 24.0, DVec3::Y * 8.0);
+    s.quad(
+        DVec3::new(-12.0, 0.0, -6.0),
+        DVec3::Z * 12.0,
+        DVec3::X * 24.0,
+    );
+    s.quad(
+        DVec3::new(-12.0, 0.0, -6.0),
+        DVec3::X * 24.0,
+        DVec3::Y * 8.0,
+    );
     s.quad(DVec3::new(-12.0, 0.0, 6.0), DVec3::Y * 8.0, DVec3::X * 24.0);
     let mut state = 5;
     for side in [-1.0, 1.0] {
@@ -173,14 +219,27 @@ pub fn colonnade() -> Scene {
                     plant(&mut s, at + DVec3::new(0.7, 0.0, 0.4 * side), &mut state);
                 }
             }
-            s.block(DVec3::new(-10.0, y + 3.3, 2.6 * side - 0.3), DVec3::new(10.0, y + 3.6, 2.6 * side + 0.3));
+            s.block(
+                DVec3::new(-10.0, y + 3.3, 2.6 * side - 0.3),
+                DVec3::new(10.0, y + 3.6, 2.6 * side + 0.3),
+            );
         }
     }
     for k in 0..5 {
         curtain(&mut s, -7.0 + 3.5 * f64::from(k));
     }
-    s.light("S", DVec3::new(0.0, 9.5, 0.0), DVec3::X * 0.4, DVec3::Z * 0.4);
-    s.light("L", DVec3::new(0.0, 9.5, 0.0), DVec3::X * 4.0, DVec3::Z * 2.0);
+    s.light(
+        "S",
+        DVec3::new(0.0, 9.5, 0.0),
+        DVec3::X * 0.4,
+        DVec3::Z * 0.4,
+    );
+    s.light(
+        "L",
+        DVec3::new(0.0, 9.5, 0.0),
+        DVec3::X * 4.0,
+        DVec3::Z * 2.0,
+    );
     s
 }
 
@@ -189,7 +248,10 @@ fn surface(s: &mut Scene, nu: u32, nv: u32, f: impl Fn(f64, f64) -> DVec3) {
     let first = u32::try_from(s.positions.len()).unwrap_or(0);
     for j in 0..=nv {
         for i in 0..=nu {
-            s.vertex(f(f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv)));
+            s.vertex(f(
+                f64::from(i) / f64::from(nu),
+                f64::from(j) / f64::from(nv),
+            ));
         }
     }
     for j in 0..nv {
@@ -205,7 +267,8 @@ fn column(s: &mut Scene, at: DVec3) {
     surface(s, 48, 24, |u, v| {
         let (sin, cos) = (u * std::f64::consts::TAU).sin_cos();
         let flutes = 1.0 - 0.04 * (u * std::f64::consts::TAU * 12.0).cos();
-        let r = 0.22 * flutes * (1.0 - 0.15 * v) + 0.12 * (1.0 - 16.0 * v).max(16.0 * v - 15.0).max(0.0);
+        let r = 0.22 * flutes * (1.0 - 0.15 * v)
+            + 0.12 * (1.0 - 16.0 * v).max(16.0 * v - 15.0).max(0.0);
         at + DVec3::new(r * cos, 2.6 * v, r * sin)
     });
 }

@@ -68,5 +68,4 @@ pub(crate) trait Simd: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     fn not(self, a: Self::M) -> Self::M;
     fn bits(self, a: Self::M) -> u8;
-    fn mask(self, bits: u8) -> Self::M;
 }

@@ -153,8 +153,4 @@ impl Simd for Scalar {
     fn bits(self, a: Self::M) -> u8 {
         pack(a)
     }
-    #[inline(always)]
-    fn mask(self, bits: u8) -> Self::M {
-        std::array::from_fn(|i| bits >> i & 1 != 0)
-    }
 }

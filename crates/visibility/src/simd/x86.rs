@@ -1,5 +1,8 @@
 //! AVX-512 and AVX2 with FMA.
-#![allow(unsafe_code, reason = "vendor intrinsics, behind tokens that prove they exist")]
+#![allow(
+    unsafe_code,
+    reason = "vendor intrinsics, behind tokens that prove they exist"
+)]
 
 use super::Simd;
 use std::arch::x86_64::*;
@@ -38,7 +41,11 @@ impl Avx2 {
 
 /// The eight lanes of a move-mask.
 #[inline(always)]
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "eight bits are set")]
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "eight bits are set"
+)]
 fn byte(mask: i32) -> u8 {
     mask as u8
 }
@@ -132,7 +139,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { 
+        unsafe {
             let a = _mm256_loadu_si256(a.as_ptr().cast());
             let a = _mm256_sub_epi32(a, _mm256_set1_epi32(start.cast_signed()));
             _mm256_cmplt_epu32_mask(a, _mm256_set1_epi32(len.cast_signed()))
@@ -219,10 +226,6 @@ impl Simd for Avx512 {
     fn bits(self, a: Self::M) -> u8 {
         a
     }
-    #[inline(always)]
-    fn mask(self, bits: u8) -> Self::M {
-        bits
-    }
 }
 
 impl Simd for Avx2 {
@@ -302,23 +305,29 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { 
+        unsafe {
             let a = _mm256_loadu_si256(a.as_ptr().cast());
             let a = _mm256_sub_epi32(a, _mm256_set1_epi32(start.cast_signed()));
             // a ≥ len, unsigned: the larger of the two is a.
-            let out = _mm256_cmpeq_epi32(_mm256_max_epu32(a, _mm256_set1_epi32(len.cast_signed())), a);
+            let out =
+                _mm256_cmpeq_epi32(_mm256_max_epu32(a, _mm256_set1_epi32(len.cast_signed())), a);
             !byte(_mm256_movemask_ps(_mm256_castsi256_ps(out)))
         }
     }
     #[inline(always)]
     fn dload(self, a: &[f64; 8]) -> Self::D {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { [_mm256_loadu_pd(a.as_ptr()), _mm256_loadu_pd(a.as_ptr().add(4))] }
+        unsafe {
+            [
+                _mm256_loadu_pd(a.as_ptr()),
+                _mm256_loadu_pd(a.as_ptr().add(4)),
+            ]
+        }
     }
     #[inline(always)]
     fn dstore(self, a: Self::D, out: &mut [f64; 8]) {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { 
+        unsafe {
             _mm256_storeu_pd(out.as_mut_ptr(), a[0]);
             _mm256_storeu_pd(out.as_mut_ptr().add(4), a[1]);
         }
@@ -331,7 +340,12 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn widen(self, a: Self::F) -> Self::D {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { [_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(a))] }
+        unsafe {
+            [
+                _mm256_cvtps_pd(_mm256_castps256_ps128(a)),
+                _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(a)),
+            ]
+        }
     }
     #[inline(always)]
     fn dadd(self, a: Self::D, b: Self::D) -> Self::D {
@@ -366,17 +380,32 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn dle(self, a: Self::D, b: Self::D) -> Self::M {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { [_mm256_cmp_pd::<_CMP_LE_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LE_OQ>(a[1], b[1])] }
+        unsafe {
+            [
+                _mm256_cmp_pd::<_CMP_LE_OQ>(a[0], b[0]),
+                _mm256_cmp_pd::<_CMP_LE_OQ>(a[1], b[1]),
+            ]
+        }
     }
     #[inline(always)]
     fn dlt(self, a: Self::D, b: Self::D) -> Self::M {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { [_mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1])] }
+        unsafe {
+            [
+                _mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]),
+                _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1]),
+            ]
+        }
     }
     #[inline(always)]
     fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { [_mm256_blendv_pd(a[0], b[0], m[0]), _mm256_blendv_pd(a[1], b[1], m[1])] }
+        unsafe {
+            [
+                _mm256_blendv_pd(a[0], b[0], m[0]),
+                _mm256_blendv_pd(a[1], b[1], m[1]),
+            ]
+        }
     }
     #[inline(always)]
     fn and(self, a: Self::M, b: Self::M) -> Self::M {
@@ -391,7 +420,7 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn not(self, a: Self::M) -> Self::M {
         // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { 
+        unsafe {
             let ones = _mm256_castsi256_pd(_mm256_set1_epi64x(-1));
             [_mm256_xor_pd(a[0], ones), _mm256_xor_pd(a[1], ones)]
         }
@@ -400,18 +429,5 @@ impl Simd for Avx2 {
     fn bits(self, a: Self::M) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { byte(_mm256_movemask_pd(a[0]) | (_mm256_movemask_pd(a[1]) << 4)) }
-    }
-    #[inline(always)]
-    fn mask(self, bits: u8) -> Self::M {
-        // SAFETY: a value of this type exists only where the instructions do.
-        unsafe { 
-            let b = _mm256_set1_epi64x(i64::from(bits));
-            let lo = _mm256_set_epi64x(8, 4, 2, 1);
-            let hi = _mm256_set_epi64x(128, 64, 32, 16);
-            [
-                _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(b, lo), lo)),
-                _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(b, hi), hi)),
-            ]
-        }
     }
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 pub(crate) struct Rng(pub u64);
 
 impl Rng {
-    pub fn next_u64(&mut self) -> u64 {
+    pub(crate) fn next_u64(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -18,21 +18,21 @@ impl Rng {
     }
 
     /// Uniform in [0, 1).
-    pub fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         #[allow(clippy::cast_precision_loss, reason = "53 bits")]
         let x = (self.next_u64() >> 11) as f64;
         x / 9_007_199_254_740_992.0
     }
 
-    pub fn range(&mut self, lo: f64, hi: f64) -> f64 {
+    pub(crate) fn range(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * self.unit()
     }
 
-    pub fn index(&mut self, n: usize) -> usize {
+    pub(crate) fn index(&mut self, n: usize) -> usize {
         usize::try_from(self.next_u64() % n as u64).unwrap()
     }
 
-    pub fn in_cube(&mut self, half: f64) -> DVec3 {
+    pub(crate) fn in_cube(&mut self, half: f64) -> DVec3 {
         DVec3::new(
             self.range(-half, half),
             self.range(-half, half),
@@ -40,7 +40,7 @@ impl Rng {
         )
     }
 
-    pub fn direction(&mut self) -> DVec3 {
+    pub(crate) fn direction(&mut self) -> DVec3 {
         loop {
             let v = self.in_cube(1.0);
             if v.length_squared() <= 1.0 && v.length_squared() > 1e-4 {
@@ -53,23 +53,26 @@ impl Rng {
 /// Triangles with their positions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mesh {
-    pub positions: Vec<[f32; 3]>,
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    #[allow(clippy::cast_possible_truncation, reason = "f32 geometry, small meshes")]
-    pub fn vertex(&mut self, p: DVec3) -> u32 {
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "f32 geometry, small meshes"
+    )]
+    pub(crate) fn vertex(&mut self, p: DVec3) -> u32 {
         self.positions.push([p.x as f32, p.y as f32, p.z as f32]);
         self.positions.len() as u32 - 1
     }
 
-    pub fn triangle(&mut self, a: DVec3, b: DVec3, c: DVec3) {
+    pub(crate) fn triangle(&mut self, a: DVec3, b: DVec3, c: DVec3) {
         let t = [self.vertex(a), self.vertex(b), self.vertex(c)];
         self.triangles.push(t);
     }
 
-    pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
+    pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|i| {
             let p = self.positions[i as usize];
             DVec3::new(p[0].into(), p[1].into(), p[2].into())
