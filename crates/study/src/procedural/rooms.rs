@@ -78,7 +78,7 @@ pub(super) fn grid_planes() -> Files {
     }
     let geometry = diffuse([0.7, 0.7, 0.7], &floor) + &diffuse([0.35, 0.45, 0.6], &bars);
     let camera =
-        "LookAt 0.8 3.4 -4.4  0 0.2 0.1  0 1 0\nCamera \"perspective\" \"float fov\" [ 38 ]";
+        "LookAt 0.9 2.6 -6.2  0 0.55 -0.4  0 1 0\nCamera \"perspective\" \"float fov\" [ 38 ]";
     let about = "Crossed grids of bars over a plane.";
     let mut files = main_files("grid-planes", about, camera, |size| {
         let half = size.pick(0.1, 0.8);
