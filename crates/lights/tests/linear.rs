@@ -458,3 +458,42 @@ fn profiles_obey_the_laws() {
     assert!(AlongProfile::new(&[]).is_none() && AlongProfile::new(&[0.0, -1.0]).is_none());
     assert!((across_lambert(DVec3::X, DVec3::new(0.6, 0.8, 0.0), 2.0) - 0.64).abs() < 1e-15);
 }
+
+/// The same lines in `f32` and `f64`: the CDF, evaluated in `f64` for the `f32` input, at the `f32` sample.
+#[test]
+fn single_precision_inverts_everywhere() {
+    use linelit_lights::linear::ProjectedLine;
+    let mut rng = SplitMix64::new(47);
+    let mut seen = 0;
+    while seen < 20_000 {
+        #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+        let mut narrow = |scale: f64| rng.unit_vector().map(|x| (x * scale) as f32);
+        // From side by side to far away, short, and nearly collinear with the shading point.
+        let scale = [1.0, 0.1, 0.01, 1e-3][seen % 4];
+        let (p0, step, n) = (narrow(1.0), narrow(scale), narrow(1.0));
+        let p1 = [0, 1, 2].map(|k| p0[k] * if seen % 3 == 0 { 2.0 } else { 1.0 } + step[k]);
+        #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+        let xi = rng.next_f64() as f32;
+        let wide = |v: [f32; 3]| v.map(f64::from);
+        let (Some(line), Some(exact)) = (
+            ProjectedLine::new(p0, p1, n),
+            ProjectedLine::new(wide(p0), wide(p1), wide(n)),
+        ) else {
+            continue;
+        };
+        seen += 1;
+        let arc = line.sample(xi);
+        let got = if exact.view().is_short() {
+            exact.invert(f64::from(arc.lambda))
+        } else {
+            let (a, w) = (
+                DVec3::from(exact.view().ends().0),
+                DVec3::from(wide(arc.direction)),
+            );
+            exact.cdf(a.cross(w).length().atan2(a.dot(w)))
+        };
+        // Measured over 8 million lines: 1.7e-5 at worst, 5.4e-7 for all but one in a thousand.
+        let error = (got - f64::from(xi)).abs();
+        assert!(error < 5e-5, "{p0:?} {p1:?} {n:?} {xi}: {error:e}");
+    }
+}

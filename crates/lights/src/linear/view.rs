@@ -106,11 +106,8 @@ impl<T: Real> LineView<T> {
         if c0 >= T::ZERO && c1 >= T::ZERO {
             return Some(());
         }
-        // n·e, not c₁ − c₀, which cancels for a short line.
-        let span = T::accurate_dot(n, self.edge);
-        if (span > T::ZERO) != (c1 > T::ZERO) || span == T::ZERO {
-            return None;
-        }
+        // Opposite signs: nothing cancels in the difference of accurate heights.
+        let span = c1 - c0;
         let on_horizon = scale(cross(n, x), T::ONE / span);
         let kept = if c0 < T::ZERO {
             self.p0 = on_horizon;
