@@ -1,9 +1,14 @@
 //! ns for each integral: ordinary, grazing and degenerate input, scalar and batched.
-#![allow(missing_docs, reason = "criterion's macros make undocumented functions")]
+#![allow(
+    missing_docs,
+    reason = "criterion's macros make undocumented functions"
+)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use linelit_geometry::{DVec3, Segment};
-use linelit_shading::{batch, cylinder, phong, phong_polygon, point_line, polygon, ribbon, solid_angle};
+use linelit_shading::{
+    batch, cylinder, phong, phong_polygon, point_line, polygon, ribbon, solid_angle,
+};
 use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 
@@ -38,17 +43,28 @@ fn lines(c: &mut Criterion) {
     for kind in ["ordinary", "grazing", "degenerate"] {
         let input = segments(kind);
         let mut group = c.benchmark_group(format!("line/{kind}"));
-        group.throughput(Throughput::Elements(COUNT as u64)).sample_size(30);
+        group
+            .throughput(Throughput::Elements(COUNT as u64))
+            .sample_size(30);
         let mut scalar = |name: &str, f: &dyn Fn(&Segment) -> f64| {
-            group.bench_function(name, |b| b.iter(|| black_box(&input).iter().map(f).sum::<f64>()));
+            group.bench_function(name, |b| {
+                b.iter(|| black_box(&input).iter().map(f).sum::<f64>())
+            });
         };
         scalar("cylinder", &|s| cylinder::irradiance(s.p0, s.p1, n));
         scalar("point_line", &|s| point_line::irradiance(s.p0, s.p1, n));
         for k in [10.0, 1e3, 1e5] {
-            scalar(&format!("phong/{k}"), &|s| phong::ribbon(s.p0, s.p1, n, axis, k));
+            scalar(&format!("phong/{k}"), &|s| {
+                phong::ribbon(s.p0, s.p1, n, axis, k)
+            });
         }
         group.bench_function("ribbon", |b| {
-            b.iter(|| black_box(&input).iter().map(|s| ribbon::irradiance(s.p0, s.p1, n)).sum::<f64>());
+            b.iter(|| {
+                black_box(&input)
+                    .iter()
+                    .map(|s| ribbon::irradiance(s.p0, s.p1, n))
+                    .sum::<f64>()
+            });
         });
         let mut out = vec![0.0; COUNT];
         group.bench_function("ribbon/batch", |b| {

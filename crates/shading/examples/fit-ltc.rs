@@ -3,6 +3,11 @@
 //! `fit-ltc [FILE]` (default `crates/shading/src/ltc_table.rs`). The fit minimises ∫|f cos/albedo − lobe|³ dω by the downhill simplex over the
 //! three parameters of the lobe in the frame of its mean direction (Heitz et al. 2016), from its
 //! rougher neighbour's result, with samples drawn from both lobes.
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "printing is what the program is for"
+)]
 
 use linelit_geometry::{DMat3, DVec3};
 use linelit_shading::ltc::{Ltc, MIN_ROUGHNESS};
@@ -37,7 +42,10 @@ impl Target {
         let n = 256;
         for i in 0..n {
             for j in 0..n {
-                let u = [(f64::from(i) + 0.5) / f64::from(n), (f64::from(j) + 0.5) / f64::from(n)];
+                let u = [
+                    (f64::from(i) + 0.5) / f64::from(n),
+                    (f64::from(j) + 0.5) / f64::from(n),
+                ];
                 if let Some(s) = self.ggx.sample(self.wo, u) {
                     let weight = self.value(s.wi) / s.pdf;
                     sum += weight;
@@ -74,7 +82,10 @@ fn distance(target: &Target, albedos: [f64; 2], maps: [DMat3; 2], power: i32) ->
     };
     for i in 0..GRID {
         for j in 0..GRID {
-            let u = [(f64::from(i) + 0.5) / f64::from(GRID), (f64::from(j) + 0.5) / f64::from(GRID)];
+            let u = [
+                (f64::from(i) + 0.5) / f64::from(GRID),
+                (f64::from(j) + 0.5) / f64::from(GRID),
+            ];
             if let Some(s) = target.ggx.sample(target.wo, u) {
                 add(s.wi);
             }
@@ -109,7 +120,8 @@ fn minimise(start: [f64; 3], f: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
         if (simplex[3].1 - simplex[0].1).abs() < 1e-6 * simplex[0].1.abs() {
             break;
         }
-        let centre: [f64; 3] = std::array::from_fn(|j| simplex[..3].iter().map(|s| s.0[j]).sum::<f64>() / 3.0);
+        let centre: [f64; 3] =
+            std::array::from_fn(|j| simplex[..3].iter().map(|s| s.0[j]).sum::<f64>() / 3.0);
         let worst = simplex[3];
         let along = |t: f64| -> ([f64; 3], f64) {
             let p = std::array::from_fn(|j| centre[j] + t * (worst.0[j] - centre[j]));
@@ -118,7 +130,11 @@ fn minimise(start: [f64; 3], f: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
         let reflected = along(-1.0);
         if reflected.1 < simplex[0].1 {
             let expanded = along(-2.0);
-            simplex[3] = if expanded.1 < reflected.1 { expanded } else { reflected };
+            simplex[3] = if expanded.1 < reflected.1 {
+                expanded
+            } else {
+                reflected
+            };
         } else if reflected.1 < simplex[2].1 {
             simplex[3] = reflected;
         } else {
@@ -141,6 +157,16 @@ fn minimise(start: [f64; 3], f: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
 /// Grazing parts that reflect less than this keep the shape of the other part.
 const NEGLIGIBLE: f64 = 0.002;
 
+/// As a single-precision number, in its shortest form.
+fn number(x: f64) -> String {
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "the table is single precision"
+    )]
+    let x = ((x * 1e6).round() / 1e6) as f32;
+    format!("{x:?}")
+}
+
 /// A cell: albedos, matrix entries, and the L1 errors for F0 = 0.04 and 1.
 struct Cell {
     row: [f64; 10],
@@ -148,10 +174,16 @@ struct Cell {
 }
 
 fn fit(roughness: f64, cosine: f64, start: &mut [[f64; 3]; 2]) -> Cell {
-    let ggx = Ggx { alpha: roughness * roughness, f0: DVec3::ONE };
+    let ggx = Ggx {
+        alpha: roughness * roughness,
+        f0: DVec3::ONE,
+    };
     let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-    let mut cell = Cell { row: [0.0; 10], error: [0.0; 2] };
-    for which in 0..2 {
+    let mut cell = Cell {
+        row: [0.0; 10],
+        error: [0.0; 2],
+    };
+    for (which, start) in start.iter_mut().enumerate() {
         let fresnel = if which == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
         let target = Target { ggx, wo, fresnel };
         let (albedo, mean) = target.moments();
@@ -161,8 +193,10 @@ fn fit(roughness: f64, cosine: f64, start: &mut [[f64; 3]; 2]) -> Cell {
             cell.row.copy_within(2..6, 6);
             continue;
         }
-        let p = minimise(start[which], |p| distance(&target, [albedo, 0.0], [map(p, mean); 2], 3));
-        start[which] = p;
+        let p = minimise(*start, |p| {
+            distance(&target, [albedo, 0.0], [map(p, mean); 2], 3)
+        });
+        *start = p;
         let m = map(p, mean);
         let m = m * (1.0 / m.z_axis.z);
         let entries = [m.x_axis.x, m.x_axis.z, m.y_axis.y, m.z_axis.x];
@@ -173,16 +207,27 @@ fn fit(roughness: f64, cosine: f64, start: &mut [[f64; 3]; 2]) -> Cell {
         let albedos = [f0 * cell.row[0], (1.0 - f0) * cell.row[1]];
         let lobes: [DMat3; 2] = std::array::from_fn(|i| {
             let e = &cell.row[2 + 4 * i..6 + 4 * i];
-            DMat3::from_cols(DVec3::new(e[0], 0.0, e[1]), DVec3::Y * e[2], DVec3::new(e[3], 0.0, 1.0))
+            DMat3::from_cols(
+                DVec3::new(e[0], 0.0, e[1]),
+                DVec3::Y * e[2],
+                DVec3::new(e[3], 0.0, 1.0),
+            )
         });
-        let target = Target { ggx, wo, fresnel: [f0, 1.0 - f0] };
+        let target = Target {
+            ggx,
+            wo,
+            fresnel: [f0, 1.0 - f0],
+        };
         *error = distance(&target, albedos, lobes, 1);
     }
     cell
 }
 
 fn axes(i: usize, j: usize) -> (f64, f64) {
-    let step = |i: usize| f64::from(u32::try_from(i).expect("small")) / f64::from(u32::try_from(SIZE - 1).expect("small"));
+    let step = |i: usize| {
+        f64::from(u32::try_from(i).expect("small"))
+            / f64::from(u32::try_from(SIZE - 1).expect("small"))
+    };
     let roughness = MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * step(i);
     // The last column would be the horizon itself.
     let s = step(j).min(0.9975);
@@ -190,7 +235,9 @@ fn axes(i: usize, j: usize) -> (f64, f64) {
 }
 
 fn main() {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "crates/shading/src/ltc_table.rs".to_owned());
+    let path = std::env::args()
+        .nth(1)
+        .unwrap_or_else(|| "crates/shading/src/ltc_table.rs".to_owned());
     let mut rows = vec![[0.0; 10]; SIZE * SIZE];
     let mut errors = Vec::new();
     for j in 0..SIZE {
@@ -200,7 +247,10 @@ fn main() {
             let cell = fit(roughness, cosine, &mut start);
             rows[i * SIZE + j] = cell.row;
             if cell.error.iter().any(|e| *e > 0.4) {
-                eprintln!("roughness {roughness:.2} cosine {cosine:.3}: {:.2} {:.2}", cell.error[0], cell.error[1]);
+                eprintln!(
+                    "roughness {roughness:.2} cosine {cosine:.3}: {:.2} {:.2}",
+                    cell.error[0], cell.error[1]
+                );
             }
             errors.extend(cell.error);
         }
@@ -222,7 +272,7 @@ fn main() {
         SIZE * SIZE
     );
     for row in rows {
-        let cells: Vec<String> = row.iter().map(|x| format!("{x:.6}")).collect();
+        let cells: Vec<String> = row.iter().map(|x| number(*x)).collect();
         writeln!(text, "    [{}],", cells.join(", ")).expect("a String takes any text");
     }
     text += "];\n";

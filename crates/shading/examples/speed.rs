@@ -1,6 +1,8 @@
 //! The least time for each integral on ordinary segments: what the code costs when nothing else
 //! runs, also on a busy machine. `cargo run --release -p linelit-shading --example speed`
 
+#![allow(clippy::print_stdout, reason = "printing is what the program is for")]
+
 use linelit_geometry::{DVec3, Segment};
 use linelit_shading::{batch, cylinder, phong, point_line, ribbon};
 use linelit_testkit::rng::SplitMix64;
@@ -16,7 +18,10 @@ fn least(name: &str, mut f: impl FnMut()) {
         f();
         best = best.min(start.elapsed().as_secs_f64());
     }
-    println!("{name:<16} {:8.2} ns", best * 1e9 / f64::from(u32::try_from(COUNT).expect("small")));
+    println!(
+        "{name:<16} {:8.2} ns",
+        best * 1e9 / f64::from(u32::try_from(COUNT).expect("small"))
+    );
 }
 
 fn main() {
@@ -35,17 +40,33 @@ fn main() {
         black_box(black_box(&input).iter().map(f).sum::<f64>());
     };
     least("ribbon", || {
-        black_box(black_box(&input).iter().map(|s| ribbon::irradiance(s.p0, s.p1, n)).sum::<f64>());
+        black_box(
+            black_box(&input)
+                .iter()
+                .map(|s| ribbon::irradiance(s.p0, s.p1, n))
+                .sum::<f64>(),
+        );
     });
-    least("ribbon/batch", || batch::ribbons(black_box(&input), n, black_box(&mut out)));
+    least("ribbon/batch", || {
+        batch::ribbons(black_box(&input), n, black_box(&mut out))
+    });
     let column = |f: fn(&Segment) -> f64| input.iter().map(f).collect::<Vec<f64>>();
     let (x0, y0, z0) = (column(|s| s.p0.x), column(|s| s.p0.y), column(|s| s.p0.z));
     let (x1, y1, z1) = (column(|s| s.p1.x), column(|s| s.p1.y), column(|s| s.p1.z));
-    let columns = batch::Columns { p0: [&x0, &y0, &z0], p1: [&x1, &y1, &z1] };
-    least("ribbon/columns", || batch::ribbons_columns(black_box(&columns), n, black_box(&mut out)));
+    let columns = batch::Columns {
+        p0: [&x0, &y0, &z0],
+        p1: [&x1, &y1, &z1],
+    };
+    least("ribbon/columns", || {
+        batch::ribbons_columns(black_box(&columns), n, black_box(&mut out))
+    });
     least("cylinder", || sum(&|s| cylinder::irradiance(s.p0, s.p1, n)));
-    least("point_line", || sum(&|s| point_line::irradiance(s.p0, s.p1, n)));
+    least("point_line", || {
+        sum(&|s| point_line::irradiance(s.p0, s.p1, n))
+    });
     for k in [10.0, 1e3, 1e5] {
-        least(&format!("phong/{k}"), || sum(&|s| phong::ribbon(s.p0, s.p1, n, axis, k)));
+        least(&format!("phong/{k}"), || {
+            sum(&|s| phong::ribbon(s.p0, s.p1, n, axis, k))
+        });
     }
 }

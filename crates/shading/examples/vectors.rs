@@ -2,6 +2,11 @@
 //! median error for each file and class, and exits 1 above the stated bounds.
 //!
 //! `cargo run --release -p linelit-shading --example vectors -- crates/shading/tests/vectors`
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "printing is what the program is for"
+)]
 
 #[path = "../tests/common/reference.rs"]
 mod reference;
@@ -17,7 +22,11 @@ fn main() -> ExitCode {
     match reference::run(Path::new(&folder)) {
         Ok(report) => {
             print!("{}", report.table());
-            if report.holds() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+            if report.holds() {
+                ExitCode::SUCCESS
+            } else {
+                ExitCode::FAILURE
+            }
         }
         Err(message) => {
             eprintln!("vectors: {message}");

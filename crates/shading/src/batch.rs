@@ -19,7 +19,12 @@ pub struct Columns<'a> {
 
 impl Columns<'_> {
     fn len(&self) -> usize {
-        self.p0.iter().chain(&self.p1).map(|c| c.len()).min().unwrap_or(0)
+        self.p0
+            .iter()
+            .chain(&self.p1)
+            .map(|c| c.len())
+            .min()
+            .unwrap_or(0)
     }
 
     fn segment(&self, i: usize) -> (DVec3, DVec3) {
@@ -66,15 +71,28 @@ pub fn ribbons_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
     let count = columns.len().min(out.len());
     let level = Level::best();
     let whole = count - count % LANES;
-    for (index, values) in out[..whole].as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+    for (index, values) in out[..whole]
+        .as_chunks_mut::<LANES>()
+        .0
+        .iter_mut()
+        .enumerate()
+    {
         let at = index * LANES;
         let block: Block<'_> = std::array::from_fn(|j| {
-            let column = if j < 3 { columns.p0[j] } else { columns.p1[j - 3] };
+            let column = if j < 3 {
+                columns.p0[j]
+            } else {
+                columns.p1[j - 3]
+            };
             &column[..whole].as_chunks::<LANES>().0[index]
         });
         let trusted = simd::ribbons(&block, n, values, level);
         if trusted != u8::MAX {
-            for (i, value) in values.iter_mut().enumerate().filter(|(i, _)| trusted >> i & 1 == 0) {
+            for (i, value) in values
+                .iter_mut()
+                .enumerate()
+                .filter(|(i, _)| trusted >> i & 1 == 0)
+            {
                 let (p0, p1) = columns.segment(at + i);
                 *value = ribbon::general(p0, p1, n);
             }
@@ -106,8 +124,9 @@ mod tests {
                 let scale = 10f64.powf(rng.in_range(-3.0, 3.0));
                 DVec3::from_array(rng.unit_vector()) * scale + DVec3::Z * rng.in_range(0.0, 2.0)
             };
-            let segments: Vec<Segment> =
-                (0..count).map(|_| Segment::new(point(&mut rng), point(&mut rng))).collect();
+            let segments: Vec<Segment> = (0..count)
+                .map(|_| Segment::new(point(&mut rng), point(&mut rng)))
+                .collect();
             let n = DVec3::from_array(rng.unit_vector());
             let (mut fast, mut slow) = (vec![-1.0; count], vec![-2.0; count]);
             ribbons(&segments, n, &mut fast);

@@ -68,6 +68,10 @@ pub(crate) fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 
 /// Nothing below zero, nothing infinite, no NaN.
 #[inline(always)]
+#[allow(
+    clippy::manual_clamp,
+    reason = "clamp would let NaN through; max replaces it by zero"
+)]
 pub(crate) fn settle(value: f64) -> f64 {
     value.max(0.0).min(f64::MAX)
 }

@@ -89,7 +89,17 @@ impl<const N: usize> Fan<N> {
         if sine <= 0.0 && angle > 1.0 {
             return None;
         }
-        Some(Self { ends, radii, values, length, normal, sine, angle, half_sine: (0.5 * angle).sin(), unit })
+        Some(Self {
+            ends,
+            radii,
+            values,
+            length,
+            normal,
+            sine,
+            angle,
+            half_sine: (0.5 * angle).sin(),
+            unit,
+        })
     }
 
     /// l/(r0 r1): (1/h) sin δ, finite also for h → 0.
@@ -115,7 +125,11 @@ impl<const N: usize> Fan<N> {
         }
         let middle = w.sin() / self.sine;
         let near = (half - w).max(0.0).sin() / self.half_sine + middle;
-        if v <= half { [near, middle] } else { [middle, near] }
+        if v <= half {
+            [near, middle]
+        } else {
+            [middle, near]
+        }
     }
 
     /// `k·ω` at the arc angle `v` from its values at the ends.
@@ -126,7 +140,10 @@ impl<const N: usize> Fan<N> {
 
     /// The derivative of `k·ω` by the arc angle at the first end: `k·t` for the unit tangent t.
     pub(crate) fn slope(&self, k: DVec3) -> f64 {
-        dot(k, predicates::cross(self.normal, self.ends[0] / self.radii[0]))
+        dot(
+            k,
+            predicates::cross(self.normal, self.ends[0] / self.radii[0]),
+        )
     }
 }
 

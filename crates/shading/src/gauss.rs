@@ -152,10 +152,24 @@ mod tests {
         for i in 0..20_000 {
             let x = -f64::from(i) * 0.0371;
             let want = if x < -700.0 { 0.0 } else { x.exp() };
-            assert_close!(exp_negative(x), want, rel = 3.0 * f64::EPSILON, "exp({x}), both rounded");
+            assert_close!(
+                exp_negative(x),
+                want,
+                rel = 3.0 * f64::EPSILON,
+                "exp({x}), both rounded"
+            );
             let q = f64::from(i) * 1e-5;
-            let want = if q > 0.0 { 0.5 * (2.0 * q / (1.0 - q)).ln_1p() / q } else { 1.0 };
-            assert_close!(atanh_ratio(q), want, rel = 4.0 * f64::EPSILON, "atanh({q}), both rounded");
+            let want = if q > 0.0 {
+                0.5 * (2.0 * q / (1.0 - q)).ln_1p() / q
+            } else {
+                1.0
+            };
+            assert_close!(
+                atanh_ratio(q),
+                want,
+                rel = 4.0 * f64::EPSILON,
+                "atanh({q}), both rounded"
+            );
         }
     }
 }

@@ -33,7 +33,12 @@ pub struct ClippedSegment {
 pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {
     let (c0, c1) = (dot(k, p0), dot(k, p1));
     if c0 >= 0.0 && c1 >= 0.0 && c0 + c1 > 0.0 {
-        return Some(ClippedSegment { p0, p1, cosines: [c0, c1], fraction: 1.0 });
+        return Some(ClippedSegment {
+            p0,
+            p1,
+            cosines: [c0, c1],
+            fraction: 1.0,
+        });
     }
     cut(p0, p1, k, c0, c1)
 }
@@ -48,9 +53,19 @@ fn cut(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> Option<ClippedSegmen
     // The signs differ, so this difference adds magnitudes.
     let span = c1 - c0;
     Some(if c0 < 0.0 {
-        ClippedSegment { p0: q, p1, cosines: [0.0, c1], fraction: c1 / span }
+        ClippedSegment {
+            p0: q,
+            p1,
+            cosines: [0.0, c1],
+            fraction: c1 / span,
+        }
     } else {
-        ClippedSegment { p0, p1: q, cosines: [c0, 0.0], fraction: -c0 / span }
+        ClippedSegment {
+            p0,
+            p1: q,
+            cosines: [c0, 0.0],
+            fraction: -c0 / span,
+        }
     })
 }
 
@@ -71,7 +86,9 @@ pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linelit_testkit::{assert_close, precise::Precise, real::Real, real::vector, rng::SplitMix64};
+    use linelit_testkit::{
+        assert_close, precise::Precise, real::Real, real::vector, rng::SplitMix64,
+    };
 
     #[test]
     fn nothing_above_is_nothing() {
@@ -90,22 +107,34 @@ mod tests {
             let (p0, k) = (random(&mut rng), random(&mut rng));
             let near = 10f64.powf(rng.in_range(-14.0, 0.0));
             let p1 = random(&mut rng) * near - p0 * rng.in_range(0.1, 3.0);
-            let Some(clipped) = clip_segment(p0, p1, k) else { continue };
+            let Some(clipped) = clip_segment(p0, p1, k) else {
+                continue;
+            };
             if clipped.fraction > 0.999_999 {
                 continue;
             }
-            let q = if clipped.cosines[0] > 0.0 { clipped.p1 } else { clipped.p0 };
+            let q = if clipped.cosines[0] > 0.0 {
+                clipped.p1
+            } else {
+                clipped.p0
+            };
             let [a, b, n] = [p0, p1, k].map(|v| vector::<Precise>(v.to_array()));
             let c = |v: &[Precise; 3]| linelit_testkit::real::dot(&n, v);
             let (c0, c1) = (c(&a), c(&b));
             let exact = [0, 1, 2].map(|i| {
-                ((a[i].clone() * c1.clone() - b[i].clone() * c0.clone()) / (c1.clone() - c0.clone()))
-                    .to_f64()
+                ((a[i].clone() * c1.clone() - b[i].clone() * c0.clone())
+                    / (c1.clone() - c0.clone()))
+                .to_f64()
             });
             let want = DVec3::from_array(exact);
             let error = (q - want).length() / want.length();
             // 8 (cancellation) times 4 roundings, and the cosines' own 2 eps, times two.
-            assert_close!(error, 0.0, 50.0 * f64::EPSILON, "case {case}, near {near:e}");
+            assert_close!(
+                error,
+                0.0,
+                50.0 * f64::EPSILON,
+                "case {case}, near {near:e}"
+            );
         }
     }
 }

@@ -33,8 +33,16 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
     let lobe = N - 1;
     let [z0, z1] = [fan.cosine(lobe, 0), fan.cosine(lobe, 1)];
     if fan.sine <= 0.0 {
-        // All in one direction.
-        let flat: f64 = (0..lobe).map(|i| fan.cosine(i, 0)).product();
+        // All in one direction, in which a factor (like 1/|p|) may still change linearly.
+        let ends = |i: usize| {
+            if i < lobe {
+                [fan.cosine(i, 0), fan.cosine(i, 1)]
+            } else {
+                [1.0; 2]
+            }
+        };
+        let ([a0, a1], [b0, b1]) = (ends(0), ends(1));
+        let flat = (2.0 * (a0 * b0 + a1 * b1) + (a0 * b1 + a1 * b0)) / 6.0;
         return settle(fan.reach() * flat * z0.powf(k));
     }
     let rise = fan.slope(axis);
@@ -63,7 +71,14 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
 }
 
 /// The integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.
-fn side<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, k: f64, sign: f64) -> f64 {
+fn side<const N: usize>(
+    fan: &Fan<N>,
+    start: f64,
+    width: f64,
+    slope: f64,
+    k: f64,
+    sign: f64,
+) -> f64 {
     let window = window(k, slope);
     let rough = k < SMOOTH && k.fract() != 0.0;
     let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
@@ -85,13 +100,22 @@ fn panel<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, sign:
     let mut factors = [[1.0; 2]; 2];
     let far = if sign > 0.0 { fan.angle - start } else { start };
     // An end of the arc is met exactly.
-    let v = if width < far { start + sign * width } else { start + sign * far };
+    let v = if width < far {
+        start + sign * width
+    } else {
+        start + sign * far
+    };
     let (near, far) = (fan.weights(start), fan.weights(v));
     for (i, factor) in factors.iter_mut().enumerate().take(N - 1) {
         let ends = [fan.cosine(i, 0), fan.cosine(i, 1)];
         *factor = [near, far].map(|w| w[0] * ends[0] + w[1] * ends[1]);
     }
-    Panel { half_tan: (0.5 * width).tan(), slope, factors, count: N - 1 }
+    Panel {
+        half_tan: (0.5 * width).tan(),
+        slope,
+        factors,
+        count: N - 1,
+    }
 }
 
 impl Panel {
@@ -153,7 +177,11 @@ impl Panel {
 
 /// (1 + fall)ᵏ, 1 for k = 0.
 fn power(fall: f64, k: f64) -> f64 {
-    if k > 0.0 { (k * fall.ln_1p()).exp() } else { 1.0 }
+    if k > 0.0 {
+        (k * fall.ln_1p()).exp()
+    } else {
+        1.0
+    }
 }
 
 /// The sum in a fixed order of pairs, the same for every vector width.
@@ -163,7 +191,8 @@ fn total(terms: &[f64; NODES]) -> f64 {
     for i in 0..8 {
         lanes[i] = terms[i] + (terms[i + 8] + terms[i + 16]);
     }
-    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
+    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5]))
+        + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
 }
 
 /// ∫ over `piece` where the lobe ends at `horizon` like (horizon − x)ᵏ with a small k that is no

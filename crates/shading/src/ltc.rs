@@ -10,8 +10,8 @@
 //!
 //! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq. 5.
 
-use crate::{cylinder, horizon, polygon};
 use crate::ltc_table::{SIZE, TABLE};
+use crate::{cylinder, horizon, polygon};
 use linelit_geometry::{DMat3, DVec3, Frame};
 use std::f64::consts::PI;
 
@@ -32,7 +32,11 @@ impl Ltc {
     /// The lobe of a map M (invertible) and an albedo.
     #[must_use]
     pub fn new(to_world: DMat3, albedo: f64) -> Self {
-        Self { to_world, to_cosine: to_world.inverse(), albedo }
+        Self {
+            to_world,
+            to_cosine: to_world.inverse(),
+            albedo,
+        }
     }
 
     /// The density of the lobe in a unit direction of the local frame, per solid angle; it
@@ -111,7 +115,12 @@ impl GgxLobes {
             );
             Ltc::new(to_world, albedo)
         };
-        Self { lobes: [lobe(&row[2..6], f0 * row[0]), lobe(&row[6..10], (1.0 - f0) * row[1])] }
+        Self {
+            lobes: [
+                lobe(&row[2..6], f0 * row[0]),
+                lobe(&row[6..10], (1.0 - f0) * row[1]),
+            ],
+        }
     }
 
     /// The directional albedo.
@@ -147,7 +156,11 @@ fn lookup(roughness: f64, cosine: f64) -> [f64; 10] {
     let place = |x: f64| {
         let x = x.clamp(0.0, 1.0) * cells;
         let cell = x.floor().min(cells - 1.0);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to SIZE − 2")]
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0 to SIZE − 2"
+        )]
         let index = cell as usize;
         (index, x - cell)
     };
@@ -174,7 +187,10 @@ mod tests {
         let n = DVec3::new(0.3, -0.2, 0.9).normalize();
         let tangent = n.cross(DVec3::X).normalize();
         let wo = n * cosine + tangent * (1.0 - cosine * cosine).sqrt();
-        (GgxLobes::new(roughness, cosine, f0), Frame::from_normal_and_tangent(n, wo))
+        (
+            GgxLobes::new(roughness, cosine, f0),
+            Frame::from_normal_and_tangent(n, wo),
+        )
     }
 
     /// The closed form over a light against 40 × 40 Gauss nodes of the density on it.
@@ -192,7 +208,12 @@ mod tests {
                 ltc.value(frame.to_local(p / r)) * normal.dot(p).abs() / (r * r * r)
             };
             let want = rule.integrate_2d([0.0, 1.0], [0.0, 1.0], inside);
-            assert_close!(ltc.polygon(&frame, &quad), want, rel = 1e-11, "smooth over the light: 1e-13");
+            assert_close!(
+                ltc.polygon(&frame, &quad),
+                want,
+                rel = 1e-11,
+                "smooth over the light: 1e-13"
+            );
         }
     }
 
@@ -205,8 +226,12 @@ mod tests {
         for radius in [1e-2, 1e-3, 1e-4] {
             let r = side * radius;
             let strip = ltc.polygon(&frame, &[p0 - r, p1 - r, p1 + r, p0 + r]) / radius;
-            assert_close!(ltc.line(&frame, p0, p1), strip, rel = 20.0 * radius * radius + 1e-10,
-                "second order in the width");
+            assert_close!(
+                ltc.line(&frame, p0, p1),
+                strip,
+                rel = 20.0 * radius * radius + 1e-10,
+                "second order in the width"
+            );
         }
     }
 
@@ -215,7 +240,10 @@ mod tests {
     fn lobes_are_as_near_to_ggx_as_published() {
         let rule = gauss_legendre(64);
         for (roughness, cosine) in [(0.4, 0.95), (0.55, 0.5), (0.8, 0.3), (0.95, 0.8)] {
-            let ggx = Ggx { alpha: roughness * roughness, f0: DVec3::splat(0.3) };
+            let ggx = Ggx {
+                alpha: roughness * roughness,
+                f0: DVec3::splat(0.3),
+            };
             let ltc = GgxLobes::new(roughness, cosine, 0.3);
             let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
             let gap = |z: f64, phi: f64| {
@@ -224,7 +252,10 @@ mod tests {
                 (ltc.value(w) - ggx.value(w, wo).x * z).abs()
             };
             let l1 = 2.0 / ltc.albedo() * rule.integrate_2d([0.0, 1.0], [0.0, PI], gap);
-            assert!(l1 < FIT_ERROR, "roughness {roughness} cosine {cosine}: {l1}");
+            assert!(
+                l1 < FIT_ERROR,
+                "roughness {roughness} cosine {cosine}: {l1}"
+            );
         }
     }
 }

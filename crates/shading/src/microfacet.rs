@@ -98,7 +98,11 @@ impl Ggx {
         let h = DVec3::new(a * cap.x, a * cap.y, cap.z.max(0.0)).try_normalize()?;
         let wi = h * (2.0 * h.dot(wo)) - wo;
         let pdf = self.pdf(wi, wo);
-        (wi.z > 0.0 && pdf > 0.0).then(|| DirectionSample { wi, value: self.value(wi, wo), pdf })
+        (wi.z > 0.0 && pdf > 0.0).then(|| DirectionSample {
+            wi,
+            value: self.value(wi, wo),
+            pdf,
+        })
     }
 }
 
@@ -125,24 +129,38 @@ mod tests {
     fn samples_follow_their_density() {
         let cases = [(0.9, 0.9), (0.5, 0.4), (0.3, 0.8), (1.0, 0.1)];
         for (case, (alpha, cosine)) in cases.into_iter().enumerate() {
-            let ggx = Ggx { alpha, f0: DVec3::splat(0.04) };
+            let ggx = Ggx {
+                alpha,
+                f0: DVec3::splat(0.04),
+            };
             let wo = direction(cosine);
             let mut rng = SplitMix64::new(40 + u64::try_from(case).expect("small"));
             let total = 200_000u32;
             let mut observed = vec![0u64; 8 * 16 + 1];
             for _ in 0..total {
-                let cell = ggx.sample(wo, [rng.next_f64(), rng.next_f64()]).map_or(128, |s| cell(s.wi));
+                let cell = ggx
+                    .sample(wo, [rng.next_f64(), rng.next_f64()])
+                    .map_or(128, |s| cell(s.wi));
                 observed[cell] += 1;
             }
-            let mut expected: Vec<f64> = (0..128).map(|i| f64::from(total) * mass(&ggx, wo, i)).collect();
+            let mut expected: Vec<f64> = (0..128)
+                .map(|i| f64::from(total) * mass(&ggx, wo, i))
+                .collect();
             expected.push((f64::from(total) - expected.iter().sum::<f64>()).max(0.0));
             let result = chi2::chi2_test(&observed, &expected, 5.0);
             let alpha_each = chi2::sidak(1e-3, cases.len());
-            assert!(result.p_value > alpha_each, "alpha {alpha} cosine {cosine}: {result:?}");
+            assert!(
+                result.p_value > alpha_each,
+                "alpha {alpha} cosine {cosine}: {result:?}"
+            );
         }
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cells are small")]
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "cells are small"
+    )]
     fn cell(w: DVec3) -> usize {
         let column = ((w.y.atan2(w.x) / (2.0 * PI) + 0.5) * 16.0).clamp(0.0, 15.0) as usize;
         (w.z * 8.0).clamp(0.0, 7.0) as usize * 16 + column
@@ -171,7 +189,10 @@ mod tests {
                 DVec3::new(v.x, v.y, v.z.abs().max(1e-3)).normalize()
             };
             let (a, b) = (up(), up());
-            let ggx = Ggx { alpha: 0.3, f0: DVec3::splat(0.5) };
+            let ggx = Ggx {
+                alpha: 0.3,
+                f0: DVec3::splat(0.5),
+            };
             let (ab, ba) = (ggx.value(a, b).x, ggx.value(b, a).x);
             // A dozen roundings each; the half vector is the same sum.
             assert!((ab - ba).abs() <= 64.0 * f64::EPSILON * ab, "{a} {b}");

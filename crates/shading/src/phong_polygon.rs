@@ -65,7 +65,10 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
         return settle(length * cubature(polygon, n, unit_axis, k));
     }
     let turn = orientation(polygon);
-    let edges = || (0..count).filter_map(|i| Edge::new(polygon[i], polygon[(i + 1) % count], n, unit_axis, turn));
+    let edges = || {
+        (0..count)
+            .filter_map(|i| Edge::new(polygon[i], polygon[(i + 1) % count], n, unit_axis, turn))
+    };
     // How far the axis is outside of the polygon, at most.
     let outside = edges().map(|e| -e.distance).fold(0.0, f64::max);
     let tail = k * outside * outside > 2.0;
@@ -94,7 +97,9 @@ fn peak(polygon: &[DVec3], w: DVec3) -> f64 {
     let mut best: f64 = 0.0;
     let mut inside = true;
     for i in 0..count {
-        let Some(edge) = Edge::new(polygon[i], polygon[(i + 1) % count], w, w, turn) else { continue };
+        let Some(edge) = Edge::new(polygon[i], polygon[(i + 1) % count], w, w, turn) else {
+            continue;
+        };
         inside &= edge.distance >= 0.0;
         let x = 0.0f64.clamp(edge.from, edge.to);
         best = best.max(edge.reach * x.cos());
@@ -112,7 +117,10 @@ fn orientation(polygon: &[DVec3]) -> f64 {
 /// sum over the edges would cancel.
 fn is_mild(polygon: &[DVec3], w: DVec3, k: f64) -> bool {
     let first = polygon[0];
-    let reach = polygon.iter().map(|p| (*p - first).length_squared()).fold(0.0, f64::max);
+    let reach = polygon
+        .iter()
+        .map(|p| (*p - first).length_squared())
+        .fold(0.0, f64::max);
     if reach > 0.16 * first.length_squared() {
         return false;
     }
@@ -146,7 +154,10 @@ fn clip(vertices: &[DVec3], n: DVec3, w: DVec3) -> Option<([DVec3; CAPACITY], us
     if vertices.len() < 3 || vertices.len() > 24 {
         return None;
     }
-    let largest = vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let largest = vertices
+        .iter()
+        .map(|v| v.abs().max_element())
+        .fold(0.0, f64::max);
     let unit = power_of_two_unit(largest)?;
     let mut first = [DVec3::ZERO; CAPACITY];
     for (to, from) in first.iter_mut().zip(vertices) {
@@ -188,19 +199,29 @@ impl Edge {
         let start = dot(w, a) / fan.radii[0];
         let rise = fan.slope(w);
         let centre = rise.atan2(start);
-        Some(Self {
-            from: -centre,
-            to: fan.angle - centre,
-            distance: turn * dot(fan.normal, w),
-            reach: start.hypot(rise),
-            lean: turn * dot(fan.normal, n),
-        }
-        .oriented(turn))
+        Some(
+            Self {
+                from: -centre,
+                to: fan.angle - centre,
+                distance: turn * dot(fan.normal, w),
+                reach: start.hypot(rise),
+                lean: turn * dot(fan.normal, n),
+            }
+            .oriented(turn),
+        )
     }
 
     /// Runs the other way round where the polygon does.
     fn oriented(self, turn: f64) -> Self {
-        if turn > 0.0 { self } else { Self { from: -self.to, to: -self.from, ..self } }
+        if turn > 0.0 {
+            self
+        } else {
+            Self {
+                from: -self.to,
+                to: -self.from,
+                ..self
+            }
+        }
     }
 
     /// 1 − z² at x.
@@ -213,13 +234,18 @@ impl Edge {
         let (from, to) = (self.from, self.to);
         if self.reach < 1e-12 {
             // On the lobe's own horizon, where the clip has cut: z = 0 all along.
-            return if tail { 0.0 } else { facing * self.distance * (to - from) };
+            return if tail {
+                0.0
+            } else {
+                facing * self.distance * (to - from)
+            };
         }
         // The highest point of the lobe on the edge, and the window about it.
         let peak = 0.0f64.clamp(from, to);
         let width = window(k, peak.abs().tan());
         let (low, high) = ((peak - width).max(from), (peak + width).min(to));
-        let mut sum = self.panel(low, peak, k, facing, tail) + self.panel(peak, high, k, facing, tail);
+        let mut sum =
+            self.panel(low, peak, k, facing, tail) + self.panel(peak, high, k, facing, tail);
         if !tail {
             sum += facing * (self.azimuth(from, low) + self.azimuth(high, to));
         }
@@ -256,8 +282,16 @@ impl Edge {
         let rough = k < 6.0 && k.fract() != 0.0;
         if rough && FRAC_PI_2 - b.abs().max(a.abs()) < b - a {
             let middle = 0.5 * (a + b);
-            let inner = if b.abs() >= a.abs() { (a, middle) } else { (middle, b) };
-            let outer = if b.abs() >= a.abs() { (middle, b) } else { (a, middle) };
+            let inner = if b.abs() >= a.abs() {
+                (a, middle)
+            } else {
+                (middle, b)
+            };
+            let outer = if b.abs() >= a.abs() {
+                (middle, b)
+            } else {
+                (a, middle)
+            };
             return self.plain(inner.0, inner.1, k, facing, tail)
                 + self.near_horizon(outer.0, outer.1, k, facing, tail);
         }

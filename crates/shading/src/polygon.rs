@@ -73,7 +73,10 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
         }
         return sum;
     }
-    let largest = vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let largest = vertices
+        .iter()
+        .map(|v| v.abs().max_element())
+        .fold(0.0, f64::max);
     let Some(unit) = power_of_two_unit(largest) else {
         return 0.0;
     };
@@ -83,7 +86,10 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
     }
     let scaled = &scaled[..vertices.len()];
     let first = scaled[0];
-    let reach = scaled.iter().map(|p| (*p - first).length_squared()).fold(0.0, f64::max);
+    let reach = scaled
+        .iter()
+        .map(|p| (*p - first).length_squared())
+        .fold(0.0, f64::max);
     if reach < 0.25 * first.length_squared() {
         centred(scaled, n)
     } else {
@@ -194,8 +200,8 @@ fn centred(vertices: &[DVec3], n: DVec3) -> f64 {
         let cos = (a.dot(origin + e) / product).clamp(0.0, 1.0);
         let excess = sine_squared * arc_excess(cos);
         let weight = (excess + 1.0) / product;
-        let change = excess / product
-            - (radius * (d_last + d) + d_last * d) / (radius * radius * product);
+        let change =
+            excess / product - (radius * (d_last + d) + d_last * d) / (radius * radius * product);
         direct += weight * dot(predicates::cross(last, e), n);
         lever += step * change;
         (last, r_last, d_last) = (e, r, d);
@@ -227,10 +233,17 @@ mod tests {
             assert_close!(e, PI / 2.0, rel = gap, "{count}-gon against the disk");
             let by_fan: f64 = {
                 let ring = ring(count, 1.0, 1.0);
-                (1..ring.len() - 1).map(|i| signed(&[ring[0], ring[i], ring[i + 1]], DVec3::Z)).sum()
+                (1..ring.len() - 1)
+                    .map(|i| signed(&[ring[0], ring[i], ring[i + 1]], DVec3::Z))
+                    .sum()
             };
             let tolerance = 8.0 * f64::EPSILON * f64::from(count);
-            assert_close!(e, by_fan, rel = tolerance, "a few roundings for each of {count} triangles");
+            assert_close!(
+                e,
+                by_fan,
+                rel = tolerance,
+                "a few roundings for each of {count} triangles"
+            );
         }
     }
 
@@ -238,7 +251,12 @@ mod tests {
     fn degenerate_is_zero() {
         assert_close!(irradiance(&[], DVec3::Z), 0.0, 0.0, "nothing");
         assert_close!(irradiance(&[DVec3::Z; 3], DVec3::Z), 0.0, 0.0, "a point");
-        assert_close!(irradiance(&[DVec3::NAN; 3], DVec3::Z), 0.0, 0.0, "no number");
+        assert_close!(
+            irradiance(&[DVec3::NAN; 3], DVec3::Z),
+            0.0,
+            0.0,
+            "no number"
+        );
         let below = [DVec3::X, DVec3::Y, DVec3::NEG_Z];
         assert_close!(irradiance(&below, DVec3::Z), 0.0, 0.0, "below the horizon");
     }

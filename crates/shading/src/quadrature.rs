@@ -52,7 +52,10 @@ pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget
     let mut stack = [(a, b, DVec3::ZERO); STACK];
     let mut waiting = 1;
     stack[0].2 = rule(a, b);
-    let mut estimate = Estimate { evaluations: 10, ..Estimate::default() };
+    let mut estimate = Estimate {
+        evaluations: 10,
+        ..Estimate::default()
+    };
     let mut size = stack[0].2.abs().max_element();
     while waiting > 0 {
         waiting -= 1;
@@ -124,9 +127,21 @@ pub fn line(
     let closeness = [1.0 / fan.radii[0], 1.0 / fan.radii[1]];
     let start = fan.ends[0] / fan.radii[0];
     if fan.sine <= 0.0 {
-        let inverse = if model == Model::Ribbon { closeness[0] } else { 1.0 };
-        let factor = if model == Model::Cylinder { 0.0 } else { fan.reach() * cosines[0] * inverse };
-        return Estimate { value: f(start) * factor, error: 0.0, evaluations: 1 };
+        let inverse = if model == Model::Ribbon {
+            0.5 * (closeness[0] + closeness[1])
+        } else {
+            1.0
+        };
+        let factor = if model == Model::Cylinder {
+            0.0
+        } else {
+            fan.reach() * cosines[0] * inverse
+        };
+        return Estimate {
+            value: f(start) * factor,
+            error: 0.0,
+            evaluations: 1,
+        };
     }
     let tangent = fan.normal.cross(start);
     let (factor, units) = match model {
@@ -136,7 +151,11 @@ pub fn line(
     };
     let along = |v: f64| {
         let (s, c) = v.sin_cos();
-        let emitted = if model == Model::PointLine { 1.0 } else { fan.cosine_at(closeness, v) };
+        let emitted = if model == Model::PointLine {
+            1.0
+        } else {
+            fan.cosine_at(closeness, v)
+        };
         f(start * c + tangent * s) * (fan.cosine_at(cosines, v) * emitted)
     };
     let mut estimate = adaptive(along, 0.0, fan.angle, tolerance, budget);

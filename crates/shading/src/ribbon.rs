@@ -108,7 +108,11 @@ pub enum Sides {
 #[inline]
 #[must_use]
 pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
-    let near = if p0.length_squared() <= p1.length_squared() { p0 } else { p1 };
+    let near = if p0.length_squared() <= p1.length_squared() {
+        p0
+    } else {
+        p1
+    };
     let height = -dot(m, near);
     match sides {
         Sides::One => height.max(0.0),

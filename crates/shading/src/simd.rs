@@ -6,7 +6,9 @@
 //! tests hold them to it. The only unsafe code is loading and storing whole registers and calling a
 //! function compiled for a CPU feature after detecting it.
 
-use crate::gauss::{INVERSE_FACTORIALS, LN2_HIGH, LN2_LOW, NODE, NODES, ODD_RECIPROCALS, SHIFT, WEIGHT};
+use crate::gauss::{
+    INVERSE_FACTORIALS, LN2_HIGH, LN2_LOW, NODE, NODES, ODD_RECIPROCALS, SHIFT, WEIGHT,
+};
 use crate::lobe::Panel;
 use crate::special::LUNE;
 use linelit_geometry::DVec3;
@@ -19,7 +21,10 @@ pub(crate) type Block<'a> = [&'a [f64; LANES]; 6];
 
 /// The ribbon integrals of a block, and a bit for each lane that may be trusted.
 #[inline]
-#[allow(unsafe_code, reason = "calling a function compiled for a detected CPU feature")]
+#[allow(
+    unsafe_code,
+    reason = "calling a function compiled for a detected CPU feature"
+)]
 pub(crate) fn ribbons(block: &Block<'_>, n: DVec3, out: &mut [f64; LANES], level: Level) -> u8 {
     match level {
         #[cfg(target_arch = "x86_64")]
@@ -44,7 +49,10 @@ pub(crate) fn ribbons(block: &Block<'_>, n: DVec3, out: &mut [f64; LANES], level
 
 /// The terms of a lobe's panel.
 #[inline]
-#[allow(unsafe_code, reason = "calling a function compiled for a detected CPU feature")]
+#[allow(
+    unsafe_code,
+    reason = "calling a function compiled for a detected CPU feature"
+)]
 pub(crate) fn panel(panel: &Panel, k: f64, terms: &mut [f64; NODES], level: Level) {
     match level {
         #[cfg(target_arch = "x86_64")]
@@ -177,7 +185,10 @@ macro_rules! kernels {
             let clamped = max(x, splat(-700.0));
             let shifted = add(mul(clamped, splat(std::f64::consts::LOG2_E)), splat(SHIFT));
             let n = sub(shifted, splat(SHIFT));
-            let r = sub(sub(clamped, mul(n, splat(LN2_HIGH))), mul(n, splat(LN2_LOW)));
+            let r = sub(
+                sub(clamped, mul(n, splat(LN2_HIGH))),
+                mul(n, splat(LN2_LOW)),
+            );
             let c = &INVERSE_FACTORIALS;
             let r2 = mul(r, r);
             let r4 = mul(r2, r2);
@@ -214,7 +225,10 @@ macro_rules! kernels {
             let wide = add(one, mul(end, end));
             let factor = |i: usize, s: V| {
                 let [from, to] = panel.factors[i];
-                let near = mul(mul(sub(one, s), add(one, mul(end, mul(end, s)))), splat(from));
+                let near = mul(
+                    mul(sub(one, s), add(one, mul(end, mul(end, s)))),
+                    splat(from),
+                );
                 add(near, mul(mul(s, wide), splat(to)))
             };
             for part in 0..NODES / $width {
@@ -447,7 +461,10 @@ mod tests {
                     terms.map(f64::to_bits)
                 })
                 .collect();
-            assert!(results.iter().all(|r| *r == results[0]), "{panel_data:?} {k}");
+            assert!(
+                results.iter().all(|r| *r == results[0]),
+                "{panel_data:?} {k}"
+            );
         }
     }
 
@@ -455,7 +472,8 @@ mod tests {
     fn ribbons_have_the_same_bits_at_every_level() {
         let mut rng = SplitMix64::new(6);
         for _ in 0..2000 {
-            let columns: [[f64; LANES]; 6] = std::array::from_fn(|_| std::array::from_fn(|_| rng.in_range(-1.0, 1.5)));
+            let columns: [[f64; LANES]; 6] =
+                std::array::from_fn(|_| std::array::from_fn(|_| rng.in_range(-1.0, 1.5)));
             let block: Block<'_> = std::array::from_fn(|j| &columns[j]);
             let n = DVec3::from_array(rng.unit_vector());
             let results: Vec<([u64; LANES], u8)> = levels()

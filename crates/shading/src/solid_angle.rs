@@ -36,12 +36,20 @@ pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 /// **Formula**: the sum of [`triangle`] over a fan, all of one sign. **Error**: as there.
 #[must_use]
 pub fn polygon(vertices: &[DVec3]) -> f64 {
-    let largest = vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let largest = vertices
+        .iter()
+        .map(|v| v.abs().max_element())
+        .fold(0.0, f64::max);
     let Some(unit) = power_of_two_unit(largest) else {
         return 0.0;
     };
     let fan = |pair: &[DVec3]| signed(vertices[0] * unit, pair[0] * unit, pair[1] * unit);
-    settle(vertices.get(1..).map_or(0.0, |rest| rest.windows(2).map(fan).sum::<f64>()).abs())
+    settle(
+        vertices
+            .get(1..)
+            .map_or(0.0, |rest| rest.windows(2).map(fan).sum::<f64>())
+            .abs(),
+    )
 }
 
 /// The solid angle of the rectangle (or parallelogram) with corner `o` and sides `u` and `v`.
@@ -165,7 +173,12 @@ mod tests {
     #[test]
     fn edge_on_and_degenerate() {
         let (a, b, c) = (DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0));
-        assert_close!(triangle(a, b, c), 0.0, 0.0, "in the plane of the shading point");
+        assert_close!(
+            triangle(a, b, c),
+            0.0,
+            0.0,
+            "in the plane of the shading point"
+        );
         assert_close!(triangle(a, a, c), 0.0, 0.0, "no area");
         assert_close!(polygon(&[a, b]), 0.0, 0.0, "no polygon");
     }
@@ -174,7 +187,12 @@ mod tests {
     fn spheres() {
         assert_close!(sphere(DVec3::Z * 2.0, 3.0), 4.0 * PI, 0.0, "within");
         let want = PI * 1e-16;
-        assert_close!(sphere(DVec3::Z, 1e-8), want, rel = 8.0 * f64::EPSILON, "far: pi s^2");
+        assert_close!(
+            sphere(DVec3::Z, 1e-8),
+            want,
+            rel = 8.0 * f64::EPSILON,
+            "far: pi s^2"
+        );
         // Half of the sphere below the horizon, from symmetry of the integral over the sphere:
         // the two halves of a sphere cut by its own centre plane add up as seen by n and -n.
         let e = sphere_projected(DVec3::X, 0.5, DVec3::Z);

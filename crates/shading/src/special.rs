@@ -150,7 +150,10 @@ mod tests {
             assert!(want.scaled_error(lune(c), 0.0) < tolerance, "lune {c}");
             assert!(ratio.scaled_error(arc(c), 0.0) < tolerance, "arc {c}");
             let want = (ratio - one) / square;
-            assert!(want.scaled_error(arc_excess(c), 0.0) < tolerance, "excess {c}");
+            assert!(
+                want.scaled_error(arc_excess(c), 0.0) < tolerance,
+                "excess {c}"
+            );
         }
         assert!((lune(1.0) - 2.0 / 3.0).abs() < 2.0 * f64::EPSILON);
     }

@@ -38,7 +38,11 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, xi: DVec3, lambda: f64) -> f64 {
     integrate(p0, p1, n, xi, lambda, true, |fan| {
         let reach = fan.reach();
-        if reach > 0.0 { 2.0 * fan.sine / reach * fan.unit } else { 0.0 }
+        if reach > 0.0 {
+            2.0 * fan.sine / reach * fan.unit
+        } else {
+            0.0
+        }
     })
 }
 
@@ -63,9 +67,13 @@ fn integrate(
     let start = fan.ends[0] / fan.radii[0];
     let first = xi.dot(start);
     let cosines = [fan.cosine(0, 0), fan.cosine(0, 1)];
-    let closeness = if emitter { [1.0 / fan.radii[0], 1.0 / fan.radii[1]] } else { [1.0; 2] };
+    let closeness = if emitter {
+        [1.0 / fan.radii[0], 1.0 / fan.radii[1]]
+    } else {
+        [1.0; 2]
+    };
     if fan.sine <= 0.0 {
-        let flat = fan.reach() * cosines[0] * closeness[0];
+        let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
         return settle(flat * (lambda * (first - 1.0)).exp() * scale(&fan));
     }
     let rise = fan.slope(xi);
@@ -79,7 +87,11 @@ fn integrate(
     let value = |v: f64| {
         let half = (0.5 * (v - centre)).sin();
         let fall = (-strength * (half * half - highest)).exp();
-        let emitted = if emitter { fan.cosine_at(closeness, v) } else { 1.0 };
+        let emitted = if emitter {
+            fan.cosine_at(closeness, v)
+        } else {
+            1.0
+        };
         fan.cosine_at(cosines, v) * emitted * fall
     };
     let mut sum = 0.0;
@@ -108,5 +120,9 @@ fn window(strength: f64, from: f64, highest: f64) -> f64 {
     let (a, b) = (end.sqrt(), highest.sqrt());
     let (ca, cb) = ((1.0 - end).sqrt(), (1.0 - highest).sqrt());
     let sine = (DEPTH / strength) / (a * cb + ca * b);
-    if from > std::f64::consts::PI { std::f64::consts::PI } else { 2.0 * sine.clamp(0.0, 1.0).asin() }
+    if from > std::f64::consts::PI {
+        std::f64::consts::PI
+    } else {
+        2.0 * sine.clamp(0.0, 1.0).asin()
+    }
 }

@@ -1,6 +1,7 @@
 //! A part of the inputs behind `docs/accuracy.md`: no row may be worse than its table says.
 
 #[path = "common/accuracy.rs"]
+#[allow(dead_code, reason = "the plots of the example read more of a sample")]
 mod accuracy;
 #[path = "common/naive.rs"]
 mod naive;

@@ -6,40 +6,43 @@ use linelit_shading::{cylinder, phong, point_line, polygon, ribbon, solid_angle}
 use linelit_testkit::dd::Dd;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
-use std::fmt::Write;
 
 /// One evaluated input: its condition (for the plot), our error and that of the printed form.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
-    pub condition: f64,
-    pub ours: f64,
-    pub printed: f64,
+pub(crate) struct Sample {
+    pub(crate) condition: f64,
+    pub(crate) ours: f64,
+    pub(crate) printed: f64,
 }
 
 /// A row of the table.
 #[derive(Debug)]
-pub struct Row {
-    pub function: &'static str,
-    pub domain: &'static str,
-    pub samples: Vec<Sample>,
-    pub goal: f64,
+pub(crate) struct Row {
+    pub(crate) function: &'static str,
+    pub(crate) domain: &'static str,
+    pub(crate) samples: Vec<Sample>,
+    pub(crate) goal: f64,
 }
 
 impl Row {
-    pub fn key(&self) -> String {
+    pub(crate) fn key(&self) -> String {
         format!("| {} | {} |", self.function, self.domain)
     }
 
-    pub fn quantile(&self, q: f64, of: impl Fn(&Sample) -> f64) -> f64 {
+    pub(crate) fn quantile(&self, q: f64, of: impl Fn(&Sample) -> f64) -> f64 {
         let mut errors: Vec<f64> = self.samples.iter().map(of).collect();
         errors.sort_by(f64::total_cmp);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss,
-            reason = "an index below the length")]
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            clippy::cast_precision_loss,
+            reason = "an index below the length"
+        )]
         let index = ((errors.len() - 1) as f64 * q).ceil() as usize;
         errors[index]
     }
 
-    pub fn worst(&self) -> f64 {
+    pub(crate) fn worst(&self) -> f64 {
         self.quantile(1.0, |s| s.ours)
     }
 }
@@ -51,7 +54,11 @@ fn error(got: f64, want: Dd, scale: f64) -> f64 {
     }
     let size = want.abs().to_f64().max(scale);
     let difference = (Dd::new(got) - want).abs().to_f64();
-    if difference > 0.0 { difference / size } else { 0.0 }
+    if difference > 0.0 {
+        difference / size
+    } else {
+        0.0
+    }
 }
 
 fn printed_error(got: f64, want: Dd, scale: f64) -> f64 {
@@ -68,20 +75,40 @@ fn log_uniform(rng: &mut SplitMix64, low: f64, high: f64) -> f64 {
     10f64.powf(rng.in_range(low, high))
 }
 
-pub const LINE_DOMAINS: [&str; 9] =
-    ["ordinary", "grazing", "collinear", "through the line", "tiny", "huge", "far and short", "long", "at the horizon"];
+pub(crate) const LINE_DOMAINS: [&str; 9] = [
+    "ordinary",
+    "grazing",
+    "collinear",
+    "through the line",
+    "tiny",
+    "huge",
+    "far and short",
+    "long",
+    "at the horizon",
+];
 
 /// A segment and a normal of a domain.
 fn segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
     let (a, b, n) = (vector(rng), vector(rng), vector(rng));
-    let (a, b) = (a * log_uniform(rng, -1.0, 1.0), b * log_uniform(rng, -1.0, 1.0));
+    let (a, b) = (
+        a * log_uniform(rng, -1.0, 1.0),
+        b * log_uniform(rng, -1.0, 1.0),
+    );
     match domain {
         "grazing" => {
             let side = a.cross(b).normalize();
             (a, b, (side + n * log_uniform(rng, -13.0, -1.0)).normalize())
         }
-        "collinear" => (a, a * rng.in_range(0.1, 5.0) + b * log_uniform(rng, -14.0, -1.0), n),
-        "through the line" => (a, b * log_uniform(rng, -12.0, -1.0) - a * rng.in_range(0.1, 5.0), n),
+        "collinear" => (
+            a,
+            a * rng.in_range(0.1, 5.0) + b * log_uniform(rng, -14.0, -1.0),
+            n,
+        ),
+        "through the line" => (
+            a,
+            b * log_uniform(rng, -12.0, -1.0) - a * rng.in_range(0.1, 5.0),
+            n,
+        ),
         "tiny" => (a * 1e-30, b * 1e-30, n),
         "huge" => (a * 1e30, b * 1e30, n),
         "far and short" => (a, a + b * log_uniform(rng, -9.0, -1.0), n),
@@ -89,7 +116,11 @@ fn segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
         "at the horizon" => {
             // An end in the horizon's plane up to rounding, or off by a little.
             let down = n.dot(a);
-            (a - n * (down + log_uniform(rng, -17.0, -2.0) * rng.in_range(-1.0, 1.0)), b, n)
+            (
+                a - n * (down + log_uniform(rng, -17.0, -2.0) * rng.in_range(-1.0, 1.0)),
+                b,
+                n,
+            )
         }
         _ => (a, b, n),
     }
@@ -98,7 +129,11 @@ fn segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
 /// The same, turned over where it would be dark.
 fn lit_segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
     let (a, b, n) = segment(domain, rng);
-    if n.dot(a) <= 0.0 && n.dot(b) <= 0.0 { (a, b, -n) } else { (a, b, n) }
+    if n.dot(a) <= 0.0 && n.dot(b) <= 0.0 {
+        (a, b, -n)
+    } else {
+        (a, b, n)
+    }
 }
 
 fn sine(a: DVec3, b: DVec3) -> f64 {
@@ -109,11 +144,26 @@ type Integral = fn(DVec3, DVec3, DVec3) -> f64;
 type Oracle = fn([f64; 3], [f64; 3], [f64; 3]) -> Dd;
 
 /// The Lambert line forms.
-pub fn lines(count: usize) -> Vec<Row> {
+pub(crate) fn lines(count: usize) -> Vec<Row> {
     let functions: [(&str, Integral, Integral, Oracle); 3] = [
-        ("ribbon::irradiance", ribbon::irradiance, naive::ribbon, oracle::ribbon),
-        ("cylinder::irradiance", cylinder::irradiance, naive::cylinder, oracle::cylinder),
-        ("point_line::irradiance", point_line::irradiance, naive::point_line, oracle::point_line),
+        (
+            "ribbon::irradiance",
+            ribbon::irradiance,
+            naive::ribbon,
+            oracle::ribbon,
+        ),
+        (
+            "cylinder::irradiance",
+            cylinder::irradiance,
+            naive::cylinder,
+            oracle::cylinder,
+        ),
+        (
+            "point_line::irradiance",
+            point_line::irradiance,
+            naive::point_line,
+            oracle::point_line,
+        ),
     ];
     let mut rows = Vec::new();
     for (function, ours, printed, exact) in functions {
@@ -130,13 +180,25 @@ pub fn lines(count: usize) -> Vec<Row> {
                     }
                 })
                 .collect();
-            rows.push(Row { function, domain, samples, goal: 1e-13 });
+            rows.push(Row {
+                function,
+                domain,
+                samples,
+                goal: 1e-13,
+            });
         }
     }
     rows
 }
 
-pub const POLYGON_DOMAINS: [&str; 6] = ["ordinary", "grazing", "edge-on", "tiny", "far", "at the horizon"];
+pub(crate) const POLYGON_DOMAINS: [&str; 6] = [
+    "ordinary",
+    "grazing",
+    "edge-on",
+    "tiny",
+    "far",
+    "at the horizon",
+];
 
 /// A triangle or a parallelogram, a normal, and the height above its plane over its distance.
 fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, f64) {
@@ -165,12 +227,15 @@ fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, f64) {
     for corner in &mut corners {
         *corner = (*corner + shift) * scale;
     }
-    let nearest = corners.iter().map(|p| p.length()).fold(f64::INFINITY, f64::min);
+    let nearest = corners
+        .iter()
+        .map(|p| p.length())
+        .fold(f64::INFINITY, f64::min);
     (corners.clone(), n, facing.dot(corners[0]).abs() / nearest)
 }
 
 /// Polygons: irradiance relative to its condition, solid angle relative to itself.
-pub fn polygons(count: usize) -> Vec<Row> {
+pub(crate) fn polygons(count: usize) -> Vec<Row> {
     let mut rows = Vec::new();
     for domain in POLYGON_DOMAINS {
         let mut rng = SplitMix64::new(2);
@@ -199,19 +264,32 @@ pub fn polygons(count: usize) -> Vec<Row> {
                 printed: printed_error(naive::solid_angle(&corners), omega, 1e-300),
             });
         }
-        rows.push(Row { function: "polygon::irradiance", domain, samples: diffuse, goal: 1e-12 });
-        rows.push(Row { function: "solid_angle::polygon", domain, samples: solid, goal: 1e-12 });
+        rows.push(Row {
+            function: "polygon::irradiance",
+            domain,
+            samples: diffuse,
+            goal: 1e-12,
+        });
+        rows.push(Row {
+            function: "solid_angle::polygon",
+            domain,
+            samples: solid,
+            goal: 1e-12,
+        });
     }
     rows.sort_by_key(|row| row.function);
     rows
 }
 
 /// Phong along a ribbon, exponents from 0 to 1e5, results above 1e-280.
-pub fn lobes(count: usize) -> Vec<Row> {
+pub(crate) fn lobes(count: usize) -> Vec<Row> {
     let rule = oracle::Rule::default();
     let mut rows = Vec::new();
     let exponents = ["low exponent", "exponent to 1e3", "exponent to 1e5"];
-    for (exponent, (low, high)) in exponents.into_iter().zip([(0.0, 10.0), (10.0, 1e3), (1e3, 1e5)]) {
+    for (exponent, (low, high)) in exponents
+        .into_iter()
+        .zip([(0.0, 10.0), (10.0, 1e3), (1e3, 1e5)])
+    {
         let mut rng = SplitMix64::new(3);
         let mut samples = Vec::new();
         while samples.len() < count {
@@ -221,59 +299,44 @@ pub fn lobes(count: usize) -> Vec<Row> {
             let along = if rng.next_f64() < 0.5 { 0.05 } else { 2.0 };
             let r = (a.lerp(b, rng.next_f64()).normalize() + vector(&mut rng) * along).normalize();
             let k = rng.in_range(low, high);
-            let k = if rng.next_f64() < 0.7 || k < 1.0 { k.floor() } else { k };
+            let k = if rng.next_f64() < 0.7 || k < 1.0 {
+                k.floor()
+            } else {
+                k
+            };
             let arrays = [a, b, n, r].map(|v| v.to_array());
             let want = oracle::phong(&rule, arrays[0], arrays[1], arrays[2], arrays[3], k);
             if want < 1e-280 || sine(a, b) < 1e-12 {
                 continue;
             }
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1e5")]
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0 to 1e5"
+            )]
             let printed = naive::phong(a, b, n, r, k as u32);
             samples.push(Sample {
                 condition: (k + 1.0) / sine(a, b),
                 ours: error(phong::ribbon(a, b, n, r, k), Dd::new(want), 0.0),
-                printed: if k.fract() > 0.0 { f64::NAN } else { printed_error(printed, Dd::new(want), 0.0) },
+                printed: if k.fract() > 0.0 {
+                    f64::NAN
+                } else {
+                    printed_error(printed, Dd::new(want), 0.0)
+                },
             });
         }
-        rows.push(Row { function: "phong::ribbon", domain: exponent, samples, goal: 1e-10 });
+        rows.push(Row {
+            function: "phong::ribbon",
+            domain: exponent,
+            samples,
+            goal: 1e-10,
+        });
     }
     rows
 }
 
-/// The table as Markdown.
-pub fn table(rows: &[Row]) -> String {
-    let mut out = String::from(
-        "| function | domain | inputs | worst | 99.9 % | goal | printed form: median | printed form: 99 % | printed form: worst |\n\
-         |---|---|---:|---:|---:|---:|---:|---:|---:|\n",
-    );
-    for row in rows {
-        let printed: Row = Row {
-            samples: row.samples.iter().copied().filter(|s| !s.printed.is_nan()).collect(),
-            ..*row
-        };
-        writeln!(
-            out,
-            "{} {} | {:.1e} | {:.1e} | {:.0e} | {} | {} | {} |",
-            row.key(),
-            row.samples.len(),
-            row.worst(),
-            row.quantile(0.999, |s| s.ours),
-            row.goal,
-            cell(printed.quantile(0.5, |s| s.printed)),
-            cell(printed.quantile(0.99, |s| s.printed)),
-            cell(printed.quantile(1.0, |s| s.printed)),
-        )
-        .expect("a String takes any text");
-    }
-    out
-}
-
-fn cell(x: f64) -> String {
-    if x.is_finite() { format!("{x:.1e}") } else { "NaN or ∞".to_owned() }
-}
-
 /// Rows that are worse than the committed table says, or above their goal.
-pub fn regressions(rows: &[Row], committed: &str) -> Vec<String> {
+pub(crate) fn regressions(rows: &[Row], committed: &str) -> Vec<String> {
     let mut out = Vec::new();
     for row in rows {
         let key = row.key();
@@ -281,57 +344,25 @@ pub fn regressions(rows: &[Row], committed: &str) -> Vec<String> {
             out.push(format!("{key} is not in the table"));
             continue;
         };
-        let bound: f64 = line.split('|').nth(4).and_then(|c| c.trim().parse().ok()).unwrap_or(0.0);
+        let bound: f64 = line
+            .split('|')
+            .nth(4)
+            .and_then(|c| c.trim().parse().ok())
+            .unwrap_or(0.0);
         // The table is rounded to two digits.
         if row.worst() > 1.06 * bound {
-            out.push(format!("{key} worst {:.2e}, committed {bound:.1e}", row.worst()));
+            out.push(format!(
+                "{key} worst {:.2e}, committed {bound:.1e}",
+                row.worst()
+            ));
         }
         if row.worst() > row.goal {
-            out.push(format!("{key} worst {:.2e} is above the goal {:.0e}", row.worst(), row.goal));
+            out.push(format!(
+                "{key} worst {:.2e} is above the goal {:.0e}",
+                row.worst(),
+                row.goal
+            ));
         }
     }
     out
-}
-
-/// Error over condition, log–log: the worst of each third of a decade, ours and the printed form.
-pub fn plot(function: &str, rows: &[Row]) -> String {
-    const BINS: usize = 48;
-    let (width, height) = (640.0, 400.0);
-    let mut ours = [f64::NAN; BINS];
-    let mut printed = [f64::NAN; BINS];
-    for sample in rows.iter().filter(|r| r.function == function).flat_map(|r| &r.samples) {
-        let decade = sample.condition.log10().clamp(0.0, 15.9);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 47")]
-        let bin = (decade * 3.0) as usize;
-        ours[bin] = ours[bin].max(sample.ours);
-        printed[bin] = printed[bin].max(sample.printed.min(1e4));
-    }
-    let x = |bin: f64| 60.0 + bin / 48.0 * (width - 80.0);
-    let y = |error: f64| 20.0 + (4.0 - error.max(1e-18).log10()) / 22.0 * (height - 70.0);
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
-         <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n"
-    );
-    for decade in (-18..=4).step_by(2) {
-        let py = y(10f64.powi(decade));
-        writeln!(svg, "<path d=\"M60 {py:.1}H{:.0}\" stroke=\"#ddd\"/><text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">1e{decade}</text>", width - 20.0, py + 4.0).expect("text");
-    }
-    for decade in (0..=16).step_by(2) {
-        let px = x(f64::from(decade) * 3.0);
-        writeln!(svg, "<path d=\"M{px:.1} 20V{:.0}\" stroke=\"#ddd\"/><text x=\"{px:.1}\" y=\"{:.0}\" text-anchor=\"middle\">1e{decade}</text>", height - 50.0, height - 34.0).expect("text");
-    }
-    for (values, colour, label, at) in
-        [(&printed, "#c04020", "printed form (corrected), worst", 60.0), (&ours, "#2060c0", "linelit, worst", 40.0)]
-    {
-        let mut path = String::new();
-        for (bin, value) in values.iter().enumerate().filter(|(_, v)| !v.is_nan()) {
-            let command = if path.is_empty() { 'M' } else { 'L' };
-            #[allow(clippy::cast_precision_loss, reason = "small")]
-            let px = x(bin as f64 + 0.5);
-            write!(path, "{command}{px:.1} {:.1}", y(*value)).expect("text");
-        }
-        writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/><text x=\"70\" y=\"{at}\" fill=\"{colour}\">{label}</text>").expect("text");
-    }
-    writeln!(svg, "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{function}: relative error over condition</text>\n</svg>", width / 2.0, height - 12.0).expect("text");
-    svg
 }

@@ -11,24 +11,35 @@ fn clip(p0: DVec3, p1: DVec3, n: DVec3) -> Option<(DVec3, DVec3)> {
         return None;
     }
     let q = p0 + (p1 - p0) * (a / (a - b));
-    Some(if a < 0.0 { (q, p1) } else if b < 0.0 { (p0, q) } else { (p0, p1) })
+    Some(if a < 0.0 {
+        (q, p1)
+    } else if b < 0.0 {
+        (p0, q)
+    } else {
+        (p0, p1)
+    })
 }
 
 /// Billen & Dutré 2016, eq. 20.
-pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
-    let Some((p0, p1)) = clip(p0, p1, n) else { return 0.0 };
+pub(crate) fn ribbon(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+    let Some((p0, p1)) = clip(p0, p1, n) else {
+        return 0.0;
+    };
     let l = (p1 - p0).length();
     let d = (p1 - p0) / l;
     let (a, b, c, e) = (p0.dot(n), d.dot(n), p0.dot(p0), p0.dot(d));
     let h2 = c - e * e;
     let h = h2.sqrt();
     (a - b * e) / (2.0 * h * h2) * (((e + l) / h).atan() - (e / h).atan())
-        + l * (b * c * (e + l) + a * (c - e * l - 2.0 * e * e)) / (2.0 * c * h2 * (l * l + 2.0 * e * l + c))
+        + l * (b * c * (e + l) + a * (c - e * l - 2.0 * e * e))
+            / (2.0 * c * h2 * (l * l + 2.0 * e * l + c))
 }
 
 /// Peters 2021, eqs. 2 and 3.
-pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
-    let Some((p0, p1)) = clip(p0, p1, n) else { return 0.0 };
+pub(crate) fn cylinder(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+    let Some((p0, p1)) = clip(p0, p1, n) else {
+        return 0.0;
+    };
     let s = (p1 - p0).normalize();
     let q2 = p0.dot(p0) - s.dot(p0) * s.dot(p0);
     let q = q2.sqrt();
@@ -41,8 +52,10 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
 }
 
 /// Picott 1992.
-pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
-    let Some((p0, p1)) = clip(p0, p1, n) else { return 0.0 };
+pub(crate) fn point_line(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+    let Some((p0, p1)) = clip(p0, p1, n) else {
+        return 0.0;
+    };
     let s = (p1 - p0).normalize();
     let (s0, s1, r0, r1) = (s.dot(p0), s.dot(p1), p0.length(), p1.length());
     let q = p0 - s * s0;
@@ -50,7 +63,7 @@ pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
 }
 
 /// Lambert's sum with arc cosines.
-pub fn polygon(vertices: &[DVec3], n: DVec3) -> f64 {
+pub(crate) fn polygon(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut above = Vec::new();
     for (i, &a) in vertices.iter().enumerate() {
         let b = vertices[(i + 1) % vertices.len()];
@@ -64,16 +77,22 @@ pub fn polygon(vertices: &[DVec3], n: DVec3) -> f64 {
     }
     let edge = |(i, a): (usize, &DVec3)| {
         let b = above[(i + 1) % above.len()];
-        let angle = (a.dot(b) / (a.length() * b.length())).clamp(-1.0, 1.0).acos();
+        let angle = (a.dot(b) / (a.length() * b.length()))
+            .clamp(-1.0, 1.0)
+            .acos();
         angle * a.cross(b).normalize_or_zero().dot(n)
     };
     (0.5 * above.iter().enumerate().map(edge).sum::<f64>()).abs()
 }
 
 /// The solid angle as the sum of the angles between the edges' planes.
-pub fn solid_angle(vertices: &[DVec3]) -> f64 {
+pub(crate) fn solid_angle(vertices: &[DVec3]) -> f64 {
     let count = vertices.len();
-    let normal = |i: usize| vertices[i % count].cross(vertices[(i + 1) % count]).normalize_or_zero();
+    let normal = |i: usize| {
+        vertices[i % count]
+            .cross(vertices[(i + 1) % count])
+            .normalize_or_zero()
+    };
     let angle = |i: usize| (-normal(i).dot(normal(i + 1))).clamp(-1.0, 1.0).acos();
     let sides = u32::try_from(count).expect("a few");
     (0..count).map(angle).sum::<f64>() - f64::from(sides - 2) * PI
@@ -81,9 +100,13 @@ pub fn solid_angle(vertices: &[DVec3]) -> f64 {
 
 /// Billen & Dutré 2016, eq. 24 with its recursion (integer exponents), for the ribbon without its
 /// emitter's height.
-pub fn phong(p0: DVec3, p1: DVec3, n: DVec3, r: DVec3, k: u32) -> f64 {
-    let Some((p0, p1)) = clip(p0, p1, n) else { return 0.0 };
-    let Some((p0, p1)) = clip(p0, p1, r) else { return 0.0 };
+pub(crate) fn phong(p0: DVec3, p1: DVec3, n: DVec3, r: DVec3, k: u32) -> f64 {
+    let Some((p0, p1)) = clip(p0, p1, n) else {
+        return 0.0;
+    };
+    let Some((p0, p1)) = clip(p0, p1, r) else {
+        return 0.0;
+    };
     let y = (p1 - p0).normalize();
     let q = p0 - y * p0.dot(y);
     let h = q.length();
@@ -98,7 +121,11 @@ pub fn phong(p0: DVec3, p1: DVec3, n: DVec3, r: DVec3, k: u32) -> f64 {
     let (alpha, beta) = (tr - tn, tr);
     let power = |u: f64, k: u32| u.cos().powi(i32::try_from(k).expect("small"));
     let integral = |top: u32| {
-        let (mut sum, mut k) = if top % 2 == 0 { (u1 - u0, 0) } else { (u1.sin() - u0.sin(), 1) };
+        let (mut sum, mut k) = if top.is_multiple_of(2) {
+            (u1 - u0, 0)
+        } else {
+            (u1.sin() - u0.sin(), 1)
+        };
         while k < top {
             k += 2;
             let edge = power(u1, k - 1) * u1.sin() - power(u0, k - 1) * u0.sin();

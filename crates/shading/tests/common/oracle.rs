@@ -5,14 +5,14 @@ use linelit_testkit::dd::Dd;
 use linelit_testkit::quadrature::{GaussRule, gauss_legendre};
 use linelit_testkit::real::{Real, cross, dot, length, sub, vector};
 
-pub type V = [Dd; 3];
+pub(crate) type V = [Dd; 3];
 
-pub fn dd(x: f64) -> Dd {
+pub(crate) fn dd(x: f64) -> Dd {
     Dd::new(x)
 }
 
 /// A clipped segment in double-double: ends and cosines.
-pub fn clip(p0: [f64; 3], p1: [f64; 3], planes: &[[f64; 3]]) -> Option<(V, V)> {
+pub(crate) fn clip(p0: [f64; 3], p1: [f64; 3], planes: &[[f64; 3]]) -> Option<(V, V)> {
     let (mut a, mut b) = (vector::<Dd>(p0), vector::<Dd>(p1));
     for k in planes {
         let k = vector::<Dd>(*k);
@@ -71,8 +71,10 @@ fn lune(l: &Line) -> Dd {
 }
 
 /// Billen & Dutré's integral, from FORMULAS-free algebra: first term plus the foot's cosine times K.
-pub fn ribbon(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
-    let Some(l) = line(p0, p1, n) else { return dd(0.0) };
+pub(crate) fn ribbon(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
+    let Some(l) = line(p0, p1, n) else {
+        return dd(0.0);
+    };
     let product = l.r[0] * l.r[1];
     let cos = l.angle.cos();
     let g = lune(&l);
@@ -82,15 +84,17 @@ pub fn ribbon(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
 }
 
 /// Twice the line's distance times the ribbon.
-pub fn cylinder(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
+pub(crate) fn cylinder(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
     let (a, b) = (vector::<Dd>(p0), vector::<Dd>(p1));
     let h = length(&cross(&a, &b)) / length(&sub(&b, &a));
     dd(2.0) * h * ribbon(p0, p1, n)
 }
 
 /// Picott's integral.
-pub fn point_line(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
-    let Some(l) = line(p0, p1, n) else { return dd(0.0) };
+pub(crate) fn point_line(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
+    let Some(l) = line(p0, p1, n) else {
+        return dd(0.0);
+    };
     let product = l.r[0] * l.r[1];
     let half = l.angle * dd(0.5);
     let cos = half.cos();
@@ -98,7 +102,7 @@ pub fn point_line(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
 }
 
 /// The signed solid angle of a triangle.
-pub fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Dd {
+pub(crate) fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Dd {
     let [a, b, c] = [a, b, c].map(vector::<Dd>);
     let (ra, rb, rc) = (length(&a), length(&b), length(&c));
     let below = ra * rb * rc + dot(&a, &b) * rc + dot(&b, &c) * ra + dot(&c, &a) * rb;
@@ -106,7 +110,7 @@ pub fn triangle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Dd {
 }
 
 /// Lambert's sum over a clipped polygon.
-pub fn polygon(vertices: &[[f64; 3]], n: [f64; 3]) -> Dd {
+pub(crate) fn polygon(vertices: &[[f64; 3]], n: [f64; 3]) -> Dd {
     let n = vector::<Dd>(n);
     let zero = dd(0.0);
     let points: Vec<V> = vertices.iter().map(|v| vector::<Dd>(*v)).collect();
@@ -134,7 +138,7 @@ pub fn polygon(vertices: &[[f64; 3]], n: [f64; 3]) -> Dd {
 }
 
 /// Quadrature rule of the lobes, and how its window is divided.
-pub struct Rule(GaussRule);
+pub(crate) struct Rule(GaussRule);
 
 impl Default for Rule {
     fn default() -> Self {
@@ -144,8 +148,17 @@ impl Default for Rule {
 
 /// ∫ (n·p)(r·p)ᵏ/|p|^(4 + k) dt by composite Gauss–Legendre over the angle, from the definition:
 /// directions, logarithms and exponentials in double-double.
-pub fn phong(rule: &Rule, p0: [f64; 3], p1: [f64; 3], n: [f64; 3], r: [f64; 3], k: f64) -> f64 {
-    let Some((a, b)) = clip(p0, p1, &[n, r]) else { return 0.0 };
+pub(crate) fn phong(
+    rule: &Rule,
+    p0: [f64; 3],
+    p1: [f64; 3],
+    n: [f64; 3],
+    r: [f64; 3],
+    k: f64,
+) -> f64 {
+    let Some((a, b)) = clip(p0, p1, &[n, r]) else {
+        return 0.0;
+    };
     let (n, r) = (vector::<Dd>(n), vector::<Dd>(r));
     let x = cross(&a, &b);
     let (ra, rb, size) = (length(&a), length(&b), length(&x));
@@ -159,7 +172,13 @@ pub fn phong(rule: &Rule, p0: [f64; 3], p1: [f64; 3], n: [f64; 3], r: [f64; 3], 
     let inverse = dd(1.0) / ra;
     let slope = (dd(1.0) / rb - inverse * angle.cos()) / angle.sin();
     let centre = rise.atan2(z0);
-    let start = if centre < dd(0.0) { dd(0.0) } else if centre > angle { angle } else { centre };
+    let start = if centre < dd(0.0) {
+        dd(0.0)
+    } else if centre > angle {
+        angle
+    } else {
+        centre
+    };
     let (s, c) = (start.sin(), start.cos());
     let peak = (z0 * c + rise * s).ln();
     let steep = (start - centre).abs().to_f64().tan() * k;
@@ -167,7 +186,11 @@ pub fn phong(rule: &Rule, p0: [f64; 3], p1: [f64; 3], n: [f64; 3], r: [f64; 3], 
     let mut sum = dd(0.0);
     for (width, sign) in [((angle - start).to_f64(), 1.0), (start.to_f64(), -1.0)] {
         let whole = sign > 0.0 && start == dd(0.0) || sign < 0.0 && start == angle;
-        let width = if width <= window && whole { angle } else { dd(width.min(window)) };
+        let width = if width <= window && whole {
+            angle
+        } else {
+            dd(width.min(window))
+        };
         if width <= dd(0.0) {
             continue;
         }
@@ -197,5 +220,7 @@ pub fn phong(rule: &Rule, p0: [f64; 3], p1: [f64; 3], n: [f64; 3], r: [f64; 3], 
     }
     // 1/h = l/|X|.
     let reach = length(&sub(&b, &a)) / size;
-    (sum * reach * (dd(k) * peak).exp()).to_f64()
+    // In four parts: the result may be near the end of the range, or the lobe beyond it.
+    let quarter = (dd(0.25 * k) * peak).exp();
+    (sum * quarter * reach * quarter * quarter * quarter).to_f64()
 }

@@ -17,7 +17,7 @@ const PHONG: f64 = 1e-10;
 
 /// The errors of one quantity in one class.
 #[derive(Debug)]
-pub struct Row {
+pub(crate) struct Row {
     errors: Vec<f64>,
     bound: f64,
     worst: (f64, usize),
@@ -25,14 +25,18 @@ pub struct Row {
 
 /// All errors, by file, quantity and class.
 #[derive(Debug, Default)]
-pub struct Report {
+pub(crate) struct Report {
     rows: BTreeMap<(String, String, String), Row>,
 }
 
 impl Report {
     fn add(&mut self, file: &str, what: &str, case: &Case, error: f64, bound: f64) {
         let key = (file.to_owned(), what.to_owned(), case.tag().to_owned());
-        let row = self.rows.entry(key).or_insert(Row { errors: Vec::new(), bound, worst: (-1.0, 0) });
+        let row = self.rows.entry(key).or_insert(Row {
+            errors: Vec::new(),
+            bound,
+            worst: (-1.0, 0),
+        });
         // A NaN counts as infinitely wrong.
         let error = if error.is_nan() { f64::INFINITY } else { error };
         if error > row.worst.0 {
@@ -42,12 +46,12 @@ impl Report {
     }
 
     /// Whether every error is within its bound.
-    pub fn holds(&self) -> bool {
+    pub(crate) fn holds(&self) -> bool {
         self.rows.values().all(|row| row.worst.0 <= row.bound)
     }
 
     /// The errors as a table.
-    pub fn table(&self) -> String {
+    pub(crate) fn table(&self) -> String {
         let mut out = format!(
             "{:<24} {:<8} {:<22} {:>6} {:>9} {:>9} {:>9}  worst case\n",
             "file", "quantity", "class", "cases", "worst", "median", "bound"
@@ -56,7 +60,11 @@ impl Report {
             let mut errors = row.errors.clone();
             errors.sort_by(f64::total_cmp);
             let median = errors[errors.len() / 2];
-            let mark = if row.worst.0 <= row.bound { "" } else { "  ABOVE ITS BOUND" };
+            let mark = if row.worst.0 <= row.bound {
+                ""
+            } else {
+                "  ABOVE ITS BOUND"
+            };
             writeln!(
                 out,
                 "{file:<24} {what:<8} {class:<22} {:>6} {:>9.1e} {median:>9.1e} {:>9.1e}  {}{mark}",
@@ -72,7 +80,7 @@ impl Report {
 }
 
 /// Evaluates every `*.json` of the folder.
-pub fn run(folder: &Path) -> Result<Report, String> {
+pub(crate) fn run(folder: &Path) -> Result<Report, String> {
     let mut report = Report::default();
     let entries = std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut paths: Vec<_> = entries.filter_map(Result::ok).map(|e| e.path()).collect();
@@ -85,7 +93,10 @@ pub fn run(folder: &Path) -> Result<Report, String> {
         let named = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
         let text = std::fs::read_to_string(&path).map_err(|e| named(&e))?;
         let vectors = Vectors::parse(&text).map_err(|e| named(&e))?;
-        let file = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let file = path
+            .file_name()
+            .map(|n| n.to_string_lossy().into_owned())
+            .unwrap_or_default();
         for case in &vectors.cases {
             evaluate(&mut report, &file, &vectors.schema, case).map_err(|e| named(&e))?;
         }
@@ -111,17 +122,34 @@ fn vec3(case: &Case, name: &str) -> DVec3 {
 }
 
 fn diffuse(report: &mut Report, file: &str, case: &Case) {
-    let (p0, p1, n, m) = (vec3(case, "p0"), vec3(case, "p1"), vec3(case, "n"), vec3(case, "m"));
+    let (p0, p1, n, m) = (
+        vec3(case, "p0"),
+        vec3(case, "p1"),
+        vec3(case, "n"),
+        vec3(case, "m"),
+    );
     // Every cosine is formed accurately relative to itself, so no scale is needed.
     let got = ribbon::irradiance(p0, p1, n);
     report.add(file, "I_clip", case, case.error("I_clip", got, 0.0), LINE);
     let below = ribbon::irradiance(p0, p1, -n);
     // Scale of the signed integral: its two parts, which may cancel.
-    report.add(file, "I", case, case.error("I", got - below, got + below), LINE);
+    report.add(
+        file,
+        "I",
+        case,
+        case.error("I", got - below, got + below),
+        LINE,
+    );
     let emit = ribbon::emitter(p0, p1, -m, ribbon::Sides::Both);
     let scale = p0.length().min(p1.length());
     // The vector m is perpendicular to the line only up to rounding: relative to the distance.
-    report.add(file, "emit", case, case.error("emit", emit * sign(case.precise("emit").to_f64()), scale), LINE);
+    report.add(
+        file,
+        "emit",
+        case,
+        case.error("emit", emit * sign(case.precise("emit").to_f64()), scale),
+        LINE,
+    );
 }
 
 fn sign(x: f64) -> f64 {
@@ -130,11 +158,19 @@ fn sign(x: f64) -> f64 {
 
 fn models(report: &mut Report, file: &str, case: &Case) {
     let (p0, p1, n) = (vec3(case, "p0"), vec3(case, "p1"), vec3(case, "n"));
-    let mut add = |what: &str, got: f64| report.add(file, what, case, case.error(what, got, 0.0), LINE);
+    let mut add =
+        |what: &str, got: f64| report.add(file, what, case, case.error(what, got, 0.0), LINE);
     add("cyl", cylinder::irradiance(p0, p1, n));
     add("point", point_line::irradiance(p0, p1, n));
     add("solid", cylinder::solid_angle(p0, p1));
-    let got = ribbon::reflected(p0, p1, n, vec3(case, "m"), ribbon::Sides::One, std::f64::consts::PI);
+    let got = ribbon::reflected(
+        p0,
+        p1,
+        n,
+        vec3(case, "m"),
+        ribbon::Sides::One,
+        std::f64::consts::PI,
+    );
     // The emitter's factor carries the rounding of m; see `diffuse`.
     let scale = p0.length().min(p1.length()) * ribbon::irradiance(p0, p1, n);
     report.add(file, "ribbon", case, case.error("ribbon", got, scale), LINE);
@@ -145,15 +181,31 @@ fn phong_line(report: &mut Report, file: &str, case: &Case) {
     let got = phong::half_space(p0, p1, n, m, r, case.number("exponent"));
     let want = case.precise("J").to_f64();
     // Relative above 1e-280; below, the result only has to be small.
-    let error = if want > 1e-280 { case.error("J", got, 0.0) } else if got < 1e-270 { 0.0 } else { f64::INFINITY };
+    let error = if want > 1e-280 {
+        case.error("J", got, 0.0)
+    } else if got < 1e-270 {
+        0.0
+    } else {
+        f64::INFINITY
+    };
     report.add(file, "J", case, error, PHONG);
 }
 
 fn polygons(report: &mut Report, file: &str, case: &Case) {
-    let vertices: Vec<DVec3> = case.points::<3>("verts").into_iter().map(DVec3::from_array).collect();
+    let vertices: Vec<DVec3> = case
+        .points::<3>("verts")
+        .into_iter()
+        .map(DVec3::from_array)
+        .collect();
     let n = vec3(case, "n");
     let omega = case.precise("omega").to_f64().abs();
-    report.add(file, "omega", case, case.error("omega", solid_angle::polygon(&vertices), 0.0), POLYGON);
+    report.add(
+        file,
+        "omega",
+        case,
+        case.error("omega", solid_angle::polygon(&vertices), 0.0),
+        POLYGON,
+    );
     let got = polygon::irradiance(&vertices, n) * sign(case.precise("E").to_f64());
     // Condition: the solid angle over the irradiance at grazing incidence, distance over height
     // where the light is seen edge-on.
@@ -163,7 +215,11 @@ fn polygons(report: &mut Report, file: &str, case: &Case) {
     let got = phong_polygon::irradiance(&vertices, n, r, k);
     let want = case.precise("P").to_f64();
     let error = if want > 1e-280 {
-        case.error("P", got, phong_polygon::condition(&vertices, n, r, k) * edge_on(&vertices))
+        case.error(
+            "P",
+            got,
+            phong_polygon::condition(&vertices, n, r, k) * edge_on(&vertices),
+        )
     } else if got < 1e-270 {
         0.0
     } else {
@@ -182,23 +238,52 @@ fn edge_on(vertices: &[DVec3]) -> f64 {
         let (a, b) = (vertices[i], vertices[(i + 1) % vertices.len()]);
         normal.dot(a.cross(b)) > 0.0
     });
-    let nearest = vertices.iter().map(|p| p.length()).fold(f64::INFINITY, f64::min);
-    if inside { 1.0 } else { (nearest / height.abs()).max(1.0) }
+    let nearest = vertices
+        .iter()
+        .map(|p| p.length())
+        .fold(f64::INFINITY, f64::min);
+    if inside {
+        1.0
+    } else {
+        (nearest / height.abs()).max(1.0)
+    }
 }
 
 fn linear(report: &mut Report, file: &str, case: &Case) {
     let (p0, p1, n) = (vec3(case, "p0"), vec3(case, "p1"), vec3(case, "n"));
     if case.flag("empty") {
         let got = cylinder::irradiance(p0, p1, n);
-        report.add(file, "psa", case, if got <= 0.0 { 0.0 } else { f64::INFINITY }, LINE);
+        report.add(
+            file,
+            "psa",
+            case,
+            if got <= 0.0 { 0.0 } else { f64::INFINITY },
+            LINE,
+        );
         return;
     }
-    report.add(file, "psa", case, case.error("psa", cylinder::irradiance(p0, p1, n), 0.0), LINE);
+    report.add(
+        file,
+        "psa",
+        case,
+        case.error("psa", cylinder::irradiance(p0, p1, n), 0.0),
+        LINE,
+    );
     if let Some(clipped) = linelit_shading::horizon::clip_segment(p0, p1, n) {
         let got = cylinder::solid_angle(clipped.p0, clipped.p1);
         // The rounded end moves the line's distance by eps |Q|: relative to the sine it subtends.
-        let sine = clipped.p0.normalize().cross(clipped.p1.normalize()).length();
-        report.add(file, "sa", case, case.error("sa", got, 0.0) * sine.min(1.0), LINE);
+        let sine = clipped
+            .p0
+            .normalize()
+            .cross(clipped.p1.normalize())
+            .length();
+        report.add(
+            file,
+            "sa",
+            case,
+            case.error("sa", got, 0.0) * sine.min(1.0),
+            LINE,
+        );
     }
 }
 
@@ -206,7 +291,9 @@ fn solid(report: &mut Report, file: &str, case: &Case) {
     let z = case.number("z");
     let got = if case.text("kind") == "rect" {
         let [x0, x1, y0, y1] = ["x0", "x1", "y0", "y1"].map(|name| case.number(name));
-        solid_angle::polygon(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec3::new(x, y, z)))
+        solid_angle::polygon(
+            &[(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec3::new(x, y, z)),
+        )
     } else {
         let points = case.points::<2>("pts");
         let [a, b, c] = [0, 1, 2].map(|i| DVec3::new(points[i][0], points[i][1], z));
