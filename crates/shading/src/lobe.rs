@@ -80,12 +80,13 @@ fn side<const N: usize>(
     sign: f64,
 ) -> f64 {
     let window = window(k, slope);
-    let rough = k < SMOOTH && k.fract() != 0.0;
-    let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
-    if rough && horizon - width < width {
-        let split = 0.5 * width;
-        return panel(fan, start, split, slope, sign).sum(k)
-            + near_horizon(fan, start, [split, width], horizon, k, sign);
+    if k < SMOOTH && k.fract() != 0.0 {
+        let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
+        if horizon - width < width {
+            let split = 0.5 * width;
+            return panel(fan, start, split, slope, sign).sum(k)
+                + near_horizon(fan, start, [split, width], horizon, k, sign);
+        }
     }
     panel(fan, start, width.min(window), slope, sign).sum(k)
 }
