@@ -256,10 +256,11 @@ impl Material {
         value.clamp(DVec3::ZERO, DVec3::ONE)
     }
 
-    /// Whether the material is Lambertian and nothing else.
-    pub fn is_lambertian(&self) -> bool {
+    /// Whether the estimators draw all of the material, rather than its diffuse part only.
+    pub fn is_drawn_in_full(&self) -> bool {
         match &self.kind {
             MaterialKind::Matte { sigma, .. } => sigma.as_constant() == Some(DVec3::ZERO),
+            MaterialKind::Phong { .. } => true,
             _ => false,
         }
     }

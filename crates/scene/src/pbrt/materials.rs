@@ -97,7 +97,7 @@ impl Loader {
             kind: built,
             bump,
         };
-        if !material.is_lambertian() {
+        if !material.is_drawn_in_full() {
             let message = format!("material `{kind}` is drawn with its diffuse part only");
             self.warn_at(params, ErrorKind::Unsupported, message, "for now")?;
         }
