@@ -3,6 +3,7 @@
 
 pub mod batch;
 pub mod bsdf;
+pub mod cosine_lobe;
 pub mod cylinder;
 mod exact;
 mod fan;

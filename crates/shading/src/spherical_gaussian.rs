@@ -8,7 +8,7 @@ use crate::exact::settle;
 use crate::fan::Fan;
 use crate::gauss::{NODE, NODES, WEIGHT};
 use linelit_geometry::DVec3;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What is dropped is below e⁻⁴⁰ of the peak.
 const DEPTH: f64 = 40.0;
@@ -82,11 +82,14 @@ fn integrate(
     // ρ − 1 = −off²/(1 + ρ) for a unit axis.
     let peak = -lambda * off * off / (1.0 + rho);
     let strength = 2.0 * lambda * rho;
-    let nearest = centre.clamp(0.0, fan.angle);
-    let highest = (0.5 * (nearest - centre)).sin().powi(2);
+    // sin² of half the angle to the centre: the exponent but for a factor.
+    let depth = |v: f64| (0.5 * (v - centre)).sin().powi(2);
+    let sides = sides(centre, fan.angle, depth(0.0) <= depth(fan.angle));
+    let highest = sides
+        .iter()
+        .fold(1.0f64, |low, side| low.min(depth(side.0)));
     let value = |v: f64| {
-        let half = (0.5 * (v - centre)).sin();
-        let fall = (-strength * (half * half - highest)).exp();
+        let fall = (-strength * (depth(v) - highest)).exp();
         let emitted = if emitter {
             fan.cosine_at(closeness, v)
         } else {
@@ -95,13 +98,18 @@ fn integrate(
         fan.cosine_at(cosines, v) * emitted * fall
     };
     let mut sum = 0.0;
-    for (width, sign) in [(fan.angle - nearest, 1.0), (nearest, -1.0)] {
-        let width = width.min(window(strength, (nearest - centre).abs(), highest));
-        let pieces = if width > FRAC_PI_2 { 2 } else { 1 };
+    for (start, width, sign) in sides {
+        let width = width.min(window(strength, depth(start)));
+        // A slope falls like an exponential, which needs more nodes than a peak.
+        let pieces = if width > FRAC_PI_2 || (start - centre).abs() > 0.0 {
+            2
+        } else {
+            1
+        };
         let step = width / f64::from(pieces);
         for piece in 0..pieces {
             let from = f64::from(piece) * step;
-            let node = |i: usize| WEIGHT[i] * value(nearest + sign * (from + step * NODE[i]));
+            let node = |i: usize| WEIGHT[i] * value(start + sign * (from + step * NODE[i]));
             sum += step * (0..NODES).map(node).sum::<f64>();
         }
     }
@@ -109,20 +117,74 @@ fn integrate(
     settle(fan.reach() / fan.sine * sum * log.exp() * scale(&fan))
 }
 
-/// How far from the highest point (at the angle `from` of the lobe's centre) the lobe stays above
-/// e⁻⁴⁰ of it.
-fn window(strength: f64, from: f64, highest: f64) -> f64 {
+/// The arc [0, δ] as two pieces (start, width, direction), in each of which the lobe falls from its
+/// start: about the lobe's centre, or from both ends towards its antipode, or all of it from the
+/// higher end.
+fn sides(centre: f64, angle: f64, first_is_higher: bool) -> [(f64, f64, f64); 2] {
+    if centre > 0.0 && centre < angle {
+        return [(centre, angle - centre, 1.0), (centre, centre, -1.0)];
+    }
+    let antipode = if centre <= 0.0 {
+        centre + PI
+    } else {
+        centre - PI
+    };
+    if antipode > 0.0 && antipode < angle {
+        return [(0.0, antipode, 1.0), (angle, angle - antipode, -1.0)];
+    }
+    if first_is_higher {
+        [(0.0, angle, 1.0), (0.0, 0.0, -1.0)]
+    } else {
+        [(angle, angle, -1.0), (angle, 0.0, 1.0)]
+    }
+}
+
+/// How far from the highest point of a piece the lobe stays above e⁻⁴⁰ of it.
+fn window(strength: f64, highest: f64) -> f64 {
     let end = highest + DEPTH / strength;
     if !(end < 1.0) {
-        return std::f64::consts::PI;
+        return PI;
     }
     // sin² of half the angle at the end, and the difference of two arcsines without cancellation.
     let (a, b) = (end.sqrt(), highest.sqrt());
     let (ca, cb) = ((1.0 - end).sqrt(), (1.0 - highest).sqrt());
     let sine = (DEPTH / strength) / (a * cb + ca * b);
-    if from > std::f64::consts::PI {
-        std::f64::consts::PI
-    } else {
-        2.0 * sine.clamp(0.0, 1.0).asin()
+    2.0 * sine.clamp(0.0, 1.0).asin()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadrature::{Model, line};
+    use linelit_testkit::{assert_close, rng::SplitMix64};
+
+    /// Against adaptive quadrature of the lobe as it is defined.
+    #[test]
+    fn integrals_are_those_of_the_lobe() {
+        let mut rng = SplitMix64::new(22);
+        for case in 0..300 {
+            let mut v = |a: f64, b: f64| rng.in_range(a, b);
+            let point = |v: &mut dyn FnMut(f64, f64) -> f64| {
+                DVec3::new(v(-2.0, 2.0), v(-2.0, 2.0), v(-0.5, 2.0))
+            };
+            let (p0, p1) = (point(&mut v), point(&mut v));
+            let lambda = 10f64.powf(v(-2.0, 2.5));
+            let xi = DVec3::new(v(-1.0, 1.0), v(-1.0, 1.0), v(-1.0, 1.0)).normalize();
+            let value = |w: DVec3| DVec3::splat((lambda * (w.dot(xi) - 1.0)).exp());
+            for (model, got) in [
+                (Model::Ribbon, ribbon(p0, p1, DVec3::Z, xi, lambda)),
+                (Model::Cylinder, cylinder(p0, p1, DVec3::Z, xi, lambda)),
+                (Model::PointLine, point_line(p0, p1, DVec3::Z, xi, lambda)),
+            ] {
+                let want = line(p0, p1, DVec3::Z, model, value, 1e-12, 200_000);
+                let tolerance = want.error + 1e-11 * want.value.x + 1e-200;
+                assert_close!(
+                    got,
+                    want.value.x,
+                    tolerance,
+                    "case {case}, {model:?}, lambda {lambda}"
+                );
+            }
+        }
     }
 }
