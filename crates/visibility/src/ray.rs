@@ -199,17 +199,28 @@ fn any_kernel<S: Simd>(s: S, occluders: &Occluders, q: &RayQuery, scratch: &mut 
     let stack = &mut scratch.stack[..];
     stack[0] = Child::node(0);
     let mut top = 1;
+    let mut order = [0.0_f32; 8];
     while top > 0 {
         top -= 1;
         let node = &hierarchy.nodes[stack[top].index()];
         counters.node_tests += u64::from(node.valid.count_ones());
-        let (mut found, _) = q.boxes(s, node, q.t_max32);
-        hierarchy.prefetch(s, node, found);
+        let (mut found, near) = q.boxes(s, node, q.t_max32);
+        let mut entry = [0.0; 8];
+        s.store(near, &mut entry);
+        let base = top;
         while found != 0 {
-            let child = node.child[found.trailing_zeros() as usize];
+            let lane = found.trailing_zeros() as usize;
+            let child = node.child[lane];
             found &= found - 1;
             if !child.is_leaf() {
-                stack[top] = child;
+                let mut k = top;
+                while k > base && order[k - base - 1] < entry[lane] {
+                    order[k - base] = order[k - base - 1];
+                    stack[k] = stack[k - 1];
+                    k -= 1;
+                }
+                order[k - base] = entry[lane];
+                stack[k] = child;
                 top += 1;
                 continue;
             }

@@ -126,13 +126,13 @@ fn look_out(seed: u64, pairs: u64) {
 
 #[test]
 fn closed_surfaces_do_not_leak() {
-    look_out(1, 10_000_000);
+    look_out(1, 120_000_000);
 }
 
 #[test]
-#[ignore = "long: 1.2e8 pairs of a line and a shared edge"]
+#[ignore = "long: 3e9 pairs of a line and a shared edge"]
 fn closed_surfaces_do_not_leak_long() {
-    look_out(2, 120_000_000);
+    look_out(2, 3_000_000_000);
 }
 
 /// Rays at vertices and along edges: the places where a test that is not watertight lets some by.
