@@ -4,6 +4,11 @@
 //!  [--triangles FILE --light "x,y,z x,y,z …" --eye x,y,z --target x,y,z --tan T]`
 //!
 //! A triangle file holds nine little-endian `f32` a triangle.
+#![allow(
+    clippy::print_stdout,
+    clippy::cast_precision_loss,
+    reason = "a program that prints a table of averages"
+)]
 
 use linelit_geometry::DVec3;
 use linelit_visibility::{
