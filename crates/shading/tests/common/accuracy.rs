@@ -31,6 +31,9 @@ impl Row {
 
     pub(crate) fn quantile(&self, q: f64, of: impl Fn(&Sample) -> f64) -> f64 {
         let mut errors: Vec<f64> = self.samples.iter().map(of).collect();
+        if errors.is_empty() {
+            return f64::NAN;
+        }
         errors.sort_by(f64::total_cmp);
         #[allow(
             clippy::cast_possible_truncation,
@@ -291,7 +294,7 @@ pub(crate) fn lobes(count: usize) -> Vec<Row> {
         .zip([(0.0, 10.0), (10.0, 1e3), (1e3, 1e5)])
     {
         let mut rng = SplitMix64::new(3);
-        let mut samples = Vec::new();
+        let (mut samples, mut cylinders) = (Vec::new(), Vec::new());
         while samples.len() < count {
             let domain = LINE_DOMAINS[usize::try_from(rng.below(9)).expect("below nine")];
             let (a, b, n) = lit_segment(domain, &mut rng);
@@ -315,6 +318,14 @@ pub(crate) fn lobes(count: usize) -> Vec<Row> {
                 reason = "0 to 1e5"
             )]
             let printed = naive::phong(a, b, n, r, k as u32);
+            let wide = oracle::twice_distance(arrays[0], arrays[1]) * Dd::new(want);
+            if wide.to_f64() > 1e-280 {
+                cylinders.push(Sample {
+                    condition: (k + 1.0) / sine(a, b),
+                    ours: error(phong::cylinder(a, b, n, r, k), wide, 0.0),
+                    printed: f64::NAN,
+                });
+            }
             samples.push(Sample {
                 condition: (k + 1.0) / sine(a, b),
                 ours: error(phong::ribbon(a, b, n, r, k), Dd::new(want), 0.0),
@@ -331,7 +342,14 @@ pub(crate) fn lobes(count: usize) -> Vec<Row> {
             samples,
             goal: 1e-10,
         });
+        rows.push(Row {
+            function: "phong::cylinder",
+            domain: exponent,
+            samples: cylinders,
+            goal: 1e-10,
+        });
     }
+    rows.sort_by_key(|row| std::cmp::Reverse(row.function));
     rows
 }
 

@@ -90,6 +90,12 @@ pub(crate) fn cylinder(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
     dd(2.0) * h * ribbon(p0, p1, n)
 }
 
+/// Twice the distance of the line.
+pub(crate) fn twice_distance(p0: [f64; 3], p1: [f64; 3]) -> Dd {
+    let (a, b) = (vector::<Dd>(p0), vector::<Dd>(p1));
+    dd(2.0) * length(&cross(&a, &b)) / length(&sub(&b, &a))
+}
+
 /// Picott's integral.
 pub(crate) fn point_line(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
     let Some(l) = line(p0, p1, n) else {

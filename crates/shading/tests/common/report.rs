@@ -37,6 +37,9 @@ pub(crate) fn table(rows: &[Row]) -> String {
 }
 
 fn cell(x: f64) -> String {
+    if x.is_nan() {
+        return "–".to_owned();
+    }
     if x.is_finite() {
         format!("{x:.1e}")
     } else {
@@ -44,12 +47,15 @@ fn cell(x: f64) -> String {
     }
 }
 
-/// Error over condition, log–log: the worst of each third of a decade, ours and the printed form.
+/// Error over condition, log–log, in thirds of a decade: the worst of ours, the median and the worst of
+/// the printed form.
 pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
     const BINS: usize = 48;
     let (width, height) = (640.0, 400.0);
     let mut ours = [f64::NAN; BINS];
     let mut printed = [f64::NAN; BINS];
+    let mut typical = [f64::NAN; BINS];
+    let mut all = vec![Vec::new(); BINS];
     for sample in rows
         .iter()
         .filter(|r| r.function == function)
@@ -64,6 +70,13 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
         let bin = (decade * 3.0) as usize;
         ours[bin] = ours[bin].max(sample.ours);
         printed[bin] = printed[bin].max(sample.printed.min(1e4));
+        if !sample.printed.is_nan() {
+            all[bin].push(sample.printed.min(1e4));
+        }
+    }
+    for (median, errors) in typical.iter_mut().zip(&mut all) {
+        errors.sort_by(f64::total_cmp);
+        *median = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
     }
     let x = |bin: f64| 60.0 + bin / 48.0 * (width - 80.0);
     let y = |error: f64| 20.0 + (4.0 - error.max(1e-18).log10()) / 22.0 * (height - 70.0);
@@ -71,6 +84,11 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n"
     );
+    let condition = match function.split("::").next() {
+        Some("phong") => "(k + 1)/sin δ, δ the angle between the ends' directions",
+        Some("polygon" | "solid_angle") => "1/Ω",
+        _ => "1/sin δ, δ the angle between the ends' directions",
+    };
     for decade in (-18..=4).step_by(2) {
         let py = y(10f64.powi(decade));
         writeln!(svg, "<path d=\"M60 {py:.1}H{:.0}\" stroke=\"#ddd\"/><text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">1e{decade}</text>", width - 20.0, py + 4.0).expect("text");
@@ -80,6 +98,12 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
         writeln!(svg, "<path d=\"M{px:.1} 20V{:.0}\" stroke=\"#ddd\"/><text x=\"{px:.1}\" y=\"{:.0}\" text-anchor=\"middle\">1e{decade}</text>", height - 50.0, height - 34.0).expect("text");
     }
     for (values, colour, label, at) in [
+        (
+            &typical,
+            "#e0a020",
+            "printed form (corrected), median",
+            80.0,
+        ),
         (&printed, "#c04020", "printed form (corrected), worst", 60.0),
         (&ours, "#2060c0", "linelit, worst", 40.0),
     ] {
@@ -90,8 +114,11 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
             let px = x(bin as f64 + 0.5);
             write!(path, "{command}{px:.1} {:.1}", y(*value)).expect("text");
         }
+        if path.is_empty() {
+            continue;
+        }
         writeln!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/><text x=\"70\" y=\"{at}\" fill=\"{colour}\">{label}</text>").expect("text");
     }
-    writeln!(svg, "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{function}: relative error over condition</text>\n</svg>", width / 2.0, height - 12.0).expect("text");
+    writeln!(svg, "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{function}: relative error over condition ({condition})</text>\n</svg>", width / 2.0, height - 12.0).expect("text");
     svg
 }
