@@ -31,7 +31,7 @@ use linelit_geometry::DVec3;
 ///
 /// **Domain**: as [`ribbon::irradiance`](crate::ribbon::irradiance).
 ///
-/// **Error**: below 2e-14 relative (`docs/accuracy.md`).
+/// **Error**: below 1e-13 relative (`docs/accuracy.md`).
 ///
 /// **Source**: Nishita et al. 1985; Peters 2021, eqs. 1–3, whose `F(ω₁) − F(ω₀)` cancels.
 ///
@@ -61,7 +61,7 @@ pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
 ///
 /// **Domain**: any finite segment; a line through the shading point gives 0 (it diverges there).
 ///
-/// **Error**: below 1e-14 relative. **Source**: Peters 2021, eq. 1, rearranged.
+/// **Error**: below 1e-13 relative. **Source**: Peters 2021, eq. 1, rearranged.
 #[inline]
 #[must_use]
 pub fn solid_angle(p0: DVec3, p1: DVec3) -> f64 {

@@ -77,9 +77,9 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     settle(sum / (k + 2.0) * length)
 }
 
-/// What the error of [`irradiance`] is relative to: the lobe's whole mass where its axis is near the
-/// polygon, 1e-4 of what the lobe's highest value in the polygon would give over its solid angle
-/// where it is not.
+/// What the error of [`irradiance`] is relative to (times distance over height where the light is seen
+/// edge-on): the lobe's whole mass 2π/(k + 2), or the solid angle where that is less, times the lobe's
+/// highest value on the polygon to the power k.
 #[must_use]
 pub fn condition(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     let Some((polygon, count)) = clip(vertices, n, w) else {

@@ -18,7 +18,7 @@ use linelit_geometry::DVec3;
 ///
 /// **Domain**: as [`ribbon::irradiance`](crate::ribbon::irradiance).
 ///
-/// **Error**: below 1e-14 relative (`docs/accuracy.md`).
+/// **Error**: below 1e-13 relative (`docs/accuracy.md`).
 ///
 /// **Source**: Picott 1992 (whose form divides by h and cancels); this form is the sum of the two
 /// hat-function integrals of the segment.

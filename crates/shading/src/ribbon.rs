@@ -30,7 +30,7 @@ use std::f64::consts::PI;
 /// **Domain**: any finite segment. No length, or a line through the shading point (where the
 /// integral diverges), gives 0; results beyond the range of `f64` give its bounds.
 ///
-/// **Error**: below 1e-14 relative, also at grazing incidence (`docs/accuracy.md`).
+/// **Error**: below 1e-13 relative, also at grazing incidence (`docs/accuracy.md`).
 ///
 /// **Source**: Billen & Dutré 2016, eqs. 17–20. Eq. 20 as printed lacks a factor and swaps two
 /// symbols; corrected, it still cancels. The form above is a rearrangement of our own.

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 /// **Formula**: `2 atan2(|det(a, b, c)|, |a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)`, with the
 /// determinant formed from the differences of the vertices, `a·((b − a) × (c − a))`.
 ///
-/// **Error**: below 1e-14 relative, however small or far the triangle, also seen edge-on or near an
+/// **Error**: below 1e-13 relative, however small or far the triangle, also seen edge-on or near an
 /// edge.
 ///
 /// **Source**: Van Oosterom & Strackee 1983.
