@@ -70,7 +70,8 @@ fn lune(l: &Line) -> Dd {
     sum
 }
 
-/// Billen & Dutré's integral, from FORMULAS-free algebra: first term plus the foot's cosine times K.
+/// Billen & Dutré's integral, by the crate's own algebra in double-double (that the algebra is right is
+/// for the reference vectors to say), with the angle from atan2.
 pub(crate) fn ribbon(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
     let Some(l) = line(p0, p1, n) else {
         return dd(0.0);
