@@ -12,7 +12,7 @@ use obvhs::{
 };
 use std::time::Duration;
 
-/// Cost of testing a leaf, in tests of a node: measured, see PERFORMANCE.md.
+/// Cost of testing a leaf, in tests of a node: measured, see docs/performance.md.
 const LEAF_COST: f32 = 1.2;
 
 /// With fewer leaves (3 MB) the caches hold everything.

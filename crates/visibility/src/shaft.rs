@@ -50,7 +50,7 @@ pub struct Shaft<'a> {
 }
 
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
-/// a time. Depends on the geometry alone; measured, see PERFORMANCE.md.
+/// a time. Depends on the geometry alone; measured, see docs/performance.md.
 const DENSE: usize = 224;
 
 /// Images of lines on the light farther than this from parallel, in units of the light, make
