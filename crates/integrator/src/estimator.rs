@@ -16,6 +16,9 @@ pub enum Estimator {
     PointArea,
     /// Points uniform in the light's solid angle, one shadow ray each.
     PointSolidAngle,
+    /// Directions drawn from the BSDF; those that meet the light count, one shadow ray each. A
+    /// linear light is never met: it gets points.
+    PointBsdf,
     /// Line samples by area; on each, one point of its visible part, uniform in length.
     LineArea(LineOptions),
     /// Line samples by area; the light along their visible parts in closed form.
@@ -45,9 +48,10 @@ impl Default for LineOptions {
 }
 
 /// Names without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; 5] = [
+pub const ESTIMATOR_NAMES: [&str; 6] = [
     "point-area",
     "point-solid-angle",
+    "point-bsdf",
     "line-area",
     "line-analytic",
     "exact",
@@ -117,6 +121,7 @@ impl FromStr for Estimator {
         match name {
             "point-area" => plain(Self::PointArea),
             "point-solid-angle" => plain(Self::PointSolidAngle),
+            "point-bsdf" => plain(Self::PointBsdf),
             "line-area" => lines(Self::LineArea),
             "line-analytic" => lines(Self::LineAnalytic),
             "exact" => plain(Self::Exact),
@@ -178,6 +183,7 @@ impl fmt::Display for Estimator {
         match self {
             Self::PointArea => f.write_str("point-area"),
             Self::PointSolidAngle => f.write_str("point-solid-angle"),
+            Self::PointBsdf => f.write_str("point-bsdf"),
             Self::LineArea(options) => write!(f, "line-area{options}"),
             Self::LineAnalytic(options) => write!(f, "line-analytic{options}"),
             Self::Exact => f.write_str("exact"),
@@ -217,6 +223,7 @@ mod tests {
         let texts = [
             "point-area",
             "point-solid-angle",
+            "point-bsdf",
             "line-area",
             "line-analytic",
             "line-area[orientation=fixed:0.25]",

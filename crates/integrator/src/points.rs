@@ -1,7 +1,7 @@
 //! Point samples: one shadow ray each.
 
 use crate::{PlannedLight, ShadingPoint, Workspace};
-use linelit_geometry::{DVec3, LIGHT_MARGIN};
+use linelit_geometry::{ConvexPolygon, DVec3, LIGHT_MARGIN};
 use linelit_lights::{AreaLight, AreaSampler, LinearLight, SolidAngleSampler};
 use linelit_samplers::SampleSet;
 use linelit_visibility::{Occluders, Ray};
@@ -59,6 +59,51 @@ pub(crate) fn solid_angle(
         }
     }
     sum / f64::from(count)
+}
+
+/// What one light sends to a point, by directions drawn from the BSDF: the mean of
+/// L f_r V cos θ/p_ω over those that meet the light.
+pub(crate) fn bsdf(
+    occluders: &Occluders,
+    light: &PlannedLight,
+    area: &AreaLight,
+    point: &ShadingPoint,
+    samples: (&SampleSet, u32),
+    workspace: &mut Workspace,
+) -> DVec3 {
+    let (set, count) = samples;
+    let mut sum = DVec3::ZERO;
+    for i in 0..count {
+        let Some(w) = point
+            .bsdf
+            .sample(set.get_2d(i), point.outgoing, point.normal)
+        else {
+            break;
+        };
+        let Some(on_light) = meets(&area.polygon, point.position, w) else {
+            continue;
+        };
+        let pdf = point.bsdf.pdf(w, point.outgoing, point.normal);
+        if pdf > 0.0 {
+            let value = contribution(occluders, light, area, point, (w, on_light), workspace);
+            sum += value / pdf;
+        }
+    }
+    sum / f64::from(count)
+}
+
+/// Where a ray meets a convex polygon.
+fn meets(polygon: &ConvexPolygon, x: DVec3, w: DVec3) -> Option<DVec3> {
+    let vertices = polygon.vertices();
+    let n = polygon.normal();
+    let t = n.dot(vertices[0] - x) / n.dot(w);
+    if !(t > 0.0 && t.is_finite()) {
+        return None;
+    }
+    let hit = x + w * t;
+    let next = vertices.iter().cycle().skip(1);
+    let inside = |(a, b): (&DVec3, &DVec3)| n.dot((*b - *a).cross(hit - *a)) >= 0.0;
+    vertices.iter().zip(next).all(inside).then_some(hit)
 }
 
 /// L f_r V cos θ at one point of the light, in direction `w`.

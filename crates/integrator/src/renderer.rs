@@ -316,6 +316,14 @@ impl Pair<'_> {
                 (&set, count),
                 workspace,
             ),
+            Estimator::PointBsdf => points::bsdf(
+                occluders,
+                self.light,
+                area,
+                self.point,
+                (&set, count),
+                workspace,
+            ),
             Estimator::LineArea(options) => self.lines(area, options, Along::Point, workspace),
             Estimator::LineAnalytic(options) => {
                 self.lines(area, options, Along::Analytic, workspace)
@@ -402,14 +410,16 @@ impl Pair<'_> {
         let set = sampler.points(self.pixel, self.dimension, count);
         let occluders = &self.renderer.occluders;
         match self.settings.estimator {
-            Estimator::PointArea | Estimator::PointSolidAngle => points::linear(
-                occluders,
-                self.light,
-                linear,
-                self.point,
-                (&set, count),
-                workspace,
-            ),
+            Estimator::PointArea | Estimator::PointSolidAngle | Estimator::PointBsdf => {
+                points::linear(
+                    occluders,
+                    self.light,
+                    linear,
+                    self.point,
+                    (&set, count),
+                    workspace,
+                )
+            }
             _ => self.whole_linear_light(linear, workspace),
         }
     }

@@ -89,7 +89,8 @@ pub(super) fn paper_orders() -> Vec<PaperOrder> {
     TABLE.iter().flat_map(row).collect()
 }
 
-/// Grid planes, triangle soup and colonnade (in Sponza's place), small and large lights. Every
+/// Grid planes, triangle soup, colonnade (in Sponza's place) and the glossy logo, small and large
+/// lights. Every
 /// sample is taken, as the paper takes it: no closed form where nothing occludes.
 pub(super) fn spec() -> StudySpec {
     StudySpec {
@@ -101,6 +102,8 @@ pub(super) fn spec() -> StudySpec {
             "triangle-soup-large",
             "colonnade-small",
             "colonnade-large",
+            "logo-small",
+            "logo-large",
         ]
         .map(str::to_owned)
         .to_vec(),
