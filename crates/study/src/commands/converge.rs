@@ -219,15 +219,15 @@ fn remark(points: &[SlopePoint], fit: &Order) -> String {
     let (Some(first), Some(last)) = (points.windows(2).next(), points.windows(2).last()) else {
         return String::new();
     };
+    let (early, late) = (step(&first[0], &first[1]), step(&last[0], &last[1]));
+    let why = if late < fit.order - 0.02 {
+        "the curve still steepens, so the fit over the whole range is weaker than its end"
+    } else {
+        "a straight line over the whole range: the order of this scene, which is not the paper's"
+    };
     format!(
-        "measured step by step: {:.2} from N = {} to {}, {:.2} from N = {} to {}; lack of fit {:.1}",
-        step(&first[0], &first[1]),
-        first[0].samples,
-        first[1].samples,
-        step(&last[0], &last[1]),
-        last[0].samples,
-        last[1].samples,
-        fit.lack_of_fit
+        "{why}: {early:.2} from N = {} to {}, {late:.2} from N = {} to {}; lack of fit {:.1}",
+        first[0].samples, first[1].samples, last[0].samples, last[1].samples, fit.lack_of_fit
     )
 }
 

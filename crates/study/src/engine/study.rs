@@ -154,7 +154,7 @@ fn run_cells(
                     targets,
                     Cell {
                         settings,
-                        trials: spec.trials,
+                        trials: spec.trials_of(sampler),
                     },
                 ));
             }

@@ -118,6 +118,7 @@ pub(super) fn spec() -> StudySpec {
         ],
         samples: vec![4, 16, 64, 256, 1024],
         trials: 32,
+        independent_trials: Some(128),
         pixels: Pixels::Grid(Resolution {
             width: 16,
             height: 16,

@@ -27,6 +27,9 @@ pub struct StudySpec {
     pub samples: Vec<u32>,
     /// Independent trials of each.
     pub trials: u32,
+    /// Trials of the independent pattern, where more are wanted: its order is known to be −1/2, so
+    /// it is the one that shows how well the study measures.
+    pub independent_trials: Option<u32>,
     /// Pixels.
     pub pixels: Pixels,
     /// Seconds after which no more samples are added.
@@ -37,6 +40,17 @@ pub struct StudySpec {
     pub skip: bool,
     /// Orders of the standard deviation that a paper reports, for the table of slopes.
     pub papers: Vec<PaperOrder>,
+}
+
+impl StudySpec {
+    /// Trials of a pattern.
+    #[must_use]
+    pub fn trials_of(&self, sampler: SamplerKind) -> u32 {
+        match (sampler, self.independent_trials) {
+            (SamplerKind::Independent, Some(trials)) => trials,
+            _ => self.trials,
+        }
+    }
 }
 
 /// An order of convergence that a paper reports.
@@ -114,6 +128,7 @@ fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
     }
     if let Some(trials) = args.trials {
         spec.trials = trials;
+        spec.independent_trials = None;
     }
     if let Some(pixels) = &args.pixels {
         spec.pixels.clone_from(pixels);
@@ -151,10 +166,11 @@ fn default_study() -> StudySpec {
             SamplerKind::Sobol,
         ],
         samples: vec![1, 4, 16, 64, 256],
-        trials: 8,
+        trials: 16,
+        independent_trials: None,
         pixels: Pixels::Grid(Resolution {
-            width: 48,
-            height: 48,
+            width: 64,
+            height: 64,
         }),
         time_budget: None,
         seed: 1,
