@@ -5,7 +5,7 @@ use crate::report::{Cell, Picture, Report, Section, Table, plot_files, scientifi
 use crate::studies::{Figure, Table1Row};
 use crate::tables::{StudyRecord, commit, cpu_name};
 use anyhow::{Context, Result};
-use linelit_film::{HeatMap, write_atomically};
+use linelit_film::{Exposure, HeatMap, Image, write_atomically};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ pub(super) fn write_study(out: &Path, record: &StudyRecord, results: &[SceneResu
             "{}: line-analytic, 16 stratified lines a point",
             result.scene
         );
-        let picture = Picture::of_radiance(&result.picture, &caption)?;
+        let picture = Picture::exposed(&result.picture, exposure(&result.picture), &caption)?;
         pictures.insert(result.scene.clone(), vec![picture]);
     }
     write_report(out, &Report::of_study(record, pictures))
@@ -71,7 +71,11 @@ fn figure_picture(figure: &Figure) -> Result<Picture> {
         .map_or(String::new(), |r| format!("; RMSE {}", scientific(r)));
     let caption = format!("{}{error}", figure.caption);
     if !figure.counts {
-        return Ok(Picture::of_radiance(&figure.image, &caption)?);
+        return Ok(Picture::exposed(
+            &figure.image,
+            exposure(&figure.image),
+            &caption,
+        )?);
     }
     let values: Vec<f32> = figure.image.rgb.iter().map(|p| p[0]).collect();
     let (w, h) = (figure.image.width, figure.image.height);
@@ -82,6 +86,11 @@ fn figure_picture(figure: &Figure) -> Result<Picture> {
         HeatMap::spanning(&values),
         &caption,
     )?)
+}
+
+/// Shows a tenth of the pixels as white, so that a light in the picture leaves the rest bright.
+fn exposure(image: &Image) -> Exposure {
+    Exposure::fitting(image, 0.9)
 }
 
 /// Writes `report.html` of Table 1.

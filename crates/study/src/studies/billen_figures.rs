@@ -89,6 +89,8 @@ fn settings(estimator: &str, samples: u32, seed: u64) -> Result<Settings> {
         sampler: SamplerKind::Stratified,
         samples,
         seed,
+        // A light in the picture would leave the penumbrae dark.
+        show_lights: false,
         skip: false,
         ..Settings::default()
     })
@@ -161,7 +163,7 @@ fn about(figure: &str) -> &'static str {
     match figure {
         "Fig. 2" => {
             "Three ways to choose the direction of the lines. One direction for all leaves patterns \
-             in the penumbrae; a direction for each line leaves noise of the order N^-1/2; a \
+             in the penumbrae; a direction for each line leaves noise of the order N⁻¹ᐟ²; a \
              direction for each shading point keeps the order and turns patterns into noise."
         }
         "Fig. 3" => {
