@@ -80,7 +80,7 @@ pub const NAMES: [&str; 4] = [
 #[derive(Clone, Debug)]
 pub enum Study {
     /// Errors over samples and time, with slopes.
-    Convergence(StudySpec),
+    Convergence(Box<StudySpec>),
     /// Billen & Dutré's Table 1.
     BillenTable1,
     /// Billen & Dutré's Figs. 2, 3 and 5.
@@ -110,7 +110,7 @@ pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
         },
     };
     apply_flags(&mut spec, args)?;
-    Ok(Study::Convergence(spec))
+    Ok(Study::Convergence(Box::new(spec)))
 }
 
 fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
