@@ -36,6 +36,7 @@ mod closed_form;
 mod estimator;
 mod lines;
 mod oracle;
+mod pair;
 mod plan;
 mod point;
 mod points;

@@ -1,95 +1,108 @@
 //! Point samples: one shadow ray each.
 
-use crate::{PlannedLight, ShadingPoint, Workspace};
+use crate::pair::Pair;
+use crate::{ShadingPoint, Workspace};
 use linelit_geometry::{ConvexPolygon, DVec3, LIGHT_MARGIN};
 use linelit_lights::{AreaLight, AreaSampler, LinearLight, SolidAngleSampler};
-use linelit_samplers::SampleSet;
-use linelit_visibility::{Occluders, Ray};
+use linelit_visibility::Ray;
 
-/// What one light sends to a point, by points uniform on its area.
-///
-/// Billen & Dutré 2016, eqs. 1–2: the mean of L f_r V cos θ cos θ'/(r² p_A).
-pub(crate) fn area(
-    occluders: &Occluders,
-    light: &PlannedLight,
-    area: &AreaLight,
-    point: &ShadingPoint,
-    samples: (&SampleSet, u32),
-    workspace: &mut Workspace,
-) -> DVec3 {
-    let sampler = AreaSampler::new(&area.polygon);
-    let (set, count) = samples;
-    let mut sum = DVec3::ZERO;
-    for i in 0..count {
-        let sample = sampler.sample(set.get_2d(i));
-        let to_light = sample.point - point.position;
-        let square = to_light.length_squared();
-        let w = to_light / square.sqrt();
-        let cos_light = area.polygon.normal().dot(w);
-        let pdf = sample.pdf.to_solid_angle(square, cos_light);
-        if pdf.is_positive() {
-            let weight = 1.0 / pdf.value();
-            sum +=
-                contribution(occluders, light, area, point, (w, sample.point), workspace) * weight;
-        }
+impl Pair<'_> {
+    /// Points uniform on the light's area.
+    ///
+    /// Billen & Dutré 2016, eqs. 1–2: the mean of L f_r V cos θ cos θ'/(r² p_A).
+    pub(crate) fn points_by_area(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
+        let sampler = AreaSampler::new(&area.polygon);
+        self.mean(area, workspace, |u| {
+            let sample = sampler.sample(u);
+            let to_light = sample.point - self.point.position;
+            let square = to_light.length_squared();
+            let w = to_light / square.sqrt();
+            let cos_light = area.polygon.normal().dot(w);
+            let pdf = sample.pdf.to_solid_angle(square, cos_light).value();
+            Some((w, sample.point, pdf))
+        })
     }
-    sum / f64::from(count)
-}
 
-/// What one light sends to a point, by points uniform in its solid angle: the mean of
-/// L f_r V cos θ/p_ω.
-pub(crate) fn solid_angle(
-    occluders: &Occluders,
-    light: &PlannedLight,
-    area: &AreaLight,
-    point: &ShadingPoint,
-    samples: (&SampleSet, u32),
-    workspace: &mut Workspace,
-) -> DVec3 {
-    let sampler = SolidAngleSampler::new(&area.polygon, point.position);
-    let (set, count) = samples;
-    let mut sum = DVec3::ZERO;
-    for i in 0..count {
-        let sample = sampler.sample(set.get_2d(i));
-        if sample.pdf.is_positive() {
-            let w = (sample.point - point.position).normalize_or_zero();
-            let weight = 1.0 / sample.pdf.value();
-            sum +=
-                contribution(occluders, light, area, point, (w, sample.point), workspace) * weight;
-        }
+    /// Points uniform in the light's solid angle: the mean of L f_r V cos θ/p_ω.
+    pub(crate) fn points_by_solid_angle(
+        &self,
+        area: &AreaLight,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let sampler = SolidAngleSampler::new(&area.polygon, self.point.position);
+        self.mean(area, workspace, |u| {
+            let sample = sampler.sample(u);
+            let w = (sample.point - self.point.position).normalize_or_zero();
+            Some((w, sample.point, sample.pdf.value()))
+        })
     }
-    sum / f64::from(count)
-}
 
-/// What one light sends to a point, by directions drawn from the BSDF: the mean of
-/// L f_r V cos θ/p_ω over those that meet the light.
-pub(crate) fn bsdf(
-    occluders: &Occluders,
-    light: &PlannedLight,
-    area: &AreaLight,
-    point: &ShadingPoint,
-    samples: (&SampleSet, u32),
-    workspace: &mut Workspace,
-) -> DVec3 {
-    let (set, count) = samples;
-    let mut sum = DVec3::ZERO;
-    for i in 0..count {
-        let Some(w) = point
-            .bsdf
-            .sample(set.get_2d(i), point.outgoing, point.normal)
-        else {
-            break;
+    /// Directions drawn from the BSDF: the mean of L f_r V cos θ/p_ω over those that meet the light.
+    pub(crate) fn points_by_bsdf(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
+        let point = self.point;
+        self.mean(area, workspace, |u| {
+            let w = point.bsdf.sample(u, point.outgoing, point.normal)?;
+            let on_light = meets(&area.polygon, point.position, w)?;
+            Some((w, on_light, point.bsdf.pdf(w, point.outgoing, point.normal)))
+        })
+    }
+
+    /// The mean of L f_r V cos θ/p_ω over samples: direction, point on the light, density p_ω.
+    fn mean(
+        &self,
+        area: &AreaLight,
+        workspace: &mut Workspace,
+        sample: impl Fn([f64; 2]) -> Option<(DVec3, DVec3, f64)>,
+    ) -> DVec3 {
+        let set = self.samples();
+        let mut sum = DVec3::ZERO;
+        for i in 0..self.count() {
+            let Some((w, on_light, pdf)) = sample(set.get_2d(i)) else {
+                continue;
+            };
+            let value = unshadowed(area, self.point, w);
+            if pdf > 0.0 && value != DVec3::ZERO && self.sees(on_light, workspace) {
+                sum += value * (1.0 / pdf);
+            }
+        }
+        sum / f64::from(self.count())
+    }
+
+    /// Whether nothing stands between the shading point and a point of the light.
+    fn sees(&self, on_light: DVec3, workspace: &mut Workspace) -> bool {
+        let ray = Ray {
+            origin: self.point.position,
+            direction: on_light - self.point.position,
+            t_min: 0.0,
+            t_max: 1.0 - LIGHT_MARGIN,
         };
-        let Some(on_light) = meets(&area.polygon, point.position, w) else {
-            continue;
-        };
-        let pdf = point.bsdf.pdf(w, point.outgoing, point.normal);
-        if pdf > 0.0 {
-            let value = contribution(occluders, light, area, point, (w, on_light), workspace);
-            sum += value / pdf;
-        }
+        !self
+            .occluders
+            .any_hit(&ray, &self.light.triangles, &mut workspace.scratch)
     }
-    sum / f64::from(count)
+
+    /// Points uniform on the length of a linear light.
+    ///
+    /// The limit of a thin cylinder: dω per length and radius is 2 sin γ/r², for the angle γ between
+    /// the light and the direction (Peters 2021, eqs. 1–3).
+    pub(crate) fn points_along(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
+        let (set, point) = (self.samples(), self.point);
+        let direction = linear.segment.direction();
+        let length = linear.segment.length();
+        let mut sum = DVec3::ZERO;
+        for i in 0..self.count() {
+            let on_light = linear.segment.at(set.get_1d(i));
+            let to_light = on_light - point.position;
+            let square = to_light.length_squared();
+            let w = to_light / square.sqrt();
+            let cosine = point.cosine(w);
+            if cosine > 0.0 && self.sees(on_light, workspace) {
+                let width = 2.0 * direction.cross(w).length() / square;
+                sum += point.bsdf.eval(w, point.outgoing, point.normal) * (cosine * width * length);
+            }
+        }
+        sum * linear.radiance_radius / f64::from(self.count())
+    }
 }
 
 /// Where a ray meets a convex polygon.
@@ -106,22 +119,6 @@ fn meets(polygon: &ConvexPolygon, x: DVec3, w: DVec3) -> Option<DVec3> {
     vertices.iter().zip(next).all(inside).then_some(hit)
 }
 
-/// L f_r V cos θ at one point of the light, in direction `w`.
-pub(crate) fn contribution(
-    occluders: &Occluders,
-    light: &PlannedLight,
-    area: &AreaLight,
-    point: &ShadingPoint,
-    (w, on_light): (DVec3, DVec3),
-    workspace: &mut Workspace,
-) -> DVec3 {
-    let value = unshadowed(area, point, w);
-    if value == DVec3::ZERO || !sees(occluders, light, point, on_light, workspace) {
-        return DVec3::ZERO;
-    }
-    value
-}
-
 /// L f_r cos θ towards `w`, whatever stands between.
 pub(crate) fn unshadowed(area: &AreaLight, point: &ShadingPoint, w: DVec3) -> DVec3 {
     let cosine = point.cosine(w);
@@ -130,51 +127,4 @@ pub(crate) fn unshadowed(area: &AreaLight, point: &ShadingPoint, w: DVec3) -> DV
     }
     let emitted = area.emission.towards(-area.polygon.normal().dot(w));
     emitted * point.bsdf.eval(w, point.outgoing, point.normal) * cosine
-}
-
-/// Whether nothing stands between the shading point and a point of the light.
-pub(crate) fn sees(
-    occluders: &Occluders,
-    light: &PlannedLight,
-    point: &ShadingPoint,
-    on_light: DVec3,
-    workspace: &mut Workspace,
-) -> bool {
-    let ray = Ray {
-        origin: point.position,
-        direction: on_light - point.position,
-        t_min: 0.0,
-        t_max: 1.0 - LIGHT_MARGIN,
-    };
-    !occluders.any_hit(&ray, &light.triangles, &mut workspace.scratch)
-}
-
-/// What a linear light sends to a point, by points uniform on its length.
-///
-/// The limit of a thin cylinder: dω per length and radius is 2 sin γ/r², for the angle γ between
-/// the light and the direction (Peters 2021, eqs. 1–3).
-pub(crate) fn linear(
-    occluders: &Occluders,
-    light: &PlannedLight,
-    linear: &LinearLight,
-    point: &ShadingPoint,
-    samples: (&SampleSet, u32),
-    workspace: &mut Workspace,
-) -> DVec3 {
-    let (set, count) = samples;
-    let direction = linear.segment.direction();
-    let length = linear.segment.length();
-    let mut sum = DVec3::ZERO;
-    for i in 0..count {
-        let on_light = linear.segment.at(set.get_1d(i));
-        let to_light = on_light - point.position;
-        let square = to_light.length_squared();
-        let w = to_light / square.sqrt();
-        let cosine = point.cosine(w);
-        if cosine > 0.0 && sees(occluders, light, point, on_light, workspace) {
-            let width = 2.0 * direction.cross(w).length() / square;
-            sum += point.bsdf.eval(w, point.outgoing, point.normal) * (cosine * width * length);
-        }
-    }
-    sum * linear.radiance_radius / f64::from(count)
 }

@@ -1,16 +1,14 @@
 //! From a pixel to its direct light.
 
-use crate::lines::{self, Along, Streams};
+use crate::pair::Pair;
 use crate::point::SURFACE_OFFSET;
-use crate::{
-    Estimator, LineOptions, Plan, PlannedLight, ShadingPoint, Workspace, closed_form, points,
-};
+use crate::{Estimator, LineOptions, Plan, ShadingPoint, Workspace};
 use linelit_geometry::DVec3;
-use linelit_lights::{AreaLight, Light, LinearLight};
+use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_scene::{MaterialKind, Scene, Surface};
 use linelit_shading::bsdf::{Bsdf, Lambert, Phong};
-use linelit_visibility::{Hit, Occluders, Ray, ShaftClass, ShaftQuery};
+use linelit_visibility::{Hit, Occluders, Ray};
 
 /// Sample dimensions of one (point, light) pair.
 const DIMENSIONS_PER_LIGHT: u32 = 4;
@@ -259,7 +257,7 @@ impl<'s> Renderer<'s> {
             }
             let slot = repetition.wrapping_mul(total).wrapping_add(light.index);
             let pair = Pair {
-                renderer: self,
+                occluders: &self.occluders,
                 settings,
                 light,
                 point,
@@ -268,11 +266,7 @@ impl<'s> Renderer<'s> {
                     .wrapping_mul(DIMENSIONS_PER_LIGHT)
                     .wrapping_add(CAMERA_DIMENSIONS),
             };
-            sum += match &light.light {
-                Light::Area(area) => pair.area_light(area, workspace),
-                Light::Linear(linear) => pair.linear_light(linear, workspace),
-                _ => DVec3::ZERO,
-            };
+            sum += pair.estimate(workspace);
         }
         sum
     }
@@ -281,161 +275,4 @@ impl<'s> Renderer<'s> {
 /// `v`, turned to the side of `reference`.
 fn towards(v: DVec3, reference: DVec3) -> DVec3 {
     if v.dot(reference) < 0.0 { -v } else { v }
-}
-
-/// One shading point and one light: what an estimator works on.
-struct Pair<'a> {
-    renderer: &'a Renderer<'a>,
-    settings: &'a Settings,
-    light: &'a PlannedLight,
-    point: &'a ShadingPoint,
-    pixel: [u32; 2],
-    dimension: u32,
-}
-
-impl Pair<'_> {
-    fn area_light(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
-        let sampler = Sampler::new(self.settings.sampler, self.settings.seed);
-        let count = self.settings.samples.max(1);
-        let set = sampler.points(self.pixel, self.dimension, count);
-        let occluders = &self.renderer.occluders;
-        match self.settings.estimator {
-            Estimator::PointArea => points::area(
-                occluders,
-                self.light,
-                area,
-                self.point,
-                (&set, count),
-                workspace,
-            ),
-            Estimator::PointSolidAngle => points::solid_angle(
-                occluders,
-                self.light,
-                area,
-                self.point,
-                (&set, count),
-                workspace,
-            ),
-            Estimator::PointBsdf => points::bsdf(
-                occluders,
-                self.light,
-                area,
-                self.point,
-                (&set, count),
-                workspace,
-            ),
-            Estimator::LineArea(options) => self.lines(area, options, Along::Point, workspace),
-            Estimator::LineAnalytic(options) => {
-                self.lines(area, options, Along::Analytic, workspace)
-            }
-            // The plan takes the closed form where there is one.
-            Estimator::Exact => {
-                self.lines(area, LineOptions::default(), Along::Analytic, workspace)
-            }
-        }
-    }
-
-    /// Line samples: all of them in one query.
-    fn lines(
-        &self,
-        area: &AreaLight,
-        options: LineOptions,
-        along: Along,
-        workspace: &mut Workspace,
-    ) -> DVec3 {
-        let count = self.settings.samples.max(1);
-        let kind = self.settings.sampler;
-        // Without a closed form, one point of each line's visible part.
-        let along = if closed_form::has_closed_form(&self.point.bsdf) {
-            along
-        } else {
-            Along::Point
-        };
-        let set = Sampler::new(kind, self.settings.seed).points(self.pixel, self.dimension, count);
-        let orientations = Sampler::new(SamplerKind::Independent, self.settings.seed);
-        let streams = Streams {
-            samples: &set,
-            two_dimensional: along == Along::Point,
-            orientations: &orientations,
-            key: (self.pixel, self.dimension),
-            count,
-        };
-        let query = ShaftQuery {
-            point: self.point.position,
-            light: area.polygon.vertices(),
-            exclude: self.light.triangles.clone(),
-        };
-        let Workspace {
-            scratch,
-            visible,
-            draws,
-            plan,
-            segments,
-        } = workspace;
-        let mut shaft = self.renderer.occluders.shaft(query, scratch);
-        if self.settings.skip || self.is_exact() {
-            match shaft.class() {
-                ShaftClass::Blocked => {
-                    plan.hidden += 1;
-                    return DVec3::ZERO;
-                }
-                ShaftClass::Empty => {
-                    plan.unoccluded += 1;
-                    let closed = (along == Along::Analytic)
-                        .then(|| closed_form::whole_light(area, self.point))
-                        .flatten();
-                    if let Some(value) = closed {
-                        plan.closed_form += 1;
-                        return value;
-                    }
-                }
-                ShaftClass::Partial => plan.exact_fallbacks += u64::from(self.is_exact()),
-            }
-        }
-        draws.draw(area, options, &streams);
-        shaft.visible(&draws.lines, visible);
-        let gathered = lines::gather(area, self.point, along, draws, |i| visible.line(i));
-        *segments += gathered.segments;
-        plan.hidden_lines += gathered.hidden;
-        gathered.sum / f64::from(count)
-    }
-
-    fn is_exact(&self) -> bool {
-        matches!(self.settings.estimator, Estimator::Exact)
-    }
-
-    fn linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
-        let sampler = Sampler::new(self.settings.sampler, self.settings.seed);
-        let count = self.settings.samples.max(1);
-        let set = sampler.points(self.pixel, self.dimension, count);
-        let occluders = &self.renderer.occluders;
-        match self.settings.estimator {
-            Estimator::PointArea | Estimator::PointSolidAngle | Estimator::PointBsdf => {
-                points::linear(
-                    occluders,
-                    self.light,
-                    linear,
-                    self.point,
-                    (&set, count),
-                    workspace,
-                )
-            }
-            _ => self.whole_linear_light(linear, workspace),
-        }
-    }
-
-    /// One line query finds all there is to know of a linear light.
-    fn whole_linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
-        let ends = [linear.segment.p0, linear.segment.p1];
-        let query = ShaftQuery {
-            point: self.point.position,
-            light: &ends,
-            exclude: self.light.triangles.clone(),
-        };
-        let mut shaft = self.renderer.occluders.shaft(query, &mut workspace.scratch);
-        shaft.visible(&[linear.segment], &mut workspace.visible);
-        workspace.segments.lines += 1;
-        workspace.segments.pieces += workspace.visible.line(0).len() as u64;
-        closed_form::linear(linear, self.point, workspace.visible.line(0))
-    }
 }

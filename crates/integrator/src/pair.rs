@@ -1,0 +1,158 @@
+//! One shading point and one light: where an estimator is chosen.
+
+use crate::lines::{self, Along, Streams};
+use crate::{Estimator, LineOptions, PlannedLight, Settings, ShadingPoint, Workspace, closed_form};
+use linelit_geometry::DVec3;
+use linelit_lights::{AreaLight, Light, LinearLight};
+use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+use linelit_visibility::{Occluders, ShaftClass, ShaftQuery};
+
+/// One shading point and one light: what an estimator works on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair<'a> {
+    /// What may stand between.
+    pub occluders: &'a Occluders,
+    /// Estimator, pattern, samples, seed.
+    pub settings: &'a Settings,
+    /// The light.
+    pub light: &'a PlannedLight,
+    /// The shading point.
+    pub point: &'a ShadingPoint,
+    /// The pixel and the first dimension name the pair's random numbers.
+    pub pixel: [u32; 2],
+    /// See `pixel`.
+    pub dimension: u32,
+}
+
+impl Pair<'_> {
+    /// What the light sends from the shading point to its viewer.
+    pub(crate) fn estimate(&self, workspace: &mut Workspace) -> DVec3 {
+        match &self.light.light {
+            Light::Area(area) => self.area_light(area, workspace),
+            Light::Linear(linear) => self.linear_light(linear, workspace),
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// The number of samples.
+    pub(crate) fn count(&self) -> u32 {
+        self.settings.samples.max(1)
+    }
+
+    /// The samples.
+    pub(crate) fn samples(&self) -> SampleSet {
+        Sampler::new(self.settings.sampler, self.settings.seed).points(
+            self.pixel,
+            self.dimension,
+            self.count(),
+        )
+    }
+
+    fn area_light(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
+        match self.settings.estimator {
+            Estimator::PointArea => self.points_by_area(area, workspace),
+            Estimator::PointSolidAngle => self.points_by_solid_angle(area, workspace),
+            Estimator::PointBsdf => self.points_by_bsdf(area, workspace),
+            Estimator::LineArea(options) => self.lines(area, options, Along::Point, workspace),
+            Estimator::LineAnalytic(options) => {
+                self.lines(area, options, Along::Analytic, workspace)
+            }
+            // The plan takes the closed form where there is one.
+            Estimator::Exact => {
+                self.lines(area, LineOptions::default(), Along::Analytic, workspace)
+            }
+        }
+    }
+
+    /// Line samples: all of them in one query.
+    fn lines(
+        &self,
+        area: &AreaLight,
+        options: LineOptions,
+        along: Along,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let count = self.count();
+        // Without a closed form, one point of each line's visible part.
+        let along = if closed_form::has_closed_form(&self.point.bsdf) {
+            along
+        } else {
+            Along::Point
+        };
+        let set = self.samples();
+        let orientations = Sampler::new(SamplerKind::Independent, self.settings.seed);
+        let streams = Streams {
+            samples: &set,
+            two_dimensional: along == Along::Point,
+            orientations: &orientations,
+            key: (self.pixel, self.dimension),
+            count,
+        };
+        let query = ShaftQuery {
+            point: self.point.position,
+            light: area.polygon.vertices(),
+            exclude: self.light.triangles.clone(),
+        };
+        let Workspace {
+            scratch,
+            visible,
+            draws,
+            plan,
+            segments,
+        } = workspace;
+        let mut shaft = self.occluders.shaft(query, scratch);
+        if self.settings.skip || self.is_exact() {
+            match shaft.class() {
+                ShaftClass::Blocked => {
+                    plan.hidden += 1;
+                    return DVec3::ZERO;
+                }
+                ShaftClass::Empty => {
+                    plan.unoccluded += 1;
+                    let closed = (along == Along::Analytic)
+                        .then(|| closed_form::whole_light(area, self.point))
+                        .flatten();
+                    if let Some(value) = closed {
+                        plan.closed_form += 1;
+                        return value;
+                    }
+                }
+                ShaftClass::Partial => plan.exact_fallbacks += u64::from(self.is_exact()),
+            }
+        }
+        draws.draw(area, options, &streams);
+        shaft.visible(&draws.lines, visible);
+        let gathered = lines::gather(area, self.point, along, draws, |i| visible.line(i));
+        *segments += gathered.segments;
+        plan.hidden_lines += gathered.hidden;
+        gathered.sum / f64::from(count)
+    }
+
+    fn is_exact(&self) -> bool {
+        matches!(self.settings.estimator, Estimator::Exact)
+    }
+
+    fn linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
+        match self.settings.estimator {
+            Estimator::PointArea | Estimator::PointSolidAngle | Estimator::PointBsdf => {
+                self.points_along(linear, workspace)
+            }
+            _ => self.whole_linear_light(linear, workspace),
+        }
+    }
+
+    /// One line query finds all there is to know of a linear light.
+    fn whole_linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
+        let ends = [linear.segment.p0, linear.segment.p1];
+        let query = ShaftQuery {
+            point: self.point.position,
+            light: &ends,
+            exclude: self.light.triangles.clone(),
+        };
+        let mut shaft = self.occluders.shaft(query, &mut workspace.scratch);
+        shaft.visible(&[linear.segment], &mut workspace.visible);
+        workspace.segments.lines += 1;
+        workspace.segments.pieces += workspace.visible.line(0).len() as u64;
+        closed_form::linear(linear, self.point, workspace.visible.line(0))
+    }
+}
