@@ -87,21 +87,7 @@ fn expand(step: &str) -> Vec<(String, Work)> {
                 &["-D", "warnings"],
             ),
         ),
-        "test" => one(
-            "tests",
-            quiet(
-                &[
-                    "test",
-                    "--workspace",
-                    "--no-fail-fast",
-                    "--lib",
-                    "--bins",
-                    "--tests",
-                    "--examples",
-                ],
-                &[],
-            ),
-        ),
+        "test" => one("tests", same_cases(tests(&["--examples"], &[]))),
         "doctest" => one(
             "doctests",
             quiet(&["test", "--workspace", "--no-fail-fast", "--doc"], &[]),
@@ -112,23 +98,50 @@ fn expand(step: &str) -> Vec<(String, Work)> {
             one("rustdoc", doc)
         }
         "features" => feature_combinations(),
-        "long" => one(
-            "long tests",
-            quiet(
-                &[
-                    "test",
-                    "--workspace",
-                    "--no-fail-fast",
-                    "--release",
-                    "--lib",
-                    "--bins",
-                    "--tests",
-                ],
-                &["--ignored"],
+        "long" => vec![
+            (
+                "long tests".to_owned(),
+                checked(tests(&["--release"], &["--ignored"])),
             ),
-        ),
+            (
+                "properties on new cases".to_owned(),
+                checked(new_cases(tests(&["--release"], &[]))),
+            ),
+        ],
         _ => Vec::new(),
     }
+}
+
+/// `cargo test` on all that is not documentation.
+fn tests(more: &[&str], after: &[&str]) -> Command {
+    let everything = [
+        "test",
+        "--workspace",
+        "--no-fail-fast",
+        "--lib",
+        "--bins",
+        "--tests",
+    ];
+    quiet(&[&everything, more].concat(), after)
+}
+
+/// The variable that proptest takes its seed from.
+const PROPERTY_SEED: &str = "PROPTEST_RNG_SEED";
+
+/// The same random cases on every run, so that a failure is the change's and can be had again: new
+/// ones are for the long tests. Whoever sets the variable has their own.
+fn same_cases(mut command: Command) -> Command {
+    if std::env::var_os(PROPERTY_SEED).is_none() {
+        command.env(PROPERTY_SEED, "20160301");
+    }
+    command
+}
+
+/// Sixteen times the usual number of random cases, new ones on every run; a failing case prints
+/// itself, smallest form first.
+fn new_cases(mut command: Command) -> Command {
+    command.env("PROPTEST_CASES", "4096");
+    command
 }
 
 /// `cargo ARGUMENTS --quiet -- AFTER` on the whole workspace.

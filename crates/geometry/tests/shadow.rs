@@ -42,6 +42,8 @@ fn visible(x: DVec3, line: &Segment, triangles: &[[DVec3; 3]]) -> IntervalSet {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, max_global_rejects: 1 << 20, ..ProptestConfig::default() })]
+
     #[test]
     fn agrees_with_rays(
         x in vector(-1.0..1.0),
@@ -67,18 +69,33 @@ proptest! {
         let line = Segment::new(p0, p1);
         let a = ShadowTriangle::new(x, &line).and_then(|s| s.blocked_by(&t));
         let b = ShadowTriangle::new(x, &line.reversed()).and_then(|s| s.blocked_by(&t));
-        // The cross product only changes sign, so the coordinates swap to the bit; the division
-        // 1 - lam1/(lam0 + lam1) against lam0/(lam0 + lam1) differs by 2 eps.
+        // The cross product only changes sign, so the coordinates swap to the bit; but the sides are
+        // clipped in the other order. Each of two clips and the chord's ends are convex
+        // combinations of the vertices' coordinates, rounded by a few eps of the largest, M; the
+        // projection divides by the depth.
+        let Some(frame) = ShadowTriangle::new(x, &line) else { return Ok(()) };
+        let c = t.map(|p| frame.vertex(p));
+        let largest = c.iter().map(|v| v.lam0.abs().max(v.lam1.abs())).fold(1.0, f64::max);
+        let nearest = [(0, 1), (1, 2), (2, 0)]
+            .into_iter()
+            .filter(|&(i, j): &(usize, usize)| (c[i].sigma >= 0.0) != (c[j].sigma >= 0.0))
+            .map(|(i, j)| {
+                let w = c[j].sigma / (c[j].sigma - c[i].sigma);
+                w * (c[i].lam0 + c[i].lam1) + (1.0 - w) * (c[j].lam0 + c[j].lam1)
+            })
+            .fold(f64::INFINITY, f64::min);
+        prop_assume!(nearest > 1e-3);
+        let tolerance = 16.0 * f64::EPSILON * largest / nearest.min(1.0);
         match (a, b) {
             (Some(a), Some(b)) => {
-                prop_assert!((a.lo - (1.0 - b.hi)).abs() <= 4.0 * f64::EPSILON);
-                prop_assert!((a.hi - (1.0 - b.lo)).abs() <= 4.0 * f64::EPSILON);
+                prop_assert!((a.lo - (1.0 - b.hi)).abs() <= tolerance);
+                prop_assert!((a.hi - (1.0 - b.lo)).abs() <= tolerance);
             }
             (None, None) => {}
             _ => {
                 // only an interval of rounding length may vanish
                 let i = a.or(b).unwrap();
-                prop_assert!(i.length() <= 4.0 * f64::EPSILON);
+                prop_assert!(i.length() <= tolerance);
             }
         }
     }
@@ -128,9 +145,10 @@ proptest! {
                 }
             }
         }
-        // A third of the shading points lie in the plane of lattice vertices.
+        // Half of the shading points lie in the plane of lattice vertices.
         let x = if flat { DVec3::new(-0.2, x.y, 0.2) } else { x };
-        let line = Segment::new(d * 5.0 + DVec3::new(0.0, 0.0, 6.0), e * 5.0 + DVec3::new(0.0, 0.0, 6.0));
+        // The lattice bulges to 1.2: the line keeps z >= 1.5, so that it is outside.
+        let line = Segment::new(d * 5.0 + DVec3::new(0.0, 0.0, 6.5), e * 5.0 + DVec3::new(0.0, 0.0, 6.5));
         let set = visible(x, &line, &triangles);
         prop_assert!(set.is_empty() || ShadowTriangle::new(x, &line).is_none(), "{set:?}");
         // fewer occluders never show less
