@@ -264,10 +264,10 @@ fn dense_kernel<S: Simd>(
             let first = slots.len().saturating_sub(8);
             flat.clear();
             let few = &slots[first..];
-            let all = project::project_slots::<S, false>(s, occluders, few, point, frame, flat);
+            let left = project::project_slots::<S, false>(s, occluders, few, point, frame, flat);
             slots.truncate(first);
             counters.candidates += flat.count as u64;
-            if all {
+            if left.is_none() {
                 // One triangle before all the lines: nothing is visible.
                 slots.clear();
                 return;

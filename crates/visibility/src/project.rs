@@ -55,7 +55,7 @@ impl FlatTriangles {
 type Vertex<S> = [<S as Simd>::D; 3];
 
 /// Projects the triangles in `scratch.slots` into `scratch.flat`, dropping those that miss the
-/// light; true if one of them hides the light as a whole.
+/// light from both; true if one of them hides the light as a whole.
 #[inline(always)]
 fn project_kernel<S: Simd>(
     s: S,
@@ -64,18 +64,31 @@ fn project_kernel<S: Simd>(
     frame: &LightFrame,
     scratch: &mut Scratch,
 ) -> bool {
-    let flat = &mut scratch.flat;
+    let Scratch { flat, slots, .. } = scratch;
     flat.clear();
-    for chunk in scratch.slots.chunks(8) {
-        if project_slots::<S, true>(s, occluders, chunk, point, frame, flat) {
+    let mut kept = 0;
+    let mut start = 0;
+    while start < slots.len() {
+        let end = slots.len().min(start + 8);
+        let few = &slots[start..end];
+        let Some(mut inside) = project_slots::<S, true>(s, occluders, few, point, frame, flat)
+        else {
             return true;
+        };
+        while inside != 0 {
+            slots[kept] = slots[start + inside.trailing_zeros() as usize];
+            kept += 1;
+            inside &= inside - 1;
         }
+        start = end;
     }
+    slots.truncate(kept);
     false
 }
 
-/// Projects up to eight triangles; true if one of them hides the light as a whole. Unless
-/// `SEPARATE`, neither that nor whether they miss the light is looked into.
+/// Projects up to eight triangles and tells which are left (a bit each), or `None` if one of them
+/// hides the light as a whole. Unless `SEPARATE`, only a triangle that needs cutting is seen to
+/// hide the light, and none to miss it.
 #[inline(always)]
 pub(crate) fn project_slots<S: Simd, const SEPARATE: bool>(
     s: S,
@@ -84,7 +97,7 @@ pub(crate) fn project_slots<S: Simd, const SEPARATE: bool>(
     point: DVec3,
     frame: &LightFrame,
     flat: &mut FlatTriangles,
-) -> bool {
+) -> Option<u8> {
     let mut corners = [[0.0_f32; 8]; 9];
     for (lane, &slot) in slots.iter().enumerate() {
         let leaf = &occluders.hierarchy.leaves[slot as usize / 8];
@@ -104,7 +117,7 @@ fn project_eight<S: Simd, const SEPARATE: bool>(
     point: DVec3,
     frame: &LightFrame,
     flat: &mut FlatTriangles,
-) -> bool {
+) -> Option<u8> {
     let a = homogeneous(s, corners, 0, point, frame);
     let b = homogeneous(s, corners, 3, point, frame);
     let c = homogeneous(s, corners, 6, point, frame);
@@ -114,7 +127,7 @@ fn project_eight<S: Simd, const SEPARATE: bool>(
     let between = s.and(before, s.dlt(nearest, s.dsplat(1.0 - LIGHT_MARGIN)));
     let alive = s.bits(between) & used;
     if alive == 0 {
-        return false;
+        return Some(0);
     }
     let mut whole = s.and(
         s.dle(s.dsplat(POINT_MARGIN), nearest),
@@ -148,8 +161,9 @@ fn project_eight<S: Simd, const SEPARATE: bool>(
     };
     let mut keep = simple & !misses;
     if keep & covers != 0 {
-        return true;
+        return None;
     }
+    let mut left = keep;
     if keep != 0 {
         let mut rows = [[0.0; 8]; 6];
         for k in 0..3 {
@@ -181,12 +195,14 @@ fn project_eight<S: Simd, const SEPARATE: bool>(
             let lane = cut.trailing_zeros() as usize;
             cut &= cut - 1;
             let v = |k: usize| [rows[k][lane], rows[k + 1][lane], rows[k + 2][lane]];
+            let before = flat.count;
             if cut_triangle([v(0), v(3), v(6)], frame, flat) {
-                return true;
+                return None;
             }
+            left |= u8::from(flat.count > before) << lane;
         }
     }
-    false
+    Some(left)
 }
 
 /// Whether a vertex is within the guard: the same decision as in [`cut_triangle`].

@@ -127,6 +127,49 @@ impl Shaft<'_> {
         }
     }
 
+    /// Whether there are too many triangles in between to keep them: then [`Self::candidates`] is
+    /// a lower bound, and every few lines cost a walk of their own.
+    #[must_use]
+    pub fn is_dense(&self) -> bool {
+        self.dense && self.class == ShaftClass::Partial
+    }
+
+    /// The triangles that may hide a part of the light, by their numbers in the list the
+    /// occluders were built from: every triangle that hides any of it, each once, in no
+    /// particular order. None for an empty or blocked shaft; `None` for a dense one, which does
+    /// not keep them.
+    ///
+    /// Fewer than [`Self::candidates`] where triangles were cut to pieces. The order is the same
+    /// on every instruction set.
+    #[must_use]
+    pub fn candidate_triangles(&self) -> Option<impl ExactSizeIterator<Item = u32> + '_> {
+        let leaves = &self.occluders.hierarchy.leaves;
+        let id = |&slot: &u32| leaves[slot as usize / 8].id[slot as usize % 8];
+        Some(self.candidate_slots()?.iter().map(id))
+    }
+
+    /// The corners of [`Self::candidate_triangles`] in world space, as they were given: whole
+    /// triangles, of which parts may be beyond the light or behind the shading point.
+    #[must_use]
+    pub fn candidate_corners(&self) -> Option<impl ExactSizeIterator<Item = [DVec3; 3]> + '_> {
+        let hierarchy = &self.occluders.hierarchy;
+        let corners = |&slot: &u32| {
+            let leaf = &hierarchy.leaves[slot as usize / 8];
+            let world = |v: [f32; 3]| DVec3::from(v.map(f64::from)) + self.occluders.origin;
+            leaf.triangle(slot as usize % 8).map(world)
+        };
+        Some(self.candidate_slots()?.iter().map(corners))
+    }
+
+    /// Where the candidates are: leaf × 8 + lane.
+    fn candidate_slots(&self) -> Option<&[u32]> {
+        match self.class {
+            ShaftClass::Partial if self.dense => None,
+            ShaftClass::Partial => Some(&self.scratch.slots),
+            ShaftClass::Empty | ShaftClass::Blocked => Some(&[]),
+        }
+    }
+
     /// The visible intervals of lines on the light, replacing what `out` held.
     ///
     /// Lines of one direction that follow each other are answered together. A line without
