@@ -2,7 +2,7 @@
 
 use crate::camera::Projection;
 use crate::film::FilterKind;
-use crate::material::{Material, MaterialKind, Remap, Roughness};
+use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
 use crate::scene::{Mesh, Scene};
 use crate::texture::{Texture, Wrap};
 use linelit_geometry::DVec3;
@@ -334,15 +334,30 @@ impl Writer<'_> {
             }
         };
         let name: String = material.name.chars().filter(|c| !c.is_control()).collect();
+        let relief = self.relief(material)?;
         write!(
             self.text,
-            "MakeNamedMaterial \"m{index}\" \"string type\" {body} # {name}"
+            "MakeNamedMaterial \"m{index}\" \"string type\" {body}{relief} # {name}"
         )?;
         if comment.is_empty() {
             writeln!(self.text)
         } else {
             writeln!(self.text, ": {comment}")
         }
+    }
+
+    /// Bump or normal map; pbrt's normal maps have no factor, ours is then lost.
+    fn relief(&mut self, material: &Material) -> Result<String, fmt::Error> {
+        if let Some(height) = &material.bump {
+            return self.parameter("displacement", height, true);
+        }
+        Ok(match &material.normal_map {
+            Some(NormalMap {
+                texture: Texture::Image(image),
+                ..
+            }) => format!(" \"string normalmap\" {}", Quoted(&image.filename)),
+            _ => String::new(),
+        })
     }
 
     /// A mesh, its lights apart.

@@ -55,6 +55,7 @@ mod polygon;
 mod scene;
 mod source;
 mod suggest;
+mod surface;
 mod tessellate;
 mod texture;
 
@@ -63,6 +64,7 @@ pub use error::{ErrorKind, SceneError, Warning};
 pub use film::{FilmSettings, Filter, FilterKind};
 pub use image::ImageData;
 pub use load::{Format, LoadOptions, Loaded};
-pub use material::{Material, MaterialKind, Remap, Roughness};
-pub use scene::{EmissiveSphere, Mesh, Scene, SceneLight, Surface};
+pub use material::{Material, MaterialKind, NormalMap, Remap, Roughness};
+pub use scene::{EmissiveSphere, Mesh, Scene, SceneLight};
+pub use surface::Surface;
 pub use texture::{ImageTexture, Texture, UvMapping, Wrap};

@@ -10,8 +10,19 @@ pub struct Material {
     pub name: String,
     /// The model and its parameters.
     pub kind: MaterialKind,
-    /// A bump map: a height over the surface. Not used for shading yet.
+    /// A bump map: a height over the surface, in units of the scene.
     pub bump: Option<Texture>,
+    /// A normal map; a bump map goes before.
+    pub normal_map: Option<NormalMap>,
+}
+
+/// Normals in the tangent space of a surface, as colours: component `c` is `2 c − 1`.
+#[derive(Clone, Debug)]
+pub struct NormalMap {
+    /// x along the first texture coordinate, y along the second (upwards), z outwards.
+    pub texture: Texture,
+    /// Factor on x and y.
+    pub scale: f64,
 }
 
 /// Microfacet roughness along the two tangents.
@@ -225,6 +236,7 @@ impl Material {
                 sigma: Texture::number(0.0),
             },
             bump: None,
+            normal_map: None,
         }
     }
 

@@ -52,26 +52,6 @@ pub struct EmissiveSphere {
     pub triangles: Range<u32>,
 }
 
-/// A point on a surface, as a renderer wants it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surface {
-    /// In world space, on the triangle.
-    pub point: DVec3,
-    /// Unit normal of the triangle, on the side that the ray comes from.
-    pub geometric_normal: DVec3,
-    /// Unit interpolated normal, in the same half-space as the geometric normal; the geometric
-    /// normal if the mesh has none.
-    pub shading_normal: DVec3,
-    /// Texture coordinates.
-    pub uv: DVec2,
-    /// Index into the scene's materials.
-    pub material: u32,
-    /// Index into the scene's lights, if the triangle emits.
-    pub light: Option<u32>,
-    /// The ray comes from the outside (for an area light: from the emitting side).
-    pub outside: bool,
-}
-
 /// A scene, flattened to triangles in world space. The `f32` vertices *are* the geometry:
 /// transforms are applied in `f64` and rounded once.
 #[derive(Clone, Debug)]
@@ -122,58 +102,6 @@ impl Scene {
         let k = self.light_ranges.partition_point(|r| r.1 <= triangle);
         let (start, _, light) = *self.light_ranges.get(k)?;
         (start <= triangle).then_some(light)
-    }
-
-    /// The surface where a ray meets a triangle, at weights `[b1, b2]` of its second and third
-    /// corner (the first has the rest).
-    ///
-    /// Orientation follows pbrt: the outside is where the vertex normals point, or for a mesh
-    /// without them the right-hand normal of the vertex order unless [`Mesh::flipped`].
-    ///
-    /// # Panics
-    /// If there is no such triangle.
-    pub fn surface(&self, triangle: u32, [b1, b2]: [f64; 2], ray_direction: DVec3) -> Surface {
-        let mesh = &self.meshes[self.mesh_of(triangle) as usize];
-        let indices = self.triangles[triangle as usize].map(|i| i as usize);
-        let weights = [1.0 - b1 - b2, b1, b2];
-        let [p0, p1, p2] = indices.map(|i| to_f64(self.positions[i]));
-        let winding = (p1 - p0).cross(p2 - p0).normalize_or(DVec3::Z);
-        let interpolated = if mesh.has_normals {
-            let terms = indices.iter().zip(weights);
-            terms.fold(DVec3::ZERO, |sum, (&i, w)| {
-                sum + w * to_f64(self.normals[i])
-            })
-        } else {
-            DVec3::ZERO
-        };
-        let outward = outward(winding, interpolated, mesh.flipped);
-        let outside = outward.dot(ray_direction) <= 0.0;
-        let side = if outside { 1.0 } else { -1.0 };
-        let geometric_normal = side * outward;
-        Surface {
-            point: p0 * weights[0] + p1 * b1 + p2 * b2,
-            geometric_normal,
-            shading_normal: (side * interpolated)
-                .try_normalize()
-                .unwrap_or(geometric_normal),
-            uv: self.uv(mesh, indices, weights),
-            material: mesh.material,
-            light: self.light_of(triangle),
-            outside,
-        }
-    }
-
-    fn uv(&self, mesh: &Mesh, indices: [usize; 3], weights: [f64; 3]) -> DVec2 {
-        const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
-        let corner = |k: usize| {
-            if mesh.has_uvs {
-                let [u, v] = self.uvs[indices[k]];
-                DVec2::new(f64::from(u), f64::from(v))
-            } else {
-                DEFAULT[k]
-            }
-        };
-        (0..3).fold(DVec2::ZERO, |sum, k| sum + weights[k] * corner(k))
     }
 
     /// Reflectance of the diffuse part of a material, with mixtures resolved.

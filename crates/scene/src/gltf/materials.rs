@@ -105,6 +105,7 @@ impl Reader {
                 name: name.clone(),
                 kind,
                 bump: None,
+                normal_map: None,
             })
         };
         if metallic <= 0.0 {

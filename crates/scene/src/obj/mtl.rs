@@ -244,6 +244,7 @@ fn finish(
         name: draft.name.clone(),
         kind,
         bump: None,
+        normal_map: None,
     });
     let emission = (draft.ke != DVec3::ZERO).then_some(draft.ke);
     materials.insert(draft.name, (index, emission));

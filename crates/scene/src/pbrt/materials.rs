@@ -5,10 +5,10 @@ use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, unknown};
 use crate::color;
-use crate::error::{ErrorKind, Result};
-use crate::material::{Material, MaterialKind, Remap, Roughness};
+use crate::error::{ErrorKind, Result, SceneError};
+use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
 use crate::suggest::nearest;
-use crate::texture::Texture;
+use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
 use linelit_geometry::DVec3;
 use std::sync::Arc;
 
@@ -91,11 +91,13 @@ impl Loader {
             None => self.v4_material(kind, params)?,
         };
         let bump = self.bump(params)?;
+        let normal_map = self.normal_map(params)?;
         self.warn_unused(params)?;
         let material = Material {
             name: name.to_owned(),
             kind: built,
             bump,
+            normal_map,
         };
         if !material.is_drawn_in_full() {
             let message = format!("material `{kind}` is drawn with its diffuse part only");
@@ -107,28 +109,34 @@ impl Loader {
     fn bump(&mut self, params: &Params) -> Result<Option<Texture>> {
         for name in ["bumpmap", "displacement"] {
             if params.find(name, &[Type::Texture, Type::Float])?.is_some() {
-                let message = "bump maps are not supported".to_owned();
-                self.warn_at(
-                    params,
-                    ErrorKind::Unsupported,
-                    message,
-                    "the surface is smooth",
-                )?;
                 return self
                     .texture_param(params, name, Texture::number(0.0), true)
                     .map(Some);
             }
         }
-        if params.string("normalmap")?.is_some() {
-            let message = "normal maps are not supported".to_owned();
-            self.warn_at(
-                params,
-                ErrorKind::Unsupported,
-                message,
-                "the surface is smooth",
-            )?;
-        }
         Ok(None)
+    }
+
+    /// pbrt-v4's `normalmap`, an image of its own.
+    fn normal_map(&mut self, params: &Params) -> Result<Option<NormalMap>> {
+        let Some(name) = params.string("normalmap")?.map(str::to_owned) else {
+            return Ok(None);
+        };
+        let param = params.require("normalmap", params.find("normalmap", &[Type::String])?)?;
+        let span = param.value_span(0);
+        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
+        let data = self.base.image(&name, false, &at)?;
+        Ok(data.map(|data| NormalMap {
+            texture: Texture::Image(Arc::new(ImageTexture {
+                data,
+                mapping: UvMapping::IDENTITY,
+                wrap: Wrap::Repeat,
+                scale: 1.0,
+                invert: false,
+                filename: name,
+            })),
+            scale: 1.0,
+        }))
     }
 
     fn colour(&mut self, params: &Params, name: &'static str, default: f64) -> Result<Texture> {
