@@ -72,6 +72,7 @@ mod counters;
 mod dense;
 mod dispatch;
 mod frame;
+mod images;
 mod lines;
 #[doc(hidden)]
 pub mod measure;
@@ -89,6 +90,7 @@ mod watertight;
 
 pub use counters::Counters;
 pub use dispatch::InstructionSet;
+pub use images::Images;
 pub use lines::VisibleLines;
 pub use occluders::Occluders;
 pub use ray::{Hit, Ray};

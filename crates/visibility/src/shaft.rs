@@ -3,6 +3,7 @@
 use crate::{
     Occluders, Ray, Scratch, VisibleLines, dense,
     frame::LightFrame,
+    images::Images,
     project, sweep,
     traverse::{self, ShaftBounds},
 };
@@ -159,6 +160,15 @@ impl Shaft<'_> {
             leaf.triangle(slot as usize % 8).map(world)
         };
         Some(self.candidate_slots()?.iter().map(corners))
+    }
+
+    /// The candidates as they lie before the light; `None` unless the shaft is partly hidden by
+    /// few enough triangles to keep.
+    #[must_use]
+    pub fn images(&self) -> Option<Images<'_>> {
+        let frame = self.frame.as_ref()?;
+        (self.class == ShaftClass::Partial && !self.dense)
+            .then(|| Images::new(frame, &self.scratch.flat))
     }
 
     /// Where the candidates are: leaf × 8 + lane.

@@ -1,0 +1,60 @@
+//! What a shaft knows of its light's plane: the images of the candidates.
+
+use crate::{frame::LightFrame, project::FlatTriangles};
+use linelit_geometry::{DMat3, DVec3};
+
+/// The images of a shaft's candidates on the light's plane, seen from the shading point; see
+/// [`Shaft::images`](crate::Shaft::images).
+///
+/// Places on the plane are pairs (p, q), affine coordinates of the light in which it lies within
+/// [0, 1]²; [`Images::place`] and [`Images::axes`] lead back to space.
+#[derive(Clone, Copy, Debug)]
+pub struct Images<'a> {
+    frame: &'a LightFrame,
+    flat: &'a FlatTriangles,
+    /// The place (0, 0) relative to the shading point, and the two axes.
+    axes: [DVec3; 3],
+}
+
+impl<'a> Images<'a> {
+    pub(crate) fn new(frame: &'a LightFrame, flat: &'a FlatTriangles) -> Self {
+        // The columns are where (P, Q, W) is (1, 0, 0), (0, 1, 0) and (0, 0, 1).
+        let inverse = DMat3::from_cols(frame.p, frame.q, frame.w)
+            .transpose()
+            .inverse();
+        Self {
+            frame,
+            flat,
+            axes: [inverse.z_axis, inverse.x_axis, inverse.y_axis],
+        }
+    }
+
+    /// The light's corners; two for a linear light.
+    #[must_use]
+    pub fn light(&self) -> &'a [[f64; 2]] {
+        &self.frame.corners[..self.frame.corner_count]
+    }
+
+    /// The image of each candidate or piece of a candidate, in either winding. They reach beyond
+    /// the light; together they cover exactly what is hidden of it. An edge that two triangles of
+    /// a mesh share has the same ends in both images, to the bit.
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> + 'a {
+        let flat = self.flat;
+        (0..flat.count).map(move |i| {
+            let block = &flat.blocks[i / 8];
+            [0, 2, 4].map(|k| [block[k][i % 8], block[k + 1][i % 8]])
+        })
+    }
+
+    /// The point of the light's plane at (p, q), relative to the shading point.
+    #[must_use]
+    pub fn place(&self, [p, q]: [f64; 2]) -> DVec3 {
+        self.axes[0] + self.axes[1] * p + self.axes[2] * q
+    }
+
+    /// The place (0, 0) relative to the shading point, and the vectors along p and q.
+    #[must_use]
+    pub const fn axes(&self) -> [DVec3; 3] {
+        self.axes
+    }
+}
