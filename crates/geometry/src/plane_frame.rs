@@ -41,6 +41,15 @@ impl PlaneFrame {
         self.origin + self.axes.x * q.x + self.axes.y * q.y
     }
 
+    /// The angle in radians, counter-clockwise about the normal, from the x axis of `other` to this
+    /// one's, for two frames of one plane: a direction at an angle in this frame has that angle and
+    /// this one in the other.
+    #[must_use]
+    pub fn turn_from(&self, other: &Self) -> f64 {
+        let x = self.axes.x;
+        x.dot(other.axes.y).atan2(x.dot(other.axes.x))
+    }
+
     /// Signed distance of `p` from the plane, positive on the normal's side.
     #[inline]
     #[must_use]

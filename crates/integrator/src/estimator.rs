@@ -1,5 +1,6 @@
 //! The estimators and their names on the command line.
 
+use crate::mix::Mix;
 use linelit_lights::{OffsetDensity, Orientation};
 use std::fmt;
 use std::str::FromStr;
@@ -11,6 +12,10 @@ use std::str::FromStr;
 /// `orientation=parallel`, `offset=length`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a run has one; as a value it can be copied into each pixel's settings"
+)]
 pub enum Estimator {
     /// Points uniform on the light's area, one shadow ray each.
     PointArea,
@@ -26,6 +31,8 @@ pub enum Estimator {
     /// The closed form over the whole light where nothing occludes it, black where it is wholly
     /// hidden; in penumbrae, [`Estimator::LineAnalytic`].
     Exact,
+    /// Points of visible parts of lines, points and BSDF samples, combined.
+    Mix(Mix),
 }
 
 /// How the lines of a light are chosen.
@@ -48,11 +55,13 @@ impl Default for LineOptions {
 }
 
 /// Names without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; 6] = [
+pub const ESTIMATOR_NAMES: [&str; 8] = [
     "point-area",
     "point-solid-angle",
     "point-bsdf",
     "line-area",
+    "line-solid-angle",
+    "line-projected",
     "line-analytic",
     "exact",
 ];
@@ -64,7 +73,7 @@ pub struct ParseEstimatorError {
 }
 
 impl ParseEstimatorError {
-    fn new(message: impl Into<String>) -> Self {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
         Self {
             message: message.into(),
         }
@@ -82,11 +91,12 @@ impl std::error::Error for ParseEstimatorError {}
 impl Estimator {
     /// Whether the estimator asks line queries.
     #[must_use]
-    pub const fn uses_lines(&self) -> bool {
-        matches!(
-            self,
-            Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact
-        )
+    pub fn uses_lines(&self) -> bool {
+        match self {
+            Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact => true,
+            Self::Mix(mix) => mix.uses_lines(),
+            Self::PointArea | Self::PointSolidAngle | Self::PointBsdf => false,
+        }
     }
 }
 
@@ -106,10 +116,10 @@ impl FromStr for Estimator {
                 }
             },
         };
-        if name.contains('+') {
-            return Err(ParseEstimatorError::new(format!(
-                "`{text}` combines estimators, which this version does not do"
-            )));
+        let only_in_mixes = ["line-solid-angle", "line-projected"];
+        let marks = ["+", "mis=", "pieces=", "spread:"];
+        if only_in_mixes.contains(&name) || marks.iter().any(|mark| text.contains(mark)) {
+            return text.parse().map(Self::Mix);
         }
         let lines = |make: fn(LineOptions) -> Self| parse_line_options(name, options).map(make);
         let plain = |estimator: Self| match options {
@@ -187,6 +197,7 @@ impl fmt::Display for Estimator {
             Self::LineArea(options) => write!(f, "line-area{options}"),
             Self::LineAnalytic(options) => write!(f, "line-analytic{options}"),
             Self::Exact => f.write_str("exact"),
+            Self::Mix(mix) => mix.fmt(f),
         }
     }
 }
@@ -230,6 +241,9 @@ mod tests {
             "line-area[orientation=uniform,offset=uniform]",
             "line-analytic[offset=uniform]",
             "exact",
+            "line-solid-angle",
+            "line-solid-angle:3+point-bsdf[mis=smooth]",
+            "line-area[pieces=one]",
         ];
         for text in texts {
             let estimator: Estimator = text.parse().unwrap();
@@ -250,6 +264,6 @@ mod tests {
         assert!(error("line-area[orientation=fixed:nan]").contains("fixed:FRACTION"));
         assert!(error("line-area[offset=angle]").contains("expected uniform or length"));
         assert!(error("exact[n=2]").contains("takes no options"));
-        assert!(error("point-area+line-area").contains("combines"));
+        assert!(error("point-area+exact").contains("cannot be combined"));
     }
 }

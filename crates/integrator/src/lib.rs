@@ -35,6 +35,7 @@
 mod closed_form;
 mod estimator;
 mod lines;
+pub mod mix;
 mod oracle;
 mod pair;
 mod plan;

@@ -57,6 +57,7 @@ impl Pair<'_> {
             Estimator::LineAnalytic(options) => {
                 self.lines(area, options, Along::Analytic, workspace)
             }
+            Estimator::Mix(mix) => self.mix(area, &mix, workspace),
             // The plan takes the closed form where there is one.
             Estimator::Exact => {
                 self.lines(area, LineOptions::default(), Along::Analytic, workspace)
@@ -99,6 +100,7 @@ impl Pair<'_> {
             draws,
             plan,
             segments,
+            ..
         } = workspace;
         let mut shaft = self.occluders.shaft(query, scratch);
         if self.settings.skip || self.is_exact() {

@@ -128,12 +128,14 @@ pub struct PlanCounters {
     pub exact_fallbacks: u64,
     /// Line samples that are wholly hidden.
     pub hidden_lines: u64,
+    /// Lines asked for their density at a point of another technique.
+    pub density_lines: u64,
 }
 
 impl PlanCounters {
     /// Names and values, for reports.
     #[must_use]
-    pub fn rows(&self) -> [(&'static str, u64); 10] {
+    pub fn rows(&self) -> [(&'static str, u64); 11] {
         [
             ("shading points", self.points),
             ("points on black materials, skipped", self.black_materials),
@@ -154,6 +156,10 @@ impl PlanCounters {
                 self.exact_fallbacks,
             ),
             ("line samples wholly hidden", self.hidden_lines),
+            (
+                "lines through points of other techniques, for their density",
+                self.density_lines,
+            ),
         ]
     }
 }
@@ -170,6 +176,7 @@ impl AddAssign for PlanCounters {
         self.closed_form += other.closed_form;
         self.exact_fallbacks += other.exact_fallbacks;
         self.hidden_lines += other.hidden_lines;
+        self.density_lines += other.density_lines;
     }
 }
 

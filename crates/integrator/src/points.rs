@@ -106,7 +106,7 @@ impl Pair<'_> {
 }
 
 /// Where a ray meets a convex polygon.
-fn meets(polygon: &ConvexPolygon, x: DVec3, w: DVec3) -> Option<DVec3> {
+pub(crate) fn meets(polygon: &ConvexPolygon, x: DVec3, w: DVec3) -> Option<DVec3> {
     let vertices = polygon.vertices();
     let n = polygon.normal();
     let t = n.dot(vertices[0] - x) / n.dot(w);

@@ -11,7 +11,7 @@ use linelit_shading::bsdf::{Bsdf, Lambert, Phong};
 use linelit_visibility::{Hit, Occluders, Ray};
 
 /// Sample dimensions of one (point, light) pair.
-const DIMENSIONS_PER_LIGHT: u32 = 4;
+const DIMENSIONS_PER_LIGHT: u32 = 16;
 /// Sample dimensions before the first light: the camera's.
 const CAMERA_DIMENSIONS: u32 = 4;
 

@@ -2,6 +2,7 @@
 
 use crate::PlanCounters;
 use crate::lines::Draws;
+use crate::mix::MixBuffers;
 use linelit_visibility::{Counters, Scratch, VisibleLines};
 use std::ops::AddAssign;
 
@@ -12,6 +13,7 @@ pub struct Workspace {
     pub(crate) scratch: Scratch,
     pub(crate) visible: VisibleLines,
     pub(crate) draws: Draws,
+    pub(crate) mix: MixBuffers,
     pub(crate) plan: PlanCounters,
     pub(crate) segments: SegmentCounters,
 }

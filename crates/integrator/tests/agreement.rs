@@ -2,13 +2,9 @@
 
 mod common;
 
-use common::{CLUTTER, SQUARE, TRIANGLE, load, points, room, room_text, trials};
+use common::{CLUTTER, Case, SQUARE, TRIANGLE, agree_on, load, points, room, room_text, settings};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Estimator, Renderer, Settings};
-use linelit_lights::Light;
-use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
-use linelit_testkit::{chi2::sidak, ztest::critical_z};
+use linelit_integrator::{Renderer, Settings};
 
 const ESTIMATORS: [&str; 9] = [
     "point-area",
@@ -22,90 +18,18 @@ const ESTIMATORS: [&str; 9] = [
     "exact",
 ];
 
-fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
-    Settings {
-        estimator: estimator.parse::<Estimator>().unwrap(),
-        sampler: SamplerKind::Independent,
-        samples,
-        seed,
-        ..Settings::default()
-    }
-}
-
-/// A z test of each estimator against solid-angle points at each pixel, with and without skips.
-fn agree(light: &str, occluders: &str) {
-    agree_on(&room(light, occluders));
-}
-
-fn agree_on(scene: &Scene) {
-    let renderer = Renderer::new(scene);
-    // Beside the light the density of an area technique is unbounded and 1024 samples are not yet
-    // normally distributed: such points say nothing in a z test.
-    let Light::Area(area) = &scene.lights[0].light else {
-        panic!("an area light")
+/// The estimators by name and samples per trial, every second one without skips.
+fn estimators() -> Vec<Case> {
+    let case = |(k, name): (usize, &&'static str)| Case {
+        name,
+        samples: if *name == "point-bsdf" { 512 } else { 16 },
+        skip: k % 2 == 0,
     };
-    let height = |x: DVec3| area.polygon.normal().dot(x - area.polygon.vertices()[0]);
-    let mut all = points(&renderer);
-    all.retain(|(_, point)| height(point.position).abs() > 0.5);
-    assert!(all.len() > 100, "the camera sees {} pixels", all.len());
-    // Sidak over every comparison of this scene: alpha is that of the whole test.
-    let comparisons = all.len() * 3 * ESTIMATORS.len();
-    let z = critical_z(sidak(0.01, comparisons));
-    let truth: Vec<(DVec3, DVec3)> = all
-        .iter()
-        .map(|point| {
-            trials(
-                &renderer,
-                &settings("point-solid-angle", 256, 1_000_000),
-                point,
-                64,
-            )
-        })
-        .collect();
-    let brightest = truth.iter().map(|r| r.0.x).fold(0.0, f64::max);
-    let mut lit = 0;
-    for (point, reference) in all.iter().zip(&truth) {
-        lit += u32::from(reference.0 != DVec3::ZERO);
-        for (k, name) in ESTIMATORS.iter().enumerate() {
-            let by_bsdf = *name == "point-bsdf";
-            // A direction from the BSDF meets the light rarely: only where the light is no dimmer
-            // than a twentieth of the brightest do 64 x 512 of them make a normal sum.
-            if by_bsdf && reference.0.x < 0.05 * brightest {
-                continue;
-            }
-            let base = settings(
-                name,
-                if by_bsdf { 512 } else { 16 },
-                10_000 * (k as u64 + 1),
-            );
-            let got = trials(
-                &renderer,
-                &Settings {
-                    skip: k % 2 == 0,
-                    ..base
-                },
-                point,
-                64,
-            );
-            for c in 0..3 {
-                let error = got.1[c].hypot(reference.1[c]);
-                // Zero variance on both sides happens where nothing is hidden or all is; then
-                // sums of 16 terms differ by rounding.
-                let rounding = 64.0 * f64::EPSILON * reference.0[c];
-                let difference = (got.0[c] - reference.0[c]).abs();
-                assert!(
-                    difference <= z * error + rounding,
-                    "{name} at {:?}: {} +- {}, points {} +- {}",
-                    point.0,
-                    got.0[c],
-                    got.1[c],
-                    reference.0[c],
-                    reference.1[c]
-                );
-            }
-        }
-    }
-    assert!(lit > 50, "only {lit} pixels are lit");
+    ESTIMATORS.iter().enumerate().map(case).collect()
+}
+
+fn agree(light: &str, occluders: &str) {
+    agree_on(&room(light, occluders), &estimators());
 }
 
 #[test]
@@ -192,5 +116,5 @@ fn phong_floor_behind_clutter() {
     let scene = load(
         &room_text(SQUARE, CLUTTER).replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, floor),
     );
-    agree_on(&scene);
+    agree_on(&scene, &estimators());
 }

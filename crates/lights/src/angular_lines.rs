@@ -105,7 +105,7 @@ impl AngularLines {
         match polygon.clip(x, normal) {
             // The frame is the whole polygon's, so that the angle keeps its meaning.
             Some(above) => {
-                let turned = angle_rad + turn(polygon, &above);
+                let turned = angle_rad + polygon.plane_frame().turn_from(&above.plane_frame());
                 Self::new(&above, turned, x, Some(normal))
             }
             None => Self {
@@ -544,10 +544,4 @@ impl Angles {
             0.0
         }
     }
-}
-
-/// The angle by which the frame of a clipped polygon is turned back to the frame of the whole one.
-fn turn(whole: &ConvexPolygon, part: &ConvexPolygon) -> f64 {
-    let (a, b) = (whole.plane_frame().axes, part.plane_frame().axes);
-    a.x.dot(b.y).atan2(a.x.dot(b.x))
 }

@@ -1,8 +1,12 @@
 //! Small scenes and statistics that the tests share.
+#![allow(dead_code, reason = "each test takes what it needs")]
 
 use linelit_geometry::DVec3;
-use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
+use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
+use linelit_lights::Light;
+use linelit_samplers::SamplerKind;
 use linelit_scene::{LoadOptions, Scene};
+use linelit_testkit::{chi2::sidak, ztest::critical_z};
 
 /// A floor seen from above, a square light over it, and whatever `occluders` says.
 pub(crate) fn room(light: &str, occluders: &str) -> Scene {
@@ -82,4 +86,92 @@ pub(crate) fn trials(
     let mean = values.iter().copied().sum::<DVec3>() / n;
     let square: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();
     (mean, (square / (n * (n - 1.0))).map(f64::sqrt))
+}
+
+/// One estimator to be held to solid-angle points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Case {
+    /// Its text form.
+    pub name: &'static str,
+    /// Samples of each trial.
+    pub samples: u32,
+    /// Whether what cannot matter is skipped.
+    pub skip: bool,
+}
+
+/// Settings with independent samples.
+pub(crate) fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
+    Settings {
+        estimator: estimator.parse::<Estimator>().unwrap(),
+        sampler: SamplerKind::Independent,
+        samples,
+        seed,
+        ..Settings::default()
+    }
+}
+
+const TRIALS: u32 = 64;
+
+/// A z test of each estimator against solid-angle points at each pixel.
+pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
+    let renderer = Renderer::new(scene);
+    let all = clear_of_the_light(&renderer);
+    assert!(all.len() > 60, "the camera sees {} pixels", all.len());
+    // Sidak over every comparison of this scene: alpha is that of the whole test.
+    let z = critical_z(sidak(0.01, all.len() * 3 * cases.len()));
+    let base = settings("point-solid-angle", 256, 1_000_000);
+    let truth: Vec<(DVec3, DVec3)> = all
+        .iter()
+        .map(|point| trials(&renderer, &base, point, TRIALS))
+        .collect();
+    let brightest = truth.iter().map(|r| r.0.x).fold(0.0, f64::max);
+    let lit = truth.iter().filter(|r| r.0 != DVec3::ZERO).count();
+    assert!(lit > 30, "only {lit} pixels are lit");
+    for (k, case) in cases.iter().enumerate() {
+        for (point, reference) in all.iter().zip(&truth) {
+            // A direction from the BSDF meets the light rarely: only where the light is no dimmer
+            // than a twentieth of the brightest do 64 x 512 of them make a normal sum.
+            if case.name == "point-bsdf" && reference.0.x < 0.05 * brightest {
+                continue;
+            }
+            let settings = Settings {
+                skip: case.skip,
+                ..settings(case.name, case.samples, 10_000 * (k as u64 + 1))
+            };
+            let got = trials(&renderer, &settings, point, TRIALS);
+            compare(case.name, point.0, got, *reference, z);
+        }
+    }
+}
+
+/// The shading points of a chequerboard but those beside the light: there the density of an area technique is
+/// unbounded, and what few samples give is not yet normally distributed.
+fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
+    let Light::Area(area) = &renderer.scene().lights[0].light else {
+        panic!("an area light")
+    };
+    let height = |x: DVec3| area.polygon.normal().dot(x - area.polygon.vertices()[0]);
+    let mut all = points(renderer);
+    all.retain(|(pixel, point)| {
+        let checked = (pixel[0] + pixel[1]) % 2 == 0;
+        checked && height(point.position).abs() > 0.5
+    });
+    all
+}
+
+fn compare(name: &str, pixel: [u32; 2], got: (DVec3, DVec3), want: (DVec3, DVec3), z: f64) {
+    for c in 0..3 {
+        let error = got.1[c].hypot(want.1[c]);
+        // Zero variance on both sides happens where nothing is hidden or all is; then sums of a
+        // few terms differ by rounding.
+        let rounding = 64.0 * f64::EPSILON * want.0[c];
+        assert!(
+            (got.0[c] - want.0[c]).abs() <= z * error + rounding,
+            "{name} at {pixel:?}: {} +- {}, points {} +- {}",
+            got.0[c],
+            got.1[c],
+            want.0[c],
+            want.1[c]
+        );
+    }
 }

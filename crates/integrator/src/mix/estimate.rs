@@ -1,0 +1,362 @@
+//! The estimate of a mix at one shading point and light.
+
+use super::strand::{Kind, Lines, Seen, Strand};
+use super::{MOST_TECHNIQUES, Mix, MixHeuristic, Pieces, Smoothing};
+use crate::pair::Pair;
+use crate::points::{meets, unshadowed};
+use crate::{PlanCounters, SegmentCounters, ShadingPoint, Workspace};
+use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
+use linelit_lights::{AreaLight, LineSample};
+use linelit_mis::smoothing;
+use linelit_samplers::{Sampler, SamplerKind};
+use linelit_visibility::{Shaft, ShaftClass, ShaftQuery, VisibleLines};
+
+/// The buffers of a mix.
+#[derive(Debug, Default)]
+pub(crate) struct MixBuffers {
+    strands: Vec<Strand>,
+    drawn: Vec<LineSample>,
+    segments: Vec<Segment>,
+    samples: Vec<Sample>,
+    /// For the densities of one technique: whose sample each line goes through.
+    owners: Vec<usize>,
+}
+
+/// A visible point of the light, drawn by one of the techniques.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    strand: usize,
+    seen: Seen,
+    /// L f_r cos θ.
+    value: DVec3,
+    /// Density per solid angle of each technique.
+    densities: [f64; MOST_TECHNIQUES],
+    /// What the densities of points are multiplied with in weights.
+    smooth: f64,
+}
+
+/// One pair in work: what is read, and what is counted.
+struct Work<'a, 's> {
+    area: &'a AreaLight,
+    point: &'a ShadingPoint,
+    shaft: Shaft<'s>,
+    visible: &'a mut VisibleLines,
+    smoothing: Option<(Smoothing, f64)>,
+    plan: &'a mut PlanCounters,
+    segments: &'a mut SegmentCounters,
+}
+
+impl Pair<'_> {
+    /// All techniques of the mix, weighted: Σ_s Σ_k w_s f/(N_s p_s) (Salesin & Jarosz 2019, eq. 20
+    /// without its 1/S).
+    pub(crate) fn mix(&self, area: &AreaLight, mix: &Mix, workspace: &mut Workspace) -> DVec3 {
+        let Some(lit) = above_horizon(area, self.point) else {
+            return DVec3::ZERO;
+        };
+        let turn = area.polygon.plane_frame().turn_from(&lit.plane_frame());
+        let query = ShaftQuery {
+            point: self.point.position,
+            light: lit.vertices(),
+            exclude: self.light.triangles.clone(),
+        };
+        let Workspace {
+            scratch,
+            visible,
+            plan,
+            segments,
+            mix: buffers,
+            ..
+        } = workspace;
+        let mut work = Work {
+            area,
+            point: self.point,
+            shaft: self.occluders.shaft(query, scratch),
+            visible,
+            smoothing: match mix.heuristic() {
+                MixHeuristic::Smooth(kind) => Some((kind, 0.5 * smaller_side(&lit))),
+                MixHeuristic::Classic(_) => None,
+            },
+            plan,
+            segments,
+        };
+        match work.shaft.class() {
+            ShaftClass::Blocked => {
+                work.plan.hidden += 1;
+                return DVec3::ZERO;
+            }
+            ShaftClass::Empty => work.plan.unoccluded += 1,
+            ShaftClass::Partial => {}
+        }
+        let independent = Sampler::new(SamplerKind::Independent, self.settings.seed);
+        let random = independent.points(self.pixel, self.dimension + 1, 1 + MOST);
+        let light = (&lit, turn);
+        let u = |k| random.get_1d(k);
+        Strand::all(
+            mix,
+            self.count(),
+            light,
+            self.point,
+            u,
+            &mut buffers.strands,
+        );
+        self.draw(&mut work, buffers);
+        work.densities(buffers);
+        work.sum(mix, buffers)
+    }
+
+    /// Draws the samples of all techniques.
+    fn draw(&self, work: &mut Work<'_, '_>, buffers: &mut MixBuffers) {
+        buffers.samples.clear();
+        let sampler = Sampler::new(self.settings.sampler, self.settings.seed);
+        for index in 0..buffers.strands.len() {
+            let stream = u32::try_from(index).map_or(0, |i| self.dimension + 2 + i);
+            let count = buffers.strands[index].count;
+            if count == 0 {
+                continue;
+            }
+            let set = sampler.points(self.pixel, stream, count);
+            if matches!(buffers.strands[index].kind, Kind::Line(..)) {
+                work.draw_lines(index, buffers, |i| set.get_2d(i));
+            } else {
+                let strand = &buffers.strands[index];
+                for i in 0..count {
+                    if let Some(sample) = work.draw_point(index, strand, set.get_2d(i)) {
+                        buffers.samples.push(sample);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// [`MOST_TECHNIQUES`] as a count of random numbers.
+#[allow(clippy::cast_possible_truncation, reason = "a small constant")]
+const MOST: u32 = MOST_TECHNIQUES as u32;
+
+/// The part of the light above both horizons of the shading point.
+fn above_horizon(area: &AreaLight, point: &ShadingPoint) -> Option<ConvexPolygon> {
+    let above = area.polygon.clip(point.position, point.normal)?;
+    if point.normal == point.geometric_normal {
+        Some(above)
+    } else {
+        above.clip(point.position, point.geometric_normal)
+    }
+}
+
+/// The smaller extent of a polygon along and across its first edge.
+fn smaller_side(polygon: &ConvexPolygon) -> f64 {
+    let frame = polygon.plane_frame();
+    let places = polygon.vertices().iter().map(|v| frame.to_plane(*v));
+    let (low, high) = places.fold(
+        (
+            linelit_geometry::DVec2::INFINITY,
+            linelit_geometry::DVec2::NEG_INFINITY,
+        ),
+        |(low, high), p| (low.min(p), high.max(p)),
+    );
+    (high - low).min_element()
+}
+
+impl Work<'_, '_> {
+    /// A sample of technique `strand`, if it carries light.
+    fn sample(&self, strand: usize, seen: Seen, density: f64) -> Option<Sample> {
+        let value = unshadowed(self.area, self.point, seen.direction);
+        if value == DVec3::ZERO || !(density > 0.0 && density.is_finite()) {
+            return None;
+        }
+        let mut densities = [0.0; MOST_TECHNIQUES];
+        densities[strand] = density;
+        Some(Sample {
+            strand,
+            seen,
+            value,
+            densities,
+            smooth: 1.0,
+        })
+    }
+
+    fn seen(&self, point: DVec3) -> Seen {
+        Seen::new(point, self.point, &self.area.polygon)
+    }
+
+    /// One sample of a point technique, if it carries light and is visible.
+    fn draw_point(&mut self, index: usize, strand: &Strand, u: [f64; 2]) -> Option<Sample> {
+        let on_light = match &strand.kind {
+            Kind::Area(sampler) => sampler.sample(u).point,
+            Kind::SolidAngle(sampler) => sampler.sample(u).point,
+            Kind::Bsdf => {
+                let (point, n) = (self.point, self.point.normal);
+                let w = point.bsdf.sample(u, point.outgoing, n)?;
+                meets(&self.area.polygon, point.position, w)?
+            }
+            Kind::Line(..) => return None,
+        };
+        let seen = self.seen(on_light);
+        let density = strand.point_density(&seen, self.point);
+        let sample = self.sample(index, seen, density)?;
+        self.shaft.point_visible(on_light).then_some(sample)
+    }
+
+    /// The samples of a line technique: all its lines in one query, then points on what is visible.
+    fn draw_lines(&mut self, index: usize, buffers: &mut MixBuffers, u: impl Fn(u32) -> [f64; 2]) {
+        let MixBuffers {
+            strands,
+            drawn,
+            segments,
+            samples,
+            ..
+        } = buffers;
+        let Kind::Line(lines, pieces) = &strands[index].kind else {
+            return;
+        };
+        drawn.clear();
+        drawn.extend((0..strands[index].count).map(|i| lines.sample(u(i)[0])));
+        segments.clear();
+        segments.extend(drawn.iter().map(|line| line.segment));
+        self.shaft.visible(segments, self.visible);
+        for (i, line) in (0u32..).zip(drawn.iter()) {
+            let parts = self.visible.line(i as usize);
+            self.segments.lines += 1;
+            self.segments.pieces += parts.len() as u64;
+            self.plan.hidden_lines += u64::from(parts.is_empty());
+            if !line.pdf.is_positive() {
+                continue;
+            }
+            let place = u(i)[1];
+            let mut draw = |part: &[Interval]| {
+                let (seen, density) = lines.point(line, part, place, |p| self.seen(p));
+                if let Some(mut sample) = self.sample(index, seen, density) {
+                    sample.smooth *= self.smooth_factor(&seen, &line.segment, parts);
+                    samples.push(sample);
+                }
+            };
+            match pieces {
+                Pieces::Each => parts.chunks(1).for_each(&mut draw),
+                Pieces::One if parts.is_empty() => {}
+                Pieces::One => draw(parts),
+            }
+        }
+    }
+
+    /// The densities of all techniques at each other's samples: the lines through them are one
+    /// more question to the same shaft.
+    fn densities(&mut self, buffers: &mut MixBuffers) {
+        let MixBuffers {
+            strands,
+            segments,
+            samples,
+            owners,
+            ..
+        } = buffers;
+        if strands.len() == 1 {
+            return;
+        }
+        for (index, strand) in strands.iter().enumerate() {
+            let others = samples.iter_mut().filter(|s| s.strand != index);
+            let Kind::Line(lines, pieces) = &strand.kind else {
+                others.for_each(|s| s.densities[index] = strand.point_density(&s.seen, self.point));
+                continue;
+            };
+            owners.clear();
+            segments.clear();
+            for (k, sample) in samples.iter().enumerate() {
+                if sample.strand != index {
+                    owners.push(k);
+                    segments.push(lines.through(sample.seen.point));
+                }
+            }
+            self.shaft.visible(segments, self.visible);
+            self.plan.density_lines += owners.len() as u64;
+            for (i, &owner) in owners.iter().enumerate() {
+                let parts = self.visible.line(i);
+                let sample = &mut samples[owner];
+                sample.smooth *= self.smooth_factor(&sample.seen, &segments[i], parts);
+                sample.densities[index] = line_density(lines, *pieces, sample, &segments[i], parts);
+            }
+        }
+    }
+
+    /// The smoothing factor of points along one line direction: 1 unless asked for.
+    fn smooth_factor(&self, seen: &Seen, line: &Segment, parts: &[Interval]) -> f64 {
+        let Some((kind, width)) = self.smoothing else {
+            return 1.0;
+        };
+        let (t, length) = (parameter(line, seen.point), line.length());
+        let Some(k) = piece_of(t, parts) else {
+            return 1.0;
+        };
+        let border = smoothing::border(t * length, 0.0, length, width);
+        let part = parts[k];
+        let before = k.checked_sub(1).map_or(0.0, |j| parts[j].hi);
+        let after = parts.get(k + 1).map_or(1.0, |p| p.lo);
+        let gap = |hidden: f64| match kind {
+            Smoothing::Fixed if hidden > 0.0 => f64::INFINITY,
+            _ => hidden * length,
+        };
+        let (lo, hi) = (part.lo * length, part.hi * length);
+        let gaps = (gap(part.lo - before), gap(after - part.hi));
+        border * smoothing::visible_interval(t * length, lo, hi, gaps.0, gaps.1, width)
+    }
+
+    /// The weighted sum.
+    fn sum(&self, mix: &Mix, buffers: &MixBuffers) -> DVec3 {
+        let count = buffers.strands.len();
+        let mut expected = [0.0; MOST_TECHNIQUES];
+        for (to, strand) in expected.iter_mut().zip(&buffers.strands) {
+            *to = strand.expected;
+        }
+        let ns = &expected[..count];
+        let mut sum = DVec3::ZERO;
+        for sample in &buffers.samples {
+            let (ps, i) = (&sample.densities[..count], sample.strand);
+            let weight = match mix.heuristic() {
+                MixHeuristic::Classic(heuristic) => heuristic.weight(ns, ps, i),
+                MixHeuristic::Smooth(_) => {
+                    let mut factors = [1.0; MOST_TECHNIQUES];
+                    for (factor, strand) in factors.iter_mut().zip(&buffers.strands) {
+                        if !matches!(strand.kind, Kind::Line(..)) {
+                            *factor = sample.smooth;
+                        }
+                    }
+                    smoothing::smoothed_balance(ns, ps, &factors[..count], i)
+                }
+            };
+            sum += sample.value * (weight / (ns[i] * ps[i]));
+        }
+        sum
+    }
+}
+
+/// The density of a line technique at a sample of another.
+fn line_density(
+    lines: &Lines,
+    pieces: Pieces,
+    sample: &Sample,
+    line: &Segment,
+    parts: &[Interval],
+) -> f64 {
+    match pieces {
+        Pieces::One => lines.density(&sample.seen, parts),
+        Pieces::Each => piece_of(parameter(line, sample.seen.point), parts)
+            .map_or(0.0, |k| lines.density(&sample.seen, &parts[k..=k])),
+    }
+}
+
+/// The parameter in [0, 1] of a point on a line.
+fn parameter(line: &Segment, point: DVec3) -> f64 {
+    let along = line.vector();
+    let square = along.length_squared();
+    if square > 0.0 {
+        ((point - line.p0).dot(along) / square).clamp(0.0, 1.0)
+    } else {
+        0.5
+    }
+}
+
+/// The visible part that holds a parameter, whose rounding may have put it beyond an end.
+fn piece_of(t: f64, parts: &[Interval]) -> Option<usize> {
+    let slack = 16.0 * f64::EPSILON;
+    parts
+        .iter()
+        .position(|part| t >= part.lo - slack && t <= part.hi + slack)
+}

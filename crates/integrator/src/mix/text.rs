@@ -1,0 +1,288 @@
+//! The text form of mixes.
+
+use super::{
+    LineDirection, LineMeasure, LineTechnique, MOST_TECHNIQUES, Mix, MixHeuristic, Part, Pieces,
+    Smoothing, Technique,
+};
+use crate::ParseEstimatorError;
+use linelit_mis::Heuristic;
+use std::fmt;
+use std::str::FromStr;
+
+/// Names of the techniques.
+const TECHNIQUES: [&str; 6] = [
+    "point-area",
+    "point-solid-angle",
+    "point-bsdf",
+    "line-area",
+    "line-solid-angle",
+    "line-projected",
+];
+
+const HEURISTICS: &str = "balance, power, maximum, average, smooth or smooth-fixed";
+
+impl FromStr for Mix {
+    type Err = ParseEstimatorError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let mut parts = Vec::new();
+        let mut heuristic = None;
+        for word in split_outside_brackets(text) {
+            parts.push(parse_part(word.trim(), &mut heuristic)?);
+        }
+        let mix = Self::new(&parts).ok_or_else(|| {
+            ParseEstimatorError::new(format!(
+                "`{text}` needs between 1 and {MOST_TECHNIQUES} techniques, a spread counted as its directions"
+            ))
+        })?;
+        Ok(heuristic.map_or(mix, |h| mix.with(h)))
+    }
+}
+
+/// The parts between `+` signs that stand in no brackets.
+fn split_outside_brackets(text: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0i32;
+    text.split(move |c| {
+        depth += i32::from(c == '[') - i32::from(c == ']');
+        c == '+' && depth == 0
+    })
+}
+
+/// `NAME[:SHARE][OPTIONS]`, or with the share after the options.
+fn parse_part(
+    word: &str,
+    heuristic: &mut Option<MixHeuristic>,
+) -> Result<Part, ParseEstimatorError> {
+    let (before, options, after) = match word.split_once('[') {
+        None => (word, "", ""),
+        Some((before, rest)) => rest
+            .split_once(']')
+            .map(|(options, after)| (before, options, after))
+            .ok_or_else(|| ParseEstimatorError::new(format!("`{word}` lacks its closing `]`")))?,
+    };
+    let (name, share) = match before.split_once(':') {
+        Some((name, share)) => (name, Some(share)),
+        None => (before, after.strip_prefix(':')),
+    };
+    let share = match share {
+        None if after.is_empty() => 1,
+        None => {
+            return Err(ParseEstimatorError::new(format!(
+                "`{after}` after the options of `{name}`; expected `:SHARE`"
+            )));
+        }
+        Some(text) => text.parse().ok().filter(|s| *s > 0).ok_or_else(|| {
+            ParseEstimatorError::new(format!(
+                "share `{text}` of `{name}`; expected a whole number above 0"
+            ))
+        })?,
+    };
+    let mut technique = technique_named(name.trim())?;
+    for option in options.split(',').map(str::trim).filter(|o| !o.is_empty()) {
+        let (key, value) = option.split_once('=').unwrap_or((option, ""));
+        match (key, &mut technique) {
+            ("mis", _) => *heuristic = Some(parse_heuristic(value)?),
+            ("orientation", Technique::Line(line)) => line.direction = parse_direction(value)?,
+            ("pieces", Technique::Line(line)) => line.pieces = parse_pieces(value)?,
+            (_, Technique::Line(_)) => {
+                return Err(no_option(name, key, "orientation, pieces or mis"));
+            }
+            _ => return Err(no_option(name, key, "mis")),
+        }
+    }
+    Ok(Part { technique, share })
+}
+
+fn no_option(name: &str, key: &str, expected: &str) -> ParseEstimatorError {
+    ParseEstimatorError::new(format!(
+        "`{name}` in a combination has no option `{key}`; expected {expected}"
+    ))
+}
+
+fn technique_named(name: &str) -> Result<Technique, ParseEstimatorError> {
+    let line = |measure| Technique::Line(LineTechnique::new(measure));
+    Ok(match name {
+        "point-area" => Technique::PointArea,
+        "point-solid-angle" => Technique::PointSolidAngle,
+        "point-bsdf" => Technique::PointBsdf,
+        "line-area" => line(LineMeasure::Area),
+        "line-solid-angle" => line(LineMeasure::SolidAngle),
+        "line-projected" => line(LineMeasure::Projected),
+        _ => {
+            return Err(ParseEstimatorError::new(format!(
+                "`{name}` cannot be combined; expected one of {}",
+                TECHNIQUES.join(", ")
+            )));
+        }
+    })
+}
+
+fn parse_direction(value: &str) -> Result<LineDirection, ParseEstimatorError> {
+    let most = MOST_TECHNIQUES;
+    let direction = match value.split_once(':') {
+        None if value == "parallel" => Some(LineDirection::Parallel),
+        None if value == "fixed" => Some(LineDirection::Fixed(0.0)),
+        Some(("fixed", v)) => {
+            let fraction = v.parse().ok().filter(|v: &f64| v.is_finite());
+            fraction.map(LineDirection::Fixed)
+        }
+        Some(("spread", v)) => {
+            let count = v.parse().ok();
+            count
+                .filter(|c| (1..=most).contains(&usize::from(*c)))
+                .map(LineDirection::Spread)
+        }
+        _ => None,
+    };
+    direction.ok_or_else(|| {
+        ParseEstimatorError::new(format!(
+            "orientation `{value}`; expected parallel, fixed:FRACTION (of a half turn) or spread:COUNT (at most {most})"
+        ))
+    })
+}
+
+fn parse_pieces(value: &str) -> Result<Pieces, ParseEstimatorError> {
+    match value {
+        "one" => Ok(Pieces::One),
+        "each" => Ok(Pieces::Each),
+        _ => Err(ParseEstimatorError::new(format!(
+            "pieces `{value}`; expected one or each"
+        ))),
+    }
+}
+
+fn parse_heuristic(value: &str) -> Result<MixHeuristic, ParseEstimatorError> {
+    Ok(match value {
+        "balance" => MixHeuristic::Classic(Heuristic::Balance),
+        "power" => MixHeuristic::Classic(Heuristic::Power(2.0)),
+        "maximum" => MixHeuristic::Classic(Heuristic::Maximum),
+        "average" => MixHeuristic::Classic(Heuristic::Average),
+        "smooth" => MixHeuristic::Smooth(Smoothing::Variable),
+        "smooth-fixed" => MixHeuristic::Smooth(Smoothing::Fixed),
+        _ => {
+            return Err(ParseEstimatorError::new(format!(
+                "mis `{value}`; expected {HEURISTICS}"
+            )));
+        }
+    })
+}
+
+impl fmt::Display for Mix {
+    /// What is the default is left out; the heuristic stands with the last technique.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts: Vec<&Part> = self.parts().collect();
+        let mis = heuristic_name(self.heuristic).filter(|_| self.heuristic != default_heuristic());
+        for (i, part) in parts.iter().enumerate() {
+            if i > 0 {
+                f.write_str("+")?;
+            }
+            write!(f, "{}", technique_name(&part.technique))?;
+            if part.share != 1 {
+                write!(f, ":{}", part.share)?;
+            }
+            let mut options = line_options(&part.technique);
+            if i + 1 == parts.len() {
+                options.extend(mis.map(|m| format!("mis={m}")));
+            }
+            if !options.is_empty() {
+                write!(f, "[{}]", options.join(","))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+const fn default_heuristic() -> MixHeuristic {
+    MixHeuristic::Classic(Heuristic::Balance)
+}
+
+fn heuristic_name(heuristic: MixHeuristic) -> Option<&'static str> {
+    Some(match heuristic {
+        MixHeuristic::Classic(Heuristic::Balance) => "balance",
+        MixHeuristic::Classic(Heuristic::Power(_)) => "power",
+        MixHeuristic::Classic(Heuristic::Maximum) => "maximum",
+        MixHeuristic::Classic(Heuristic::Average) => "average",
+        MixHeuristic::Classic(Heuristic::Cutoff(_)) => return None,
+        MixHeuristic::Smooth(Smoothing::Variable) => "smooth",
+        MixHeuristic::Smooth(Smoothing::Fixed) => "smooth-fixed",
+    })
+}
+
+const fn technique_name(technique: &Technique) -> &'static str {
+    match technique {
+        Technique::PointArea => TECHNIQUES[0],
+        Technique::PointSolidAngle => TECHNIQUES[1],
+        Technique::PointBsdf => TECHNIQUES[2],
+        Technique::Line(line) => match line.measure {
+            LineMeasure::Area => TECHNIQUES[3],
+            LineMeasure::SolidAngle => TECHNIQUES[4],
+            LineMeasure::Projected => TECHNIQUES[5],
+        },
+    }
+}
+
+fn line_options(technique: &Technique) -> Vec<String> {
+    let Technique::Line(line) = technique else {
+        return Vec::new();
+    };
+    let mut out = Vec::new();
+    match line.direction {
+        LineDirection::Parallel => {}
+        LineDirection::Fixed(fraction) => out.push(format!("orientation=fixed:{fraction}")),
+        LineDirection::Spread(count) => out.push(format!("orientation=spread:{count}")),
+    }
+    if line.pieces == Pieces::One {
+        out.push("pieces=one".to_owned());
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_round_trip() {
+        let texts = [
+            "line-solid-angle",
+            "line-solid-angle:3+point-bsdf",
+            "line-solid-angle:3[orientation=fixed:0.5]+point-bsdf[mis=smooth]",
+            "line-area[orientation=fixed:0]+line-area[orientation=fixed:0.5,mis=average]",
+            "line-projected[orientation=spread:4,pieces=one]+point-solid-angle:2",
+            "point-area+point-bsdf[mis=power]",
+        ];
+        for text in texts {
+            assert_eq!(text.parse::<Mix>().unwrap().to_string(), text);
+        }
+        let spelt: Mix = " line-solid-angle : 1"
+            .replace(" :", ":")
+            .replace(": ", ":")
+            .parse()
+            .unwrap();
+        assert_eq!(spelt.to_string(), "line-solid-angle");
+        let after: Mix = "line-area[orientation=fixed:0.5]:3+point-bsdf:1"
+            .parse()
+            .unwrap();
+        assert_eq!(
+            after.to_string(),
+            "line-area:3[orientation=fixed:0.5]+point-bsdf"
+        );
+    }
+
+    #[test]
+    fn errors_say_what_was_expected() {
+        let error = |t: &str| t.parse::<Mix>().unwrap_err().to_string();
+        assert!(error("line-analytic+point-bsdf").contains("cannot be combined"));
+        assert!(error("line-area:0+point-bsdf").contains("above 0"));
+        assert!(error("line-area+point-bsdf[mis=best]").contains("expected balance"));
+        assert!(error("line-area[").contains("closing"));
+        assert!(error("line-area[pieces=two]").contains("one or each"));
+        assert!(error("line-area[orientation=uniform]").contains("spread:COUNT"));
+        assert!(error("point-area[pieces=one]").contains("expected mis"));
+        assert!(
+            error("line-area[orientation=spread:6]+line-solid-angle[orientation=spread:6]")
+                .contains("between 1 and 8")
+        );
+        assert!(error("line-area[mis=smooth]3").contains(":SHARE"));
+    }
+}
