@@ -1,7 +1,7 @@
 //! The workshop: `cargo xtask COMMAND`.
 //!
 //! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the crates. What is the
-//! user's (`render`, `converge`, `compare`, `info`) goes to the `linelit` program word for word; what is the
+//! user's (`render`, `converge`, `compare`, `info`, `convert`) goes to the `linelit` program word for word; what is the
 //! developers' is listed in [`USAGE`]. Exit status: 0 done, 1 failed, 2 usage.
 
 #![allow(
@@ -26,6 +26,7 @@ the linelit program (same words as `linelit COMMAND`, see `cargo xtask COMMAND -
   converge [STUDY|SCENE…]   measure how the error falls; writes a report
   compare A B               compare two images
   info SCENE                what is in a scene and what the plan skips
+  convert SCENE -o OUT.pbrt write a scene as pbrt-v4 text
 
 the workshop:
   test [--long] [STEP…]     everything that must hold; --long adds the long tests; STEP… runs only these:
@@ -35,7 +36,7 @@ the workshop:
   accuracy                  worst errors of the closed forms, as docs/accuracy.md
   vectors DIR               hold the closed forms to the reference vectors in DIR
   check-references DIR      hold renders to the reference images below DIR
-  load-all DIR              load every scene file below DIR
+  load-all DIR              load and render every scene file below DIR
   fit-ltc                   fit the tables of linearly transformed cosines
 
 exit status: 0 done, 1 failed, 2 usage";
@@ -50,9 +51,8 @@ fn main() -> ExitCode {
             println!("{USAGE}");
             0
         }
-        "render" | "converge" | "compare" | "info" | "check-references" => {
-            cargo::study(command, rest)
-        }
+        "render" | "converge" | "compare" | "info" | "convert" | "check-references"
+        | "load-all" => cargo::study(command, rest),
         "bench" => match rest.split_first() {
             None => return usage("bench needs to know WHAT to measure"),
             Some((what, more)) => match what.split_once('/') {
@@ -63,14 +63,11 @@ fn main() -> ExitCode {
                 None => cargo::study(command, rest),
             },
         },
-        "vectors" | "load-all" if rest.is_empty() => {
-            return usage(&format!("{command} needs a folder"));
-        }
+        "vectors" if rest.is_empty() => return usage("vectors needs a folder"),
         // Both crates, whatever the first says; the worse of the two counts.
         "vectors" => {
             cargo::example("shading", command, rest).max(cargo::example("lights", command, rest))
         }
-        "load-all" => cargo::example("scene", command, rest),
         "accuracy" | "fit-ltc" => cargo::example("shading", command, rest),
         "test" => match suite::Selection::parse(rest) {
             Ok(selection) => suite::run(&selection),

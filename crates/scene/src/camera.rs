@@ -36,8 +36,10 @@ pub struct CameraRay {
 /// right-handed in the world depends on the placement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// From camera space to world space.
+    /// From camera space to world space: exactly the inverse, as computed, of `world_to_camera`.
     pub camera_to_world: DAffine3,
+    /// From world space to camera space, which is what scene files hold.
+    pub world_to_camera: DAffine3,
     /// How film positions become directions.
     pub projection: Projection,
     /// Screen window `[x_min, x_max, y_min, y_max]` if the file gives one.
@@ -49,7 +51,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A camera for a film of `width` × `height` pixels.
+    /// A camera for a film of `width` × `height` pixels, placed by `camera_to_world`, which is
+    /// inverted twice and so may change in the last digits.
     ///
     /// The screen window is the given one, or spans −1 to 1 over the shorter side, in the
     /// proportions of the frame (`frame_aspect_ratio`, or the pixels).
@@ -58,10 +61,28 @@ impl Camera {
         projection: Projection,
         screen_window: Option<[f64; 4]>,
         frame_aspect_ratio: Option<f64>,
+        resolution: [u32; 2],
+    ) -> Self {
+        Self::from_world_to_camera(
+            camera_to_world.inverse(),
+            projection,
+            screen_window,
+            frame_aspect_ratio,
+            resolution,
+        )
+    }
+
+    /// As [`Camera::new`], placed by the transform from world to camera space.
+    pub fn from_world_to_camera(
+        world_to_camera: DAffine3,
+        projection: Projection,
+        screen_window: Option<[f64; 4]>,
+        frame_aspect_ratio: Option<f64>,
         [width, height]: [u32; 2],
     ) -> Self {
         let mut camera = Self {
-            camera_to_world,
+            camera_to_world: world_to_camera.inverse(),
+            world_to_camera,
             projection,
             screen_window,
             frame_aspect_ratio,

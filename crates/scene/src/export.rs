@@ -4,31 +4,63 @@ use crate::camera::Projection;
 use crate::film::FilterKind;
 use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
 use crate::scene::{Mesh, Scene};
-use crate::texture::{Texture, Wrap};
+use crate::texture::{ImageTexture, Texture, Wrap};
 use linelit_geometry::DVec3;
-use linelit_lights::{Emission, Light};
+use linelit_lights::{Emission, Light, LinearLight};
 use std::fmt::{self, Write as _};
 use std::io;
+
+/// What to write.
+pub struct ExportOptions<'a> {
+    /// Also what linelit alone reads: linear lights as `Shape "line"`, materials under their own
+    /// names. Without it, linear lights are comments, and materials that pbrt-v4 does not have are
+    /// the nearest that it has.
+    pub extensions: bool,
+    /// The file name to write for an image; its own by default.
+    pub image_name: &'a dyn Fn(&ImageTexture) -> String,
+}
+
+impl fmt::Debug for ExportOptions<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut out = f.debug_struct("ExportOptions");
+        out.field("extensions", &self.extensions)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Default for ExportOptions<'_> {
+    /// What pbrt-v4 reads, with the file names that the scene has.
+    fn default() -> Self {
+        Self {
+            extensions: false,
+            image_name: &|image| image.filename.clone(),
+        }
+    }
+}
 
 impl Scene {
     /// Writes the scene as pbrt text that pbrt-v4 reads.
     ///
-    /// Geometry is written exactly (the shortest decimal form of each `f32`); cameras, films,
-    /// materials, textures and area lights as far as pbrt-v4 has them. What it does not have is
-    /// written as the nearest thing, with a comment: `phong` as `coateddiffuse`, `substrate` and
-    /// `plastic` likewise, linear lights as our `Shape "line"`, which pbrt-v4 refuses (it is
-    /// written as a comment unless `extensions`). Image textures are named by the file names they
-    /// were read from.
+    /// Geometry is written exactly (the shortest decimal form of each `f32`), in its order;
+    /// cameras, films, materials, textures and area lights as far as pbrt-v4 has them. With
+    /// [`ExportOptions::extensions`] reading it back gives the same scene, so that pictures are
+    /// the same bit for bit. Without, what pbrt-v4 does not have is the nearest thing, with a
+    /// comment: `phong`, `substrate` and `plastic` as `coateddiffuse`.
     ///
     /// # Errors
     /// When writing fails.
-    pub fn write_pbrt(&self, out: &mut impl io::Write, extensions: bool) -> io::Result<()> {
+    pub fn write_pbrt(
+        &self,
+        out: &mut impl io::Write,
+        options: &ExportOptions<'_>,
+    ) -> io::Result<()> {
         let mut text = String::new();
         // Writing to a string does not fail.
         let _ = self.header(&mut text);
         out.write_all(text.as_bytes())?;
         let mut writer = Writer {
             scene: self,
+            options,
             text: String::new(),
             textures: 0,
         };
@@ -36,30 +68,31 @@ impl Scene {
             let _ = writer.material(k, material);
             writer.flush(out)?;
         }
+        // Linear lights stand between the meshes where they stood: the order of the lights names
+        // their random numbers.
+        let mut lines = self.lights.iter().filter_map(|l| match l.light {
+            Light::Linear(line) => Some((l.triangles.start, line)),
+            _ => None,
+        });
+        let mut next = lines.next();
         for mesh in &self.meshes {
+            while let Some((_, line)) = next.filter(|(at, _)| *at <= mesh.triangles.start) {
+                let _ = writer.line(&line);
+                next = lines.next();
+            }
             let _ = writer.mesh(mesh);
             writer.flush(out)?;
         }
-        for light in &self.lights {
-            if let Light::Linear(line) = &light.light {
-                let prefix = if extensions { "" } else { "# " };
-                let (p0, p1) = (line.segment.p0, line.segment.p1);
-                let _ = writeln!(
-                    writer.text,
-                    "{prefix}AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ {} ] Shape \"line\" \
-                     \"point3 p0\" [ {} ] \"point3 p1\" [ {} ] AttributeEnd",
-                    Triple(line.radiance_radius),
-                    Triple(p0),
-                    Triple(p1)
-                );
-            }
+        while let Some((_, line)) = next {
+            let _ = writer.line(&line);
+            next = lines.next();
         }
         writer.flush(out)
     }
 
     fn header(&self, text: &mut String) -> fmt::Result {
         let camera = &self.camera;
-        let m = camera.camera_to_world.inverse();
+        let m = camera.world_to_camera;
         let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
         writeln!(text, "# written by linelit; pbrt-v4")?;
         write!(text, "Transform [")?;
@@ -152,6 +185,7 @@ impl fmt::Display for Quoted<'_> {
 
 struct Writer<'a> {
     scene: &'a Scene,
+    options: &'a ExportOptions<'a>,
     text: String,
     /// Textures written so far; their number is their name.
     textures: usize,
@@ -197,7 +231,7 @@ impl Writer<'_> {
                     "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string encoding\" \"{encoding}\" \
                      \"float scale\" [ {} ] \"bool invert\" {} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
                      \"float udelta\" [ {} ] \"float vdelta\" [ {} ]",
-                    Quoted(&image.filename),
+                    Quoted(&(self.options.image_name)(image)),
                     image.scale,
                     image.invert,
                     s.x,
@@ -259,14 +293,108 @@ impl Writer<'_> {
 
     fn material(&mut self, index: usize, material: &Material) -> fmt::Result {
         let mut comment = "";
-        let body = match &material.kind {
+        let body = if self.options.extensions
+            && let Some(body) = self.own_material(&material.kind)?
+        {
+            body
+        } else {
+            self.plain_material(&material.kind, &mut comment)?
+        };
+        let relief = self.relief(material)?;
+        let name: String = material.name.chars().filter(|c| !c.is_control()).collect();
+        write!(
+            self.text,
+            "MakeNamedMaterial \"m{index}\" \"string type\" {body}{relief} # {name}"
+        )?;
+        if comment.is_empty() {
+            writeln!(self.text)
+        } else {
+            writeln!(self.text, ": {comment}")
+        }
+    }
+
+    /// A material under pbrt-v3's or our own name, if pbrt-v4 does not have it.
+    fn own_material(&mut self, kind: &MaterialKind) -> Result<Option<String>, fmt::Error> {
+        let parameters = |writer: &mut Self, list: &[(&str, &Texture, bool)]| {
+            list.iter().try_fold(String::new(), |text, (n, t, number)| {
+                Ok(text + &writer.parameter(n, t, *number)?)
+            })
+        };
+        Ok(Some(match kind {
+            MaterialKind::Matte { kd, sigma } => {
+                let list = [("Kd", kd, false), ("sigma", sigma, true)];
+                format!("\"matte\"{}", parameters(self, &list)?)
+            }
+            MaterialKind::Plastic { kd, ks, roughness } => {
+                let list = [("Kd", kd, false), ("Ks", ks, false)];
+                let list = parameters(self, &list)?;
+                format!("\"plastic\"{list}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::Substrate { kd, ks, roughness } => {
+                let list = [("Kd", kd, false), ("Ks", ks, false)];
+                let list = parameters(self, &list)?;
+                format!("\"substrate\"{list}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::Uber {
+                kd,
+                ks,
+                kr,
+                kt,
+                roughness,
+                eta,
+                opacity,
+            } => {
+                let list = [
+                    ("Kd", kd, false),
+                    ("Ks", ks, false),
+                    ("Kr", kr, false),
+                    ("Kt", kt, false),
+                    ("eta", eta, true),
+                    ("opacity", opacity, false),
+                ];
+                let list = parameters(self, &list)?;
+                format!("\"uber\"{list}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::Mirror { kr } => {
+                format!("\"mirror\"{}", parameters(self, &[("Kr", kr, false)])?)
+            }
+            MaterialKind::Dielectric {
+                kr,
+                kt,
+                eta,
+                roughness,
+                thin: false,
+            } => {
+                let list = [("Kr", kr, false), ("Kt", kt, false), ("eta", eta, true)];
+                let list = parameters(self, &list)?;
+                format!("\"glass\"{list}{}", self.roughness(roughness)?)
+            }
+            MaterialKind::Phong { kd, ks, exponent } => {
+                let list = [
+                    ("Kd", kd, false),
+                    ("Ks", ks, false),
+                    ("exponent", exponent, true),
+                ];
+                format!("\"phong\"{}", parameters(self, &list)?)
+            }
+            _ => return Ok(None),
+        }))
+    }
+
+    /// A material as pbrt-v4 has it, or the nearest thing and a remark.
+    fn plain_material(
+        &mut self,
+        kind: &MaterialKind,
+        comment: &mut &'static str,
+    ) -> Result<String, fmt::Error> {
+        Ok(match kind {
             MaterialKind::Matte { kd, .. } => {
                 format!("\"diffuse\"{}", self.parameter("reflectance", kd, false)?)
             }
             MaterialKind::Plastic { kd, roughness, .. }
             | MaterialKind::Substrate { kd, roughness, .. }
             | MaterialKind::Uber { kd, roughness, .. } => {
-                comment = "the nearest that pbrt-v4 has";
+                *comment = "the nearest that pbrt-v4 has";
                 let kd = self.parameter("reflectance", kd, false)?;
                 format!("\"coateddiffuse\"{kd}{}", self.roughness(roughness)?)
             }
@@ -282,7 +410,7 @@ impl Writer<'_> {
                 format!("\"coateddiffuse\"{r}{roughness}{eta} \"float thickness\" [ {thickness} ]")
             }
             MaterialKind::Phong { kd, .. } => {
-                comment = "the diffuse part of `phong`";
+                *comment = "the diffuse part of `phong`";
                 format!("\"diffuse\"{}", self.parameter("reflectance", kd, false)?)
             }
             MaterialKind::Conductor { eta, k, roughness } => {
@@ -329,21 +457,11 @@ impl Writer<'_> {
                 materials: [a, b],
                 amount,
             } => {
-                let amount = self.parameter("amount", amount, true)?;
+                // pbrt-v4 mixes by a number, pbrt-v3 by a colour.
+                let amount = self.parameter("amount", amount, !self.options.extensions)?;
                 format!("\"mix\" \"string materials\" [ \"m{a}\" \"m{b}\" ]{amount}")
             }
-        };
-        let name: String = material.name.chars().filter(|c| !c.is_control()).collect();
-        let relief = self.relief(material)?;
-        write!(
-            self.text,
-            "MakeNamedMaterial \"m{index}\" \"string type\" {body}{relief} # {name}"
-        )?;
-        if comment.is_empty() {
-            writeln!(self.text)
-        } else {
-            writeln!(self.text, ": {comment}")
-        }
+        })
     }
 
     /// Bump or normal map; pbrt's normal maps have no factor, ours is then lost.
@@ -355,27 +473,46 @@ impl Writer<'_> {
             Some(NormalMap {
                 texture: Texture::Image(image),
                 ..
-            }) => format!(" \"string normalmap\" {}", Quoted(&image.filename)),
+            }) => {
+                let name = (self.options.image_name)(image);
+                format!(" \"string normalmap\" {}", Quoted(&name))
+            }
             _ => String::new(),
         })
     }
 
-    /// A mesh, its lights apart.
+    /// A linear light.
+    fn line(&mut self, line: &LinearLight) -> fmt::Result {
+        let prefix = if self.options.extensions { "" } else { "# " };
+        writeln!(
+            self.text,
+            "{prefix}AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ {} ] Shape \"line\" \
+             \"point3 p0\" [ {} ] \"point3 p1\" [ {} ] AttributeEnd",
+            Triple(line.radiance_radius),
+            Triple(line.segment.p0),
+            Triple(line.segment.p1)
+        )
+    }
+
+    /// A mesh, each of its lights a shape of its own.
     fn mesh(&mut self, mesh: &Mesh) -> fmt::Result {
         writeln!(
             self.text,
             "AttributeBegin\nNamedMaterial \"m{}\"",
             mesh.material
         )?;
+        // Vertex normals say where the outside is, if there are any.
+        if mesh.flipped && !mesh.has_normals {
+            writeln!(self.text, "ReverseOrientation")?;
+        }
         let mut start = mesh.triangles.start;
         while start < mesh.triangles.end {
             let light = self.scene.light_of(start);
-            // The longest run of triangles with the same emission, or none.
-            let emission = light.map(|l| self.emission(l));
             let end = (start + 1..mesh.triangles.end)
-                .find(|t| self.scene.light_of(*t).map(|l| self.emission(l)) != emission)
+                .find(|t| self.scene.light_of(*t) != light)
                 .unwrap_or(mesh.triangles.end);
-            if let Some(emission) = emission {
+            if let Some(light) = light {
+                let emission = self.emission(light);
                 writeln!(
                     self.text,
                     "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
@@ -384,7 +521,7 @@ impl Writer<'_> {
                 )?;
             }
             self.triangles(mesh, start, end)?;
-            if emission.is_some() {
+            if light.is_some() {
                 writeln!(self.text, "AttributeEnd")?;
             }
             start = end;
@@ -405,12 +542,7 @@ impl Writer<'_> {
         let mut vertices = Vec::new();
         write!(self.text, "Shape \"trianglemesh\" \"integer indices\" [")?;
         for t in start..end {
-            let mut corners = scene.triangles[t as usize];
-            // Without normals the winding says where the outside is.
-            if !mesh.has_normals && mesh.flipped {
-                corners.swap(1, 2);
-            }
-            for i in corners {
+            for i in scene.triangles[t as usize] {
                 let number = *numbers.entry(i).or_insert_with(|| {
                     vertices.push(i as usize);
                     vertices.len() - 1

@@ -79,6 +79,11 @@ impl ImageData {
         self.height
     }
 
+    /// Bytes of the pixels.
+    pub const fn memory(&self) -> usize {
+        3 * self.rgb.len()
+    }
+
     /// Whether the bytes are sRGB-encoded rather than linear.
     pub const fn is_srgb(&self) -> bool {
         self.srgb
@@ -92,6 +97,25 @@ impl ImageData {
         };
         let table = self.table();
         DVec3::from_array([r, g, b].map(|byte| table[usize::from(byte)]))
+    }
+}
+
+impl ImageData {
+    /// Writes the pixels as an uncompressed TGA file of 24 bits.
+    ///
+    /// # Errors
+    /// When writing fails, or when the image is larger than the format allows (65535 pixels along
+    /// a side).
+    pub fn write_tga(&self, out: &mut impl std::io::Write) -> std::io::Result<()> {
+        let side = |n: u32| u16::try_from(n).map_err(std::io::Error::other);
+        let ([w0, w1], [h0, h1]) = (
+            side(self.width)?.to_le_bytes(),
+            side(self.height)?.to_le_bytes(),
+        );
+        // True colour without a map; the top row first.
+        out.write_all(&[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, w0, w1, h0, h1, 24, 0x20])?;
+        let bytes: Vec<u8> = self.rgb.iter().flat_map(|[r, g, b]| [*b, *g, *r]).collect();
+        out.write_all(&bytes)
     }
 }
 
@@ -227,6 +251,15 @@ mod tests {
         file.extend([0x81, 9, 0x00, 7]);
         let image = read_tga(&file, false).unwrap();
         assert_eq!(image.rgb, [[9; 3], [9; 3], [7; 3]]);
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let pixels = (0..6).map(|i| [i, 2 * i, 255 - i]).collect();
+        let image = ImageData::new(3, 2, pixels, true).unwrap();
+        let mut file = Vec::new();
+        image.write_tga(&mut file).unwrap();
+        assert!(read_tga(&file, true).unwrap() == image);
     }
 
     #[test]

@@ -61,6 +61,7 @@ mod texture;
 
 pub use camera::{Camera, CameraRay, Projection};
 pub use error::{ErrorKind, SceneError, Warning};
+pub use export::ExportOptions;
 pub use film::{FilmSettings, Filter, FilterKind};
 pub use image::ImageData;
 pub use load::{Format, LoadOptions, Loaded};

@@ -1,6 +1,6 @@
 //! Materials with the parameters of the files, whether or not the renderer uses all of them.
 
-use crate::texture::Texture;
+use crate::texture::{ImageTexture, Texture};
 use linelit_geometry::{DVec2, DVec3};
 
 /// A material with its name in the file (or its type, if it has none).
@@ -201,6 +201,50 @@ pub enum MaterialKind {
 }
 
 impl MaterialKind {
+    /// The textures of all parameters.
+    pub(crate) fn textures(&self) -> Vec<&Texture> {
+        match self {
+            Self::Matte { kd, sigma } => vec![kd, sigma],
+            Self::Plastic { kd, ks, roughness } | Self::Substrate { kd, ks, roughness } => {
+                vec![kd, ks, &roughness.u, &roughness.v]
+            }
+            Self::Conductor { eta, k, roughness } => vec![eta, k, &roughness.u, &roughness.v],
+            Self::ColoredConductor {
+                reflectance,
+                roughness,
+            } => vec![reflectance, &roughness.u, &roughness.v],
+            Self::Uber {
+                kd,
+                ks,
+                kr,
+                kt,
+                roughness,
+                eta,
+                opacity,
+            } => vec![kd, ks, kr, kt, &roughness.u, &roughness.v, eta, opacity],
+            Self::Mirror { kr } => vec![kr],
+            Self::Dielectric {
+                kr,
+                kt,
+                eta,
+                roughness,
+                ..
+            } => vec![kr, kt, eta, &roughness.u, &roughness.v],
+            Self::CoatedDiffuse {
+                reflectance,
+                roughness,
+                eta,
+                ..
+            } => vec![reflectance, &roughness.u, &roughness.v, eta],
+            Self::DiffuseTransmission {
+                reflectance,
+                transmittance,
+            } => vec![reflectance, transmittance],
+            Self::Mix { amount, .. } => vec![amount],
+            Self::Phong { kd, ks, exponent } => vec![kd, ks, exponent],
+        }
+    }
+
     /// The model's name in pbrt.
     pub const fn name(&self) -> &'static str {
         match self {
@@ -266,6 +310,17 @@ impl Material {
             | MaterialKind::Mix { .. } => DVec3::ZERO,
         };
         value.clamp(DVec3::ZERO, DVec3::ONE)
+    }
+
+    /// Calls a function with every image of the material's textures.
+    pub(crate) fn for_each_image(&self, f: &mut dyn FnMut(&ImageTexture)) {
+        for texture in self.kind.textures() {
+            texture.for_each_image(f);
+        }
+        let relief = self.normal_map.as_ref().map(|map| &map.texture);
+        for texture in self.bump.iter().chain(relief) {
+            texture.for_each_image(f);
+        }
     }
 
     /// Whether the estimators draw all of the material, rather than its diffuse part only.

@@ -219,10 +219,13 @@ impl Topology {
                     continue;
                 }
                 budget -= size;
-                let both: Vec<usize> = [a, b]
+                let mut both: Vec<usize> = [a, b]
                     .iter()
                     .flat_map(|g| groups[g].facets.iter().copied())
                     .collect();
+                // In the order of the file, so that the polygon starts where it would if these
+                // were all there is.
+                both.sort_unstable();
                 if let Some(polygon) = self.union(facets, &both) {
                     for f in &both {
                         owner.insert(*f, a);

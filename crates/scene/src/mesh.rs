@@ -178,7 +178,7 @@ impl Builder {
             let to_world = sign * normal_matrix(&place.to_world.matrix3);
             let normals = mesh.normals.iter();
             self.normals
-                .extend(normals.map(|n| to_f32((to_world * to_f64(*n)).normalize_or_zero())));
+                .extend(normals.map(|n| to_f32(unit(to_world * to_f64(*n)))));
         }
         if !mesh.uvs.is_empty() {
             self.uvs.resize(base, [0.0; 2]);
@@ -341,6 +341,17 @@ fn normal_matrix(m: &DMat3) -> DMat3 {
         m.x_axis.cross(m.y_axis),
     );
     cofactors * m.determinant().signum()
+}
+
+/// A unit vector, or zero. What is one to `f32` rounding already stays as it is, so that scenes
+/// that were written come back bit for bit: the three components are off by half an ulp each.
+fn unit(n: DVec3) -> DVec3 {
+    let rounding = 2.0 * f64::from(f32::EPSILON);
+    if (n.length_squared() - 1.0).abs() <= rounding {
+        n
+    } else {
+        n.normalize_or_zero()
+    }
 }
 
 /// Rounds once; may overflow to infinity.

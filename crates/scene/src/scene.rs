@@ -2,10 +2,13 @@
 
 use crate::camera::Camera;
 use crate::film::FilmSettings;
+use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_lights::{Emission, Light};
+use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Triangles that share a material and vertex attributes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -147,6 +150,17 @@ impl Scene {
             + size_of_val(&self.uvs[..])
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.lights[..])
+    }
+
+    /// Bytes that the images of the textures take, each counted once.
+    pub fn texture_memory(&self) -> usize {
+        let mut images: HashMap<*const ImageData, usize> = HashMap::new();
+        for material in &self.materials {
+            material.for_each_image(&mut |image| {
+                images.insert(Arc::as_ptr(&image.data), image.data.memory());
+            });
+        }
+        images.values().sum()
     }
 
     /// Changes the number of pixels; crop becomes the whole picture.

@@ -129,6 +129,19 @@ impl Texture {
         }
     }
 
+    /// Calls a function with every image of the expression.
+    pub(crate) fn for_each_image(&self, f: &mut dyn FnMut(&ImageTexture)) {
+        match self {
+            Self::Constant(_) => {}
+            Self::Image(image) => f(image),
+            Self::Product(a, b) => [a, b].iter().for_each(|t| t.for_each_image(f)),
+            Self::Mix { a, b, amount } => [a, b, amount].iter().for_each(|t| t.for_each_image(f)),
+            Self::Checkerboard { even, odd, .. } => {
+                [even, odd].iter().for_each(|t| t.for_each_image(f));
+            }
+        }
+    }
+
     /// Nodes of the expression, to keep evaluation bounded.
     pub(crate) fn cost(&self) -> usize {
         match self {

@@ -4,11 +4,15 @@ mod common;
 
 use common::{area, load};
 use linelit_geometry::DVec2;
-use linelit_scene::{LoadOptions, Scene};
+use linelit_scene::{ExportOptions, LoadOptions, Scene};
 
 fn written(scene: &Scene) -> Scene {
     let mut text = Vec::new();
-    scene.write_pbrt(&mut text, true).unwrap();
+    let options = ExportOptions {
+        extensions: true,
+        ..ExportOptions::default()
+    };
+    scene.write_pbrt(&mut text, &options).unwrap();
     let text = String::from_utf8(text).unwrap();
     match Scene::from_pbrt_str(&text, "written.pbrt", &LoadOptions::default()) {
         Ok(loaded) => loaded.scene,

@@ -19,15 +19,19 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to an EXR or PNG image.
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Measure how the error falls with samples and with time; writes a report.
     Converge(ConvergeArgs),
     /// Compare two images (EXR or PFM): MSE, RMSE, MRSE, bias.
     Compare(CompareArgs),
     /// Say what is in a scene and what the plan skips.
     Info(InfoArgs),
+    /// Write a scene as pbrt-v4 text, for other renderers.
+    Convert(ConvertArgs),
     /// Hold renders to the reference images below a folder.
     CheckReferences(CheckArgs),
+    /// Load and render every scene file below a folder; a line per file.
+    LoadAll(LoadAllArgs),
 }
 
 /// Flags that every command that reads a scene takes.
@@ -138,6 +142,38 @@ pub struct InfoArgs {
     /// Common flags.
     #[command(flatten)]
     pub common: SceneArgs,
+}
+
+/// `convert`.
+#[derive(Args, Debug)]
+pub struct ConvertArgs {
+    /// Scene file, or the name of a built-in scene.
+    pub scene: String,
+    /// Text to write; its name must end in .pbrt.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Also write what linelit alone reads: linear lights, and materials as they were.
+    #[arg(long)]
+    pub extensions: bool,
+    /// Treat warnings about the scene as errors.
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// `load-all`.
+#[derive(Args, Debug)]
+pub struct LoadAllArgs {
+    /// The folder.
+    pub dir: PathBuf,
+    /// Seconds on the processor that a file may take.
+    #[arg(long, default_value_t = 5.0)]
+    pub seconds: f64,
+    /// Print a line of JSON per file.
+    #[arg(long)]
+    pub json: bool,
+    /// Do one file in this process: what the command starts for each.
+    #[arg(long, hide = true)]
+    pub one: bool,
 }
 
 /// `check-references`.

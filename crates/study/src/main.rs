@@ -3,6 +3,7 @@
 #![allow(clippy::print_stderr, reason = "a command says what went wrong")]
 
 use clap::Parser;
+use linelit_scene::SceneError;
 use linelit_study::cli::{Cli, Command};
 use linelit_study::commands;
 use std::process::ExitCode;
@@ -15,12 +16,18 @@ fn main() -> ExitCode {
         Command::Converge(args) => commands::converge(args),
         Command::Compare(args) => commands::compare(args),
         Command::Info(args) => commands::info(args),
+        Command::Convert(args) => commands::convert(args),
         Command::CheckReferences(args) => commands::check_references(args),
+        Command::LoadAll(args) => commands::load_all(args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            // Errors of scene files bring their own heading.
+            match error.downcast_ref::<SceneError>() {
+                Some(error) => eprintln!("{error}"),
+                None => eprintln!("error: {error:#}"),
+            }
             ExitCode::FAILURE
         }
     }

@@ -24,7 +24,7 @@ pub(super) struct View {
 
 #[derive(Debug)]
 struct CameraSettings {
-    camera_to_world: DAffine3,
+    world_to_camera: DAffine3,
     projection: Projection,
     screen_window: Option<[f64; 4]>,
     frame_aspect_ratio: Option<f64>,
@@ -45,15 +45,15 @@ impl View {
                     "the scene has no camera: looking along +z from the origin, 90 degrees";
                 warnings.warn(ErrorKind::Suspicious, message, |e| e.in_file(source.name()))?;
                 CameraSettings {
-                    camera_to_world: DAffine3::IDENTITY,
+                    world_to_camera: DAffine3::IDENTITY,
                     projection: Projection::Perspective { fov_degrees: 90.0 },
                     screen_window: None,
                     frame_aspect_ratio: None,
                 }
             }
         };
-        let camera = Camera::new(
-            settings.camera_to_world,
+        let camera = Camera::from_world_to_camera(
+            settings.world_to_camera,
             settings.projection,
             settings.screen_window,
             settings.frame_aspect_ratio,
@@ -105,7 +105,7 @@ impl Loader {
         params.ignore(&["focaldistance"]);
         self.warn_unused(&params)?;
         self.view.camera = Some(CameraSettings {
-            camera_to_world,
+            world_to_camera: self.state.ctm,
             projection,
             screen_window,
             frame_aspect_ratio,

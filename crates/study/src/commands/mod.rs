@@ -2,13 +2,17 @@
 
 mod check_references;
 mod converge;
+mod convert;
 mod info;
+mod load_all;
 mod page;
 mod render;
 
 pub use check_references::run as check_references;
 pub use converge::run as converge;
+pub use convert::run as convert;
 pub use info::run as info;
+pub use load_all::run as load_all;
 pub use render::run as render;
 
 use crate::cli::{CompareArgs, SceneArgs};
