@@ -1,13 +1,23 @@
-//! Isotropic GGX reflection: value, sampling by visible normals, density.
+//! Trowbridge–Reitz (GGX) microfacets: distribution, masking, sampling by visible normals; and the
+//! isotropic GGX reflector with Schlick's Fresnel term.
 //!
 //! Symbols, all in the local frame of the surface (normal +z): ω_o to the viewer, ω_i to the light,
-//! h = (ω_i + ω_o)/|…|, α = roughness² the GGX width, F0 the reflectance at normal incidence.
+//! h = (ω_i + ω_o)/|…|, α = the width of the distribution of slopes, F0 the reflectance at normal
+//! incidence.
 //!
-//! **Source**: Walter et al. 2007 (GGX); Heitz 2014 (height-correlated Smith masking); Schlick 1994;
-//! Dupuy & Benyoub 2023 (sampling of visible normals by a spherical cap).
+//! **Source**: Trowbridge & Reitz 1975; Walter et al. 2007 (GGX); Heitz 2014 (height-correlated Smith
+//! masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy & Benyoub
+//! 2023 (a spherical cap); Schlick 1994.
 
 use linelit_geometry::DVec3;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
+
+/// A Trowbridge–Reitz distribution of microfacets with Smith's height-correlated masking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrowbridgeReitz {
+    /// α along x and y.
+    alpha: [f64; 2],
+}
 
 /// An isotropic GGX microfacet reflector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,24 +39,6 @@ pub struct DirectionSample {
     pub pdf: f64,
 }
 
-/// The GGX density of normals, per projected solid angle: α²/(π ((α² − 1) cos² + 1)²), written so
-/// that a narrow peak keeps its digits.
-#[must_use]
-pub fn distribution(h: DVec3, alpha: f64) -> f64 {
-    let tangent = h.x * h.x + h.y * h.y;
-    let a2 = alpha * alpha;
-    let d = tangent + a2 * h.z * h.z;
-    a2 / (PI * d * d)
-}
-
-/// Smith's Λ: (√(1 + α² tan²) − 1)/2.
-#[must_use]
-pub fn lambda(w: DVec3, alpha: f64) -> f64 {
-    let t = alpha * alpha * (w.x * w.x + w.y * w.y) / (w.z * w.z);
-    // (√(1 + t) − 1)/2 without cancellation.
-    0.5 * t / (1.0 + (1.0 + t).sqrt())
-}
-
 /// (1 − c)⁵, Schlick's interpolation between F0 and one.
 #[must_use]
 pub fn schlick(cosine: f64) -> f64 {
@@ -55,50 +47,134 @@ pub fn schlick(cosine: f64) -> f64 {
     m2 * m2 * m
 }
 
+impl TrowbridgeReitz {
+    /// The narrowest α: below it a reflector is a mirror to all that light sources can show, and
+    /// directions of unit length would no longer resolve the lobe to many digits.
+    pub const MIN_ALPHA: f64 = 1e-4;
+
+    /// The widest α.
+    pub const MAX_ALPHA: f64 = 1e4;
+
+    /// With α along x and y, brought into [`MIN_ALPHA`](Self::MIN_ALPHA),
+    /// [`MAX_ALPHA`](Self::MAX_ALPHA).
+    #[must_use]
+    pub fn new(alpha: [f64; 2]) -> Self {
+        // `max` first: NaN becomes the narrowest.
+        let alpha = alpha.map(|a| a.max(Self::MIN_ALPHA).min(Self::MAX_ALPHA));
+        Self { alpha }
+    }
+
+    /// The same α all around.
+    #[must_use]
+    pub fn isotropic(alpha: f64) -> Self {
+        Self::new([alpha; 2])
+    }
+
+    /// α along x and y.
+    #[must_use]
+    pub const fn alpha(&self) -> [f64; 2] {
+        self.alpha
+    }
+
+    /// Whether it looks the same from all sides.
+    #[must_use]
+    #[allow(clippy::float_cmp, reason = "any difference makes a direction")]
+    pub fn is_isotropic(&self) -> bool {
+        self.alpha[0] == self.alpha[1]
+    }
+
+    /// D(h) = 1/(π αx αy ((hx/αx)² + (hy/αy)² + hz²)²), of normals per solid angle: its integral
+    /// with hz over the hemisphere is one.
+    #[inline]
+    #[must_use]
+    pub fn density(&self, h: DVec3) -> f64 {
+        let [a, b] = self.alpha;
+        let (x, y) = (h.x / a, h.y / b);
+        let e = x * x + y * y + h.z * h.z;
+        1.0 / (PI * a * b * e * e)
+    }
+
+    /// cos √(1 + α² tan²) = √(cos² + (αx wx)² + (αy wy)²): Smith's Λ is (this/cos − 1)/2.
+    #[inline]
+    fn reach(&self, w: DVec3) -> f64 {
+        let [a, b] = self.alpha;
+        DVec3::new(a * w.x, b * w.y, w.z).length()
+    }
+
+    /// D(h) G(ω_i, ω_o)/(4 cos_i cos_o) with G = 1/(1 + Λ_i + Λ_o), 1/sr, for directions above the
+    /// surface with the half vector h.
+    ///
+    /// The cosines cancel: D/(2 (cos_o s_i + cos_i s_o)) with s = cos √(1 + α² tan²), which stays
+    /// finite at grazing angles.
+    #[inline]
+    #[must_use]
+    pub fn reflection(&self, h: DVec3, wi: DVec3, wo: DVec3) -> f64 {
+        let below = 2.0 * (wo.z * self.reach(wi) + wi.z * self.reach(wo));
+        if below > 0.0 {
+            self.density(h) / below
+        } else {
+            0.0
+        }
+    }
+
+    /// The density of [`sample`](Self::sample): D_visible(h)/(4 ω_o·h), per solid angle.
+    #[inline]
+    #[must_use]
+    pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        let Some(h) = half(wi, wo) else {
+            return 0.0;
+        };
+        self.density(h) / (2.0 * (wo.z + self.reach(wo)))
+    }
+
+    /// Draws ω_i by reflecting ω_o at a visible normal; `None` where it falls below the surface (the
+    /// density then integrates to less than one).
+    #[must_use]
+    pub fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
+        if wo.z < 0.0 {
+            return None;
+        }
+        let [a, b] = self.alpha;
+        let stretched = DVec3::new(a * wo.x, b * wo.y, wo.z).try_normalize()?;
+        // A cap of directions around the stretched view; its sum with the view is the normal.
+        let z = (1.0 - u[1]) * (1.0 + stretched.z) - stretched.z;
+        let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        let (s, c) = (TAU * u[0]).sin_cos();
+        let cap = DVec3::new(radius * c, radius * s, z) + stretched;
+        let h = DVec3::new(a * cap.x, b * cap.y, cap.z.max(0.0)).try_normalize()?;
+        let wi = (h * (2.0 * h.dot(wo)) - wo).try_normalize()?;
+        (wi.z > 0.0).then_some(wi)
+    }
+}
+
 impl Ggx {
+    fn facets(&self) -> TrowbridgeReitz {
+        TrowbridgeReitz::isotropic(self.alpha)
+    }
+
     /// f(ω_i, ω_o) = D G F/(4 cos_i cos_o), 1/sr; zero unless both are above the surface.
     #[must_use]
     pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
         let Some(h) = half(wi, wo) else {
             return DVec3::ZERO;
         };
-        let shape = distribution(h, self.alpha) * self.masking(wi, wo) / (4.0 * wi.z * wo.z);
         let rise = schlick(wi.dot(h));
-        (self.f0 + (DVec3::ONE - self.f0) * rise) * shape
-    }
-
-    /// Height-correlated G = 1/(1 + Λ_i + Λ_o).
-    fn masking(&self, wi: DVec3, wo: DVec3) -> f64 {
-        1.0 / (1.0 + lambda(wi, self.alpha) + lambda(wo, self.alpha))
+        (self.f0 + (DVec3::ONE - self.f0) * rise) * self.facets().reflection(h, wi, wo)
     }
 
     /// The density of [`sample`](Self::sample): D_visible(h)/(4 ω_o·h), per solid angle.
     #[must_use]
     pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        let Some(h) = half(wi, wo) else {
-            return 0.0;
-        };
-        distribution(h, self.alpha) / (4.0 * wo.z * (1.0 + lambda(wo, self.alpha)))
+        self.facets().pdf(wi, wo)
     }
 
     /// Draws ω_i in proportion to the visible normals; `None` where it falls below the surface (the
     /// density then integrates to less than one).
     #[must_use]
     pub fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DirectionSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let a = self.alpha;
-        let stretched = DVec3::new(a * wo.x, a * wo.y, wo.z).normalize();
-        // A cap of directions around the stretched view; its sum with the view is the normal.
-        let z = (1.0 - u[1]) * (1.0 + stretched.z) - stretched.z;
-        let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-        let (s, c) = (2.0 * PI * u[0]).sin_cos();
-        let cap = DVec3::new(radius * c, radius * s, z) + stretched;
-        let h = DVec3::new(a * cap.x, a * cap.y, cap.z.max(0.0)).try_normalize()?;
-        let wi = h * (2.0 * h.dot(wo)) - wo;
+        let wi = self.facets().sample(wo, u)?;
         let pdf = self.pdf(wi, wo);
-        (wi.z > 0.0 && pdf > 0.0).then(|| DirectionSample {
+        (pdf > 0.0).then(|| DirectionSample {
             wi,
             value: self.value(wi, wo),
             pdf,
@@ -106,12 +182,15 @@ impl Ggx {
     }
 }
 
-/// The half vector of two directions above the surface.
-fn half(wi: DVec3, wo: DVec3) -> Option<DVec3> {
-    if wi.z <= 0.0 || wo.z <= 0.0 {
+/// The half vector of two directions above the surface; `None` also for opposite ones (both at the
+/// horizon), the sum of which is rounding.
+pub(crate) fn half(wi: DVec3, wo: DVec3) -> Option<DVec3> {
+    if wi.z <= 0.0 || wo.z < 0.0 {
         return None;
     }
-    (wi + wo).try_normalize()
+    let sum = wi + wo;
+    let length = sum.length();
+    (length > 1e-8).then(|| sum / length)
 }
 
 #[cfg(test)]

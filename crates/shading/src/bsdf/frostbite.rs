@@ -1,0 +1,78 @@
+//! Frostbite's standard material.
+
+use super::Fresnel;
+use crate::microfacet::{TrowbridgeReitz, half, schlick};
+use linelit_geometry::DVec3;
+use std::f64::consts::FRAC_1_PI;
+
+/// Frostbite's standard material: Disney's diffuse reflection, renormalised, and GGX with the
+/// height-correlated masking of Smith. With the linear roughness r:
+///
+/// - f_d = ρ/π s(cos_i) s(cos_o) (1 − r + r/1.51), where s(c) = 1 + (F90 − 1)(1 − c)⁵ and
+///   F90 = r/2 + 2 r (ω_i·h)²;
+/// - f_s = D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o) with α = r² and Schlick's F.
+///
+/// **Source**: Lagarde & de Rousiers 2014, "Moving Frostbite to PBR", sections 3.1.2–3.1.3, the
+/// material of Peters 2021.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frostbite {
+    /// ρ, by channel.
+    pub diffuse: DVec3,
+    /// Reflectance at normal incidence, by channel.
+    pub f0: DVec3,
+    /// r in [0, 1].
+    roughness: f64,
+    /// D and G.
+    pub(crate) facets: TrowbridgeReitz,
+}
+
+impl Frostbite {
+    /// From the diffuse albedo, F0 and the linear roughness.
+    #[must_use]
+    pub fn new(diffuse: DVec3, f0: DVec3, roughness: f64) -> Self {
+        let roughness = roughness.clamp(0.0, 1.0);
+        Self {
+            diffuse,
+            f0,
+            roughness,
+            facets: TrowbridgeReitz::isotropic(roughness * roughness),
+        }
+    }
+
+    /// From a base colour and a metalness m: ρ = (1 − m) c, F0 = 0.04 (1 − m) + m c.
+    #[must_use]
+    pub fn from_base_color(color: DVec3, metalness: f64, roughness: f64) -> Self {
+        let m = metalness.clamp(0.0, 1.0);
+        let f0 = DVec3::splat(0.04 * (1.0 - m)) + color * m;
+        Self::new(color * (1.0 - m), f0, roughness)
+    }
+
+    /// The linear roughness r.
+    #[must_use]
+    pub const fn roughness(&self) -> f64 {
+        self.roughness
+    }
+
+    /// f(ω_i, ω_o), 1/sr, in the local frame; zero below the surface.
+    #[must_use]
+    pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        let Some(h) = half(wi, wo) else {
+            return DVec3::ZERO;
+        };
+        let cosine = wi.dot(h);
+        let r = self.roughness;
+        let f90 = 0.5 * r + 2.0 * r * cosine * cosine;
+        let scatter = |c: f64| 1.0 + (f90 - 1.0) * schlick(c);
+        let renormalised = 1.0 - r * (0.51 / 1.51);
+        let flat = scatter(wi.z) * scatter(wo.z) * renormalised * FRAC_1_PI;
+        self.diffuse * flat + self.fresnel().at(cosine) * self.facets.reflection(h, wi, wo)
+    }
+
+    /// F.
+    pub(crate) const fn fresnel(&self) -> Fresnel {
+        Fresnel::Schlick {
+            f0: self.f0,
+            f90: 1.0,
+        }
+    }
+}

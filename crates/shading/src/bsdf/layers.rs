@@ -1,0 +1,186 @@
+//! A sum of reflections.
+
+use super::{Lobe, about};
+use linelit_geometry::{DVec3, Frame};
+use std::f64::consts::FRAC_1_PI;
+
+/// Of a sample's probability, what is shared evenly among the lobes: bounds the weight of a sample
+/// where the estimated albedos are far from the truth.
+const EVEN: f64 = 0.1;
+
+/// A sum of a diffuse reflection and up to [`Layers::MAX`] other lobes, each scaled by a colour.
+///
+/// All lobes share the tangent that anisotropic ones refer to. A direction ω_o below the shading
+/// normal's horizon (smooth normals at a silhouette) counts as mirrored above it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layers {
+    diffuse: DVec3,
+    tangent: DVec3,
+    lobes: [Option<(DVec3, Lobe)>; Layers::MAX],
+    count: usize,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self {
+            diffuse: DVec3::ZERO,
+            tangent: DVec3::ZERO,
+            lobes: [None; Self::MAX],
+            count: 0,
+        }
+    }
+}
+
+/// Probabilities of the ways to draw a direction: diffuse, and by each lobe.
+struct Choice {
+    diffuse: f64,
+    lobes: [f64; Layers::MAX],
+}
+
+impl Layers {
+    /// How many lobes fit beside the diffuse one.
+    pub const MAX: usize = 8;
+
+    /// Nothing, with the direction (in the world, of any length) that anisotropic lobes call x; zero
+    /// if there are none.
+    #[must_use]
+    pub fn new(tangent: DVec3) -> Self {
+        Self {
+            tangent,
+            ..Self::default()
+        }
+    }
+
+    /// Adds a diffuse reflection.
+    pub fn add_diffuse(&mut self, albedo: DVec3) {
+        self.diffuse += albedo;
+    }
+
+    /// Adds a lobe, scaled; black ones are left out. `false` if it does not fit.
+    #[must_use = "a lobe that does not fit is lost"]
+    pub fn add(&mut self, scale: DVec3, lobe: Lobe) -> bool {
+        if scale == DVec3::ZERO || lobe.is_black() {
+            return true;
+        }
+        let Some(slot) = self.lobes.get_mut(self.count) else {
+            return false;
+        };
+        *slot = Some((scale, lobe));
+        self.count += 1;
+        true
+    }
+
+    /// The albedo of the diffuse part.
+    #[must_use]
+    pub const fn diffuse(&self) -> DVec3 {
+        self.diffuse
+    }
+
+    /// The lobes with their scales.
+    pub fn lobes(&self) -> impl Iterator<Item = (DVec3, &Lobe)> {
+        self.lobes[..self.count]
+            .iter()
+            .flatten()
+            .map(|(scale, lobe)| (*scale, lobe))
+    }
+
+    /// Whether it reflects nothing.
+    #[must_use]
+    pub fn is_black(&self) -> bool {
+        self.count == 0 && self.diffuse == DVec3::ZERO
+    }
+
+    fn frame(&self, n: DVec3) -> Frame {
+        if self.tangent == DVec3::ZERO {
+            Frame::from_normal(n)
+        } else {
+            Frame::from_normal_and_tangent(n, self.tangent)
+        }
+    }
+
+    /// f(ω_i, ω_o), 1/sr.
+    pub(crate) fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
+        let frame = self.frame(n);
+        let (wi, wo) = (frame.to_local(wi), above(frame.to_local(wo)));
+        let flat = self.diffuse * FRAC_1_PI;
+        self.lobes()
+            .fold(flat, |sum, (scale, lobe)| sum + scale * lobe.value(wi, wo))
+    }
+
+    /// Draws ω_i by one of the lobes, for the choice of which `u[0]` is split and rescaled.
+    pub(crate) fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
+        let frame = self.frame(n);
+        let wo = above(frame.to_local(wo));
+        let choice = self.choice(wo)?;
+        let mut rest = u[0];
+        let rescaled = |rest: f64, share: f64| [(rest / share).min(super::ONE_MINUS), u[1]];
+        if rest < choice.diffuse || self.count == 0 {
+            let [v, turn] = rescaled(rest, choice.diffuse);
+            let wi = about(DVec3::Z, (1.0 - v).sqrt(), turn);
+            return Some(frame.to_world(wi));
+        }
+        rest -= choice.diffuse;
+        let mut chosen = None;
+        for (i, (_, lobe)) in self.lobes().enumerate() {
+            if choice.lobes[i] > 0.0 {
+                chosen = Some((lobe, rescaled(rest.max(0.0), choice.lobes[i])));
+                if rest < choice.lobes[i] {
+                    break;
+                }
+                rest -= choice.lobes[i];
+            }
+        }
+        let (lobe, u) = chosen?;
+        lobe.sample(wo, u).map(|wi| frame.to_world(wi))
+    }
+
+    /// The density of [`sample`](Self::sample), per solid angle.
+    pub(crate) fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
+        let frame = self.frame(n);
+        let (wi, wo) = (frame.to_local(wi), above(frame.to_local(wo)));
+        let Some(choice) = self.choice(wo) else {
+            return 0.0;
+        };
+        let diffuse = choice.diffuse * wi.z.max(0.0) * FRAC_1_PI;
+        self.lobes()
+            .zip(choice.lobes)
+            .filter(|(_, share)| *share > 0.0)
+            .fold(diffuse, |sum, ((_, lobe), share)| {
+                sum + share * lobe.pdf(wi, wo)
+            })
+    }
+
+    /// In proportion to about what each reflects, with an even part; `None` for black.
+    fn choice(&self, wo: DVec3) -> Option<Choice> {
+        let mut diffuse = self.diffuse.element_sum();
+        let mut lobes = [0.0; Self::MAX];
+        for ((scale, lobe), share) in self.lobes().zip(&mut lobes) {
+            let [flat, glossy] = lobe.shares(wo);
+            diffuse += (scale * flat).element_sum();
+            *share = (scale * glossy).element_sum();
+        }
+        let total = diffuse + lobes.iter().sum::<f64>();
+        let used = lobes.iter().chain([&diffuse]).filter(|s| **s > 0.0);
+        #[allow(clippy::cast_precision_loss, reason = "at most nine")]
+        let even = EVEN / used.count() as f64;
+        if !(total > 0.0) {
+            return None;
+        }
+        let probability = |share: f64| {
+            if share > 0.0 {
+                (1.0 - EVEN) * share / total + even
+            } else {
+                0.0
+            }
+        };
+        Some(Choice {
+            diffuse: probability(diffuse),
+            lobes: lobes.map(probability),
+        })
+    }
+}
+
+/// ω_o, mirrored above the horizon.
+fn above(wo: DVec3) -> DVec3 {
+    DVec3::new(wo.x, wo.y, wo.z.abs())
+}

@@ -1,0 +1,167 @@
+//! Reflection at a surface: the models of pbrt-v3's materials, Phong and Frostbite's.
+//!
+//! | model | source |
+//! |---|---|
+//! | [`Lambert`], [`OrenNayar`] | diffuse; Oren & Nayar 1994 |
+//! | [`Phong`] | Lafortune & Willems 1994 |
+//! | [`Reflector`] with [`Fresnel`] | Torrance & Sparrow 1967, Trowbridge–Reitz facets |
+//! | [`Substrate`] | Ashikhmin & Shirley 2000 |
+//! | [`Frostbite`] | Lagarde & de Rousiers 2014 |
+//!
+//! [`Layers`] adds them up; [`Bsdf`] is what an estimator holds. Perfect mirrors are not among them:
+//! no light of an area reflects in them at a rate per solid angle.
+
+mod fresnel;
+mod frostbite;
+mod lambert;
+mod layers;
+mod lobe;
+mod phong;
+mod reflector;
+mod substrate;
+#[cfg(test)]
+mod tests;
+
+pub use fresnel::Fresnel;
+pub use frostbite::Frostbite;
+pub use lambert::{Lambert, OrenNayar};
+pub use layers::Layers;
+pub use lobe::Lobe;
+pub use phong::Phong;
+pub use reflector::Reflector;
+pub use substrate::Substrate;
+
+use linelit_geometry::{DVec3, Frame};
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+/// Reflection of a surface, as what the estimators can do with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "one for each shading point; a box would make it no longer `Copy`"
+)]
+pub enum Bsdf {
+    /// Diffuse.
+    Lambert(Lambert),
+    /// Diffuse and a Phong lobe.
+    Phong(Lambert, Phong),
+    /// Any sum of lobes.
+    Layers(Layers),
+}
+
+impl From<Layers> for Bsdf {
+    /// The simplest that is the same.
+    fn from(layers: Layers) -> Self {
+        let lambert = Lambert {
+            albedo: layers.diffuse(),
+        };
+        let mut lobes = layers.lobes();
+        match (lobes.next(), lobes.next()) {
+            (None, _) => Self::Lambert(lambert),
+            (Some((scale, Lobe::Phong(phong))), None) => Self::Phong(
+                lambert,
+                Phong {
+                    specular: phong.specular * scale,
+                    ..*phong
+                },
+            ),
+            _ => Self::Layers(layers),
+        }
+    }
+}
+
+impl Bsdf {
+    /// f(ω_i, ω_o) in 1/sr, for unit directions on the side of the normal `n`.
+    #[must_use]
+    pub fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
+        match self {
+            Self::Lambert(lambert) => lambert.value(),
+            Self::Phong(lambert, phong) => {
+                lambert.value() + phong.value(Phong::axis(wo, n).dot(wi))
+            }
+            Self::Layers(layers) => layers.eval(wi, wo, n),
+        }
+    }
+
+    /// Draws ω_i: diffuse by the cosine, Phong's lobe by its power of the cosine about R, microfacets
+    /// by their visible normals; one of them, with a probability in proportion to about its albedo,
+    /// for which `u[0]` is split and rescaled. `None` for a black surface, and where a microfacet
+    /// reflects into the surface.
+    ///
+    /// The direction may lie below the surface (where the lobe sinks into it): its density is right,
+    /// and it contributes nothing.
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
+        if let Self::Layers(layers) = self {
+            return layers.sample(u, wo, n);
+        }
+        let share = self.diffuse_share()?;
+        if u[0] < share {
+            let u = [(u[0] / share).min(ONE_MINUS), u[1]];
+            return Some(about(n, (1.0 - u[0]).sqrt(), u[1]));
+        }
+        match self {
+            Self::Phong(_, phong) => {
+                let v = ((u[0] - share) / (1.0 - share)).min(ONE_MINUS);
+                Some(about(Phong::axis(wo, n), phong.sample_cosine(v), u[1]))
+            }
+            _ => None,
+        }
+    }
+
+    /// The density of [`Bsdf::sample`], per solid angle. For diffuse and Phong:
+    /// α max(0, n·ω)/π + (1 − α) (k + 1)/(2π) max(0, R·ω)ᵏ with the share α of the diffuse part.
+    /// With microfacets it integrates to less than one, by what they reflect into the surface.
+    #[must_use]
+    pub fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
+        if let Self::Layers(layers) = self {
+            return layers.pdf(wi, wo, n);
+        }
+        let Some(share) = self.diffuse_share() else {
+            return 0.0;
+        };
+        let diffuse = share * n.dot(wi).max(0.0) * FRAC_1_PI;
+        match self {
+            Self::Phong(_, phong) => {
+                diffuse + (1.0 - share) * phong.pdf(Phong::axis(wo, n).dot(wi))
+            }
+            _ => diffuse,
+        }
+    }
+
+    /// The share of the diffuse part in the albedo at normal incidence; `None` for black.
+    fn diffuse_share(&self) -> Option<f64> {
+        let (diffuse, glossy) = match self {
+            Self::Lambert(lambert) => (lambert.albedo.element_sum(), 0.0),
+            Self::Phong(lambert, phong) => {
+                (lambert.albedo.element_sum(), phong.specular.element_sum())
+            }
+            Self::Layers(_) => return None,
+        };
+        let sum = diffuse + glossy;
+        (sum > 0.0).then(|| diffuse / sum)
+    }
+
+    /// Whether it reflects nothing.
+    #[must_use]
+    pub fn is_black(&self) -> bool {
+        match self {
+            Self::Lambert(lambert) => lambert.albedo == DVec3::ZERO,
+            Self::Phong(lambert, phong) => {
+                lambert.albedo == DVec3::ZERO && phong.specular == DVec3::ZERO
+            }
+            Self::Layers(layers) => layers.is_black(),
+        }
+    }
+}
+
+/// The largest number below one.
+const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// The direction at a cosine from `axis`, at the azimuth `turn` (in turns).
+fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+    let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+    let (s, c) = (TAU * turn).sin_cos();
+    Frame::from_normal(axis).to_world(DVec3::new(sine * c, sine * s, cosine))
+}

@@ -1,0 +1,49 @@
+//! The modified Phong lobe.
+
+use linelit_geometry::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// The modified Phong lobe f = k_s (k + 2)/(2π) max(0, ω_i·R)ᵏ about the mirror direction R.
+///
+/// **Source**: Billen & Dutré 2016, eq. 9 (Lafortune & Willems 1994).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phong {
+    /// k_s, by channel: the albedo at normal incidence.
+    pub specular: DVec3,
+    /// The exponent k ≥ 0.
+    pub exponent: f64,
+}
+
+impl Phong {
+    /// The mirror direction R of the direction `wo` to the viewer.
+    #[must_use]
+    pub fn axis(wo: DVec3, n: DVec3) -> DVec3 {
+        n * (2.0 * n.dot(wo)) - wo
+    }
+
+    /// k_s (k + 2)/(2π).
+    #[must_use]
+    pub fn scale(&self) -> DVec3 {
+        self.specular * ((self.exponent + 2.0) / (2.0 * PI))
+    }
+
+    /// f for a cosine ω_i·R.
+    #[must_use]
+    pub fn value(&self, cosine: f64) -> DVec3 {
+        self.scale() * cosine.max(0.0).powf(self.exponent)
+    }
+
+    /// The density (k + 1)/(2π) max(0, ω_i·R)ᵏ, per solid angle.
+    #[must_use]
+    pub fn pdf(&self, cosine: f64) -> f64 {
+        if cosine <= 0.0 {
+            return 0.0;
+        }
+        (self.exponent + 1.0) / TAU * cosine.powf(self.exponent)
+    }
+
+    /// The cosine ω_i·R that belongs to a uniform number.
+    pub(crate) fn sample_cosine(&self, u: f64) -> f64 {
+        (1.0 - u).powf(1.0 / (self.exponent + 1.0))
+    }
+}

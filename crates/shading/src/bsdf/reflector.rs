@@ -1,0 +1,29 @@
+//! A rough mirror.
+
+use super::Fresnel;
+use crate::microfacet::{TrowbridgeReitz, half};
+use linelit_geometry::DVec3;
+
+/// A rough mirror: f = k D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o).
+///
+/// **Source**: Torrance & Sparrow 1967; Walter et al. 2007; Heitz 2014 (masking).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reflector {
+    /// k, by channel: scales everything.
+    pub reflectance: DVec3,
+    /// D and G.
+    pub facets: TrowbridgeReitz,
+    /// F.
+    pub fresnel: Fresnel,
+}
+
+impl Reflector {
+    /// f(ω_i, ω_o), 1/sr, in the local frame; zero below the surface.
+    #[must_use]
+    pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        let Some(h) = half(wi, wo) else {
+            return DVec3::ZERO;
+        };
+        self.reflectance * self.fresnel.at(wi.dot(h)) * self.facets.reflection(h, wi, wo)
+    }
+}

@@ -1,0 +1,48 @@
+//! A diffuse base under a glossy coat.
+
+use crate::microfacet::{TrowbridgeReitz, half, schlick};
+use linelit_geometry::DVec3;
+use std::f64::consts::PI;
+
+/// A diffuse base under a glossy coat:
+/// f = 28 R_d/(23π) (1 − R_s)(1 − (1 − cos_i/2)⁵)(1 − (1 − cos_o/2)⁵)
+///   + D(h)/(4 ω_i·h max(cos_i, cos_o)) (R_s + (1 − R_s)(1 − ω_i·h)⁵).
+///
+/// **Source**: Ashikhmin & Shirley 2000, eqs. 4–5, with Trowbridge and Reitz's D as pbrt-v3 has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Substrate {
+    /// R_d, by channel.
+    pub diffuse: DVec3,
+    /// R_s, by channel: the coat's reflectance at normal incidence.
+    pub specular: DVec3,
+    /// D.
+    pub facets: TrowbridgeReitz,
+}
+
+impl Substrate {
+    /// f(ω_i, ω_o), 1/sr, in the local frame; zero below the surface.
+    #[must_use]
+    pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        let Some(h) = half(wi, wo) else {
+            return DVec3::ZERO;
+        };
+        let base = self.diffuse
+            * (DVec3::ONE - self.specular)
+            * (28.0 / (23.0 * PI) * through(wi.z) * through(wo.z));
+        let cosine = wi.dot(h);
+        let shape = self.facets.density(h) / (4.0 * cosine * wi.z.max(wo.z));
+        base + self.coat(cosine) * shape
+    }
+
+    /// The coat's Fresnel reflectance.
+    pub(crate) fn coat(&self, cosine: f64) -> DVec3 {
+        self.specular + (DVec3::ONE - self.specular) * schlick(cosine)
+    }
+}
+
+/// 1 − (1 − c/2)⁵.
+fn through(cosine: f64) -> f64 {
+    // Expanded: no cancellation at grazing angles.
+    let x = 0.5 * cosine;
+    x * (5.0 - x * (10.0 - x * (10.0 - x * (5.0 - x))))
+}

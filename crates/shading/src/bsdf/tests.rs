@@ -1,0 +1,430 @@
+//! The laws that every reflection obeys.
+
+use super::*;
+use crate::microfacet::TrowbridgeReitz;
+use linelit_testkit::{chi2, quadrature::cubature, rng::SplitMix64};
+
+/// χ² of 200 000 directions on a grid of (cos θ, φ) over the whole sphere against midpoints of
+/// the density in each cell, at a family-wise level of 1e-3 over the cases.
+#[test]
+fn samples_follow_their_density() {
+    const CELLS: [u32; 2] = [24, 16];
+    const COUNT: u32 = 200_000;
+    let cases = [(0.0, 1.0), (1.0, 0.0), (3.5, 0.5), (20.0, 0.7), (0.0, 0.4)];
+    let alpha = chi2::sidak(1e-3, cases.len());
+    let n = DVec3::new(0.3, -0.5, 0.8).normalize();
+    let frame = Frame::from_normal(n);
+    let wo = (n + 0.6 * frame.x).normalize();
+    for (k, (exponent, diffuse)) in cases.into_iter().enumerate() {
+        let bsdf = Bsdf::Phong(
+            Lambert {
+                albedo: DVec3::splat(diffuse),
+            },
+            Phong {
+                specular: DVec3::splat(1.0 - diffuse),
+                exponent,
+            },
+        );
+        let mut random = SplitMix64::new(k as u64);
+        let mut observed = vec![0u64; (CELLS[0] * CELLS[1]) as usize];
+        for _ in 0..COUNT {
+            let u = [random.next_f64(), random.next_f64()];
+            let w = frame.to_local(bsdf.sample(u, wo, n).expect("not black"));
+            let turn = (w.y.atan2(w.x) / TAU).rem_euclid(1.0);
+            let at = |v: f64, cells: u32| {
+                #[allow(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a cell"
+                )]
+                let cell = (v * f64::from(cells)) as usize;
+                cell.min(cells as usize - 1)
+            };
+            observed[at(0.5 * (w.z + 1.0), CELLS[0]) * CELLS[1] as usize + at(turn, CELLS[1])] += 1;
+        }
+        let fine = 24u32;
+        let mut expected = Vec::new();
+        for cell in 0..CELLS[0] * CELLS[1] {
+            let (i, j) = (cell / CELLS[1], cell % CELLS[1]);
+            let mut sum = 0.0;
+            for a in 0..fine * fine {
+                let place = |c: u32, s: u32, cells: u32| {
+                    (f64::from(c) + (f64::from(s) + 0.5) / f64::from(fine)) / f64::from(cells)
+                };
+                let z = 2.0 * place(i, a / fine, CELLS[0]) - 1.0;
+                let w = about(DVec3::Z, z, place(j, a % fine, CELLS[1]));
+                sum += bsdf.pdf(frame.to_world(w), wo, n);
+            }
+            let area = 2.0 * TAU / f64::from(CELLS[0] * CELLS[1]);
+            expected.push(f64::from(COUNT) * area * sum / f64::from(fine * fine));
+        }
+        // The density integrates to one over the sphere: midpoints of a density with kinks at
+        // the horizons are off by the square of a cell's 1/24 at most.
+        let total = expected.iter().sum::<f64>() / f64::from(COUNT);
+        assert!((total - 1.0).abs() < 2e-3, "{exponent}: {total}");
+        let test = chi2::chi2_test(&observed, &expected, 5.0);
+        assert!(
+            test.p_value > alpha,
+            "{exponent}, {diffuse}: p = {}",
+            test.p_value
+        );
+    }
+}
+
+#[test]
+fn black_is_not_sampled() {
+    let black = Bsdf::Lambert(Lambert {
+        albedo: DVec3::ZERO,
+    });
+    assert!(black.sample([0.5; 2], DVec3::Z, DVec3::Z).is_none());
+    assert!(black.pdf(DVec3::Z, DVec3::Z, DVec3::Z) <= 0.0);
+}
+
+/// One of each model and some sums, with narrow and wide facets.
+fn models() -> Vec<(String, Bsdf)> {
+    let grey = DVec3::splat(0.5);
+    let mut all = Vec::new();
+    for alpha in [[1e-3; 2], [0.05; 2], [0.3; 2], [1.0; 2], [0.05, 0.4]] {
+        let facets = TrowbridgeReitz::new(alpha);
+        let reflector = |fresnel| Reflector {
+            reflectance: DVec3::ONE,
+            facets,
+            fresnel,
+        };
+        let kinds = [
+            Lobe::Reflector(reflector(Fresnel::Full)),
+            Lobe::Reflector(reflector(Fresnel::Dielectric { eta: 1.0 / 1.5 })),
+            Lobe::Reflector(reflector(Fresnel::Conductor {
+                eta: DVec3::new(0.2, 0.9, 1.1),
+                k: DVec3::new(3.9, 2.4, 2.2),
+            })),
+            Lobe::Substrate(Substrate {
+                diffuse: grey,
+                specular: DVec3::splat(0.04),
+                facets,
+            }),
+            Lobe::Frostbite(Frostbite::new(grey, DVec3::splat(0.04), alpha[0].sqrt())),
+        ];
+        for lobe in kinds {
+            let mut layers = Layers::new(DVec3::new(0.4, 1.0, 0.1));
+            assert!(layers.add(DVec3::ONE, lobe));
+            all.push((format!("{lobe:?}"), layers));
+        }
+        let mut plastic = Layers::new(DVec3::ZERO);
+        plastic.add_diffuse(grey);
+        assert!(plastic.add(grey, kinds[1]));
+        all.push((format!("plastic {alpha:?}"), plastic));
+        let quarter = DVec3::splat(0.25);
+        let phong = Phong {
+            specular: grey,
+            exponent: 30.0,
+        };
+        let rough = OrenNayar::new(grey, 0.5);
+        let mut mixture = Layers::new(DVec3::ZERO);
+        mixture.add_diffuse(quarter * quarter);
+        for lobe in [
+            kinds[1],
+            kinds[3],
+            Lobe::OrenNayar(rough),
+            Lobe::Phong(phong),
+        ] {
+            assert!(mixture.add(quarter, lobe));
+        }
+        all.push((format!("mixture {alpha:?}"), mixture));
+    }
+    all.into_iter()
+        .map(|(name, layers)| (name, Bsdf::from(layers)))
+        .collect()
+}
+
+fn tilted() -> (DVec3, Frame) {
+    let n = DVec3::new(0.3, -0.5, 0.8).normalize();
+    (n, Frame::from_normal(n))
+}
+
+/// A direction of the upper hemisphere, cosines down to 1e-6.
+fn up(random: &mut SplitMix64, frame: &Frame) -> DVec3 {
+    let z = random
+        .next_f64()
+        .max(1e-6)
+        .powi(1 + i32::try_from(random.below(3)).unwrap());
+    frame.to_world(about(DVec3::Z, z.max(1e-6), random.next_f64()))
+}
+
+/// f(ω_i, ω_o) = f(ω_o, ω_i) but for rounding: the cosines of directions in the world are wrong by
+/// 4 ε, of a cosine of 1e-6 and of a lobe 1e-3 wide that is ε/1e-6 each, twice over.
+#[test]
+fn reciprocal() {
+    let (n, frame) = tilted();
+    let mut random = SplitMix64::new(5);
+    for (name, bsdf) in models() {
+        for _ in 0..500 {
+            let (wi, wo) = (up(&mut random, &frame), up(&mut random, &frame));
+            let (ab, ba) = (bsdf.eval(wi, wo, n), bsdf.eval(wo, wi, n));
+            let close = (ab - ba).abs().cmple(ab.abs() * 1e-8);
+            assert!(close.all(), "{name}: {ab} {ba}");
+        }
+    }
+}
+
+/// χ² over the sphere (with a cell for what falls below) against the density integrated in each
+/// cell, for facets wide enough that cells resolve them; at a family-wise level of 1e-3.
+#[test]
+fn layers_sample_by_their_density() {
+    const CELLS: [u32; 2] = [16, 24];
+    const COUNT: u32 = 100_000;
+    let (n, frame) = tilted();
+    let wide: Vec<_> = models()
+        .into_iter()
+        .filter(|(name, _)| !name.contains("0.001"))
+        .collect();
+    let level = chi2::sidak(1e-3, 2 * wide.len());
+    for (k, (name, bsdf)) in wide.iter().enumerate() {
+        for tilt in [0.4, 3.0] {
+            let wo = (n + tilt * frame.x + 0.2 * frame.y).normalize();
+            let cells = CELLS[0] * CELLS[1];
+            let mut random = SplitMix64::new(k as u64 + 100);
+            let mut observed = vec![0u64; cells as usize + 1];
+            for _ in 0..COUNT {
+                let u = [random.next_f64(), random.next_f64()];
+                let w = bsdf.sample(u, wo, n).map(|w| frame.to_local(w));
+                let cell = w.filter(|w| w.z > 0.0).map_or(cells, |w| {
+                    let turn = (w.y.atan2(w.x) / TAU).rem_euclid(1.0);
+                    index(w.z, CELLS[0]) * CELLS[1] + index(turn, CELLS[1])
+                });
+                observed[cell as usize] += 1;
+            }
+            let edge = |i: u32, count: u32| f64::from(i) / f64::from(count);
+            let mut expected: Vec<f64> = (0..cells)
+                .map(|cell| {
+                    let (i, j) = (cell / CELLS[1], cell % CELLS[1]);
+                    let density = |z: f64, turn: f64| {
+                        bsdf.pdf(frame.to_world(about(DVec3::Z, z, turn)), wo, n) * TAU
+                    };
+                    let ranges = [
+                        [edge(i, CELLS[0]), edge(i + 1, CELLS[0])],
+                        [edge(j, CELLS[1]), edge(j + 1, CELLS[1])],
+                    ];
+                    // A fiftieth of a count's deviation in a mean cell.
+                    let mass = cubature(density, ranges[0], ranges[1], 2e-6, 10);
+                    f64::from(COUNT) * mass.value
+                })
+                .collect();
+            let inside: f64 = expected.iter().sum();
+            assert!(
+                inside <= f64::from(COUNT) * (1.0 + 1e-3),
+                "{name}: {inside}"
+            );
+            expected.push((f64::from(COUNT) - inside).max(0.0));
+            let test = chi2::chi2_test(&observed, &expected, 5.0);
+            assert!(test.p_value > level, "{name} {tilt}: {test:?}");
+        }
+    }
+}
+
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a cell"
+)]
+fn index(v: f64, cells: u32) -> u32 {
+    ((v * f64::from(cells)).max(0.0) as u32).min(cells - 1)
+}
+
+/// The mean of f cos/pdf, stratified: the albedo.
+fn albedo(bsdf: &Bsdf, wo: DVec3, n: DVec3) -> f64 {
+    let side = 64;
+    let mut sum = 0.0;
+    for i in 0..side * side {
+        let u = [i / side, i % side].map(|k| (f64::from(k) + 0.5) / f64::from(side));
+        if let Some(w) = bsdf.sample(u, wo, n).filter(|w| w.dot(n) > 0.0) {
+            let weight = bsdf.eval(w, wo, n).x * w.dot(n) / bsdf.pdf(w, wo, n);
+            assert!(
+                weight >= 0.0 && weight.is_finite(),
+                "{bsdf:?} {wo} {w}: {weight}"
+            );
+            sum += weight;
+        }
+    }
+    sum / f64::from(side * side)
+}
+
+/// A white furnace: no model reflects more than it gets, up to what its source says; and narrow
+/// facets lose nothing.
+#[test]
+fn furnace() {
+    let (n, frame) = tilted();
+    for cosine in [1.0, 0.9, 0.5, 0.2, 0.05] {
+        let wo = frame.to_world(about(DVec3::Z, cosine, 0.1));
+        for (name, bsdf) in models() {
+            let got = albedo(&bsdf, wo, n);
+            // 4096 strata of a bounded weight: 1e-2 for what straddles the choice of lobes.
+            assert!(got <= 1.01, "{name} {cosine}: {got}");
+        }
+        for alpha in [1e-4, 1e-3, 1e-2] {
+            let mut layers = Layers::new(DVec3::ZERO);
+            let mirror = Reflector {
+                reflectance: DVec3::ONE,
+                facets: TrowbridgeReitz::isotropic(alpha),
+                fresnel: Fresnel::Full,
+            };
+            assert!(layers.add(DVec3::ONE, Lobe::Reflector(mirror)));
+            let got = albedo(&Bsdf::from(layers), wo, n);
+            // What masking takes: of the order of (α tan)², here with tan ≤ 20.
+            assert!((0.9..=1.0 + 1e-9).contains(&got), "{alpha} {cosine}: {got}");
+        }
+    }
+}
+
+/// Values and densities are finite and not negative wherever directions lie, also below and at the
+/// horizon, for mirrors and for the roughest facets; samples have a positive density.
+#[test]
+fn extremes_stay_finite() {
+    let (n, frame) = tilted();
+    let mut random = SplitMix64::new(77);
+    let mut cases = models();
+    for alpha in [[0.0; 2], [1e-4; 2], [1e-4, 1.0], [1e9; 2], [f64::NAN; 2]] {
+        let facets = TrowbridgeReitz::new(alpha);
+        let mut layers = Layers::new(DVec3::X);
+        let fresnel = Fresnel::Dielectric { eta: 1.5 };
+        let reflectance = DVec3::ONE;
+        let sharp = Lobe::Reflector(Reflector {
+            reflectance,
+            facets,
+            fresnel,
+        });
+        let coat = Lobe::Substrate(Substrate {
+            diffuse: reflectance,
+            specular: DVec3::ZERO,
+            facets,
+        });
+        assert!(layers.add(DVec3::ONE, sharp) && layers.add(DVec3::ONE, coat));
+        cases.push((format!("{alpha:?}"), layers.into()));
+    }
+    let cosines = [
+        1.0,
+        1.0 - 1e-16,
+        0.5,
+        1e-3,
+        1e-9,
+        1e-160,
+        0.0,
+        -1e-9,
+        -0.7,
+        -1.0,
+    ];
+    for (name, bsdf) in cases {
+        for _ in 0..1500 {
+            let mut any = || {
+                let z = cosines[usize::try_from(random.below(10)).unwrap()];
+                frame.to_world(about(DVec3::Z, z, random.below(8) as f64 / 8.0))
+            };
+            let (wi, wo) = (any(), any());
+            let (value, pdf) = (bsdf.eval(wi, wo, n), bsdf.pdf(wi, wo, n));
+            assert!(
+                value.is_finite() && value.min_element() >= 0.0,
+                "{name} {wi} {wo}: {value}"
+            );
+            assert!(pdf.is_finite() && pdf >= 0.0, "{name} {wi} {wo}: {pdf}");
+            let u = [random.next_f64(), random.next_f64()];
+            if let Some(w) = bsdf.sample(u, wo, n) {
+                assert!((w.length() - 1.0).abs() < 1e-12, "{name}: {w}");
+                let pdf = bsdf.pdf(w, wo, n);
+                assert!(
+                    pdf.is_finite() && (pdf > 0.0 || w.dot(n) < 1e-12),
+                    "{name} {w} {wo}: {pdf}"
+                );
+            }
+        }
+    }
+}
+
+/// The models as their sources print them, by angles, in the local frame.
+#[test]
+fn values_follow_the_printed_formulas() {
+    let mut random = SplitMix64::new(3);
+    let frame = Frame::from_normal(DVec3::Z);
+    for _ in 0..2000 {
+        let mut direction = || {
+            let w = up(&mut random, &frame);
+            DVec3::new(w.x, w.y, w.z.max(0.02)).normalize()
+        };
+        let (wi, wo) = (direction(), direction());
+        let h = (wi + wo).normalize();
+        let (a, b) = (0.2, 0.5);
+        let tan2 = |w: DVec3| (1.0 - w.z * w.z) / (w.z * w.z);
+        let phi = |w: DVec3| w.y.atan2(w.x);
+        let e = |w: DVec3, a: f64, b: f64| {
+            tan2(w) * ((phi(w).cos() / a).powi(2) + (phi(w).sin() / b).powi(2))
+        };
+        let d = |a: f64, b: f64| {
+            1.0 / (std::f64::consts::PI * a * b * h.z.powi(4) * (1.0 + e(h, a, b)).powi(2))
+        };
+        let lambda = |w: DVec3, a: f64, b: f64| {
+            let alpha2 = (phi(w).cos() * a).powi(2) + (phi(w).sin() * b).powi(2);
+            0.5 * ((1.0 + alpha2 * tan2(w)).sqrt() - 1.0)
+        };
+        let g = |a: f64, b: f64| 1.0 / (1.0 + lambda(wi, a, b) + lambda(wo, a, b));
+        let facets = TrowbridgeReitz::new([a, b]);
+        let glossy = d(a, b) * g(a, b) / (4.0 * wi.z * wo.z);
+        let mirror = Reflector {
+            reflectance: DVec3::splat(0.7),
+            facets,
+            fresnel: Fresnel::Full,
+        };
+        let close = |got: f64, want: f64| (got - want).abs() <= 1e-9 * want;
+        assert!(close(mirror.value(wi, wo).x, 0.7 * glossy));
+
+        let (rd, rs) = (0.6, 0.1);
+        let flat = 28.0 * rd / (23.0 * std::f64::consts::PI)
+            * (1.0 - rs)
+            * (1.0 - (1.0 - 0.5 * wi.z).powi(5))
+            * (1.0 - (1.0 - 0.5 * wo.z).powi(5));
+        let fresnel = rs + (1.0 - rs) * (1.0 - wi.dot(h)).powi(5);
+        let want = flat + d(a, b) / (4.0 * wi.dot(h) * wi.z.max(wo.z)) * fresnel;
+        let coat = Substrate {
+            diffuse: DVec3::splat(rd),
+            specular: DVec3::splat(rs),
+            facets,
+        };
+        assert!(close(coat.value(wi, wo).x, want));
+
+        let r: f64 = 0.6;
+        let f90 = 0.5 * r + 2.0 * wi.dot(h).powi(2) * r;
+        let scatter = |c: f64| 1.0 + (f90 - 1.0) * (1.0 - c).powi(5);
+        let factor = (1.0 - r) + r / 1.51;
+        let flat = rd / std::f64::consts::PI * scatter(wi.z) * scatter(wo.z) * factor;
+        let want = flat + d(r * r, r * r) * g(r * r, r * r) / (4.0 * wi.z * wo.z) * fresnel;
+        let ours = Frostbite::new(DVec3::splat(rd), DVec3::splat(rs), r);
+        assert!(close(ours.value(wi, wo).x, want));
+    }
+}
+
+#[test]
+fn simple_sums_keep_their_closed_forms() {
+    let mut layers = Layers::new(DVec3::X);
+    layers.add_diffuse(DVec3::splat(0.25));
+    layers.add_diffuse(DVec3::splat(0.25));
+    let black = Reflector {
+        reflectance: DVec3::ZERO,
+        facets: TrowbridgeReitz::isotropic(0.1),
+        fresnel: Fresnel::Full,
+    };
+    assert!(layers.add(DVec3::ONE, Lobe::Reflector(black)));
+    let half = Lambert {
+        albedo: DVec3::splat(0.5),
+    };
+    assert_eq!(Bsdf::from(layers), Bsdf::Lambert(half));
+    let phong = Phong {
+        specular: DVec3::ONE,
+        exponent: 4.0,
+    };
+    assert!(layers.add(DVec3::splat(0.5), Lobe::Phong(phong)));
+    let scaled = Phong {
+        specular: DVec3::splat(0.5),
+        ..phong
+    };
+    assert_eq!(Bsdf::from(layers), Bsdf::Phong(half, scaled));
+    assert!(!Bsdf::from(layers).is_black());
+    assert!(Bsdf::from(Layers::default()).is_black());
+}
