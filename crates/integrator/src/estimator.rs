@@ -1,5 +1,6 @@
 //! The estimators and their names on the command line.
 
+use crate::LinearOptions;
 use crate::mix::Mix;
 use linelit_lights::{OffsetDensity, Orientation};
 use std::fmt;
@@ -19,11 +20,20 @@ use std::str::FromStr;
 pub enum Estimator {
     /// Points uniform on the light's area, one shadow ray each.
     PointArea,
+    /// Points uniform on the part of the area that faces the shading point: of a sphere the visible
+    /// cap, of other lights all of it.
+    PointVisibleArea,
     /// Points uniform in the light's solid angle, one shadow ray each.
     PointSolidAngle,
+    /// Points uniform in the light's projected solid angle (polygons and lines; spheres and disks
+    /// as [`Estimator::PointSolidAngle`]): no noise on diffuse surfaces that see all of the light.
+    PointProjectedSolidAngle,
     /// Directions drawn from the BSDF; those that meet the light count, one shadow ray each. A
-    /// linear light is never met: it gets points.
+    /// linear light is never met: it gets points by its projected solid angle.
     PointBsdf,
+    /// Points on linear lights by any technique; on other lights as
+    /// [`Estimator::PointSolidAngle`].
+    PointLinear(LinearOptions),
     /// Line samples by area; on each, one point of its visible part, uniform in length.
     LineArea(LineOptions),
     /// Line samples by area; the light along their visible parts in closed form.
@@ -55,10 +65,13 @@ impl Default for LineOptions {
 }
 
 /// Names without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; 8] = [
+pub const ESTIMATOR_NAMES: [&str; 11] = [
     "point-area",
+    "point-visible-area",
     "point-solid-angle",
+    "point-projected-solid-angle",
     "point-bsdf",
+    "point-linear",
     "line-area",
     "line-solid-angle",
     "line-projected",
@@ -95,7 +108,12 @@ impl Estimator {
         match self {
             Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact => true,
             Self::Mix(mix) => mix.uses_lines(),
-            Self::PointArea | Self::PointSolidAngle | Self::PointBsdf => false,
+            Self::PointArea
+            | Self::PointVisibleArea
+            | Self::PointSolidAngle
+            | Self::PointProjectedSolidAngle
+            | Self::PointBsdf
+            | Self::PointLinear(_) => false,
         }
     }
 }
@@ -118,7 +136,10 @@ impl FromStr for Estimator {
         };
         let only_in_mixes = ["line-solid-angle", "line-projected"];
         let marks = ["+", "mis=", "pieces=", "spread:"];
-        if only_in_mixes.contains(&name) || marks.iter().any(|mark| text.contains(mark)) {
+        // A linear light's two techniques are weighted, too, but they are one estimator.
+        let linear = name == "point-linear" && !text.contains('+');
+        let mixed = only_in_mixes.contains(&name) || marks.iter().any(|mark| text.contains(mark));
+        if mixed && !linear {
             return text.parse().map(Self::Mix);
         }
         let lines = |make: fn(LineOptions) -> Self| parse_line_options(name, options).map(make);
@@ -130,8 +151,11 @@ impl FromStr for Estimator {
         };
         match name {
             "point-area" => plain(Self::PointArea),
+            "point-visible-area" => plain(Self::PointVisibleArea),
             "point-solid-angle" => plain(Self::PointSolidAngle),
+            "point-projected-solid-angle" => plain(Self::PointProjectedSolidAngle),
             "point-bsdf" => plain(Self::PointBsdf),
+            "point-linear" => LinearOptions::parse(options).map(Self::PointLinear),
             "line-area" => lines(Self::LineArea),
             "line-analytic" => lines(Self::LineAnalytic),
             "exact" => plain(Self::Exact),
@@ -192,8 +216,11 @@ impl fmt::Display for Estimator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::PointArea => f.write_str("point-area"),
+            Self::PointVisibleArea => f.write_str("point-visible-area"),
             Self::PointSolidAngle => f.write_str("point-solid-angle"),
+            Self::PointProjectedSolidAngle => f.write_str("point-projected-solid-angle"),
             Self::PointBsdf => f.write_str("point-bsdf"),
+            Self::PointLinear(options) => write!(f, "point-linear{options}"),
             Self::LineArea(options) => write!(f, "line-area{options}"),
             Self::LineAnalytic(options) => write!(f, "line-analytic{options}"),
             Self::Exact => f.write_str("exact"),
@@ -233,8 +260,11 @@ mod tests {
     fn names_round_trip() {
         let texts = [
             "point-area",
+            "point-visible-area",
             "point-solid-angle",
+            "point-projected-solid-angle",
             "point-bsdf",
+            "point-linear",
             "line-area",
             "line-analytic",
             "line-area[orientation=fixed:0.25]",

@@ -33,7 +33,9 @@
 //! ```
 
 mod closed_form;
+mod curved;
 mod estimator;
+mod linear;
 mod lines;
 pub mod mix;
 mod oracle;
@@ -42,10 +44,14 @@ mod plan;
 mod point;
 mod points;
 mod renderer;
+mod selection;
 mod workspace;
 
+pub use curved::Spheres;
 pub use estimator::{ESTIMATOR_NAMES, Estimator, LineOptions, ParseEstimatorError};
+pub use linear::{LinearHeuristic, LinearOptions};
 pub use plan::{Plan, PlanCounters, PlannedLight};
 pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use renderer::{Renderer, Settings};
+pub use selection::LightChoice;
 pub use workspace::{Counts, SegmentCounters, Workspace};

@@ -1,8 +1,12 @@
 //! One shading point and one light: where an estimator is chosen.
 
 use crate::lines::{self, Along, Streams};
-use crate::{Estimator, LineOptions, PlannedLight, Settings, ShadingPoint, Workspace, closed_form};
+use crate::{
+    Estimator, LineOptions, LinearOptions, PlannedLight, Settings, ShadingPoint, Workspace,
+    closed_form,
+};
 use linelit_geometry::DVec3;
+use linelit_lights::linear::LinearTechnique;
 use linelit_lights::{AreaLight, Light, LinearLight};
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_visibility::{Occluders, ShaftClass, ShaftQuery};
@@ -30,6 +34,8 @@ impl Pair<'_> {
         match &self.light.light {
             Light::Area(area) => self.area_light(area, workspace),
             Light::Linear(linear) => self.linear_light(linear, workspace),
+            Light::Sphere(sphere) => self.sphere_light(sphere, workspace),
+            Light::Disk(disk) => self.disk_light(disk, workspace),
             _ => DVec3::ZERO,
         }
     }
@@ -50,8 +56,15 @@ impl Pair<'_> {
 
     fn area_light(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
         match self.settings.estimator {
-            Estimator::PointArea => self.points_by_area(area, workspace),
-            Estimator::PointSolidAngle => self.points_by_solid_angle(area, workspace),
+            Estimator::PointArea | Estimator::PointVisibleArea => {
+                self.points_by_area(area, workspace)
+            }
+            Estimator::PointSolidAngle | Estimator::PointLinear(_) => {
+                self.points_by_solid_angle(area, workspace)
+            }
+            Estimator::PointProjectedSolidAngle => {
+                self.points_by_projected_solid_angle(area, workspace)
+            }
             Estimator::PointBsdf => self.points_by_bsdf(area, workspace),
             Estimator::LineArea(options) => self.lines(area, options, Along::Point, workspace),
             Estimator::LineAnalytic(options) => {
@@ -136,10 +149,23 @@ impl Pair<'_> {
 
     fn linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
         match self.settings.estimator {
-            Estimator::PointArea | Estimator::PointSolidAngle | Estimator::PointBsdf => {
-                self.points_along(linear, workspace)
+            Estimator::PointArea | Estimator::PointVisibleArea => {
+                let by_length = LinearOptions::Technique(LinearTechnique::Area);
+                self.points_on_line(linear, by_length, workspace)
             }
-            _ => self.whole_linear_light(linear, workspace),
+            Estimator::PointSolidAngle => {
+                let clipped = LinearOptions::Technique(LinearTechnique::ClippedSolidAngle);
+                self.points_on_line(linear, clipped, workspace)
+            }
+            Estimator::PointProjectedSolidAngle | Estimator::PointBsdf => {
+                self.points_on_line(linear, LinearOptions::default(), workspace)
+            }
+            Estimator::PointLinear(options) => self.points_on_line(linear, options, workspace),
+            _ if closed_form::has_closed_form(&self.point.bsdf) => {
+                self.whole_linear_light(linear, workspace)
+            }
+            // Without a closed form, points.
+            _ => self.points_on_line(linear, LinearOptions::default(), workspace),
         }
     }
 

@@ -1,9 +1,10 @@
 //! What a scene, and what a shading point, does not need.
 
-use crate::ShadingPoint;
+use crate::selection::Tables;
+use crate::{ShadingPoint, Spheres};
 use linelit_geometry::DVec3;
-use linelit_lights::{AreaLight, Light};
-use linelit_scene::Scene;
+use linelit_lights::{AreaLight, Light, Sphere, SphereLight};
+use linelit_scene::{EmissiveSphere, Scene};
 use std::fmt;
 use std::ops::{AddAssign, Range};
 
@@ -28,6 +29,9 @@ pub struct PlannedLight {
 #[derive(Clone, Debug)]
 pub struct Plan {
     lights: Vec<PlannedLight>,
+    tables: Tables,
+    /// The same with exact spheres in place of their facets, if there are any.
+    round: Option<(Vec<PlannedLight>, Tables)>,
     dark_lights: usize,
 }
 
@@ -46,11 +50,30 @@ impl Plan {
             .collect();
         Self {
             dark_lights: scene.lights.len() - lights.len(),
+            round: round(scene, &lights).map(|lights| (lights, Tables::default())),
+            tables: Tables::default(),
             lights,
         }
     }
 
-    /// The lights that emit.
+    /// The lights that emit, with spheres as the settings want them.
+    #[must_use]
+    pub fn lights_of(&self, spheres: Spheres) -> &[PlannedLight] {
+        match (&self.round, spheres) {
+            (Some((lights, _)), Spheres::Exact) => lights,
+            _ => &self.lights,
+        }
+    }
+
+    /// What choosing among those lights needs.
+    pub(crate) fn tables_of(&self, spheres: Spheres) -> &Tables {
+        match (&self.round, spheres) {
+            (Some((_, tables)), Spheres::Exact) => tables,
+            _ => &self.tables,
+        }
+    }
+
+    /// The lights that emit, spheres as facets.
     #[must_use]
     pub fn lights(&self) -> &[PlannedLight] {
         &self.lights
@@ -83,6 +106,35 @@ impl Plan {
             _ => true,
         }
     }
+}
+
+/// The lights with spheres that emit outwards in place of their facets; `None` without such spheres.
+fn round(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
+    let outward = |s: &&EmissiveSphere| !s.inward && !s.emission.two_sided;
+    let spheres: Vec<_> = scene.spheres.iter().filter(outward).collect();
+    if spheres.is_empty() {
+        return None;
+    }
+    let stands_for = |l: &PlannedLight| spheres.iter().find(|s| s.lights.contains(&l.index));
+    let mut out = Vec::new();
+    for light in lights {
+        match stands_for(light) {
+            None => out.push(light.clone()),
+            Some(sphere) if sphere.lights.start == light.index => out.push(PlannedLight {
+                index: light.index,
+                light: Light::Sphere(SphereLight {
+                    sphere: Sphere {
+                        center: sphere.center,
+                        radius: sphere.radius,
+                    },
+                    radiance: sphere.emission.radiance,
+                }),
+                triangles: sphere.triangles.clone(),
+            }),
+            Some(_) => {}
+        }
+    }
+    Some(out)
 }
 
 fn area_vertices(light: &AreaLight) -> &[DVec3] {

@@ -2,8 +2,9 @@
 
 use crate::pair::Pair;
 use crate::{ShadingPoint, Workspace};
+use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, LIGHT_MARGIN};
-use linelit_lights::{AreaLight, AreaSampler, LinearLight, SolidAngleSampler};
+use linelit_lights::{AngularLines, AreaLight, AreaSampler, SolidAngleSampler};
 use linelit_visibility::Ray;
 
 impl Pair<'_> {
@@ -33,6 +34,22 @@ impl Pair<'_> {
         self.mean(area, workspace, |u| {
             let sample = sampler.sample(u);
             let w = (sample.point - self.point.position).normalize_or_zero();
+            Some((w, sample.point, sample.pdf.value()))
+        })
+    }
+
+    /// Points uniform in the light's projected solid angle, by lines through it: the mean of
+    /// L f_r V cos θ/p_ω.
+    pub(crate) fn points_by_projected_solid_angle(
+        &self,
+        area: &AreaLight,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let (x, n) = (self.point.position, self.point.normal);
+        let sampler = AngularLines::by_projected_solid_angle(&area.polygon, 0.0, x, n);
+        self.mean(area, workspace, |[u, v]| {
+            let sample = sampler.point(&sampler.sample(u), &[Interval::UNIT], v);
+            let w = (sample.point - x).normalize_or_zero();
             Some((w, sample.point, sample.pdf.value()))
         })
     }
@@ -70,38 +87,20 @@ impl Pair<'_> {
 
     /// Whether nothing stands between the shading point and a point of the light.
     fn sees(&self, on_light: DVec3, workspace: &mut Workspace) -> bool {
+        self.is_free(on_light - self.point.position, workspace)
+    }
+
+    /// The same for a point given relative to the shading point.
+    pub(crate) fn is_free(&self, to_light: DVec3, workspace: &mut Workspace) -> bool {
         let ray = Ray {
             origin: self.point.position,
-            direction: on_light - self.point.position,
+            direction: to_light,
             t_min: 0.0,
             t_max: 1.0 - LIGHT_MARGIN,
         };
         !self
             .occluders
             .any_hit(&ray, &self.light.triangles, &mut workspace.scratch)
-    }
-
-    /// Points uniform on the length of a linear light.
-    ///
-    /// The limit of a thin cylinder: dω per length and radius is 2 sin γ/r², for the angle γ between
-    /// the light and the direction (Peters 2021, eqs. 1–3).
-    pub(crate) fn points_along(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
-        let (set, point) = (self.samples(), self.point);
-        let direction = linear.segment.direction();
-        let length = linear.segment.length();
-        let mut sum = DVec3::ZERO;
-        for i in 0..self.count() {
-            let on_light = linear.segment.at(set.get_1d(i));
-            let to_light = on_light - point.position;
-            let square = to_light.length_squared();
-            let w = to_light / square.sqrt();
-            let cosine = point.cosine(w);
-            if cosine > 0.0 && self.sees(on_light, workspace) {
-                let width = 2.0 * direction.cross(w).length() / square;
-                sum += point.bsdf.eval(w, point.outgoing, point.normal) * (cosine * width * length);
-            }
-        }
-        sum * linear.radiance_radius / f64::from(self.count())
     }
 }
 

@@ -2,7 +2,10 @@
 
 use crate::pair::Pair;
 use crate::point::SURFACE_OFFSET;
-use crate::{Estimator, LineOptions, Plan, ShadingPoint, Workspace};
+use crate::{
+    Estimator, LightChoice, LineOptions, Plan, PlannedLight, ShadingPoint, Spheres, Workspace,
+    selection,
+};
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
@@ -22,8 +25,13 @@ pub struct Settings {
     pub estimator: Estimator,
     /// The sampling pattern.
     pub sampler: SamplerKind,
-    /// Light samples per shading point and light.
+    /// Light samples per shading point and light; of one light at a time ([`LightChoice`]), per
+    /// shading point.
     pub samples: u32,
+    /// Which lights a shading point samples.
+    pub lights: LightChoice,
+    /// What stands for emissive spheres.
+    pub spheres: Spheres,
     /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
     pub pixel_samples: u32,
     /// The seed; two seeds give independent estimates.
@@ -41,6 +49,8 @@ impl Default for Settings {
             estimator: Estimator::LineAnalytic(LineOptions::default()),
             sampler: SamplerKind::Stratified,
             samples: 16,
+            lights: LightChoice::All,
+            spheres: Spheres::Facets,
             pixel_samples: 1,
             seed: 0,
             show_lights: true,
@@ -249,26 +259,55 @@ impl<'s> Renderer<'s> {
             workspace.plan.black_materials += 1;
             return DVec3::ZERO;
         }
-        let total = u32::try_from(self.scene.lights.len()).unwrap_or(u32::MAX);
+        let lights = self.plan.lights_of(settings.spheres);
+        let key = (pixel, repetition);
+        if settings.lights == LightChoice::All {
+            let each = lights.iter();
+            return each
+                .map(|light| self.one_light(settings, light, point, key, workspace))
+                .sum();
+        }
+        selection::draw(&self.plan, settings, point, key, workspace);
         let mut sum = DVec3::ZERO;
-        for light in self.plan.lights() {
-            if settings.skip && !Plan::reaches(light, point, &mut workspace.plan) {
-                continue;
-            }
-            let slot = repetition.wrapping_mul(total).wrapping_add(light.index);
-            let pair = Pair {
-                occluders: &self.occluders,
-                settings,
-                light,
-                point,
-                pixel,
-                dimension: slot
-                    .wrapping_mul(DIMENSIONS_PER_LIGHT)
-                    .wrapping_add(CAMERA_DIMENSIONS),
+        let all = f64::from(settings.samples.max(1));
+        for k in 0..workspace.drawn.len() {
+            let drawn = workspace.drawn[k];
+            let settings = Settings {
+                samples: drawn.count,
+                ..*settings
             };
-            sum += pair.estimate(workspace);
+            let light = &lights[drawn.light];
+            let value = self.one_light(&settings, light, point, key, workspace);
+            sum += value * (f64::from(drawn.count) / (all * drawn.probability));
         }
         sum
+    }
+
+    /// The light of one of them.
+    fn one_light(
+        &self,
+        settings: &Settings,
+        light: &PlannedLight,
+        point: &ShadingPoint,
+        (pixel, repetition): ([u32; 2], u32),
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        if settings.skip && !Plan::reaches(light, point, &mut workspace.plan) {
+            return DVec3::ZERO;
+        }
+        let total = u32::try_from(self.scene.lights.len()).unwrap_or(u32::MAX);
+        let slot = repetition.wrapping_mul(total).wrapping_add(light.index);
+        let pair = Pair {
+            occluders: &self.occluders,
+            settings,
+            light,
+            point,
+            pixel,
+            dimension: slot
+                .wrapping_mul(DIMENSIONS_PER_LIGHT)
+                .wrapping_add(CAMERA_DIMENSIONS),
+        };
+        pair.estimate(workspace)
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::PlanCounters;
 use crate::lines::Draws;
 use crate::mix::MixBuffers;
+use crate::selection::Drawn;
 use linelit_visibility::{Counters, Scratch, VisibleLines};
 use std::ops::AddAssign;
 
@@ -16,6 +17,9 @@ pub struct Workspace {
     pub(crate) mix: MixBuffers,
     pub(crate) plan: PlanCounters,
     pub(crate) segments: SegmentCounters,
+    /// Lights picked for a shading point, and the weights by which.
+    pub(crate) drawn: Vec<Drawn>,
+    pub(crate) weights: Vec<f64>,
 }
 
 /// How many pieces line samples were cut into (Billen & Dutré 2016, Fig. 5).

@@ -1,7 +1,7 @@
 //! The command line: what can be said, and what the words mean.
 
 use clap::{Args, Parser, Subcommand};
-use linelit_integrator::Estimator;
+use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -17,6 +17,10 @@ pub struct Cli {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one, made when the program starts"
+)]
 pub enum Command {
     /// Render a scene to an EXR or PNG image.
     Render(Box<RenderArgs>),
@@ -65,6 +69,13 @@ pub struct RenderArgs {
     /// Light samples per shading point and light.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     pub samples: u32,
+    /// Which lights a point samples: all, or for each sample one: one:uniform, one:power,
+    /// one:estimate, tree.
+    #[arg(long, default_value = "all")]
+    pub lights: LightChoice,
+    /// Emissive spheres: facets, or exact (by points).
+    #[arg(long, default_value = "facets")]
+    pub spheres: Spheres,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -99,6 +110,10 @@ pub struct ConvergeArgs {
     /// Sampling patterns to compare.
     #[arg(long, value_name = "S,S…")]
     pub samplers: Option<List<SamplerKind>>,
+    /// Which lights a point samples: all, or for each sample one: one:uniform, one:power,
+    /// one:estimate, tree.
+    #[arg(long, default_value = "all")]
+    pub lights: LightChoice,
     /// Light samples per shading point, ascending.
     #[arg(long, value_name = "1,4,16…")]
     pub samples: Option<List<u32>>,

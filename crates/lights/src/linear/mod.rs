@@ -148,6 +148,18 @@ impl LinearSampler {
         &self.view
     }
 
+    /// What a diffuse receiver gets of a unit of radiance × radius without shadows, the projected solid angle per radius
+    /// in sr/m, where the technique knows it: [`LinearTechnique::ProjectedSolidAngle`] and
+    /// [`LinearTechnique::NewtonBisection`]. Zero of the others.
+    #[must_use]
+    pub fn irradiance(&self) -> f64 {
+        match &self.kind {
+            Kind::Projected(p) => p.projected_solid_angle(&self.view),
+            Kind::Bisection(integral) => integral.projected_solid_angle(),
+            _ => 0.0,
+        }
+    }
+
     /// A point from one random number in [0, 1).
     #[must_use]
     pub fn sample(&self, xi: f64) -> LinearSample {

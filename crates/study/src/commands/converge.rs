@@ -100,6 +100,7 @@ fn new_record(spec: &StudySpec) -> StudyRecord {
                 .join(","),
         ),
         ("trials", spec.trials.to_string()),
+        ("lights", spec.lights.to_string()),
         ("skip", spec.skip.to_string()),
     ];
     StudyRecord {

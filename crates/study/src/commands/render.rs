@@ -30,6 +30,8 @@ pub fn run(args: &RenderArgs) -> Result<()> {
         estimator: args.estimator,
         sampler: args.sampler,
         samples: args.samples,
+        lights: args.lights,
+        spheres: args.spheres,
         pixel_samples: args.pixel_samples,
         seed: args.seed,
         show_lights: !args.hide_lights,

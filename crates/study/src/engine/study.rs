@@ -146,6 +146,7 @@ fn run_cells(
                     sampler,
                     samples,
                     seed: spec.seed,
+                    lights: spec.lights,
                     skip: spec.skip,
                     ..Settings::default()
                 };

@@ -2,6 +2,7 @@
 
 use super::{PaperOrder, StudySpec};
 use crate::cli::{Pixels, Resolution};
+use linelit_integrator::LightChoice;
 use linelit_samplers::SamplerKind;
 
 /// Figs. 9 (large lights) and 13 (small): random point, line; stratified point, line;
@@ -125,6 +126,7 @@ pub(super) fn spec() -> StudySpec {
         }),
         time_budget: None,
         seed: 1,
+        lights: LightChoice::All,
         skip: false,
         papers: paper_orders(),
     }

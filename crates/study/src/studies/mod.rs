@@ -9,7 +9,7 @@ pub use billen_table1::{Row as Table1Row, run as billen_table1, text as billen_t
 
 use crate::cli::{ConvergeArgs, Pixels, Resolution};
 use anyhow::{Result, bail};
-use linelit_integrator::Estimator;
+use linelit_integrator::{Estimator, LightChoice};
 use linelit_samplers::SamplerKind;
 
 /// A convergence study.
@@ -36,6 +36,8 @@ pub struct StudySpec {
     pub time_budget: Option<f64>,
     /// First seed.
     pub seed: u64,
+    /// Which lights a shading point samples.
+    pub lights: LightChoice,
     /// Whether the plan may skip (see `Settings::skip`).
     pub skip: bool,
     /// Orders of the standard deviation that a paper reports, for the table of slopes.
@@ -140,6 +142,7 @@ fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
         spec.time_budget = Some(budget);
     }
     spec.seed = args.seed;
+    spec.lights = args.lights;
     Ok(())
 }
 
@@ -174,6 +177,7 @@ fn default_study() -> StudySpec {
         }),
         time_budget: None,
         seed: 1,
+        lights: LightChoice::All,
         skip: true,
         papers: billen_orders::paper_orders(),
     }

@@ -1,0 +1,179 @@
+//! One sample for all lights together (Shirley & Wang 1991, section 3).
+
+use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
+use linelit_lights::Light;
+use linelit_lights::selection::{
+    Discrete, Estimated, Importance, LightTree, Picked, can_contribute, unshadowed,
+    unshadowed_at_center,
+};
+use linelit_samplers::{Sampler, SamplerKind};
+use std::fmt;
+use std::str::FromStr;
+use std::sync::OnceLock;
+
+/// Which lights a shading point samples: all of them, or for each sample one, with the probability
+/// αᵢ.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LightChoice {
+    /// `all`: as many samples of each light.
+    #[default]
+    All,
+    /// `one:uniform`: αᵢ = 1/N.
+    Uniform,
+    /// `one:power`: αᵢ by the emitted power.
+    Power,
+    /// `one:estimate`: αᵢ by the unshadowed light of a random point of each light, with a floor for
+    /// every light that can contribute (Shirley & Wang's rule). Its cost grows with the lights.
+    Estimate,
+    /// `one:centre`: αᵢ by the unshadowed light of each light's centre, without the rule. **Wrong**
+    /// where a light's centre is below the horizon and other parts of it are not: it makes the
+    /// bands of Shirley & Wang's Fig. 10, and is here to show them.
+    Centre,
+    /// `tree`: αᵢ by a hierarchy of the lights. Its cost grows with their logarithm.
+    Tree,
+}
+
+/// The names, as the command line lists them.
+const CHOICES: [(&str, LightChoice); 6] = [
+    ("all", LightChoice::All),
+    ("one:uniform", LightChoice::Uniform),
+    ("one:power", LightChoice::Power),
+    ("one:estimate", LightChoice::Estimate),
+    ("one:centre", LightChoice::Centre),
+    ("tree", LightChoice::Tree),
+];
+
+impl fmt::Display for LightChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let found = CHOICES.iter().find(|(_, choice)| choice == self);
+        f.pad(found.map_or("all", |(name, _)| name))
+    }
+}
+
+impl FromStr for LightChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = CHOICES.iter().find(|(name, _)| *name == text);
+        found.map(|(_, choice)| *choice).ok_or_else(|| {
+            let names = CHOICES.map(|(name, _)| name).join(", ");
+            format!("lights `{text}`; expected one of {names}")
+        })
+    }
+}
+
+/// The tables that do not depend on the shading point, made when first asked for.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tables {
+    uniform: OnceLock<Option<Discrete>>,
+    power: OnceLock<Option<Discrete>>,
+    tree: OnceLock<LightTree>,
+}
+
+impl Tables {
+    fn uniform(&self, lights: &[PlannedLight]) -> Option<&Discrete> {
+        let table = || Discrete::uniform(lights.len());
+        self.uniform.get_or_init(table).as_ref()
+    }
+
+    fn power(&self, lights: &[PlannedLight]) -> Option<&Discrete> {
+        let table = || {
+            let weights: Vec<f64> = lights.iter().map(|l| l.light.power()).collect();
+            Discrete::new(&weights)
+        };
+        self.power.get_or_init(table).as_ref()
+    }
+
+    fn tree(&self, lights: &[PlannedLight]) -> &LightTree {
+        self.tree.get_or_init(|| {
+            let lights: Vec<Light> = lights.iter().map(|l| l.light).collect();
+            LightTree::new(&lights, Importance::default())
+        })
+    }
+}
+
+/// A light that some of the samples have picked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drawn {
+    /// Index into the plan's lights.
+    pub light: usize,
+    /// How many samples picked it.
+    pub count: u32,
+    /// αᵢ.
+    pub probability: f64,
+}
+
+/// The dimension of the random numbers that pick lights, far from those of the lights themselves;
+/// each camera sample takes the two below the last's.
+const DIMENSION: u32 = u32::MAX;
+
+/// Draws a light for each sample of a shading point; `workspace.drawn` then holds each light that
+/// was picked, once.
+pub(crate) fn draw(
+    plan: &Plan,
+    settings: &Settings,
+    point: &ShadingPoint,
+    (pixel, repetition): ([u32; 2], u32),
+    workspace: &mut Workspace,
+) {
+    let lights = plan.lights_of(settings.spheres);
+    let tables = plan.tables_of(settings.spheres);
+    let (x, n) = (point.position, point.normal);
+    let count = settings.samples.max(1);
+    let dimension = DIMENSION.wrapping_sub(repetition.wrapping_mul(2));
+    let numbers = Sampler::new(settings.sampler, settings.seed).points(pixel, dimension, count);
+    let Workspace { weights, drawn, .. } = workspace;
+    drawn.clear();
+    weights.resize(lights.len(), 0.0);
+    let mut pick_all = |pick: &dyn Fn(f64) -> Option<Picked>| {
+        for i in 0..count {
+            drawn.extend(pick(numbers.get_1d(i)).map(|picked| Drawn {
+                light: picked.index,
+                count: 1,
+                probability: picked.probability,
+            }));
+        }
+    };
+    match settings.lights {
+        LightChoice::All => {}
+        LightChoice::Uniform => pick_all(&|u| tables.uniform(lights)?.pick(u)),
+        LightChoice::Power => pick_all(&|u| tables.power(lights)?.pick(u)),
+        LightChoice::Tree => {
+            let tree = tables.tree(lights);
+            pick_all(&|u| tree.pick(x, n, u));
+        }
+        LightChoice::Estimate => {
+            let places = Sampler::new(SamplerKind::Independent, settings.seed).points(
+                pixel,
+                dimension.wrapping_sub(1),
+                1,
+            );
+            let estimate = |i: usize| {
+                let place = places.get_2d(u32::try_from(i).unwrap_or(u32::MAX));
+                unshadowed(&lights[i].light, x, n, place)
+            };
+            let possible = |i: usize| can_contribute(&lights[i].light, x, n);
+            let table = Estimated::new(weights, estimate, possible);
+            pick_all(&|u| table.pick(u));
+        }
+        LightChoice::Centre => {
+            for (weight, light) in weights.iter_mut().zip(lights) {
+                *weight = unshadowed_at_center(&light.light, x, n);
+            }
+            let table = Discrete::new(weights);
+            pick_all(&|u| table.as_ref()?.pick(u));
+        }
+    }
+    gather(drawn);
+}
+
+/// Joins what picked the same light; in the order of the lights.
+fn gather(drawn: &mut Vec<Drawn>) {
+    drawn.sort_unstable_by_key(|d| d.light);
+    drawn.dedup_by(|later, first| {
+        let same = later.light == first.light;
+        first.count += if same { later.count } else { 0 };
+        same
+    });
+}
