@@ -1,9 +1,11 @@
 //! Prints what rays and lines cost on the built-in scenes, side by side with obvhs.
 //!
 //! `visibility_bench [--json] [--quick] [--scene NAME]
-//!  [--triangles FILE --light "x,y,z x,y,z …" --eye x,y,z --target x,y,z --tan T]`
+//!  [--triangles FILE --light "x,y,z x,y,z …" --eye x,y,z --target x,y,z --tan T]
+//!  [--only N [--repeat K] [--avx2]]`
 //!
-//! A triangle file holds nine little-endian `f32` a triangle.
+//! A triangle file holds nine little-endian `f32` a triangle. `--only N` prints no table: it
+//! answers N lines a point (N = 0: eight rays a point) K times, for profilers.
 #![allow(
     clippy::print_stdout,
     clippy::cast_precision_loss,
@@ -12,7 +14,7 @@
 
 use linelit_geometry::DVec3;
 use linelit_visibility::{
-    Occluders,
+    InstructionSet, Occluders,
     measure::{self, Rivals, Scene, Workload},
 };
 use std::time::Instant;
@@ -34,13 +36,15 @@ fn main() {
     if let Some(name) = value("--scene") {
         scenes.retain(|s| s.name == name);
     }
+    let number = |name: &str| value(name).map(|v| v.parse().expect("a number"));
+    let only_lines = number("--only").map(|n| (n, number("--repeat").unwrap_or(1)));
     let mut rows = Vec::new();
     for scene in &scenes {
         run(
             scene,
-            flag("--quick"),
-            flag("--json"),
+            (flag("--quick"), flag("--json"), flag("--avx2")),
             value("--light-name"),
+            only_lines,
             &mut rows,
         );
     }
@@ -49,11 +53,22 @@ fn main() {
     }
 }
 
-fn run(scene: &Scene, quick: bool, json: bool, only: Option<String>, rows: &mut Vec<String>) {
+fn run(
+    scene: &Scene,
+    (quick, json, avx2): (bool, bool, bool),
+    only: Option<String>,
+    only_lines: Option<(usize, usize)>,
+    rows: &mut Vec<String>,
+) {
     let start = Instant::now();
-    let occluders = Occluders::build(&scene.positions, &scene.triangles);
+    let mut occluders = Occluders::build(&scene.positions, &scene.triangles);
     let build = start.elapsed().as_secs_f64();
-    let rivals = Rivals::build(&scene.positions, &scene.triangles);
+    if avx2 {
+        occluders = occluders.limited_to(InstructionSet::Avx2);
+    }
+    let rivals = only_lines
+        .is_none()
+        .then(|| Rivals::build(&scene.positions, &scene.triangles));
     let side = if quick { 24 } else { 48 };
     let view = scene.view(side * 4 / 3, side);
     if !json {
@@ -83,9 +98,13 @@ fn run(scene: &Scene, quick: bool, json: bool, only: Option<String>, rows: &mut 
             exclude: 0..0,
             points: &points,
         };
+        if let Some((n, repeat)) = only_lines {
+            measure::repeat(&occluders, &work, n, repeat);
+            continue;
+        }
         let clock = || start.elapsed().as_secs_f64();
         let rounds = if quick { 7 } else { 15 };
-        let t = measure::time(&occluders, Some(&rivals), &work, &LINES, rounds, &clock);
+        let t = measure::time(&occluders, rivals.as_ref(), &work, &LINES, rounds, &clock);
         report(scene, name, points.len(), &t, json, rows);
     }
 }

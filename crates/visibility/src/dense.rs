@@ -7,6 +7,7 @@
 
 use crate::{
     Occluders, Scratch, VisibleLines,
+    block::Lines,
     dispatch::dispatch,
     frame::LightFrame,
     merge,
@@ -71,20 +72,20 @@ fn filled(low: f64, high: f64) -> u64 {
 impl Covered {
     /// Nothing hidden but what lies beyond the lines' ends.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
-    fn start(lines: &sweep::Lines) -> Self {
+    fn start(lines: &Lines) -> Self {
         let mut c = Self {
             low: [[f32::INFINITY; 8]; GROUP / 8],
             high: [[f32::NEG_INFINITY; 8]; GROUP / 8],
             bins: [u64::MAX; GROUP],
         };
-        for line in 0..lines.number.len().min(GROUP) {
+        for line in 0..lines.count.min(GROUP) {
             let (block, lane) = (line / 8, line % 8);
             // Across is −p.
-            let p = -lines.u[block][lane];
+            let p = -lines.blocks[block].u[lane];
             c.low[block][lane] = (p as f32).next_down();
             c.high[block][lane] = (p as f32).next_up();
-            c.bins[line] =
-                filled(-1.0, lines.from[block][lane]) | filled(lines.to[block][lane], 2.0);
+            c.bins[line] = filled(-1.0, lines.blocks[block].from[lane])
+                | filled(lines.blocks[block].to[lane], 2.0);
         }
         c
     }
@@ -108,11 +109,14 @@ impl Covered {
 
     /// Records the lines' running intervals; true if all lines are hidden.
     #[inline(always)]
-    fn record(&mut self, lines: &sweep::Lines) -> bool {
+    fn record(&mut self, lines: &Lines) -> bool {
         let mut all = u64::MAX;
-        for line in 0..lines.number.len().min(GROUP) {
+        for line in 0..lines.count.min(GROUP) {
             let (block, lane) = (line / 8, line % 8);
-            self.bins[line] |= filled(lines.run_lo[block][lane], lines.run_hi[block][lane]);
+            self.bins[line] |= filled(
+                lines.blocks[block].run_lo[lane],
+                lines.blocks[block].run_hi[lane],
+            );
             all &= self.bins[line];
         }
         all == u64::MAX
@@ -228,7 +232,7 @@ fn dense_kernel<S: Simd>(
         covered,
         ..
     } = scratch;
-    slots_per_line.reset(lines.number.len());
+    slots_per_line.reset(lines.count);
     *covered = Covered::start(lines);
     slots.clear();
     stack.clear();

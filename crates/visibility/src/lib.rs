@@ -66,6 +66,7 @@
 //! assert!((visible.fraction(0) - 0.5).abs() < 1e-12);
 //! ```
 
+mod block;
 pub mod brute;
 mod build;
 mod counters;

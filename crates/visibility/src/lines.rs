@@ -8,7 +8,9 @@ use linelit_geometry::intervals::Interval;
 /// intervals are disjoint and ascend.
 #[derive(Clone, Debug, Default)]
 pub struct VisibleLines {
+    /// The first `filled` are in use.
     intervals: Vec<Interval>,
+    filled: usize,
     /// Where each line's intervals start and end.
     spans: Vec<(usize, usize)>,
 }
@@ -49,28 +51,44 @@ impl VisibleLines {
     /// The number of intervals of all lines.
     #[must_use]
     pub fn interval_count(&self) -> usize {
-        self.intervals.len()
+        self.filled
     }
 
     /// `count` lines, all hidden so far.
     pub(crate) fn reset(&mut self, count: usize) {
-        self.intervals.clear();
+        self.filled = 0;
         self.spans.clear();
         self.spans.resize(count, (0, 0));
     }
 
-    /// Sets the visible intervals of a line.
+    /// Sets the visible intervals of a line: lower ends, upper ends, and which of them count.
     #[inline(always)]
-    pub(crate) fn put<I: Iterator<Item = Interval>>(&mut self, line: usize, intervals: &mut I) {
-        let start = self.intervals.len();
-        for interval in intervals {
-            self.intervals.push(interval);
+    pub(crate) fn put(
+        &mut self,
+        line: usize,
+        intervals: impl ExactSizeIterator<Item = (f64, f64, bool)>,
+    ) {
+        let start = self.filled;
+        if self.intervals.len() < start + intervals.len() {
+            self.grow(start + intervals.len());
         }
-        self.spans[line] = (start, self.intervals.len());
+        let mut end = start;
+        // Without a branch: what does not count is overwritten.
+        for (lo, hi, counts) in intervals {
+            self.intervals[end] = Interval { lo, hi };
+            end += usize::from(counts);
+        }
+        self.filled = end;
+        self.spans[line] = (start, end);
+    }
+
+    #[cold]
+    fn grow(&mut self, least: usize) {
+        self.intervals.resize(2 * least + 16, Interval::UNIT);
     }
 
     /// Makes a line visible as a whole.
     pub(crate) fn put_whole(&mut self, line: usize) {
-        self.put(line, &mut std::iter::once(Interval::UNIT));
+        self.put(line, std::iter::once((0.0, 1.0, true)));
     }
 }

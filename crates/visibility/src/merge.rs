@@ -1,13 +1,16 @@
 //! From hidden intervals in no order to visible ones in order, eight lines at a time.
 
-use crate::{VisibleLines, simd::Simd, sweep::Lines};
-use linelit_geometry::intervals::Interval;
+use crate::{
+    VisibleLines,
+    block::{LineBlock, Lines},
+    simd::Simd,
+};
 
 /// Hidden intervals that a line keeps before they spill.
 const ROOM: usize = 23;
 
 /// Up to this many intervals a line are sorted by a network over the lanes.
-const NETWORK: usize = 8;
+const NETWORK: usize = 16;
 
 /// Visible pieces shorter than this fraction of their line are rounding errors.
 const LEAST_PIECE: f64 = 1e-14;
@@ -121,66 +124,74 @@ impl Slots {
     }
 }
 
-/// The visible pieces of eight lines as they are found, in parameters that ascend.
+/// The visible pieces of eight lines, in parameters that ascend from row to row.
+#[derive(Debug, Default)]
 pub(crate) struct Pieces {
-    found: Vec<[Interval; 8]>,
-    count: [usize; 8],
+    rows: Vec<PieceRow>,
+    used: usize,
 }
 
-impl Default for Pieces {
-    fn default() -> Self {
-        Self {
-            found: vec![[Interval::UNIT; 8]; ROOM + 2],
-            count: [0; 8],
-        }
-    }
-}
-
-impl std::fmt::Debug for Pieces {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Pieces")
-            .field("count", &self.count)
-            .finish_non_exhaustive()
-    }
+/// At most one piece of each line.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+struct PieceRow {
+    lo: [f64; 8],
+    hi: [f64; 8],
+    /// A bit for each line that has a piece here.
+    found: u8,
 }
 
 impl Pieces {
-    #[inline(always)]
-    fn push(&mut self, lane: usize, t0: f64, t1: f64) {
-        let row = self.count[lane];
-        if row >= self.found.len() {
-            self.found.push([Interval::UNIT; 8]);
+    fn clear(&mut self) {
+        self.used = 0;
+        if self.rows.len() < NETWORK + 1 {
+            self.rows.resize(NETWORK + 1, PieceRow::default());
         }
-        self.found[row][lane] = Interval::new(t0, t1);
-        self.count[lane] = row + 1;
+    }
+
+    /// Adds a piece to one line, `row` being its number there.
+    fn push(&mut self, row: usize, lane: usize, piece: (f64, f64)) {
+        if row == self.used {
+            if row == self.rows.len() {
+                self.rows.push(PieceRow::default());
+            }
+            self.rows[row].found = 0;
+            self.used += 1;
+        }
+        let row = &mut self.rows[row];
+        (row.lo[lane], row.hi[lane]) = piece;
+        row.found |= 1 << lane;
     }
 }
 
 /// Finds the visible pieces of the lines of one block.
 #[inline(always)]
-fn finish_block<S: Simd>(s: S, block: usize, lines: &Lines, slots: &mut Slots, out: &mut Pieces) {
-    out.count = [0; 8];
-    let most = slots.blocks[block]
-        .count
-        .iter()
-        .copied()
-        .fold(0.0, f64::max);
+fn finish_block<S: Simd>(
+    s: S,
+    index: usize,
+    block: &LineBlock,
+    slots: &mut Slots,
+    out: &mut Pieces,
+) {
+    out.clear();
+    let mut most = 0.0;
+    for &count in &slots.blocks[index].count {
+        most = f64::max(most, count);
+    }
     #[allow(clippy::cast_precision_loss, reason = "a small integer")]
     if most >= NETWORK as f64 || !slots.spilled.is_empty() {
         for lane in 0..8 {
-            let run = (lines.run_lo[block][lane], lines.run_hi[block][lane]);
-            slots.sort_line(block, lane, run);
-            let span = (lines.from[block][lane], lines.to[block][lane]);
-            sweep_sorted(&slots.sorted, span, lane, out);
+            slots.sort_line(index, lane, (block.run_lo[lane], block.run_hi[lane]));
+            sweep_sorted(&slots.sorted, (block.from[lane], block.to[lane]), lane, out);
         }
         return;
     }
-    let slots = &slots.blocks[block];
+    let slots = &slots.blocks[index];
     let infinite = s.dsplat(f64::INFINITY);
     let mut lo = [infinite; NETWORK];
     let mut hi = [infinite; NETWORK];
-    lo[0] = s.dload(&lines.run_lo[block]);
-    hi[0] = s.dload(&lines.run_hi[block]);
+    lo[0] = s.dload(&block.run_lo);
+    hi[0] = s.dload(&block.run_hi);
     let counts = s.dload(&slots.count);
     #[allow(
         clippy::cast_possible_truncation,
@@ -195,8 +206,8 @@ fn finish_block<S: Simd>(s: S, block: usize, lines: &Lines, slots: &mut Slots, o
         hi[k] = s.dload(&slots.hi[k - 1]);
     }
     sort_lanes(s, &mut lo, &mut hi, used);
-    let from = s.dload(&lines.from[block]);
-    let to = s.dload(&lines.to[block]);
+    let from = s.dload(&block.from);
+    let to = s.dload(&block.to);
     let scale = s.ddiv(s.dsplat(1.0), s.dsub(to, from));
     let mut edge = from;
     for k in 0..used {
@@ -220,52 +231,32 @@ fn emit<S: Simd>(
 ) {
     let t0 = s.dmul(s.dsub(edge, from), scale);
     let t1 = s.dmin(s.dmul(s.dsub(end, from), scale), s.dsplat(1.0));
-    let mut found = s.bits(s.and(on, s.dle(s.dsplat(LEAST_PIECE), s.dsub(t1, t0))));
+    let found = s.bits(s.and(on, s.dle(s.dsplat(LEAST_PIECE), s.dsub(t1, t0))));
     if found == 0 {
         return;
     }
-    let (mut t0s, mut t1s) = ([0.0; 8], [0.0; 8]);
-    s.dstore(t0, &mut t0s);
-    s.dstore(t1, &mut t1s);
-    while found != 0 {
-        let lane = found.trailing_zeros() as usize;
-        found &= found - 1;
-        out.push(lane, t0s[lane], t1s[lane]);
-    }
+    let row = &mut out.rows[out.used];
+    s.dstore(t0, &mut row.lo);
+    s.dstore(t1, &mut row.hi);
+    row.found = found;
+    out.used += 1;
 }
 
-/// Sorts up to eight intervals a lane by their lower ends: Batcher's network, as far as needed.
+/// Sorts up to sixteen intervals a lane by their lower ends, by the smallest network that does.
 #[inline(always)]
 fn sort_lanes<S: Simd>(s: S, lo: &mut [S::D; NETWORK], hi: &mut [S::D; NETWORK], used: usize) {
-    const PAIRS: [(usize, usize); 19] = [
-        (0, 1),
-        (2, 3),
-        (0, 2),
-        (1, 3),
-        (1, 2),
-        (4, 5),
-        (6, 7),
-        (4, 6),
-        (5, 7),
-        (5, 6),
-        (0, 4),
-        (1, 5),
-        (2, 6),
-        (3, 7),
-        (2, 4),
-        (3, 5),
-        (1, 2),
-        (3, 4),
-        (5, 6),
-    ];
-    // The first five pairs alone sort four.
-    let pairs = match used {
-        0 | 1 => 0,
-        2 => 1,
-        3 | 4 => 5,
-        _ => PAIRS.len(),
+    const TWO: [(usize, usize); 1] = network::<1>(2);
+    const FOUR: [(usize, usize); 5] = network::<5>(4);
+    const EIGHT: [(usize, usize); 19] = network::<19>(8);
+    const SIXTEEN: [(usize, usize); 63] = network::<63>(16);
+    let pairs: &[(usize, usize)] = match used {
+        0 | 1 => return,
+        2 => &TWO,
+        3 | 4 => &FOUR,
+        5..=8 => &EIGHT,
+        _ => &SIXTEEN,
     };
-    for &(i, j) in &PAIRS[..pairs] {
+    for &(i, j) in pairs {
         let swap = s.dlt(lo[j], lo[i]);
         let (hi_i, hi_j) = (hi[i], hi[j]);
         let (lo_i, lo_j) = (lo[i], lo[j]);
@@ -276,14 +267,44 @@ fn sort_lanes<S: Simd>(s: S, lo: &mut [S::D; NETWORK], hi: &mut [S::D; NETWORK],
     }
 }
 
+/// The pairs that Batcher's odd–even merge sort compares, for `n` a power of two.
+///
+/// **Source**: Knuth, The Art of Computer Programming 3, section 5.2.2, algorithm M.
+const fn network<const PAIRS: usize>(n: usize) -> [(usize, usize); PAIRS] {
+    let mut pairs = [(0, 0); PAIRS];
+    let mut count = 0;
+    let mut p = 1;
+    while p < n {
+        let mut k = p;
+        while k >= 1 {
+            let mut i = 0;
+            while i + k < n {
+                // Pairs within a stretch of 2 p, and not across its middle in the later rounds.
+                let odd = (i + n - k % p) / k % 2;
+                if odd == 0 && i >= k % p && i / (2 * p) == (i + k) / (2 * p) {
+                    pairs[count] = (i, i + k);
+                    count += 1;
+                }
+                i += 1;
+            }
+            k /= 2;
+        }
+        p *= 2;
+    }
+    assert!(count == PAIRS, "as many as the caller says");
+    pairs
+}
+
 /// The same for one line whose intervals are sorted.
 fn sweep_sorted(hidden: &[(f64, f64)], (from, to): (f64, f64), lane: usize, out: &mut Pieces) {
     let scale = 1.0 / (to - from);
     let mut edge = from;
+    let mut row = 0;
     let mut push = |edge: f64, end: f64| {
         let (t0, t1) = ((edge - from) * scale, ((end - from) * scale).min(1.0));
         if t1 - t0 >= LEAST_PIECE {
-            out.push(lane, t0, t1);
+            out.push(row, lane, (t0, t1));
+            row += 1;
         }
     };
     for &(lo, hi) in hidden {
@@ -307,24 +328,51 @@ pub(crate) fn finish<S: Simd>(
     pieces: &mut Pieces,
     out: &mut VisibleLines,
 ) {
-    for block in 0..lines.u.len() {
-        finish_block(s, block, lines, slots, pieces);
-        let first = block * 8;
-        let last = lines.number.len().min(first + 8);
-        for lane in 0..last - first {
-            let count = pieces.count[lane];
-            let number = lines.number[first + lane] as usize;
-            if !(lines.from[block][lane] < lines.to[block][lane]) {
-                out.put(number, &mut std::iter::once(Interval::UNIT));
-            } else if lines.reversed[first + lane] {
-                let rows = pieces.found[..count].iter().rev();
+    for (index, block) in lines.blocks.iter().enumerate() {
+        finish_block(s, index, block, slots, pieces);
+        let rows = &pieces.rows[..pieces.used];
+        for lane in 0..(lines.count - index * 8).min(8) {
+            let number = block.number[lane] as usize;
+            let cells = rows
+                .iter()
+                .map(|r| (r.lo[lane], r.hi[lane], r.found >> lane & 1 != 0));
+            if !(block.from[lane] < block.to[lane]) {
+                out.put_whole(number);
+            } else if block.reversed >> lane & 1 != 0 {
                 out.put(
                     number,
-                    &mut rows.map(|r| Interval::new(1.0 - r[lane].hi, 1.0 - r[lane].lo)),
+                    cells.rev().map(|(lo, hi, is)| (1.0 - hi, 1.0 - lo, is)),
                 );
             } else {
-                out.put(number, &mut pieces.found[..count].iter().map(|r| r[lane]));
+                out.put(number, cells);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::network;
+
+    /// A network that sorts every sequence of zeros and ones sorts everything.
+    fn sorts(n: usize, pairs: &[(usize, usize)]) {
+        for bits in 0..1_u32 << n {
+            let mut values: Vec<u32> = (0..n).map(|i| bits >> i & 1).collect();
+            for &(i, j) in pairs {
+                assert!(i < j);
+                if values[j] < values[i] {
+                    values.swap(i, j);
+                }
+            }
+            assert!(values.is_sorted(), "{bits:b}");
+        }
+    }
+
+    #[test]
+    fn networks_sort() {
+        sorts(2, &network::<1>(2));
+        sorts(4, &network::<5>(4));
+        sorts(8, &network::<19>(8));
+        sorts(16, &network::<63>(16));
     }
 }

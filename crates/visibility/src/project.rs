@@ -5,6 +5,7 @@
 
 use crate::{
     Occluders, Scratch,
+    block::ddot,
     dispatch::dispatch,
     frame::{LightFrame, Shape},
     simd::Simd,
@@ -232,14 +233,6 @@ fn homogeneous<S: Simd>(
         ddot(s, frame.q, x, y, z),
         ddot(s, frame.w, x, y, z),
     ]
-}
-
-#[inline(always)]
-fn ddot<S: Simd>(s: S, n: DVec3, x: S::D, y: S::D, z: S::D) -> S::D {
-    s.dadd(
-        s.dadd(s.dmul(s.dsplat(n.x), x), s.dmul(s.dsplat(n.y), y)),
-        s.dmul(s.dsplat(n.z), z),
-    )
 }
 
 /// Which images miss the light (a side of the light or of the triangle separates them) and which

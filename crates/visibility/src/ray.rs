@@ -42,8 +42,7 @@ impl Occluders {
     /// Watertight: a ray towards a shared edge or corner meets one of the triangles there.
     pub fn closest_hit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
         scratch.counters.rays += 1;
-        let query = RayQuery::new(self, ray, &(0..0))?;
-        closest(self.isa, self, query, scratch)
+        closest(self.isa, self, ray, scratch)
     }
 
     /// Whether the ray meets any triangle but those numbered in `exclude`.
@@ -51,16 +50,13 @@ impl Occluders {
     /// The same triangles count as for [`Occluders::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool {
         scratch.counters.rays += 1;
-        let Some(query) = RayQuery::new(self, ray, exclude) else {
-            return false;
-        };
-        any(self.isa, self, &query, scratch)
+        any(self.isa, self, ray, exclude, scratch)
     }
 }
 
 /// A ray in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RayQuery {
+struct RayQuery {
     exact: WatertightRay,
     t_min: f64,
     t_max: f64,
@@ -91,6 +87,9 @@ pub(crate) const ROOM: f64 = 9.536_743_164_062_5e-7;
 )]
 impl RayQuery {
     /// `None` for a ray that cannot meet anything: not finite, without direction, or empty.
+    ///
+    /// Inlined into the kernels, so that it is never copied.
+    #[inline(always)]
     fn new(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
         let d = ray.direction;
         let o = ray.origin - occluders.origin;
@@ -190,7 +189,16 @@ impl RayQuery {
 }
 
 #[inline(always)]
-fn any_kernel<S: Simd>(s: S, occluders: &Occluders, q: &RayQuery, scratch: &mut Scratch) -> bool {
+fn any_kernel<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    ray: &Ray,
+    exclude: &Range<u32>,
+    scratch: &mut Scratch,
+) -> bool {
+    let Some(q) = RayQuery::new(occluders, ray, exclude) else {
+        return false;
+    };
     let hierarchy = &occluders.hierarchy;
     let counters = &mut scratch.counters;
     if scratch.stack.len() < occluders.stack_size {
@@ -249,11 +257,11 @@ fn any_kernel<S: Simd>(s: S, occluders: &Occluders, q: &RayQuery, scratch: &mut 
 fn closest_kernel<S: Simd>(
     s: S,
     occluders: &Occluders,
-    q: RayQuery,
+    ray: &Ray,
     scratch: &mut Scratch,
 ) -> Option<Hit> {
     let hierarchy = &occluders.hierarchy;
-    let mut q = q;
+    let mut q = RayQuery::new(occluders, ray, &(0..0))?;
     let counters = &mut scratch.counters;
     let stack = &mut scratch.near_stack;
     stack.clear();
@@ -315,9 +323,9 @@ fn closest_kernel<S: Simd>(
 
 dispatch! {
     /// [`Occluders::any_hit`] on an instruction set.
-    any = any_kernel(occluders: &Occluders, query: &RayQuery, scratch: &mut Scratch) -> bool
+    any = any_kernel(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool
 }
 dispatch! {
     /// [`Occluders::closest_hit`] on an instruction set.
-    closest = closest_kernel(occluders: &Occluders, query: RayQuery, scratch: &mut Scratch) -> Option<Hit>
+    closest = closest_kernel(occluders: &Occluders, ray: &Ray, scratch: &mut Scratch) -> Option<Hit>
 }

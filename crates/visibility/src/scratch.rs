@@ -1,12 +1,12 @@
 //! Buffers that queries reuse, so that none allocates once they have grown.
 
 use crate::{
+    block::{Ends, Lines},
     counters::Counters,
     dense::{Covered, NearBox},
     merge::{Pieces, Slots},
     node::Child,
     project::FlatTriangles,
-    sweep::Lines,
 };
 
 /// Working memory and work counters of one thread's queries.
@@ -26,9 +26,8 @@ pub struct Scratch {
     pub(crate) lines: Lines,
     /// What is hidden of each.
     pub(crate) slots_per_line: Slots,
-    /// Ends of lines in the light's coordinates, and the lines' order.
-    pub(crate) ends: Vec<([f64; 2], [f64; 2])>,
-    pub(crate) keys: Vec<(f64, u32)>,
+    /// Where lines are on the light, in the caller's order.
+    pub(crate) ends: Ends,
     /// Visible pieces of eight lines.
     pub(crate) pieces: Pieces,
     /// Boxes of a dense shaft still to visit.

@@ -1,7 +1,7 @@
 //! Shafts: everything between a shading point and a light.
 
 use crate::{
-    Occluders, Ray, Scratch, VisibleLines, dense,
+    Occluders, Ray, Scratch, VisibleLines, block, dense,
     frame::LightFrame,
     images::Images,
     project, sweep,
@@ -53,10 +53,6 @@ pub struct Shaft<'a> {
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
 /// a time. Depends on the geometry alone; measured, see docs/performance.md.
 const DENSE: usize = 224;
-
-/// Images of lines on the light farther than this from parallel, in units of the light, make
-/// groups of their own.
-const PARALLEL: f64 = 1e-12;
 
 impl Occluders {
     /// Finds what is between a point and a light.
@@ -208,88 +204,47 @@ impl Shaft<'_> {
         first: usize,
         out: &mut VisibleLines,
     ) -> usize {
-        let along = self.share_direction(frame, &lines[first..]);
-        let count = self.scratch.ends.len();
+        let Scratch {
+            ends, lines: set, ..
+        } = &mut *self.scratch;
+        block::place(self.occluders.isa, frame, self.point, &lines[first..], ends);
+        let count = ends.count;
         if count == 0 {
             // A line that is not finite.
             out.put_whole(first);
             return 1;
         }
-        order_lines(self.scratch, along);
         if self.dense {
-            self.visible_dense(frame, along, first, out);
+            self.visible_dense(frame, first, out);
             return count;
         }
-        let Scratch {
-            lines, keys, ends, ..
-        } = &mut *self.scratch;
-        lines.clear(along);
-        let forward = |e: [f64; 2]| along[0] * e[0] + along[1] * e[1];
-        for &(u, i) in keys.iter() {
-            let (a, b) = ends[i as usize];
-            lines.push(u, (forward(a), forward(b)), number(first, i));
-        }
-        lines.index();
+        set.fill(ends, first);
         sweep::sweep(self.occluders.isa, self.scratch, out);
         count
     }
 
-    /// Puts the ends of the first lines that share a direction into `scratch.ends`, and returns
-    /// the direction.
-    fn share_direction(&mut self, frame: &LightFrame, lines: &[Segment]) -> [f64; 2] {
-        let ends = &mut self.scratch.ends;
-        ends.clear();
-        let mut along = [0.0; 2];
-        for line in lines {
-            let a = frame.project(line.p0 - self.point);
-            let b = frame.project(line.p1 - self.point);
-            let d = [b[0] - a[0], b[1] - a[1]];
-            let unknown = along[0] == 0.0 && along[1] == 0.0;
-            if unknown {
-                let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-                if length > 0.0 {
-                    along = [d[0] / length, d[1] / length];
-                }
-            }
-            let off = along[0] * d[1] - along[1] * d[0];
-            if !(off.abs() <= PARALLEL) {
-                break;
-            }
-            ends.push((a, b));
-        }
-        along
-    }
-
-    /// Answers the ordered lines of a dense shaft, a few at a time.
-    fn visible_dense(
-        &mut self,
-        frame: &LightFrame,
-        along: [f64; 2],
-        first: usize,
-        out: &mut VisibleLines,
-    ) {
-        let forward = |e: [f64; 2]| along[0] * e[0] + along[1] * e[1];
+    /// Answers the lines of a dense shaft, a few at a time.
+    fn visible_dense(&mut self, frame: &LightFrame, first: usize, out: &mut VisibleLines) {
         let point = self.point - self.occluders.origin;
         let mut start = 0;
-        while start < self.scratch.keys.len() {
-            let Scratch {
-                keys, ends, lines, ..
-            } = &mut *self.scratch;
-            let end = keys.len().min(start + dense::GROUP);
-            let few = &keys[start..end];
-            start = end;
+        while start < self.scratch.ends.count {
+            let Scratch { ends, lines, .. } = &mut *self.scratch;
+            let few = start..ends.count.min(start + dense::GROUP);
+            start = few.end;
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for &(_, i) in few {
-                let (a, b) = ends[i as usize];
-                low = low.min(forward(a)).min(forward(b));
-                high = high.max(forward(a)).max(forward(b));
+            for k in few.clone() {
+                let i = ends.nth(k);
+                low = low.min(ends.a[i]).min(ends.b[i]);
+                high = high.max(ends.a[i]).max(ends.b[i]);
             }
-            let across = (few[0].0, few[few.len() - 1].0);
+            let across = (ends.u[ends.nth(few.start)], ends.u[ends.nth(few.end - 1)]);
             if !(low < high) {
-                few.iter()
-                    .for_each(|k| out.put_whole(number(first, k.1) as usize));
+                for k in few {
+                    out.put_whole(first + ends.nth(k));
+                }
                 continue;
             }
+            let along = ends.along;
             let around = frame.around_lines(along, [across.0, low], [across.1, high]);
             // In the coordinates of the few: q along, so that across is −p.
             lines.clear([0.0, 1.0]);
@@ -303,13 +258,10 @@ impl Shaft<'_> {
                 }
             };
             let to_q = |v: f64| (v - (low - 1e-6 * length)) / (length * (1.0 + 2e-6));
-            for &(u, i) in few.iter().rev() {
-                let (a, b) = ends[i as usize];
-                lines.push(
-                    -to_p(u),
-                    (to_q(forward(a)), to_q(forward(b))),
-                    number(first, i),
-                );
+            for k in few.rev() {
+                let i = ends.nth(k);
+                let stretch = (to_q(ends.a[i]), to_q(ends.b[i]));
+                lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
             }
             lines.index();
             let corners = frame.corners_in_space(along, [across.0, low], [across.1, high]);
@@ -345,22 +297,5 @@ impl Shaft<'_> {
             }
             (class, _) => class != ShaftClass::Blocked,
         }
-    }
-}
-
-/// A line's number in the caller's list.
-fn number(first: usize, i: u32) -> u32 {
-    u32::try_from(first).unwrap_or(u32::MAX).saturating_add(i)
-}
-
-/// Orders the lines by their place across: `scratch.keys`.
-fn order_lines(scratch: &mut Scratch, along: [f64; 2]) {
-    let Scratch { ends, keys, .. } = scratch;
-    let across = |e: [f64; 2]| along[0] * e[1] - along[1] * e[0];
-    keys.clear();
-    let middle = |(a, b): &([f64; 2], [f64; 2])| 0.5 * (across(*a) + across(*b));
-    keys.extend(ends.iter().map(middle).zip(0_u32..));
-    if !keys.is_sorted_by(|a, b| a.0 <= b.0) {
-        keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 }

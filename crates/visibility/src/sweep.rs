@@ -8,6 +8,7 @@
 
 use crate::{
     Scratch, VisibleLines,
+    block::Lines,
     dispatch::dispatch,
     merge::{self, Slots},
     project::{FlatBlock, FlatTriangles},
@@ -38,105 +39,6 @@ impl<T> std::ops::DerefMut for Lanes<T> {
 /// Eight triangles ready for lines: u₀, u₁, u₂ in ascending order, v₀, v₁, and the slopes of the
 /// sides 0–1, 0–2 and 1–2.
 pub(crate) type ReadyBlock = Lanes<[[f64; 8]; 8]>;
-
-/// Lines of one direction, in ascending order of u, padded to blocks of eight.
-#[derive(Debug, Default)]
-pub(crate) struct Lines {
-    /// Unit direction (along v) in the (p, q) plane.
-    pub(crate) along: [f64; 2],
-    /// Blocks of u; padding is beyond everything.
-    pub(crate) u: Vec<Lanes<[f64; 8]>>,
-    /// Lower and upper end of each line in v.
-    pub(crate) from: Vec<Lanes<[f64; 8]>>,
-    pub(crate) to: Vec<Lanes<[f64; 8]>>,
-    /// What is known to be hidden around the latest triangle.
-    pub(crate) run_lo: Vec<Lanes<[f64; 8]>>,
-    pub(crate) run_hi: Vec<Lanes<[f64; 8]>>,
-    /// Which line of the caller's it is.
-    pub(crate) number: Vec<u32>,
-    /// Whether it runs against `along`.
-    pub(crate) reversed: Vec<bool>,
-    /// First block that may hold a line at or after each of 64 steps of u.
-    first: Vec<u32>,
-    start: f64,
-    step: f64,
-}
-
-/// Beyond every u.
-const BEYOND: f64 = 1e300;
-
-impl Lines {
-    pub(crate) fn clear(&mut self, along: [f64; 2]) {
-        self.along = along;
-        for rows in [
-            &mut self.u,
-            &mut self.from,
-            &mut self.to,
-            &mut self.run_lo,
-            &mut self.run_hi,
-        ] {
-            rows.clear();
-        }
-        self.number.clear();
-        self.reversed.clear();
-    }
-
-    /// Adds a line at `u` whose ends are at `a` and `b`.
-    pub(crate) fn push(&mut self, u: f64, (a, b): (f64, f64), number: u32) {
-        let lane = self.number.len() % 8;
-        if lane == 0 {
-            self.u.push(Lanes([BEYOND; 8]));
-            self.from.push(Lanes([0.0; 8]));
-            self.to.push(Lanes([0.0; 8]));
-            self.run_lo.push(Lanes([f64::INFINITY; 8]));
-            self.run_hi.push(Lanes([f64::NEG_INFINITY; 8]));
-        }
-        let block = self.u.len() - 1;
-        self.u[block][lane] = u;
-        self.from[block][lane] = a.min(b);
-        self.to[block][lane] = a.max(b);
-        self.number.push(number);
-        self.reversed.push(b < a);
-    }
-
-    /// Prepares the look-up of blocks; lines must be in order.
-    pub(crate) fn index(&mut self) {
-        if self.u.len() <= 2 {
-            return;
-        }
-        let last = self.u[(self.number.len() - 1) / 8][(self.number.len() - 1) % 8];
-        self.start = self.u[0][0];
-        self.step = 64.0 / (last - self.start).max(1e-300);
-        let mut block = 0;
-        self.first.resize(65, 0);
-        for (k, first) in (0_u32..).zip(&mut self.first) {
-            let u = self.start + (f64::from(k) - 1e-6) / self.step;
-            while block + 1 < self.u.len() && self.u[block][7] < u {
-                block += 1;
-            }
-            #[allow(clippy::cast_possible_truncation, reason = "lines are numbered by u32")]
-            {
-                *first = block as u32;
-            }
-        }
-    }
-
-    /// The first block that may hold a line at or after `u`.
-    #[inline(always)]
-    fn first_block(&self, u: f64) -> usize {
-        if self.u.len() <= 2 {
-            return 0;
-        }
-        // A float is clamped by the conversion.
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "clamped"
-        )]
-        let step = ((u - self.start) * self.step).clamp(0.0, 64.0) as usize;
-        self.first[step] as usize
-    }
-}
 
 /// Turns eight images to the lines' direction, sorts their vertices and finds the slopes.
 #[inline(always)]
@@ -197,7 +99,7 @@ fn sweep_kernel<S: Simd>(s: S, scratch: &mut Scratch, out: &mut VisibleLines) {
         pieces,
         ..
     } = scratch;
-    slots_per_line.reset(lines.number.len());
+    slots_per_line.reset(lines.count);
     sweep_flat(s, flat, lines, slots_per_line);
     merge::finish(s, lines, slots_per_line, pieces, out);
 }
@@ -208,12 +110,14 @@ fn sweep_one<S: Simd>(s: S, ready: &ReadyBlock, lane: usize, lines: &mut Lines, 
     let (first_u, last_u) = (ready[0][lane], ready[2][lane]);
     let u0 = s.dsplat(first_u);
     let u2 = s.dsplat(last_u);
-    let mut block = lines.first_block(first_u);
-    while block < lines.u.len() && lines.u[block][0] < last_u {
-        let u = s.dload(&lines.u[block]);
+    let first = lines.first_block(first_u);
+    for (index, block) in lines.blocks.iter_mut().enumerate().skip(first) {
+        if block.u[0] >= last_u {
+            break;
+        }
+        let u = s.dload(&block.u);
         let crossed = s.and(s.dle(u0, u), s.dlt(u, u2));
         if s.bits(crossed) == 0 {
-            block += 1;
             continue;
         }
         let u1 = s.dsplat(ready[1][lane]);
@@ -230,20 +134,20 @@ fn sweep_one<S: Simd>(s: S, ready: &ReadyBlock, lane: usize, lines: &mut Lines, 
         let hi = s.dmax(long, short);
         // Only what is on the line itself.
         let on_line = s.and(
-            s.dlt(lo, s.dload(&lines.to[block])),
-            s.dlt(s.dload(&lines.from[block]), hi),
+            s.dlt(lo, s.dload(&block.to)),
+            s.dlt(s.dload(&block.from), hi),
         );
         let hit = s.and(crossed, on_line);
-        let run_lo = s.dload(&lines.run_lo[block]);
-        let run_hi = s.dload(&lines.run_hi[block]);
+        let run_lo = s.dload(&block.run_lo);
+        let run_hi = s.dload(&block.run_hi);
         let touches = s.and(s.dle(lo, run_hi), s.dle(run_lo, hi));
         let joins = s.and(hit, s.or(touches, s.dlt(run_hi, run_lo)));
         let apart = s.and(hit, s.not(joins));
         // Where it joins: the union; where it lies apart: it replaces the run, which is kept.
         let lower = s.select(joins, run_lo, s.dmin(lo, run_lo));
         let upper = s.select(joins, run_hi, s.dmax(hi, run_hi));
-        s.dstore(s.select(apart, lower, lo), &mut lines.run_lo[block]);
-        s.dstore(s.select(apart, upper, hi), &mut lines.run_hi[block]);
+        s.dstore(s.select(apart, lower, lo), &mut block.run_lo);
+        s.dstore(s.select(apart, upper, hi), &mut block.run_hi);
         let mut apart = s.bits(apart);
         if apart != 0 {
             let (mut los, mut his) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
@@ -252,10 +156,9 @@ fn sweep_one<S: Simd>(s: S, ready: &ReadyBlock, lane: usize, lines: &mut Lines, 
             while apart != 0 {
                 let i = apart.trailing_zeros() as usize;
                 apart &= apart - 1;
-                slots.push(block, i, los[i], his[i]);
+                slots.push(index, i, los[i], his[i]);
             }
         }
-        block += 1;
     }
 }
 

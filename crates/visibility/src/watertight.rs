@@ -21,6 +21,7 @@ pub(crate) struct WatertightRay {
 
 impl WatertightRay {
     /// A ray from `origin` along a `direction` that is not zero.
+    #[inline(always)]
     pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
         let d = direction.to_array();
         let longest = direction.abs().max_position();

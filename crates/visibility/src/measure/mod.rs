@@ -219,7 +219,40 @@ pub fn time(
     result
 }
 
+/// Answers `count` lines a point (none: eight rays a point) `times` over: nothing but the work, for
+/// profilers.
+#[inline(never)]
+pub fn repeat(occluders: &Occluders, work: &Workload<'_>, count: usize, times: usize) {
+    let mut state = 11;
+    let lines = stratified_lines(work.light, count, &mut || hash_unit(&mut state));
+    let rays = shadow_rays(work, 8);
+    let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
+    for _ in 0..times {
+        if count > 0 {
+            std::hint::black_box(trace_lines(occluders, work, &lines, &mut scratch, &mut out));
+        } else {
+            std::hint::black_box(trace_rays(occluders, work, &rays, &mut scratch));
+        }
+    }
+}
+
+/// The number of rays that meet something.
+#[inline(never)]
+fn trace_rays(
+    occluders: &Occluders,
+    work: &Workload<'_>,
+    rays: &[Ray],
+    scratch: &mut Scratch,
+) -> usize {
+    let mut hits = 0;
+    for ray in rays {
+        hits += usize::from(occluders.any_hit(ray, &work.exclude, scratch));
+    }
+    hits
+}
+
 /// The mean visible share of lines over all shading points.
+#[inline(never)]
 pub fn trace_lines(
     occluders: &Occluders,
     work: &Workload<'_>,
