@@ -1,5 +1,6 @@
 //! Shading points: where a camera ray meets the scene.
 
+use crate::Bounce;
 use linelit_geometry::DVec3;
 use linelit_shading::bsdf::Bsdf;
 
@@ -13,6 +14,8 @@ pub const SURFACE_OFFSET: f64 = 16.0 * 5.96e-8;
 pub struct ShadingPoint {
     /// The point, lifted off its surface by [`SURFACE_OFFSET`] to the side of the viewer.
     pub position: DVec3,
+    /// How far.
+    pub lift: f64,
     /// Unit geometric normal, on the viewer's side.
     pub geometric_normal: DVec3,
     /// Unit shading normal, on the viewer's side of the surface.
@@ -21,6 +24,8 @@ pub struct ShadingPoint {
     pub outgoing: DVec3,
     /// The material at the point.
     pub bsdf: Bsdf,
+    /// Where perfect mirrors and glass send the view on; empty for most.
+    pub bounces: Vec<Bounce>,
     /// Radiance that the surface itself emits towards the viewer, W/(m²·sr).
     pub emitted: DVec3,
 }

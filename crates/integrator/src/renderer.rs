@@ -1,5 +1,6 @@
 //! From a pixel to its direct light.
 
+use crate::material::{Response, response};
 use crate::pair::Pair;
 use crate::point::SURFACE_OFFSET;
 use crate::{
@@ -9,8 +10,7 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::{MaterialKind, Scene, Surface};
-use linelit_shading::bsdf::{Bsdf, Lambert, Phong};
+use linelit_scene::{Scene, Surface};
 use linelit_visibility::{Hit, Occluders, Ray};
 
 /// Sample dimensions of one (point, light) pair.
@@ -38,6 +38,9 @@ pub struct Settings {
     pub seed: u64,
     /// Whether a light that the camera sees shows its radiance.
     pub show_lights: bool,
+    /// How many perfect reflections and refractions in a row the view follows; 0 leaves mirrors and
+    /// glass black (but for lights), as direct light alone does.
+    pub bounces: u32,
     /// Whether what cannot matter is skipped and what has a closed form takes it. Off, every
     /// sample is taken: for tests, and for studies of an estimator as its paper has it.
     pub skip: bool,
@@ -54,6 +57,7 @@ impl Default for Settings {
             pixel_samples: 1,
             seed: 0,
             show_lights: true,
+            bounces: 0,
             skip: true,
         }
     }
@@ -115,10 +119,58 @@ impl<'s> Renderer<'s> {
                 if settings.show_lights {
                     sum += point.emitted;
                 }
-                sum += self.direct(settings, &point, pixel, i, workspace);
+                let mut path = Path {
+                    settings,
+                    pixel,
+                    repetition: i,
+                    stride: count,
+                };
+                sum += self.reflected(&mut path, &point, settings.bounces, workspace);
             }
         }
         sum / f64::from(count)
+    }
+
+    /// Direct light, and what perfect mirrors and glass show.
+    fn reflected(
+        &self,
+        path: &mut Path<'_>,
+        point: &ShadingPoint,
+        bounces: u32,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let mut sum = self.direct(path.settings, point, path.pixel, path.repetition, workspace);
+        if bounces == 0 {
+            return sum;
+        }
+        for bounce in &point.bounces {
+            path.repetition = path.repetition.wrapping_add(path.stride);
+            if let Some(next) = self.follow(point, bounce.direction, workspace) {
+                let seen = self.reflected(path, &next, bounces - 1, workspace);
+                sum += bounce.weight * (next.emitted + seen);
+            }
+        }
+        sum
+    }
+
+    /// What the view meets next from a mirror or through glass.
+    fn follow(
+        &self,
+        point: &ShadingPoint,
+        direction: DVec3,
+        workspace: &mut Workspace,
+    ) -> Option<ShadingPoint> {
+        // Points are lifted to the viewer's side; what goes through leaves on the other.
+        let behind = direction.dot(point.geometric_normal) < 0.0;
+        let lift = if behind { 2.0 * point.lift } else { 0.0 };
+        let ray = Ray {
+            origin: point.position - point.geometric_normal * lift,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
+        Some(self.surface_point(&hit, direction))
     }
 
     /// Where the camera ray through the centre of a pixel meets the scene.
@@ -155,12 +207,15 @@ impl<'s> Renderer<'s> {
         let geometric_normal = towards(surface.geometric_normal, outgoing);
         let normal = towards(surface.shading_normal, geometric_normal);
         let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + self.extent(hit.triangle));
+        let Response { bsdf, bounces } = response(self.scene, &surface, outgoing, normal);
         ShadingPoint {
             position: surface.point + geometric_normal * lift,
+            lift,
             geometric_normal,
             normal,
             outgoing,
-            bsdf: self.bsdf(&surface),
+            bsdf,
+            bounces,
             emitted: self.emitted(&surface, outgoing),
         }
     }
@@ -169,22 +224,6 @@ impl<'s> Renderer<'s> {
         match surface.light.map(|i| &self.scene.lights[i as usize].light) {
             Some(Light::Area(area)) => area.emission.towards(area.polygon.normal().dot(outgoing)),
             _ => DVec3::ZERO,
-        }
-    }
-
-    /// What of the material the estimators know: Phong as it is, of others the diffuse part.
-    fn bsdf(&self, surface: &Surface) -> Bsdf {
-        let albedo = self.scene.diffuse_reflectance(surface.material, surface.uv);
-        let lambert = Lambert { albedo };
-        match &self.scene.materials[surface.material as usize].kind {
-            MaterialKind::Phong { ks, exponent, .. } => Bsdf::Phong(
-                lambert,
-                Phong {
-                    specular: ks.evaluate(surface.uv),
-                    exponent: exponent.evaluate_number(surface.uv).max(0.0),
-                },
-            ),
-            _ => Bsdf::Lambert(lambert),
         }
     }
 
@@ -309,6 +348,15 @@ impl<'s> Renderer<'s> {
         };
         pair.estimate(workspace)
     }
+}
+
+/// The names of the random numbers along a path of perfect reflections: each shading point has its
+/// own repetition.
+struct Path<'a> {
+    settings: &'a Settings,
+    pixel: [u32; 2],
+    repetition: u32,
+    stride: u32,
 }
 
 /// `v`, turned to the side of `reference`.

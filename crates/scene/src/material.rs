@@ -323,12 +323,19 @@ impl Material {
         }
     }
 
-    /// Whether the estimators draw all of the material, rather than its diffuse part only.
+    /// Whether the estimators draw all of the material, rather than its diffuse part only. Of a
+    /// mixture, its parts say so themselves.
     pub fn is_drawn_in_full(&self) -> bool {
         match &self.kind {
-            MaterialKind::Matte { sigma, .. } => sigma.as_constant() == Some(DVec3::ZERO),
-            MaterialKind::Phong { .. } => true,
-            _ => false,
+            MaterialKind::CoatedDiffuse { .. } => false,
+            MaterialKind::DiffuseTransmission { transmittance, .. } => {
+                transmittance.as_constant() == Some(DVec3::ZERO)
+            }
+            // Rough glass reflects, but shows no light from behind.
+            MaterialKind::Dielectric { roughness, .. } => [&roughness.u, &roughness.v]
+                .iter()
+                .all(|r| r.as_constant() == Some(DVec3::ZERO)),
+            _ => true,
         }
     }
 }

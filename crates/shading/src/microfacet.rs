@@ -59,8 +59,14 @@ impl TrowbridgeReitz {
     /// [`MAX_ALPHA`](Self::MAX_ALPHA).
     #[must_use]
     pub fn new(alpha: [f64; 2]) -> Self {
-        // `max` first: NaN becomes the narrowest.
-        let alpha = alpha.map(|a| a.max(Self::MIN_ALPHA).min(Self::MAX_ALPHA));
+        let alpha = alpha.map(|a| {
+            // NaN becomes the narrowest.
+            if a > Self::MIN_ALPHA {
+                a.min(Self::MAX_ALPHA)
+            } else {
+                Self::MIN_ALPHA
+            }
+        });
         Self { alpha }
     }
 

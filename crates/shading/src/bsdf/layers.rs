@@ -51,6 +51,11 @@ impl Layers {
         }
     }
 
+    /// Changes the direction that anisotropic lobes call x.
+    pub const fn set_tangent(&mut self, tangent: DVec3) {
+        self.tangent = tangent;
+    }
+
     /// Adds a diffuse reflection.
     pub fn add_diffuse(&mut self, albedo: DVec3) {
         self.diffuse += albedo;

@@ -35,6 +35,7 @@ pub fn run(args: &RenderArgs) -> Result<()> {
         pixel_samples: args.pixel_samples,
         seed: args.seed,
         show_lights: !args.hide_lights,
+        bounces: args.bounces,
         skip: true,
     };
     let window = window(&scene, args.crop);

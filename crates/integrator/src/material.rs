@@ -1,0 +1,269 @@
+//! From a material of the scene at a surface to what estimators ask: the lobes that lights reflect
+//! in, and the directions into which mirrors and glass send the view on.
+//!
+//! The models are pbrt-v3's, with its conventions: plastic has its Fresnel term the wrong way round
+//! (total reflection beyond 41.8°), glass scales transmitted radiance by the square of the relative
+//! index, roughness is α after the material's remapping.
+
+use linelit_geometry::{DVec2, DVec3};
+use linelit_scene::{MaterialKind, Roughness, Scene, Surface, Texture};
+use linelit_shading::bsdf::{Bsdf, Fresnel, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate};
+use linelit_shading::microfacet::TrowbridgeReitz;
+
+/// A perfect reflection or refraction of the view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounce {
+    /// Where the view goes on, unit length.
+    pub direction: DVec3,
+    /// What is left of the light from there, by channel.
+    pub weight: DVec3,
+}
+
+/// What a surface does with light.
+pub(crate) struct Response {
+    /// The lobes that lights reflect in.
+    pub bsdf: Bsdf,
+    /// Perfect mirrors and glass.
+    pub bounces: Vec<Bounce>,
+}
+
+/// What the material of a surface does with light towards `outgoing`, about the shading normal
+/// `normal` on the viewer's side.
+pub(crate) fn response(
+    scene: &Scene,
+    surface: &Surface,
+    outgoing: DVec3,
+    normal: DVec3,
+) -> Response {
+    let mut builder = Builder {
+        scene,
+        surface,
+        outgoing,
+        normal,
+        layers: Layers::new(DVec3::ZERO),
+        anisotropic: false,
+        bounces: Vec::new(),
+    };
+    builder.material(surface.material, DVec3::ONE);
+    let mut layers = builder.layers;
+    if builder.anisotropic {
+        layers.set_tangent(surface.dp_du);
+    }
+    Response {
+        bsdf: layers.into(),
+        bounces: builder.bounces,
+    }
+}
+
+struct Builder<'a> {
+    scene: &'a Scene,
+    surface: &'a Surface,
+    outgoing: DVec3,
+    normal: DVec3,
+    layers: Layers,
+    anisotropic: bool,
+    bounces: Vec<Bounce>,
+}
+
+impl Builder<'_> {
+    const fn uv(&self) -> DVec2 {
+        self.surface.uv
+    }
+
+    /// Adds a material, scaled.
+    fn material(&mut self, index: u32, scale: DVec3) {
+        let uv = self.uv();
+        let colour = |t: &Texture| t.evaluate(uv).clamp(DVec3::ZERO, DVec3::ONE);
+        match &self.scene.materials[index as usize].kind {
+            // The parts of a mixture have smaller indices, so this ends.
+            MaterialKind::Mix { materials, amount } => {
+                let share = colour(amount);
+                self.material(materials[0], scale * (DVec3::ONE - share));
+                self.material(materials[1], scale * share);
+            }
+            MaterialKind::Matte { kd, sigma } => {
+                let degrees = sigma.evaluate_number(uv).clamp(0.0, 90.0);
+                if degrees > 0.0 {
+                    let rough = OrenNayar::new(colour(kd), degrees.to_radians());
+                    self.lobe(scale, Lobe::OrenNayar(rough));
+                } else {
+                    self.layers.add_diffuse(scale * colour(kd));
+                }
+            }
+            MaterialKind::Phong { kd, ks, exponent } => {
+                self.layers.add_diffuse(scale * colour(kd));
+                let phong = Phong {
+                    specular: ks.evaluate(uv),
+                    exponent: exponent.evaluate_number(uv).max(0.0),
+                };
+                self.lobe(scale, Lobe::Phong(phong));
+            }
+            MaterialKind::Plastic { kd, ks, roughness } => {
+                self.layers.add_diffuse(scale * colour(kd));
+                let fresnel = Fresnel::Dielectric { eta: 1.0 / 1.5 };
+                self.reflector(scale * colour(ks), roughness, fresnel);
+            }
+            MaterialKind::Substrate { kd, ks, roughness } => {
+                let facets = self.facets(roughness);
+                let coat = Substrate {
+                    diffuse: colour(kd),
+                    specular: colour(ks),
+                    facets,
+                };
+                if coat.diffuse != DVec3::ZERO || coat.specular != DVec3::ZERO {
+                    self.lobe(scale, Lobe::Substrate(coat));
+                }
+            }
+            MaterialKind::Conductor { eta, k, roughness } => {
+                let fresnel = Fresnel::Conductor {
+                    eta: eta.evaluate(uv).max(DVec3::ZERO),
+                    k: k.evaluate(uv).max(DVec3::ZERO),
+                };
+                self.reflector(scale, roughness, fresnel);
+            }
+            MaterialKind::ColoredConductor {
+                reflectance,
+                roughness,
+            } => {
+                let fresnel = Fresnel::Schlick {
+                    f0: colour(reflectance),
+                    f90: 1.0,
+                };
+                self.reflector(scale, roughness, fresnel);
+            }
+            MaterialKind::Uber {
+                kd,
+                ks,
+                kr,
+                kt,
+                roughness,
+                eta,
+                opacity,
+            } => {
+                let opaque = colour(opacity);
+                let eta = index_of_refraction(eta.evaluate_number(uv));
+                self.straight_on(scale * (DVec3::ONE - opaque));
+                let scale = scale * opaque;
+                self.layers.add_diffuse(scale * colour(kd));
+                let fresnel = Fresnel::Dielectric { eta };
+                self.reflector(scale * colour(ks), roughness, fresnel);
+                self.dielectric(scale * colour(kr), scale * colour(kt), eta);
+            }
+            MaterialKind::Mirror { kr } => self.mirror(scale * colour(kr)),
+            MaterialKind::Dielectric {
+                kr,
+                kt,
+                eta,
+                roughness,
+                thin,
+            } => {
+                let eta = index_of_refraction(eta.evaluate_number(uv));
+                let (kr, kt) = (scale * colour(kr), scale * colour(kt));
+                if *thin {
+                    self.thin(kr, kt, eta);
+                } else if is_zero(&roughness.u, uv) && is_zero(&roughness.v, uv) {
+                    self.dielectric(kr, kt, eta);
+                } else {
+                    // Light from behind is not asked for.
+                    let eta = if self.surface.outside { eta } else { 1.0 / eta };
+                    self.reflector(kr, roughness, Fresnel::Dielectric { eta });
+                }
+            }
+            // Their diffuse part only: see `Material::is_drawn_in_full`.
+            _ => {
+                let albedo = self.scene.diffuse_reflectance(index, uv);
+                self.layers.add_diffuse(scale * albedo);
+            }
+        }
+    }
+
+    /// Adds a lobe. There is room for the parts of every mixture that loaders admit.
+    fn lobe(&mut self, scale: DVec3, lobe: Lobe) {
+        let fits = self.layers.add(scale, lobe);
+        debug_assert!(fits, "mixtures are bounded by the loader");
+    }
+
+    fn facets(&mut self, roughness: &Roughness) -> TrowbridgeReitz {
+        let facets = TrowbridgeReitz::new(roughness.alpha(self.uv()));
+        self.anisotropic |= !facets.is_isotropic();
+        facets
+    }
+
+    /// A rough mirror, or a perfect one.
+    fn reflector(&mut self, reflectance: DVec3, roughness: &Roughness, fresnel: Fresnel) {
+        if roughness.alpha(self.uv()).iter().all(|a| *a <= 0.0) {
+            let cosine = self.normal.dot(self.outgoing).abs();
+            self.mirror(reflectance * fresnel.at(cosine));
+        } else {
+            let facets = self.facets(roughness);
+            self.lobe(
+                DVec3::ONE,
+                Lobe::Reflector(Reflector {
+                    reflectance,
+                    facets,
+                    fresnel,
+                }),
+            );
+        }
+    }
+
+    fn bounce(&mut self, direction: DVec3, weight: DVec3) {
+        let Some(direction) = direction.try_normalize() else {
+            return;
+        };
+        if weight == DVec3::ZERO {
+            return;
+        }
+        match self.bounces.iter_mut().find(|b| b.direction == direction) {
+            Some(same) => same.weight += weight,
+            None => self.bounces.push(Bounce { direction, weight }),
+        }
+    }
+
+    fn mirror(&mut self, weight: DVec3) {
+        let (n, wo) = (self.normal, self.outgoing);
+        self.bounce(n * (2.0 * n.dot(wo)) - wo, weight);
+    }
+
+    fn straight_on(&mut self, weight: DVec3) {
+        self.bounce(-self.outgoing, weight);
+    }
+
+    /// A smooth interface; η is the index of what is behind the outside.
+    fn dielectric(&mut self, kr: DVec3, kt: DVec3, eta: f64) {
+        let relative = if self.surface.outside { eta } else { 1.0 / eta };
+        let cosine = self.normal.dot(self.outgoing).abs();
+        let reflected = Fresnel::Dielectric { eta: relative }.at(cosine);
+        self.mirror(kr * reflected);
+        let sine_square = (1.0 - cosine * cosine).max(0.0) / (relative * relative);
+        if sine_square < 1.0 {
+            let inner = (1.0 - sine_square).sqrt();
+            let n = self.normal;
+            let refracted = n * (cosine / relative - inner) - self.outgoing / relative;
+            let weight = kt * (DVec3::ONE - reflected) / (relative * relative);
+            self.bounce(refracted, weight);
+        }
+    }
+
+    /// A smooth sheet: reflections between its sides summed up.
+    fn thin(&mut self, kr: DVec3, kt: DVec3, eta: f64) {
+        let cosine = self.normal.dot(self.outgoing).abs();
+        let r = Fresnel::Dielectric { eta }.at(cosine).x;
+        let reflected = if r < 1.0 { 2.0 * r / (1.0 + r) } else { 1.0 };
+        self.mirror(kr * reflected);
+        self.straight_on(kt * (1.0 - reflected));
+    }
+}
+
+fn is_zero(roughness: &Texture, uv: DVec2) -> bool {
+    roughness.evaluate_number(uv) <= 0.0
+}
+
+/// A usable index of refraction; pbrt-v4 writes 0 for the default.
+fn index_of_refraction(eta: f64) -> f64 {
+    if eta > 0.0 && eta.is_finite() {
+        eta
+    } else {
+        1.5
+    }
+}
