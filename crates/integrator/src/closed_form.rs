@@ -62,11 +62,16 @@ pub(crate) fn whole_light(light: &AreaLight, point: &ShadingPoint) -> Option<DVe
         *to = *from - point.position;
     }
     let relative = &relative[..vertices.len()];
-    let flat = polygon::irradiance(relative, point.normal);
+    Some(emitted * convex(relative, point))
+}
+
+/// ∫ f_r cos θ dω over a convex polygon relative to the shading point.
+pub(crate) fn convex(vertices: &[DVec3], point: &ShadingPoint) -> DVec3 {
+    let flat = polygon::irradiance(vertices, point.normal);
     let glossy = lobe(point).map_or(0.0, |(axis, k)| {
-        phong_polygon::irradiance(relative, point.normal, axis, k)
+        phong_polygon::irradiance(vertices, point.normal, axis, k)
     });
-    Some(emitted * reflected(point, flat, glossy))
+    reflected(point, flat, glossy)
 }
 
 /// Light of the visible parts of a linear light.

@@ -2,6 +2,7 @@
 
 use crate::LinearOptions;
 use crate::mix::Mix;
+use crate::{ExactOptions, ShaftPoints, options};
 use linelit_lights::{OffsetDensity, Orientation};
 use std::fmt;
 use std::str::FromStr;
@@ -38,9 +39,15 @@ pub enum Estimator {
     LineArea(LineOptions),
     /// Line samples by area; the light along their visible parts in closed form.
     LineAnalytic(LineOptions),
-    /// The closed form over the whole light where nothing occludes it, black where it is wholly
-    /// hidden; in penumbrae, [`Estimator::LineAnalytic`].
-    Exact,
+    /// Points of the light that share one shaft query in place of shadow rays; where the shaft is
+    /// empty, the closed form.
+    ShaftPoints(ShaftPoints),
+    /// The closed form over what is visible of the light, where few enough triangles are in
+    /// between; elsewhere, [`Estimator::LineAnalytic`].
+    Exact(ExactOptions),
+    /// Whichever of exact, lines, points and rays takes the least time to an equal error, chosen
+    /// per shading point and light by what is in between.
+    Hybrid,
     /// Points of visible parts of lines, points and BSDF samples, combined.
     Mix(Mix),
 }
@@ -65,7 +72,7 @@ impl Default for LineOptions {
 }
 
 /// Names without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; 11] = [
+pub const ESTIMATOR_NAMES: [&str; 12] = [
     "point-area",
     "point-visible-area",
     "point-solid-angle",
@@ -77,6 +84,7 @@ pub const ESTIMATOR_NAMES: [&str; 11] = [
     "line-projected",
     "line-analytic",
     "exact",
+    "hybrid",
 ];
 
 /// Why a text names no estimator.
@@ -106,13 +114,14 @@ impl Estimator {
     #[must_use]
     pub fn uses_lines(&self) -> bool {
         match self {
-            Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact => true,
+            Self::LineArea(_) | Self::LineAnalytic(_) | Self::Exact(_) | Self::Hybrid => true,
             Self::Mix(mix) => mix.uses_lines(),
             Self::PointArea
             | Self::PointVisibleArea
             | Self::PointSolidAngle
             | Self::PointProjectedSolidAngle
             | Self::PointBsdf
+            | Self::ShaftPoints(_)
             | Self::PointLinear(_) => false,
         }
     }
@@ -150,15 +159,19 @@ impl FromStr for Estimator {
             ))),
         };
         match name {
-            "point-area" => plain(Self::PointArea),
+            "point-area" => options::points(name, options, Self::PointArea, ShaftPoints::Area),
             "point-visible-area" => plain(Self::PointVisibleArea),
-            "point-solid-angle" => plain(Self::PointSolidAngle),
+            "point-solid-angle" => {
+                let rays = Self::PointSolidAngle;
+                options::points(name, options, rays, ShaftPoints::SolidAngle)
+            }
             "point-projected-solid-angle" => plain(Self::PointProjectedSolidAngle),
             "point-bsdf" => plain(Self::PointBsdf),
             "point-linear" => LinearOptions::parse(options).map(Self::PointLinear),
             "line-area" => lines(Self::LineArea),
             "line-analytic" => lines(Self::LineAnalytic),
-            "exact" => plain(Self::Exact),
+            "exact" => ExactOptions::parse(options).map(Self::Exact),
+            "hybrid" => plain(Self::Hybrid),
             _ => Err(ParseEstimatorError::new(format!(
                 "unknown estimator `{name}`; expected one of {}",
                 ESTIMATOR_NAMES.join(", ")
@@ -223,7 +236,12 @@ impl fmt::Display for Estimator {
             Self::PointLinear(options) => write!(f, "point-linear{options}"),
             Self::LineArea(options) => write!(f, "line-area{options}"),
             Self::LineAnalytic(options) => write!(f, "line-analytic{options}"),
-            Self::Exact => f.write_str("exact"),
+            Self::ShaftPoints(ShaftPoints::Area) => f.write_str("point-area[visibility=shaft]"),
+            Self::ShaftPoints(ShaftPoints::SolidAngle) => {
+                f.write_str("point-solid-angle[visibility=shaft]")
+            }
+            Self::Exact(options) => write!(f, "exact{options}"),
+            Self::Hybrid => f.write_str("hybrid"),
             Self::Mix(mix) => mix.fmt(f),
         }
     }
@@ -271,6 +289,11 @@ mod tests {
             "line-area[orientation=uniform,offset=uniform]",
             "line-analytic[offset=uniform]",
             "exact",
+            "hybrid",
+            "exact[tolerance=1e-4]",
+            "exact[tolerance=1e-10,limit=16]",
+            "point-area[visibility=shaft]",
+            "point-solid-angle[visibility=shaft]",
             "line-solid-angle",
             "line-solid-angle:3+point-bsdf[mis=smooth]",
             "line-area[pieces=one]",
@@ -293,7 +316,10 @@ mod tests {
         assert!(error("line-area[width=2]").contains("no option `width`"));
         assert!(error("line-area[orientation=fixed:nan]").contains("fixed:FRACTION"));
         assert!(error("line-area[offset=angle]").contains("expected uniform or length"));
-        assert!(error("exact[n=2]").contains("takes no options"));
+        assert!(error("exact[n=2]").contains("no option `n`"));
+        assert!(error("exact[tolerance=2]").contains("1e-10 to 1e-3"));
+        assert!(error("point-bsdf[visibility=shaft]").contains("takes no options"));
+        assert!(error("point-area[visibility=x]").contains("rays or shaft"));
         assert!(error("point-area+exact").contains("cannot be combined"));
     }
 }

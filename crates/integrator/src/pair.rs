@@ -1,9 +1,10 @@
 //! One shading point and one light: where an estimator is chosen.
 
+use crate::hybrid::{self, Way};
 use crate::lines::{self, Along, Streams};
 use crate::{
-    Estimator, LineOptions, LinearOptions, PlannedLight, Settings, ShadingPoint, Workspace,
-    closed_form,
+    Estimator, LineOptions, LinearOptions, PlannedLight, Settings, ShadingPoint, ShaftPoints,
+    Workspace, closed_form,
 };
 use linelit_geometry::DVec3;
 use linelit_lights::linear::LinearTechnique;
@@ -71,10 +72,13 @@ impl Pair<'_> {
                 self.lines(area, options, Along::Analytic, workspace)
             }
             Estimator::Mix(mix) => self.mix(area, &mix, workspace),
-            // The plan takes the closed form where there is one.
-            Estimator::Exact => {
-                self.lines(area, LineOptions::default(), Along::Analytic, workspace)
+            Estimator::ShaftPoints(points) => {
+                self.by_shaft(area, workspace, |_| Way::Points(points))
             }
+            Estimator::Exact(options) => self.by_shaft(area, workspace, |shaft| options.way(shaft)),
+            Estimator::Hybrid => self.by_shaft(area, workspace, |shaft| {
+                hybrid::cheapest(shaft, self.count())
+            }),
         }
     }
 
@@ -116,7 +120,7 @@ impl Pair<'_> {
             ..
         } = workspace;
         let mut shaft = self.occluders.shaft(query, scratch);
-        if self.settings.skip || self.is_exact() {
+        if self.settings.skip {
             match shaft.class() {
                 ShaftClass::Blocked => {
                     plan.hidden += 1;
@@ -132,7 +136,7 @@ impl Pair<'_> {
                         return value;
                     }
                 }
-                ShaftClass::Partial => plan.exact_fallbacks += u64::from(self.is_exact()),
+                ShaftClass::Partial => {}
             }
         }
         draws.draw(area, options, &streams);
@@ -143,17 +147,15 @@ impl Pair<'_> {
         gathered.sum / f64::from(count)
     }
 
-    fn is_exact(&self) -> bool {
-        matches!(self.settings.estimator, Estimator::Exact)
-    }
-
     fn linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
         match self.settings.estimator {
-            Estimator::PointArea | Estimator::PointVisibleArea => {
+            Estimator::PointArea
+            | Estimator::PointVisibleArea
+            | Estimator::ShaftPoints(ShaftPoints::Area) => {
                 let by_length = LinearOptions::Technique(LinearTechnique::Area);
                 self.points_on_line(linear, by_length, workspace)
             }
-            Estimator::PointSolidAngle => {
+            Estimator::PointSolidAngle | Estimator::ShaftPoints(ShaftPoints::SolidAngle) => {
                 let clipped = LinearOptions::Technique(LinearTechnique::ClippedSolidAngle);
                 self.points_on_line(linear, clipped, workspace)
             }

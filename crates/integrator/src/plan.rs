@@ -176,6 +176,8 @@ pub struct PlanCounters {
     pub hidden: u64,
     /// Pairs where the light was integrated in closed form without any sample.
     pub closed_form: u64,
+    /// Pairs in penumbra whose visible part was integrated in closed form.
+    pub exact_penumbrae: u64,
     /// Pairs in penumbra that `exact` handed to line samples.
     pub exact_fallbacks: u64,
     /// Line samples that are wholly hidden.
@@ -187,7 +189,7 @@ pub struct PlanCounters {
 impl PlanCounters {
     /// Names and values, for reports.
     #[must_use]
-    pub fn rows(&self) -> [(&'static str, u64); 11] {
+    pub fn rows(&self) -> [(&'static str, u64); 12] {
         [
             ("shading points", self.points),
             ("points on black materials, skipped", self.black_materials),
@@ -203,6 +205,7 @@ impl PlanCounters {
                 self.hidden,
             ),
             ("pairs in closed form: no samples", self.closed_form),
+            ("penumbra pairs in closed form", self.exact_penumbrae),
             (
                 "penumbra pairs handed by exact to lines",
                 self.exact_fallbacks,
@@ -226,6 +229,7 @@ impl AddAssign for PlanCounters {
         self.unoccluded += other.unoccluded;
         self.hidden += other.hidden;
         self.closed_form += other.closed_form;
+        self.exact_penumbrae += other.exact_penumbrae;
         self.exact_fallbacks += other.exact_fallbacks;
         self.hidden_lines += other.hidden_lines;
         self.density_lines += other.density_lines;

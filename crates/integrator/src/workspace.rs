@@ -3,6 +3,7 @@
 use crate::PlanCounters;
 use crate::lines::Draws;
 use crate::mix::MixBuffers;
+use crate::penumbra::Penumbra;
 use crate::selection::Drawn;
 use linelit_visibility::{Counters, Scratch, VisibleLines};
 use std::ops::AddAssign;
@@ -15,6 +16,7 @@ pub struct Workspace {
     pub(crate) visible: VisibleLines,
     pub(crate) draws: Draws,
     pub(crate) mix: MixBuffers,
+    pub(crate) penumbra: Penumbra,
     pub(crate) plan: PlanCounters,
     pub(crate) segments: SegmentCounters,
     /// Lights picked for a shading point, and the weights by which.

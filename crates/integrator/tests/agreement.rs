@@ -6,7 +6,7 @@ use common::{CLUTTER, Case, SQUARE, TRIANGLE, agree_on, load, points, room, room
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
 
-const ESTIMATORS: [&str; 9] = [
+const ESTIMATORS: [&str; 12] = [
     "point-area",
     "point-bsdf",
     "point-solid-angle",
@@ -16,6 +16,9 @@ const ESTIMATORS: [&str; 9] = [
     "line-analytic[orientation=uniform]",
     "line-analytic[orientation=fixed:0]",
     "exact",
+    "hybrid",
+    "point-area[visibility=shaft]",
+    "point-solid-angle[visibility=shaft]",
 ];
 
 /// The estimators by name and samples per trial, every second one without skips.

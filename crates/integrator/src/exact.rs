@@ -1,0 +1,155 @@
+//! Light in closed form past occluders: soft shadows without noise.
+
+use crate::hybrid::Way;
+use crate::options::pairs;
+use crate::penumbra::{Penumbra, Point};
+use crate::{ParseEstimatorError, ShadingPoint, closed_form};
+use linelit_geometry::DVec3;
+use linelit_lights::AreaLight;
+use linelit_visibility::{Images, Shaft};
+use std::fmt;
+
+/// How exact [`Estimator::Exact`](crate::Estimator::Exact) is, and where it gives up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExactOptions {
+    /// The accuracy asked for, relative to the light unshadowed: 1e-3 to 1e-10.
+    pub tolerance: f64,
+    /// Past more candidates than this, lines take over.
+    pub limit: u32,
+}
+
+impl Default for ExactOptions {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            limit: 224,
+        }
+    }
+}
+
+impl ExactOptions {
+    /// Exact where few enough triangles are in between.
+    pub(crate) fn way(&self, shaft: &Shaft<'_>) -> Way {
+        let few = shaft.candidates() <= self.limit as usize && !shaft.is_dense();
+        if few { Way::Exact } else { Way::Lines }
+    }
+
+    pub(crate) fn parse(options: &str) -> Result<Self, ParseEstimatorError> {
+        let mut out = Self::default();
+        for (key, value) in pairs(options) {
+            let wrong = |expected: &str| {
+                ParseEstimatorError::new(format!("{key} `{value}`; expected {expected}"))
+            };
+            match key {
+                "tolerance" => {
+                    let parsed = value.parse().ok();
+                    out.tolerance = parsed
+                        .filter(|t| (1e-10..=1e-3).contains(t))
+                        .ok_or_else(|| wrong("1e-10 to 1e-3"))?;
+                }
+                "limit" => {
+                    out.limit = value.parse().map_err(|_| wrong("a number of triangles"))?;
+                }
+                _ => {
+                    return Err(ParseEstimatorError::new(format!(
+                        "`exact` has no option `{key}`; expected tolerance or limit"
+                    )));
+                }
+            }
+        }
+        Ok(out)
+    }
+}
+
+impl fmt::Display for ExactOptions {
+    /// Options that are the default are left out.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let default = Self::default();
+        let mut parts = Vec::new();
+        if self.tolerance.to_bits() != default.tolerance.to_bits() {
+            parts.push(format!("tolerance={:e}", self.tolerance));
+        }
+        if self.limit != default.limit {
+            parts.push(format!("limit={}", self.limit));
+        }
+        if parts.is_empty() {
+            Ok(())
+        } else {
+            write!(f, "[{}]", parts.join(","))
+        }
+    }
+}
+
+/// Room for the light's corners after a clip.
+const CORNERS: usize = 24;
+
+/// The light over what a shading point sees of an area light past triangles.
+///
+/// The visible part's boundary ([`Penumbra`]) is joined to a corner of the light, piece by piece;
+/// the closed forms over the triangles that this makes, with their signs, add up to the integral
+/// over the visible part, since they add up to it as sets.
+pub(crate) fn visible_light(
+    area: &AreaLight,
+    point: &ShadingPoint,
+    images: &Images<'_>,
+    penumbra: &mut Penumbra,
+) -> DVec3 {
+    let height = area
+        .polygon
+        .normal()
+        .dot(point.position - area.polygon.vertices()[0]);
+    let emitted = area.emission.towards(height);
+    let mut corners = [[0.0; 2]; CORNERS];
+    let light = above_surface(point, images, &mut corners);
+    if light.len() < 3 || emitted == DVec3::ZERO {
+        return DVec3::ZERO;
+    }
+    let apex = light[0];
+    let pieces = penumbra.boundary(light, images.triangles());
+    let [origin, along_p, along_q] = images.axes();
+    let place = |p: Point| origin + along_p * p[0] + along_q * p[1];
+    let top = place(apex);
+    let mut sum = DVec3::ZERO;
+    for piece in pieces {
+        let [u, v] = [piece.from, piece.to].map(|p| [p[0] - apex[0], p[1] - apex[1]]);
+        let turn = u[0] * v[1] - u[1] * v[0];
+        if turn != 0.0 {
+            let triangle = [top, place(piece.from), place(piece.to)];
+            sum += closed_form::convex(&triangle, point) * turn.signum();
+        }
+    }
+    emitted * sum.max(DVec3::ZERO)
+}
+
+/// The light's corners in its plane; with an interpolated normal, of the part above the surface's
+/// own horizon (the closed forms clip to the normal's).
+fn above_surface<'a>(
+    point: &ShadingPoint,
+    images: &Images<'_>,
+    out: &'a mut [Point; CORNERS],
+) -> &'a [Point] {
+    let light = images.light();
+    if point.normal == point.geometric_normal {
+        out[..light.len()].copy_from_slice(light);
+        return &out[..light.len()];
+    }
+    let [origin, along_p, along_q] = images.axes();
+    let n = point.geometric_normal;
+    let slopes = [n.dot(origin), n.dot(along_p), n.dot(along_q)];
+    let height = |p: Point| slopes[0] + slopes[1] * p[0] + slopes[2] * p[1];
+    let mut count = 0;
+    for (i, &b) in light.iter().enumerate() {
+        let a = light[(i + light.len() - 1) % light.len()];
+        let (ha, hb) = (height(a), height(b));
+        if (ha >= 0.0) != (hb >= 0.0) {
+            let t = ha / (ha - hb);
+            out[count] = [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
+            count += 1;
+        }
+        if hb >= 0.0 {
+            out[count] = b;
+            count += 1;
+        }
+    }
+    &out[..count]
+}

@@ -1,0 +1,198 @@
+//! Boundaries against areas found by a sweep over all events.
+
+use super::{Penumbra, Point};
+use proptest::prelude::*;
+
+/// The visible area by the boundary: a sum over its pieces.
+fn area(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
+    let mut penumbra = Penumbra::default();
+    let pieces = penumbra.boundary(light, triangles.iter().copied());
+    let o = light[0];
+    let cross = |a: Point, b: Point| {
+        let [u, v] = [a, b].map(|p| [p[0] - o[0], p[1] - o[1]]);
+        0.5 * (u[0] * v[1] - u[1] * v[0])
+    };
+    pieces.iter().map(|piece| cross(piece.from, piece.to)).sum()
+}
+
+/// How far the pieces are from closed curves: the sum of their vectors.
+fn gap(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
+    let mut penumbra = Penumbra::default();
+    let pieces = penumbra.boundary(light, triangles.iter().copied());
+    let sum = |k: usize| pieces.iter().map(|p| p.to[k] - p.from[k]).sum::<f64>();
+    sum(0).abs().max(sum(1).abs())
+}
+
+/// Where the line u = `u` is in a convex polygon.
+fn chord(polygon: &[Point], u: f64) -> Option<(f64, f64)> {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for i in 0..polygon.len() {
+        let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+        if (a[0] <= u) != (b[0] <= u) {
+            let v = a[1] + (b[1] - a[1]) * ((u - a[0]) / (b[0] - a[0]));
+            (low, high) = (low.min(v), high.max(v));
+        }
+    }
+    (low < high).then_some((low, high))
+}
+
+/// The visible length on the line u = `u`.
+fn visible_length(light: &[Point], triangles: &[[Point; 3]], u: f64) -> f64 {
+    let Some((low, high)) = chord(light, u) else {
+        return 0.0;
+    };
+    let mut hidden: Vec<(f64, f64)> = triangles.iter().filter_map(|t| chord(t, u)).collect();
+    hidden.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut reached, mut length) = (low, 0.0);
+    for (from, to) in hidden {
+        if from > reached {
+            length += (from.min(high) - reached).max(0.0);
+        }
+        reached = reached.max(to);
+    }
+    length + (high - reached).max(0.0)
+}
+
+/// The visible area: the visible length is linear between all corners and crossings.
+fn area_by_sweep(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
+    let polygons = triangles.iter().map(|t| &t[..]).chain([light]);
+    let sides: Vec<[Point; 2]> = polygons
+        .flat_map(|p| (0..p.len()).map(move |i| [p[i], p[(i + 1) % p.len()]]))
+        .collect();
+    let mut events: Vec<f64> = sides.iter().map(|s| s[0][0]).collect();
+    for (i, [a, b]) in sides.iter().enumerate() {
+        for [c, d] in &sides[..i] {
+            let (e, f) = ([b[0] - a[0], b[1] - a[1]], [d[0] - c[0], d[1] - c[1]]);
+            let det = e[0] * f[1] - e[1] * f[0];
+            let t = ((c[0] - a[0]) * f[1] - (c[1] - a[1]) * f[0]) / det;
+            if (0.0..=1.0).contains(&t) {
+                events.push(a[0] + e[0] * t);
+            }
+        }
+    }
+    events.sort_by(f64::total_cmp);
+    let slab = |pair: &[f64]| {
+        let width = pair[1] - pair[0];
+        width * visible_length(light, triangles, 0.5 * (pair[0] + pair[1]))
+    };
+    events.windows(2).map(slab).sum()
+}
+
+const SQUARE: [Point; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+
+/// Rounded crossings: at most some hundred of them, each wrong by a few ε over the sine of the
+/// angle at which the edges cross along the edges, but by a few ε across them, which is what area
+/// is made of.
+const AREA: f64 = 1e-12;
+
+fn assert_area(light: &[Point], triangles: &[[Point; 3]]) {
+    let (got, want) = (area(light, triangles), area_by_sweep(light, triangles));
+    assert!(
+        (got - want).abs() < AREA,
+        "{got} but {want}: {light:?} {triangles:?}"
+    );
+}
+
+#[test]
+fn simple_cases() {
+    let half = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]];
+    assert_area(&SQUARE, &[]);
+    // Corner cut off exactly, twice, and with the winding reversed.
+    let corner = [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]];
+    assert_area(&SQUARE, &[corner]);
+    assert_area(&SQUARE, &[corner, corner]);
+    assert_area(&SQUARE, &[corner, [corner[2], corner[1], corner[0]]]);
+    assert_area(&SQUARE, &[half]);
+    assert!(area(&SQUARE, &[half]).abs() < 1e-15);
+    // A hole, and a hole within a hole.
+    let hole = [[0.25, 0.25], [0.75, 0.25], [0.5, 0.75]];
+    assert_area(&SQUARE, &[hole]);
+    let inner = [[0.4, 0.3], [0.6, 0.3], [0.5, 0.4]];
+    assert_area(&SQUARE, &[hole, inner]);
+    // Beside the light, along its side.
+    assert_area(&SQUARE, &[[[0.0, 0.0], [1.0, 0.0], [0.5, -1.0]]]);
+    // No area.
+    assert_area(&SQUARE, &[[[0.1, 0.1], [0.5, 0.5], [0.9, 0.9]]]);
+}
+
+#[test]
+fn meshes_leave_nothing() {
+    // A fan around a point on the light, its rim beyond the light, in any order.
+    for count in 3..12 {
+        let corner = |i: u32| {
+            let (s, c) = (f64::from(i % count) / f64::from(count) * 6.0).sin_cos();
+            [0.4 + 3.0 * c, 0.6 + 3.0 * s]
+        };
+        let fan: Vec<[Point; 3]> = (0..count)
+            .map(|i| [[0.4, 0.6], corner(i), corner(i + 1)])
+            .collect();
+        let mut penumbra = Penumbra::default();
+        let pieces = penumbra.boundary(&SQUARE, fan.iter().copied()).len();
+        let by_sweep = area_by_sweep(&SQUARE, &fan);
+        assert!(pieces == 0 || by_sweep > 0.0, "{count}: {pieces} pieces");
+        assert_area(&SQUARE, &fan);
+    }
+}
+
+fn any_point(low: f64, high: f64) -> impl Strategy<Value = Point> {
+    [low..high, low..high]
+}
+
+/// Points of a coarse grid: corners coincide, edges overlap, everything is in a line.
+fn grid_point() -> impl Strategy<Value = Point> {
+    [-2i32..7, -2i32..7].prop_map(|p| p.map(|x| 0.25 * f64::from(x)))
+}
+
+fn convex_light() -> impl Strategy<Value = Vec<Point>> {
+    prop_oneof![
+        Just(SQUARE.to_vec()),
+        Just(vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+        Just(vec![[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]),
+        linelit_testkit::strategies::convex_polygon_2d(),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn area_of_anything(
+        light in convex_light(),
+        triangles in prop::collection::vec([any_point(-1.0, 2.0), any_point(-1.0, 2.0), any_point(-1.0, 2.0)], 0..8),
+    ) {
+        assert_area(&light, &triangles);
+    }
+
+    /// Coordinates are multiples of a quarter, so that everything coincides.
+    #[test]
+    fn area_on_a_grid(
+        light in convex_light(),
+        triangles in prop::collection::vec([grid_point(), grid_point(), grid_point()], 0..8),
+    ) {
+        assert_area(&light, &triangles);
+        prop_assert!(gap(&light, &triangles) < 1e-12);
+    }
+
+    /// Corners shared and moved by a few units in the last place: edges all but coincide.
+    #[test]
+    fn area_of_near_coincidences(
+        triangles in prop::collection::vec([grid_point(), grid_point(), grid_point()], 1..6),
+        nudges in prop::collection::vec(-3i64..4, 36),
+    ) {
+        let mut nudges = nudges.into_iter();
+        let mut nudge = |x: f64| linelit_testkit::close::nudge(x, nudges.next().unwrap_or(0));
+        let triangles: Vec<_> = triangles.iter().map(|t| t.map(|p| p.map(&mut nudge))).collect();
+        assert_area(&SQUARE, &triangles);
+    }
+
+    /// The order of triangles and of their corners changes rounding only.
+    #[test]
+    fn order_does_not_matter(
+        mut triangles in prop::collection::vec([grid_point(), grid_point(), grid_point()], 0..8),
+    ) {
+        let before = area(&SQUARE, &triangles);
+        triangles.reverse();
+        for t in &mut triangles {
+            t.swap(0, 1);
+        }
+        prop_assert!((area(&SQUARE, &triangles) - before).abs() < AREA);
+    }
+}
