@@ -9,11 +9,11 @@ use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 use std::time::Instant;
 
-const COUNT: usize = 256;
+const COUNT: usize = 512;
 
 fn least(name: &str, mut f: impl FnMut()) {
     let mut best = f64::INFINITY;
-    for _ in 0..4000 {
+    for _ in 0..1500 {
         let start = Instant::now();
         f();
         best = best.min(start.elapsed().as_secs_f64());
@@ -59,6 +59,12 @@ fn main() {
     };
     least("ribbon/columns", || {
         batch::ribbons_columns(black_box(&columns), n, black_box(&mut out))
+    });
+    least("cylinder/columns", || {
+        batch::cylinders_columns(black_box(&columns), n, black_box(&mut out))
+    });
+    least("points/columns", || {
+        batch::point_lines_columns(black_box(&columns), n, black_box(&mut out))
     });
     least("cylinder", || sum(&|s| cylinder::irradiance(s.p0, s.p1, n)));
     least("point_line", || {

@@ -4,8 +4,8 @@
 //! ordinary (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
 //! evaluated by the twin itself.
 
-use crate::ribbon;
-use crate::simd::{self, Block, LANES, Level};
+use crate::simd::{self, BLOCK, LANES, Level, Model};
+use crate::{cylinder, point_line, ribbon};
 use linelit_geometry::{DVec3, Segment};
 
 /// Segments in columns, all of one length (the shortest counts): what vector registers load at once.
@@ -26,11 +26,6 @@ impl Columns<'_> {
             .min()
             .unwrap_or(0)
     }
-
-    fn segment(&self, i: usize) -> (DVec3, DVec3) {
-        let end = |c: &[&[f64]; 3]| DVec3::new(c[0][i], c[1][i], c[2][i]);
-        (end(&self.p0), end(&self.p1))
-    }
 }
 
 /// [`ribbon::irradiance`] of each segment (relative to the shading point), into `out`; the shorter
@@ -47,60 +42,122 @@ impl Columns<'_> {
 /// assert_eq!(out[7], ribbon::irradiance(segments[7].p0, segments[7].p1, DVec3::Z));
 /// ```
 pub fn ribbons(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    const BLOCK: usize = 8 * LANES;
-    let mut store = [[0.0; BLOCK]; 6];
-    for (segments, out) in segments.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+    rows(Model::Ribbon, segments, n, out);
+}
+
+/// [`cylinder::irradiance`] of each segment; see [`ribbons`].
+pub fn cylinders(segments: &[Segment], n: DVec3, out: &mut [f64]) {
+    rows(Model::Cylinder, segments, n, out);
+}
+
+/// [`point_line::irradiance`] of each segment; see [`ribbons`].
+pub fn point_lines(segments: &[Segment], n: DVec3, out: &mut [f64]) {
+    rows(Model::PointLine, segments, n, out);
+}
+
+/// [`ribbons`] for segments that are kept in columns: no transposition.
+pub fn ribbons_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
+    in_columns(Model::Ribbon, columns, n, out);
+}
+
+/// [`cylinders`] for segments that are kept in columns.
+pub fn cylinders_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
+    in_columns(Model::Cylinder, columns, n, out);
+}
+
+/// [`point_lines`] for segments that are kept in columns.
+pub fn point_lines_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
+    in_columns(Model::PointLine, columns, n, out);
+}
+
+fn in_columns(model: Model, columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
+    let count = columns.len().min(out.len());
+    let level = Level::best();
+    let mut at = 0;
+    while count - at >= LANES {
+        let size = (count - at).min(BLOCK) / LANES * LANES;
+        let [a, b, c] = columns.p0.map(|c| &c[at..at + size]);
+        let [d, e, f] = columns.p1.map(|c| &c[at..at + size]);
+        let block = [a, b, c, d, e, f];
+        evaluate(model, &block, n, &mut out[at..at + size], level);
+        at += size;
+    }
+    // What is left does not fill the lanes.
+    let mut store = [[0.0; LANES]; 6];
+    let rest = count - at;
+    if rest > 0 {
+        for (column, from) in store.iter_mut().zip(columns.p0.iter().chain(&columns.p1)) {
+            column[..rest].copy_from_slice(&from[at..count]);
+        }
+        padded(model, &store, n, &mut out[at..count], level);
+    }
+}
+
+/// Segments transposed at once: six columns of them stay in the nearest cache.
+const ROWS: usize = 256;
+
+fn rows(model: Model, segments: &[Segment], n: DVec3, out: &mut [f64]) {
+    let level = Level::best();
+    for (segments, out) in segments.chunks(ROWS).zip(out.chunks_mut(ROWS)) {
         let count = segments.len().min(out.len());
+        let mut store = [[0.0; ROWS]; 6];
         for (i, s) in segments.iter().take(count).enumerate() {
             let row = [s.p0.x, s.p0.y, s.p0.z, s.p1.x, s.p1.y, s.p1.z];
             for (column, x) in store.iter_mut().zip(row) {
                 column[i] = x;
             }
         }
-        let [a, b, c, d, e, f] = &store;
-        let columns = Columns {
-            p0: [&a[..count], &b[..count], &c[..count]],
-            p1: [&d[..count], &e[..count], &f[..count]],
-        };
-        ribbons_columns(&columns, n, &mut out[..count]);
+        padded(model, &store, n, &mut out[..count], level);
     }
 }
 
-/// [`ribbons`] for segments that are kept in columns: no transposition.
-pub fn ribbons_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
-    let count = columns.len().min(out.len());
-    let level = Level::best();
-    let whole = count - count % LANES;
-    for (index, values) in out[..whole]
-        .as_chunks_mut::<LANES>()
-        .0
-        .iter_mut()
-        .enumerate()
-    {
-        let at = index * LANES;
-        let block: Block<'_> = std::array::from_fn(|j| {
-            let column = if j < 3 {
-                columns.p0[j]
-            } else {
-                columns.p1[j - 3]
-            };
-            &column[..whole].as_chunks::<LANES>().0[index]
-        });
-        let trusted = simd::ribbons(&block, n, values, level);
-        if trusted != u8::MAX {
-            for (i, value) in values
-                .iter_mut()
-                .enumerate()
-                .filter(|(i, _)| trusted >> i & 1 == 0)
-            {
-                let (p0, p1) = columns.segment(at + i);
-                *value = ribbon::general(p0, p1, n);
-            }
+/// The first of a block of segments; the others are zero.
+fn padded<const N: usize>(
+    model: Model,
+    store: &[[f64; N]; 6],
+    n: DVec3,
+    out: &mut [f64],
+    level: Level,
+) {
+    let size = out.len().next_multiple_of(LANES);
+    let block = store.each_ref().map(|c| &c[..size]);
+    if out.len() == size {
+        evaluate(model, &block, n, out, level);
+        return;
+    }
+    let mut values = [0.0; N];
+    evaluate(model, &block, n, &mut values[..size], level);
+    out.copy_from_slice(&values[..out.len()]);
+}
+
+fn evaluate(model: Model, block: &simd::Columns<'_>, n: DVec3, out: &mut [f64], level: Level) {
+    let mut trusted = [0; BLOCK / 8];
+    simd::lines(model, block, n, out, level, &mut trusted);
+    for (round, bits) in trusted.iter().enumerate().take(out.len() / 8) {
+        if *bits != u8::MAX {
+            mend(model, block, n, 8 * round, *bits, out);
         }
     }
-    for (i, value) in out[..count].iter_mut().enumerate().skip(whole) {
-        let (p0, p1) = columns.segment(i);
-        *value = ribbon::irradiance(p0, p1, n);
+}
+
+/// The segments of eight that were not trusted.
+#[inline(never)]
+fn mend(
+    model: Model,
+    block: &simd::Columns<'_>,
+    n: DVec3,
+    at: usize,
+    trusted: u8,
+    out: &mut [f64],
+) {
+    for i in (0..8).filter(|i| trusted >> i & 1 == 0).map(|i| at + i) {
+        let c = |j: usize| block[j][i];
+        let (p0, p1, n) = ([c(0), c(1), c(2)], [c(3), c(4), c(5)], n.to_array());
+        out[i] = match model {
+            Model::Ribbon => ribbon::careful(p0, p1, n),
+            Model::Cylinder => cylinder::careful(p0, p1, n),
+            Model::PointLine => point_line::careful(p0, p1, n),
+        };
     }
 }
 
@@ -111,28 +168,93 @@ pub fn ribbons_scalar(segments: &[Segment], n: DVec3, out: &mut [f64]) {
     }
 }
 
+/// [`cylinders`] one by one: its scalar twin.
+pub fn cylinders_scalar(segments: &[Segment], n: DVec3, out: &mut [f64]) {
+    for (segment, value) in segments.iter().zip(out) {
+        *value = cylinder::irradiance(segment.p0, segment.p1, n);
+    }
+}
+
+/// [`point_lines`] one by one: its scalar twin.
+pub fn point_lines_scalar(segments: &[Segment], n: DVec3, out: &mut [f64]) {
+    for (segment, value) in segments.iter().zip(out) {
+        *value = point_line::irradiance(segment.p0, segment.p1, n);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use linelit_testkit::rng::SplitMix64;
 
+    type Many = fn(&[Segment], DVec3, &mut [f64]);
+    type InColumns = fn(&Columns<'_>, DVec3, &mut [f64]);
+
+    const MODELS: [(Many, Many, InColumns); 3] = [
+        (ribbons, ribbons_scalar, ribbons_columns),
+        (cylinders, cylinders_scalar, cylinders_columns),
+        (point_lines, point_lines_scalar, point_lines_columns),
+    ];
+
+    fn segments(count: usize, rng: &mut SplitMix64) -> Vec<Segment> {
+        let mut point = || {
+            let scale = 10f64.powf(rng.in_range(-3.0, 3.0));
+            DVec3::from_array(rng.unit_vector()) * scale + DVec3::Z * rng.in_range(0.0, 2.0)
+        };
+        (0..count).map(|_| Segment::new(point(), point())).collect()
+    }
+
+    fn column(segments: &[Segment], f: impl Fn(&Segment) -> f64) -> Vec<f64> {
+        segments.iter().map(f).collect()
+    }
+
+    fn compare(segments: &[Segment], n: DVec3) {
+        let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let ends: [Vec<f64>; 6] = [
+            column(segments, |s| s.p0.x),
+            column(segments, |s| s.p0.y),
+            column(segments, |s| s.p0.z),
+            column(segments, |s| s.p1.x),
+            column(segments, |s| s.p1.y),
+            column(segments, |s| s.p1.z),
+        ];
+        let [a, b, c, d, e, f] = &ends;
+        let columns = Columns {
+            p0: [a, b, c],
+            p1: [d, e, f],
+        };
+        for (rows, scalar, in_columns) in MODELS {
+            let count = segments.len();
+            let mut out = [-1.0, -2.0, -3.0].map(|x| vec![x; count]);
+            rows(segments, n, &mut out[0]);
+            scalar(segments, n, &mut out[1]);
+            in_columns(&columns, n, &mut out[2]);
+            assert_eq!(bits(&out[0]), bits(&out[1]), "{count} segments");
+            assert_eq!(bits(&out[2]), bits(&out[1]), "{count} segments in columns");
+        }
+    }
+
     #[test]
-    fn same_bits_as_the_scalar_twin() {
+    fn same_bits_as_the_scalar_twins() {
         let mut rng = SplitMix64::new(3);
-        for count in [0, 1, 7, 8, 9, 64, 1001] {
-            let point = |rng: &mut SplitMix64| {
-                let scale = 10f64.powf(rng.in_range(-3.0, 3.0));
-                DVec3::from_array(rng.unit_vector()) * scale + DVec3::Z * rng.in_range(0.0, 2.0)
-            };
-            let segments: Vec<Segment> = (0..count)
-                .map(|_| Segment::new(point(&mut rng), point(&mut rng)))
-                .collect();
-            let n = DVec3::from_array(rng.unit_vector());
-            let (mut fast, mut slow) = (vec![-1.0; count], vec![-2.0; count]);
-            ribbons(&segments, n, &mut fast);
-            ribbons_scalar(&segments, n, &mut slow);
-            let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&fast), bits(&slow), "{count} segments");
+        for count in [0, 1, 7, 8, 9, 64, 255, 257, 1001, 1024, 1025, 5000] {
+            let segments = segments(count, &mut rng);
+            compare(&segments, DVec3::from_array(rng.unit_vector()));
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_stays_in_its_lane() {
+        let mut rng = SplitMix64::new(4);
+        let bad = [f64::NAN, f64::INFINITY, -f64::INFINITY, 0.0, 1e200, 1e-200];
+        for x in bad {
+            let mut segments = segments(33, &mut rng);
+            segments[3].p0.y = x;
+            segments[17].p1.z = x;
+            segments[18].p1 = segments[18].p0;
+            segments[32].p0.x = x;
+            compare(&segments, DVec3::Z);
+            compare(&segments, DVec3::new(0.0, x, 1.0));
         }
     }
 }

@@ -14,6 +14,7 @@
 //! from the limit by the order of R/h; its caps are ignored.
 
 use crate::exact::settle;
+use crate::ordinary::{self, Point};
 use crate::span::Span;
 use linelit_geometry::DVec3;
 
@@ -44,6 +45,20 @@ use linelit_geometry::DVec3;
 #[inline]
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+    let (a, b, up) = (p0.to_array(), p1.to_array(), n.to_array());
+    let (value, trusted) = ordinary::cylinder(a, b, up);
+    if trusted { value } else { careful(a, b, up) }
+}
+
+/// [`irradiance`] for every other segment.
+#[inline(always)]
+pub(crate) fn careful(p0: Point, p1: Point, n: Point) -> f64 {
+    let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
+    general(p0, p1, n)
+}
+
+#[inline(never)]
+fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
     };

@@ -13,6 +13,7 @@ mod lobe;
 pub mod ltc;
 mod ltc_table;
 pub mod microfacet;
+mod ordinary;
 pub mod phong;
 pub mod phong_polygon;
 pub mod point_line;

@@ -3,6 +3,7 @@
 //! See [`cylinder`](crate::cylinder) for the three models of a line side by side.
 
 use crate::exact::settle;
+use crate::ordinary::{self, Point};
 use crate::span::Span;
 use linelit_geometry::DVec3;
 
@@ -32,6 +33,20 @@ use linelit_geometry::DVec3;
 #[inline]
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+    let (a, b, up) = (p0.to_array(), p1.to_array(), n.to_array());
+    let (value, trusted) = ordinary::point_line(a, b, up);
+    if trusted { value } else { careful(a, b, up) }
+}
+
+/// [`irradiance`] for every other segment.
+#[inline(always)]
+pub(crate) fn careful(p0: Point, p1: Point, n: Point) -> f64 {
+    let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
+    general(p0, p1, n)
+}
+
+#[inline(never)]
+fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
     };

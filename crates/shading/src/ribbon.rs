@@ -6,10 +6,9 @@
 //! rᵢ = |pᵢ|; cᵢ = n·pᵢ; l length; δ the angle between the ends; L radiance.
 
 use crate::exact::{dot, settle};
+use crate::ordinary::{self, Point};
 use crate::span::Span;
-use crate::special::lune;
 use linelit_geometry::DVec3;
-use std::f64::consts::PI;
 
 /// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
 ///
@@ -45,42 +44,20 @@ use std::f64::consts::PI;
 #[inline]
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
-    let (value, ordinary) = ordinary(p0, p1, n);
-    if ordinary { value } else { general(p0, p1, n) }
-}
-
-/// The integral by the shortest way, and whether it may be trusted: both ends clearly above the
-/// horizon, an angle below 120°, distances far from the limits of `f64`.
-///
-/// The same formula with one root for r0 r1 and one division by it.
-#[inline(always)]
-pub(crate) fn ordinary(p0: DVec3, p1: DVec3, n: DVec3) -> (f64, bool) {
-    let (a, b) = (p0.length_squared(), p1.length_squared());
-    let length = (p1 - p0).length();
-    let (t0, t1) = (n * p0, n * p1);
-    let (c0, c1) = (t0.x + t0.y + t0.z, t1.x + t1.y + t1.z);
-    let inverse = 1.0 / (a * b).sqrt();
-    let dot = p0.dot(p1);
-    let cos = dot * inverse;
-    let acute = lune(cos.abs());
-    let g = if cos < 0.0 {
-        let square = (1.0 - cos) * (1.0 + cos);
-        PI / (square * square.sqrt()) - acute
-    } else {
-        acute
-    };
-    let w0 = 1.0 + g * ((b - dot) * inverse);
-    let w1 = 1.0 + g * ((a - dot) * inverse);
-    let value = 0.5 * (length * inverse) * ((c0 * w0 + c1 * w1) * inverse);
-    let clear = (c0 >= 0.125 * (t0.x.abs() + t0.y.abs() + t0.z.abs()))
-        & (c1 >= 0.125 * (t1.x.abs() + t1.y.abs() + t1.z.abs()));
-    let moderate = (a > 1e-70) & (a < 1e70) & (b > 1e-70) & (b < 1e70);
-    (value, clear & moderate & (cos > -0.5) & (length > 0.0))
+    let (a, b, up) = (p0.to_array(), p1.to_array(), n.to_array());
+    let (value, trusted) = ordinary::ribbon(a, b, up);
+    if trusted { value } else { careful(a, b, up) }
 }
 
 /// [`irradiance`] for every other segment.
+#[inline(always)]
+pub(crate) fn careful(p0: Point, p1: Point, n: Point) -> f64 {
+    let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
+    general(p0, p1, n)
+}
+
 #[inline(never)]
-pub(crate) fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
+fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let Some(span) = Span::new(p0, p1, n) else {
         return 0.0;
     };

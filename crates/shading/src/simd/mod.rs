@@ -1,0 +1,230 @@
+//! The vector kernels: the line integrals over columns of segments, and the nodes of a lobe's panel,
+//! written once ([`kernels`]) and compiled for AVX-512 and AVX2 ([`x86`]).
+//!
+//! Every operation is the one of the scalar twin ([`ordinary`](crate::ordinary),
+//! [`lobe`](crate::lobe)) in the same order, without fused operations, so the bits are the same;
+//! tests hold them to it. The only unsafe code is loading and storing whole registers and calling a
+//! function compiled for a CPU feature after detecting it.
+
+#[cfg(target_arch = "x86_64")]
+mod kernels;
+mod pair;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::gauss::NODES;
+use crate::lobe::Panel;
+use crate::ordinary;
+use linelit_geometry::DVec3;
+
+pub(crate) use pair::side_by_side;
+
+/// The most lanes a kernel takes at once.
+pub(crate) const LANES: usize = 8;
+
+/// The most segments taken at once.
+pub(crate) const BLOCK: usize = 1024;
+
+/// Segments in columns: x, y, z of the first ends, then of the second.
+pub(crate) type Columns<'a> = [&'a [f64]; 6];
+
+/// The three models of a line, as the kernels know them.
+const RIBBON: u8 = 0;
+const CYLINDER: u8 = 1;
+const POINT_LINE: u8 = 2;
+
+/// The three models of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Model {
+    /// See [`ribbon`](crate::ribbon).
+    Ribbon,
+    /// See [`cylinder`](crate::cylinder).
+    Cylinder,
+    /// See [`point_line`](crate::point_line).
+    PointLine,
+}
+
+/// The integrals of at most [`BLOCK`] segments, a multiple of [`LANES`], and a bit for each that may
+/// be trusted. All columns are as long as `out`.
+#[inline]
+#[allow(
+    unsafe_code,
+    reason = "calling a function compiled for a detected CPU feature"
+)]
+pub(crate) fn lines(
+    model: Model,
+    columns: &Columns<'_>,
+    n: DVec3,
+    out: &mut [f64],
+    level: Level,
+    trusted: &mut [u8; BLOCK / 8],
+) {
+    match level {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        Level::Avx512 => unsafe {
+            match model {
+                Model::Ribbon => x86::avx512::ribbons(columns, n, out, trusted),
+                Model::Cylinder => x86::avx512::cylinders(columns, n, out, trusted),
+                Model::PointLine => x86::avx512::point_lines(columns, n, out, trusted),
+            }
+        },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        Level::Avx2 => unsafe {
+            match model {
+                Model::Ribbon => x86::avx2::ribbons(columns, n, out, trusted),
+                Model::Cylinder => x86::avx2::cylinders(columns, n, out, trusted),
+                Model::PointLine => x86::avx2::point_lines(columns, n, out, trusted),
+            }
+        },
+        Level::Scalar => one_by_one(model, columns, n, out, trusted),
+    }
+}
+
+fn one_by_one(
+    model: Model,
+    columns: &Columns<'_>,
+    n: DVec3,
+    out: &mut [f64],
+    trusted: &mut [u8; BLOCK / 8],
+) {
+    let twin = match model {
+        Model::Ribbon => ordinary::ribbon,
+        Model::Cylinder => ordinary::cylinder,
+        Model::PointLine => ordinary::point_line,
+    };
+    trusted.fill(0);
+    for (i, value) in out.iter_mut().enumerate() {
+        let c = |j: usize| columns[j][i];
+        let ordinary;
+        (*value, ordinary) = twin([c(0), c(1), c(2)], [c(3), c(4), c(5)], n.to_array());
+        trusted[i / 8] |= u8::from(ordinary) << (i % 8);
+    }
+}
+
+/// The terms of a lobe's panel.
+#[inline]
+#[allow(
+    unsafe_code,
+    reason = "calling a function compiled for a detected CPU feature"
+)]
+pub(crate) fn panel(panel: &Panel, k: f64, terms: &mut [f64; NODES], level: Level) {
+    match level {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        Level::Avx512 => unsafe { x86::avx512::panel(panel, k, terms) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        Level::Avx2 => unsafe { x86::avx2::panel(panel, k, terms) },
+        Level::Scalar => panel.terms(k, terms),
+    }
+}
+
+/// Which vector instructions to use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Level {
+    /// None beyond the compiler's baseline.
+    Scalar,
+    /// Four lanes.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// Eight lanes.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Level {
+    /// The best that this machine has (remembered by the standard library after the first call).
+    #[inline]
+    pub(crate) fn best() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if std::arch::is_x86_feature_detected!("avx512f") {
+                return Self::Avx512;
+            }
+            if std::arch::is_x86_feature_detected!("avx2") {
+                return Self::Avx2;
+            }
+        }
+        Self::Scalar
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_testkit::rng::SplitMix64;
+
+    fn levels() -> Vec<Level> {
+        let mut levels = vec![Level::Scalar];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if std::arch::is_x86_feature_detected!("avx2") {
+                levels.push(Level::Avx2);
+            }
+            if std::arch::is_x86_feature_detected!("avx512f") {
+                levels.push(Level::Avx512);
+            }
+        }
+        levels
+    }
+
+    #[test]
+    fn panels_have_the_same_bits_at_every_level() {
+        let mut rng = SplitMix64::new(5);
+        for _ in 0..2000 {
+            let mut random = || rng.next_f64();
+            let panel_data = Panel {
+                half_tan: 0.3 * random(),
+                slope: random(),
+                factors: [[random(), random()], [random(), random()]],
+                count: 1 + usize::from(random() < 0.5),
+            };
+            let k = 10f64.powf(5.0 * random());
+            let results: Vec<[u64; NODES]> = levels()
+                .into_iter()
+                .map(|level| {
+                    let mut terms = [0.0; NODES];
+                    panel(&panel_data, k, &mut terms, level);
+                    terms.map(f64::to_bits)
+                })
+                .collect();
+            assert!(
+                results.iter().all(|r| *r == results[0]),
+                "{panel_data:?} {k}"
+            );
+        }
+    }
+
+    #[test]
+    fn lines_have_the_same_bits_at_every_level() {
+        let mut rng = SplitMix64::new(6);
+        for _ in 0..300 {
+            let columns: [[f64; BLOCK]; 6] =
+                std::array::from_fn(|_| std::array::from_fn(|_| rng.in_range(-1.0, 1.5)));
+            let block: Columns<'_> = std::array::from_fn(|j| &columns[j][..]);
+            let n = DVec3::from_array(rng.unit_vector());
+            for model in [Model::Ribbon, Model::Cylinder, Model::PointLine] {
+                let results: Vec<([u64; BLOCK], [u8; BLOCK / 8])> = levels()
+                    .into_iter()
+                    .map(|level| {
+                        let (mut out, mut bits) = ([0.0; BLOCK], [0; BLOCK / 8]);
+                        lines(model, &block, n, &mut out, level, &mut bits);
+                        for (i, value) in out.iter_mut().enumerate() {
+                            if bits[i / 8] >> (i % 8) & 1 == 0 {
+                                *value = 0.0;
+                            }
+                        }
+                        (out.map(f64::to_bits), bits)
+                    })
+                    .collect();
+                assert!(results[0].1 != [0; BLOCK / 8] && results[0].1 != [u8::MAX; BLOCK / 8]);
+                assert!(
+                    results.iter().all(|r| *r == results[0]),
+                    "{model:?} {columns:?} {n}"
+                );
+            }
+        }
+    }
+}
