@@ -31,6 +31,12 @@ pub struct ShadingPoint {
 }
 
 impl ShadingPoint {
+    /// Whether the material's light has a closed form along a line and over a polygon.
+    #[must_use]
+    pub fn has_closed_form(&self) -> bool {
+        crate::closed_form::has_closed_form(&self.bsdf)
+    }
+
     /// The cosine at the shading point towards `w` (unit): zero below the shading normal's or the
     /// geometric horizon.
     #[inline]

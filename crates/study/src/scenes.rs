@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const GENERATED: [&str; 2] = ["colonnade-small", "colonnade-large"];
 
 /// The built-in scenes.
-pub const BUILT_IN: [&str; 10] = [
+pub const BUILT_IN: [&str; 14] = [
     "cornell-box-small",
     "cornell-box-large",
     "grid-planes-small",
@@ -20,6 +20,10 @@ pub const BUILT_IN: [&str; 10] = [
     "logo-large",
     "colonnade-small",
     "colonnade-large",
+    "floating-quad",
+    "strips",
+    "monoliths",
+    "plates",
 ];
 
 /// The file of a scene: a path that exists, or the name of a built-in scene (`cornell-box` is

@@ -168,6 +168,21 @@ pub struct SceneRecord {
     pub reference: String,
 }
 
+/// One picture of a gallery: what it cost, and how wrong it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GalleryRow {
+    /// Short name of the scene.
+    pub scene: String,
+    /// The estimator.
+    pub estimator: String,
+    /// Samples at each shading point and light.
+    pub samples: u32,
+    /// Processor seconds of the picture.
+    pub cpu_seconds: f64,
+    /// Mean relative squared error.
+    pub mrse: f64,
+}
+
 /// A whole study: what `results.json` holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StudyRecord {
@@ -195,6 +210,8 @@ pub struct StudyRecord {
     pub rows: Vec<ResultRow>,
     /// All orders.
     pub slopes: Vec<SlopeRow>,
+    /// Pictures by several estimators.
+    pub gallery: Vec<GalleryRow>,
 }
 
 impl StudyRecord {

@@ -5,7 +5,7 @@ use crate::cli::ConvergeArgs;
 use crate::engine::{CellResult, SceneResult, run_scene};
 use crate::stats::slopes::{Bootstrap, Order, SlopePoint, fit_trials};
 use crate::studies::{self, Study, StudySpec};
-use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
+use crate::tables::{GalleryRow, ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
 use anyhow::{Context, Result};
 use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
@@ -35,11 +35,11 @@ fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
         .map(|s| start + Duration::from_secs_f64(s.min(1e9)));
     let mut record = new_record(spec);
     let mut results = Vec::new();
-    for name in &spec.scenes {
-        let progress = bar(&crate::scenes::short_name(name));
+    for view in &spec.views() {
+        let progress = bar(&view.label);
         progress
             .set_length((spec.samples.len() * spec.estimators.len() * spec.samplers.len()) as u64);
-        let result = run_scene(spec, name, args.common.strict, deadline, &progress)?;
+        let result = run_scene(spec, view, args.common.strict, deadline, &progress)?;
         progress.finish_and_clear();
         append(&mut record, spec, &result);
         results.push(result);
@@ -51,6 +51,7 @@ fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
         print!("{}", record.to_json()?);
     } else {
         print_slopes(&record.slopes);
+        print_gallery(&record.gallery);
         println!(
             "{:.1} s; report: {}",
             record.seconds,
@@ -128,10 +129,19 @@ fn append(record: &mut StudyRecord, spec: &StudySpec, result: &SceneResult) {
         hierarchy_bytes: result.hierarchy_bytes,
         reference_mse: reference.mse,
         reference: format!(
-            "{} replicates of line-analytic with {} stratified lines",
-            reference.replicates, reference.samples
+            "{} replicates of {} with {} stratified samples",
+            reference.replicates, reference.estimator, reference.samples
         ),
     });
+    record
+        .gallery
+        .extend(result.gallery.iter().map(|p| GalleryRow {
+            scene: result.scene.clone(),
+            estimator: p.estimator.to_string(),
+            samples: p.samples,
+            cpu_seconds: p.cpu_seconds,
+            mrse: p.mrse,
+        }));
     record
         .rows
         .extend(result.cells.iter().map(|cell| row(spec, result, cell)));
@@ -249,6 +259,22 @@ fn print_slopes(slopes: &[SlopeRow]) {
         if let Some(remark) = &s.remark {
             println!("{:>24}{remark}", "");
         }
+    }
+}
+
+fn print_gallery(gallery: &[GalleryRow]) {
+    if gallery.is_empty() {
+        return;
+    }
+    println!(
+        "\n{:<22} {:>8} {:>9} {:>11}  estimator",
+        "picture of", "samples", "CPU s", "MRSE"
+    );
+    for g in gallery {
+        println!(
+            "{:<22} {:>8} {:>9.3} {:>11.3e}  {}",
+            g.scene, g.samples, g.cpu_seconds, g.mrse, g.estimator
+        );
     }
 }
 

@@ -24,7 +24,19 @@ pub(super) fn write_study(out: &Path, record: &StudyRecord, results: &[SceneResu
             result.scene
         );
         let picture = Picture::exposed(&result.picture, exposure(&result.picture), &caption)?;
-        pictures.insert(result.scene.clone(), vec![picture]);
+        let mut shown = vec![picture];
+        for one in &result.gallery {
+            let caption = format!(
+                "{}: N = {}, {:.2} s of CPU, MRSE {}",
+                one.estimator,
+                one.samples,
+                one.cpu_seconds,
+                scientific(one.mrse)
+            );
+            let exposure = exposure(&result.gallery[0].image);
+            shown.push(Picture::exposed(&one.image, exposure, &caption)?);
+        }
+        pictures.insert(result.scene.clone(), shown);
     }
     write_report(out, &Report::of_study(record, pictures))
 }

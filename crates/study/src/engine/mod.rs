@@ -1,6 +1,7 @@
 //! Runs estimators over pixels and trials, and scores them.
 
 mod clock;
+mod gallery;
 pub mod image;
 mod reference;
 mod run;
@@ -8,7 +9,8 @@ mod score;
 mod study;
 
 pub use clock::CpuClock;
+pub use gallery::GalleryPicture;
 pub use reference::{Reference, reference};
 pub use run::{Cell, CellRun, Targets, run_cell};
 pub use score::{Score, score};
-pub use study::{CellResult, SceneResult, run_scene};
+pub use study::{CellResult, SceneResult, View, run_scene};

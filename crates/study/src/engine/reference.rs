@@ -2,7 +2,8 @@
 
 use super::{Cell, CellRun, Targets, run_cell};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Estimator, LineOptions, Renderer, Settings};
+use linelit_integrator::mix::{LineMeasure, LineTechnique, Mix, Part, Technique};
+use linelit_integrator::{Estimator, LineOptions, Renderer, Settings, ShadingPoint};
 use linelit_samplers::SamplerKind;
 use std::time::{Duration, Instant};
 
@@ -19,7 +20,9 @@ pub struct Reference {
     /// Mean squared error of `values`, from the spread of the replicates: the average over points
     /// and channels, over all pixels.
     pub mse: f64,
-    /// Lines in each replicate.
+    /// The estimator.
+    pub estimator: Estimator,
+    /// Samples in each replicate.
     pub samples: u32,
     /// Replicates.
     pub replicates: u32,
@@ -32,13 +35,14 @@ impl Reference {
         Self {
             values: vec![DVec3::ZERO; points],
             mse: 0.0,
+            estimator: Estimator::LineAnalytic(LineOptions::default()),
             samples: 0,
             replicates: 0,
         }
     }
 }
 
-/// Line samples with their closed forms, `samples` to a replicate, until the error of their mean
+/// Line samples, `samples` to a replicate, until the error of their mean
 /// is below `target` or `limit` has passed. At least one round is run.
 #[must_use]
 pub fn reference(
@@ -49,11 +53,12 @@ pub fn reference(
     limit: Duration,
 ) -> Reference {
     let start = Instant::now();
+    let estimator = estimator(targets);
     let mut rounds: Vec<CellRun> = Vec::new();
     loop {
         let seed = REFERENCE_SEED.wrapping_add(rounds.len() as u64 * 0x0123_4567_89AB_CDEF);
         let settings = Settings {
-            estimator: Estimator::LineAnalytic(LineOptions::default()),
+            estimator,
             sampler: SamplerKind::Stratified,
             samples,
             seed,
@@ -67,14 +72,35 @@ pub fn reference(
                 trials: ROUND,
             },
         ));
-        let reference = merge(&rounds, targets, samples);
+        let reference = merge(&rounds, targets, (estimator, samples));
         if reference.mse <= target || start.elapsed() > limit {
             return reference;
         }
     }
 }
 
-fn merge(rounds: &[CellRun], targets: &Targets, samples: u32) -> Reference {
+/// Closed forms along lines where every material has them, else lines and BSDF samples combined.
+fn estimator(targets: &Targets) -> Estimator {
+    let closed = |(_, point): &([u32; 2], ShadingPoint)| point.has_closed_form();
+    if targets.points.iter().all(closed) {
+        return Estimator::LineAnalytic(LineOptions::default());
+    }
+    let part = |technique| Part {
+        technique,
+        share: 1,
+    };
+    let lines = Technique::Line(LineTechnique::new(LineMeasure::SolidAngle));
+    Mix::new(&[part(lines), part(Technique::PointBsdf)]).map_or(
+        Estimator::LineAnalytic(LineOptions::default()),
+        Estimator::Mix,
+    )
+}
+
+fn merge(
+    rounds: &[CellRun],
+    targets: &Targets,
+    (estimator, samples): (Estimator, u32),
+) -> Reference {
     let replicates = ROUND * u32::try_from(rounds.len()).unwrap_or(u32::MAX);
     let r = f64::from(replicates);
     let mut values = Vec::with_capacity(targets.points.len());
@@ -91,6 +117,7 @@ fn merge(rounds: &[CellRun], targets: &Targets, samples: u32) -> Reference {
     Reference {
         values,
         mse: total / pixels,
+        estimator,
         samples,
         replicates,
     }

@@ -1,5 +1,6 @@
 //! A whole convergence study: scenes × estimators × patterns × numbers of samples.
 
+use super::gallery::{GalleryPicture, gallery};
 use super::image::{self, Window};
 use super::{Cell, CellRun, Reference, Score, Targets, reference, run_cell, score};
 use crate::cli::Pixels;
@@ -36,6 +37,8 @@ pub struct SceneResult {
     pub cells: Vec<CellResult>,
     /// A picture of the scene.
     pub picture: Image,
+    /// Pictures by several estimators.
+    pub gallery: Vec<GalleryPicture>,
 }
 
 /// What was measured for one estimator, pattern and number of samples.
@@ -62,22 +65,36 @@ pub struct CellResult {
 /// The longest that a reference may take beyond its first round, in seconds.
 const REFERENCE_SECONDS: u64 = 60;
 
-/// Runs a study on one scene.
+/// Where a study looks: a scene, and which of its pixels.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The scene, by file or name.
+    pub scene: String,
+    /// The name under which results stand.
+    pub label: String,
+    /// The pixels.
+    pub pixels: Pixels,
+    /// Whether the gallery is rendered here.
+    pub with_gallery: bool,
+}
+
+/// Runs a study on one view of a scene.
 ///
 /// # Errors
 /// If the scene cannot be loaded or a pixel is outside it.
 pub fn run_scene(
     spec: &StudySpec,
-    name: &str,
+    view: &View,
     strict: bool,
     deadline: Option<Instant>,
     progress: &ProgressBar,
 ) -> Result<SceneResult> {
     let start = Instant::now();
+    let name = &view.scene;
     let mut scene = scenes::load(name, strict)?.scene;
     let load_seconds = start.elapsed().as_secs_f64();
     let picture_size = picture_size(&scene);
-    let pixels = pixels(&mut scene, &spec.pixels)?;
+    let pixels = pixels(&mut scene, &view.pixels)?;
     let built = Instant::now();
     let renderer = Renderer::new(&scene);
     let build_seconds = built.elapsed().as_secs_f64();
@@ -94,8 +111,12 @@ pub fn run_scene(
     let triangles = scene.triangles.len();
     let hierarchy_bytes = renderer.occluders().memory();
     let picture = picture(&mut scene, picture_size);
+    let gallery = match &spec.gallery {
+        Some(wanted) if view.with_gallery => gallery(spec, wanted, &mut scene, progress),
+        _ => Vec::new(),
+    };
     Ok(SceneResult {
-        scene: scenes::short_name(name),
+        scene: view.label.clone(),
         triangles,
         hierarchy_bytes,
         pixels: pixels.len(),
@@ -105,6 +126,7 @@ pub fn run_scene(
         reference,
         cells,
         picture,
+        gallery,
     })
 }
 

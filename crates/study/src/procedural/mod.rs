@@ -4,6 +4,7 @@
 //! the colonnade is written on first use.
 
 mod colonnade;
+mod gloss;
 mod logo;
 mod mesh;
 mod rooms;
@@ -49,6 +50,10 @@ pub fn kept() -> Files {
     files.extend(rooms::grid_planes());
     files.extend(rooms::triangle_soup());
     files.extend(logo::logo());
+    files.extend(gloss::floating_quad());
+    files.extend(gloss::strips());
+    files.extend(gloss::monoliths());
+    files.extend(gloss::plates());
     files
 }
 

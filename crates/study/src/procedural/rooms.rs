@@ -13,7 +13,7 @@ const BOX_CAMERA: &str =
 
 /// Floor, ceiling and back wall white, side walls red and green; x and z from −1 to 1, y from 0 to
 /// 2, open to the camera.
-fn walls() -> String {
+pub(super) fn walls() -> String {
     let mut white = Mesh::default();
     white.fan(&[
         [-1.0, 0.0, -1.0],

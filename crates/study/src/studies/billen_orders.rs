@@ -129,5 +129,7 @@ pub(super) fn spec() -> StudySpec {
         lights: LightChoice::All,
         skip: false,
         papers: paper_orders(),
+        spots: Vec::new(),
+        gallery: None,
     }
 }

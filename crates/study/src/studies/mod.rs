@@ -3,11 +3,13 @@
 mod billen_figures;
 mod billen_orders;
 mod billen_table1;
+mod salesin;
 
 pub use billen_figures::{Figure, run as billen_figures};
 pub use billen_table1::{Row as Table1Row, run as billen_table1, text as billen_table1_text};
 
 use crate::cli::{ConvergeArgs, Pixels, Resolution};
+use crate::engine::View;
 use anyhow::{Result, bail};
 use linelit_integrator::{Estimator, LightChoice};
 use linelit_samplers::SamplerKind;
@@ -42,9 +44,73 @@ pub struct StudySpec {
     pub skip: bool,
     /// Orders of the standard deviation that a paper reports, for the table of slopes.
     pub papers: Vec<PaperOrder>,
+    /// Single pixels to look at one by one, in place of `pixels`.
+    pub spots: Vec<Spot>,
+    /// Pictures to render of each scene.
+    pub gallery: Option<Gallery>,
+}
+
+/// A pixel with a name.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    /// What it stands for.
+    pub label: &'static str,
+    /// The pixel.
+    pub pixel: [u32; 2],
+}
+
+/// Pictures by several estimators, side by side.
+#[derive(Clone, Debug)]
+pub struct Gallery {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// What each picture may cost.
+    pub budget: Budget,
+    /// The pattern.
+    pub sampler: SamplerKind,
+    /// The estimators.
+    pub estimators: Vec<Estimator>,
+}
+
+/// What a picture may cost.
+#[derive(Clone, Copy, Debug)]
+pub enum Budget {
+    /// Samples at each shading point and light.
+    Samples(u32),
+    /// Processor seconds.
+    Seconds(f64),
 }
 
 impl StudySpec {
+    /// What is looked at, in order.
+    #[must_use]
+    pub fn views(&self) -> Vec<View> {
+        let mut views = Vec::new();
+        for scene in &self.scenes {
+            let name = crate::scenes::short_name(scene);
+            if self.spots.is_empty() {
+                views.push(View {
+                    scene: scene.clone(),
+                    label: name,
+                    pixels: self.pixels.clone(),
+                    with_gallery: true,
+                });
+                continue;
+            }
+            for (k, spot) in self.spots.iter().enumerate() {
+                views.push(View {
+                    scene: scene.clone(),
+                    label: format!("{name}, {}", spot.label),
+                    pixels: Pixels::List(vec![spot.pixel]),
+                    with_gallery: k == 0,
+                });
+            }
+        }
+        views
+    }
+
     /// Trials of a pattern.
     #[must_use]
     pub fn trials_of(&self, sampler: SamplerKind) -> u32 {
@@ -60,7 +126,7 @@ impl StudySpec {
 pub struct PaperOrder {
     /// Our scene.
     pub scene: String,
-    /// Our estimator's name, without options.
+    /// Our estimator, as it prints itself.
     pub estimator: &'static str,
     /// The pattern.
     pub sampler: SamplerKind,
@@ -94,6 +160,11 @@ pub enum Study {
 /// # Errors
 /// If a study is named beside scenes, or the samples do not ascend.
 pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
+    if let [name, scene @ ..] = args.what.as_slice()
+        && salesin::NAMES.contains(&name.as_str())
+    {
+        return salesin_study(name, scene, args);
+    }
     let named = args.what.iter().any(|w| NAMES.contains(&w.as_str()));
     if named && args.what.len() > 1 {
         bail!(
@@ -112,6 +183,21 @@ pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
         },
     };
     apply_flags(&mut spec, args)?;
+    Ok(Study::Convergence(Box::new(spec)))
+}
+
+/// A figure of Salesin & Jarosz, on its own scene or on one that is given.
+fn salesin_study(name: &str, scene: &[String], args: &ConvergeArgs) -> Result<Study> {
+    if scene.len() > 1 {
+        bail!("`{name}` takes one scene at most: {}", scene.join(" "));
+    }
+    let Some(mut spec) = salesin::spec(name, scene.first().map(String::as_str)) else {
+        bail!("`{name}` needs a scene: converge {name} SCENE.pbrt");
+    };
+    apply_flags(&mut spec, args)?;
+    if args.pixels.is_some() {
+        spec.spots.clear();
+    }
     Ok(Study::Convergence(Box::new(spec)))
 }
 
@@ -180,5 +266,7 @@ fn default_study() -> StudySpec {
         lights: LightChoice::All,
         skip: true,
         papers: billen_orders::paper_orders(),
+        spots: Vec::new(),
+        gallery: None,
     }
 }

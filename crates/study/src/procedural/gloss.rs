@@ -1,0 +1,178 @@
+//! Glossy scenes for points and lines in one estimator (Salesin & Jarosz 2019): a quad afloat in a
+//! box, occluders on glossy strips, monoliths, and plates under lights of several sizes.
+
+use super::mesh::Mesh;
+use super::rooms::walls;
+use super::{Files, diffuse, facing_down, light_text};
+use std::fmt::Write as _;
+
+/// One main file without variants of its light.
+fn scene(name: &str, about: &str, camera: &str, size: [u32; 2], world: &str) -> (String, Vec<u8>) {
+    let [width, height] = size;
+    let text = format!(
+        "# linelit: {name}. {about}\n{camera}\n\
+         Sampler \"independent\" \"integer pixelsamples\" [ 16 ]\n\
+         PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\n\
+         Film \"image\" \"integer xresolution\" [ {width} ] \"integer yresolution\" [ {height} ] \"string filename\" [ \"{name}.exr\" ]\n\
+         WorldBegin\n{world}WorldEnd\n"
+    );
+    (format!("{name}.pbrt"), text.into_bytes())
+}
+
+/// A black emitter.
+fn light(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
+    format!(
+        "AttributeBegin\nMaterial \"matte\" \"rgb Kd\" [ 0 0 0 ]\n{}\nAttributeEnd\n",
+        light_text(radiance, corners)
+    )
+}
+
+/// A microfacet surface, Trowbridge–Reitz with the given α, over a diffuse base.
+fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String {
+    let [r, g, b] = kd;
+    format!(
+        "AttributeBegin\nMaterial \"plastic\" \"rgb Kd\" [ {r} {g} {b} ] \"rgb Ks\" [ {ks} {ks} {ks} ] \"float roughness\" [ {alpha} ] \"bool remaproughness\" [ \"false\" ]\n{}\nAttributeEnd\n",
+        mesh.text()
+    )
+}
+
+/// A horizontal rectangle that faces up, between two corners in x and z.
+fn facing_up(low: [f64; 2], high: [f64; 2], y: f64) -> [[f64; 3]; 4] {
+    let ([a, b], [c, d]) = (low, high);
+    [[a, y, b], [a, y, d], [c, y, d], [c, y, b]]
+}
+
+/// Fig. 5: a quad afloat beneath a quad light, their edges parallel.
+pub(super) fn floating_quad() -> Files {
+    let mut quad = Mesh::default();
+    quad.fan(&facing_down([0.0, 1.0, 0.0], [0.35, 0.35]));
+    let mut world = walls();
+    world += &diffuse([0.5, 0.5, 0.5], &quad);
+    world += &light(
+        [12.5, 10.6, 6.7],
+        &facing_down([0.0, 1.98, 0.0], [0.4, 0.4]),
+    );
+    let camera = "LookAt 0.031 1.017 -4.4  0.013 1.007 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 33 ]";
+    let about = "A quad afloat beneath a quad light in a box.";
+    vec![scene("floating-quad", about, camera, [256, 256], &world)]
+}
+
+/// Roughness of the strips, left to right.
+const STRIPS: [f64; 5] = [0.5, 0.25, 0.12, 0.06, 0.03];
+
+/// Figs. 6 and 7: one occluder on each of five strips, from rough to glossy, and a light behind.
+pub(super) fn strips() -> Files {
+    let mut world = String::new();
+    for (k, alpha) in (0u8..).zip(STRIPS) {
+        let left = f64::from(k) - 2.5;
+        let mut strip = Mesh::default();
+        strip.fan(&facing_up([left + 0.02, -2.5], [left + 0.98, 2.6], 0.0));
+        let _ = write!(world, "{}", plastic([0.25, 0.28, 0.32], 0.6, alpha, &strip));
+        let mut post = Mesh::default();
+        post.cuboid([left + 0.35, 0.0, 0.3], [left + 0.65, 0.75, 0.4], 0.0);
+        let _ = write!(world, "{}", diffuse([0.55, 0.4, 0.25], &post));
+    }
+    // Faces the camera, −z.
+    let corners = [
+        [-2.0, 0.5, 2.4],
+        [-2.0, 1.5, 2.4],
+        [2.0, 1.5, 2.4],
+        [2.0, 0.5, 2.4],
+    ];
+    world += &light([6.0, 6.0, 6.0], &corners);
+    let camera =
+        "LookAt 0.03 2.1 -4.6  0.01 0.25 0.1  0 1 0\nCamera \"perspective\" \"float fov\" [ 32 ]";
+    let about = "Occluders on five strips, rough on the left and glossy on the right.";
+    vec![scene("strips", about, camera, [320, 200], &world)]
+}
+
+/// Fig. 1: slabs that stand on a glossy floor before a wide light.
+pub(super) fn monoliths() -> Files {
+    let mut floor = Mesh::default();
+    floor.fan(&facing_up([-4.0, -3.0], [4.0, 3.2], 0.0));
+    let mut slabs = Mesh::default();
+    for (k, (x, z, height, turn)) in [
+        (-1.6, 0.3, 1.5, 0.4),
+        (-0.7, 0.9, 1.1, -0.2),
+        (0.2, 0.1, 1.9, 0.15),
+        (1.0, 0.8, 1.3, -0.5),
+        (1.8, -0.1, 0.9, 0.3),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let wide = if k % 2 == 0 { 0.28 } else { 0.2 };
+        slabs.cuboid(
+            [x - wide, 0.0, z - 0.05],
+            [x + wide, height, z + 0.05],
+            turn,
+        );
+    }
+    let mut world = plastic([0.3, 0.3, 0.32], 0.5, 0.12, &floor);
+    world += &plastic([0.05, 0.05, 0.06], 0.4, 0.2, &slabs);
+    let corners = [
+        [-2.2, 0.9, 2.6],
+        [-2.2, 2.3, 2.3],
+        [2.2, 2.3, 2.3],
+        [2.2, 0.9, 2.6],
+    ];
+    world += &light([5.0, 4.8, 4.4], &corners);
+    let camera =
+        "LookAt 0.33 1.7 -5.2  0.11 0.62 0.2  0 1 0\nCamera \"perspective\" \"float fov\" [ 36 ]";
+    let about = "Slabs on a glossy floor before a wide light.";
+    vec![scene("monoliths", about, camera, [320, 200], &world)]
+}
+
+/// Fig. 10, after Veach: four plates, from glossy to rough, tilted so that each mirrors the lights;
+/// bars stand between.
+pub(super) fn plates() -> Files {
+    let mut world = String::new();
+    let tilts: [(f64, f64, f64, f64); 4] = [
+        (1.05, 0.55, 1.02, 0.02),
+        (0.72, 0.1, 0.84, 0.05),
+        (0.45, -0.4, 0.66, 0.1),
+        (0.25, -0.95, 0.5, 0.25),
+    ];
+    for (y, z, tilt, alpha) in tilts {
+        let (sin, cos) = tilt.sin_cos();
+        let at = |x: f64, s: f64| [x, y + 0.22 * s * sin, z + 0.22 * s * cos];
+        let mut plate = Mesh::default();
+        plate.fan(&[at(-2.0, -1.0), at(-2.0, 1.0), at(2.0, 1.0), at(2.0, -1.0)]);
+        let _ = write!(world, "{}", plastic([0.07, 0.09, 0.13], 0.9, alpha, &plate));
+    }
+    let mut floor = Mesh::default();
+    floor.fan(&facing_up([-5.0, -5.0], [5.0, 5.0], -0.15));
+    floor.fan(&[
+        [-5.0, -0.15, 3.2],
+        [-5.0, 4.0, 3.2],
+        [5.0, 4.0, 3.2],
+        [5.0, -0.15, 3.2],
+    ]);
+    let _ = write!(world, "{}", diffuse([0.4, 0.4, 0.4], &floor));
+    let mut bars = Mesh::default();
+    for k in 0..9u8 {
+        let x = 0.45 * f64::from(k) - 1.8;
+        bars.cuboid([x - 0.03, 1.75, 0.3], [x + 0.03, 1.81, 1.5], 0.0);
+    }
+    let _ = write!(world, "{}", diffuse([0.3, 0.3, 0.3], &bars));
+    for (x, half, power) in [
+        (-1.5, 0.04, 500.0),
+        (-0.5, 0.1, 80.0),
+        (0.5, 0.22, 16.5),
+        (1.5, 0.4, 5.0),
+    ] {
+        let (y, z) = (2.3, 1.6);
+        // Tilted towards the plates.
+        let corners = [
+            [x - half, y - 0.6 * half, z + 0.8 * half],
+            [x - half, y + 0.6 * half, z - 0.8 * half],
+            [x + half, y + 0.6 * half, z - 0.8 * half],
+            [x + half, y - 0.6 * half, z + 0.8 * half],
+        ];
+        let _ = write!(world, "{}", light([power; 3], &corners));
+    }
+    let camera =
+        "LookAt 0.02 1.5 -6.1  0.01 0.85 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 36 ]";
+    let about = "Plates from glossy to rough under lights of four sizes, with bars between.";
+    vec![scene("plates", about, camera, [320, 200], &world)]
+}
