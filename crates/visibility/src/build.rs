@@ -71,6 +71,7 @@ pub(crate) fn build(triangles: &[[[f32; 3]; 3]], ids: &[u32]) -> Hierarchy {
                 packed.bounds[axis + 3][lane] = aabb.max[axis];
             }
             packed.valid |= 1 << lane;
+            packed.leaf |= u8::from(plan.is_leaf[member]) << lane;
             packed.child[lane] = if plan.is_leaf[member] {
                 pack_leaf(&bvh2, member, triangles, ids, &mut out.leaves)
             } else {

@@ -12,7 +12,7 @@ use crate::{
     frame::LightFrame,
     merge,
     node::{Child, Leaf, Node},
-    project,
+    project::{self, Corners},
     simd::Simd,
     sweep,
     traverse::ShaftBounds,
@@ -190,11 +190,11 @@ fn push_needed<S: Simd>(
     parent: &NearBox,
     maybe: u8,
     covered: &Covered,
-    slots: &mut Vec<u32>,
+    corners: &mut Corners,
 ) {
     let (mut low, mut high) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
     let near = bounds.triangle_images(s, &leaf.vertices, &mut low, &mut high);
-    let mut maybe = maybe;
+    let (mut maybe, mut needed) = (maybe, 0);
     while maybe != 0 {
         let lane = maybe.trailing_zeros();
         maybe &= maybe - 1;
@@ -205,9 +205,11 @@ fn push_needed<S: Simd>(
             ..*parent
         };
         if near >> lane & 1 == 0 || covered.needs(s, &image) {
-            #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
-            slots.push((parent.child.index() * 8) as u32 + lane);
+            needed |= 1 << lane;
         }
+    }
+    if needed != 0 {
+        corners.add(s, leaf, parent.child.index(), needed);
     }
 }
 
@@ -223,7 +225,7 @@ fn dense_kernel<S: Simd>(
 ) {
     let Scratch {
         counters,
-        slots,
+        corners,
         flat,
         lines,
         slots_per_line,
@@ -234,7 +236,7 @@ fn dense_kernel<S: Simd>(
     } = scratch;
     slots_per_line.reset(lines.count);
     *covered = Covered::start(lines);
-    slots.clear();
+    corners.clear();
     stack.clear();
     stack.push(NearBox {
         child: Child::node(0),
@@ -251,9 +253,9 @@ fn dense_kernel<S: Simd>(
             if b.child.is_leaf() {
                 counters.triangle_tests += u64::from(b.child.count());
                 let leaf = &occluders.hierarchy.leaves[b.child.index()];
-                let maybe = bounds.triangles(s, &leaf.vertices, &leaf.id) & b.child.mask();
+                let maybe = bounds.triangles(s, leaf).0 & b.child.mask();
                 if maybe != 0 {
-                    push_needed(s, bounds, leaf, b, maybe, covered, slots);
+                    push_needed(s, bounds, leaf, b, maybe, covered, corners);
                 }
             } else {
                 let node = &occluders.hierarchy.nodes[b.child.index()];
@@ -264,21 +266,18 @@ fn dense_kernel<S: Simd>(
             }
         }
         // Eight triangles at a time, and what is left at the end.
-        while slots.len() >= 8 || (next.is_none() && !slots.is_empty()) {
-            let first = slots.len().saturating_sub(8);
+        while corners.count >= 8 || (next.is_none() && corners.count > 0) {
+            let first = corners.count.saturating_sub(8);
             flat.clear();
-            let few = &slots[first..];
-            let left = project::project_slots::<S, false>(s, occluders, few, point, frame, flat);
-            slots.truncate(first);
+            let left = project::project_some::<S, false>(s, corners, first, point, frame, flat);
+            corners.count = first;
             counters.candidates += flat.count as u64;
             if left.is_none() {
                 // One triangle before all the lines: nothing is visible.
-                slots.clear();
                 return;
             }
             sweep::sweep_flat(s, flat, lines, slots_per_line);
             if flat.count > 0 && covered.record(lines) {
-                slots.clear();
                 return;
             }
         }

@@ -44,44 +44,49 @@ impl Shape {
 }
 
 impl LightFrame {
-    /// The frame of a light given by its corners relative to the shading point; `None` if it is
-    /// seen edge on, has no area or length, or is not finite: then it sheds no light that way.
-    pub(crate) fn new(corners: &[DVec3]) -> Option<Self> {
-        let frame = if corners.len() == 2 {
-            Self::of_line(corners[0], corners[1])
+    /// No light.
+    pub(crate) const NONE: Self = Self {
+        p: DVec3::ZERO,
+        q: DVec3::ZERO,
+        w: DVec3::ZERO,
+        shape: Shape::Square,
+        corners: [[0.0; 2]; 16],
+        corner_count: 0,
+    };
+
+    /// Becomes the frame of a light given by its corners relative to the shading point; false if
+    /// it is seen edge on, has no area or length, or is not finite: then it sheds no light that
+    /// way.
+    pub(crate) fn set(&mut self, corners: &[DVec3]) -> bool {
+        let found = if corners.len() == 2 {
+            self.set_line(corners[0], corners[1])
         } else {
-            Self::of_polygon(corners)
-        }?;
-        let sane = frame.p.is_finite() && frame.q.is_finite() && frame.w.is_finite();
-        sane.then_some(frame)
+            self.set_polygon(corners)
+        };
+        found && self.p.is_finite() && self.q.is_finite() && self.w.is_finite()
     }
 
-    fn of_line(p0: DVec3, p1: DVec3) -> Option<Self> {
+    fn set_line(&mut self, p0: DVec3, p1: DVec3) -> bool {
         let e = p1 - p0;
         let square = e.length_squared();
         // The point of the line closest to the shading point, and the plane's normal.
         let m = linelit_geometry::predicates::cross(p0, p1);
         let n = e.cross(m) / square;
         let n = n * n.dot(p0).signum();
-        let w = n / n.dot(p0);
-        let q = e / square - w * (e.dot(p0) / square);
-        let p = m / (m.length() * square.sqrt());
-        let mut corners = [[0.0; 2]; 16];
-        corners[1] = [0.0, 1.0];
-        (m != DVec3::ZERO).then_some(Self {
-            p,
-            q,
-            w,
-            shape: Shape::Line,
-            corners,
-            corner_count: 2,
-        })
+        self.w = n / n.dot(p0);
+        self.q = e / square - self.w * (e.dot(p0) / square);
+        self.p = m / (m.length() * square.sqrt());
+        self.shape = Shape::Line;
+        self.corners[0] = [0.0, 0.0];
+        self.corners[1] = [0.0, 1.0];
+        self.corner_count = 2;
+        m != DVec3::ZERO
     }
 
-    fn of_polygon(light: &[DVec3]) -> Option<Self> {
+    fn set_polygon(&mut self, light: &[DVec3]) -> bool {
         let count = light.len();
         if !(3..=16).contains(&count) {
-            return None;
+            return false;
         }
         let v0 = light[0];
         // Newell's normal, relative to a corner.
@@ -89,15 +94,15 @@ impl LightFrame {
         for i in 1..count - 1 {
             normal += (light[i] - v0).cross(light[i + 1] - v0);
         }
-        let size = light
-            .iter()
-            .map(|v| (*v - v0).abs().max_element())
-            .fold(0.0, f64::max);
+        let mut size = 0.0_f64;
+        for v in light {
+            size = size.max((*v - v0).abs().max_element());
+        }
         let height = normal.dot(v0);
         // Edge on to within the rounding of the corners themselves.
         let reach = v0.abs().max_element().max(size);
         if !(height.abs() > 1e-13 * normal.length() * reach) {
-            return None;
+            return false;
         }
         let w = normal / height;
         let is_parallelogram = count == 4 && {
@@ -117,20 +122,15 @@ impl LightFrame {
         let ratio = normal.length_squared() / e1.cross(e2).dot(normal);
         let d1 = e2.cross(n2) * ratio;
         let d2 = n2.cross(e1) * ratio;
-        let p = d1 - w * d1.dot(origin);
-        let q = d2 - w * d2.dot(origin);
-        let mut corners = [[0.0; 2]; 16];
-        for (c, v) in corners.iter_mut().zip(light) {
+        self.p = d1 - w * d1.dot(origin);
+        self.q = d2 - w * d2.dot(origin);
+        self.w = w;
+        for (c, v) in self.corners.iter_mut().zip(light) {
             *c = [d1.dot(*v - origin), d2.dot(*v - origin)];
         }
-        Some(Self {
-            p,
-            q,
-            w,
-            shape,
-            corners,
-            corner_count: count,
-        })
+        self.shape = shape;
+        self.corner_count = count;
+        true
     }
 
     /// Where the ray from the shading point through a point (relative to it) meets the light's

@@ -40,10 +40,7 @@ impl<'a> Images<'a> {
     /// a mesh share has the same ends in both images, to the bit.
     pub fn triangles(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> + 'a {
         let flat = self.flat;
-        (0..flat.count).map(move |i| {
-            let block = &flat.blocks[i / 8];
-            [0, 2, 4].map(|k| [block[k][i % 8], block[k + 1][i % 8]])
-        })
+        (0..flat.count).map(move |i| flat.get(i))
     }
 
     /// The point of the light's plane at (p, q), relative to the shading point.

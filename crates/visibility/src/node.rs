@@ -13,6 +13,8 @@ pub(crate) struct Node {
     pub(crate) child: [Child; 8],
     /// A bit for each box in use.
     pub(crate) valid: u8,
+    /// A bit for each box that holds a leaf.
+    pub(crate) leaf: u8,
 }
 
 impl Node {
@@ -20,6 +22,7 @@ impl Node {
         bounds: [[0.0; 8]; 6],
         child: [Child(0); 8],
         valid: 0,
+        leaf: 0,
     };
 }
 

@@ -4,124 +4,194 @@
 //! be cut is cut from its inner end: triangles that share an edge share its image to the bit.
 
 use crate::{
-    Occluders, Scratch,
+    Scratch,
     block::ddot,
     dispatch::dispatch,
     frame::{LightFrame, Shape},
+    node::Leaf,
     simd::Simd,
-    sweep::Lanes,
+    traverse::Found,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
-
-/// Eight triangles in the light's (p, q) plane: p and q of vertex 0, then of 1 and 2.
-pub(crate) type FlatBlock = Lanes<[[f64; 8]; 6]>;
-
-/// A lane that holds no triangle: all three vertices in one place.
-const UNUSED: FlatBlock = Lanes([[2.0; 8]; 6]);
 
 /// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
 /// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
 /// vertex alone, so that triangles cut a shared edge alike.
 const GUARD: f64 = 4096.0;
 
-/// Images of triangles, in blocks of eight.
-#[derive(Debug, Default)]
-pub(crate) struct FlatTriangles {
-    pub(crate) blocks: Vec<FlatBlock>,
+/// Most triangles that are kept at a time.
+const KEPT: usize = 320;
+
+/// Triangles waiting to be projected, side by side.
+#[derive(Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Corners {
+    /// x, y, z of vertex 0, then of 1 and 2.
+    rows: [[f32; KEPT]; 9],
+    /// Where they come from: leaf × 8 + lane.
+    slots: [u32; KEPT],
     pub(crate) count: usize,
 }
 
-impl FlatTriangles {
+impl Default for Corners {
+    fn default() -> Self {
+        Self {
+            rows: [[0.0; KEPT]; 9],
+            slots: [0; KEPT],
+            count: 0,
+        }
+    }
+}
+
+impl Corners {
     pub(crate) fn clear(&mut self) {
-        self.blocks.clear();
         self.count = 0;
     }
 
+    pub(crate) fn slots(&self) -> &[u32] {
+        &self.slots[..self.count]
+    }
+
+    /// Eight triangles' numbers in one row.
     #[inline(always)]
+    fn eight<S: Simd>(&self, s: S, start: usize, row: usize) -> S::F {
+        match self.rows[row][start..].first_chunk() {
+            Some(eight) => s.load(eight),
+            // There is always room behind.
+            None => s.splat(0.0),
+        }
+    }
+
+    /// Adds the triangles of a leaf named by `maybe`. There must be room for eight more.
+    #[inline(always)]
+    pub(crate) fn add<S: Simd>(&mut self, s: S, leaf: &Leaf, index: usize, maybe: u8) {
+        for (row, from) in self.rows.iter_mut().zip(&leaf.vertices) {
+            s.compress(maybe, s.load(from), row, self.count);
+        }
+        let mut maybe = maybe;
+        while maybe != 0 {
+            #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
+            {
+                self.slots[self.count] = (index * 8) as u32 + maybe.trailing_zeros();
+            }
+            self.count += 1;
+            maybe &= maybe - 1;
+        }
+    }
+}
+
+/// Images of triangles in the light's (p, q) plane.
+#[derive(Debug, Default)]
+pub(crate) struct FlatTriangles {
+    /// p and q of vertex 0, then of 1 and 2; longer than `count`.
+    rows: [Vec<f64>; 6],
+    pub(crate) count: usize,
+}
+
+/// Eight of them.
+pub(crate) type FlatBlock<'a> = [&'a [f64; 8]; 6];
+
+impl FlatTriangles {
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// One image: three places.
+    pub(crate) fn get(&self, i: usize) -> [[f64; 2]; 3] {
+        [0, 2, 4].map(|k| [self.rows[k][i], self.rows[k + 1][i]])
+    }
+
+    /// The rows in blocks of eight; the last block may hold more than is in use.
+    #[inline(always)]
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = FlatBlock<'_>> {
+        let [a, b, c, d, e, f] = &self.rows;
+        let [a, b, c, d, e, f] = [a, b, c, d, e, f].map(|r| r.as_chunks::<8>().0);
+        (0..self.count.div_ceil(8)).map(move |i| [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i]])
+    }
+
+    /// Makes room for eight more.
+    #[inline(always)]
+    fn reserve(&mut self) {
+        if self.rows[5].len() < self.count + 16 {
+            self.grow();
+        }
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        let room = (2 * self.count + 64).next_multiple_of(8);
+        for row in &mut self.rows {
+            row.resize(room, 0.0);
+        }
+    }
+
     fn push(&mut self, triangle: [f64; 6]) {
-        let lane = self.count % 8;
-        if lane == 0 {
-            self.blocks.push(UNUSED);
+        self.reserve();
+        for (row, value) in self.rows.iter_mut().zip(triangle) {
+            row[self.count] = value;
         }
         self.count += 1;
-        if let Some(block) = self.blocks.last_mut() {
-            for (row, value) in block.iter_mut().zip(triangle) {
-                row[lane] = value;
-            }
+    }
+
+    /// Adds the images named by `keep`.
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, s: S, keep: u8, image: &[[S::D; 2]; 3]) {
+        self.reserve();
+        for k in 0..6 {
+            s.dcompress(keep, image[k / 2][k % 2], &mut self.rows[k], self.count);
         }
+        self.count += keep.count_ones() as usize;
     }
 }
 
 /// Homogeneous coordinates of one vertex in eight lanes.
 type Vertex<S> = [<S as Simd>::D; 3];
 
-/// Projects the triangles in `scratch.slots` into `scratch.flat`, dropping those that miss the
-/// light from both; true if one of them hides the light as a whole.
+/// Projects the triangles in `scratch.corners` into `scratch.flat`, dropping those that miss the
+/// light from both, unless one of them hides the light as a whole.
 #[inline(always)]
-fn project_kernel<S: Simd>(
-    s: S,
-    occluders: &Occluders,
-    point: DVec3,
-    frame: &LightFrame,
-    scratch: &mut Scratch,
-) -> bool {
-    let Scratch { flat, slots, .. } = scratch;
+fn project_kernel<S: Simd>(s: S, point: DVec3, scratch: &mut Scratch) -> Found {
+    let Scratch {
+        flat,
+        corners,
+        frame,
+        ..
+    } = scratch;
     flat.clear();
     let mut kept = 0;
     let mut start = 0;
-    while start < slots.len() {
-        let end = slots.len().min(start + 8);
-        let few = &slots[start..end];
-        let Some(mut inside) = project_slots::<S, true>(s, occluders, few, point, frame, flat)
-        else {
-            return true;
+    while start < corners.count {
+        let left = project_some::<S, true>(s, corners, start, point, frame, flat);
+        let Some(mut inside) = left else {
+            return Found::All;
         };
         while inside != 0 {
-            slots[kept] = slots[start + inside.trailing_zeros() as usize];
+            corners.slots[kept] = corners.slots[start + inside.trailing_zeros() as usize];
             kept += 1;
             inside &= inside - 1;
         }
-        start = end;
+        start += 8;
     }
-    slots.truncate(kept);
-    false
+    corners.count = kept;
+    Found::Few
 }
 
-/// Projects up to eight triangles and tells which are left (a bit each), or `None` if one of them
-/// hides the light as a whole. Unless `SEPARATE`, only a triangle that needs cutting is seen to
-/// hide the light, and none to miss it.
+/// Projects up to eight triangles from `start` on and tells which are left (a bit each), or `None`
+/// if one of them hides the light as a whole. Unless `SEPARATE`, only a triangle that needs
+/// cutting is seen to hide the light, and none to miss it.
 #[inline(always)]
-pub(crate) fn project_slots<S: Simd, const SEPARATE: bool>(
+pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     s: S,
-    occluders: &Occluders,
-    slots: &[u32],
+    corners: &Corners,
+    start: usize,
     point: DVec3,
     frame: &LightFrame,
     flat: &mut FlatTriangles,
 ) -> Option<u8> {
-    let mut corners = [[0.0_f32; 8]; 9];
-    for (lane, &slot) in slots.iter().enumerate() {
-        let leaf = &occluders.hierarchy.leaves[slot as usize / 8];
-        for (to, from) in corners.iter_mut().zip(&leaf.vertices) {
-            to[lane & 7] = from[slot as usize % 8];
-        }
-    }
-    let used = 0xff_u8 >> (8 - slots.len().min(8));
-    project_eight::<S, SEPARATE>(s, &corners, used, point, frame, flat)
-}
-
-#[inline(always)]
-fn project_eight<S: Simd, const SEPARATE: bool>(
-    s: S,
-    corners: &[[f32; 8]; 9],
-    used: u8,
-    point: DVec3,
-    frame: &LightFrame,
-    flat: &mut FlatTriangles,
-) -> Option<u8> {
-    let a = homogeneous(s, corners, 0, point, frame);
-    let b = homogeneous(s, corners, 3, point, frame);
-    let c = homogeneous(s, corners, 6, point, frame);
+    let used = 0xff_u8 >> (8 - (corners.count - start).min(8));
+    let a = homogeneous(s, corners, start, 0, point, frame);
+    let b = homogeneous(s, corners, start, 3, point, frame);
+    let c = homogeneous(s, corners, start, 6, point, frame);
     let nearest = s.dmin(s.dmin(a[2], b[2]), c[2]);
     let farthest = s.dmax(s.dmax(a[2], b[2]), c[2]);
     let before = s.dlt(s.dsplat(POINT_MARGIN), farthest);
@@ -160,31 +230,18 @@ fn project_eight<S: Simd, const SEPARATE: bool>(
     } else {
         (0, 0)
     };
-    let mut keep = simple & !misses;
+    let keep = simple & !misses;
     if keep & covers != 0 {
         return None;
     }
     let mut left = keep;
     if keep != 0 {
-        let mut rows = [[0.0; 8]; 6];
-        for k in 0..3 {
-            s.dstore(image[k][0], &mut rows[2 * k]);
-            s.dstore(image[k][1], &mut rows[2 * k + 1]);
-        }
-        while keep != 0 {
-            let lane = keep.trailing_zeros() as usize;
-            keep &= keep - 1;
-            flat.push([
-                rows[0][lane],
-                rows[1][lane],
-                rows[2][lane],
-                rows[3][lane],
-                rows[4][lane],
-                rows[5][lane],
-            ]);
-        }
+        flat.add(s, keep, &image);
     }
     let mut cut = alive & !simple;
+    if cut != 0 {
+        cut &= !outside(s, &a, &b, &c, frame.shape);
+    }
     if cut != 0 {
         let mut rows = [[0.0; 8]; 9];
         for k in 0..3 {
@@ -220,19 +277,96 @@ fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
 #[inline(always)]
 fn homogeneous<S: Simd>(
     s: S,
-    corners: &[[f32; 8]; 9],
+    corners: &Corners,
+    start: usize,
     first: usize,
     point: DVec3,
     frame: &LightFrame,
 ) -> Vertex<S> {
-    let x = s.dsub(s.widen(s.load(&corners[first])), s.dsplat(point.x));
-    let y = s.dsub(s.widen(s.load(&corners[first + 1])), s.dsplat(point.y));
-    let z = s.dsub(s.widen(s.load(&corners[first + 2])), s.dsplat(point.z));
+    let x = s.dsub(s.widen(corners.eight(s, start, first)), s.dsplat(point.x));
+    let y = s.dsub(
+        s.widen(corners.eight(s, start, first + 1)),
+        s.dsplat(point.y),
+    );
+    let z = s.dsub(
+        s.widen(corners.eight(s, start, first + 2)),
+        s.dsplat(point.z),
+    );
     [
         ddot(s, frame.p, x, y, z),
         ddot(s, frame.q, x, y, z),
         ddot(s, frame.w, x, y, z),
     ]
+}
+
+/// Triangles that a plane separates from everything between the shading point and the light: one
+/// through the shading point and a side of the triangle, or the triangle's own. Such are the floor
+/// under the shading point and its walls, which would have to be cut otherwise.
+#[inline(always)]
+fn outside<S: Simd>(s: S, a: &Vertex<S>, b: &Vertex<S>, c: &Vertex<S>, shape: Shape) -> u8 {
+    let zero = s.dsplat(0.0);
+    let mut reach = zero;
+    for v in [a, b, c] {
+        for x in v {
+            reach = s.dmax(reach, s.dmax(*x, s.dsub(zero, *x)));
+        }
+    }
+    // In units of 2⁻⁵³ and powers of `reach`: the cross products are off by 4, their sum by 24, its
+    // value at a corner of the light by 144; the determinant by 30.
+    let room = s.dmul(s.dsplat(2e-14), s.dmul(reach, reach));
+    let det_room = s.dmul(room, reach);
+    let (ab, bc, ca) = (normal(s, a, b), normal(s, b, c), normal(s, c, a));
+    let own = [
+        s.dadd(s.dadd(ab[0], bc[0]), ca[0]),
+        s.dadd(s.dadd(ab[1], bc[1]), ca[1]),
+        s.dadd(s.dadd(ab[2], bc[2]), ca[2]),
+    ];
+    let det = s.dadd(
+        s.dadd(s.dmul(ab[0], c[0]), s.dmul(ab[1], c[1])),
+        s.dmul(ab[2], c[2]),
+    );
+    let left = s.dlt(det_room, det);
+    let right = s.dlt(det, s.dsub(zero, det_room));
+    let minus_room = s.dsub(zero, room);
+    // The light beyond the triangle's plane, the shading point before it: own·x > det.
+    let (least, most) = over_light(s, &own, shape);
+    let both = s.dadd(room, det_room);
+    let mut out = s.and(left, s.dlt(s.dadd(most, both), det));
+    out = s.or(out, s.and(right, s.dlt(det, s.dsub(least, both))));
+    for n in [&ab, &bc, &ca] {
+        let (least, most) = over_light(s, n, shape);
+        out = s.or(out, s.and(left, s.dlt(most, minus_room)));
+        out = s.or(out, s.and(right, s.dlt(room, least)));
+    }
+    s.bits(out)
+}
+
+/// The plane through the shading point and two vertices: their cross product.
+#[inline(always)]
+fn normal<S: Simd>(s: S, a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
+    [
+        s.dsub(s.dmul(a[1], b[2]), s.dmul(a[2], b[1])),
+        s.dsub(s.dmul(a[2], b[0]), s.dmul(a[0], b[2])),
+        s.dsub(s.dmul(a[0], b[1]), s.dmul(a[1], b[0])),
+    ]
+}
+
+/// The least and the largest value of a linear form over the square around the light, with a
+/// little room for lines along the light's own edges.
+#[inline(always)]
+fn over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> (S::D, S::D) {
+    let zero = s.dsplat(0.0);
+    let edge = s.dsplat(1e-9);
+    let (p, q) = (s.dsub(zero, n[0]), s.dsub(zero, n[1]));
+    let beyond = s.dmul(edge, s.dadd(s.dmax(n[0], p), s.dmax(n[1], q)));
+    let (mut least, mut most) = (s.dsub(n[2], beyond), s.dadd(n[2], beyond));
+    if shape != Shape::Line {
+        least = s.dadd(least, s.dmin(n[0], zero));
+        most = s.dadd(most, s.dmax(n[0], zero));
+    }
+    least = s.dadd(least, s.dmin(n[1], zero));
+    most = s.dadd(most, s.dmax(n[1], zero));
+    (least, most)
 }
 
 /// Which images miss the light (a side of the light or of the triangle separates them) and which
@@ -363,5 +497,5 @@ fn hides(image: &[[f64; 2]], frame: &LightFrame) -> bool {
 
 dispatch! {
     /// Projects a shaft's triangles on an instruction set.
-    project = project_kernel(occluders: &Occluders, point: DVec3, frame: &LightFrame, scratch: &mut Scratch) -> bool
+    project = project_kernel(point: DVec3, scratch: &mut Scratch) -> Found
 }

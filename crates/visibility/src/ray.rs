@@ -5,6 +5,7 @@ use crate::{
     dispatch::dispatch,
     node::{Child, Node},
     simd::Simd,
+    sweep::Lanes,
     watertight::WatertightRay,
 };
 use linelit_geometry::DVec3;
@@ -212,26 +213,11 @@ fn any_kernel<S: Simd>(
         top -= 1;
         let node = &hierarchy.nodes[stack[top].index()];
         counters.node_tests += u64::from(node.valid.count_ones());
-        let (mut found, near) = q.boxes(s, node, q.t_max32);
-        let mut entry = [0.0; 8];
-        s.store(near, &mut entry);
-        let base = top;
-        while found != 0 {
-            let lane = found.trailing_zeros() as usize;
-            let child = node.child[lane];
-            found &= found - 1;
-            if !child.is_leaf() {
-                let mut k = top;
-                while k > base && order[k - base - 1] < entry[lane] {
-                    order[k - base] = order[k - base - 1];
-                    stack[k] = stack[k - 1];
-                    k -= 1;
-                }
-                order[k - base] = entry[lane];
-                stack[k] = child;
-                top += 1;
-                continue;
-            }
+        let (found, near) = q.boxes(s, node, q.t_max32);
+        let mut leaves = found & node.leaf;
+        while leaves != 0 {
+            let child = node.child[leaves.trailing_zeros() as usize];
+            leaves &= leaves - 1;
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
             let mut maybe = q.triangles(s, &leaf.vertices) & child.mask();
@@ -248,6 +234,27 @@ fn any_kernel<S: Simd>(
                     return true;
                 }
             }
+        }
+        let mut inner = found & !node.leaf;
+        if inner == 0 {
+            continue;
+        }
+        let mut entry = Lanes([0.0; 8]);
+        s.store(near, &mut entry);
+        let base = top;
+        while inner != 0 {
+            let lane = inner.trailing_zeros() as usize;
+            inner &= inner - 1;
+            // Insertion keeps the farthest lowest on the stack.
+            let mut k = top;
+            while k > base && order[k - base - 1] < entry[lane] {
+                order[k - base] = order[k - base - 1];
+                stack[k] = stack[k - 1];
+                k -= 1;
+            }
+            order[k - base] = entry[lane];
+            stack[k] = node.child[lane];
+            top += 1;
         }
     }
     false
@@ -303,7 +310,7 @@ fn closest_kernel<S: Simd>(
         counters.node_tests += u64::from(node.valid.count_ones());
         let (mut found, near) = q.boxes(s, node, q.t_max32);
         hierarchy.prefetch(s, node, found);
-        let mut entry = [0.0; 8];
+        let mut entry = Lanes([0.0; 8]);
         s.store(near, &mut entry);
         let base = stack.len();
         while found != 0 {

@@ -4,9 +4,10 @@ use crate::{
     block::{Ends, Lines},
     counters::Counters,
     dense::{Covered, NearBox},
+    frame::LightFrame,
     merge::{Pieces, Slots},
     node::Child,
-    project::FlatTriangles,
+    project::{Corners, FlatTriangles},
 };
 
 /// Working memory and work counters of one thread's queries.
@@ -18,8 +19,10 @@ pub struct Scratch {
     pub(crate) stack: Vec<Child>,
     /// Nodes and leaves still to visit and where the ray enters them.
     pub(crate) near_stack: Vec<(Child, f32)>,
-    /// Triangles in the shaft: leaf × 8 + lane.
-    pub(crate) slots: Vec<u32>,
+    /// The light as seen from the shading point.
+    pub(crate) frame: LightFrame,
+    /// Triangles in the shaft.
+    pub(crate) corners: Box<Corners>,
     /// Their images on the light's plane.
     pub(crate) flat: FlatTriangles,
     /// The lines of one direction.
@@ -41,6 +44,12 @@ impl Scratch {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+}
+
+impl Default for LightFrame {
+    fn default() -> Self {
+        Self::NONE
     }
 }
 

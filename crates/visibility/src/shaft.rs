@@ -2,10 +2,9 @@
 
 use crate::{
     Occluders, Ray, Scratch, VisibleLines, block, dense,
-    frame::LightFrame,
     images::Images,
     project, sweep,
-    traverse::{self, ShaftBounds},
+    traverse::{self, Found, ShaftBounds},
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN, Segment};
 use std::ops::Range;
@@ -42,7 +41,6 @@ pub struct Shaft<'a> {
     scratch: &'a mut Scratch,
     /// The shading point, in world space.
     point: DVec3,
-    frame: Option<LightFrame>,
     /// First and number of the light's own triangles.
     exclude: (u32, u32),
     class: ShaftClass,
@@ -58,7 +56,7 @@ impl Occluders {
     /// Finds what is between a point and a light.
     pub fn shaft<'a>(&'a self, query: ShaftQuery<'_>, scratch: &'a mut Scratch) -> Shaft<'a> {
         scratch.counters.shafts += 1;
-        scratch.slots.clear();
+        scratch.corners.clear();
         scratch.flat.clear();
         let mut corners = [DVec3::ZERO; 16];
         let count = query.light.len().min(16);
@@ -66,21 +64,21 @@ impl Occluders {
             *c = *v - query.point;
         }
         let corners = &corners[..count];
-        let frame = LightFrame::new(corners);
-        let mut blocked = false;
-        let mut dense = false;
-        let Range { start, end } = query.exclude;
-        let exclude = (start, end.saturating_sub(start));
-        if let Some(frame) = &frame {
+        let lit = scratch.frame.set(corners);
+        let mut found = Found::Few;
+        if lit {
             let point = query.point - self.origin;
-            let bounds = ShaftBounds::new(self, point, corners, frame, exclude);
-            dense = !traverse::collect(self.isa, self, &bounds, DENSE, scratch);
-            if !scratch.slots.is_empty() {
-                blocked = project::project(self.isa, self, point, frame, scratch);
+            let Range { start, end } = query.exclude;
+            let exclude = (start, end.saturating_sub(start));
+            let bounds = ShaftBounds::new(self, point, corners, &scratch.frame, exclude);
+            found = traverse::collect(self.isa, self, &bounds, DENSE, scratch);
+            if found == Found::Few && scratch.corners.count > 0 {
+                found = project::project(self.isa, point, scratch);
             }
         }
+        let dense = found == Found::Many;
         let counters = &mut scratch.counters;
-        let class = if blocked {
+        let class = if found == Found::All {
             counters.blocked_shafts += 1;
             ShaftClass::Blocked
         } else if scratch.flat.count == 0 && !dense {
@@ -98,8 +96,10 @@ impl Occluders {
             occluders: self,
             scratch,
             point: query.point,
-            frame,
-            exclude,
+            exclude: (
+                query.exclude.start,
+                query.exclude.end.saturating_sub(query.exclude.start),
+            ),
             class,
             dense,
         }
@@ -162,16 +162,15 @@ impl Shaft<'_> {
     /// few enough triangles to keep.
     #[must_use]
     pub fn images(&self) -> Option<Images<'_>> {
-        let frame = self.frame.as_ref()?;
         (self.class == ShaftClass::Partial && !self.dense)
-            .then(|| Images::new(frame, &self.scratch.flat))
+            .then(|| Images::new(&self.scratch.frame, &self.scratch.flat))
     }
 
     /// Where the candidates are: leaf × 8 + lane.
     fn candidate_slots(&self) -> Option<&[u32]> {
         match self.class {
             ShaftClass::Partial if self.dense => None,
-            ShaftClass::Partial => Some(&self.scratch.slots),
+            ShaftClass::Partial => Some(self.scratch.corners.slots()),
             ShaftClass::Empty | ShaftClass::Blocked => Some(&[]),
         }
     }
@@ -183,29 +182,26 @@ impl Shaft<'_> {
     pub fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         out.reset(lines.len());
         self.scratch.counters.line_queries += lines.len() as u64;
-        match (self.class, self.frame) {
-            (ShaftClass::Partial, Some(frame)) => {
+        match self.class {
+            ShaftClass::Partial => {
                 let mut first = 0;
                 while first < lines.len() {
-                    first += self.group(&frame, lines, first, out);
+                    first += self.group(lines, first, out);
                 }
             }
-            (ShaftClass::Blocked, _) => {}
-            _ => (0..lines.len()).for_each(|i| out.put_whole(i)),
+            ShaftClass::Blocked => {}
+            ShaftClass::Empty => (0..lines.len()).for_each(|i| out.put_whole(i)),
         }
         self.scratch.counters.intervals += out.interval_count() as u64;
     }
 
     /// Answers the lines from `first` on that share a direction and tells how many they are.
-    fn group(
-        &mut self,
-        frame: &LightFrame,
-        lines: &[Segment],
-        first: usize,
-        out: &mut VisibleLines,
-    ) -> usize {
+    fn group(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) -> usize {
         let Scratch {
-            ends, lines: set, ..
+            frame,
+            ends,
+            lines: set,
+            ..
         } = &mut *self.scratch;
         block::place(self.occluders.isa, frame, self.point, &lines[first..], ends);
         let count = ends.count;
@@ -215,7 +211,7 @@ impl Shaft<'_> {
             return 1;
         }
         if self.dense {
-            self.visible_dense(frame, first, out);
+            self.visible_dense(first, out);
             return count;
         }
         set.fill(ends, first);
@@ -224,11 +220,13 @@ impl Shaft<'_> {
     }
 
     /// Answers the lines of a dense shaft, a few at a time.
-    fn visible_dense(&mut self, frame: &LightFrame, first: usize, out: &mut VisibleLines) {
+    fn visible_dense(&mut self, first: usize, out: &mut VisibleLines) {
         let point = self.point - self.occluders.origin;
         let mut start = 0;
         while start < self.scratch.ends.count {
-            let Scratch { ends, lines, .. } = &mut *self.scratch;
+            let Scratch {
+                frame, ends, lines, ..
+            } = &mut *self.scratch;
             let few = start..ends.count.min(start + dense::GROUP);
             start = few.end;
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -280,8 +278,8 @@ impl Shaft<'_> {
     /// Whether a point of the light is visible.
     pub fn point_visible(&mut self, light_point: DVec3) -> bool {
         self.scratch.counters.shaft_points += 1;
-        match (self.class, &self.frame) {
-            (ShaftClass::Partial, Some(_)) if self.dense => {
+        match self.class {
+            ShaftClass::Partial if self.dense => {
                 let ray = Ray {
                     origin: self.point,
                     direction: light_point - self.point,
@@ -291,11 +289,11 @@ impl Shaft<'_> {
                 let exclude = self.exclude.0..self.exclude.0 + self.exclude.1;
                 !self.occluders.any_hit(&ray, &exclude, self.scratch)
             }
-            (ShaftClass::Partial, Some(frame)) => {
-                let at = frame.project(light_point - self.point);
-                !sweep::hidden_point(self.occluders.isa, &self.scratch.flat.blocks, at)
+            ShaftClass::Partial => {
+                let at = self.scratch.frame.project(light_point - self.point);
+                !sweep::hidden_point(self.occluders.isa, &self.scratch.flat, at)
             }
-            (class, _) => class != ShaftClass::Blocked,
+            class => class != ShaftClass::Blocked,
         }
     }
 }

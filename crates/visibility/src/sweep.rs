@@ -42,12 +42,12 @@ pub(crate) type ReadyBlock = Lanes<[[f64; 8]; 8]>;
 
 /// Turns eight images to the lines' direction, sorts their vertices and finds the slopes.
 #[inline(always)]
-fn ready_eight<S: Simd>(s: S, flat: &FlatBlock, along: [f64; 2]) -> ReadyBlock {
+fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlock {
     let (dx, dy) = (s.dsplat(along[0]), s.dsplat(along[1]));
     let mut u = [s.dsplat(0.0); 3];
     let mut v = [s.dsplat(0.0); 3];
     for k in 0..3 {
-        let (p, q) = (s.dload(&flat[2 * k]), s.dload(&flat[2 * k + 1]));
+        let (p, q) = (s.dload(flat[2 * k]), s.dload(flat[2 * k + 1]));
         u[k] = s.dsub(s.dmul(dx, q), s.dmul(dy, p));
         v[k] = s.dadd(s.dmul(dx, p), s.dmul(dy, q));
     }
@@ -80,8 +80,8 @@ pub(crate) fn sweep_flat<S: Simd>(
     slots: &mut Slots,
 ) {
     let mut left = flat.count;
-    for block in &flat.blocks {
-        let ready = ready_eight(s, block, lines.along);
+    for block in flat.blocks() {
+        let ready = ready_eight(s, &block, lines.along);
         for lane in 0..left.min(8) {
             sweep_one(s, &ready, lane, lines, slots);
         }
@@ -164,13 +164,14 @@ fn sweep_one<S: Simd>(s: S, ready: &ReadyBlock, lane: usize, lines: &mut Lines, 
 
 /// Whether a point of the (p, q) plane is inside one of the images; edges and corners are.
 #[inline(always)]
-fn point_kernel<S: Simd>(s: S, blocks: &[FlatBlock], point: [f64; 2]) -> bool {
+fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
     let (x, y) = (s.dsplat(point[0]), s.dsplat(point[1]));
     let zero = s.dsplat(0.0);
-    for block in blocks {
-        let (ax, ay) = (s.dsub(s.dload(&block[0]), x), s.dsub(s.dload(&block[1]), y));
-        let (bx, by) = (s.dsub(s.dload(&block[2]), x), s.dsub(s.dload(&block[3]), y));
-        let (cx, cy) = (s.dsub(s.dload(&block[4]), x), s.dsub(s.dload(&block[5]), y));
+    let mut left = flat.count;
+    for block in flat.blocks() {
+        let (ax, ay) = (s.dsub(s.dload(block[0]), x), s.dsub(s.dload(block[1]), y));
+        let (bx, by) = (s.dsub(s.dload(block[2]), x), s.dsub(s.dload(block[3]), y));
+        let (cx, cy) = (s.dsub(s.dload(block[4]), x), s.dsub(s.dload(block[5]), y));
         let u = s.dsub(s.dmul(cx, by), s.dmul(cy, bx));
         let v = s.dsub(s.dmul(ax, cy), s.dmul(ay, cx));
         let w = s.dsub(s.dmul(bx, ay), s.dmul(by, ax));
@@ -179,9 +180,11 @@ fn point_kernel<S: Simd>(s: S, blocks: &[FlatBlock], point: [f64; 2]) -> bool {
         // All on one side, and not all zero.
         let positive = s.and(s.dle(zero, low), s.dlt(zero, high));
         let negative = s.and(s.dle(high, zero), s.dlt(low, zero));
-        if s.bits(s.or(positive, negative)) != 0 {
+        let used = 0xff_u8 >> (8 - left.min(8));
+        if s.bits(s.or(positive, negative)) & used != 0 {
             return true;
         }
+        left = left.saturating_sub(8);
     }
     false
 }
@@ -192,5 +195,5 @@ dispatch! {
 }
 dispatch! {
     /// Whether the projected triangles hide a point, on an instruction set.
-    hidden_point = point_kernel(blocks: &[FlatBlock], point: [f64; 2]) -> bool
+    hidden_point = point_kernel(flat: &FlatTriangles, point: [f64; 2]) -> bool
 }

@@ -40,13 +40,10 @@ impl WatertightRay {
     /// barycentric coordinates of vertices 1 and 2.
     #[inline(always)]
     pub(crate) fn intersect(&self, triangle: &[[f32; 3]; 3]) -> Option<(f64, [f64; 2])> {
-        let [kx, ky, kz] = self.axes;
-        let [sx, sy, sz] = self.shear;
-        let sheared = triangle.map(|v| {
-            let a: [f64; 3] = std::array::from_fn(|i| f64::from(v[i]) - self.origin[i]);
-            (a[kx] - sx * a[kz], a[ky] - sy * a[kz], a[kz])
-        });
-        let [(ax, ay, az), (bx, by, bz), (cx, cy, cz)] = sheared;
+        let sz = self.shear[2];
+        let (ax, ay, az) = self.sheared(&triangle[0]);
+        let (bx, by, bz) = self.sheared(&triangle[1]);
+        let (cx, cy, cz) = self.sheared(&triangle[2]);
         let u = cx * by - cy * bx;
         let v = ax * cy - ay * cx;
         let w = bx * ay - by * ax;
@@ -60,5 +57,17 @@ impl WatertightRay {
         }
         let t = (u * az + v * bz + w * cz) * sz / det;
         Some((t, [v / det, w / det]))
+    }
+
+    /// A vertex in the ray's coordinates.
+    #[inline(always)]
+    fn sheared(&self, v: &[f32; 3]) -> (f64, f64, f64) {
+        let [kx, ky, kz] = self.axes;
+        let z = f64::from(v[kz]) - self.origin[kz];
+        (
+            f64::from(v[kx]) - self.origin[kx] - self.shear[0] * z,
+            f64::from(v[ky]) - self.origin[ky] - self.shear[1] * z,
+            z,
+        )
     }
 }

@@ -43,6 +43,9 @@ pub(crate) trait Simd: Copy {
     fn le(self, a: Self::F, b: Self::F) -> u8;
     /// A bit for each lane with `a < b`; none for NaN.
     fn lt(self, a: Self::F, b: Self::F) -> u8;
+    /// Writes the lanes of `m` one after the other to `out[at..]`, and something to the rest of
+    /// the eight places there.
+    fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize);
     /// Lanes where both are in `start .. start + len` (wrapping): a bit each.
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8;
 
@@ -68,4 +71,6 @@ pub(crate) trait Simd: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     fn not(self, a: Self::M) -> Self::M;
     fn bits(self, a: Self::M) -> u8;
+    /// As [`Simd::compress`].
+    fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize);
 }

@@ -81,6 +81,10 @@ impl Simd for Scalar {
         pack(zip(a, b, |a, b| a < b))
     }
     #[inline(always)]
+    fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize) {
+        squeeze(m, &a, &mut out[at..at + 8]);
+    }
+    #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
         pack(a.map(|a| a.wrapping_sub(start) < len))
     }
@@ -152,5 +156,22 @@ impl Simd for Scalar {
     #[inline(always)]
     fn bits(self, a: Self::M) -> u8 {
         pack(a)
+    }
+    #[inline(always)]
+    fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize) {
+        squeeze(m, &a, &mut out[at..at + 8]);
+    }
+}
+
+/// Moves the lanes of `m` to the front.
+#[inline(always)]
+fn squeeze<T: Copy>(m: u8, a: &[T; 8], out: &mut [T]) {
+    let mut m = m;
+    for slot in out {
+        if m == 0 {
+            break;
+        }
+        *slot = a[m.trailing_zeros() as usize];
+        m &= m - 1;
     }
 }

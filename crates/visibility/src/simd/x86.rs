@@ -137,6 +137,12 @@ impl Simd for Avx512 {
         unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b) }
     }
     #[inline(always)]
+    fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize) {
+        let out = &mut out[at..at + 8];
+        // SAFETY: a value of this type exists only where the instructions do; eight places.
+        unsafe { _mm256_storeu_ps(out.as_mut_ptr(), _mm256_maskz_compress_ps(m, a)) }
+    }
+    #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe {
@@ -226,6 +232,12 @@ impl Simd for Avx512 {
     fn bits(self, a: Self::M) -> u8 {
         a
     }
+    #[inline(always)]
+    fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize) {
+        let out = &mut out[at..at + 8];
+        // SAFETY: a value of this type exists only where the instructions do; eight places.
+        unsafe { _mm512_storeu_pd(out.as_mut_ptr(), _mm512_maskz_compress_pd(m, a)) }
+    }
 }
 
 impl Simd for Avx2 {
@@ -301,6 +313,18 @@ impl Simd for Avx2 {
     fn lt(self, a: Self::F, b: Self::F) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { byte(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b))) }
+    }
+    #[inline(always)]
+    fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize) {
+        let out = &mut out[at..at + 8];
+        // SAFETY: a value of this type exists only where the instructions do; eight places.
+        unsafe {
+            // Each bit of the mask becomes a byte of ones, which picks a lane's number.
+            let bytes = _pdep_u64(m.into(), 0x0101_0101_0101_0101) * 0xff;
+            let lanes = _pext_u64(0x0706_0504_0302_0100, bytes).cast_signed();
+            let lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(lanes));
+            _mm256_storeu_ps(out.as_mut_ptr(), _mm256_permutevar8x32_ps(a, lanes));
+        }
     }
     #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
@@ -429,5 +453,33 @@ impl Simd for Avx2 {
     fn bits(self, a: Self::M) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { byte(_mm256_movemask_pd(a[0]) | (_mm256_movemask_pd(a[1]) << 4)) }
+    }
+    #[inline(always)]
+    fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize) {
+        let out = &mut out[at..at + 8];
+        let (low, high) = (m & 15, m >> 4);
+        // SAFETY: a value of this type exists only where the instructions do; four places each,
+        // the second of which start at most four further on.
+        unsafe {
+            _mm256_storeu_pd(out.as_mut_ptr(), squeeze_four(low, a[0]));
+            let second = &mut out[low.count_ones() as usize..];
+            _mm256_storeu_pd(second.as_mut_ptr(), squeeze_four(high, a[1]));
+        }
+    }
+}
+
+/// Moves the lanes of `m` to the front.
+///
+/// # Safety
+/// The processor must have AVX2 and BMI2.
+#[inline(always)]
+unsafe fn squeeze_four(m: u8, a: __m256d) -> __m256d {
+    // SAFETY: the caller sees to the instructions.
+    unsafe {
+        // Each bit of the mask becomes two bytes of ones, which pick a lane's two halves.
+        let bytes = _pdep_u64(m.into(), 0x0001_0001_0001_0001) * 0xffff;
+        let lanes = _pext_u64(0x0706_0504_0302_0100, bytes).cast_signed();
+        let lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(lanes));
+        _mm256_castps_pd(_mm256_permutevar8x32_ps(_mm256_castpd_ps(a), lanes))
     }
 }
