@@ -1,6 +1,7 @@
 //! What all readers share: putting meshes into the scene, reading images, finishing.
 
 use crate::camera::{Camera, Projection};
+use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError, Warnings};
 use crate::film::FilmSettings;
 use crate::image::{self, ImageData};
@@ -79,6 +80,7 @@ impl Assembly {
                     "after its transform",
                 ))
             }
+            Err(Refusal::TooManyLights) => Err(self.too_many_lights(at)),
             Err(Refusal::TooMany) => {
                 let message = format!("more than {} triangles", self.max_triangles);
                 let error = at(
@@ -91,6 +93,33 @@ impl Assembly {
                 )))
             }
         }
+    }
+
+    /// Adds a linear light between two points of the world.
+    pub(crate) fn place_line(
+        &mut self,
+        [p0, p1]: [DVec3; 2],
+        spec: &EmissionSpec,
+        at: At<'_>,
+    ) -> Result<()> {
+        if !p0.is_finite() || !p1.is_finite() {
+            let message = "the end of a line is not finite";
+            let error = SceneError::new(ErrorKind::OutOfRange, message);
+            return Err(at(error, "after its transform"));
+        }
+        if p0 == p1 {
+            let message = "a line without length emits nothing";
+            return self.warn(ErrorKind::Suspicious, message, "left out", at);
+        }
+        let added = self.builder.add_line(p0, p1, spec);
+        added.map_err(|_| self.too_many_lights(at))
+    }
+
+    fn too_many_lights(&self, at: At<'_>) -> SceneError {
+        let message = format!("more than {} lights", self.builder.max_lights);
+        let error = SceneError::new(ErrorKind::Limit, message);
+        at(error, "this shape has too many")
+            .note("each emissive triangle or line is a light, unless neighbours in one plane merge")
     }
 
     /// A file that the scene names, read into memory.

@@ -216,11 +216,21 @@ impl Writer<'_> {
         let body = match texture {
             Texture::Constant(_) => String::new(),
             Texture::Image(image) => {
-                let wrap = match image.wrap {
+                let [wrap, v_wrap] = image.wrap.map(|wrap| match wrap {
                     Wrap::Repeat => "repeat",
+                    // The nearest that pbrt has.
+                    Wrap::Mirror if !self.options.extensions => "repeat",
+                    Wrap::Mirror => "mirror",
                     Wrap::Black => "black",
                     Wrap::Clamp => "clamp",
-                };
+                });
+                let mut own = String::new();
+                if self.options.extensions && image.mapping.rotation != 0.0 {
+                    own = format!(" \"float uvrotation\" [ {} ]", image.mapping.rotation);
+                }
+                if self.options.extensions && wrap != v_wrap {
+                    own += &format!(" \"string vwrap\" \"{v_wrap}\"");
+                }
                 let (s, o) = (image.mapping.scale, image.mapping.offset);
                 let encoding = if image.data.is_srgb() {
                     "sRGB"
@@ -230,7 +240,7 @@ impl Writer<'_> {
                 format!(
                     "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string encoding\" \"{encoding}\" \
                      \"float scale\" [ {} ] \"bool invert\" {} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
-                     \"float udelta\" [ {} ] \"float vdelta\" [ {} ]",
+                     \"float udelta\" [ {} ] \"float vdelta\" [ {} ]{own}",
                     Quoted(&(self.options.image_name)(image)),
                     image.scale,
                     image.invert,

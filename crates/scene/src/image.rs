@@ -5,8 +5,24 @@ use linelit_geometry::DVec3;
 use std::fmt;
 use std::sync::LazyLock;
 
-/// Most pixels that a texture may have.
-pub(crate) const MAX_PIXELS: u64 = 1 << 28;
+/// Pixels that any image may have, however small its file is.
+const FREE_PIXELS: u64 = 1 << 24;
+/// Pixels that an image may have for each byte of its file: flat colour packs well.
+const PIXELS_PER_BYTE: u64 = 128;
+/// Most pixels that an image may have.
+const MAX_PIXELS: u64 = 1 << 28;
+
+/// Refuses sizes that a file of so many bytes should not ask for; the error is a message.
+pub(crate) fn check_size(what: &str, width: u32, height: u32, bytes: usize) -> Result<(), String> {
+    let count = u64::from(width) * u64::from(height);
+    let limit = (FREE_PIXELS + PIXELS_PER_BYTE * bytes as u64).min(MAX_PIXELS);
+    if count == 0 || count > limit {
+        return Err(format!(
+            "{what} image of {width} x {height} pixels in {bytes} bytes"
+        ));
+    }
+    Ok(())
+}
 
 /// Eight-bit pixels, top row first.
 #[derive(Clone, PartialEq, Eq)]
@@ -61,6 +77,14 @@ impl ImageData {
                 *rgb = [nearest(DVec3::new(r, g, b).dot(LUMINANCE)); 3];
             }
         }
+        grey
+    }
+
+    /// One component (0: red, 1: green, 2: blue) in grey.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn component(&self, k: usize) -> Self {
+        let mut grey = self.clone();
+        grey.rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]);
         grey
     }
 
@@ -119,19 +143,33 @@ impl ImageData {
     }
 }
 
-/// Reads an image by the extension of its name: `None` if there is no reader for it.
+/// Reads an image by its first bytes or else the extension of its name: `None` if there is no
+/// reader for it.
 pub(crate) fn read(name: &str, bytes: &[u8], srgb: bool) -> Option<Result<ImageData, String>> {
-    match name
-        .rsplit('.')
-        .next()
-        .unwrap_or("")
-        .to_ascii_lowercase()
-        .as_str()
-    {
+    if bytes.starts_with(b"\x89PNG") {
+        return Some(crate::png::read(bytes, srgb));
+    }
+    if bytes.starts_with(b"\xff\xd8\xff") {
+        return read_jpeg(bytes, srgb);
+    }
+    let extension = name.rsplit('.').next().unwrap_or("");
+    match extension.to_ascii_lowercase().as_str() {
         "tga" => Some(read_tga(bytes, srgb)),
         "png" => Some(crate::png::read(bytes, srgb)),
+        "jpg" | "jpeg" => Some(Err("it is not a JPEG file".into())),
         _ => None,
     }
+}
+
+/// Reads a JPEG file, if the feature is on; the error is a message without a place.
+#[cfg(feature = "jpeg")]
+fn read_jpeg(bytes: &[u8], srgb: bool) -> Option<Result<ImageData, String>> {
+    Some(crate::jpeg::read(bytes, srgb))
+}
+
+#[cfg(not(feature = "jpeg"))]
+fn read_jpeg(_: &[u8], _: bool) -> Option<Result<ImageData, String>> {
+    None
 }
 
 /// Reads a TGA file: true colour or grey, 8, 24 or 32 bits, plain or run-length encoded.
@@ -160,9 +198,7 @@ pub(crate) fn read_tga(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
         }
     };
     let count = u64::from(width) * u64::from(height);
-    if count == 0 || count > MAX_PIXELS {
-        return Err(format!("a TGA image of {width} x {height} pixels"));
-    }
+    check_size("a TGA", width, height, bytes.len())?;
     let data = bytes.get(18 + id_length + map_bytes..).unwrap_or(&[]);
     // The least number of bytes that can hold that many pixels.
     let least = if run_length {

@@ -4,6 +4,10 @@
 
 /// More output than this is refused (a gigabyte fits no scene that we could draw).
 const MAX_OUTPUT: usize = 1 << 30;
+/// Output of any gzip file that is not refused, however small the file is.
+const FREE_OUTPUT: usize = 1 << 26;
+/// Output for each byte of a gzip file: meshes and text pack by less.
+const OUTPUT_PER_BYTE: usize = 64;
 
 /// Contents of a gzip file; the error is a message.
 pub(crate) fn gunzip(data: &[u8]) -> Result<Vec<u8>, String> {
@@ -29,7 +33,8 @@ pub(crate) fn gunzip(data: &[u8]) -> Result<Vec<u8>, String> {
     if flags & 2 != 0 {
         rest = rest.get(2..).ok_or_else(short)?;
     }
-    inflate(rest, MAX_OUTPUT)
+    let limit = FREE_OUTPUT.saturating_add(OUTPUT_PER_BYTE.saturating_mul(data.len()));
+    inflate(rest, limit.min(MAX_OUTPUT))
 }
 
 /// Contents of a zlib stream of at most `limit` bytes; the error is a message.

@@ -37,12 +37,16 @@
 mod assembly;
 mod camera;
 mod color;
+mod emission;
 mod error;
 mod export;
 mod film;
+#[cfg(feature = "gltf")]
 mod gltf;
 mod image;
 mod inflate;
+#[cfg(feature = "jpeg")]
+mod jpeg;
 mod load;
 mod material;
 mod merge;
@@ -60,6 +64,7 @@ mod tessellate;
 mod texture;
 
 pub use camera::{Camera, CameraRay, Projection};
+pub use emission::EmissionMap;
 pub use error::{ErrorKind, SceneError, Warning};
 pub use export::ExportOptions;
 pub use film::{FilmSettings, Filter, FilterKind};

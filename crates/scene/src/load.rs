@@ -2,9 +2,11 @@
 
 use crate::assembly::describe;
 use crate::error::{ErrorKind, Result, SceneError, Warning};
+#[cfg(feature = "gltf")]
+use crate::gltf;
 use crate::scene::Scene;
 use crate::source::Source;
-use crate::{gltf, obj, pbrt, ply};
+use crate::{obj, pbrt, ply};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -37,7 +39,7 @@ pub enum Format {
     Obj,
     /// A single PLY mesh.
     Ply,
-    /// glTF 2.0, as JSON or binary.
+    /// glTF 2.0, as JSON or binary; needs the feature `gltf`.
     Gltf,
 }
 
@@ -67,7 +69,15 @@ impl Format {
             Self::Pbrt => pbrt::load(source, path, options),
             Self::Obj => obj::load(source, path, options),
             Self::Ply => ply::load(&source, path, options),
+            #[cfg(feature = "gltf")]
             Self::Gltf => gltf::load(&source, path, options),
+            #[cfg(not(feature = "gltf"))]
+            Self::Gltf => {
+                let message = "this program was built without its glTF reader";
+                Err(SceneError::new(ErrorKind::Unsupported, message)
+                    .in_file(source.name())
+                    .help("build it with the feature `gltf` of linelit-scene"))
+            }
         }
     }
 }

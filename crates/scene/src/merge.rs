@@ -51,8 +51,8 @@ impl Facet {
     }
 }
 
-/// Groups facets into lights; `same` says whether two facets emit the same.
-pub(crate) fn merge(facets: &[Facet], same: impl Fn(&Facet, &Facet) -> bool) -> Vec<Group> {
+/// Groups facets into lights; `same` says whether two facets, by number, emit the same.
+pub(crate) fn merge(facets: &[Facet], same: impl Fn(usize, usize) -> bool) -> Vec<Group> {
     let mesh = Topology::new(facets);
     let mut groups = Vec::new();
     for patch in mesh.patches(facets, &same) {
@@ -130,7 +130,7 @@ impl Topology {
     }
 
     /// Connected sets of facets in one plane, each in the order of the file.
-    fn patches(&self, facets: &[Facet], same: &impl Fn(&Facet, &Facet) -> bool) -> Vec<Vec<usize>> {
+    fn patches(&self, facets: &[Facet], same: &impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
         let mut taken = vec![false; facets.len()];
         let mut patches = Vec::new();
         for seed in 0..facets.len() {
@@ -142,10 +142,7 @@ impl Topology {
             let mut next = 0;
             while next < patch.len() {
                 for n in self.neighbours(patch[next]).into_iter().flatten() {
-                    if !taken[n]
-                        && coplanar(&facets[seed], &facets[n])
-                        && same(&facets[seed], &facets[n])
-                    {
+                    if !taken[n] && coplanar(&facets[seed], &facets[n]) && same(seed, n) {
                         taken[n] = true;
                         patch.push(n);
                     }

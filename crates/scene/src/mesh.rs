@@ -1,11 +1,14 @@
 //! Meshes on their way into the scene.
 
+use crate::emission::{self, EmissionMap, EmissionSpec};
 use crate::merge::{self, Facet};
 use crate::scene::{EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f64};
-use crate::{Camera, FilmSettings, Material};
+use crate::surface::corner_uvs;
+use crate::{Camera, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_lights::{AreaLight, Emission, Light, LinearLight};
+use std::sync::Arc;
 
 /// A mesh in its own space: all numbers finite, all indices in range.
 #[derive(Clone, Debug, Default)]
@@ -20,16 +23,6 @@ pub(crate) struct MeshData {
     pub(crate) one_shape: bool,
     /// Radius of the sphere around the origin that the triangles stand for.
     pub(crate) sphere: Option<f64>,
-}
-
-/// What a light-emitting shape emits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct EmissionSpec {
-    /// Radiance, or with `power` its colour.
-    pub(crate) radiance: DVec3,
-    pub(crate) two_sided: bool,
-    /// pbrt-v4's `power`: π × area × sides × (radiance of a unit `L`).
-    pub(crate) power: Option<f64>,
 }
 
 /// How a mesh stands in the world.
@@ -58,7 +51,15 @@ pub(crate) enum Refusal {
     Singular,
     /// More triangles than allowed.
     TooMany,
+    /// More lights than allowed.
+    TooManyLights,
 }
+
+/// Lights that a scene may have: each takes half a kilobyte.
+const MAX_LIGHTS: usize = 1 << 20;
+
+/// Texels that the means over a textured emitter look at.
+const MEAN_BUDGET: f64 = 4e6;
 
 /// Collects the parts of a scene.
 #[derive(Debug)]
@@ -72,7 +73,9 @@ pub(crate) struct Builder {
     lights: Vec<SceneLight>,
     light_ranges: Vec<(u32, u32, u32)>,
     spheres: Vec<EmissiveSphere>,
+    emission_maps: Vec<Arc<Texture>>,
     max_triangles: usize,
+    pub(crate) max_lights: usize,
     /// Vertices and triangles looked at so far, whether or not they are kept.
     work: usize,
 }
@@ -89,6 +92,8 @@ impl Builder {
             lights: Vec::new(),
             light_ranges: Vec::new(),
             spheres: Vec::new(),
+            emission_maps: Vec::new(),
+            max_lights: MAX_LIGHTS.min(max_triangles / 4),
             max_triangles: max_triangles.min(u32::MAX as usize / 4),
             work: 0,
         }
@@ -106,6 +111,12 @@ impl Builder {
     pub(crate) fn add_material(&mut self, material: Material) -> u32 {
         self.materials.push(material);
         index(self.materials.len() - 1)
+    }
+
+    /// Adds a texture that shapes emit and gives its index.
+    pub(crate) fn add_emission_map(&mut self, texture: Arc<Texture>) -> u32 {
+        self.emission_maps.push(texture);
+        index(self.emission_maps.len() - 1)
     }
 
     /// Adds a mesh: transforms, rounds, drops triangles without area, makes lights.
@@ -153,7 +164,7 @@ impl Builder {
             has_uvs: !mesh.uvs.is_empty(),
         });
         if let Some(emission) = &place.emission {
-            added.lights = self.add_lights(first, emission, mesh.one_shape);
+            added.lights = self.add_lights(first, emission, mesh.one_shape)?;
             if let Some(radius) = mesh.sphere {
                 self.note_sphere(first, added.lights, radius, place, emission);
             }
@@ -195,39 +206,35 @@ impl Builder {
 
     /// Makes lights of the triangles from `first` on, puts the triangles of each light side by
     /// side, and gives the number of lights.
-    fn add_lights(&mut self, first: usize, spec: &EmissionSpec, one_shape: bool) -> usize {
+    fn add_lights(
+        &mut self,
+        first: usize,
+        spec: &EmissionSpec,
+        one_shape: bool,
+    ) -> Result<usize, Refusal> {
         let Some(mesh) = self.meshes.last() else {
-            return 0;
+            return Ok(0);
         };
-        let (flipped, has_normals) = (mesh.flipped, mesh.has_normals);
-        let facets: Vec<Facet> = self.triangles[first..]
-            .iter()
-            .map(|t| {
-                let corners = t.map(|i| to_f64(self.positions[i as usize]));
-                let normal = if has_normals {
-                    t.iter().map(|i| to_f64(self.normals[*i as usize])).sum()
-                } else {
-                    DVec3::ZERO
-                };
-                Facet::new(corners, |winding| {
-                    outward(winding, normal, flipped) == winding
-                })
-            })
-            .collect();
+        let facets = self.facets(first, mesh);
         let total: f64 = facets.iter().map(Facet::area).sum();
-        let radiance_of = |area: f64| match spec.power {
+        let factors = self.emission_factors(first, mesh, spec);
+        let full = |k: usize| match spec.power {
             Some(power) => {
                 let sides = if spec.two_sided { 2.0 } else { 1.0 };
+                let area = if one_shape { total } else { facets[k].area() };
                 spec.radiance * (power / (std::f64::consts::PI * sides * area))
             }
             None => spec.radiance,
         };
-        let radiance_of = |facet: &Facet| radiance_of(if one_shape { total } else { facet.area() });
-        let same = |a: &Facet, b: &Facet| {
-            let (a, b) = (radiance_of(a), radiance_of(b));
+        let radiance = |k: usize| full(k) * factors.get(k).copied().unwrap_or(DVec3::ONE);
+        let same = |a: usize, b: usize| {
+            let (a, b) = (radiance(a), radiance(b));
             (a - b).abs().max_element() <= 1e-5 * a.max_element()
         };
         let groups = merge::merge(&facets, same);
+        if self.lights.len() + groups.len() > self.max_lights {
+            return Err(Refusal::TooManyLights);
+        }
         let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
         let mut next = first;
         let lights_before = self.lights.len();
@@ -237,23 +244,69 @@ impl Builder {
                 self.triangles[next] = old[k];
                 next += 1;
             }
+            let k = group.facets[0];
             let emission = Emission {
-                radiance: radiance_of(&facets[group.facets[0]]),
+                radiance: radiance(k),
                 two_sided: spec.two_sided,
             };
-            if let Some(polygon) = group.polygon {
-                self.push_area_light(polygon, emission, start, next);
+            // The dark parts of a texture are no lights.
+            if let Some(polygon) = group.polygon
+                && (spec.map.is_none() || emission.radiance != DVec3::ZERO)
+            {
+                let map = spec.map.map(|map| EmissionMap {
+                    radiance: full(k),
+                    factor: Arc::clone(&self.emission_maps[map as usize]),
+                });
+                self.push_area_light(polygon, emission, map, start, next);
             }
         }
-        self.lights.len() - lights_before
+        Ok(self.lights.len() - lights_before)
     }
 
-    fn push_area_light(&mut self, polygon: ConvexPolygon, emission: Emission, a: usize, b: usize) {
+    /// The triangles from `first` on, turned to the side that emits.
+    fn facets(&self, first: usize, mesh: &Mesh) -> Vec<Facet> {
+        let facet = |t: &[u32; 3]| {
+            let corners = t.map(|i| to_f64(self.positions[i as usize]));
+            let normal = if mesh.has_normals {
+                t.iter().map(|i| to_f64(self.normals[*i as usize])).sum()
+            } else {
+                DVec3::ZERO
+            };
+            Facet::new(corners, |winding| {
+                outward(winding, normal, mesh.flipped) == winding
+            })
+        };
+        self.triangles[first..].iter().map(facet).collect()
+    }
+
+    /// The mean of the emission's texture over each triangle from `first` on; none without one.
+    fn emission_factors(&self, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Vec<DVec3> {
+        let Some(map) = spec.map.map(|map| &self.emission_maps[map as usize]) else {
+            return Vec::new();
+        };
+        let triangles = &self.triangles[first..];
+        let budget = MEAN_BUDGET / triangles.len() as f64;
+        let factor = |t: &[u32; 3]| {
+            let uv = corner_uvs(&self.uvs, mesh, t.map(|i| i as usize));
+            emission::mean(map, uv, budget).max(DVec3::ZERO)
+        };
+        triangles.iter().map(factor).collect()
+    }
+
+    fn push_area_light(
+        &mut self,
+        polygon: ConvexPolygon,
+        emission: Emission,
+        map: Option<EmissionMap>,
+        a: usize,
+        b: usize,
+    ) {
         self.light_ranges
             .push((index(a), index(b), index(self.lights.len())));
         self.lights.push(SceneLight {
             light: Light::Area(AreaLight { polygon, emission }),
             triangles: index(a)..index(b),
+            map,
         });
     }
 
@@ -293,7 +346,15 @@ impl Builder {
     }
 
     /// Adds a linear light; `radiance` is radiance × radius.
-    pub(crate) fn add_line(&mut self, p0: DVec3, p1: DVec3, spec: &EmissionSpec) {
+    pub(crate) fn add_line(
+        &mut self,
+        p0: DVec3,
+        p1: DVec3,
+        spec: &EmissionSpec,
+    ) -> Result<(), Refusal> {
+        if self.lights.len() >= self.max_lights {
+            return Err(Refusal::TooManyLights);
+        }
         let length = (p1 - p0).length();
         let factor = spec
             .power
@@ -305,7 +366,9 @@ impl Builder {
                 radiance_radius: spec.radiance * factor,
             }),
             triangles: at..at,
+            map: None,
         });
+        Ok(())
     }
 
     /// The finished scene.

@@ -3,7 +3,7 @@
 //! A reader of our own, because textures need no more than this; pictures are written by the film
 //! crate.
 
-use crate::image::{ImageData, MAX_PIXELS};
+use crate::image::{ImageData, check_size};
 use crate::inflate;
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
@@ -17,15 +17,12 @@ struct Header {
 }
 
 impl Header {
-    fn parse(chunk: &[u8]) -> Result<Self, String> {
+    fn parse(chunk: &[u8], file: usize) -> Result<Self, String> {
         let data: &[u8; 13] = chunk.first_chunk().ok_or("the PNG header is too short")?;
         let number =
             |i: usize| u32::from_be_bytes([data[i], data[i + 1], data[i + 2], data[i + 3]]);
         let (width, height) = (number(0), number(4));
-        let count = u64::from(width) * u64::from(height);
-        if count == 0 || count > MAX_PIXELS {
-            return Err(format!("a PNG image of {width} x {height} pixels"));
-        }
+        check_size("a PNG", width, height, file)?;
         let (depth, colour) = (data[8], data[9]);
         let known = matches!(
             (colour, depth),
@@ -80,7 +77,7 @@ pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
         let (kind, tail) = tail.split_first_chunk::<4>().ok_or_else(cut)?;
         let chunk = tail.get(..length).ok_or_else(cut)?;
         match kind {
-            b"IHDR" => header = Some(Header::parse(chunk)?),
+            b"IHDR" => header = Some(Header::parse(chunk, bytes.len())?),
             b"PLTE" => palette = chunk.as_chunks::<3>().0.to_vec(),
             b"IDAT" => data.extend_from_slice(chunk),
             b"IEND" => break,

@@ -1,6 +1,7 @@
 //! The scene: triangles in world space, materials, lights, camera and film.
 
 use crate::camera::Camera;
+use crate::emission::EmissionMap;
 use crate::film::FilmSettings;
 use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
@@ -36,6 +37,8 @@ pub struct SceneLight {
     /// The triangles of an area light, which rays towards it must not count as occluders; empty
     /// for a linear light.
     pub triangles: Range<u32>,
+    /// Emission that varies over an area light; `light` has its mean.
+    pub map: Option<EmissionMap>,
 }
 
 /// An emissive sphere whose facets are among the lights.

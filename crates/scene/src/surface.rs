@@ -68,7 +68,7 @@ impl Scene {
         let outside = outward.dot(ray_direction) <= 0.0;
         let side = if outside { 1.0 } else { -1.0 };
         let geometric_normal = side * outward;
-        let uvs = self.corner_uvs(mesh, indices);
+        let uvs = corner_uvs(&self.uvs, mesh, indices);
         let (dp_du, dp_dv) = tangents([p0, p1, p2], uvs, winding);
         let mut surface = Surface {
             point: p0 * weights[0] + p1 * b1 + p2 * b2,
@@ -114,17 +114,17 @@ impl Scene {
             otherwise
         }
     }
+}
 
-    /// The texture coordinates of the corners of a triangle of a mesh.
-    pub(crate) fn corner_uvs(&self, mesh: &Mesh, indices: [usize; 3]) -> [DVec2; 3] {
-        if !mesh.has_uvs {
-            return DEFAULT_UVS;
-        }
-        indices.map(|i| {
-            let [u, v] = self.uvs[i];
-            DVec2::new(f64::from(u), f64::from(v))
-        })
+/// The texture coordinates of the corners of a triangle of a mesh.
+pub(crate) fn corner_uvs(uvs: &[[f32; 2]], mesh: &Mesh, indices: [usize; 3]) -> [DVec2; 3] {
+    if !mesh.has_uvs {
+        return DEFAULT_UVS;
     }
+    indices.map(|i| {
+        let [u, v] = uvs[i];
+        DVec2::new(f64::from(u), f64::from(v))
+    })
 }
 
 /// The derivatives of the points of a triangle by its texture coordinates (the solution of
@@ -232,7 +232,7 @@ mod tests {
         let ramp = crate::ImageTexture {
             data: crate::ImageData::new(256, 1, pixels, false).unwrap().into(),
             mapping: crate::UvMapping::IDENTITY,
-            wrap: crate::Wrap::Clamp,
+            wrap: [crate::Wrap::Clamp; 2],
             scale: 255.0 / 256.0,
             invert: false,
             filename: String::new(),

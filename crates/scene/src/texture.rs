@@ -10,19 +10,24 @@ use std::sync::Arc;
 pub enum Wrap {
     /// The image again.
     Repeat,
+    /// The image again, every other one turned over.
+    Mirror,
     /// Black.
     Black,
     /// The colour of the edge.
     Clamp,
 }
 
-/// Scales and shifts texture coordinates: `(u, v)` becomes `scale * (u, v) + offset`.
+/// Scales, turns and shifts texture coordinates: `(u, v)` becomes
+/// `R (scale * (u, v)) + offset`, where `R` turns counter-clockwise by `rotation`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvMapping {
     /// Factors.
     pub scale: DVec2,
-    /// Shifts, applied after the factors.
+    /// Shifts, applied in the end.
     pub offset: DVec2,
+    /// In radians, applied between the two.
+    pub rotation: f64,
 }
 
 impl UvMapping {
@@ -30,11 +35,16 @@ impl UvMapping {
     pub const IDENTITY: Self = Self {
         scale: DVec2::ONE,
         offset: DVec2::ZERO,
+        rotation: 0.0,
     };
 
     /// The mapped coordinates.
     pub fn apply(&self, uv: DVec2) -> DVec2 {
-        self.scale * uv + self.offset
+        let scaled = self.scale * uv;
+        if self.rotation == 0.0 {
+            return scaled + self.offset;
+        }
+        DVec2::from_angle(self.rotation).rotate(scaled) + self.offset
     }
 }
 
@@ -45,13 +55,14 @@ pub struct ImageTexture {
     pub data: Arc<ImageData>,
     /// From surface to image coordinates.
     pub mapping: UvMapping,
-    /// What lies beyond the edges.
-    pub wrap: Wrap,
+    /// What lies beyond the edges, across and up.
+    pub wrap: [Wrap; 2],
     /// Factor on every value.
     pub scale: f64,
     /// One minus the value instead of the value.
     pub invert: bool,
-    /// Where it was read from, relative to the scene file, for export.
+    /// Where it was read from, relative to the scene file, for export; empty for an image that
+    /// has no file of its own.
     pub filename: String,
 }
 
@@ -166,7 +177,7 @@ impl ImageTexture {
         let y = (1.0 - st.y) * f64::from(h) - 0.5;
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        let texel = |x: f64, y: f64| match (self.column(x, w), self.column(y, h)) {
+        let texel = |x: f64, y: f64| match (place(self.wrap[0], x, w), place(self.wrap[1], y, h)) {
             (Some(i), Some(j)) => self.data.pixel(i, j),
             _ => DVec3::ZERO,
         };
@@ -179,21 +190,54 @@ impl ImageTexture {
             value
         }
     }
+}
 
-    /// The index of a row or column after wrapping.
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "wrapped into [0, n) before the cast"
-    )]
-    fn column(&self, i: f64, n: u32) -> Option<u32> {
-        let n = f64::from(n);
-        let wrapped = match self.wrap {
-            Wrap::Repeat => i.rem_euclid(n),
-            Wrap::Clamp => i.clamp(0.0, n - 1.0),
-            Wrap::Black if (0.0..n).contains(&i) => i,
-            Wrap::Black => return None,
+/// The index of a row or column after wrapping; `None` outside.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "wrapped into [0, n) before the cast"
+)]
+fn place(wrap: Wrap, i: f64, n: u32) -> Option<u32> {
+    let n = f64::from(n);
+    let wrapped = match wrap {
+        Wrap::Repeat => i.rem_euclid(n),
+        Wrap::Mirror => {
+            let k = i.rem_euclid(2.0 * n);
+            k.min(2.0 * n - 1.0 - k)
+        }
+        Wrap::Clamp => i.clamp(0.0, n - 1.0),
+        Wrap::Black if (0.0..n).contains(&i) => i,
+        Wrap::Black => return None,
+    };
+    Some(wrapped.min(n - 1.0) as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_go_on_as_told() {
+        let at = |wrap, list: [i32; 6]| list.map(|i| place(wrap, f64::from(i), 3));
+        let list = [-4, -1, 0, 2, 3, 7];
+        let some = |list: [u32; 6]| list.map(Some);
+        assert_eq!(at(Wrap::Repeat, list), some([2, 2, 0, 2, 0, 1]));
+        assert_eq!(at(Wrap::Mirror, list), some([2, 0, 0, 2, 2, 1]));
+        assert_eq!(at(Wrap::Clamp, list), some([0, 0, 0, 2, 2, 2]));
+        let black = [None, None, Some(0), Some(2), None, None];
+        assert_eq!(at(Wrap::Black, list), black);
+    }
+
+    #[test]
+    fn mappings_scale_then_turn_then_shift() {
+        let mapping = UvMapping {
+            scale: DVec2::new(2.0, 1.0),
+            offset: DVec2::new(0.5, 0.0),
+            rotation: std::f64::consts::FRAC_PI_2,
         };
-        Some(wrapped.min(n - 1.0) as u32)
+        // (1, 0) is scaled to (2, 0), turned to (0, 2), shifted.
+        let got = mapping.apply(DVec2::X);
+        assert!((got - DVec2::new(0.5, 2.0)).length() < 1e-15, "{got}");
     }
 }

@@ -13,7 +13,9 @@ fn scenes(folder: &str) -> Vec<PathBuf> {
         .map(|e| e.expect("readable").path())
         .filter(|p| {
             let extension = p.extension().and_then(|e| e.to_str());
-            matches!(extension, Some("pbrt" | "obj" | "gltf" | "glb"))
+            let has_gltf = cfg!(feature = "gltf");
+            matches!(extension, Some("pbrt" | "obj"))
+                || (has_gltf && matches!(extension, Some("gltf" | "glb")))
         })
         .collect();
     list.sort();
@@ -39,7 +41,7 @@ fn check(path: &Path, got: &str) -> Result<(), String> {
 #[test]
 fn broken_scenes_say_what_is_wrong_and_where() {
     let list = scenes("tests/bad");
-    assert!(list.len() >= 100, "only {} broken scenes found", list.len());
+    assert!(list.len() >= 90, "only {} broken scenes found", list.len());
     let failures: Vec<String> = list
         .iter()
         .filter_map(|path| {

@@ -1,5 +1,10 @@
 //! The same room as pbrt v3, pbrt v4, OBJ and glTF is the same scene, bit for bit.
 
+#![cfg_attr(
+    not(feature = "gltf"),
+    allow(dead_code, unused_imports, reason = "what is for glTF")
+)]
+
 mod common;
 
 use common::{area, line};
@@ -236,6 +241,7 @@ fn load(format: Format, text: &str) -> Scene {
     }
 }
 
+#[cfg(feature = "gltf")]
 #[test]
 fn four_formats_one_scene() {
     let v3 = load(Format::Pbrt, &pbrt(false));

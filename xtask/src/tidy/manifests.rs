@@ -17,11 +17,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 12] = [
         &["geometry", "lights", "shading"],
         &[
             "thiserror",
-            "annotate-snippets",
-            "ply-rs-bw",
-            "tobj",
-            "gltf",
-            "serde_json",
+            "zune-jpeg",
         ],
     ),
     (

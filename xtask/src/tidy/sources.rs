@@ -46,7 +46,7 @@ const F32_ROOMS: [&str; 3] = [
 ];
 
 /// Foreign crates and the one room that may name each.
-const NAMED_ONLY_IN: [(&str, &str); 9] = [
+const NAMED_ONLY_IN: [(&str, &str); 8] = [
     ("glam", "geometry"),
     ("obvhs", "visibility"),
     ("rand", "samplers"),
@@ -54,8 +54,7 @@ const NAMED_ONLY_IN: [(&str, &str); 9] = [
     ("sobol_burley", "samplers"),
     ("exr", "film"),
     ("png", "film"),
-    ("tobj", "scene"),
-    ("gltf", "scene"),
+    ("zune_jpeg", "scene"),
 ];
 
 pub(super) fn foreign_names(house: &House) -> Vec<String> {

@@ -120,44 +120,42 @@ impl Buffers {
             return Ok(Rc::clone(numbers));
         }
         let node = &doc.list("accessors")?[index];
-        let unsupported = |what: &str| {
-            Err(doc.error(
-                ErrorKind::Unsupported,
-                format!("{what} are not supported"),
-                node,
-                "",
-            ))
+        let layout = Layout::new(doc, node)?;
+        let view = doc.index(node, "bufferView", "bufferViews")?;
+        let sparse = doc.object(node, "sparse")?;
+        let mut values = match view {
+            Some(view) => self.dense(doc, base, node, view, layout)?,
+            None => zeros(doc, node, layout, sparse, base.max_triangles)?,
         };
-        if doc.get(node, "sparse").is_some() {
-            return unsupported("sparse accessors");
+        if let Some(sparse) = sparse {
+            self.sparse(doc, base, sparse, layout, &mut values)?;
         }
-        let Some(view) = doc.index(node, "bufferView", "bufferViews")? else {
-            return unsupported("accessors without `bufferView` (or with compressed data)");
-        };
-        let component = doc.require(doc.size(node, "componentType")?, node, "componentType")?;
-        let Some(component) = Component::from_code(component) else {
-            let message = format!("component type {component} does not exist");
-            return Err(doc.error(ErrorKind::BadParameter, message, node, ""));
-        };
-        let ty = doc.require(doc.string(node, "type")?, node, "type")?;
-        let width = match ty {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" | "MAT2" => 4,
-            "MAT3" => 9,
-            "MAT4" => 16,
-            _ => {
-                let message = "an accessor of unknown `type`";
-                return Err(doc.error(ErrorKind::BadParameter, message, node, ""));
-            }
-        };
-        let count = doc.require(doc.size(node, "count")?, node, "count")?;
+        let width = layout.width;
+        let numbers = Rc::new(Numbers { width, values });
+        self.decoded.insert(index, Rc::clone(&numbers));
+        Ok(numbers)
+    }
+
+    /// `layout.count` elements of a view, from the offset that the node gives.
+    fn dense(
+        &mut self,
+        doc: &Document<'_>,
+        base: &Assembly,
+        node: &Node,
+        view: usize,
+        layout: Layout,
+    ) -> Result<Vec<f64>> {
         let View {
             data,
             range,
             stride,
         } = self.view(doc, base, view)?;
+        let Layout {
+            component,
+            width,
+            count,
+            factor,
+        } = layout;
         let size = width * component.size();
         let stride = stride.unwrap_or(size);
         let offset = doc.size(node, "byteOffset")?.unwrap_or(0);
@@ -174,11 +172,6 @@ impl Buffers {
             );
             return Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"));
         }
-        let factor = if doc.bool(node, "normalized")? {
-            component.unit()
-        } else {
-            1.0
-        };
         let mut values = Vec::with_capacity(count * width);
         for k in 0..count {
             let element = &bytes[offset + k * stride..][..size];
@@ -188,9 +181,118 @@ impl Buffers {
                     .map(|b| component.value(b) * factor),
             );
         }
-        let numbers = Rc::new(Numbers { width, values });
-        self.decoded.insert(index, Rc::clone(&numbers));
-        Ok(numbers)
+        Ok(values)
+    }
+
+    /// Replaces single elements.
+    fn sparse(
+        &mut self,
+        doc: &Document<'_>,
+        base: &Assembly,
+        sparse: &Node,
+        layout: Layout,
+        values: &mut [f64],
+    ) -> Result<()> {
+        let count = doc.require(doc.size(sparse, "count")?, sparse, "count")?;
+        let part = |key: &str| doc.require(doc.object(sparse, key)?, sparse, key);
+        let (places, new) = (part("indices")?, part("values")?);
+        let component = Component::read(doc, places)?;
+        let place_layout = Layout {
+            component,
+            width: 1,
+            count,
+            factor: 1.0,
+        };
+        let view = |node: &Node| {
+            let view = doc.index(node, "bufferView", "bufferViews")?;
+            doc.require(view, node, "bufferView")
+        };
+        let indices = self.dense(doc, base, places, view(places)?, place_layout)?;
+        let new = self.dense(doc, base, new, view(new)?, Layout { count, ..layout })?;
+        for (index, element) in indices.iter().zip(new.chunks_exact(layout.width)) {
+            let place = whole(*index, layout.count).ok_or_else(|| {
+                let message = format!("sparse index {index} is out of range");
+                let label = format!("there are {} elements", layout.count);
+                doc.error(ErrorKind::BadMesh, message, places, &label)
+            })?;
+            values[place * layout.width..][..layout.width].copy_from_slice(element);
+        }
+        Ok(())
+    }
+}
+
+/// A number as an index below `count`.
+fn whole(value: f64, count: usize) -> Option<usize> {
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "compared with the count and with the number itself"
+    )]
+    let index = value as usize;
+    let exact = (index as f64).to_bits() == value.abs().to_bits();
+    (value >= 0.0 && exact && index < count).then_some(index)
+}
+
+/// The elements of an accessor without a view: zeros, which sparse values replace. No file needs
+/// many of them.
+fn zeros(
+    doc: &Document<'_>,
+    node: &Node,
+    layout: Layout,
+    sparse: Option<&Node>,
+    most: usize,
+) -> Result<Vec<f64>> {
+    if sparse.is_none() {
+        let message = "an accessor without `bufferView`: its numbers are missing or compressed";
+        return Err(doc.error(ErrorKind::Unsupported, message, node, "cannot be read"));
+    }
+    if layout.count > most.min(MAX_ZEROS) {
+        let message = format!("an accessor of {} zeros", layout.count);
+        return Err(doc.error(ErrorKind::Limit, message, node, "without any data"));
+    }
+    Ok(vec![0.0; layout.count * layout.width])
+}
+
+/// Elements that an accessor without data may have.
+const MAX_ZEROS: usize = 1 << 20;
+
+/// What the numbers of an accessor look like.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    component: Component,
+    width: usize,
+    count: usize,
+    /// One, or what turns normalised integers into fractions.
+    factor: f64,
+}
+
+impl Layout {
+    fn new(doc: &Document<'_>, node: &Node) -> Result<Self> {
+        let component = Component::read(doc, node)?;
+        let ty = doc.require(doc.string(node, "type")?, node, "type")?;
+        let width = match ty {
+            "SCALAR" => 1,
+            "VEC2" => 2,
+            "VEC3" => 3,
+            "VEC4" | "MAT2" => 4,
+            "MAT3" => 9,
+            "MAT4" => 16,
+            _ => {
+                let message = "an accessor of unknown `type`";
+                return Err(doc.error(ErrorKind::BadParameter, message, node, ""));
+            }
+        };
+        let factor = if doc.bool(node, "normalized")? {
+            component.unit()
+        } else {
+            1.0
+        };
+        Ok(Self {
+            component,
+            width,
+            count: doc.require(doc.size(node, "count")?, node, "count")?,
+            factor,
+        })
     }
 }
 
@@ -205,17 +307,23 @@ pub(super) fn load_uri(
     let Some(data) = uri.strip_prefix("data:") else {
         return base.open(&percent_decode(uri), &at).map(|(_, bytes)| bytes);
     };
-    let decoded = data
-        .split_once(";base64,")
-        .and_then(|(_, text)| base64(text.as_bytes()));
+    let decoded = match data.split_once(',') {
+        Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()),
+        Some((_, text)) => Some(percent_bytes(text)),
+        None => None,
+    };
     decoded.ok_or_else(|| {
-        let message = "a data URI is not base64";
+        let message = "a data URI that is not base64";
         doc.error(ErrorKind::Syntax, message, place, "cannot be decoded")
     })
 }
 
 /// `%20` and the like.
-fn percent_decode(uri: &str) -> String {
+pub(super) fn percent_decode(uri: &str) -> String {
+    String::from_utf8_lossy(&percent_bytes(uri)).into_owned()
+}
+
+fn percent_bytes(uri: &str) -> Vec<u8> {
     let mut out = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((&b, tail)) = rest.split_first() {
@@ -231,7 +339,7 @@ fn percent_decode(uri: &str) -> String {
             }
         }
     }
-    String::from_utf8_lossy(&out).into_owned()
+    out
 }
 
 fn base64(text: &[u8]) -> Option<Vec<u8>> {
@@ -269,6 +377,14 @@ enum Component {
 }
 
 impl Component {
+    fn read(doc: &Document<'_>, node: &Node) -> Result<Self> {
+        let code = doc.require(doc.size(node, "componentType")?, node, "componentType")?;
+        Self::from_code(code).ok_or_else(|| {
+            let message = format!("component type {code} does not exist");
+            doc.error(ErrorKind::BadParameter, message, node, "")
+        })
+    }
+
     const fn from_code(code: usize) -> Option<Self> {
         Some(match code {
             5120 => Self::I8,

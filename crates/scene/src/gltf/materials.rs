@@ -4,13 +4,13 @@
 //! conductor, or their mixture, with α = roughness².
 
 use super::Reader;
-use super::buffers::load_uri;
 use super::document::Document;
 use super::json::Node;
-use crate::error::{ErrorKind, Result, SceneError};
-use crate::material::{Material, MaterialKind, Remap, Roughness};
-use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
-use linelit_geometry::{DVec2, DVec3};
+use super::textures::Channel;
+use crate::error::{ErrorKind, Result};
+use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
+use crate::texture::Texture;
+use linelit_geometry::DVec3;
 use std::sync::Arc;
 
 /// A material of the scene.
@@ -19,7 +19,33 @@ pub(super) struct Entry {
     pub(super) index: u32,
     /// Emitted radiance, if any.
     pub(super) emission: Option<DVec3>,
+    /// Factor on the emission over the surface: an index into the builder's list.
+    pub(super) emission_map: Option<u32>,
     pub(super) two_sided: bool,
+    /// The set of texture coordinates that its textures are for.
+    pub(super) uv_set: usize,
+}
+
+/// Extensions of materials that change more than a detail, and what is drawn instead.
+const EXTENSIONS: &[(&str, &str)] = &[
+    ("KHR_materials_unlit", "drawn as a lit surface"),
+    (
+        "KHR_materials_pbrSpecularGlossiness",
+        "drawn by its metallic-roughness values",
+    ),
+    ("KHR_materials_transmission", "drawn without transmission"),
+    ("KHR_materials_volume", "drawn without its inside"),
+    ("KHR_materials_clearcoat", "drawn without its coat"),
+    ("KHR_materials_sheen", "drawn without sheen"),
+    ("KHR_materials_specular", "drawn with 4 % reflectance"),
+    ("KHR_materials_ior", "drawn with index 1.5"),
+    ("KHR_materials_iridescence", "drawn without iridescence"),
+    ("KHR_materials_anisotropy", "drawn isotropic"),
+];
+
+/// Whether a material that uses the extension is warned about by name.
+pub(super) fn names_extension(name: &str) -> bool {
+    EXTENSIONS.iter().any(|(known, _)| *known == name)
 }
 
 impl Reader {
@@ -36,89 +62,116 @@ impl Reader {
             .get(node, "name")
             .and(doc.string(node, "name").ok().flatten());
         let name = name.unwrap_or("material").to_owned();
-        let pbr = doc.object(node, "pbrMetallicRoughness")?;
-        let (mut colour, mut metallic, mut roughness) = (Texture::number(1.0), 1.0, 1.0);
-        if let Some(pbr) = pbr {
-            let factor = doc.vector::<4>(pbr, "baseColorFactor")?.unwrap_or([1.0; 4]);
-            let factor = self.colour(doc, pbr, [factor[0], factor[1], factor[2]])?;
-            colour = Texture::Constant(factor);
-            if let Some(info) = doc.object(pbr, "baseColorTexture")?
-                && let Some(texture) = self.texture(doc, info)?
-            {
-                colour = if factor == DVec3::ONE {
-                    texture
-                } else {
-                    Texture::Product(Arc::new(texture), Arc::new(colour))
-                };
-            }
-            metallic = doc
-                .number(pbr, "metallicFactor")?
-                .unwrap_or(1.0)
-                .clamp(0.0, 1.0);
-            roughness = doc
-                .number(pbr, "roughnessFactor")?
-                .unwrap_or(1.0)
-                .clamp(0.0, 1.0);
-            if let Some(info) = doc.get(pbr, "metallicRoughnessTexture") {
-                let message = "`metallicRoughnessTexture` is not supported";
-                self.warn(doc, ErrorKind::Unsupported, message, info, "left out")?;
-            }
-        }
-        for key in ["normalTexture", "occlusionTexture"] {
-            if let Some(info) = doc.get(node, key) {
-                let message = format!("`{key}` is not supported");
-                self.warn(doc, ErrorKind::Unsupported, &message, info, "left out")?;
-            }
-        }
+        let mut uv_set = None;
+        let surface = self.metallic_roughness(doc, node, &mut uv_set)?;
+        let normal_map = self.normal_map(doc, node, &mut uv_set)?;
+        let (emission, emission_map) = self.emission(doc, node, &mut uv_set)?;
+        self.warn_about_rest(doc, node)?;
+        let mut add = |kind| {
+            self.base.builder.add_material(Material {
+                name: name.clone(),
+                kind,
+                bump: None,
+                normal_map: normal_map.clone(),
+            })
+        };
+        let mut indices = surface.parts.into_iter().map(&mut add);
+        let index = match (indices.next(), indices.next()) {
+            (Some(base), Some(metal)) => add(MaterialKind::Mix {
+                materials: [base, metal],
+                amount: surface.metalness,
+            }),
+            (one, _) => one.unwrap_or(0),
+        };
+        Ok(Entry {
+            index,
+            emission,
+            emission_map,
+            two_sided: doc.bool(node, "doubleSided")?,
+            uv_set: uv_set.unwrap_or(0),
+        })
+    }
+
+    /// Names what is not drawn.
+    fn warn_about_rest(&mut self, doc: &Document<'_>, node: &Node) -> Result<()> {
         if let Some(mode) = doc.get(node, "alphaMode")
             && doc.string(node, "alphaMode")? != Some("OPAQUE")
         {
             let message = "transparency is not supported: shapes are opaque";
             self.warn(doc, ErrorKind::Unsupported, message, mode, "ignored")?;
         }
-        let alpha = Roughness::isotropic(roughness * roughness, Remap::None);
-        Ok(Entry {
-            index: self.metallic_roughness(name, colour, metallic, alpha),
-            emission: self.emission(doc, node)?,
-            two_sided: doc.bool(node, "doubleSided")?,
-        })
+        // Occlusion textures darken ambient light, of which there is none here.
+        let Some(extensions) = doc.object(node, "extensions")? else {
+            return Ok(());
+        };
+        for (name, instead) in EXTENSIONS {
+            if let Some(extension) = doc.get(extensions, name) {
+                let message = format!("`{name}` is not supported");
+                self.warn(doc, ErrorKind::Unsupported, &message, extension, instead)?;
+            }
+        }
+        Ok(())
     }
 
+    /// Base colour, metalness and roughness.
     fn metallic_roughness(
         &mut self,
-        name: String,
-        colour: Texture,
-        metallic: f64,
-        roughness: Roughness,
-    ) -> u32 {
-        let conductor = MaterialKind::ColoredConductor {
-            reflectance: colour.clone(),
-            roughness: roughness.clone(),
+        doc: &Document<'_>,
+        node: &Node,
+        uv_set: &mut Option<usize>,
+    ) -> Result<Surface> {
+        let Some(pbr) = doc.object(node, "pbrMetallicRoughness")? else {
+            let one = Texture::number(1.0);
+            return Ok(surface(one.clone(), one, constant_roughness(1.0)));
         };
-        let substrate = MaterialKind::Substrate {
-            kd: colour,
-            ks: Texture::number(0.04),
-            roughness,
-        };
-        let mut add = |kind| {
-            self.base.builder.add_material(Material {
-                name: name.clone(),
-                kind,
-                bump: None,
-                normal_map: None,
-            })
-        };
-        if metallic <= 0.0 {
-            return add(substrate);
+        let [r, g, b, _] = doc.vector::<4>(pbr, "baseColorFactor")?.unwrap_or([1.0; 4]);
+        let factor = self.colour(doc, pbr, [r, g, b])?;
+        let mut colour = Texture::Constant(factor);
+        if let Some(info) = doc.object(pbr, "baseColorTexture")?
+            && let Some(texture) = self.texture(doc, info, Channel::Colour, 1.0, uv_set)?
+        {
+            colour = if factor == DVec3::ONE {
+                texture
+            } else {
+                Texture::Product(Arc::new(texture), Arc::new(colour))
+            };
         }
-        if metallic >= 1.0 {
-            return add(conductor);
+        let share =
+            |key: &str| -> Result<f64> { Ok(doc.number(pbr, key)?.unwrap_or(1.0).clamp(0.0, 1.0)) };
+        let (metallic, roughness) = (share("metallicFactor")?, share("roughnessFactor")?);
+        let (mut metalness, mut alpha) = (Texture::number(metallic), constant_roughness(roughness));
+        if let Some(info) = doc.object(pbr, "metallicRoughnessTexture")? {
+            if metallic > 0.0
+                && let Some(map) = self.texture(doc, info, Channel::Blue, metallic, uv_set)?
+            {
+                metalness = map;
+            }
+            if let Some(map) = self.texture(doc, info, Channel::Green, roughness, uv_set)? {
+                let map = Arc::new(map);
+                // α is the square.
+                let square = Texture::Product(Arc::clone(&map), map);
+                alpha = Roughness {
+                    u: square.clone(),
+                    v: square,
+                    remap: Remap::None,
+                };
+            }
         }
-        let materials = [add(substrate), add(conductor)];
-        add(MaterialKind::Mix {
-            materials,
-            amount: Texture::number(metallic),
-        })
+        Ok(surface(colour, metalness, alpha))
+    }
+
+    fn normal_map(
+        &mut self,
+        doc: &Document<'_>,
+        node: &Node,
+        uv_set: &mut Option<usize>,
+    ) -> Result<Option<NormalMap>> {
+        let Some(info) = doc.object(node, "normalTexture")? else {
+            return Ok(None);
+        };
+        let scale = doc.number(info, "scale")?.unwrap_or(1.0);
+        let texture = self.texture(doc, info, Channel::Linear, 1.0, uv_set)?;
+        Ok(texture.map(|texture| NormalMap { texture, scale }))
     }
 
     /// A colour without negative parts.
@@ -135,7 +188,12 @@ impl Reader {
         ))
     }
 
-    fn emission(&mut self, doc: &Document<'_>, node: &Node) -> Result<Option<DVec3>> {
+    fn emission(
+        &mut self,
+        doc: &Document<'_>,
+        node: &Node,
+        uv_set: &mut Option<usize>,
+    ) -> Result<(Option<DVec3>, Option<u32>)> {
         let factor = doc.vector::<3>(node, "emissiveFactor")?.unwrap_or_default();
         let mut radiance = self.colour(doc, node, factor)?;
         if let Some(extensions) = doc.object(node, "extensions")?
@@ -146,113 +204,48 @@ impl Reader {
                 .unwrap_or(1.0)
                 .max(0.0);
         }
-        if let Some(info) = doc.get(node, "emissiveTexture")
-            && radiance != DVec3::ZERO
-        {
-            let message = "textured emission is not supported";
-            self.warn(
-                doc,
-                ErrorKind::Unsupported,
-                message,
-                info,
-                "emits `emissiveFactor` everywhere",
-            )?;
+        if radiance == DVec3::ZERO {
+            return Ok((None, None));
         }
-        Ok((radiance != DVec3::ZERO).then_some(radiance))
+        let Some(info) = doc.object(node, "emissiveTexture")? else {
+            return Ok((Some(radiance), None));
+        };
+        let Some(map) = self.texture(doc, info, Channel::Colour, 1.0, uv_set)? else {
+            return Ok((Some(radiance), None));
+        };
+        let message = "textured emission: each light emits the mean over its triangles";
+        self.warn(doc, ErrorKind::Suspicious, message, info, "averaged")?;
+        let map = self.base.builder.add_emission_map(Arc::new(map));
+        Ok((Some(radiance), Some(map)))
     }
+}
 
-    /// A texture; `None` after a warning if it cannot be drawn.
-    fn texture(&mut self, doc: &Document<'_>, info: &Node) -> Result<Option<Texture>> {
-        let index = doc.require(doc.index(info, "index", "textures")?, info, "index")?;
-        if doc.size(info, "texCoord")?.unwrap_or(0) != 0 {
-            let message = "only the first set of texture coordinates is supported";
-            self.warn(
-                doc,
-                ErrorKind::Unsupported,
-                message,
-                info,
-                "drawn with the first",
-            )?;
-        }
-        let node = &doc.list("textures")?[index];
-        let Some(image) = doc.index(node, "source", "images")? else {
-            let message = "a texture without an image";
-            self.warn(doc, ErrorKind::Unsupported, message, node, "left out")?;
-            return Ok(None);
-        };
-        let wrap = match doc.index(node, "sampler", "samplers")? {
-            Some(sampler) => match doc.size(&doc.list("samplers")?[sampler], "wrapS")? {
-                Some(33071) => Wrap::Clamp,
-                _ => Wrap::Repeat,
-            },
-            None => Wrap::Repeat,
-        };
-        let mapping = self.mapping(doc, info)?;
-        let image_node = &doc.list("images")?[image];
-        let (name, bytes) = self.image_bytes(doc, image_node)?;
-        let at = |e: SceneError, label: &str| e.at(doc.source, image_node.span, label);
-        let data = self.base.decode(&name, &bytes, true, &at)?;
-        Ok(data.map(|data| {
-            Texture::Image(Arc::new(ImageTexture {
-                data,
-                mapping,
-                wrap,
-                scale: 1.0,
-                invert: false,
-                filename: name,
-            }))
-        }))
-    }
+/// What a metallic–roughness surface is made of.
+struct Surface {
+    /// The base, the metal, or both.
+    parts: Vec<MaterialKind>,
+    /// The share of the second part.
+    metalness: Texture,
+}
 
-    /// glTF counts v from the top: the mesh reader turns it over, and the mapping here is that of
-    /// `KHR_texture_transform` in the turned coordinates.
-    fn mapping(&mut self, doc: &Document<'_>, info: &Node) -> Result<UvMapping> {
-        let extensions = doc.object(info, "extensions")?;
-        let extension = match extensions {
-            Some(e) => doc.object(e, "KHR_texture_transform")?,
-            None => None,
-        };
-        let Some(extension) = extension else {
-            return Ok(UvMapping::IDENTITY);
-        };
-        let [sx, sy] = doc.vector::<2>(extension, "scale")?.unwrap_or([1.0; 2]);
-        let [ox, oy] = doc.vector::<2>(extension, "offset")?.unwrap_or([0.0; 2]);
-        if doc.number(extension, "rotation")?.is_some_and(|r| r != 0.0) {
-            let message = "rotated textures are not supported";
-            self.warn(
-                doc,
-                ErrorKind::Unsupported,
-                message,
-                extension,
-                "drawn unrotated",
-            )?;
-        }
-        // v' = oy + sy v with v counted from the top is 1 − oy − sy + sy v from the bottom.
-        Ok(UvMapping {
-            scale: DVec2::new(sx, sy),
-            offset: DVec2::new(ox, 1.0 - oy - sy),
-        })
-    }
+fn constant_roughness(roughness: f64) -> Roughness {
+    Roughness::isotropic(roughness * roughness, Remap::None)
+}
 
-    /// The bytes of an image file and a name that ends in its type.
-    fn image_bytes(&mut self, doc: &Document<'_>, node: &Node) -> Result<(String, Vec<u8>)> {
-        let mime = doc.string(node, "mimeType")?.unwrap_or("");
-        let by_mime = |data: &str| match data {
-            m if m.contains("image/png") => "image.png".to_owned(),
-            m if m.contains("image/jpeg") => "image.jpeg".to_owned(),
-            _ => "image".to_owned(),
-        };
-        if let Some(uri) = doc.string(node, "uri")? {
-            let place = doc.require(doc.get(node, "uri"), node, "uri")?;
-            let bytes = load_uri(doc, &self.base, uri, place)?;
-            let name = match uri.strip_prefix("data:") {
-                Some(data) => by_mime(&data.chars().take(40).collect::<String>()),
-                None => uri.to_owned(),
-            };
-            return Ok((name, bytes));
-        }
-        let view = doc.require(doc.index(node, "bufferView", "bufferViews")?, node, "uri")?;
-        let view = self.buffers.view(doc, &self.base, view)?;
-        Ok((by_mime(mime), view.bytes().to_vec()))
-    }
+fn surface(colour: Texture, metalness: Texture, roughness: Roughness) -> Surface {
+    let metal = MaterialKind::ColoredConductor {
+        reflectance: colour.clone(),
+        roughness: roughness.clone(),
+    };
+    let base = MaterialKind::Substrate {
+        kd: colour,
+        ks: Texture::number(0.04),
+        roughness,
+    };
+    let parts = match metalness.as_constant() {
+        Some(share) if share.x <= 0.0 => vec![base],
+        Some(share) if share.x >= 1.0 => vec![metal],
+        _ => vec![base, metal],
+    };
+    Surface { parts, metalness }
 }

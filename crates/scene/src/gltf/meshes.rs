@@ -2,10 +2,11 @@
 
 use super::buffers::Numbers;
 use super::document::Document;
-use super::json::Node;
+use super::json::{Node, Value};
 use super::{Reader, short};
+use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
-use crate::mesh::{EmissionSpec, MeshData, Placement};
+use crate::mesh::{MeshData, Placement};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use std::collections::HashMap;
@@ -42,11 +43,13 @@ impl Reader {
         let at = |e: SceneError, label: &str| e.at(doc.source, place.span, label);
         for (shape, material) in primitives.iter() {
             self.shapes += 1;
-            let material = material.map(|m| self.materials[m]).unwrap_or_default();
+            let material = material.map(|m| self.materials[m]);
+            let material = material.unwrap_or_default();
             let emission = material.emission.map(|radiance| EmissionSpec {
                 radiance,
                 two_sided: material.two_sided,
                 power: None,
+                map: material.emission_map,
             });
             match shape {
                 Shape::Triangles(mesh) => {
@@ -61,10 +64,8 @@ impl Reader {
                 Shape::Lines(lines) => match emission {
                     Some(spec) => {
                         for line in lines {
-                            let [p0, p1] = line.map(|p| to_world.transform_point3(p));
-                            if p0 != p1 && p0.is_finite() && p1.is_finite() {
-                                self.base.builder.add_line(p0, p1, &spec);
-                            }
+                            let ends = line.map(|p| to_world.transform_point3(p));
+                            self.base.place_line(ends, &spec, &at)?;
                         }
                     }
                     None => {
@@ -95,14 +96,21 @@ impl Reader {
                 )?;
             }
             let material = doc.index(node, "material", "materials")?;
-            if let Some(shape) = self.primitive(doc, node)? {
+            let uv_set = material.map_or(0, |m| self.materials[m].uv_set);
+            if let Some(shape) = self.primitive(doc, node, uv_set)? {
                 list.push((shape, material));
             }
         }
         Ok(list)
     }
 
-    fn primitive(&mut self, doc: &Document<'_>, node: &Node) -> Result<Option<Shape>> {
+    fn primitive(
+        &mut self,
+        doc: &Document<'_>,
+        node: &Node,
+        uv_set: usize,
+    ) -> Result<Option<Shape>> {
+        refuse_compression(doc, node)?;
         let attributes = doc.require(doc.object(node, "attributes")?, node, "attributes")?;
         let Some(positions) = self.attribute(doc, attributes, "POSITION", 3, None)? else {
             let message = "a primitive without positions";
@@ -111,7 +119,12 @@ impl Reader {
         };
         let count = positions.values.len() / 3;
         let normals = self.attribute(doc, attributes, "NORMAL", 3, Some(count))?;
-        let uvs = self.attribute(doc, attributes, "TEXCOORD_0", 2, Some(count))?;
+        let uv_key = format!("TEXCOORD_{uv_set}");
+        let uvs = self.attribute(doc, attributes, &uv_key, 2, Some(count))?;
+        if let Some(colours) = doc.get(attributes, "COLOR_0") {
+            let message = "vertex colours are not supported";
+            self.warn(doc, ErrorKind::Unsupported, message, colours, "left out")?;
+        }
         let indices = self.indices(doc, node, count)?;
         let mode = doc.size(node, "mode")?.unwrap_or(4);
         let vertices = Vertices {
@@ -231,6 +244,25 @@ impl Reader {
         };
         numbers.values.iter().map(convert).collect()
     }
+}
+
+/// Refuses a primitive whose vertices are there in compressed form alone.
+fn refuse_compression(doc: &Document<'_>, node: &Node) -> Result<()> {
+    const DRACO: &str = "KHR_draco_mesh_compression";
+    let Some(extension) = doc
+        .object(node, "extensions")?
+        .and_then(|extensions| doc.get(extensions, DRACO))
+    else {
+        return Ok(());
+    };
+    let required = doc.list("extensionsRequired")?;
+    let is_draco = |n: &Node| matches!(&n.value, Value::String(name) if name == DRACO);
+    if !required.iter().any(is_draco) {
+        return Ok(());
+    }
+    let message = format!("meshes compressed by `{DRACO}` are not supported");
+    let error = doc.error(ErrorKind::Unsupported, message, extension, "cannot be read");
+    Err(error.help("export the scene without mesh compression"))
 }
 
 /// The ends of the lines of a topology, as places in the index list.

@@ -11,6 +11,7 @@ mod document;
 mod json;
 mod materials;
 mod meshes;
+mod textures;
 
 use crate::assembly::Assembly;
 use crate::camera::{Camera, Projection};
@@ -23,11 +24,17 @@ use document::Document;
 use json::Node;
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
+use textures::{Channel, NamedImage};
 
 /// Extensions that we read.
-const EXTENSIONS: &[&str] = &["KHR_materials_emissive_strength", "KHR_texture_transform"];
+const EXTENSIONS: &[&str] = &[
+    "KHR_materials_emissive_strength",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
 
 /// Pixels along the shorter side of a camera's picture; glTF has none.
 const SHORTER_SIDE: f64 = 720.0;
@@ -101,6 +108,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         base,
         camera: None,
         materials: Vec::new(),
+        images: HashMap::new(),
         meshes: Vec::new(),
         shapes: 0,
         indices: 0,
@@ -132,6 +140,8 @@ struct Reader {
     camera: Option<(Camera, FilmSettings)>,
     /// Index and emission of each material.
     materials: Vec<materials::Entry>,
+    /// Images and the names of their files, by index and use.
+    images: HashMap<(usize, Channel), Option<NamedImage>>,
     meshes: Vec<Option<meshes::Primitives>>,
     shapes: usize,
     /// Indices read so far.
@@ -151,27 +161,36 @@ impl Reader {
         self.base.warn(kind, message, label, &at)
     }
 
+    /// Names what the file uses and we do not read. Extensions of materials are named where they
+    /// are used.
     fn warn_extensions(&mut self, doc: &Document<'_>) -> Result<()> {
         for node in doc.list("extensionsUsed")? {
-            if let json::Value::String(name) = &node.value
-                && !EXTENSIONS.contains(&name.as_str())
-            {
-                let name: String = name.chars().take(60).collect();
-                let message = format!("extension `{name}` is not supported");
-                self.warn(doc, ErrorKind::Unsupported, &message, node, "left out")?;
+            let json::Value::String(name) = &node.value else {
+                continue;
+            };
+            if EXTENSIONS.contains(&name.as_str()) || materials::names_extension(name) {
+                continue;
             }
+            if name == "KHR_lights_punctual" {
+                let message = "`KHR_lights_punctual`: lights without size are not supported";
+                self.warn(doc, ErrorKind::Unsupported, message, node, "left out")?;
+                continue;
+            }
+            let name: String = name.chars().take(60).collect();
+            let message = format!("extension `{name}` is not supported");
+            self.warn(doc, ErrorKind::Unsupported, &message, node, "left out")?;
         }
         for key in ["animations", "skins"] {
             if let Some(first) = doc.list(key)?.first() {
-                let message = format!("`{key}` are not supported");
-                self.warn(
-                    doc,
-                    ErrorKind::Unsupported,
-                    &message,
-                    &short(first),
-                    "left out",
-                )?;
+                let message = format!("`{key}` are not supported: nodes are drawn as they stand");
+                let place = short(first);
+                self.warn(doc, ErrorKind::Unsupported, &message, &place, "left out")?;
             }
+        }
+        if let Some(second) = doc.list("scenes")?.get(1) {
+            let message = "a file with several scenes: one is drawn";
+            let label = "not the only one";
+            self.warn(doc, ErrorKind::Suspicious, message, &short(second), label)?;
         }
         Ok(())
     }

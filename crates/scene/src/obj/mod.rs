@@ -10,10 +10,11 @@ mod lines;
 mod mtl;
 
 use crate::assembly::Assembly;
+use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
 use crate::film::FilmSettings;
 use crate::load::{LoadOptions, Loaded};
-use crate::mesh::{EmissionSpec, MeshData, Placement};
+use crate::mesh::{MeshData, Placement};
 use crate::polygon::triangulate;
 use crate::source::{Source, Span};
 use crate::suggest::nearest;
@@ -126,9 +127,9 @@ struct Reader {
     normals: Vec<[f32; 3]>,
     uvs: Vec<[f32; 2]>,
     /// Index and emission by name.
-    materials: HashMap<String, (u32, Option<DVec3>)>,
+    materials: HashMap<String, (u32, Option<EmissionSpec>)>,
     current: Group,
-    material: (u32, Option<DVec3>),
+    material: (u32, Option<EmissionSpec>),
     shapes: usize,
     libraries: HashSet<String>,
 }
@@ -150,6 +151,13 @@ impl Reader {
             b"v" => {
                 let p = lines::numbers::<3>(source, keyword, rest)?;
                 self.positions.push(DVec3::from_array(p));
+                // A fourth number is a weight; six or more are position and colour.
+                if rest.len() >= 6 {
+                    let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+                    let message = "vertex colours are not supported";
+                    self.base
+                        .warn(ErrorKind::Unsupported, message, "left out", &at)?;
+                }
             }
             b"vn" => {
                 let n = lines::numbers::<3>(source, keyword, rest)?;
@@ -297,18 +305,15 @@ impl Reader {
             .map(|s| self.corner(source, *s))
             .collect::<Result<Vec<_>>>()?;
         let at = |e: SceneError, label: &str| e.at(source, keyword, label);
-        let Some(radiance) = self.material.1 else {
+        let Some(spec) = self.material.1 else {
             let message = "line elements without an emissive material are nothing";
             return self
                 .base
                 .warn(ErrorKind::Suspicious, message, "left out", &at);
         };
-        let spec = emission(radiance);
         for pair in corners.windows(2) {
-            let [a, b] = [pair[0], pair[1]].map(|c| self.positions[c.0 as usize]);
-            if a != b {
-                self.base.builder.add_line(a, b, &spec);
-            }
+            let ends = [pair[0], pair[1]].map(|c| self.positions[c.0 as usize]);
+            self.base.place_line(ends, &spec, &at)?;
         }
         Ok(())
     }
@@ -394,18 +399,10 @@ impl Reader {
             to_world: DAffine3::IDENTITY,
             reverse: false,
             material: self.material.0,
-            emission: self.material.1.map(emission),
+            emission: self.material.1,
         };
         self.base
             .place(&group.mesh, &place, "the mesh from here", &at)
-    }
-}
-
-const fn emission(radiance: DVec3) -> EmissionSpec {
-    EmissionSpec {
-        radiance,
-        two_sided: false,
-        power: None,
     }
 }
 

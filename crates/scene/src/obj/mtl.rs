@@ -1,12 +1,13 @@
 //! Material libraries.
 //!
-//! `Kd`, `Ks`, `Ns`, `Ke` and `map_Kd` are read: a material with `Ks` above zero becomes our
-//! `phong`, one without Lambert.
+//! `Kd`, `Ks`, `Ns`, `Ke`, their maps and `norm` are read: a material with `Ks` above zero becomes
+//! our `phong`, one without Lambert. Bump maps are named in a warning: their heights have no unit.
 
 use super::lines::{Line, Lines, number, numbers};
 use crate::assembly::Assembly;
+use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
-use crate::material::{Material, MaterialKind};
+use crate::material::{Material, MaterialKind, NormalMap};
 use crate::source::{Source, Span};
 use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
 use linelit_geometry::{DVec2, DVec3};
@@ -36,15 +37,19 @@ struct Draft {
     kd: Option<DVec3>,
     kd_map: Option<Texture>,
     ks: DVec3,
+    ks_map: Option<Texture>,
     ns: Option<f64>,
     ke: DVec3,
+    /// The texture, and the statement that named it.
+    ke_map: Option<(Texture, Span)>,
+    normals: Option<Texture>,
 }
 
+/// Index in the scene and emission of a material.
+type Entry = (u32, Option<EmissionSpec>);
+
 /// Reads a library into the scene and gives index and emission of its materials by name.
-pub(super) fn read(
-    base: &mut Assembly,
-    source: &Source,
-) -> Result<HashMap<String, (u32, Option<DVec3>)>> {
+pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<String, Entry>> {
     let mut materials = HashMap::new();
     let mut draft: Option<Draft> = None;
     for line in Lines::new(source) {
@@ -53,7 +58,7 @@ pub(super) fn read(
         };
         if &source.bytes()[keyword.start..keyword.end] == b"newmtl" {
             if let Some(done) = draft.take() {
-                finish(base, done, &mut materials);
+                finish(base, source, done, &mut materials)?;
             }
             let (name, _) = line.rest(source);
             draft = Some(Draft {
@@ -72,7 +77,7 @@ pub(super) fn read(
         statement(base, source, draft, keyword, rest, &line)?;
     }
     if let Some(done) = draft {
-        finish(base, done, &mut materials);
+        finish(base, source, done, &mut materials)?;
     }
     Ok(materials)
 }
@@ -91,6 +96,10 @@ fn statement(
         b"Ks" => draft.ks = colour(base, source, keyword, rest)?,
         b"Ke" => draft.ke = colour(base, source, keyword, rest)?,
         b"Ns" => draft.ns = Some(numbers::<1>(source, keyword, rest)?[0].max(0.0)),
+        b"map_d" => {
+            let message = "transparency is not supported: shapes are opaque";
+            base.warn(ErrorKind::Unsupported, message, "ignored", &at)?;
+        }
         b"d" | b"Tr" => {
             let value = rest.last().map_or(Ok(1.0), |s| number(source, *s))?;
             let is_opaque = if source.text(keyword) == "d" {
@@ -103,7 +112,10 @@ fn statement(
                 base.warn(ErrorKind::Unsupported, message, "ignored", &at)?;
             }
         }
-        b"map_Kd" => draft.kd_map = image(base, source, rest)?,
+        b"map_Kd" => draft.kd_map = image(base, source, rest, true)?,
+        b"map_Ks" => draft.ks_map = image(base, source, rest, true)?,
+        b"map_Ke" => draft.ke_map = image(base, source, rest, true)?.map(|t| (t, keyword)),
+        b"norm" => draft.normals = image(base, source, rest, false)?,
         other => {
             let word = String::from_utf8_lossy(other)
                 .chars()
@@ -149,7 +161,12 @@ fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) ->
 }
 
 /// `map_Kd [options] name`: scale and offset are read, other options skipped.
-fn image(base: &mut Assembly, source: &Source, rest: &[Span]) -> Result<Option<Texture>> {
+fn image(
+    base: &mut Assembly,
+    source: &Source,
+    rest: &[Span],
+    srgb: bool,
+) -> Result<Option<Texture>> {
     let mut mapping = UvMapping::IDENTITY;
     let mut wrap = Wrap::Repeat;
     let mut k = 0;
@@ -195,7 +212,7 @@ fn image(base: &mut Assembly, source: &Source, rest: &[Span]) -> Result<Option<T
     let span = first.to(*last);
     let name = source.text(span).replace('\\', "/");
     let at = |e: SceneError, label: &str| e.at(source, span, label);
-    let data = match base.image(&name, true, &at) {
+    let data = match base.image(&name, srgb, &at) {
         Ok(data) => data,
         Err(error) => {
             let message = error.message().to_owned();
@@ -207,7 +224,7 @@ fn image(base: &mut Assembly, source: &Source, rest: &[Span]) -> Result<Option<T
         Texture::Image(Arc::new(ImageTexture {
             data,
             mapping,
-            wrap,
+            wrap: [wrap; 2],
             scale: 1.0,
             invert: false,
             filename: name,
@@ -215,20 +232,27 @@ fn image(base: &mut Assembly, source: &Source, rest: &[Span]) -> Result<Option<T
     }))
 }
 
+/// A map times its factor. By the format the two are multiplied; black or nothing with a map is a
+/// common slip.
+fn textured(map: Texture, factor: DVec3) -> Texture {
+    if factor == DVec3::ZERO || factor == DVec3::ONE {
+        map
+    } else {
+        Texture::Product(Arc::new(map), Arc::new(Texture::Constant(factor)))
+    }
+}
+
 fn finish(
     base: &mut Assembly,
+    source: &Source,
     draft: Draft,
-    materials: &mut HashMap<String, (u32, Option<DVec3>)>,
-) {
-    let kd = match (draft.kd_map, draft.kd) {
-        // By the format the map is multiplied with the colour; black with a map is a common slip.
-        (Some(map), Some(kd)) if kd != DVec3::ZERO && kd != DVec3::ONE => {
-            Texture::Product(Arc::new(map), Arc::new(Texture::Constant(kd)))
-        }
-        (Some(map), _) => map,
-        (None, kd) => Texture::Constant(kd.unwrap_or(DVec3::splat(0.8))),
+    materials: &mut HashMap<String, Entry>,
+) -> Result<()> {
+    let kd = match draft.kd_map {
+        Some(map) => textured(map, draft.kd.unwrap_or(DVec3::ONE)),
+        None => Texture::Constant(draft.kd.unwrap_or(DVec3::splat(0.8))),
     };
-    let kind = if draft.ks == DVec3::ZERO {
+    let kind = if draft.ks == DVec3::ZERO && draft.ks_map.is_none() {
         MaterialKind::Matte {
             kd,
             sigma: Texture::number(0.0),
@@ -236,7 +260,10 @@ fn finish(
     } else {
         MaterialKind::Phong {
             kd,
-            ks: Texture::Constant(draft.ks),
+            ks: match draft.ks_map {
+                Some(map) => textured(map, draft.ks),
+                None => Texture::Constant(draft.ks),
+            },
             exponent: Texture::number(draft.ns.unwrap_or(0.0)),
         }
     };
@@ -244,8 +271,20 @@ fn finish(
         name: draft.name.clone(),
         kind,
         bump: None,
-        normal_map: None,
+        normal_map: draft.normals.map(|texture| NormalMap {
+            texture,
+            scale: 1.0,
+        }),
     });
-    let emission = (draft.ke != DVec3::ZERO).then_some(draft.ke);
+    let mut emission = (draft.ke != DVec3::ZERO).then_some(EmissionSpec::one_sided(draft.ke));
+    if let Some((map, place)) = draft.ke_map {
+        let message = "textured emission: each light emits the mean over its triangles";
+        let at = |e: SceneError, label: &str| e.at(source, place, label);
+        base.warn(ErrorKind::Suspicious, message, "averaged", &at)?;
+        let mut spec = emission.unwrap_or(EmissionSpec::one_sided(DVec3::ONE));
+        spec.map = Some(base.builder.add_emission_map(Arc::new(map)));
+        emission = Some(spec);
+    }
     materials.insert(draft.name, (index, emission));
+    Ok(())
 }

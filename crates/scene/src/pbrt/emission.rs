@@ -5,9 +5,11 @@ use super::lexer::{Lexer, Token, shorten};
 use super::params::{Param, Params, Type};
 use super::state::Target;
 use crate::color;
-use crate::error::{ErrorKind, Result};
-use crate::mesh::EmissionSpec;
+use crate::emission::EmissionSpec;
+use crate::error::{ErrorKind, Result, SceneError};
+use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
 use linelit_geometry::DVec3;
+use std::sync::Arc;
 
 /// The types that a spectrum may have.
 pub(super) const SPECTRUM: &[Type] = &[
@@ -32,11 +34,7 @@ impl Loader {
         let mut radiance = self.spectrum(&params, "L", DVec3::ONE, true)?;
         // pbrt-v4 has a number here, pbrt-v3 a spectrum.
         radiance *= self.spectrum(&params, "scale", DVec3::ONE, false)?;
-        if let Some(file) = params.string("filename")? {
-            let message = format!("textured emission is not supported: `{}`", shorten(file));
-            let label = "emits the same radiance everywhere";
-            self.warn_at(&params, ErrorKind::Unsupported, message, label)?;
-        }
+        let map = self.emission_map(&params)?;
         let power = params.float("power")?.filter(|p| *p > 0.0);
         let two_sided = params.bool_or("twosided", false)?;
         if radiance.min_element() < 0.0 {
@@ -53,8 +51,38 @@ impl Loader {
             radiance,
             two_sided,
             power,
+            map,
         });
         Ok(())
+    }
+
+    /// pbrt-v4's image over the emitter, as an index into the builder's list.
+    fn emission_map(&mut self, params: &Params) -> Result<Option<u32>> {
+        let Some(name) = params.string("filename")?.map(str::to_owned) else {
+            return Ok(None);
+        };
+        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
+        let span = param.value_span(0);
+        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
+        let Some(data) = self.base.image(&name, true, &at)? else {
+            return Ok(None);
+        };
+        let message = "textured emission: each light emits the mean over its triangles";
+        self.warn_at(
+            params,
+            ErrorKind::Suspicious,
+            message.to_owned(),
+            "averaged",
+        )?;
+        let texture = Texture::Image(Arc::new(ImageTexture {
+            data,
+            mapping: UvMapping::IDENTITY,
+            wrap: [Wrap::Clamp; 2],
+            scale: 1.0,
+            invert: false,
+            filename: name,
+        }));
+        Ok(Some(self.base.builder.add_emission_map(Arc::new(texture))))
     }
 
     /// A spectrum as linear RGB.
@@ -115,7 +143,7 @@ impl Loader {
     fn sampled_spectrum(&mut self, params: &Params, param: &Param, emits: bool) -> Result<DVec3> {
         let place = |label: &'static str| {
             let (source, span) = (param.source.clone(), param.span);
-            move |e: crate::SceneError| e.at(&source, span, label)
+            move |e: SceneError| e.at(&source, span, label)
         };
         if let [name] = param.strings() {
             let message = format!("the spectrum `{}` is not supported", shorten(name));

@@ -130,7 +130,7 @@ impl Loader {
             texture: Texture::Image(Arc::new(ImageTexture {
                 data,
                 mapping: UvMapping::IDENTITY,
-                wrap: Wrap::Repeat,
+                wrap: [Wrap::Repeat; 2],
                 scale: 1.0,
                 invert: false,
                 filename: name,

@@ -16,9 +16,10 @@ mod transforms;
 mod view;
 
 use crate::assembly::Assembly;
+use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
 use crate::load::{LoadOptions, Loaded};
-use crate::mesh::{EmissionSpec, MeshData};
+use crate::mesh::MeshData;
 use crate::source::{Source, Span};
 use crate::suggest::nearest;
 use crate::texture::Texture;

@@ -4,8 +4,9 @@ use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
 use super::{Geometry, Loader, ObjectShape, unknown};
+use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
-use crate::mesh::{EmissionSpec, MeshData, Placement};
+use crate::mesh::{MeshData, Placement};
 use crate::source::Source;
 use crate::{ply, tessellate};
 use linelit_geometry::glam::DAffine3;
@@ -145,12 +146,8 @@ impl Loader {
             let message = "a line without `AreaLightSource` is nothing".to_owned();
             return self.warn_at(params, ErrorKind::Suspicious, message, "left out");
         };
-        if p0 == p1 {
-            let message = "a line without length emits nothing".to_owned();
-            return self.warn_at(params, ErrorKind::Suspicious, message, "left out");
-        }
-        self.base.builder.add_line(p0, p1, &emission);
-        Ok(())
+        let at = |e: SceneError, label: &str| e.at(&params.source, params.span, label);
+        self.base.place_line([p0, p1], &emission, &at)
     }
 
     fn warn_about_alpha(&mut self, params: &Params) -> Result<()> {

@@ -1,7 +1,7 @@
 //! The graphics state: what blocks save and restore.
 
 use super::params::Param;
-use crate::mesh::EmissionSpec;
+use crate::emission::EmissionSpec;
 use linelit_geometry::glam::DAffine3;
 use std::rc::Rc;
 

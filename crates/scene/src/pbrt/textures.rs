@@ -127,6 +127,8 @@ impl Loader {
                 params.float_or("udelta", 0.0)?,
                 params.float_or("vdelta", 0.0)?,
             ),
+            // Ours, for scenes of other formats that were written as pbrt text.
+            rotation: params.float_or("uvrotation", 0.0)?,
         };
         match params.string("mapping")? {
             None | Some("uv") => {}
@@ -145,15 +147,8 @@ impl Loader {
             .to_owned();
         let mapping = self.mapping(params)?;
         params.ignore(&["trilinear", "maxanisotropy", "filter"]);
-        let wrap = match params.string("wrap")? {
-            None | Some("repeat") => Wrap::Repeat,
-            Some("black") => Wrap::Black,
-            Some("clamp") => Wrap::Clamp,
-            Some(other) => {
-                let known = ["repeat", "black", "clamp"];
-                return Err(unknown(params, "wrap mode", other, known));
-            }
-        };
+        let wrap = self.wrap(params, "wrap", Wrap::Repeat)?;
+        let wrap = [wrap, self.wrap(params, "vwrap", wrap)?];
         // v3: gamma; v4: encoding. Files of eight bits are sRGB unless said otherwise.
         let srgb = params.bool_or("gamma", true)?
             && params.string("encoding")?.is_none_or(|e| e == "sRGB");
@@ -178,6 +173,21 @@ impl Loader {
             invert,
             filename: name,
         })))
+    }
+
+    /// What lies beyond the edges; `vwrap` and `mirror` are ours.
+    fn wrap(&self, params: &Params, name: &'static str, default: Wrap) -> Result<Wrap> {
+        Ok(match params.string(name)? {
+            None => default,
+            Some("repeat") => Wrap::Repeat,
+            Some("black") => Wrap::Black,
+            Some("clamp") => Wrap::Clamp,
+            Some("mirror") => Wrap::Mirror,
+            Some(other) => {
+                let known = ["repeat", "black", "clamp", "mirror"];
+                return Err(unknown(params, "wrap mode", other, known));
+            }
+        })
     }
 
     /// A parameter that may be a texture: a number (`is_number`) or a spectrum.
