@@ -127,11 +127,12 @@ pub(super) fn monoliths() -> Files {
 /// bars stand between.
 pub(super) fn plates() -> Files {
     let mut world = String::new();
+    // Height, depth, tilt towards the mirror direction between camera and lights, roughness α.
     let tilts: [(f64, f64, f64, f64); 4] = [
-        (1.05, 0.55, 1.02, 0.02),
-        (0.72, 0.1, 0.84, 0.05),
-        (0.45, -0.4, 0.66, 0.1),
-        (0.25, -0.95, 0.5, 0.25),
+        (0.5, 1.0, 0.555, 0.01),
+        (0.3, 0.45, 0.434, 0.04),
+        (0.12, -0.1, 0.341, 0.1),
+        (0.0, -0.65, 0.264, 0.25),
     ];
     for (y, z, tilt, alpha) in tilts {
         let (sin, cos) = tilt.sin_cos();
@@ -152,7 +153,7 @@ pub(super) fn plates() -> Files {
     let mut bars = Mesh::default();
     for k in 0..9u8 {
         let x = 0.45 * f64::from(k) - 1.8;
-        bars.cuboid([x - 0.03, 1.75, 0.3], [x + 0.03, 1.81, 1.5], 0.0);
+        bars.cuboid([x - 0.03, 1.35, 0.2], [x + 0.03, 1.41, 1.3], 0.0);
     }
     let _ = write!(world, "{}", diffuse([0.3, 0.3, 0.3], &bars));
     for (x, half, power) in [
