@@ -10,7 +10,7 @@ use crate::load::{LoadOptions, Loaded};
 use crate::mesh::{Builder, MeshData, Placement, Refusal};
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{DMat3, DVec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -25,11 +25,27 @@ pub(crate) struct Assembly {
     /// Where the file names in the scene start.
     pub(crate) folder: PathBuf,
     images: HashMap<(PathBuf, bool), Arc<ImageData>>,
+    /// Files that were opened, and bytes read: of each once, and in all.
+    opened: HashSet<PathBuf>,
+    distinct_bytes: u64,
+    read_bytes: u64,
+    pixels: u64,
 }
 
+/// Bytes that a scene may read again and again: files that name each other many times would
+/// otherwise take any time.
+const FREE_REREADS: u64 = 1 << 26;
+/// How often, on the average, files may be read beyond that.
+const REREADS: u64 = 16;
+
+/// Pixels that all images together may have, whatever their size in files.
+const FREE_PIXELS: u64 = 1 << 27;
+/// Pixels that all images together may have for each byte of their files.
+const PIXELS_PER_BYTE: u64 = 16;
+
 impl Assembly {
-    /// An empty scene; `path` is that of the scene file.
-    pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
+    /// An empty scene; `path` is that of the scene file, which is `bytes` long.
+    pub(crate) fn new(path: Option<&Path>, bytes: usize, options: &LoadOptions) -> Self {
         Self {
             builder: Builder::new(options.max_triangles),
             warnings: Warnings::new(options.strict),
@@ -39,6 +55,10 @@ impl Assembly {
                 .unwrap_or(Path::new(""))
                 .to_owned(),
             images: HashMap::new(),
+            opened: HashSet::new(),
+            distinct_bytes: bytes as u64,
+            read_bytes: bytes as u64,
+            pixels: 0,
         }
     }
 
@@ -123,10 +143,25 @@ impl Assembly {
     }
 
     /// A file that the scene names, read into memory.
-    pub(crate) fn open(&self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
+    pub(crate) fn open(&mut self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
         let path = self.folder.join(name);
         match std::fs::read(&path) {
-            Ok(bytes) => Ok((path, bytes)),
+            Ok(bytes) => {
+                let count = bytes.len() as u64;
+                if self.opened.insert(path.clone()) {
+                    self.distinct_bytes += count;
+                }
+                self.read_bytes += count;
+                if self.read_bytes > FREE_REREADS.saturating_add(REREADS * self.distinct_bytes) {
+                    let message = format!("`{name}` and others are read too often");
+                    let error = at(SceneError::new(ErrorKind::Limit, message), "read again");
+                    return Err(error.note(format!(
+                        "{} bytes of files have been read as {} bytes",
+                        self.distinct_bytes, self.read_bytes
+                    )));
+                }
+                Ok((path, bytes))
+            }
             Err(error) => {
                 let message = format!("cannot read `{name}`: {}", describe(&error));
                 Err(at(SceneError::new(ErrorKind::Io, message), "named here"))
@@ -135,7 +170,7 @@ impl Assembly {
     }
 
     /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.
-    pub(crate) fn open_unpacked(&self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
+    pub(crate) fn open_unpacked(&mut self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
         let (path, bytes) = self.open(name, at)?;
         if !name.ends_with(".gz") {
             return Ok((path, bytes));
@@ -175,7 +210,15 @@ impl Assembly {
         at: At<'_>,
     ) -> Result<Option<Arc<ImageData>>> {
         match image::read(name, bytes, srgb) {
-            Some(Ok(image)) => Ok(Some(Arc::new(image))),
+            Some(Ok(image)) => {
+                self.pixels += u64::from(image.width()) * u64::from(image.height());
+                if self.pixels > FREE_PIXELS.saturating_add(PIXELS_PER_BYTE * self.distinct_bytes) {
+                    let message = format!("the images have {} pixels in all", self.pixels);
+                    let error = SceneError::new(ErrorKind::Limit, message);
+                    return Err(at(error, "too many for the size of their files"));
+                }
+                Ok(Some(Arc::new(image)))
+            }
             Some(Err(message)) => {
                 let message = format!("cannot read `{name}`: {message}");
                 Err(at(

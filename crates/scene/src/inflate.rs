@@ -56,9 +56,19 @@ struct Bits<'a> {
 }
 
 impl Bits<'_> {
+    /// At least 48 bits in the buffer; zeros stand in for what is behind the end, which `skip`
+    /// notices.
     fn fill(&mut self) {
+        if let Some(next) = self.data.get(self.at..).and_then(<[u8]>::first_chunk::<8>) {
+            // Bits above the count may be set already: they are these same bits.
+            self.buffer |= u64::from_le_bytes(*next) << self.count;
+            let bytes = (63 - self.count) / 8;
+            self.at += usize::try_from(bytes).unwrap_or(0);
+            self.count += 8 * bytes;
+            return;
+        }
+        // The last bytes one by one.
         while self.count <= 48 {
-            // Zeros stand in for what is behind the end; `take` notices.
             let byte = self.data.get(self.at).copied().unwrap_or(0);
             self.buffer |= u64::from(byte) << self.count;
             self.at += 1;
@@ -66,25 +76,35 @@ impl Bits<'_> {
         }
     }
 
+    /// Drops bits of the buffer, which holds that many; an error behind the end of the data.
+    fn skip(&mut self, n: u32) -> Result<(), String> {
+        self.buffer >>= n;
+        self.count -= n;
+        if self.at - usize::try_from(self.count / 8).unwrap_or(0) > self.data.len() {
+            return Err("the compressed data end early".into());
+        }
+        Ok(())
+    }
+
     fn take(&mut self, n: u32) -> Result<usize, String> {
         self.fill();
         let value = self.buffer & ((1 << n) - 1);
-        self.buffer >>= n;
-        self.count -= n;
-        let unread = usize::try_from(self.count / 8).unwrap_or(0);
-        if self.at - unread > self.data.len() {
-            return Err("the compressed data end early".into());
-        }
+        self.skip(n)?;
         usize::try_from(value).map_err(|e| e.to_string())
     }
 }
 
 const MAX_BITS: usize = 15;
+/// Bits that a table looks up at once; longer codes are rare.
+const TABLE_BITS: u32 = 10;
+const TABLE_LENGTH: usize = 10;
 
 /// A canonical Huffman code: how many symbols have each length, and the symbols in order.
 struct Code {
     counts: [u16; MAX_BITS + 1],
     symbols: Vec<u16>,
+    /// By the next bits: symbol and length of codes that are no longer; length zero for others.
+    table: Vec<(u16, u8)>,
 }
 
 impl Code {
@@ -97,23 +117,49 @@ impl Code {
         let mut symbols: Vec<u16> = (0..).take(lengths.len()).collect();
         symbols.retain(|s| lengths[usize::from(*s)] > 0);
         symbols.sort_by_key(|s| (lengths[usize::from(*s)], *s));
-        Self { counts, symbols }
+        let mut code = Self {
+            counts,
+            symbols,
+            table: Vec::new(),
+        };
+        // Short codes with few symbols are not worth a table.
+        if code.symbols.len() > 19 {
+            code.table = (0..1_u64 << TABLE_BITS)
+                .map(|bits| code.find(bits, TABLE_LENGTH).unwrap_or((0, 0)))
+                .collect();
+        }
+        code
     }
 
-    fn decode(&self, bits: &mut Bits<'_>) -> Result<u16, String> {
+    /// Symbol and length of the code at the low end of some bits, if it is no longer than `most`.
+    fn find(&self, mut bits: u64, most: usize) -> Option<(u16, u8)> {
         let (mut code, mut first, mut index) = (0_usize, 0_usize, 0_usize);
-        for length in 1..=MAX_BITS {
-            code |= bits.take(1)?;
-            let count = usize::from(self.counts[length]);
+        for (length, count) in (1_u8..).zip(&self.counts[1..=most]) {
+            code |= usize::from(bits & 1 == 1);
+            bits >>= 1;
+            let count = usize::from(*count);
             if code < first + count {
                 let symbol = self.symbols.get(index + code - first);
-                return symbol.copied().ok_or_else(|| "a broken code".into());
+                return symbol.map(|s| (*s, length));
             }
             index += count;
             first = (first + count) << 1;
             code <<= 1;
         }
-        Err("the compressed data are broken".into())
+        None
+    }
+
+    fn decode(&self, bits: &mut Bits<'_>) -> Result<u16, String> {
+        bits.fill();
+        let low = usize::try_from(bits.buffer & ((1 << TABLE_BITS) - 1)).unwrap_or(0);
+        let (symbol, length) = match self.table.get(low) {
+            Some(&(symbol, length)) if length > 0 => (symbol, length),
+            _ => self
+                .find(bits.buffer, MAX_BITS)
+                .ok_or("the compressed data are broken")?,
+        };
+        bits.skip(u32::from(length))?;
+        Ok(symbol)
     }
 }
 
@@ -247,8 +293,12 @@ fn block(
             let symbol = usize::from(distances.decode(bits)?);
             let distance = extra(bits, symbol, &DISTANCE_BASE, &DISTANCE_EXTRA)?;
             let start = out.len().checked_sub(distance).ok_or_else(broken)?;
-            for k in start..start + length {
-                out.push(out[k]);
+            if distance >= length {
+                out.extend_from_within(start..start + length);
+            } else {
+                for k in start..start + length {
+                    out.push(out[k]);
+                }
             }
         }
         if out.len() > limit {

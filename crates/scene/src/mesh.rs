@@ -135,7 +135,7 @@ impl Builder {
         self.work += mesh.positions.len() + mesh.triangles.len();
         if self.triangles.len() + mesh.triangles.len() > self.max_triangles
             || vertices > 4 * self.max_triangles
-            || self.work > 16 * self.max_triangles
+            || self.work > 4 * self.max_triangles
         {
             return Err(Refusal::TooMany);
         }

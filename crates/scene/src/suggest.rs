@@ -1,5 +1,8 @@
 //! The nearest known name for a misspelt one.
 
+/// Names that are looked at: broken files may have many.
+const MAX_CANDIDATES: usize = 1000;
+
 /// The candidate that differs from `word` by the fewest edits, if few enough: a third of its
 /// length, at least one, and letter case counts nothing.
 pub(crate) fn nearest<'a>(
@@ -10,6 +13,7 @@ pub(crate) fn nearest<'a>(
     let allowed = (word.len() / 3).max(1);
     candidates
         .into_iter()
+        .take(MAX_CANDIDATES)
         .map(|c| {
             let lower: Vec<char> = c.chars().take(64).flat_map(char::to_lowercase).collect();
             (edits(&word, &lower), c)

@@ -16,7 +16,13 @@ pub(super) struct Buffers {
     decoded: HashMap<usize, Rc<Numbers>>,
     /// The binary chunk of a GLB file.
     embedded: Option<Arc<[u8]>>,
+    /// Numbers that may still be decoded: accessors may overlap, so that small files could ask for
+    /// many.
+    numbers_left: usize,
 }
+
+/// Numbers that may be decoded however small the buffers are.
+const FREE_NUMBERS: usize = 1 << 24;
 
 /// A part of a buffer.
 pub(super) struct View {
@@ -46,10 +52,16 @@ impl Buffers {
             loaded: vec![None; count],
             decoded: HashMap::new(),
             embedded,
+            numbers_left: FREE_NUMBERS,
         })
     }
 
-    fn buffer(&mut self, doc: &Document<'_>, base: &Assembly, index: usize) -> Result<Arc<[u8]>> {
+    fn buffer(
+        &mut self,
+        doc: &Document<'_>,
+        base: &mut Assembly,
+        index: usize,
+    ) -> Result<Arc<[u8]>> {
         if let Some(data) = &self.loaded[index] {
             return Ok(Arc::clone(data));
         }
@@ -77,6 +89,8 @@ impl Buffers {
             let message = format!("a buffer of {} bytes should have {length}", data.len());
             return Err(doc.error(ErrorKind::Truncated, message, node, "too short"));
         }
+        // Bytes that nobody shares are decoded at most once, as one number each.
+        self.numbers_left = self.numbers_left.saturating_add(data.len());
         self.loaded[index] = Some(Arc::clone(&data));
         Ok(data)
     }
@@ -85,7 +99,7 @@ impl Buffers {
     pub(super) fn view(
         &mut self,
         doc: &Document<'_>,
-        base: &Assembly,
+        base: &mut Assembly,
         index: usize,
     ) -> Result<View> {
         let node = &doc.list("bufferViews")?[index];
@@ -113,7 +127,7 @@ impl Buffers {
     pub(super) fn numbers(
         &mut self,
         doc: &Document<'_>,
-        base: &Assembly,
+        base: &mut Assembly,
         index: usize,
     ) -> Result<Rc<Numbers>> {
         if let Some(numbers) = self.decoded.get(&index) {
@@ -140,7 +154,7 @@ impl Buffers {
     fn dense(
         &mut self,
         doc: &Document<'_>,
-        base: &Assembly,
+        base: &mut Assembly,
         node: &Node,
         view: usize,
         layout: Layout,
@@ -172,6 +186,11 @@ impl Buffers {
             );
             return Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"));
         }
+        let Some(left) = self.numbers_left.checked_sub(count * width) else {
+            let message = "the accessors ask for far more numbers than the buffers hold";
+            return Err(doc.error(ErrorKind::Limit, message, node, "one too many"));
+        };
+        self.numbers_left = left;
         let mut values = Vec::with_capacity(count * width);
         for k in 0..count {
             let element = &bytes[offset + k * stride..][..size];
@@ -188,7 +207,7 @@ impl Buffers {
     fn sparse(
         &mut self,
         doc: &Document<'_>,
-        base: &Assembly,
+        base: &mut Assembly,
         sparse: &Node,
         layout: Layout,
         values: &mut [f64],
@@ -299,7 +318,7 @@ impl Layout {
 /// A file or a `data:` URI.
 pub(super) fn load_uri(
     doc: &Document<'_>,
-    base: &Assembly,
+    base: &mut Assembly,
     uri: &str,
     place: &Node,
 ) -> Result<Vec<u8>> {

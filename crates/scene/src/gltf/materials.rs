@@ -1,7 +1,8 @@
 //! glTF materials.
 //!
-//! Metallic–roughness becomes a `substrate` with 4 % reflectance at normal incidence, a coloured
-//! conductor, or their mixture, with α = roughness².
+//! Metallic–roughness becomes a `substrate` with 4 % reflectance at normal incidence (or what
+//! `KHR_materials_ior` and `KHR_materials_specular` say; nothing: Lambert), a coloured conductor, or
+//! their mixture, with α = roughness².
 
 use super::Reader;
 use super::document::Document;
@@ -37,8 +38,6 @@ const EXTENSIONS: &[(&str, &str)] = &[
     ("KHR_materials_volume", "drawn without its inside"),
     ("KHR_materials_clearcoat", "drawn without its coat"),
     ("KHR_materials_sheen", "drawn without sheen"),
-    ("KHR_materials_specular", "drawn with 4 % reflectance"),
-    ("KHR_materials_ior", "drawn with index 1.5"),
     ("KHR_materials_iridescence", "drawn without iridescence"),
     ("KHR_materials_anisotropy", "drawn isotropic"),
 ];
@@ -120,9 +119,11 @@ impl Reader {
         node: &Node,
         uv_set: &mut Option<usize>,
     ) -> Result<Surface> {
+        let specular = self.specular(doc, node)?;
         let Some(pbr) = doc.object(node, "pbrMetallicRoughness")? else {
             let one = Texture::number(1.0);
-            return Ok(surface(one.clone(), one, constant_roughness(1.0)));
+            let roughness = constant_roughness(1.0);
+            return Ok(surface(one.clone(), specular, one, roughness));
         };
         let [r, g, b, _] = doc.vector::<4>(pbr, "baseColorFactor")?.unwrap_or([1.0; 4]);
         let factor = self.colour(doc, pbr, [r, g, b])?;
@@ -157,7 +158,37 @@ impl Reader {
                 };
             }
         }
-        Ok(surface(colour, metalness, alpha))
+        Ok(surface(colour, specular, metalness, alpha))
+    }
+
+    /// The reflectance at normal incidence of the base.
+    fn specular(&mut self, doc: &Document<'_>, node: &Node) -> Result<DVec3> {
+        const DEFAULT: DVec3 = DVec3::splat(0.04);
+        let Some(extensions) = doc.object(node, "extensions")? else {
+            return Ok(DEFAULT);
+        };
+        let mut reflectance = DEFAULT;
+        if let Some(extension) = doc.object(extensions, "KHR_materials_ior")?
+            && let Some(eta) = doc.number(extension, "ior")?
+        {
+            let root = (eta - 1.0) / (eta + 1.0);
+            reflectance = DVec3::splat(if eta >= 1.0 { root * root } else { 1.0 });
+        }
+        let Some(extension) = doc.object(extensions, "KHR_materials_specular")? else {
+            return Ok(reflectance);
+        };
+        for key in ["specularTexture", "specularColorTexture"] {
+            if let Some(info) = doc.get(extension, key) {
+                let message = format!("`{key}` is not supported");
+                self.warn(doc, ErrorKind::Unsupported, &message, info, "left out")?;
+            }
+        }
+        let factor = doc.number(extension, "specularFactor")?.unwrap_or(1.0);
+        let colour = doc
+            .vector::<3>(extension, "specularColorFactor")?
+            .unwrap_or([1.0; 3]);
+        let colour = self.colour(doc, extension, colour)? * factor.max(0.0);
+        Ok((reflectance * colour).min(DVec3::ONE))
     }
 
     fn normal_map(
@@ -232,15 +263,22 @@ fn constant_roughness(roughness: f64) -> Roughness {
     Roughness::isotropic(roughness * roughness, Remap::None)
 }
 
-fn surface(colour: Texture, metalness: Texture, roughness: Roughness) -> Surface {
+fn surface(colour: Texture, specular: DVec3, metalness: Texture, roughness: Roughness) -> Surface {
     let metal = MaterialKind::ColoredConductor {
         reflectance: colour.clone(),
         roughness: roughness.clone(),
     };
-    let base = MaterialKind::Substrate {
-        kd: colour,
-        ks: Texture::number(0.04),
-        roughness,
+    let base = if specular == DVec3::ZERO {
+        MaterialKind::Matte {
+            kd: colour,
+            sigma: Texture::number(0.0),
+        }
+    } else {
+        MaterialKind::Substrate {
+            kd: colour,
+            ks: Texture::Constant(specular),
+            roughness,
+        }
     };
     let parts = match metalness.as_constant() {
         Some(share) if share.x <= 0.0 => vec![base],

@@ -182,7 +182,7 @@ impl Reader {
         let Some(index) = doc.index(attributes, key, "accessors")? else {
             return Ok(None);
         };
-        let numbers = self.buffers.numbers(doc, &self.base, index)?;
+        let numbers = self.buffers.numbers(doc, &mut self.base, index)?;
         if numbers.width != width {
             let message = format!(
                 "`{key}` has {} numbers per vertex, expected {width}",
@@ -209,7 +209,7 @@ impl Reader {
     fn indices(&mut self, doc: &Document<'_>, node: &Node, count: usize) -> Result<Vec<u32>> {
         let accessor = doc.index(node, "indices", "accessors")?;
         let numbers = match accessor {
-            Some(accessor) => Some(self.buffers.numbers(doc, &self.base, accessor)?),
+            Some(accessor) => Some(self.buffers.numbers(doc, &mut self.base, accessor)?),
             None => None,
         };
         // Primitives may share their numbers, so that small files can ask for much.

@@ -3,7 +3,7 @@
 //! A reader of our own: all errors name the place in the JSON, and nothing is trusted. Read are
 //! the nodes of the default scene with their transforms, triangles in all three topologies, lines
 //! (linear lights, if their material emits: radiance × radius is then the emission), materials
-//! with `KHR_materials_emissive_strength` and `KHR_texture_transform`, and the first camera.
+//! with the extensions listed in [`EXTENSIONS`], and the first camera.
 //! Emission is one-sided unless the material is double-sided.
 
 mod buffers;
@@ -32,6 +32,8 @@ use textures::{Channel, NamedImage};
 /// Extensions that we read.
 const EXTENSIONS: &[&str] = &[
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
@@ -45,7 +47,7 @@ pub(crate) fn load(
     path: Option<&Path>,
     options: &LoadOptions,
 ) -> Result<Loaded> {
-    let base = Assembly::new(path, options);
+    let base = Assembly::new(path, source.bytes().len(), options);
     if source.bytes().starts_with(b"glTF") {
         let (json, binary) = chunks(source)?;
         let name = format!("{} (its JSON)", source.name());

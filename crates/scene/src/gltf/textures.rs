@@ -143,7 +143,7 @@ impl Reader {
         };
         if let Some(uri) = doc.string(node, "uri")? {
             let place = doc.require(doc.get(node, "uri"), node, "uri")?;
-            let bytes = load_uri(doc, &self.base, uri, place)?;
+            let bytes = load_uri(doc, &mut self.base, uri, place)?;
             return Ok(match uri.strip_prefix("data:") {
                 Some(data) => (
                     by_type(&data.chars().take(40).collect::<String>()),
@@ -158,7 +158,7 @@ impl Reader {
         }
         let mime = doc.string(node, "mimeType")?.unwrap_or("");
         let view = doc.require(doc.index(node, "bufferView", "bufferViews")?, node, "uri")?;
-        let view = self.buffers.view(doc, &self.base, view)?;
+        let view = self.buffers.view(doc, &mut self.base, view)?;
         Ok((by_type(mime), String::new(), view.bytes().to_vec()))
     }
 }

@@ -67,7 +67,7 @@ pub(crate) fn load(
         None => source,
     };
     let mut reader = Reader {
-        base: Assembly::new(path, options),
+        base: Assembly::new(path, source.bytes().len(), options),
         source: Arc::clone(&source),
         positions: Vec::new(),
         normals: Vec::new(),

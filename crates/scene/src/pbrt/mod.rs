@@ -46,7 +46,7 @@ pub(crate) fn load(
     options: &LoadOptions,
 ) -> Result<Loaded> {
     let mut loader = Loader {
-        base: Assembly::new(path, options),
+        base: Assembly::new(path, source.bytes().len(), options),
         state: State::default(),
         stack: Vec::new(),
         coordinate_systems: HashMap::new(),

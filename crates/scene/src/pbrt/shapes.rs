@@ -257,7 +257,10 @@ impl Loader {
             self.warn_at(params, ErrorKind::Unsupported, message, "ignored")?;
         }
         params.ignore(&["edgelength"]);
-        ply::read(&source).map_err(|e| e.note(format!("read for {}", param.source.short(span))))
+        // What pbrt does not read from these files either is not worth a warning.
+        ply::read(&source)
+            .map(|read| read.mesh)
+            .map_err(|e| e.note(format!("read for {}", param.source.short(span))))
     }
 
     fn bilinear_mesh(&mut self, params: &Params) -> Result<MeshData> {

@@ -22,8 +22,12 @@ use std::path::Path;
 
 /// Reads a scene that is one mesh of the default material, seen by a camera that frames it.
 pub(crate) fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
-    let mut base = Assembly::new(path, options);
-    let mesh = read(source)?;
+    let mut base = Assembly::new(path, source.bytes().len(), options);
+    let Mesh { mesh, left_out } = read(source)?;
+    for message in left_out {
+        let whole = |e: SceneError| e.in_file(source.name());
+        base.warnings.warn(ErrorKind::Unsupported, message, whole)?;
+    }
     let at = |e: SceneError, _: &str| e.in_file(source.name());
     let place = Placement {
         to_world: DAffine3::IDENTITY,
@@ -36,8 +40,15 @@ pub(crate) fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) 
     base.finish(source.name(), has_shapes, None, FilmSettings::default())
 }
 
+/// What a file holds.
+pub(crate) struct Mesh {
+    pub(crate) mesh: MeshData,
+    /// What it holds besides, for warnings.
+    pub(crate) left_out: Vec<String>,
+}
+
 /// Reads a mesh.
-pub(crate) fn read(source: &Source) -> Result<MeshData> {
+pub(crate) fn read(source: &Source) -> Result<Mesh> {
     let header = Header::parse(source)?;
     let layout = Layout::new(source, &header)?;
     let mut sink = Sink {
@@ -50,8 +61,15 @@ pub(crate) fn read(source: &Source) -> Result<MeshData> {
         Format::Little => binary::read::<true>(source, &header, &mut sink)?,
         Format::Big => binary::read::<false>(source, &header, &mut sink)?,
     }
-    Ok(sink.mesh)
+    let left_out = sink.layout.left_out(&header);
+    Ok(Mesh {
+        mesh: sink.mesh,
+        left_out,
+    })
 }
+
+/// Names that a warning lists.
+const LISTED: usize = 12;
 
 /// Where the properties that we want stand among the others.
 #[derive(Debug)]
@@ -111,6 +129,55 @@ impl Layout {
             indices,
             vertex_count: element.count,
         })
+    }
+}
+
+impl Layout {
+    /// What the header describes and nobody reads.
+    fn left_out(&self, header: &Header) -> Vec<String> {
+        let mut messages = Vec::new();
+        let list = |names: &[&str]| {
+            let shown: Vec<String> = names
+                .iter()
+                .take(LISTED)
+                .map(|n| format!("`{}`", n.chars().take(40).collect::<String>()))
+                .collect();
+            shown.join(", ")
+        };
+        let is_read = |k: usize| {
+            let uv = self.uv.iter().flatten();
+            let normal = self.normal.iter().flatten();
+            self.position
+                .iter()
+                .chain(normal)
+                .chain(uv)
+                .any(|i| *i == k)
+        };
+        if let Some(vertex) = self.vertex {
+            let properties = header.elements[vertex].properties.iter().enumerate();
+            let names: Vec<&str> = properties
+                .filter(|(k, _)| !is_read(*k))
+                .map(|(_, p)| p.name.as_str())
+                .collect();
+            if !names.is_empty() {
+                messages.push(format!("vertex properties are left out: {}", list(&names)));
+            }
+        }
+        // What every mesh tool writes and no renderer needs.
+        const SILENT: [&str; 2] = ["edge", "camera"];
+        let elements = header.elements.iter().enumerate();
+        let names: Vec<&str> = elements
+            .filter(|(k, e)| {
+                element_role(self, *k) == Role::Skip
+                    && e.count > 0
+                    && !SILENT.contains(&e.name.as_str())
+            })
+            .map(|(_, e)| e.name.as_str())
+            .collect();
+        if !names.is_empty() {
+            messages.push(format!("elements are left out: {}", list(&names)));
+        }
+        messages
     }
 }
 

@@ -1,0 +1,185 @@
+//! Scenes in the files that people have: the same picture from each, and through `convert`.
+
+use linelit_film::Image;
+use linelit_scene::{LoadOptions, Loaded, Scene};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn linelit(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_linelit"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let dir = std::env::temp_dir().join(format!("linelit-files-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).unwrap();
+    dir
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn path(p: &Path) -> &str {
+    p.to_str().unwrap()
+}
+
+/// The picture of a scene file, and the messages.
+fn render(scene: &str, image: &Path, more: &[&str]) -> Image {
+    let arguments = ["render", scene, "-o", path(image), "--samples", "4"];
+    let output = linelit(&[&arguments[..], more].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    Image::read(image).unwrap()
+}
+
+fn bits(image: &Image) -> Vec<[u32; 3]> {
+    let pixels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    pixels
+        .map(|(x, y)| image.get(x, y).map(f32::to_bits))
+        .collect()
+}
+
+fn strictly(file: &str) -> Loaded {
+    let strict = LoadOptions {
+        strict: true,
+        ..LoadOptions::default()
+    };
+    Scene::load(file, &strict).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn one_cornell_box_in_four_formats_is_one_picture() {
+    let dir = folder("formats");
+    let image = dir.join("box.exr");
+    let want = render("tests/cornell/v3.pbrt", &image, &["--strict"]);
+    assert!(want.mean().iter().all(|c| *c > 0.05), "{:?}", want.mean());
+    let v4 = render("tests/cornell/v4.pbrt", &image, &["--strict"]);
+    assert_eq!(bits(&v4), bits(&want), "pbrt v4");
+
+    // The others' cameras differ: glTF's angle is in radians over the height, OBJ has none. The
+    // scenes are the same to the bit; so are the pictures with the camera of the first.
+    let v3 = strictly("tests/cornell/v3.pbrt").scene;
+    for file in ["tests/cornell/box.gltf", "tests/cornell/box.obj"] {
+        let mut scene = strictly(file).scene;
+        assert_eq!(scene.positions.len(), v3.positions.len(), "{file}");
+        let same = scene.positions.iter().zip(&v3.positions);
+        assert!(
+            same.into_iter()
+                .all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits)),
+            "{file}"
+        );
+        assert_eq!(scene.triangles, v3.triangles, "{file}");
+        scene.camera = v3.camera.clone();
+        scene.film = v3.film.clone();
+        let copy = dir.join("copy.pbrt");
+        let mut out = std::fs::File::create(&copy).unwrap();
+        let options = linelit_scene::ExportOptions {
+            extensions: true,
+            ..Default::default()
+        };
+        scene.write_pbrt(&mut out, &options).unwrap();
+        drop(out);
+        let got = render(path(&copy), &image, &["--strict"]);
+        assert_eq!(bits(&got), bits(&want), "{file}");
+    }
+
+    // glTF through its own camera: rays within 1e-14 of the others, so that a pixel may only
+    // change where its ray grazes an edge, or in the last bit of f32.
+    let gltf = render(
+        "tests/cornell/box.gltf",
+        &image,
+        &["--strict", "--resolution", "96x96"],
+    );
+    let (got, want) = (bits(&gltf), bits(&want));
+    let different = got.iter().zip(&want).filter(|(a, b)| a != b).count();
+    assert!(different * 100 <= want.len(), "glTF's own camera");
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn converted_scenes_give_the_same_picture() {
+    let dir = folder("convert");
+    let (image, copy) = (dir.join("a.exr"), dir.join("copy.pbrt"));
+    let scenes = [
+        "cornell-box-small",
+        "logo-large",
+        "../scene/tests/seeds/everything.pbrt",
+        "../scene/tests/seeds/everything.obj",
+        "../scene/tests/seeds/everything.gltf",
+        "tests/cornell/box.gltf",
+    ];
+    for scene in scenes {
+        let size = ["--resolution", "32x24"];
+        let want = render(scene, &image, &size);
+        let output = linelit(&["convert", scene, "-o", path(&copy), "--extensions"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let got = render(path(&copy), &image, &size);
+        assert_eq!(bits(&got), bits(&want), "{scene}");
+        // What pbrt-v4 reads loads without a warning about what is not pbrt's.
+        let output = linelit(&["convert", scene, "-o", path(&copy)]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let plain = std::fs::read_to_string(&copy).unwrap();
+        let foreign = [
+            "\"line\"",
+            "\"phong\"",
+            "\"substrate\"",
+            "\"plastic\"",
+            "\"matte\"",
+        ];
+        for line in plain.lines().filter(|l| !l.starts_with('#')) {
+            let code = line.split(" # ").next().unwrap();
+            assert!(!foreign.iter().any(|w| code.contains(w)), "{scene}: {line}");
+        }
+    }
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn every_file_of_a_folder_is_loaded_and_rendered() {
+    let dir = folder("load-all");
+    let inner = dir.join("inner");
+    std::fs::create_dir_all(&inner).unwrap();
+    let (good, bad) = (dir.join("good.obj"), inner.join("bad.ply"));
+    std::fs::write(&good, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    std::fs::write(&bad, "ply\nformat ascii 1.0\nelement vertex x\n").unwrap();
+    std::fs::write(dir.join("notes.txt"), "no scene").unwrap();
+    let output = linelit(&["load-all", path(&dir)]);
+    let out = text(&output.stdout);
+    assert!(output.status.success(), "{out}{}", text(&output.stderr));
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!(lines.len(), 2, "{out}");
+    assert_eq!(lines[0], "good.obj: ok, 1 triangle, 0 lights, 1 warning");
+    assert!(lines[1].starts_with("inner/bad.ply: error: `x` is not a number of rows ("));
+    assert!(lines[1].ends_with("bad.ply:3:1)"), "{out}");
+
+    // Whoever has no time at all fails, and so does the whole.
+    let output = linelit(&["load-all", path(&dir), "--seconds", "0"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stdout).contains("FAILED: took more than 0 s"));
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+#[test]
+fn info_says_what_is_in_a_scene() {
+    let output = linelit(&["info", "tests/cornell/v3.pbrt", "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value["triangles"], 36);
+    assert_eq!(value["lights"]["quad"]["lights"], 1);
+    // 0.8 × 0.8 × π × (12 + 9 + 6) / 3, the corners rounded to f32.
+    let power = value["lights"]["quad"]["power"].as_f64().unwrap();
+    assert!(
+        (power - 0.64 * std::f64::consts::PI * 9.0).abs() < 1e-5,
+        "{power}"
+    );
+    assert_eq!(value["materials"]["matte"]["triangles"], 36);
+    let pairs = value["plan"]["counts"]["(point, light) pairs"].as_u64();
+    assert!(pairs.unwrap() > 1000, "{value}");
+    let table = text(&linelit(&["info", "tests/cornell/v3.pbrt"]).stdout);
+    assert!(
+        table.contains("1 quad, area 0.6400 m², power 18.0956 W"),
+        "{table}"
+    );
+}
