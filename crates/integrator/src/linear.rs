@@ -11,7 +11,8 @@ use linelit_lights::LinearLight;
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
 use linelit_samplers::Sampler;
-use linelit_shading::bsdf::{Bsdf, Phong};
+use linelit_shading::bsdf::{Bsdf, Layers, Lobe as Layer, Phong};
+use linelit_shading::ltc::GgxLobes;
 use linelit_shading::phong;
 use std::f64::consts::FRAC_1_PI;
 use std::fmt;
@@ -288,11 +289,48 @@ impl Lobe {
                 let lit = phong::cylinder(seen.p0, seen.p1, point.normal, axis, phong.exponent);
                 (phong_map(axis, phong.exponent), phong.scale() * lit)
             }
+            Bsdf::Layers(layers) => glossy_layer(layers, point, &seen)?,
             _ => return None,
         };
         let sampler = LtcSampler::new(line, point.position, point.normal, map)?;
         Some(Self { sampler, reflected })
     }
+}
+
+/// Of the first layer with a fitted lobe: its map from the cosine to the world, and what it reflects
+/// of the line.
+fn glossy_layer(layers: &Layers, point: &ShadingPoint, seen: &Segment) -> Option<(DMat3, DVec3)> {
+    layers.lobes().find_map(|(scale, lobe)| match lobe {
+        Layer::Frostbite(material) => {
+            let (map, lit) = ggx(material.roughness(), material.f0, point, seen);
+            Some((map, scale * lit))
+        }
+        Layer::Phong(lobe) => {
+            let axis = Phong::axis(point.outgoing, point.normal);
+            let lit = phong::cylinder(seen.p0, seen.p1, point.normal, axis, lobe.exponent);
+            Some((phong_map(axis, lobe.exponent), scale * lobe.scale() * lit))
+        }
+        _ => None,
+    })
+}
+
+/// GGX as its two fitted lobes, of weights F0 and 1 − F0: the map of the one that gives more, and
+/// what both give.
+fn ggx(roughness: f64, f0: DVec3, point: &ShadingPoint, seen: &Segment) -> (DMat3, DVec3) {
+    let frame = Frame::from_normal_and_tangent(point.normal, point.outgoing);
+    let cosine = point.normal.dot(point.outgoing);
+    // With F0 = ½ both lobes have half their albedo.
+    let halves = GgxLobes::new(roughness, cosine, 0.5);
+    let [flat, grazing] = halves.lobes();
+    let [a, b] = [flat, grazing].map(|l| 2.0 * l.line(&frame, seen.p0, seen.p1));
+    let f0_mean = f0.element_sum() / 3.0;
+    let lobe = if f0_mean * a >= (1.0 - f0_mean) * b {
+        flat
+    } else {
+        grazing
+    };
+    let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
+    (to_world * lobe.map(), f0 * a + (DVec3::ONE - f0) * b)
 }
 
 /// A linear map from the cosine to a lobe as high as (k + 1)/(2π) cosᵏ about `axis`: across it, the
@@ -307,6 +345,15 @@ fn phong_map(axis: DVec3, k: f64) -> DMat3 {
 fn diffuse_albedo(bsdf: &Bsdf) -> DVec3 {
     match bsdf {
         Bsdf::Lambert(lambert) | Bsdf::Phong(lambert, _) => lambert.albedo,
+        Bsdf::Layers(layers) => layers.lobes().fold(layers.diffuse(), |sum, (scale, lobe)| {
+            sum + scale
+                * match lobe {
+                    Layer::Frostbite(material) => material.diffuse,
+                    Layer::OrenNayar(rough) => rough.albedo,
+                    Layer::Substrate(coated) => coated.diffuse,
+                    _ => DVec3::ZERO,
+                }
+        }),
         _ => DVec3::ZERO,
     }
 }

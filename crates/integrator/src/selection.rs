@@ -1,12 +1,15 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
+use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_lights::selection::{
     Discrete, Estimated, Importance, LightTree, Picked, can_contribute, unshadowed,
     unshadowed_at_center,
 };
 use linelit_samplers::{Sampler, SamplerKind};
+use linelit_shading::{cylinder, polygon};
+use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::OnceLock;
@@ -26,6 +29,9 @@ pub enum LightChoice {
     /// `one:estimate`: αᵢ by the unshadowed light of a random point of each light, with a floor for
     /// every light that can contribute (Shirley & Wang's rule). Its cost grows with the lights.
     Estimate,
+    /// `one:exact`: αᵢ by the unshadowed light of each light in closed form, as on a diffuse surface:
+    /// what the others try to be. Its cost grows with the lights.
+    Exact,
     /// `one:centre`: αᵢ by the unshadowed light of each light's centre, without the rule. **Wrong**
     /// where a light's centre is below the horizon and other parts of it are not: it makes the
     /// bands of Shirley & Wang's Fig. 10, and is here to show them.
@@ -35,11 +41,12 @@ pub enum LightChoice {
 }
 
 /// The names, as the command line lists them.
-const CHOICES: [(&str, LightChoice); 6] = [
+const CHOICES: [(&str, LightChoice); 7] = [
     ("all", LightChoice::All),
     ("one:uniform", LightChoice::Uniform),
     ("one:power", LightChoice::Power),
     ("one:estimate", LightChoice::Estimate),
+    ("one:exact", LightChoice::Exact),
     ("one:centre", LightChoice::Centre),
     ("tree", LightChoice::Tree),
 ];
@@ -157,6 +164,13 @@ pub(crate) fn draw(
             let table = Estimated::new(weights, estimate, possible);
             pick_all(&|u| table.pick(u));
         }
+        LightChoice::Exact => {
+            for (weight, light) in weights.iter_mut().zip(lights) {
+                *weight = irradiance(&light.light, point);
+            }
+            let table = Discrete::new(weights);
+            pick_all(&|u| table.as_ref()?.pick(u));
+        }
         LightChoice::Centre => {
             for (weight, light) in weights.iter_mut().zip(lights) {
                 *weight = unshadowed_at_center(&light.light, x, n);
@@ -166,6 +180,44 @@ pub(crate) fn draw(
         }
     }
     gather(drawn);
+}
+
+/// The irradiance of a light without shadows: in closed form for polygons and lines; for what is
+/// round, that of its whole in its centre's direction, raised where that dips below the horizon.
+fn irradiance(light: &Light, point: &ShadingPoint) -> f64 {
+    let (x, n) = (point.position, point.normal);
+    let mean = |radiance: DVec3| radiance.element_sum() / 3.0;
+    if !can_contribute(light, x, n) {
+        return 0.0;
+    }
+    match light {
+        Light::Area(area) => {
+            let mut relative = [DVec3::ZERO; 24];
+            let vertices = area.polygon.vertices();
+            for (to, from) in relative.iter_mut().zip(vertices) {
+                *to = *from - x;
+            }
+            mean(area.emission.radiance) * polygon::irradiance(&relative[..vertices.len()], n).abs()
+        }
+        Light::Linear(line) => {
+            let seen = line.segment.relative_to(x);
+            mean(line.radiance_radius) * cylinder::irradiance(seen.p0, seen.p1, n)
+        }
+        Light::Sphere(sphere) => {
+            let to = sphere.sphere.center - x;
+            let ratio = (sphere.sphere.radius / to.length()).min(1.0);
+            let cosine = n.dot(to.normalize_or_zero()).max(0.2 * ratio);
+            mean(sphere.radiance) * PI * ratio * ratio * cosine
+        }
+        Light::Disk(disk) => {
+            let to = disk.disk.center - x;
+            let (r, w) = (to.length(), to.normalize_or_zero());
+            let ratio = disk.disk.radius / r;
+            let cosines = n.dot(w).max(0.2 * ratio.min(1.0)) * disk.disk.normal.dot(w).abs();
+            mean(disk.emission.radiance) * PI * ratio * ratio * cosines
+        }
+        _ => 0.0,
+    }
 }
 
 /// Joins what picked the same light; in the order of the lights.

@@ -88,6 +88,7 @@ fn every_choice_of_lights_gives_the_same_light() {
             (LightChoice::Uniform, 256),
             (LightChoice::Estimate, 16),
             (LightChoice::Tree, 16),
+            (LightChoice::Exact, 16),
         ];
         let all = choices.map(|(lights, samples)| {
             let settings = Settings {
@@ -199,6 +200,7 @@ fn names_round_trip() {
         "one:uniform",
         "one:power",
         "one:estimate",
+        "one:exact",
         "one:centre",
         "tree",
     ] {

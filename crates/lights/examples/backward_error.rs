@@ -14,7 +14,7 @@
 #![allow(clippy::print_stdout, reason = "an example reports on stdout")]
 
 use linelit_geometry::DVec3;
-use linelit_lights::linear::{ArcPoint, ProjectedLine};
+use linelit_lights::linear::{ArcPoint, ProjectedLine, sample_as_printed};
 use std::f64::consts::FRAC_PI_2;
 
 /// SplitMix64, so that the example needs nothing else.
@@ -188,50 +188,6 @@ fn exact_arithmetic(cases: u64) {
     }
 }
 
-/// Peters 2021, algorithms 1 and 2, as printed, in `f32`. The direction.
-fn as_printed(p0: [f32; 3], p1: [f32; 3], n: [f32; 3], xi: f32) -> Option<[f32; 3]> {
-    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let sub = |a: [f32; 3], b: [f32; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    let lerp = |a: [f32; 3], b: [f32; 3], t: f32| [0, 1, 2].map(|i| a[i] * (1.0 - t) + b[i] * t);
-    let (c0, c1) = (dot(n, p0), dot(n, p1));
-    let (l0, l1) = match (c0 < 0.0, c1 < 0.0) {
-        (true, true) => return None,
-        (true, false) => (lerp(p0, p1, c0 / (c0 - c1)), p1),
-        (false, true) => (p0, lerp(p0, p1, c0 / (c0 - c1))),
-        _ => (p0, p1),
-    };
-    let e = sub(l1, l0);
-    let length = dot(e, e).sqrt();
-    let s = e.map(|x| x / length);
-    let along = dot(l0, s);
-    let q2 = dot(l0, l0) - along * along;
-    let inverse = 1.0 / q2.sqrt();
-    let l0s = along / dot(l0, l0).sqrt();
-    let l1s = (along + length) / ((along + length) * (along + length) + q2).sqrt();
-    let ns = dot(n, s);
-    let nt = inverse * (dot(n, l0) - ns * along);
-    let f =
-        |w: f32| ns * w * w + nt * ((1.0 - w * w).max(0.0).sqrt() * w + w.clamp(-1.0, 1.0).asin());
-    let target = xi * (f(l1s) - f(l0s)) + f(l0s);
-    let mut ws = (l0s + xi * (l1s - l0s)).clamp(-1.0, 1.0);
-    let mut wt = (1.0 - ws * ws).sqrt();
-    if (1e-5..=1.0 - 1e-5).contains(&xi) {
-        let mut alpha = ws.asin();
-        for _ in 0..2 {
-            let g = (ns * ws + nt * wt) * ws + nt * alpha - target;
-            let g1 = 2.0 * (ns * ws + nt * wt) * wt;
-            let g2 = 2.0 * (ns * wt - nt * ws) * wt - 2.0 * (ns * ws + nt * wt) * ws;
-            let root = (g1 * g1 - 2.0 * g2 * g).max(0.0).sqrt();
-            let sum = g1 + root.copysign(g1);
-            let beta = if sum == 0.0 { 0.0 } else { -2.0 * g / sum };
-            alpha = (alpha + beta).clamp(-std::f32::consts::FRAC_PI_2, std::f32::consts::FRAC_PI_2);
-            (ws, wt) = alpha.sin_cos();
-        }
-    }
-    let (a, b) = (ws - inverse * wt * along, inverse * wt);
-    Some([0, 1, 2].map(|i| a * s[i] + b * l0[i]))
-}
-
 fn narrow(v: DVec3) -> [f32; 3] {
     #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
     v.to_array().map(|x| x as f32)
@@ -310,7 +266,7 @@ fn single_precision(cases: u64) {
             } else {
                 backward(&exact, wide(arc.direction), xi64)
             });
-            let printed = as_printed(p0, p1, n, xi)
+            let printed = sample_as_printed(p0, p1, n, xi)
                 .map_or(f64::INFINITY, |w| backward(&exact, wide(w), xi64));
             paper.push(printed);
         }

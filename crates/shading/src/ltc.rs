@@ -39,6 +39,12 @@ impl Ltc {
         }
     }
 
+    /// M, from the cosine's space to the surface's local frame: what a sampler of the lobe needs.
+    #[must_use]
+    pub const fn map(&self) -> DMat3 {
+        self.to_world
+    }
+
     /// The density of the lobe in a unit direction of the local frame, per solid angle; it
     /// integrates to one over the sphere. Times the albedo it stands for f cos.
     #[must_use]
@@ -121,6 +127,12 @@ impl GgxLobes {
                 lobe(&row[6..10], (1.0 - f0) * row[1]),
             ],
         }
+    }
+
+    /// The lobes: of weight F0, and of weight 1 − F0.
+    #[must_use]
+    pub const fn lobes(&self) -> &[Ltc; 2] {
+        &self.lobes
     }
 
     /// The directional albedo.

@@ -6,12 +6,13 @@ use linelit_scene::{LoadOptions, Loaded, Scene};
 use std::path::{Path, PathBuf};
 
 /// Scenes that are made by a generator on first use rather than kept in the repository.
-const GENERATED: [&str; 2] = ["colonnade-small", "colonnade-large"];
+const GENERATED: [&str; 3] = ["colonnade-small", "colonnade-large", "colonnade-line"];
 
 /// The built-in scenes.
-pub const BUILT_IN: [&str; 14] = [
+pub const BUILT_IN: [&str; 16] = [
     "cornell-box-small",
     "cornell-box-large",
+    "cornell-box-line",
     "grid-planes-small",
     "grid-planes-large",
     "triangle-soup-small",
@@ -24,6 +25,7 @@ pub const BUILT_IN: [&str; 14] = [
     "strips",
     "monoliths",
     "plates",
+    "colonnade-line",
 ];
 
 /// The file of a scene: a path that exists, or the name of a built-in scene (`cornell-box` is

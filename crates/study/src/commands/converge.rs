@@ -25,6 +25,7 @@ pub fn run(args: &ConvergeArgs) -> Result<()> {
         Study::Convergence(spec) => pool.install(|| converge(args, &spec)),
         Study::BillenTable1 => pool.install(|| table1(args)),
         Study::BillenFigures => pool.install(|| figures(args)),
+        Study::Exhibition(name, make) => pool.install(|| exhibition(args, name, make)),
     }
 }
 
@@ -302,6 +303,32 @@ fn figures(args: &ConvergeArgs) -> Result<()> {
         );
     }
     println!("report: {}", args.out.join("report.html").display());
+    Ok(())
+}
+
+fn exhibition(
+    args: &ConvergeArgs,
+    name: &str,
+    make: fn(&studies::Context<'_>) -> Result<studies::Exhibition>,
+) -> Result<()> {
+    let start = Instant::now();
+    let exhibition = make(&studies::Context {
+        strict: args.common.strict,
+        seed: args.seed,
+        progress: &bar(name),
+    })?;
+    let json = serde_json::to_string_pretty(&exhibition.rows)?;
+    write(&args.out.join(format!("{name}.json")), json.as_bytes())?;
+    let text = exhibition.text();
+    page::write_exhibition(&args.out, name, exhibition, &command())?;
+    println!("{}", if args.common.json { &json } else { &text });
+    if !args.common.json {
+        let seconds = start.elapsed().as_secs_f64();
+        println!(
+            "{seconds:.1} s; report: {}",
+            args.out.join("report.html").display()
+        );
+    }
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use crate::engine::SceneResult;
 use crate::report::{Cell, Picture, Report, Section, Table, plot_files, scientific};
-use crate::studies::{Figure, Table1Row};
+use crate::studies::{Exhibition, Figure, Table1Row};
 use crate::tables::{StudyRecord, commit, cpu_name};
 use anyhow::{Context, Result};
 use linelit_film::{Exposure, HeatMap, Image, write_atomically};
@@ -163,6 +163,26 @@ pub(super) fn write_table1(out: &Path, rows: &[Table1Row], command: &str) -> Res
     };
     let title = "Cost of visibility: Billen & Dutré 2016, Table 1";
     write_report(out, &page(title, Vec::new(), vec![section], command))
+}
+
+/// Writes `report.html` of an exhibition, and each of its pictures as a PNG.
+pub(super) fn write_exhibition(
+    out: &Path,
+    name: &str,
+    exhibition: Exhibition,
+    command: &str,
+) -> Result<()> {
+    let pictures = exhibition.sections.iter().flat_map(|s| &s.pictures);
+    for (picture, number) in pictures.zip(1u32..) {
+        write_atomically(&out.join(format!("{name}-{number}.png")), &picture.png)?;
+    }
+    let Exhibition {
+        title,
+        summary,
+        sections,
+        ..
+    } = exhibition;
+    write_report(out, &page(&title, summary, sections, command))
 }
 
 fn page(title: &str, summary: Vec<String>, sections: Vec<Section>, command: &str) -> Report {

@@ -1,11 +1,11 @@
 //! An arcaded hall: fluted columns, arches, balusters; open to a light above.
 
 use super::mesh::{Mesh, Random};
-use super::{Files, facing_down, light_text, main_files};
+use super::{Files, facing_down, light_text, line_text, main_file, main_files};
 use std::f64::consts::{PI, TAU};
 
 /// Changes whenever the generator does: old files are then written anew.
-pub(super) const VERSION: u32 = 3;
+pub(super) const VERSION: u32 = 4;
 
 /// Distance between columns.
 const BAY: f64 = 2.0;
@@ -28,6 +28,13 @@ pub(super) fn colonnade() -> Files {
             light_text(radiance, &facing_down([0.0, 9.5, 0.0], half))
         },
     );
+    files.push(main_file(
+        "colonnade",
+        "line",
+        "Arcades around a hall, under a long linear light; meshes made by a generator.",
+        "LookAt -8.6 1.3 0.4  0 1.1 -0.3  0 1 0\nCamera \"perspective\" \"float fov\" [ 52 ]",
+        &line_text([24.0, 21.0, 16.0], [[-6.0, 3.6, 0.3], [9.0, 3.6, -0.2]]),
+    ));
     let mut geometry = String::new();
     for (name, reflectance, mesh) in parts() {
         let [r, g, b] = reflectance;

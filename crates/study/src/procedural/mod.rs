@@ -6,6 +6,7 @@
 mod colonnade;
 mod gloss;
 mod logo;
+pub mod luminaires;
 mod mesh;
 mod rooms;
 
@@ -92,32 +93,45 @@ fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// A main file for each size of light: camera, `Include` of the geometry, light.
 fn main_files(name: &str, about: &str, camera: &str, light: impl Fn(LightSize) -> String) -> Files {
-    let file = |size: LightSize| {
-        let mut text = String::new();
-        let _ = writeln!(text, "# linelit: {name}, {} light. {about}", size.name());
-        let _ = writeln!(text, "{camera}");
-        let _ = writeln!(
-            text,
-            "Sampler \"independent\" \"integer pixelsamples\" [ 16 ]"
-        );
-        let _ = writeln!(
-            text,
-            "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]"
-        );
-        let _ = writeln!(
-            text,
-            "Film \"rgb\" \"integer xresolution\" [ 512 ] \"integer yresolution\" [ 512 ] \"string filename\" [ \"{name}-{}.exr\" ]",
-            size.name()
-        );
-        let _ = writeln!(text, "WorldBegin\nInclude \"{name}.geometry.pbrt\"");
-        let _ = writeln!(
-            text,
-            "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]"
-        );
-        let _ = writeln!(text, "{}\nAttributeEnd", light(size));
-        (format!("{name}-{}.pbrt", size.name()), text.into_bytes())
-    };
+    let file = |size: LightSize| main_file(name, size.name(), about, camera, &light(size));
     LightSize::BOTH.map(file).to_vec()
+}
+
+/// The main file of a scene with one kind of light.
+fn main_file(name: &str, kind: &str, about: &str, camera: &str, light: &str) -> (String, Vec<u8>) {
+    let mut text = String::new();
+    let _ = writeln!(text, "# linelit: {name}, {kind} light. {about}");
+    let _ = writeln!(text, "{camera}");
+    let _ = writeln!(
+        text,
+        "Sampler \"independent\" \"integer pixelsamples\" [ 16 ]"
+    );
+    let _ = writeln!(
+        text,
+        "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]"
+    );
+    let _ = writeln!(
+        text,
+        "Film \"rgb\" \"integer xresolution\" [ 512 ] \"integer yresolution\" [ 512 ] \"string filename\" [ \"{name}-{kind}.exr\" ]"
+    );
+    let _ = writeln!(text, "WorldBegin\nInclude \"{name}.geometry.pbrt\"");
+    let _ = writeln!(
+        text,
+        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]"
+    );
+    let _ = writeln!(text, "{light}\nAttributeEnd");
+    (format!("{name}-{kind}.pbrt"), text.into_bytes())
+}
+
+/// A linear light between two points, of the given radiance times radius.
+fn line_text(strength: [f64; 3], [a, b]: [[f64; 3]; 2]) -> String {
+    let [r, g, bl] = strength;
+    let at = |p: [f64; 3]| format!("[ {} {} {} ]", p[0], p[1], p[2]);
+    format!(
+        "AreaLightSource \"diffuse\" \"rgb L\" [ {r} {g} {bl} ]\nShape \"line\" \"point3 p0\" {} \"point3 p1\" {}",
+        at(a),
+        at(b)
+    )
 }
 
 /// An area light of the given radiance over the corners of a convex polygon, as a fan.

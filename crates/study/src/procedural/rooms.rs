@@ -1,14 +1,14 @@
 //! The Cornell box, grids over a plane, and a soup of triangles in a box.
 
 use super::mesh::{Mesh, Random};
-use super::{Files, diffuse, facing_down, light_text, main_files};
+use super::{Files, diffuse, facing_down, light_text, line_text, main_file, main_files};
 
 const WHITE: [f64; 3] = [0.725, 0.71, 0.68];
 const RED: [f64; 3] = [0.63, 0.065, 0.05];
 const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
 
 // Off the axis of symmetry: no ray through a pixel centre runs along an edge of the room.
-const BOX_CAMERA: &str =
+pub(super) const BOX_CAMERA: &str =
     "LookAt 0.031 1.017 -4.4  0.013 1.007 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 33 ]";
 
 /// Floor, ceiling and back wall white, side walls red and green; x and z from −1 to 1, y from 0 to
@@ -56,6 +56,11 @@ pub(super) fn cornell_box() -> Files {
         let radiance = size.pick([800.0, 680.0, 430.0], [12.5, 10.6, 6.7]);
         light_text(radiance, &facing_down([0.0, 1.98, 0.0], [half, half]))
     });
+    let strength = [2.6, 2.2, 1.4];
+    let ends = [[-0.55, 1.95, 0.1], [0.55, 1.95, 0.1]];
+    let line = line_text(strength, ends);
+    let about = "Two blocks in a room, under a linear light.";
+    files.push(main_file("cornell-box", "line", about, BOX_CAMERA, &line));
     files.push((
         "cornell-box.geometry.pbrt".to_owned(),
         geometry.into_bytes(),

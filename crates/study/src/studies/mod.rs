@@ -3,10 +3,16 @@
 mod billen_figures;
 mod billen_orders;
 mod billen_table1;
+mod exhibition;
+mod peters_diffuse;
+mod peters_gloss;
+mod peters_table1;
 mod salesin;
+mod shirley;
 
 pub use billen_figures::{Figure, run as billen_figures};
 pub use billen_table1::{Row as Table1Row, run as billen_table1, text as billen_table1_text};
+pub use exhibition::{Context, Exhibition, Row};
 
 use crate::cli::{ConvergeArgs, Pixels, Resolution};
 use crate::engine::View;
@@ -137,11 +143,17 @@ pub struct PaperOrder {
 }
 
 /// The named studies.
-pub const NAMES: [&str; 4] = [
+pub const NAMES: [&str; 10] = [
     "default",
     "billen-orders",
     "billen-table1",
     "billen-figures",
+    "peters-fig1",
+    "peters-fig4",
+    "peters-fig6",
+    "peters-fig7",
+    "peters-table1",
+    "shirley",
 ];
 
 /// What `converge` was asked for.
@@ -153,6 +165,8 @@ pub enum Study {
     BillenTable1,
     /// Billen & Dutré's Figs. 2, 3 and 5.
     BillenFigures,
+    /// Pictures and tables, by the name of the study.
+    Exhibition(&'static str, fn(&Context<'_>) -> Result<Exhibition>),
 }
 
 /// The study that the command line names, with its flags applied.
@@ -177,6 +191,18 @@ pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
         Some("billen-orders") => billen_orders::spec(),
         Some("billen-table1") => return Ok(Study::BillenTable1),
         Some("billen-figures") => return Ok(Study::BillenFigures),
+        Some("peters-fig1") => return Ok(Study::Exhibition("peters-fig1", peters_gloss::figure_1)),
+        Some("peters-fig4") => {
+            return Ok(Study::Exhibition("peters-fig4", peters_diffuse::figure_4));
+        }
+        Some("peters-fig6") => {
+            return Ok(Study::Exhibition("peters-fig6", peters_diffuse::figure_6));
+        }
+        Some("peters-fig7") => return Ok(Study::Exhibition("peters-fig7", peters_gloss::figure_7)),
+        Some("peters-table1") => {
+            return Ok(Study::Exhibition("peters-table1", peters_table1::table_1));
+        }
+        Some("shirley") => return Ok(Study::Exhibition("shirley", shirley::run)),
         Some(_) => StudySpec {
             scenes: args.what.clone(),
             ..default_study()

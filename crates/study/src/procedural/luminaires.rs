@@ -1,0 +1,119 @@
+//! Rooms with luminaires by the number: Shirley & Wang's 2 and 32, and a hall with thousands.
+
+use super::mesh::{Mesh, Random};
+use super::rooms::{BOX_CAMERA, walls};
+use super::{diffuse, light_text};
+use std::fmt::Write as _;
+
+const HEAD: &str = "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\nFilm \"rgb\" \"integer xresolution\" [ 128 ] \"integer yresolution\" [ 128 ]\nWorldBegin\n";
+
+/// A triangle that faces down, about a centre.
+fn triangle([x, y, z]: [f64; 3], size: f64, flip: bool) -> [[f64; 3]; 3] {
+    let s = if flip { -size } else { size };
+    [
+        [x - 0.5 * s, y, z - 0.4 * s],
+        [x + 0.5 * s, y, z - 0.4 * s],
+        [x, y, z + 0.6 * s],
+    ]
+}
+
+/// A luminaire.
+fn luminaire(radiance: f64, corners: &[[f64; 3]]) -> String {
+    let light = light_text([radiance, 0.92 * radiance, 0.75 * radiance], corners);
+    format!(
+        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\n{light}\nAttributeEnd\n"
+    )
+}
+
+/// Shirley & Wang's room with 2 or 32 triangular luminaires on the ceiling, over a ball and a block.
+/// The 32 are of different strength.
+#[must_use]
+pub fn room(count: u32) -> String {
+    let mut block = Mesh::default();
+    block.cuboid([0.15, 0.0, -0.5], [0.65, 0.7, 0.0], 0.3);
+    let mut text = format!(
+        "{BOX_CAMERA}\n{HEAD}{}{}",
+        walls(),
+        diffuse([0.6; 3], &block)
+    );
+    text.push_str("AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0.7 0.7 0.7 ]\nTranslate -0.35 0.5 0.1\nShape \"sphere\" \"float radius\" [ 0.45 ]\nAttributeEnd\n");
+    if count <= 2 {
+        text.push_str(&luminaire(9.0, &triangle([-0.45, 1.98, 0.0], 0.75, false)));
+        text.push_str(&luminaire(9.0, &triangle([0.45, 1.98, 0.0], 0.75, true)));
+        return text;
+    }
+    let mut random = Random::new(1991);
+    for k in 0..count {
+        let (i, j) = (f64::from(k % 8), f64::from(k / 8));
+        let centre = [0.22 * (i - 3.5), 1.98, 0.4 * (j - 1.5)];
+        let radiance = random.between(2.0, 20.0);
+        text.push_str(&luminaire(radiance, &triangle(centre, 0.14, k % 2 == 1)));
+    }
+    text
+}
+
+/// A hall with `side`² small luminaires of different strength under its ceiling, between columns.
+#[must_use]
+pub fn hall(side: u32) -> String {
+    let half = 20.0;
+    let mut floor = Mesh::default();
+    floor.fan(&[
+        [-half, 0.0, -half],
+        [-half, 0.0, half],
+        [half, 0.0, half],
+        [half, 0.0, -half],
+    ]);
+    let mut columns = Mesh::default();
+    for k in 0..81u32 {
+        let at = |n: u32| 4.4 * (f64::from(n) - 4.0);
+        let (x, z) = (at(k % 9), at(k / 9));
+        columns.cuboid([x - 0.2, 0.0, z - 0.2], [x + 0.2, 2.2, z + 0.2], 0.4);
+    }
+    let camera = "LookAt -9 6.5 -15  0 0 -3  0 1 0\nCamera \"perspective\" \"float fov\" [ 50 ]";
+    let mut text = format!(
+        "{camera}\n{HEAD}{}{}",
+        diffuse([0.7; 3], &floor),
+        diffuse([0.5; 3], &columns)
+    );
+    let mut random = Random::new(10_000);
+    let step = 2.0 * half / f64::from(side);
+    for k in 0..side * side {
+        let at = |n: u32| step * (f64::from(n) + 0.5) - half;
+        let mut off = || random.between(-0.4, 0.4) * step;
+        let centre = [
+            at(k % side) + off(),
+            2.6 + off().min(0.2),
+            at(k / side) + off(),
+        ];
+        let radiance = random.between(0.5, 8.0);
+        let size = 0.1 * step;
+        let _ = write!(
+            text,
+            "{}",
+            luminaire(radiance, &triangle(centre, size, k % 2 == 0))
+        );
+    }
+    text
+}
+
+/// A floor and a wall beside a ball that shines.
+#[must_use]
+pub fn shining_ball() -> String {
+    let mut floor = Mesh::default();
+    floor.fan(&[
+        [-3.0, 0.0, -3.0],
+        [-3.0, 0.0, 3.0],
+        [3.0, 0.0, 3.0],
+        [3.0, 0.0, -3.0],
+    ]);
+    let mut block = Mesh::default();
+    block.cuboid([0.6, 0.0, -0.9], [0.9, 1.1, 0.3], 0.3);
+    let camera = "LookAt 0 3.2 -4.2  0 0.3 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 40 ]";
+    let mut text = format!(
+        "{camera}\n{HEAD}{}{}",
+        diffuse([0.7; 3], &floor),
+        diffuse([0.6; 3], &block)
+    );
+    text.push_str("AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\nTranslate -0.4 0.65 0\nAreaLightSource \"diffuse\" \"rgb L\" [ 6 5.5 4.5 ]\nShape \"sphere\" \"float radius\" [ 0.6 ]\nAttributeEnd\n");
+    text
+}
