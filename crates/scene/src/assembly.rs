@@ -4,12 +4,13 @@ use crate::camera::{Camera, Projection};
 use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError, Warnings};
 use crate::film::FilmSettings;
+use crate::framing;
 use crate::image::{self, ImageData};
 use crate::inflate;
 use crate::load::{LoadOptions, Loaded};
 use crate::mesh::{Builder, MeshData, Placement, Refusal};
+use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
-use linelit_geometry::{DMat3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -268,33 +269,13 @@ impl Assembly {
         let framed = camera.is_none();
         let mut scene = self.builder.finish(camera.unwrap_or(unset), film);
         if framed && let Some((lo, hi)) = scene.bounds() {
-            scene.camera = framing_camera(lo, hi, size);
+            scene.camera = framing::camera(lo, hi, size);
         }
         Ok(Loaded {
             scene,
             warnings: self.warnings.into_list(),
         })
     }
-}
-
-/// A camera that sees a whole box from the front, a little from the right and from above, in a
-/// right-handed world with y up.
-fn framing_camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
-    const FOV_DEGREES: f64 = 40.0;
-    let centre = 0.5 * (lo + hi);
-    let radius = (0.5 * (hi - lo).length()).max(f64::MIN_POSITIVE);
-    let backward = DVec3::new(0.4, 0.35, 1.0).normalize();
-    let distance = radius / (0.5 * FOV_DEGREES).to_radians().sin();
-    let forward = -backward;
-    let right = forward.cross(DVec3::Y).normalize();
-    let camera_to_world = DAffine3 {
-        matrix3: DMat3::from_cols(right, right.cross(forward), forward),
-        translation: centre + backward * distance,
-    };
-    let projection = Projection::Perspective {
-        fov_degrees: FOV_DEGREES,
-    };
-    Camera::new(camera_to_world, projection, None, None, size)
 }
 
 /// What an I/O error means, without the system's error number.

@@ -286,18 +286,23 @@ impl Writer<'_> {
         Ok(format!(" \"texture {name}\" \"{label}\""))
     }
 
-    /// Roughness as α, which pbrt-v4 takes without remapping.
-    fn roughness(&mut self, roughness: &Roughness) -> Result<String, fmt::Error> {
+    /// Roughness for a material that remaps it by `reader`: as it is, if it is remapped so, else
+    /// as α. Textures that pbrt-v4 remaps in another way than the file did stay as they are.
+    fn roughness(&mut self, roughness: &Roughness, reader: Remap) -> Result<String, fmt::Error> {
+        let as_is = roughness.remap == reader;
         let mut out = String::new();
         for (name, texture) in [("uroughness", &roughness.u), ("vroughness", &roughness.v)] {
             let texture = match texture.as_constant() {
-                Some(value) => Texture::number(roughness.remap.alpha(value.x)),
-                None => texture.clone(),
+                // Zero is smooth, whatever the remapping.
+                Some(value) if !as_is && value.x > 0.0 => {
+                    Texture::number(roughness.remap.alpha(value.x))
+                }
+                _ => texture.clone(),
             };
             out += &self.parameter(name, &texture, true)?;
         }
         let textured = roughness.u.as_constant().is_none() || roughness.v.as_constant().is_none();
-        let remap = textured && roughness.remap != Remap::None;
+        let remap = as_is || textured && roughness.remap != Remap::None;
         Ok(out + &format!(" \"bool remaproughness\" {remap}"))
     }
 
@@ -338,12 +343,15 @@ impl Writer<'_> {
             MaterialKind::Plastic { kd, ks, roughness } => {
                 let list = [("Kd", kd, false), ("Ks", ks, false)];
                 let list = parameters(self, &list)?;
-                format!("\"plastic\"{list}{}", self.roughness(roughness)?)
+                format!("\"plastic\"{list}{}", self.roughness(roughness, Remap::V3)?)
             }
             MaterialKind::Substrate { kd, ks, roughness } => {
                 let list = [("Kd", kd, false), ("Ks", ks, false)];
                 let list = parameters(self, &list)?;
-                format!("\"substrate\"{list}{}", self.roughness(roughness)?)
+                format!(
+                    "\"substrate\"{list}{}",
+                    self.roughness(roughness, Remap::V3)?
+                )
             }
             MaterialKind::Uber {
                 kd,
@@ -363,7 +371,11 @@ impl Writer<'_> {
                     ("opacity", opacity, false),
                 ];
                 let list = parameters(self, &list)?;
-                format!("\"uber\"{list}{}", self.roughness(roughness)?)
+                format!("\"uber\"{list}{}", self.roughness(roughness, Remap::V3)?)
+            }
+            MaterialKind::Conductor { eta, k, roughness } if roughness.remap == Remap::V3 => {
+                let list = parameters(self, &[("eta", eta, false), ("k", k, false)])?;
+                format!("\"metal\"{list}{}", self.roughness(roughness, Remap::V3)?)
             }
             MaterialKind::Mirror { kr } => {
                 format!("\"mirror\"{}", parameters(self, &[("Kr", kr, false)])?)
@@ -374,10 +386,10 @@ impl Writer<'_> {
                 eta,
                 roughness,
                 thin: false,
-            } => {
+            } if roughness.remap != Remap::V4 => {
                 let list = [("Kr", kr, false), ("Kt", kt, false), ("eta", eta, true)];
                 let list = parameters(self, &list)?;
-                format!("\"glass\"{list}{}", self.roughness(roughness)?)
+                format!("\"glass\"{list}{}", self.roughness(roughness, Remap::V3)?)
             }
             MaterialKind::Phong { kd, ks, exponent } => {
                 let list = [
@@ -406,7 +418,10 @@ impl Writer<'_> {
             | MaterialKind::Uber { kd, roughness, .. } => {
                 *comment = "the nearest that pbrt-v4 has";
                 let kd = self.parameter("reflectance", kd, false)?;
-                format!("\"coateddiffuse\"{kd}{}", self.roughness(roughness)?)
+                format!(
+                    "\"coateddiffuse\"{kd}{}",
+                    self.roughness(roughness, Remap::V4)?
+                )
             }
             MaterialKind::CoatedDiffuse {
                 reflectance,
@@ -416,7 +431,7 @@ impl Writer<'_> {
             } => {
                 let r = self.parameter("reflectance", reflectance, false)?;
                 let eta = self.parameter("eta", eta, true)?;
-                let roughness = self.roughness(roughness)?;
+                let roughness = self.roughness(roughness, Remap::V4)?;
                 format!("\"coateddiffuse\"{r}{roughness}{eta} \"float thickness\" [ {thickness} ]")
             }
             MaterialKind::Phong { kd, .. } => {
@@ -426,14 +441,17 @@ impl Writer<'_> {
             MaterialKind::Conductor { eta, k, roughness } => {
                 let eta = self.parameter("eta", eta, false)?;
                 let k = self.parameter("k", k, false)?;
-                format!("\"conductor\"{eta}{k}{}", self.roughness(roughness)?)
+                format!(
+                    "\"conductor\"{eta}{k}{}",
+                    self.roughness(roughness, Remap::V4)?
+                )
             }
             MaterialKind::ColoredConductor {
                 reflectance,
                 roughness,
             } => {
                 let r = self.parameter("reflectance", reflectance, false)?;
-                format!("\"conductor\"{r}{}", self.roughness(roughness)?)
+                format!("\"conductor\"{r}{}", self.roughness(roughness, Remap::V4)?)
             }
             MaterialKind::Mirror { kr } => {
                 format!(
@@ -453,7 +471,10 @@ impl Writer<'_> {
                 ..
             } => {
                 let eta = self.parameter("eta", eta, true)?;
-                format!("\"dielectric\"{eta}{}", self.roughness(roughness)?)
+                format!(
+                    "\"dielectric\"{eta}{}",
+                    self.roughness(roughness, Remap::V4)?
+                )
             }
             MaterialKind::DiffuseTransmission {
                 reflectance,

@@ -41,6 +41,7 @@ mod emission;
 mod error;
 mod export;
 mod film;
+mod framing;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod image;

@@ -1,4 +1,4 @@
-//! Reading PNG textures: all colour types and depths, reduced to eight bits; not interlaced.
+//! Reading PNG textures: all colour types and depths, reduced to eight bits.
 //!
 //! A reader of our own, because textures need no more than this; pictures are written by the film
 //! crate.
@@ -14,7 +14,24 @@ struct Header {
     height: usize,
     depth: usize,
     colour: u8,
+    interlaced: bool,
 }
+
+/// Every how many pixels a pass over an image has one, and from where: across, down.
+type Pass = ([usize; 2], [usize; 2]);
+
+/// Rows one after another.
+const PLAIN: &[Pass] = &[([0, 0], [1, 1])];
+/// Adam7: coarse pixels first.
+const INTERLACED: &[Pass] = &[
+    ([0, 0], [8, 8]),
+    ([4, 0], [8, 8]),
+    ([0, 4], [4, 8]),
+    ([2, 0], [4, 4]),
+    ([0, 2], [2, 4]),
+    ([1, 0], [2, 2]),
+    ([0, 1], [1, 2]),
+];
 
 impl Header {
     fn parse(chunk: &[u8], file: usize) -> Result<Self, String> {
@@ -33,14 +50,15 @@ impl Header {
                 "PNG colour type {colour} with {depth} bits does not exist"
             ));
         }
-        if data[12] != 0 {
-            return Err("interlaced PNG images are not supported".into());
+        if data[12] > 1 {
+            return Err(format!("PNG interlacing {} does not exist", data[12]));
         }
         Ok(Self {
             width: width as usize,
             height: height as usize,
             depth: usize::from(depth),
             colour,
+            interlaced: data[12] == 1,
         })
     }
 
@@ -53,9 +71,24 @@ impl Header {
         }
     }
 
-    /// Bytes of a row without its filter byte.
-    const fn row(&self) -> usize {
-        (self.width * self.channels() * self.depth).div_ceil(8)
+    /// Bytes of a row of so many pixels without its filter byte.
+    const fn row(&self, width: usize) -> usize {
+        (width * self.channels() * self.depth).div_ceil(8)
+    }
+
+    /// The passes that have any pixels, with their sizes.
+    fn passes(&self) -> Vec<(Pass, [usize; 2])> {
+        let all = if self.interlaced { INTERLACED } else { PLAIN };
+        let size = |&([x, y], [dx, dy]): &Pass| {
+            [
+                self.width.saturating_sub(x).div_ceil(dx),
+                self.height.saturating_sub(y).div_ceil(dy),
+            ]
+        };
+        all.iter()
+            .map(|pass| (*pass, size(pass)))
+            .filter(|(_, [w, h])| w * h > 0)
+            .collect()
     }
 
     /// Bytes from a pixel to its left neighbour, for the filters.
@@ -88,7 +121,9 @@ pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
     }
     let header = header.ok_or("the PNG file has no header")?;
     // Deflate packs at most about 1032 to 1, so that small files cannot ask for large images.
-    let size = header.height * (header.row() + 1);
+    let passes = header.passes();
+    let bytes = |[w, h]: [usize; 2]| h * (header.row(w) + 1);
+    let size: usize = passes.iter().map(|(_, s)| bytes(*s)).sum();
     if size / 1040 > data.len() {
         return Err("the PNG file ends early".into());
     }
@@ -96,12 +131,18 @@ pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
     if raw.len() != size {
         return Err("the PNG file ends early".into());
     }
-    unfilter(&mut raw, &header)?;
-    let mut rgb = Vec::with_capacity(header.width * header.height);
-    for row in raw.chunks_exact(header.row() + 1) {
-        for x in 0..header.width {
-            rgb.push(pixel(&header, &palette, &row[1..], x));
+    let mut rgb = vec![[0; 3]; header.width * header.height];
+    let mut rest = &mut raw[..];
+    for (([x0, y0], [dx, dy]), [w, h]) in passes {
+        let (pass, tail) = rest.split_at_mut(bytes([w, h]));
+        unfilter(pass, header.row(w), header.step())?;
+        for (y, row) in pass.chunks_exact(header.row(w) + 1).enumerate() {
+            let line = &mut rgb[(y0 + y * dy) * header.width..][..header.width];
+            for x in 0..w {
+                line[x0 + x * dx] = pixel(&header, &palette, &row[1..], x);
+            }
         }
+        rest = tail;
     }
     let side = |n: usize| u32::try_from(n).map_err(|e| e.to_string());
     ImageData::new(side(header.width)?, side(header.height)?, rgb, srgb)
@@ -109,8 +150,7 @@ pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
 }
 
 /// Undoes the prediction of each row.
-fn unfilter(raw: &mut [u8], header: &Header) -> Result<(), String> {
-    let (row, step) = (header.row(), header.step());
+fn unfilter(raw: &mut [u8], row: usize, step: usize) -> Result<(), String> {
     let zeros = vec![0; row];
     let mut above: &[u8] = &zeros;
     for line in raw.chunks_exact_mut(row + 1) {
