@@ -255,7 +255,7 @@ impl Assembly {
             let message = "the scene has no shapes";
             self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
         } else if self.builder.light_count() == 0 {
-            let message = "the scene has no area or linear lights: its picture is black";
+            let message = "the scene has no area or linear lights";
             self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
         }
         let size = [film.width, film.height];

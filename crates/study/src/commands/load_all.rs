@@ -22,6 +22,9 @@ const PICTURE: [u32; 2] = [32, 18];
 const SAMPLES: u32 = 2;
 /// Pairs of pixel and light that are rendered at most: files with many lights get fewer pixels.
 const MAX_PAIRS: usize = 1 << 20;
+/// Triangles of a file: what a process can hold within its memory. Larger scenes are refused with
+/// the loader's own error.
+const MAX_TRIANGLES: usize = 2 << 20;
 /// Bytes that a process may take at most, in KiB.
 const MAX_KIB: u64 = 1 << 20;
 /// Ticks of a second in `/proc/PID/stat`: 100 on all of Linux's usual platforms.
@@ -134,8 +137,16 @@ fn attempt(file: &Path) -> Outcome {
 }
 
 fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
-    let loaded = Scene::load(file, &LoadOptions::default())?;
+    let options = LoadOptions {
+        max_triangles: MAX_TRIANGLES,
+        ..LoadOptions::default()
+    };
+    let loaded = Scene::load(file, &options)?;
     let mut scene = loaded.scene;
+    let (triangles, lights) = (scene.triangles.len(), scene.lights.len());
+    if lights == 0 {
+        scene.add_framing_light();
+    }
     let pixels = (PICTURE[0] * PICTURE[1]) as usize;
     let coarse = (pixels * scene.lights.len()).div_ceil(MAX_PAIRS).max(1);
     #[allow(
@@ -156,8 +167,8 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
     let finite = image.mean().iter().all(|v| v.is_finite());
     assert!(finite, "the picture of {} is not finite", file.display());
     Ok(Counts {
-        triangles: scene.triangles.len(),
-        lights: scene.lights.len(),
+        triangles,
+        lights,
         warnings: loaded.warnings.len(),
     })
 }

@@ -19,6 +19,9 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     let start = Instant::now();
     let loaded = scenes::load(&args.scene, args.common.strict)?;
     let mut scene = loaded.scene;
+    if scene.lights.is_empty() && scene.add_framing_light() {
+        eprintln!("note: the scene is lit by a square beside the camera, which is not in the file");
+    }
     if let Some(resolution) = args.resolution {
         scene.set_resolution(resolution.width, resolution.height);
     }
