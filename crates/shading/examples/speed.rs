@@ -1,5 +1,5 @@
 //! The least time for each integral on ordinary segments: what the code costs when nothing else
-//! runs, also on a busy machine. `cargo run --release -p linelit-shading --example speed`
+//! runs, also on a busy machine. `cargo run --release -p linelit-shading --example speed [NAME]`
 
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 
@@ -12,6 +12,9 @@ use std::time::Instant;
 const COUNT: usize = 512;
 
 fn least(name: &str, mut f: impl FnMut()) {
+    if std::env::args().nth(1).is_some_and(|only| only != name) {
+        return;
+    }
     let mut best = f64::INFINITY;
     for _ in 0..1500 {
         let start = Instant::now();
@@ -70,6 +73,12 @@ fn main() {
     least("point_line", || {
         sum(&|s| point_line::irradiance(s.p0, s.p1, n))
     });
+    for k in [10.0, 300.0, 1e3] {
+        let toward = |s: &Segment| (s.p0.lerp(s.p1, 0.3) + DVec3::new(0.1, 0.05, 0.0)).normalize();
+        least(&format!("phong near/{k}"), || {
+            sum(&|s| phong::ribbon(s.p0, s.p1, n, toward(s), k))
+        });
+    }
     for k in [10.0, 1e3, 1e5] {
         least(&format!("phong/{k}"), || {
             sum(&|s| phong::ribbon(s.p0, s.p1, n, axis, k))

@@ -14,6 +14,7 @@ pub mod ltc;
 mod ltc_table;
 pub mod microfacet;
 mod ordinary;
+mod ordinary_lobe;
 pub mod phong;
 pub mod phong_polygon;
 pub mod point_line;

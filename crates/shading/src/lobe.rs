@@ -2,27 +2,28 @@
 
 use crate::exact::settle;
 use crate::fan::Fan;
-use crate::gauss::{NODE, NODES, WEIGHT, atanh_ratio, exp_negative};
+use crate::gauss::{
+    FEW, FEW_NODES, FEW_WEIGHTS, NARROW, NODE, NODES, WEIGHT, atanh_ratio, atanh_ratio_narrow,
+    exp_bounded,
+};
 use crate::simd::{self, Level};
 use linelit_geometry::{DVec3, predicates};
 
 /// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
-const DEPTH: f64 = 40.0;
+pub(crate) const DEPTH: f64 = 40.0;
 
 /// Exponents from here on are smooth enough for the rule even at the lobe's horizon.
-const SMOOTH: f64 = 6.0;
+pub(crate) const SMOOTH: f64 = 6.0;
 
 /// A piece of the arc that starts at the lobe's highest point on it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Panel {
+pub(crate) struct Panel<const COUNT: usize> {
     /// tan of half its width.
     pub(crate) half_tan: f64,
     /// The lobe falls like cos x − τ sin x: its slope τ ≥ 0 at the start.
     pub(crate) slope: f64,
-    /// The other factors at the start and at the end.
-    pub(crate) factors: [[f64; 2]; 2],
-    /// How many factors there are.
-    pub(crate) count: usize,
+    /// The other factors, one or two, at the start and at the end.
+    pub(crate) factors: [[f64; 2]; COUNT],
 }
 
 /// ∫ of the product of the fan's functionals, the lobe's (the last) to the power `k`, over dt after
@@ -84,11 +85,11 @@ fn side<const N: usize>(
         let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
         if horizon - width < width {
             let split = 0.5 * width;
-            return panel(fan, start, split, slope, sign).sum(k)
+            return panel_sum(fan, start, split, slope, sign, k)
                 + near_horizon(fan, start, [split, width], horizon, k, sign);
         }
     }
-    panel(fan, start, width.min(window), slope, sign).sum(k)
+    panel_sum(fan, start, width.min(window), slope, sign, k)
 }
 
 /// How far from its peak a lobe is above e⁻⁴⁰ of it: a bound, as (ln cos)″ ≤ −1.
@@ -97,8 +98,14 @@ pub(crate) fn window(k: f64, slope: f64) -> f64 {
     2.0 * DEPTH / (steep + (steep * steep + 2.0 * k * DEPTH).sqrt())
 }
 
-fn panel<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, sign: f64) -> Panel {
-    let mut factors = [[1.0; 2]; 2];
+fn panel_sum<const N: usize>(
+    fan: &Fan<N>,
+    start: f64,
+    width: f64,
+    slope: f64,
+    sign: f64,
+    k: f64,
+) -> f64 {
     let far = if sign > 0.0 { fan.angle - start } else { start };
     // An end of the arc is met exactly.
     let v = if width < far {
@@ -107,19 +114,31 @@ fn panel<const N: usize>(fan: &Fan<N>, start: f64, width: f64, slope: f64, sign:
         start + sign * far
     };
     let (near, far) = (fan.weights(start), fan.weights(v));
-    for (i, factor) in factors.iter_mut().enumerate().take(N - 1) {
+    let factor = |i: usize| {
         let ends = [fan.cosine(i, 0), fan.cosine(i, 1)];
-        *factor = [near, far].map(|w| w[0] * ends[0] + w[1] * ends[1]);
-    }
-    Panel {
-        half_tan: (0.5 * width).tan(),
-        slope,
-        factors,
-        count: N - 1,
+        [near, far].map(|w| w[0] * ends[0] + w[1] * ends[1])
+    };
+    let half_tan = (0.5 * width).tan();
+    if N == 2 {
+        let factors = [factor(0)];
+        Panel {
+            half_tan,
+            slope,
+            factors,
+        }
+        .sum(k)
+    } else {
+        let factors = [factor(0), factor(1)];
+        Panel {
+            half_tan,
+            slope,
+            factors,
+        }
+        .sum(k)
     }
 }
 
-impl Panel {
+impl<const COUNT: usize> Panel<COUNT> {
     /// ∫ Π factors (cos x − τ sin x)ᵏ dx with t = tan(x/2): everything but the power is rational,
     /// and cos x − τ sin x = (1 − q)/(1 + q) with q = t (t + τ)/(1 − τ t).
     fn sum(&self, k: f64) -> f64 {
@@ -134,6 +153,19 @@ impl Panel {
         }
     }
 
+    /// The same times e^offset with the short rule, for windows of at most e⁻²⁷.
+    #[inline]
+    pub(crate) fn short_sum(&self, k: f64, offset: f64) -> f64 {
+        let end = self.half_tan;
+        let (over, under) = (end * (end + self.slope), 1.0 - self.slope * end);
+        if over <= 0.2 * under {
+            let narrow = over <= NARROW * under;
+            2.0 * end * simd::few(self, k, offset, narrow, Level::best())
+        } else {
+            self.sum_wide(k) * offset.exp()
+        }
+    }
+
     /// A factor at the node s of [0, 1], times 1 + t²; a sum of terms that are not negative.
     #[inline(always)]
     fn factor(&self, i: usize, s: f64) -> f64 {
@@ -145,21 +177,45 @@ impl Panel {
     /// The terms at all nodes; the scalar twin of [`simd::panel`].
     pub(crate) fn terms(&self, k: f64, terms: &mut [f64; NODES]) {
         for (j, term) in terms.iter_mut().enumerate() {
-            let s = NODE[j];
-            let t = self.half_tan * s;
-            let q = t * (t + self.slope) / (1.0 - self.slope * t);
-            let power = exp_negative(-2.0 * k * q * atanh_ratio(q));
-            let inverse = 1.0 / (1.0 + t * t);
-            let mut value = self.factor(0, s) * inverse * inverse;
-            if self.count == 2 {
-                value *= self.factor(1, s) * inverse;
-            }
-            *term = WEIGHT[j] * value * power;
+            let (value, q) = self.node(NODE[j], WEIGHT[j]);
+            *term = value * exp_bounded::<false>(-2.0 * k * q * atanh_ratio(q));
         }
     }
 
+    /// The sum of the short rule, times e^offset; the scalar twin of [`simd::few`]. `narrow` says that q
+    /// is at most [`NARROW`].
+    pub(crate) fn few_sum(&self, k: f64, offset: f64, narrow: bool) -> f64 {
+        let mut terms = [0.0; FEW];
+        for (j, term) in terms.iter_mut().enumerate() {
+            let (value, q) = self.node(FEW_NODES[j], FEW_WEIGHTS[j]);
+            let ratio = if narrow {
+                atanh_ratio_narrow(q)
+            } else {
+                atanh_ratio(q)
+            };
+            *term = value * exp_bounded::<true>(offset + -2.0 * k * q * ratio);
+        }
+        few_total(&terms)
+    }
+
+    /// The factors at the node s of [0, 1] times its weight, and q.
+    #[inline(always)]
+    fn node(&self, s: f64, weight: f64) -> (f64, f64) {
+        let t = self.half_tan * s;
+        // One division for two quotients.
+        let (round, fall) = (1.0 + t * t, 1.0 - self.slope * t);
+        let both = 1.0 / (round * fall);
+        let q = t * (t + self.slope) * round * both;
+        let inverse = fall * both;
+        let mut value = self.factor(0, s) * inverse * inverse;
+        if COUNT == 2 {
+            value *= self.factor(1, s) * inverse;
+        }
+        (weight * value, q)
+    }
+
     /// The same with the library's functions, for wide panels (small exponents).
-    fn sum_wide(&self, k: f64) -> f64 {
+    pub(crate) fn sum_wide(&self, k: f64) -> f64 {
         let mut terms = [0.0; NODES];
         for (j, term) in terms.iter_mut().enumerate() {
             let s = NODE[j];
@@ -167,7 +223,7 @@ impl Panel {
             let inverse = 1.0 / (1.0 + t * t);
             let fall = (-2.0 * t * (t + self.slope) * inverse).max(-1.0);
             let mut value = inverse;
-            for i in 0..self.count {
+            for i in 0..COUNT {
                 value *= self.factor(i, s) * inverse;
             }
             *term = WEIGHT[j] * value * power(fall, k);
@@ -191,6 +247,17 @@ fn total(terms: &[f64; NODES]) -> f64 {
     let mut lanes = [0.0; 8];
     for i in 0..8 {
         lanes[i] = terms[i] + (terms[i + 8] + terms[i + 16]);
+    }
+    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5]))
+        + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
+}
+
+/// The sum of the short rule's terms, in a fixed order of pairs.
+#[inline(always)]
+fn few_total(terms: &[f64; FEW]) -> f64 {
+    let mut lanes = [0.0; 8];
+    for i in 0..8 {
+        lanes[i] = terms[i] + terms[i + 8];
     }
     ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5]))
         + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))

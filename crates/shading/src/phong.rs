@@ -27,6 +27,8 @@
 use crate::exact::settle;
 use crate::fan::Fan;
 use crate::lobe::integrate;
+use crate::ordinary::Point;
+use crate::ordinary_lobe;
 use linelit_geometry::DVec3;
 use std::f64::consts::PI;
 
@@ -48,8 +50,19 @@ pub fn normalisation(k: f64) -> f64 {
 /// let diffuse = phong::ribbon(p0, p1, DVec3::Z, DVec3::Z, 0.0); // exponent 0: no lobe
 /// assert!((diffuse / ribbon::irradiance(p0, p1, DVec3::Z) - 1.0).abs() < 1e-14);
 /// ```
+#[inline]
 #[must_use]
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
+    let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
+    if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
+        return settle(seen.integrate::<true>(k) * seen.inverse_distance());
+    }
+    ribbon_carefully([a, b, up, lobe], k)
+}
+
+#[inline(never)]
+fn ribbon_carefully(points: [Point; 4], k: f64) -> f64 {
+    let [p0, p1, n, axis] = points.map(DVec3::from_array);
     let Some(fan) = Fan::new(p0, p1, &[n, axis]) else {
         return 0.0;
     };
@@ -60,8 +73,19 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 
 /// `2 h ∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a thin cylinder, 1/length: for each unit of
 /// radiance × radius. See [`cylinder`](crate::cylinder).
+#[inline]
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
+    let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
+    if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
+        return settle(2.0 * seen.integrate::<true>(k));
+    }
+    cylinder_carefully([a, b, up, lobe], k)
+}
+
+#[inline(never)]
+fn cylinder_carefully(points: [Point; 4], k: f64) -> f64 {
+    let [p0, p1, n, axis] = points.map(DVec3::from_array);
     let Some(fan) = Fan::new(p0, p1, &[n, axis]) else {
         return 0.0;
     };
@@ -72,8 +96,19 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 
 /// `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(3+k) dt` along a line of isotropic points, 1/length: for each
 /// unit of intensity per length. See [`point_line`](crate::point_line).
+#[inline]
 #[must_use]
 pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
+    let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
+    if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
+        return settle(seen.integrate::<false>(k) * seen.inverse_distance());
+    }
+    point_line_carefully([a, b, up, lobe], k)
+}
+
+#[inline(never)]
+fn point_line_carefully(points: [Point; 4], k: f64) -> f64 {
+    let [p0, p1, n, axis] = points.map(DVec3::from_array);
     let Some(fan) = Fan::new(p0, p1, &[n, axis]) else {
         return 0.0;
     };

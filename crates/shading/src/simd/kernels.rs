@@ -6,14 +6,28 @@
 //!
 //! No closures: they do not inherit the instruction set, and every operation in them would be a call.
 
+/// Four terms of a polynomial, from the coefficient i on. A macro, for a constant stays a constant: as
+/// an argument the coefficients were gathered in a register and taken apart again.
+macro_rules! four {
+    ($c:expr, $i:expr, $x:expr, $x2:expr) => {{
+        const C: [f64; 4] = [$c[$i], $c[$i + 1], $c[$i + 2], $c[$i + 3]];
+        add(
+            add(splat(C[0]), mul(splat(C[1]), $x)),
+            mul(add(splat(C[2]), mul(splat(C[3]), $x)), $x2),
+        )
+    }};
+}
+pub(super) use four;
+
 /// Everything that is built from the elementary operations of a width.
 macro_rules! kernels {
     ($feature:literal) => {
         /// Registers in a round of segments.
         const LINES: usize = 1;
         type W = [V; LINES];
-        /// Lanes of a round, and nodes of a group.
+        /// Nodes of a group and of a pair, and lanes of a round.
         const GROUP: usize = 3 * WIDTH;
+        const PAIR: usize = 2 * WIDTH;
         const ROUND: usize = LINES * WIDTH;
 
         /// x·a + y·b + z·c, from the left.
@@ -120,8 +134,8 @@ macro_rules! kernels {
                 add(splat(OVER[4]), mul(splat(OVER[5]), s)),
                 mul(splat(OVER[6]), s2),
             );
-            let over = add(four(&OVER, 0, s, s2), mul(high, s4));
-            let under = add(four(&UNDER, 0, s, s2), mul(four(&UNDER, 4, s, s2), s4));
+            let over = add(four!(OVER, 0, s, s2), mul(high, s4));
+            let under = add(four!(UNDER, 0, s, s2), mul(four!(UNDER, 4, s, s2), s4));
             let below = mul(seen.product, under);
             let sum = add(mul(seen.sum, below), mul(seen.lever, over));
             div(mul(seen.scale, sum), mul(seen.square, below))
@@ -215,19 +229,30 @@ macro_rules! kernels {
             }
         }
 
-        /// exp of what is not positive.
+        /// exp, 0 below −700; with ten terms instead of twelve if `SHORT`.
         #[inline]
         #[target_feature(enable = $feature)]
-        fn exp_negative<const K: usize>(x: [V; K]) -> [V; K] {
+        fn exp_bounded<const SHORT: bool, const K: usize>(x: [V; K]) -> [V; K] {
             let clamped = max(x, splat(-700.0));
             let shifted = add(mul(clamped, splat(std::f64::consts::LOG2_E)), splat(SHIFT));
             let n = sub(shifted, splat(SHIFT));
-            let r = sub(
+            let r = together(sub(
                 sub(clamped, mul(n, splat(LN2_HIGH))),
                 mul(n, splat(LN2_LOW)),
-            );
+            ));
             let r2 = mul(r, r);
-            let tail = twelve(&INVERSE_FACTORIALS, r, r2);
+            let r4 = mul(r2, r2);
+            let low = together(four!(INVERSE_FACTORIALS, 0, r, r2));
+            let middle = four!(INVERSE_FACTORIALS, 4, r, r2);
+            let high = if SHORT {
+                add(
+                    splat(INVERSE_FACTORIALS[8]),
+                    mul(splat(INVERSE_FACTORIALS[9]), r),
+                )
+            } else {
+                four!(INVERSE_FACTORIALS, 8, r, r2)
+            };
+            let tail = add(low, mul(together(add(middle, mul(high, r4))), r4));
             let mantissa = add(splat(1.0), add(r, mul(r2, tail)));
             zero_below(x, mul(mantissa, power_of_two(shifted)))
         }
@@ -236,33 +261,21 @@ macro_rules! kernels {
         #[target_feature(enable = $feature)]
         fn atanh_ratio<const K: usize>(q: [V; K]) -> [V; K] {
             let y = mul(q, q);
-            twelve(&ODD_RECIPROCALS, y, mul(y, y))
+            let y2 = mul(y, y);
+            let y4 = mul(y2, y2);
+            let low = four!(ODD_RECIPROCALS, 0, y, y2);
+            let middle = four!(ODD_RECIPROCALS, 4, y, y2);
+            let high = four!(ODD_RECIPROCALS, 8, y, y2);
+            add(low, mul(add(middle, mul(high, y4)), y4))
         }
 
-        /// The twelve terms of a polynomial by pairs.
         #[inline]
         #[target_feature(enable = $feature)]
-        fn twelve<const K: usize>(c: &[f64; 12], x: [V; K], x2: [V; K]) -> [V; K] {
-            let x4 = mul(x2, x2);
-            let low = four(c, 0, x, x2);
-            let middle = four(c, 4, x, x2);
-            let high = four(c, 8, x, x2);
-            add(low, mul(add(middle, mul(high, x4)), x4))
-        }
-
-        /// Four terms from the one at `i` on.
-        #[inline]
-        #[target_feature(enable = $feature)]
-        fn four<const K: usize, const N: usize>(
-            c: &[f64; N],
-            i: usize,
-            x: [V; K],
-            x2: [V; K],
-        ) -> [V; K] {
-            add(
-                add(splat(c[i]), mul(splat(c[i + 1]), x)),
-                mul(add(splat(c[i + 2]), mul(splat(c[i + 3]), x)), x2),
-            )
+        fn atanh_ratio_narrow<const K: usize>(q: [V; K]) -> [V; K] {
+            let y = mul(q, q);
+            let y2 = mul(y, y);
+            let last = mul(splat(ODD_RECIPROCALS[4]), mul(y2, y2));
+            add(four!(ODD_RECIPROCALS, 0, y, y2), last)
         }
 
         /// A factor at the nodes s, times 1 + t².
@@ -282,28 +295,106 @@ macro_rules! kernels {
             add(near, mul(mul(s, wide), splat(to)))
         }
 
+        /// See [`Panel::terms`].
         #[target_feature(enable = $feature)]
-        pub(in crate::simd) fn panel(panel: &Panel, k: f64, terms: &mut [f64; NODES]) {
-            let one: [V; 3] = splat(1.0);
-            let (end, slope): ([V; 3], [V; 3]) = (splat(panel.half_tan), splat(panel.slope));
-            let wide = add(one, mul(end, end));
+        pub(in crate::simd) fn panel<const COUNT: usize>(
+            shape: [f64; 2],
+            factors: [[f64; 2]; COUNT],
+            k: f64,
+            terms: &mut [f64; NODES],
+        ) {
             let (nodes, weights) = (NODE.as_chunks::<GROUP>().0, WEIGHT.as_chunks::<GROUP>().0);
             let (terms, _) = terms.as_chunks_mut::<GROUP>();
             for i in 0..NODES / GROUP {
-                let s = load(&nodes[i]);
-                let t = mul(end, s);
-                let q = div(mul(t, add(t, slope)), sub(one, mul(slope, t)));
-                let power = exp_negative(mul(mul(splat(-2.0 * k), q), atanh_ratio(q)));
-                let inverse = div(one, add(one, mul(t, t)));
-                let mut value = mul(
-                    mul(factor(panel.factors[0], end, wide, s), inverse),
-                    inverse,
-                );
-                if panel.count == 2 {
-                    value = mul(value, mul(factor(panel.factors[1], end, wide, s), inverse));
-                }
-                store(mul(mul(load(&weights[i]), value), power), &mut terms[i]);
+                let (s, weight): ([V; 3], [V; 3]) = (load(&nodes[i]), load(&weights[i]));
+                let [value, q] = node(shape, factors, s, weight);
+                let depth = mul(mul(splat(-2.0 * k), q), atanh_ratio(q));
+                store(mul(value, exp_bounded::<false, 3>(depth)), &mut terms[i]);
             }
+        }
+
+        /// See [`Panel::few_sum`].
+        #[target_feature(enable = $feature)]
+        #[allow(clippy::too_many_arguments, reason = "one by one they stay in registers")]
+        pub(in crate::simd) fn few<const COUNT: usize>(
+            half_tan: f64,
+            slope: f64,
+            a: f64,
+            b: f64,
+            c: f64,
+            d: f64,
+            k: f64,
+            offset: f64,
+        ) -> f64 {
+            let mut factors = [[a, b]; COUNT];
+            if COUNT == 2 {
+                factors[COUNT - 1] = [c, d];
+            }
+            let shape = [half_tan, slope];
+            let nodes = FEW_NODES.as_chunks::<PAIR>().0;
+            let weights = FEW_WEIGHTS.as_chunks::<PAIR>().0;
+            let mut sums: [V; 2] = splat(0.0);
+            for i in 0..FEW / PAIR {
+                let [value, q] = node(shape, factors, load(&nodes[i]), load(&weights[i]));
+                let depth = mul(mul(splat(-2.0 * k), q), atanh_ratio(q));
+                let terms = mul(value, exp_bounded::<true, 2>(add(splat(offset), depth)));
+                sums = if i == 0 { terms } else { add(sums, terms) };
+            }
+            total(sums)
+        }
+
+        /// The same where atanh needs five terms only.
+        #[target_feature(enable = $feature)]
+        #[allow(clippy::too_many_arguments, reason = "one by one they stay in registers")]
+        pub(in crate::simd) fn few_narrow<const COUNT: usize>(
+            half_tan: f64,
+            slope: f64,
+            a: f64,
+            b: f64,
+            c: f64,
+            d: f64,
+            k: f64,
+            offset: f64,
+        ) -> f64 {
+            let mut factors = [[a, b]; COUNT];
+            if COUNT == 2 {
+                factors[COUNT - 1] = [c, d];
+            }
+            let shape = [half_tan, slope];
+            let nodes = FEW_NODES.as_chunks::<PAIR>().0;
+            let weights = FEW_WEIGHTS.as_chunks::<PAIR>().0;
+            let mut sums: [V; 2] = splat(0.0);
+            for i in 0..FEW / PAIR {
+                let [value, q] = node(shape, factors, load(&nodes[i]), load(&weights[i]));
+                let depth = together(mul(mul(splat(-2.0 * k), q), atanh_ratio_narrow(q)));
+                let terms = mul(value, exp_bounded::<true, 2>(add(splat(offset), depth)));
+                sums = if i == 0 { terms } else { add(sums, terms) };
+            }
+            total(sums)
+        }
+
+        /// The factors at the nodes s times the weights, and q.
+        #[inline]
+        #[target_feature(enable = $feature)]
+        fn node<const K: usize, const COUNT: usize>(
+            [half_tan, slope]: [f64; 2],
+            factors: [[f64; 2]; COUNT],
+            s: [V; K],
+            weight: [V; K],
+        ) -> [[V; K]; 2] {
+            let one = splat(1.0);
+            let (end, slope) = (splat(half_tan), splat(slope));
+            let wide = add(one, mul(end, end));
+            let t = mul(end, s);
+            let (round, fall) = (add(one, mul(t, t)), sub(one, mul(slope, t)));
+            let both = div(one, mul(round, fall));
+            let q = together(mul(mul(mul(t, add(t, slope)), round), both));
+            let inverse = mul(fall, both);
+            let mut value = mul(mul(factor(factors[0], end, wide, s), inverse), inverse);
+            if COUNT == 2 {
+                value = mul(value, mul(factor(factors[1], end, wide, s), inverse));
+            }
+            [mul(weight, value), q]
         }
     };
 }

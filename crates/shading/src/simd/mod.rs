@@ -109,15 +109,65 @@ fn one_by_one(
     unsafe_code,
     reason = "calling a function compiled for a detected CPU feature"
 )]
-pub(crate) fn panel(panel: &Panel, k: f64, terms: &mut [f64; NODES], level: Level) {
+pub(crate) fn panel<const COUNT: usize>(
+    panel: &Panel<COUNT>,
+    k: f64,
+    terms: &mut [f64; NODES],
+    level: Level,
+) {
+    #[cfg(target_arch = "x86_64")]
+    let (shape, factors) = ([panel.half_tan, panel.slope], panel.factors);
     match level {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: the level was found by detecting its features.
-        Level::Avx512 => unsafe { x86::avx512::panel(panel, k, terms) },
+        Level::Avx512 => unsafe { x86::avx512::panel(shape, factors, k, terms) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: the level was found by detecting its features.
-        Level::Avx2 => unsafe { x86::avx2::panel(panel, k, terms) },
+        Level::Avx2 => unsafe { x86::avx2::panel(shape, factors, k, terms) },
         Level::Scalar => panel.terms(k, terms),
+    }
+}
+
+/// The sum of a lobe's short panel; see [`Panel::few_sum`].
+#[inline]
+#[allow(
+    unsafe_code,
+    reason = "calling a function compiled for a detected CPU feature"
+)]
+pub(crate) fn few<const COUNT: usize>(
+    panel: &Panel<COUNT>,
+    k: f64,
+    offset: f64,
+    narrow: bool,
+    level: Level,
+) -> f64 {
+    // One by one, in registers: what is stored by halves and read in pairs stalls the processor.
+    #[cfg(target_arch = "x86_64")]
+    let (t, slope, [[a, b], [c, d]]) = (
+        panel.half_tan,
+        panel.slope,
+        [panel.factors[0], panel.factors[COUNT - 1]],
+    );
+    match (level, narrow) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        (Level::Avx512, true) => unsafe {
+            x86::avx512::few_narrow::<COUNT>(t, slope, a, b, c, d, k, offset)
+        },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        (Level::Avx512, false) => unsafe {
+            x86::avx512::few::<COUNT>(t, slope, a, b, c, d, k, offset)
+        },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        (Level::Avx2, true) => unsafe {
+            x86::avx2::few_narrow::<COUNT>(t, slope, a, b, c, d, k, offset)
+        },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: the level was found by detecting its features.
+        (Level::Avx2, false) => unsafe { x86::avx2::few::<COUNT>(t, slope, a, b, c, d, k, offset) },
+        (Level::Scalar, _) => panel.few_sum(k, offset, narrow),
     }
 }
 
@@ -179,15 +229,16 @@ mod tests {
                 half_tan: 0.3 * random(),
                 slope: random(),
                 factors: [[random(), random()], [random(), random()]],
-                count: 1 + usize::from(random() < 0.5),
             };
             let k = 10f64.powf(5.0 * random());
-            let results: Vec<[u64; NODES]> = levels()
+            let (offset, narrow) = (-50.0 * random(), random() < 0.5);
+            let results: Vec<([u64; NODES], u64)> = levels()
                 .into_iter()
                 .map(|level| {
                     let mut terms = [0.0; NODES];
                     panel(&panel_data, k, &mut terms, level);
-                    terms.map(f64::to_bits)
+                    let sum = few(&panel_data, k, offset, narrow, level);
+                    (terms.map(f64::to_bits), sum.to_bits())
                 })
                 .collect();
             assert!(

@@ -1,11 +1,11 @@
 //! The elementary operations on eight and on four lanes.
 
-use super::kernels::kernels;
+use super::kernels::{four, kernels};
 use super::{BLOCK, CYLINDER, Columns, POINT_LINE, RIBBON};
 use crate::gauss::{
-    INVERSE_FACTORIALS, LN2_HIGH, LN2_LOW, NODE, NODES, ODD_RECIPROCALS, SHIFT, WEIGHT,
+    FEW, FEW_NODES, FEW_WEIGHTS, INVERSE_FACTORIALS, LN2_HIGH, LN2_LOW, NODE, NODES,
+    ODD_RECIPROCALS, SHIFT, WEIGHT,
 };
-use crate::lobe::Panel;
 use crate::ordinary::{CLEAR, FAR, LEAST_COSINE, LONG_NORMAL, LUNE, NEAR, SHORT};
 use linelit_geometry::DVec3;
 
@@ -143,6 +143,39 @@ pub(super) mod avx512 {
         trusted[round] = bits;
     }
 
+    /// Nothing, for both registers at once.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn together<const K: usize>(mut x: [V; K]) -> [V; K] {
+        if K == 2 {
+            let (mut a, mut b) = (x[0], x[K - 1]);
+            // SAFETY: an empty text changes nothing.
+            unsafe {
+                std::arch::asm!("/* {a} {b} */", a = inout(zmm_reg) a, b = inout(zmm_reg) b,
+                    options(pure, nomem, nostack, preserves_flags));
+            }
+            x[0] = a;
+            x[K - 1] = b;
+        }
+        x
+    }
+
+    /// The sum of sixteen terms in the order of [`few_total`](crate::lobe).
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn total(x: [V; 2]) -> f64 {
+        let lanes = _mm512_add_pd(x[0], x[1]);
+        let low = _mm512_castpd512_pd256(lanes);
+        let fours = _mm256_add_pd(low, _mm512_extractf64x4_pd::<1>(lanes));
+        let (a, b) = (
+            _mm256_castpd256_pd128(fours),
+            _mm256_extractf128_pd::<1>(fours),
+        );
+        let a = _mm_add_sd(a, _mm_unpackhi_pd(a, a));
+        let b = _mm_add_sd(b, _mm_unpackhi_pd(b, b));
+        _mm_cvtsd_f64(_mm_add_sd(a, b))
+    }
+
     kernels!("avx512f");
 }
 
@@ -236,6 +269,27 @@ pub(super) mod avx2 {
         } else {
             trusted[round / 2] |= bits << 4;
         }
+    }
+
+    /// Nothing, for both registers at once.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn together<const K: usize>(x: [V; K]) -> [V; K] {
+        x
+    }
+
+    /// The sum of eight sums of two terms in the order of [`few_total`](crate::lobe).
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn total(x: [V; 2]) -> f64 {
+        let fours = _mm256_add_pd(x[0], x[1]);
+        let (a, b) = (
+            _mm256_castpd256_pd128(fours),
+            _mm256_extractf128_pd::<1>(fours),
+        );
+        let a = _mm_add_sd(a, _mm_unpackhi_pd(a, a));
+        let b = _mm_add_sd(b, _mm_unpackhi_pd(b, b));
+        _mm_cvtsd_f64(_mm_add_sd(a, b))
     }
 
     kernels!("avx2");
