@@ -30,7 +30,7 @@ impl Hierarchy {
         }
         let mut found = found;
         while found != 0 {
-            let child = node.child[found.trailing_zeros() as usize];
+            let child = Child(node.child[found.trailing_zeros() as usize]);
             found &= found - 1;
             if child.is_leaf() {
                 s.prefetch(&self.leaves[child.index()]);
@@ -72,13 +72,14 @@ pub(crate) fn build(triangles: &[[[f32; 3]; 3]], ids: &[u32]) -> Hierarchy {
             }
             packed.valid |= 1 << lane;
             packed.leaf |= u8::from(plan.is_leaf[member]) << lane;
-            packed.child[lane] = if plan.is_leaf[member] {
+            let child = if plan.is_leaf[member] {
                 pack_leaf(&bvh2, member, triangles, ids, &mut out.leaves)
             } else {
                 out.nodes.push(Node::EMPTY);
                 todo.push((out.nodes.len() - 1, member));
                 Child::node(out.nodes.len() - 1)
             };
+            packed.child[lane] = child.0;
         }
         out.nodes[node] = packed;
     }

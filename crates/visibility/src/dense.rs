@@ -10,11 +10,11 @@ use crate::{
     block::Lines,
     dispatch::dispatch,
     frame::LightFrame,
-    merge,
+    merge::{self, Slots},
     node::{Child, Leaf, Node},
     project::{self, Corners},
     simd::Simd,
-    sweep,
+    sweep::{self, Lanes},
     traverse::ShaftBounds,
 };
 use linelit_geometry::DVec3;
@@ -22,38 +22,102 @@ use linelit_geometry::DVec3;
 /// Most lines that share a walk.
 pub(crate) const GROUP: usize = 8;
 
-/// A box still to visit: where it is nearest, and its image's bounds in (p, q).
+/// Blocks of eight lines.
+const BLOCKS: usize = GROUP / 8;
+
+/// Where something may hide something: its image's bounds across, and the bins that it touches.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NearBox {
+struct Image {
+    low: f32,
+    high: f32,
+    bins: u64,
+}
+
+impl Image {
+    /// Everywhere.
+    const ALL: Self = Self {
+        low: f32::NEG_INFINITY,
+        high: f32::INFINITY,
+        bins: u64::MAX,
+    };
+}
+
+/// A node or leaf still to visit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Waiting {
     child: Child,
-    depth: f32,
-    low: [f32; 2],
-    high: [f32; 2],
+    image: Image,
 }
 
-/// Bins along up to eight lines.
+/// The images of eight boxes or triangles.
+struct Images {
+    low: Lanes<[f32; 8]>,
+    high: Lanes<[f32; 8]>,
+    /// First and last bin: 2²³ + its number.
+    first: Lanes<[f32; 8]>,
+    last: Lanes<[f32; 8]>,
+}
+
+impl Images {
+    /// From bounds of p and of q.
+    #[inline(always)]
+    fn new<S: Simd>(s: S, low: [S::F; 2], high: [S::F; 2]) -> Self {
+        // Adding 2²³ rounds to an integer; less a half, that is at most one too low for a whole
+        // number.
+        let (zero, end) = (s.splat(0.0), s.splat(63.0));
+        let half = s.splat(-0.5);
+        let base = s.splat(8_388_608.0);
+        let first = s.fma(low[1], s.splat(64.0), half);
+        let first = s.add(s.min(s.max(first, zero), end), base);
+        let last = s.fma(high[1], s.splat(64.0), half);
+        let last = s.add(s.min(s.max(last, zero), end), base);
+        let mut images = Self {
+            low: Lanes([0.0; 8]),
+            high: Lanes([0.0; 8]),
+            first: Lanes([0.0; 8]),
+            last: Lanes([0.0; 8]),
+        };
+        s.store(low[0], &mut images.low);
+        s.store(high[0], &mut images.high);
+        s.store(first, &mut images.first);
+        s.store(last, &mut images.last);
+        images
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Image {
+        let first = self.first[lane].to_bits() & 63;
+        let last = self.last[lane].to_bits() & 63;
+        Image {
+            low: self.low[lane],
+            high: self.high[lane],
+            bins: (u64::MAX << first) & (u64::MAX >> (63 - last)),
+        }
+    }
+}
+
+/// Bins along the lines of a walk.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
 pub(crate) struct Covered {
+    /// A bit for each bin that is not known to be hidden.
+    open: [[u64; 8]; BLOCKS],
     /// Where the lines are across, at least and at most: rounded outward.
-    low: [[f32; 8]; GROUP / 8],
-    high: [[f32; 8]; GROUP / 8],
-    bins: [u64; GROUP],
+    low: [[f32; 8]; BLOCKS],
+    high: [[f32; 8]; BLOCKS],
+    /// How many of a line's kept intervals are recorded.
+    seen: [[usize; 8]; BLOCKS],
+    /// Blocks in use.
+    blocks: usize,
 }
 
-/// The bins that an interval of q touches.
+/// The first `n` bins.
 #[inline(always)]
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped"
-)]
-fn touched(low: f32, high: f32) -> u64 {
-    let first = (low * 64.0).clamp(0.0, 63.0) as u32;
-    let last = (high * 64.0).clamp(0.0, 63.0) as u32;
-    (u64::MAX << first) & (u64::MAX >> (63 - last))
+fn first_bins(n: u64) -> u64 {
+    if n >= 64 { u64::MAX } else { (1 << n) - 1 }
 }
 
-/// The bins that lie wholly inside an interval of q.
+/// The bins that lie wholly inside an interval of q; a whole one may be missed.
 #[inline(always)]
 #[allow(
     clippy::cast_possible_truncation,
@@ -61,159 +125,165 @@ fn touched(low: f32, high: f32) -> u64 {
     reason = "clamped"
 )]
 fn filled(low: f64, high: f64) -> u64 {
-    let first = (low * 64.0).ceil().clamp(0.0, 64.0) as u32;
-    let end = (high * 64.0).floor().clamp(0.0, 64.0) as u32;
-    if first >= end {
-        return 0;
-    }
-    (u64::MAX << first) & (u64::MAX >> (64 - end))
+    let first = (low * 64.0).ceil().clamp(0.0, 64.0) as u64;
+    let end = (high * 64.0).floor().clamp(0.0, 64.0) as u64;
+    first_bins(end) & !first_bins(first)
 }
 
 impl Covered {
     /// Nothing hidden but what lies beyond the lines' ends.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
-    fn start(lines: &Lines) -> Self {
-        let mut c = Self {
-            low: [[f32::INFINITY; 8]; GROUP / 8],
-            high: [[f32::NEG_INFINITY; 8]; GROUP / 8],
-            bins: [u64::MAX; GROUP],
-        };
+    fn start(&mut self, lines: &Lines) {
+        self.blocks = lines.blocks.len();
+        self.open = [[0; 8]; BLOCKS];
+        self.seen = [[0; 8]; BLOCKS];
+        self.low = [[f32::INFINITY; 8]; BLOCKS];
+        self.high = [[f32::NEG_INFINITY; 8]; BLOCKS];
         for line in 0..lines.count.min(GROUP) {
-            let (block, lane) = (line / 8, line % 8);
+            let (k, lane) = (line / 8, line % 8);
+            let block = &lines.blocks[k];
             // Across is −p.
-            let p = -lines.blocks[block].u[lane];
-            c.low[block][lane] = (p as f32).next_down();
-            c.high[block][lane] = (p as f32).next_up();
-            c.bins[line] = filled(-1.0, lines.blocks[block].from[lane])
-                | filled(lines.blocks[block].to[lane], 2.0);
+            let p = -block.u[lane];
+            self.low[k][lane] = (p as f32).next_down();
+            self.high[k][lane] = (p as f32).next_up();
+            self.open[k][lane] = !(filled(-1.0, block.from[lane]) | filled(block.to[lane], 2.0));
         }
-        c
     }
 
-    /// Whether a box can hide anything that is not hidden yet.
+    /// Whether what has this image can hide anything that is not hidden yet.
     #[inline(always)]
-    fn needs<S: Simd>(&self, s: S, b: &NearBox) -> bool {
-        let bins = touched(b.low[1], b.high[1]);
-        for (block, (low, high)) in self.low.iter().zip(&self.high).enumerate() {
-            let mut near =
-                s.le(s.splat(b.low[0]), s.load(high)) & s.le(s.load(low), s.splat(b.high[0]));
-            while near != 0 {
-                if bins & !self.bins[block * 8 + near.trailing_zeros() as usize] != 0 {
-                    return true;
+    fn needs<S: Simd>(&self, s: S, image: &Image) -> bool {
+        let mut needed = 0;
+        for k in 0..self.blocks.min(BLOCKS) {
+            needed |= s.le(s.splat(image.low), s.load(&self.high[k]))
+                & s.le(s.load(&self.low[k]), s.splat(image.high))
+                & s.meets(&self.open[k], image.bins);
+        }
+        needed != 0
+    }
+
+    /// Records what is known to be hidden of the lines; true if they are as a whole.
+    #[inline(always)]
+    fn record<S: Simd>(&mut self, s: S, lines: &Lines, slots: &Slots) -> bool {
+        let mut open = 0;
+        // Adding 2⁵² rounds to an integer; half a bin inward, that is never too generous.
+        let (zero, end) = (s.dsplat(0.0), s.dsplat(64.0));
+        let half = s.dsplat(0.5);
+        let base = s.dsplat(4_503_599_627_370_496.0);
+        for (k, block) in lines.blocks.iter().enumerate().take(BLOCKS) {
+            let first = s.dadd(s.dmul(s.dload(&block.run_lo), end), half);
+            let first = s.dadd(s.dmin(s.dmax(first, zero), end), base);
+            let last = s.dsub(s.dmul(s.dload(&block.run_hi), end), half);
+            let last = s.dadd(s.dmin(s.dmax(last, zero), end), base);
+            let (mut firsts, mut lasts) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
+            s.dstore(first, &mut firsts);
+            s.dstore(last, &mut lasts);
+            for lane in 0..8 {
+                let bins = first_bins(lasts[lane].to_bits() & 127)
+                    & !first_bins(firsts[lane].to_bits() & 127);
+                self.open[k][lane] &= !bins;
+                let count = slots.count(k, lane);
+                for kept in self.seen[k][lane]..count {
+                    let (low, high) = slots.kept(k, lane, kept);
+                    self.open[k][lane] &= !filled(low, high);
                 }
-                near &= near - 1;
+                self.seen[k][lane] = count;
+                open |= self.open[k][lane];
             }
         }
-        false
-    }
-
-    /// Records the lines' running intervals; true if all lines are hidden.
-    #[inline(always)]
-    fn record(&mut self, lines: &Lines) -> bool {
-        let mut all = u64::MAX;
-        for line in 0..lines.count.min(GROUP) {
-            let (block, lane) = (line / 8, line % 8);
-            self.bins[line] |= filled(
-                lines.blocks[block].run_lo[lane],
-                lines.blocks[block].run_hi[lane],
-            );
-            all &= self.bins[line];
-        }
-        all == u64::MAX
+        open == 0
     }
 }
 
-/// The boxes of a node that the shaft may meet, with their images.
+/// Puts the boxes of a node that the shaft may meet on the stack, the nearest on top.
 #[inline(always)]
-fn images<S: Simd>(s: S, bounds: &ShaftBounds, node: &Node, found: u8, stack: &mut Vec<NearBox>) {
-    let (mut low, mut high) = ([[0.0; 8]; 3], [[0.0; 8]; 3]);
-    let mut least = [s.splat(0.0); 3];
-    let mut most = [s.splat(0.0); 3];
-    for k in 0..3 {
-        let n = &bounds.rows[k];
-        let mut near = s.splat(-bounds.offset[k] - bounds.room[k]);
-        let mut far = s.splat(-bounds.offset[k] + bounds.room[k]);
-        for (axis, &n) in n.iter().enumerate() {
-            let up = axis + 3 * usize::from(n >= 0.0);
-            let down = axis + 3 * usize::from(n < 0.0);
-            near = s.fma(s.splat(n), s.load(&node.bounds[down]), near);
-            far = s.fma(s.splat(n), s.load(&node.bounds[up]), far);
-        }
-        least[k] = near;
-        most[k] = far;
-    }
-    s.store(least[2], &mut low[2]);
-    s.store(most[2], &mut high[2]);
+fn push_boxes<S: Simd>(
+    s: S,
+    bounds: &ShaftBounds,
+    node: &Node,
+    found: u8,
+    covered: &Covered,
+    stack: &mut Vec<Waiting>,
+) {
+    let (least, most) = bounds.extents(s, node);
+    let near = s.div(s.splat(1.0), least[2]);
+    let far = s.div(s.splat(1.0), most[2]);
+    let mut low = [near; 2];
+    let mut high = [near; 2];
     for k in 0..2 {
-        s.store(least[k], &mut low[k]);
-        s.store(most[k], &mut high[k]);
+        // The room covers the two roundings of a quotient as well.
+        let l = s.min(s.mul(least[k], near), s.mul(least[k], far));
+        let h = s.max(s.mul(most[k], near), s.mul(most[k], far));
+        low[k] = s.fma(s.abs(l), s.splat(-1e-6), l);
+        high[k] = s.fma(s.abs(h), s.splat(1e-6), h);
     }
-    let base = stack.len();
+    let images = Images::new(s, low, high);
+    let before = s.lt(s.splat(1e-6), least[2]);
+    let mut depth = Lanes([0.0; 8]);
+    s.store(s.max(least[2], s.splat(0.0)), &mut depth);
+    // Depth, with the lane in its last bits, in descending order.
+    let mut keys = [0_u32; 8];
+    let mut count = 0;
     let mut found = found;
     while found != 0 {
-        let lane = found.trailing_zeros() as usize;
+        let lane = found.trailing_zeros();
         found &= found - 1;
-        let mut b = NearBox {
-            child: node.child[lane],
-            depth: low[2][lane],
-            low: [f32::NEG_INFINITY; 2],
-            high: [f32::INFINITY; 2],
-        };
-        if low[2][lane] > 1e-6 {
-            // The room covers the two roundings of a quotient as well.
-            let (near, far) = (1.0 / low[2][lane], 1.0 / high[2][lane]);
-            for k in 0..2 {
-                let (l, h) = (low[k][lane], high[k][lane]);
-                let l = l * if l < 0.0 { near } else { far };
-                let h = h * if h > 0.0 { near } else { far };
-                b.low[k] = l - 1e-6 * l.abs();
-                b.high[k] = h + 1e-6 * h.abs();
-            }
-        }
-        // Insertion keeps the farthest lowest on the stack.
-        stack.push(b);
-        let mut k = stack.len() - 1;
-        while k > base && stack[k - 1].depth < b.depth {
-            stack[k] = stack[k - 1];
+        let key = (depth[lane as usize].to_bits() & !7) | lane;
+        let mut k = count;
+        while k > 0 && keys[k - 1] < key {
+            keys[k] = keys[k - 1];
             k -= 1;
         }
-        stack[k] = b;
+        keys[k] = key;
+        count += 1;
+    }
+    for key in &keys[..count] {
+        let lane = (key & 7) as usize;
+        let image = if before >> lane & 1 != 0 {
+            images.get(lane)
+        } else {
+            Image::ALL
+        };
+        if covered.needs(s, &image) {
+            stack.push(Waiting {
+                child: Child(node.child[lane]),
+                image,
+            });
+        }
     }
 }
 
 /// Keeps those triangles of a leaf whose image crosses a line where that is not hidden yet.
 #[inline(always)]
-fn push_needed<S: Simd>(
+fn push_triangles<S: Simd>(
     s: S,
     bounds: &ShaftBounds,
     leaf: &Leaf,
-    parent: &NearBox,
-    maybe: u8,
+    child: Child,
     covered: &Covered,
     corners: &mut Corners,
 ) {
-    let (mut low, mut high) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
-    let near = bounds.triangle_images(s, &leaf.vertices, &mut low, &mut high);
-    let (mut maybe, mut needed) = (maybe, 0);
+    let vertices = bounds.vertices(s, leaf);
+    let [a, b, c] = vertices;
+    let mut maybe = bounds.inside(s, leaf, a, b, c).0 & child.mask();
+    if maybe == 0 {
+        return;
+    }
+    let (before, low, high) = bounds.triangle_images(s, &vertices);
+    let images = Images::new(s, low, high);
+    let mut needed = maybe & !before;
+    maybe &= before;
     while maybe != 0 {
         let lane = maybe.trailing_zeros();
         maybe &= maybe - 1;
-        let k = lane as usize;
-        let image = NearBox {
-            low: [low[0][k], low[1][k]],
-            high: [high[0][k], high[1][k]],
-            ..*parent
-        };
-        if near >> lane & 1 == 0 || covered.needs(s, &image) {
-            needed |= 1 << lane;
-        }
+        needed |= u8::from(covered.needs(s, &images.get(lane as usize))) << lane;
     }
     if needed != 0 {
-        corners.add(s, leaf, parent.child.index(), needed);
+        corners.add(s, leaf, child.index(), needed);
     }
 }
 
-/// The visible pieces of up to eight lines in `scratch.lines`, in the coordinates of `frame`.
+/// The visible pieces of the few lines in `scratch.lines`, in the coordinates of `frame`.
 #[inline(always)]
 fn dense_kernel<S: Simd>(
     s: S,
@@ -230,39 +300,34 @@ fn dense_kernel<S: Simd>(
         lines,
         slots_per_line,
         pieces,
-        near_boxes: stack,
+        waiting: stack,
         covered,
         ..
     } = scratch;
     slots_per_line.reset(lines.count);
-    *covered = Covered::start(lines);
+    covered.start(lines);
     corners.clear();
     stack.clear();
-    stack.push(NearBox {
+    stack.push(Waiting {
         child: Child::node(0),
-        depth: 0.0,
-        low: [f32::NEG_INFINITY; 2],
-        high: [f32::INFINITY; 2],
+        image: Image::ALL,
     });
     loop {
         let next = stack.pop();
         if let Some(b) = &next {
-            if !covered.needs(s, b) {
+            if !covered.needs(s, &b.image) {
                 continue;
             }
             if b.child.is_leaf() {
                 counters.triangle_tests += u64::from(b.child.count());
                 let leaf = &occluders.hierarchy.leaves[b.child.index()];
-                let maybe = bounds.triangles(s, leaf).0 & b.child.mask();
-                if maybe != 0 {
-                    push_needed(s, bounds, leaf, b, maybe, covered, corners);
-                }
+                push_triangles(s, bounds, leaf, b.child, covered, corners);
             } else {
                 let node = &occluders.hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
                 let found = bounds.boxes(s, node);
                 occluders.hierarchy.prefetch(s, node, found);
-                images(s, bounds, node, found, stack);
+                push_boxes(s, bounds, node, found, covered, stack);
             }
         }
         // Eight triangles at a time, and what is left at the end.
@@ -277,7 +342,7 @@ fn dense_kernel<S: Simd>(
                 return;
             }
             sweep::sweep_flat(s, flat, lines, slots_per_line);
-            if flat.count > 0 && covered.record(lines) {
+            if flat.count > 0 && covered.record(s, lines, slots_per_line) {
                 return;
             }
         }
@@ -289,6 +354,6 @@ fn dense_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// The visible pieces of up to eight lines of a dense shaft, on an instruction set.
+    /// The visible pieces of the few lines of a dense shaft, on an instruction set.
     dense = dense_kernel(occluders: &Occluders, bounds: &ShaftBounds, at: (DVec3, &LightFrame), scratch: &mut Scratch, out: &mut VisibleLines)
 }

@@ -52,15 +52,30 @@ impl Slots {
         self.spilled.clear();
     }
 
+    /// How many intervals a line keeps.
+    #[inline(always)]
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a small integer"
+    )]
+    pub(crate) fn count(&self, block: usize, lane: usize) -> usize {
+        self.blocks[block].count[lane] as usize
+    }
+
+    /// The `k`-th interval that a line keeps.
+    #[inline(always)]
+    pub(crate) fn kept(&self, block: usize, lane: usize, k: usize) -> (f64, f64) {
+        (
+            self.blocks[block].lo[k][lane],
+            self.blocks[block].hi[k][lane],
+        )
+    }
+
     #[inline(always)]
     pub(crate) fn push(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
+        let count = self.count(block, lane);
         let slots = &mut self.blocks[block];
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a small integer"
-        )]
-        let count = slots.count[lane] as usize;
         if count < ROOM {
             slots.lo[count][lane] = lo;
             slots.hi[count][lane] = hi;

@@ -9,8 +9,8 @@
 pub(crate) struct Node {
     /// Lower x, y, z, then upper x, y, z of the eight boxes.
     pub(crate) bounds: [[f32; 8]; 6],
-    /// What is in each box.
-    pub(crate) child: [Child; 8],
+    /// What is in each box: the number of a [`Child`].
+    pub(crate) child: [u32; 8],
     /// A bit for each box in use.
     pub(crate) valid: u8,
     /// A bit for each box that holds a leaf.
@@ -20,7 +20,7 @@ pub(crate) struct Node {
 impl Node {
     pub(crate) const EMPTY: Self = Self {
         bounds: [[0.0; 8]; 6],
-        child: [Child(0); 8],
+        child: [0; 8],
         valid: 0,
         leaf: 0,
     };
@@ -29,7 +29,7 @@ impl Node {
 /// A node or a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
-pub(crate) struct Child(u32);
+pub(crate) struct Child(pub(crate) u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;

@@ -3,6 +3,7 @@
 use crate::{
     build::{self, Hierarchy},
     dispatch::{InstructionSet, Isa},
+    node::Child,
 };
 use linelit_geometry::DVec3;
 
@@ -47,7 +48,8 @@ impl Occluders {
             }
         }
         let hierarchy = build::build(&vertices, &ids);
-        let stack_size = 7 * depth(&hierarchy) + 8;
+        // Eight more places, as packed stores write eight at a time.
+        let stack_size = 7 * depth(&hierarchy) + 16;
         Self {
             hierarchy,
             origin: DVec3::new(origin[0].into(), origin[1].into(), origin[2].into()),
@@ -138,8 +140,8 @@ fn depth(hierarchy: &Hierarchy) -> usize {
         deepest = deepest.max(depth);
         let node = &hierarchy.nodes[index];
         for lane in 0..8 {
-            if node.valid >> lane & 1 != 0 && !node.child[lane].is_leaf() {
-                todo.push((node.child[lane].index(), depth + 1));
+            if (node.valid & !node.leaf) >> lane & 1 != 0 {
+                todo.push((Child(node.child[lane]).index(), depth + 1));
             }
         }
     }

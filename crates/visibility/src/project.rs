@@ -68,15 +68,14 @@ impl Corners {
         for (row, from) in self.rows.iter_mut().zip(&leaf.vertices) {
             s.compress(maybe, s.load(from), row, self.count);
         }
-        let mut maybe = maybe;
-        while maybe != 0 {
-            #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
-            {
-                self.slots[self.count] = (index * 8) as u32 + maybe.trailing_zeros();
-            }
-            self.count += 1;
-            maybe &= maybe - 1;
+        #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
+        let first = (index * 8) as u32;
+        let mut slots = [0; 8];
+        for (lane, slot) in (0_u32..).zip(&mut slots) {
+            *slot = first + lane;
         }
+        s.pack(maybe, &slots, &mut self.slots, self.count);
+        self.count += maybe.count_ones() as usize;
     }
 }
 
@@ -177,8 +176,8 @@ fn project_kernel<S: Simd>(s: S, point: DVec3, scratch: &mut Scratch) -> Found {
 }
 
 /// Projects up to eight triangles from `start` on and tells which are left (a bit each), or `None`
-/// if one of them hides the light as a whole. Unless `SEPARATE`, only a triangle that needs
-/// cutting is seen to hide the light, and none to miss it.
+/// if one of them hides the light as a whole. Unless `SEPARATE`, few of those that miss the light
+/// are dropped.
 #[inline(always)]
 pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     s: S,
@@ -225,22 +224,24 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
         s.dsub(s.dsplat(0.0), s.dmin(low[0], low[1])),
     );
     let simple = s.bits(whole) & alive;
-    let (misses, covers) = if SEPARATE {
-        against_light(s, &image, low, high, reach, frame)
+    let mut cut = alive & !simple;
+    let around = simple & around_light(s, low, high, frame.shape);
+    if cut | around != 0 {
+        let (outside, covers) = cone(s, [&a, &b, &c], frame);
+        if covers & (cut | around) != 0 {
+            return None;
+        }
+        cut &= !outside;
+    }
+    let misses = if SEPARATE {
+        misses_light(s, &image, low, high, reach, frame)
     } else {
-        (0, 0)
+        0
     };
     let keep = simple & !misses;
-    if keep & covers != 0 {
-        return None;
-    }
     let mut left = keep;
     if keep != 0 {
         flat.add(s, keep, &image);
-    }
-    let mut cut = alive & !simple;
-    if cut != 0 {
-        cut &= !outside(s, &a, &b, &c, frame.shape);
     }
     if cut != 0 {
         let mut rows = [[0.0; 8]; 9];
@@ -254,9 +255,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
             cut &= cut - 1;
             let v = |k: usize| [rows[k][lane], rows[k + 1][lane], rows[k + 2][lane]];
             let before = flat.count;
-            if cut_triangle([v(0), v(3), v(6)], frame, flat) {
-                return None;
-            }
+            cut_triangle([v(0), v(3), v(6)], flat);
             left |= u8::from(flat.count > before) << lane;
         }
     }
@@ -283,15 +282,18 @@ fn homogeneous<S: Simd>(
     point: DVec3,
     frame: &LightFrame,
 ) -> Vertex<S> {
-    let x = s.dsub(s.widen(corners.eight(s, start, first)), s.dsplat(point.x));
-    let y = s.dsub(
-        s.widen(corners.eight(s, start, first + 1)),
-        s.dsplat(point.y),
-    );
-    let z = s.dsub(
-        s.widen(corners.eight(s, start, first + 2)),
-        s.dsplat(point.z),
-    );
+    let x = corners.eight(s, start, first);
+    let y = corners.eight(s, start, first + 1);
+    let z = corners.eight(s, start, first + 2);
+    to_frame(s, [x, y, z], point, frame)
+}
+
+/// P, Q, W of eight places.
+#[inline(always)]
+fn to_frame<S: Simd>(s: S, [x, y, z]: [S::F; 3], point: DVec3, frame: &LightFrame) -> Vertex<S> {
+    let x = s.dsub(s.widen(x), s.dsplat(point.x));
+    let y = s.dsub(s.widen(y), s.dsplat(point.y));
+    let z = s.dsub(s.widen(z), s.dsplat(point.z));
     [
         ddot(s, frame.p, x, y, z),
         ddot(s, frame.q, x, y, z),
@@ -299,11 +301,55 @@ fn homogeneous<S: Simd>(
     ]
 }
 
-/// Triangles that a plane separates from everything between the shading point and the light: one
-/// through the shading point and a side of the triangle, or the triangle's own. Such are the floor
-/// under the shading point and its walls, which would have to be cut otherwise.
+/// The triangles of a leaf that hide the light as a whole.
 #[inline(always)]
-fn outside<S: Simd>(s: S, a: &Vertex<S>, b: &Vertex<S>, c: &Vertex<S>, shape: Shape) -> u8 {
+pub(crate) fn hiding<S: Simd>(s: S, leaf: &Leaf, point: DVec3, frame: &LightFrame) -> u8 {
+    let v = &leaf.vertices;
+    let a = to_frame(
+        s,
+        [s.load(&v[0]), s.load(&v[1]), s.load(&v[2])],
+        point,
+        frame,
+    );
+    let b = to_frame(
+        s,
+        [s.load(&v[3]), s.load(&v[4]), s.load(&v[5])],
+        point,
+        frame,
+    );
+    let c = to_frame(
+        s,
+        [s.load(&v[6]), s.load(&v[7]), s.load(&v[8])],
+        point,
+        frame,
+    );
+    cone(s, [&a, &b, &c], frame).1
+}
+
+/// Which images have the whole light between their bounds: those that hide it are among them.
+#[inline(always)]
+fn around_light<S: Simd>(s: S, low: [S::D; 2], high: [S::D; 2], shape: Shape) -> u8 {
+    let upper = if shape == Shape::Line {
+        0.0
+    } else {
+        1.0 - 1e-9
+    };
+    let least = s.dsplat(1e-9);
+    let below = s.and(s.dle(low[0], least), s.dle(low[1], least));
+    let above = s.and(
+        s.dle(s.dsplat(upper), high[0]),
+        s.dle(s.dsplat(1.0 - 1e-9), high[1]),
+    );
+    s.bits(s.and(below, above))
+}
+
+/// Looks at triangles as cones from the shading point. First, those that a plane separates from
+/// everything between there and the light: one through the shading point and a side of the
+/// triangle, or the triangle's own. Such are the floor under the shading point and its walls,
+/// which would have to be cut otherwise. Second, those that hide the light as a whole: all its
+/// corners are within the cone, and the triangle before them.
+#[inline(always)]
+fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u8) {
     let zero = s.dsplat(0.0);
     let mut reach = zero;
     for v in [a, b, c] {
@@ -316,29 +362,53 @@ fn outside<S: Simd>(s: S, a: &Vertex<S>, b: &Vertex<S>, c: &Vertex<S>, shape: Sh
     let room = s.dmul(s.dsplat(2e-14), s.dmul(reach, reach));
     let det_room = s.dmul(room, reach);
     let (ab, bc, ca) = (normal(s, a, b), normal(s, b, c), normal(s, c, a));
-    let own = [
-        s.dadd(s.dadd(ab[0], bc[0]), ca[0]),
-        s.dadd(s.dadd(ab[1], bc[1]), ca[1]),
-        s.dadd(s.dadd(ab[2], bc[2]), ca[2]),
-    ];
     let det = s.dadd(
         s.dadd(s.dmul(ab[0], c[0]), s.dmul(ab[1], c[1])),
         s.dmul(ab[2], c[2]),
     );
-    let left = s.dlt(det_room, det);
-    let right = s.dlt(det, s.dsub(zero, det_room));
+    // Turned so that the determinant is positive.
+    let turn = s.select(s.dlt(det, zero), s.dsplat(1.0), s.dsplat(-1.0));
+    let det = s.dmul(det, turn);
+    let clear = s.dlt(det_room, det);
     let minus_room = s.dsub(zero, room);
+    let own = [
+        s.dmul(turn, s.dadd(s.dadd(ab[0], bc[0]), ca[0])),
+        s.dmul(turn, s.dadd(s.dadd(ab[1], bc[1]), ca[1])),
+        s.dmul(turn, s.dadd(s.dadd(ab[2], bc[2]), ca[2])),
+    ];
     // The light beyond the triangle's plane, the shading point before it: own·x > det.
-    let (least, most) = over_light(s, &own, shape);
-    let both = s.dadd(room, det_room);
-    let mut out = s.and(left, s.dlt(s.dadd(most, both), det));
-    out = s.or(out, s.and(right, s.dlt(det, s.dsub(least, both))));
+    let most = largest_over_light(s, &own, frame.shape);
+    let mut outside = s.dlt(s.dadd(most, s.dadd(room, det_room)), det);
+    let mut covers = clear;
     for n in [&ab, &bc, &ca] {
-        let (least, most) = over_light(s, n, shape);
-        out = s.or(out, s.and(left, s.dlt(most, minus_room)));
-        out = s.or(out, s.and(right, s.dlt(room, least)));
+        let n = [s.dmul(turn, n[0]), s.dmul(turn, n[1]), s.dmul(turn, n[2])];
+        let most = largest_over_light(s, &n, frame.shape);
+        outside = s.or(outside, s.dlt(most, minus_room));
+        let (least, _) = over_corners(s, &n, frame);
+        covers = s.and(covers, s.dlt(room, least));
     }
-    s.bits(out)
+    // The corners are in units of how far the triangle is: 1 ÷ its W.
+    let (least, most) = over_corners(s, &own, frame);
+    let near = s.dmul(det, s.dsplat(1.0 / (1.0 - LIGHT_MARGIN)));
+    let far = s.dmul(det, s.dsplat(1.0 / POINT_MARGIN));
+    covers = s.and(covers, s.dle(near, s.dsub(least, room)));
+    covers = s.and(covers, s.dle(s.dadd(most, room), far));
+    (s.bits(s.and(clear, outside)), s.bits(covers))
+}
+
+/// The least and the largest value of a linear form at the light's corners.
+#[inline(always)]
+fn over_corners<S: Simd>(s: S, n: &Vertex<S>, frame: &LightFrame) -> (S::D, S::D) {
+    let mut least = s.dsplat(f64::INFINITY);
+    let mut most = s.dsplat(f64::NEG_INFINITY);
+    for corner in &frame.corners[..frame.corner_count] {
+        let p = s.dmul(n[0], s.dsplat(corner[0]));
+        let q = s.dmul(n[1], s.dsplat(corner[1]));
+        let value = s.dadd(s.dadd(p, q), n[2]);
+        least = s.dmin(least, value);
+        most = s.dmax(most, value);
+    }
+    (least, most)
 }
 
 /// The plane through the shading point and two vertices: their cross product.
@@ -351,35 +421,30 @@ fn normal<S: Simd>(s: S, a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
     ]
 }
 
-/// The least and the largest value of a linear form over the square around the light, with a
-/// little room for lines along the light's own edges.
+/// The largest value of a linear form over the square around the light, with a little room for
+/// lines along the light's own edges.
 #[inline(always)]
-fn over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> (S::D, S::D) {
+fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
     let zero = s.dsplat(0.0);
-    let edge = s.dsplat(1e-9);
     let (p, q) = (s.dsub(zero, n[0]), s.dsub(zero, n[1]));
-    let beyond = s.dmul(edge, s.dadd(s.dmax(n[0], p), s.dmax(n[1], q)));
-    let (mut least, mut most) = (s.dsub(n[2], beyond), s.dadd(n[2], beyond));
+    let sizes = s.dadd(s.dmax(n[0], p), s.dmax(n[1], q));
+    let mut most = s.dadd(n[2], s.dmul(s.dsplat(1e-9), sizes));
     if shape != Shape::Line {
-        least = s.dadd(least, s.dmin(n[0], zero));
         most = s.dadd(most, s.dmax(n[0], zero));
     }
-    least = s.dadd(least, s.dmin(n[1], zero));
-    most = s.dadd(most, s.dmax(n[1], zero));
-    (least, most)
+    s.dadd(most, s.dmax(n[1], zero))
 }
 
-/// Which images miss the light (a side of the light or of the triangle separates them) and which
-/// hide it as a whole.
+/// Which images miss the light: a side of the light or of the triangle separates them.
 #[inline(always)]
-fn against_light<S: Simd>(
+fn misses_light<S: Simd>(
     s: S,
     image: &[[S::D; 2]; 3],
     low: [S::D; 2],
     high: [S::D; 2],
     reach: S::D,
     frame: &LightFrame,
-) -> (u8, u8) {
+) -> u8 {
     let (zero, one) = (s.dsplat(0.0), s.dsplat(1.0));
     let upper = if frame.shape == Shape::Line { 0.0 } else { 1.0 };
     // A little room for lines along the light's own edges.
@@ -399,13 +464,11 @@ fn against_light<S: Simd>(
         s.dsub(c[1], a[1]),
     );
     let turn = s.select(s.dlt(area, zero), one, s.dsplat(-1.0));
-    let mut covers = s.dlt(room, s.dmul(area, turn));
     for (v, w) in [(a, b), (b, c), (c, a)] {
         let (ex, ey) = (
             s.dmul(turn, s.dsub(w[0], v[0])),
             s.dmul(turn, s.dsub(w[1], v[1])),
         );
-        let mut least = s.dsplat(f64::INFINITY);
         let mut most = s.dsplat(f64::NEG_INFINITY);
         for corner in &frame.corners[..frame.corner_count] {
             let (x, y) = (
@@ -413,13 +476,11 @@ fn against_light<S: Simd>(
                 s.dsub(s.dsplat(corner[1]), v[1]),
             );
             let side = cross(s, ex, ey, x, y);
-            least = s.dmin(least, side);
             most = s.dmax(most, side);
         }
         misses = s.or(misses, s.dlt(most, minus_room));
-        covers = s.and(covers, s.dlt(room, least));
     }
-    (s.bits(misses), s.bits(covers))
+    s.bits(misses)
 }
 
 #[inline(always)]
@@ -427,10 +488,9 @@ fn cross<S: Simd>(s: S, ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
     s.dsub(s.dmul(ax, by), s.dmul(ay, bx))
 }
 
-/// Cuts a triangle at the margins and the guard and adds what is left; true if that is in front
-/// of the whole light.
+/// Cuts a triangle at the margins and the guard and adds what is left.
 #[inline(never)]
-fn cut_triangle(triangle: [[f64; 3]; 3], frame: &LightFrame, flat: &mut FlatTriangles) -> bool {
+fn cut_triangle(triangle: [[f64; 3]; 3], flat: &mut FlatTriangles) {
     // Seven planes add at most a vertex each.
     let mut polygon = [[0.0; 3]; 10];
     let mut count = 3;
@@ -467,7 +527,7 @@ fn cut_triangle(triangle: [[f64; 3]; 3], frame: &LightFrame, flat: &mut FlatTria
             }
         }
         if kept < 3 {
-            return false;
+            return;
         }
         polygon = next;
         count = kept;
@@ -478,21 +538,6 @@ fn cut_triangle(triangle: [[f64; 3]; 3], frame: &LightFrame, flat: &mut FlatTria
         let [a, b, c] = [image[0], image[i], image[i + 1]];
         flat.push([a[0], a[1], b[0], b[1], c[0], c[1]]);
     }
-    hides(image, frame)
-}
-
-/// Whether every corner of the light is strictly inside a convex polygon.
-fn hides(image: &[[f64; 2]], frame: &LightFrame) -> bool {
-    let side = |i: usize, c: [f64; 2]| {
-        let (v, w) = (image[i], image[(i + 1) % image.len()]);
-        (w[0] - v[0]) * (c[1] - v[1]) - (w[1] - v[1]) * (c[0] - v[0])
-    };
-    // As above for coordinates within the guard; edges without length say nothing.
-    let room = 1e-13 * (GUARD + 2.0) * (GUARD + 2.0);
-    let corners = &frame.corners[..frame.corner_count];
-    let all =
-        |sign: f64| (0..image.len()).all(|i| corners.iter().all(|c| sign * side(i, *c) > room));
-    all(1.0) || all(-1.0)
 }
 
 dispatch! {

@@ -203,20 +203,20 @@ fn any_kernel<S: Simd>(
     let hierarchy = &occluders.hierarchy;
     let counters = &mut scratch.counters;
     if scratch.stack.len() < occluders.stack_size {
-        scratch.stack.resize(occluders.stack_size, Child::default());
+        scratch.stack.resize(occluders.stack_size, 0);
     }
     let stack = &mut scratch.stack[..];
-    stack[0] = Child::node(0);
+    stack[0] = Child::node(0).0;
     let mut top = 1;
     let mut order = [0.0_f32; 8];
     while top > 0 {
         top -= 1;
-        let node = &hierarchy.nodes[stack[top].index()];
+        let node = &hierarchy.nodes[stack[top] as usize];
         counters.node_tests += u64::from(node.valid.count_ones());
         let (found, near) = q.boxes(s, node, q.t_max32);
         let mut leaves = found & node.leaf;
         while leaves != 0 {
-            let child = node.child[leaves.trailing_zeros() as usize];
+            let child = Child(node.child[leaves.trailing_zeros() as usize]);
             leaves &= leaves - 1;
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
@@ -317,7 +317,7 @@ fn closest_kernel<S: Simd>(
             let lane = found.trailing_zeros() as usize;
             found &= found - 1;
             // Insertion keeps the farthest lowest on the stack.
-            stack.push((node.child[lane], entry[lane]));
+            stack.push((Child(node.child[lane]), entry[lane]));
             let mut k = stack.len() - 1;
             while k > base && stack[k - 1].1 < entry[lane] {
                 stack.swap(k - 1, k);

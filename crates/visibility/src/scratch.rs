@@ -3,7 +3,7 @@
 use crate::{
     block::{Ends, Lines},
     counters::Counters,
-    dense::{Covered, NearBox},
+    dense::{Covered, Waiting},
     frame::LightFrame,
     merge::{Pieces, Slots},
     node::Child,
@@ -15,8 +15,8 @@ use crate::{
 pub struct Scratch {
     /// What the queries through this scratch have done so far.
     pub counters: Counters,
-    /// Nodes still to visit.
-    pub(crate) stack: Vec<Child>,
+    /// Nodes still to visit, by their index.
+    pub(crate) stack: Vec<u32>,
     /// Nodes and leaves still to visit and where the ray enters them.
     pub(crate) near_stack: Vec<(Child, f32)>,
     /// The light as seen from the shading point.
@@ -34,7 +34,7 @@ pub struct Scratch {
     /// Visible pieces of eight lines.
     pub(crate) pieces: Pieces,
     /// Boxes of a dense shaft still to visit.
-    pub(crate) near_boxes: Vec<NearBox>,
+    pub(crate) waiting: Vec<Waiting>,
     /// Which parts of a dense shaft's lines are known to be hidden.
     pub(crate) covered: Covered,
 }
@@ -50,11 +50,5 @@ impl Scratch {
 impl Default for LightFrame {
     fn default() -> Self {
         Self::NONE
-    }
-}
-
-impl Default for Child {
-    fn default() -> Self {
-        Self::node(0)
     }
 }

@@ -71,7 +71,7 @@ impl Occluders {
             let Range { start, end } = query.exclude;
             let exclude = (start, end.saturating_sub(start));
             let bounds = ShaftBounds::new(self, point, corners, &scratch.frame, exclude);
-            found = traverse::collect(self.isa, self, &bounds, DENSE, scratch);
+            found = traverse::collect(self.isa, self, &bounds, (point, DENSE), scratch);
             if found == Found::Few && scratch.corners.count > 0 {
                 found = project::project(self.isa, point, scratch);
             }

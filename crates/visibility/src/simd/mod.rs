@@ -46,6 +46,10 @@ pub(crate) trait Simd: Copy {
     /// Writes the lanes of `m` one after the other to `out[at..]`, and something to the rest of
     /// the eight places there.
     fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize);
+    /// As [`Simd::compress`].
+    fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize);
+    /// A bit for each lane that shares a set bit with `b`.
+    fn meets(self, a: &[u64; 8], b: u64) -> u8;
     /// Lanes where both are in `start .. start + len` (wrapping): a bit each.
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8;
 

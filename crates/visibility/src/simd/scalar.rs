@@ -85,6 +85,14 @@ impl Simd for Scalar {
         squeeze(m, &a, &mut out[at..at + 8]);
     }
     #[inline(always)]
+    fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize) {
+        squeeze(m, a, &mut out[at..at + 8]);
+    }
+    #[inline(always)]
+    fn meets(self, a: &[u64; 8], b: u64) -> u8 {
+        pack(zip(*a, [b; 8], |a, b| a & b != 0))
+    }
+    #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
         pack(a.map(|a| a.wrapping_sub(start) < len))
     }

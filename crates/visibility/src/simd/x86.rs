@@ -143,6 +143,24 @@ impl Simd for Avx512 {
         unsafe { _mm256_storeu_ps(out.as_mut_ptr(), _mm256_maskz_compress_ps(m, a)) }
     }
     #[inline(always)]
+    fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize) {
+        let out = &mut out[at..at + 8];
+        // SAFETY: a value of this type exists only where the instructions do; eight places.
+        unsafe {
+            let a = _mm256_loadu_si256(a.as_ptr().cast());
+            let packed = _mm256_maskz_compress_epi32(m, a);
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), packed);
+        }
+    }
+    #[inline(always)]
+    fn meets(self, a: &[u64; 8], b: u64) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe {
+            let a = _mm512_loadu_si512(a.as_ptr().cast());
+            _mm512_test_epi64_mask(a, _mm512_set1_epi64(b.cast_signed()))
+        }
+    }
+    #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe {
@@ -319,11 +337,31 @@ impl Simd for Avx2 {
         let out = &mut out[at..at + 8];
         // SAFETY: a value of this type exists only where the instructions do; eight places.
         unsafe {
-            // Each bit of the mask becomes a byte of ones, which picks a lane's number.
-            let bytes = _pdep_u64(m.into(), 0x0101_0101_0101_0101) * 0xff;
-            let lanes = _pext_u64(0x0706_0504_0302_0100, bytes).cast_signed();
-            let lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(lanes));
-            _mm256_storeu_ps(out.as_mut_ptr(), _mm256_permutevar8x32_ps(a, lanes));
+            let packed = _mm256_permutevar8x32_ps(a, front_lanes(m));
+            _mm256_storeu_ps(out.as_mut_ptr(), packed);
+        }
+    }
+    #[inline(always)]
+    fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize) {
+        let out = &mut out[at..at + 8];
+        // SAFETY: a value of this type exists only where the instructions do; eight places.
+        unsafe {
+            let a = _mm256_loadu_si256(a.as_ptr().cast());
+            let packed = _mm256_permutevar8x32_epi32(a, front_lanes(m));
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), packed);
+        }
+    }
+    #[inline(always)]
+    fn meets(self, a: &[u64; 8], b: u64) -> u8 {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe {
+            let b = _mm256_set1_epi64x(b.cast_signed());
+            let zero = _mm256_setzero_si256();
+            let low = _mm256_and_si256(_mm256_loadu_si256(a.as_ptr().cast()), b);
+            let high = _mm256_and_si256(_mm256_loadu_si256(a.as_ptr().add(4).cast()), b);
+            let low = _mm256_castsi256_pd(_mm256_cmpeq_epi64(low, zero));
+            let high = _mm256_castsi256_pd(_mm256_cmpeq_epi64(high, zero));
+            !byte(_mm256_movemask_pd(low) | (_mm256_movemask_pd(high) << 4))
         }
     }
     #[inline(always)]
@@ -465,6 +503,21 @@ impl Simd for Avx2 {
             let second = &mut out[low.count_ones() as usize..];
             _mm256_storeu_pd(second.as_mut_ptr(), squeeze_four(high, a[1]));
         }
+    }
+}
+
+/// The numbers of the lanes of `m`, one after the other.
+///
+/// # Safety
+/// The processor must have AVX2 and BMI2.
+#[inline(always)]
+unsafe fn front_lanes(m: u8) -> __m256i {
+    // SAFETY: the caller sees to the instructions.
+    unsafe {
+        // Each bit of the mask becomes a byte of ones, which picks a lane's number.
+        let bytes = _pdep_u64(m.into(), 0x0101_0101_0101_0101) * 0xff;
+        let lanes = _pext_u64(0x0706_0504_0302_0100, bytes).cast_signed();
+        _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(lanes))
     }
 }
 
