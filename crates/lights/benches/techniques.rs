@@ -213,7 +213,7 @@ fn choice(c: &mut Criterion) {
         let points = receivers();
         let u = numbers();
         g.throughput(Throughput::Elements(POINTS as u64));
-        for importance in [Importance::Bounds, Importance::Moments] {
+        for importance in [Importance::Bounds, Importance::Moments, Importance::Cut] {
             let tree = LightTree::new(&lights, importance);
             g.bench_function(format!("tree {importance:?}/{count}"), |b| {
                 b.iter(|| {

@@ -80,7 +80,7 @@ fn receivers(count: usize) -> Vec<(DVec3, DVec3)> {
 #[test]
 fn frequencies_fit_probabilities() {
     let lights = mixed(60, 1);
-    for importance in [Importance::Bounds, Importance::Moments] {
+    for importance in [Importance::Bounds, Importance::Moments, Importance::Cut] {
         let tree = LightTree::new(&lights, importance);
         assert_eq!(tree.len(), 60);
         for (x, n) in receivers(10) {
@@ -131,7 +131,8 @@ fn frequencies_fit_probabilities() {
 fn zeros_are_true() {
     let lights = mixed(200, 3);
     let mut rng = SplitMix64::new(4);
-    let trees = [Importance::Bounds, Importance::Moments].map(|i| LightTree::new(&lights, i));
+    let trees = [Importance::Bounds, Importance::Moments, Importance::Cut]
+        .map(|i| LightTree::new(&lights, i));
     for (x, n) in receivers(50) {
         for (i, light) in lights.iter().enumerate() {
             let possible = can_contribute(light, x, n);
@@ -245,12 +246,17 @@ fn the_tree_is_within_twice_the_ideal_error() {
     let ideal = noise(&lights, |_, _, i, f| f[i] / f.iter().sum::<f64>());
     let power = Discrete::by_power(&lights).expect("power");
     let by_power = noise(&lights, |_, _, i, _| power.probability(i));
-    let [bounds, moments] = [Importance::Bounds, Importance::Moments].map(|importance| {
+    let all = [Importance::Bounds, Importance::Moments, Importance::Cut];
+    let [bounds, moments, cut] = all.map(|importance| {
         let tree = LightTree::new(&lights, importance);
         noise(&lights, |x, n, i, _| tree.probability(x, n, i))
     });
-    let all =
-        format!("ideal {ideal:.3}, moments {moments:.3}, bounds {bounds:.3}, power {by_power:.3}");
-    assert!(moments < 1.5 * ideal, "{all}");
-    assert!(moments < bounds && bounds < by_power, "{all}");
+    let all = format!(
+        "ideal {ideal:.3}, cut {cut:.3}, moments {moments:.3}, bounds {bounds:.3}, power {by_power:.3}"
+    );
+    assert!(moments < 1.5 * ideal && cut < 1.1 * ideal, "{all}");
+    assert!(
+        cut < moments && moments < bounds && bounds < by_power,
+        "{all}"
+    );
 }

@@ -129,6 +129,17 @@ impl LightBounds {
         2.0 * PI * (1.0 - co) + 0.5 * PI * (2.0 * w * so - (o - 2.0 * w).cos() - 2.0 * o * so + co)
     }
 
+    /// Whether the group is small for its distance from `x`: its box has a radius below `ratio` times the distance, or a
+    /// quarter of that if it straddles the horizon, where a mean says little of its lights.
+    pub(crate) fn is_far(&self, x: DVec3, n: DVec3, ratio: f64) -> bool {
+        let radius2 = 0.25 * (self.hi - self.lo).length_squared();
+        let to = self.center() - x;
+        let height = n.dot(to);
+        let straddles = height * height < radius2;
+        let ratio = if straddles { 0.25 * ratio } else { ratio };
+        radius2 < ratio * ratio * to.length_squared()
+    }
+
     /// Upper-bound importance at `x` with the unit normal `n` (Conty & Kulla 2018, §5, eq. 3): zero only if no light of the
     /// group can contribute.
     pub(crate) fn bound(&self, x: DVec3, n: DVec3) -> f64 {

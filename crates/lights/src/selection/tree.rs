@@ -15,8 +15,14 @@ pub enum Importance {
     /// are better than they look on average; the bound alone decides what is zero. Less noise: a bound overrates whatever
     /// is near and spread out. With 10,000 lamps of which half are shadowed, the standard deviation is 1.33 times that of
     /// choosing by the true unshadowed contribution (2.1 times by bounds, 2.7 without the defence).
-    #[default]
     Moments,
+    /// By moments, too, but of groups that are small for their distance: whatever is near is first opened (the cut of
+    /// Barnes & Hut 1986, of a size that grows with the logarithm of the number of lights), one group of the cut is taken
+    /// in proportion to its moments, and in it a light as above. With the 10,000 lamps above the standard deviation is 1.06
+    /// times that of choosing by the true unshadowed contribution; in a hall of 10,000 lamps with few shadows 1.1 times,
+    /// where moments alone give 3.5 times. A pick costs about five times that by moments.
+    #[default]
+    Cut,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +32,19 @@ struct Node {
     link: usize,
     leaf: bool,
 }
+
+/// A group of the cut.
+#[derive(Clone, Copy, Debug, Default)]
+struct Group {
+    node: usize,
+    depth: u32,
+    /// Whether the light that is looked for is in it.
+    on_trail: bool,
+    weight: f64,
+}
+
+/// Groups that wait to be visited: one for each level, of which trails have 64.
+const WAITING: usize = 80;
 
 /// A binary tree over lights, split by the surface area orientation heuristic (Conty & Kulla 2018).
 ///
@@ -58,6 +77,8 @@ pub struct LightTree {
     importance: Importance,
 }
 
+/// Groups below this size over distance are not opened by [`Importance::Cut`].
+const FAR: f64 = 0.5;
 /// The share of the bound in [`Importance::Moments`].
 const DEFENCE: f64 = 0.05;
 /// Buckets of the split search.
@@ -121,7 +142,9 @@ impl LightTree {
         let bounds = &self.nodes[node].bounds;
         let bound = bounds.bound(x, n);
         match self.importance {
-            Importance::Moments if bound > 0.0 => bounds.expected(x, n) + DEFENCE * bound,
+            Importance::Moments | Importance::Cut if bound > 0.0 => {
+                bounds.expected(x, n) + DEFENCE * bound
+            }
             _ => bound,
         }
     }
@@ -140,10 +163,7 @@ impl LightTree {
     /// where no light can contribute.
     #[must_use]
     pub fn pick(&self, x: DVec3, n: DVec3, u: f64) -> Option<Picked> {
-        let (mut node, mut probability, mut rest) = (0, 1.0, u);
-        if self.nodes.is_empty() || self.weight(0, x, n) <= 0.0 {
-            return None;
-        }
+        let (mut node, mut probability, mut rest) = self.enter(x, n, u)?;
         while !self.nodes[node].leaf {
             let first = self.first_share(node, x, n)?;
             if rest < first {
@@ -163,16 +183,84 @@ impl LightTree {
         })
     }
 
+    /// Where a walk begins: the root, or a group of the cut; its probability, and what is left of the random number.
+    fn enter(&self, x: DVec3, n: DVec3, u: f64) -> Option<(usize, f64, f64)> {
+        if self.importance != Importance::Cut {
+            let lit = !self.nodes.is_empty() && self.weight(0, x, n) > 0.0;
+            return lit.then_some((0, 1.0, u));
+        }
+        // One of a stream, in proportion to its weight, with one random number.
+        let (mut total, mut rest, mut taken) = (0.0, u, None);
+        self.visit_cut(x, n, u64::MAX, |group| {
+            total += group.weight;
+            let share = group.weight / total;
+            if rest < share {
+                rest = (rest / share).min(ONE_MINUS);
+                taken = Some((group.node, group.weight));
+            } else {
+                rest = ((rest - share) / (1.0 - share)).clamp(0.0, ONE_MINUS);
+            }
+        });
+        taken.map(|(node, weight)| (node, weight / total, rest))
+    }
+
+    /// The same for the walk to a light: the group, its depth and its probability.
+    fn enter_towards(&self, x: DVec3, n: DVec3, trail: u64) -> Option<(usize, u32, f64)> {
+        if self.importance != Importance::Cut {
+            return (self.weight(0, x, n) > 0.0).then_some((0, 0, 1.0));
+        }
+        let (mut total, mut taken) = (0.0, None);
+        self.visit_cut(x, n, trail, |group| {
+            total += group.weight;
+            if group.on_trail {
+                taken = Some((group.node, group.depth, group.weight));
+            }
+        });
+        taken.map(|(node, depth, weight)| (node, depth, weight / total))
+    }
+
+    /// The groups of the cut with a positive weight, in the order of the tree.
+    fn visit_cut(&self, x: DVec3, n: DVec3, trail: u64, mut visit: impl FnMut(Group)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut waiting = [Group::default(); WAITING];
+        waiting[0].on_trail = true;
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let mut group = waiting[count];
+            let node = &self.nodes[group.node];
+            if node.leaf || node.bounds.is_far(x, n, FAR) || count + 2 > WAITING {
+                group.weight = self.weight(group.node, x, n);
+                if group.weight > 0.0 && group.weight.is_finite() {
+                    visit(group);
+                }
+                continue;
+            }
+            let second = trail.checked_shr(group.depth).is_some_and(|t| t & 1 == 1);
+            let child = |node: usize, is_second: bool| Group {
+                node,
+                depth: group.depth + 1,
+                on_trail: group.on_trail && second == is_second,
+                weight: 0.0,
+            };
+            waiting[count] = child(node.link, true);
+            waiting[count + 1] = child(group.node + 1, false);
+            count += 2;
+        }
+    }
+
     /// The probability with which [`LightTree::pick`] takes light `index`.
     #[must_use]
     pub fn probability(&self, x: DVec3, n: DVec3, index: usize) -> f64 {
         let Some(mut trail) = self.trails.get(index).copied().flatten() else {
             return 0.0;
         };
-        let (mut node, mut probability) = (0, 1.0);
-        if self.weight(0, x, n) <= 0.0 {
+        let Some((mut node, depth, mut probability)) = self.enter_towards(x, n, trail) else {
             return 0.0;
-        }
+        };
+        trail >>= depth;
         while !self.nodes[node].leaf {
             let Some(first) = self.first_share(node, x, n) else {
                 return 0.0;
