@@ -353,7 +353,7 @@ impl Params {
     /// Something that has to be there.
     pub(crate) fn require<T>(&self, name: &'static str, value: Option<T>) -> Result<T> {
         value.ok_or_else(|| {
-            let message = format!("{} has no parameter `{name}`", self.owner);
+            let message = format!("{} needs a parameter `{name}`", self.owner);
             let error = self.error(
                 ErrorKind::MissingParameter,
                 message,
