@@ -132,6 +132,9 @@ impl FromStr for Estimator {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let text = text.trim();
+        if is_mix(text) {
+            return text.parse().map(Self::Mix);
+        }
         let (name, options) = match text.split_once('[') {
             None => (text, ""),
             Some((name, rest)) => match rest.strip_suffix(']') {
@@ -143,14 +146,6 @@ impl FromStr for Estimator {
                 }
             },
         };
-        let only_in_mixes = ["line-solid-angle", "line-projected"];
-        let marks = ["+", "mis=", "pieces=", "spread:"];
-        // A linear light's two techniques are weighted, too, but they are one estimator.
-        let linear = name == "point-linear" && !text.contains('+');
-        let mixed = only_in_mixes.contains(&name) || marks.iter().any(|mark| text.contains(mark));
-        if mixed && !linear {
-            return text.parse().map(Self::Mix);
-        }
         let lines = |make: fn(LineOptions) -> Self| parse_line_options(name, options).map(make);
         let plain = |estimator: Self| match options {
             "" => Ok(estimator),
@@ -178,6 +173,17 @@ impl FromStr for Estimator {
             ))),
         }
     }
+}
+
+/// Whether a text is a mix's: it combines techniques, names one that only mixes have, or has their
+/// options.
+fn is_mix(text: &str) -> bool {
+    let name = text.split(['[', ':', '+']).next().unwrap_or_default();
+    let only_in_mixes = ["line-solid-angle", "line-projected"];
+    let marks = ["mis=", "pieces=", "spread:"];
+    // A linear light's two techniques are weighted, too, but they are one estimator.
+    let marked = name != "point-linear" && marks.iter().any(|mark| text.contains(mark));
+    text.contains('+') || only_in_mixes.contains(&name.trim()) || marked
 }
 
 fn parse_line_options(name: &str, options: &str) -> Result<LineOptions, ParseEstimatorError> {
@@ -296,6 +302,7 @@ mod tests {
             "point-solid-angle[visibility=shaft]",
             "line-solid-angle",
             "line-solid-angle:3+point-bsdf[mis=smooth]",
+            "line-solid-angle[orientation=fixed:0.5]+point-bsdf:3",
             "line-area[pieces=one]",
         ];
         for text in texts {

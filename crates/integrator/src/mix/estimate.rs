@@ -1,15 +1,16 @@
 //! The estimate of a mix at one shading point and light.
 
-use super::strand::{Kind, Lines, Seen, Strand};
+use super::strand::{Kind, Lines, Seen, Strand, through};
 use super::{MOST_TECHNIQUES, Mix, MixHeuristic, Pieces, Smoothing};
 use crate::pair::Pair;
 use crate::points::{meets, unshadowed};
 use crate::{PlanCounters, SegmentCounters, ShadingPoint, Workspace};
-use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
+use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
 use linelit_mis::smoothing;
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery, VisibleLines};
+use std::f64::consts::FRAC_PI_2;
 
 /// The buffers of a mix.
 #[derive(Debug, Default)]
@@ -41,9 +42,37 @@ struct Work<'a, 's> {
     point: &'a ShadingPoint,
     shaft: Shaft<'s>,
     visible: &'a mut VisibleLines,
-    smoothing: Option<(Smoothing, f64)>,
+    smoothing: Option<Smooth>,
     plan: &'a mut PlanCounters,
     segments: &'a mut SegmentCounters,
+}
+
+/// What smoothing needs to know of the light.
+struct Smooth {
+    kind: Smoothing,
+    width: f64,
+    light: ConvexPolygon,
+}
+
+impl Smooth {
+    fn new(kind: Smoothing, light: ConvexPolygon) -> Self {
+        Self {
+            kind,
+            width: 0.5 * smaller_side(&light),
+            light,
+        }
+    }
+
+    /// The factor for the borders of the light: eq. 23 with all edges in place of u and v.
+    fn border(&self, point: DVec3) -> f64 {
+        let vertices = self.light.vertices();
+        let next = vertices.iter().cycle().skip(1);
+        let factor = |(a, b): (&DVec3, &DVec3)| {
+            let inwards = self.light.normal().cross((*b - *a).normalize_or_zero());
+            smoothing::edge(inwards.dot(point - *a), self.width)
+        };
+        vertices.iter().zip(next).map(factor).product()
+    }
 }
 
 impl Pair<'_> {
@@ -73,7 +102,7 @@ impl Pair<'_> {
             shaft: self.occluders.shaft(query, scratch),
             visible,
             smoothing: match mix.heuristic() {
-                MixHeuristic::Smooth(kind) => Some((kind, 0.5 * smaller_side(&lit))),
+                MixHeuristic::Smooth(kind) => Some(Smooth::new(kind, lit)),
                 MixHeuristic::Classic(_) => None,
             },
             plan,
@@ -101,6 +130,7 @@ impl Pair<'_> {
         );
         self.draw(&mut work, buffers);
         work.densities(buffers);
+        work.smooth_across(buffers);
         work.sum(mix, buffers)
     }
 
@@ -171,7 +201,10 @@ impl Work<'_, '_> {
             seen,
             value,
             densities,
-            smooth: 1.0,
+            smooth: match &self.smoothing {
+                Some(smooth) => smooth.border(seen.point),
+                None => 1.0,
+            },
         })
     }
 
@@ -276,16 +309,47 @@ impl Work<'_, '_> {
         }
     }
 
-    /// The smoothing factor of points along one line direction: 1 unless asked for.
+    /// Where all lines have one direction, smooths along the other, too: one more line through each
+    /// sample.
+    fn smooth_across(&mut self, buffers: &mut MixBuffers) {
+        let MixBuffers {
+            strands,
+            segments,
+            samples,
+            ..
+        } = buffers;
+        let lines = |s: &Strand| match &s.kind {
+            Kind::Line(lines, _) => Some(lines.direction()),
+            _ => None,
+        };
+        let mut directions = strands.iter().filter_map(lines);
+        let (Some(smooth), Some(first), None) =
+            (&self.smoothing, directions.next(), directions.next())
+        else {
+            return;
+        };
+        let along = smooth.light.plane_frame().axes;
+        let angle = along.y.dot(first).atan2(along.x.dot(first)) + FRAC_PI_2;
+        let across = ParallelLines::new(&smooth.light, angle);
+        segments.clear();
+        segments.extend(samples.iter().map(|s| through(&across, s.seen.point)));
+        self.shaft.visible(segments, self.visible);
+        self.plan.density_lines += segments.len() as u64;
+        for (i, sample) in samples.iter_mut().enumerate() {
+            sample.smooth *= self.smooth_factor(&sample.seen, &segments[i], self.visible.line(i));
+        }
+    }
+
+    /// The smoothing factor of points at the ends of visible parts, along one line direction: 1
+    /// unless asked for.
     fn smooth_factor(&self, seen: &Seen, line: &Segment, parts: &[Interval]) -> f64 {
-        let Some((kind, width)) = self.smoothing else {
+        let Some(Smooth { kind, width, .. }) = &self.smoothing else {
             return 1.0;
         };
         let (t, length) = (parameter(line, seen.point), line.length());
         let Some(k) = piece_of(t, parts) else {
             return 1.0;
         };
-        let border = smoothing::border(t * length, 0.0, length, width);
         let part = parts[k];
         let before = k.checked_sub(1).map_or(0.0, |j| parts[j].hi);
         let after = parts.get(k + 1).map_or(1.0, |p| p.lo);
@@ -295,7 +359,7 @@ impl Work<'_, '_> {
         };
         let (lo, hi) = (part.lo * length, part.hi * length);
         let gaps = (gap(part.lo - before), gap(after - part.hi));
-        border * smoothing::visible_interval(t * length, lo, hi, gaps.0, gaps.1, width)
+        smoothing::visible_interval(t * length, lo, hi, gaps.0, gaps.1, *width)
     }
 
     /// The weighted sum.

@@ -125,6 +125,13 @@ impl Strand {
     }
 }
 
+/// The line of a family through a point of the light.
+pub(super) fn through(lines: &ParallelLines, point: DVec3) -> Segment {
+    let (a, b) = lines.range();
+    let (offset, _) = lines.coordinates(point);
+    lines.segment(offset.clamp(a, b)).unwrap_or_default()
+}
+
 /// Gives whole numbers of samples with the expected means: systematic rounding of the running sum.
 fn allot(strands: &mut [Strand], u: f64) {
     let (mut sum, mut given) = (u, 0.0);
@@ -203,10 +210,12 @@ impl Lines {
 
     /// The line through a point of the light.
     pub(super) fn through(&self, point: DVec3) -> Segment {
-        let lines = self.parallel();
-        let (a, b) = lines.range();
-        let (offset, _) = lines.coordinates(point);
-        lines.segment(offset.clamp(a, b)).unwrap_or_default()
+        through(self.parallel(), point)
+    }
+
+    /// The unit direction of the lines.
+    pub(super) fn direction(&self) -> DVec3 {
+        self.parallel().direction()
     }
 
     /// The joint density per solid angle at a point whose line has these visible parts.

@@ -67,9 +67,20 @@ pub(super) fn strips() -> Files {
         let left = f64::from(k) - 2.5;
         let mut strip = Mesh::default();
         strip.fan(&facing_up([left + 0.02, -2.5], [left + 0.98, 2.6], 0.0));
-        let _ = write!(world, "{}", plastic([0.25, 0.28, 0.32], 0.6, alpha, &strip));
+        // One lobe: the choice between two is a step in the random numbers, which would be seen in
+        // the order of convergence.
+        let _ = write!(world, "{}", plastic([0.0; 3], 0.6, alpha, &strip));
         let mut post = Mesh::default();
-        post.cuboid([left + 0.35, 0.0, 0.3], [left + 0.65, 0.75, 0.4], 0.0);
+        let (x, y) = (left + 0.5, 0.42);
+        let (sin, cos) = (0.3 + 0.17 * f64::from(k)).sin_cos();
+        let corner = |a: f64, b: f64| [x + cos * a - sin * b, y + sin * a + cos * b, 0.35];
+        // No edge along the light's.
+        post.fan(&[
+            corner(-0.15, -0.36),
+            corner(-0.15, 0.36),
+            corner(0.15, 0.36),
+            corner(0.15, -0.36),
+        ]);
         let _ = write!(world, "{}", diffuse([0.55, 0.4, 0.25], &post));
     }
     // Faces the camera, −z.
