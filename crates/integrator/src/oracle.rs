@@ -1,7 +1,7 @@
 //! The slow way, to judge the fast one by.
 
 use crate::lines::{self, Along, Draws, Streams};
-use crate::{LineOptions, Renderer, ShadingPoint};
+use crate::{LineOptions, Renderer, ShadingPoint, closed_form};
 use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
@@ -10,7 +10,7 @@ use linelit_visibility::brute;
 impl Renderer<'_> {
     /// The direct light of all area lights by `count` stratified lines each, whose visible parts
     /// are found in `f64` by asking every triangle of the scene: no hierarchy, no kernels, no
-    /// skips. For tests and for judging other renderers' images.
+    /// skips; where the material has a closed form along a line by that, else by a point of each. For tests and for judging other renderers' images.
     #[must_use]
     pub fn brute_force(
         &self,
@@ -22,6 +22,11 @@ impl Renderer<'_> {
         let scene = self.scene();
         let mut sum = DVec3::ZERO;
         let mut draws = Draws::default();
+        let along = if closed_form::has_closed_form(&point.bsdf) {
+            Along::Analytic
+        } else {
+            Along::Point
+        };
         for light in self.plan().lights() {
             let Light::Area(area) = &light.light else {
                 continue;
@@ -32,7 +37,7 @@ impl Renderer<'_> {
                     light.index,
                     count,
                 ),
-                two_dimensional: false,
+                two_dimensional: along == Along::Point,
                 orientations: &Sampler::new(SamplerKind::Independent, seed),
                 key: (pixel, light.index),
                 count,
@@ -46,7 +51,7 @@ impl Renderer<'_> {
                     brute::visible(positions, triangles, point.position, line, &light.triangles)
                 })
                 .collect();
-            let gathered = lines::gather(area, point, Along::Analytic, &draws, |i| &parts[i]);
+            let gathered = lines::gather(area, point, along, &draws, |i| &parts[i]);
             sum += gathered.sum / f64::from(count);
         }
         sum

@@ -183,6 +183,21 @@ impl<'s> Renderer<'s> {
         self.shading_point_at(pixel, [0.5, 0.5], workspace)
     }
 
+    /// The material (an index into the scene's) that the ray through the centre of a pixel meets.
+    #[must_use]
+    pub fn material_at(&self, pixel: [u32; 2], workspace: &mut Workspace) -> Option<u32> {
+        let [x, y] = pixel.map(f64::from);
+        let camera = self.scene.camera.ray(x + 0.5, y + 0.5);
+        let ray = Ray {
+            origin: camera.origin,
+            direction: camera.direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
+        Some(self.scene.material_of(hit.triangle))
+    }
+
     fn shading_point_at(
         &self,
         pixel: [u32; 2],

@@ -127,6 +127,17 @@ impl Scene {
         }
     }
 
+    /// Whether a material, or a part of a mixture, has images: as a value, as relief or as normals.
+    pub fn has_images(&self, material: u32) -> bool {
+        let material = &self.materials[material as usize];
+        let mut found = false;
+        material.for_each_image(&mut |_| found = true);
+        // The parts of a mixture have smaller indices, so this ends.
+        found
+            || matches!(&material.kind, MaterialKind::Mix { materials, .. }
+                if materials.iter().any(|m| self.has_images(*m)))
+    }
+
     /// The corners of the smallest box that holds all triangles and linear lights; `None` if there
     /// are none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {

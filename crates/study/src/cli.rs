@@ -203,6 +203,12 @@ pub struct CheckArgs {
     /// Light samples per shading point and light.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub samples: u32,
+    /// Only the references whose name contains this, such as `kitchen`.
+    #[arg(long, value_name = "NAME")]
+    pub only: Option<String>,
+    /// A folder for a page with ours, theirs and the difference side by side.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Common flags.
     #[command(flatten)]
     pub common: SceneArgs,

@@ -12,6 +12,10 @@ use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
 use linelit_geometry::DVec3;
 use std::sync::Arc;
 
+/// Parts that a mixture may have in all, so that evaluating it stays cheap and each finds its place
+/// among the lobes of a surface.
+const MOST_PARTS: usize = 8;
+
 const MATERIALS: &[&str] = &[
     "coateddiffuse",
     "coatedconductor",
@@ -344,9 +348,13 @@ impl Loader {
         }
         // Evaluating a mixture visits both parts, so nesting must stay shallow.
         let cost: usize = materials.iter().map(|m| self.mix_cost(*m)).sum();
-        if cost > 64 {
+        if cost > MOST_PARTS {
             let message = format!("{} is nested too deeply", params.owner);
-            return Err(params.error(ErrorKind::Limit, message, "more than 64 parts"));
+            return Err(params.error(
+                ErrorKind::Limit,
+                message,
+                &format!("more than {MOST_PARTS} parts"),
+            ));
         }
         Ok(MaterialKind::Mix { materials, amount })
     }
