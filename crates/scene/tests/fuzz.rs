@@ -10,6 +10,7 @@ use proptest::prelude::*;
 const PBRT: &str = include_str!("seeds/everything.pbrt");
 const OBJ: &str = include_str!("seeds/everything.obj");
 const GLTF: &str = include_str!("seeds/everything.gltf");
+const GLTF_CORNERS: &str = include_str!("seeds/corners.gltf");
 const PLY_ASCII: &str = "ply\nformat ascii 1.0\ncomment x\nelement vertex 5\nproperty float x\nproperty float y\n\
     property double z\nproperty list uchar int extra\nelement face 2\nproperty list uchar int vertex_indices\n\
     property uchar flag\nend_header\n0 0 0 0\n1 0 0 1 7\n1 1 0 0\n0 1 0 0\n.5 2 0 0\n3 0 1 2 9\n5 0 1 2 4 3 9\n";
@@ -75,6 +76,7 @@ fn seeds() -> Vec<(Format, Vec<u8>)> {
     ];
     if cfg!(feature = "gltf") {
         seeds.push((Format::Gltf, GLTF.as_bytes().to_vec()));
+        seeds.push((Format::Gltf, GLTF_CORNERS.as_bytes().to_vec()));
         seeds.push((Format::Gltf, glb()));
     }
     seeds
@@ -219,5 +221,12 @@ fn a_million_mutated_files_are_handled() {
         let start = std::time::Instant::now();
         attempt(format, &bytes);
         assert!(start.elapsed().as_secs() < 5, "a hang");
+    }
+    // The high-water mark of the whole, where the system tells.
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mark = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    if let Some(mark) = mark.and_then(|m| m.split_ascii_whitespace().next()) {
+        let kib: u64 = mark.parse().unwrap();
+        assert!(kib < 1 << 20, "{kib} KiB");
     }
 }

@@ -424,3 +424,27 @@ fn both_versions_of_one_scene_are_the_same() {
     let kd = |s: &Scene| s.diffuse_reflectance(s.material_of(0), DVec2::ZERO);
     assert_eq!(kd(&a), kd(&b));
 }
+
+#[test]
+fn imports_keep_their_state_and_includes_do_not() {
+    let dir = std::env::temp_dir().join(format!("linelit-import-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).unwrap();
+    let part = "Translate 5 0 0 MakeNamedMaterial \"m\" \"string type\" \"diffuse\" \"rgb reflectance\" [ 0.25 0.5 1 ]";
+    std::fs::write(dir.join("part.pbrt"), part).unwrap();
+    for (word, x) in [("Include", 5.0), ("Import", 0.0)] {
+        let text = format!(
+            "Camera \"perspective\" WorldBegin {word} \"part.pbrt\" NamedMaterial \"m\"
+             Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]"
+        );
+        let main = dir.join("main.pbrt");
+        std::fs::write(&main, text).unwrap();
+        let loaded = linelit_scene::Scene::load(&main, &linelit_scene::LoadOptions::default());
+        let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
+        assert_eq!(scene.corners(0)[0].x.to_bits(), f64::to_bits(x), "{word}");
+        // Names are for everyone.
+        let uv = linelit_geometry::DVec2::ZERO;
+        let kd = scene.diffuse_reflectance(scene.material_of(0), uv);
+        assert_eq!(kd, linelit_geometry::DVec3::new(0.25, 0.5, 1.0), "{word}");
+    }
+    std::fs::remove_dir_all(&dir).unwrap();
+}

@@ -288,3 +288,39 @@ fn finish(
     materials.insert(draft.name, (index, emission));
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load::LoadOptions;
+
+    const SEED: &str = "newmtl a\nKd 0.5 .25 1e-1\nKs 1 1 1\nNs 32\nd 0.5\nmap_Kd -s 2 2 -o .5 0 0 -clamp on no such.tga\n\
+        newmtl b c\nKe 1 2 3\nmap_Ke x.png\nnorm y.png\nTr 0\nillum 2\nKd spectral f.rfl\nbump -bm 2 z.png\n";
+
+    fn attempt(bytes: &[u8]) -> Result<usize> {
+        let mut base = Assembly::new(None, bytes.len(), &LoadOptions::default());
+        read(&mut base, &Source::new("test.mtl", bytes.to_vec())).map(|m| m.len())
+    }
+
+    #[test]
+    fn libraries_are_read_with_their_warnings() {
+        assert_eq!(attempt(SEED.as_bytes()).unwrap(), 2);
+    }
+
+    #[test]
+    fn broken_libraries_are_errors_or_warnings() {
+        let bytes = SEED.as_bytes();
+        for cut in 0..bytes.len() {
+            let _ = attempt(&bytes[..cut]);
+        }
+        for k in 0..bytes.len() {
+            for value in [0, b' ', b'\n', b'-', b'9', 0xff] {
+                let mut bytes = bytes.to_vec();
+                bytes[k] = value;
+                let _ = attempt(&bytes);
+                bytes.remove(k);
+                let _ = attempt(&bytes);
+            }
+        }
+    }
+}

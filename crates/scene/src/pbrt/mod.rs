@@ -238,7 +238,13 @@ impl Loader {
         let (path, bytes) = self.base.open_unpacked(&name, &at)?;
         self.includes.push(canonical(&path));
         let inner = Source::new(path.display().to_string(), bytes);
+        // What an imported file sets does not reach the file that imports it.
+        let is_import = outer.text(directive.span) == "Import";
+        let saved = is_import.then(|| self.state.clone());
         let result = self.read(&inner);
+        if let Some(saved) = saved {
+            self.state = saved;
+        }
         self.includes.pop();
         result.map_err(|e| e.note(format!("included at {}", outer.short(token.span))))
     }
