@@ -1,6 +1,6 @@
 //! The command line: what can be said, and what the words mean.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
 use std::path::PathBuf;
@@ -36,6 +36,8 @@ pub enum Command {
     CheckReferences(CheckArgs),
     /// Load and render every scene file below a folder; a line per file.
     LoadAll(LoadAllArgs),
+    /// Measure speed: error against time of all ways to direct light.
+    Bench(BenchArgs),
 }
 
 /// Flags that every command that reads a scene takes.
@@ -50,6 +52,38 @@ pub struct SceneArgs {
     /// Print machine-readable results on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `bench`.
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// What to measure.
+    pub what: Bench,
+    /// Scene file, or the name of a built-in scene, in place of all built-in ones.
+    #[arg(long, value_name = "PATH")]
+    pub scene: Option<String>,
+    /// Estimators to measure, separated by commas outside brackets; the last competes with the rest.
+    #[arg(long, value_name = "E,E…")]
+    pub estimators: Option<List<Estimator>>,
+    /// Height of the image whose pixels are measured; it is 4/3 as wide.
+    #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u32).range(3..=512))]
+    pub pixels: u32,
+    /// Times that everything is run, in alternation.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub rounds: u32,
+    /// Treat warnings about a scene as errors.
+    #[arg(long)]
+    pub strict: bool,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The benchmarks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Bench {
+    /// Error against time.
+    EqualTime,
 }
 
 /// `render`.

@@ -19,6 +19,7 @@ fn main() -> ExitCode {
         Command::Convert(args) => commands::convert(args),
         Command::CheckReferences(args) => commands::check_references(args),
         Command::LoadAll(args) => commands::load_all(args),
+        Command::Bench(args) => commands::bench(args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

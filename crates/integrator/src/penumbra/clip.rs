@@ -1,18 +1,18 @@
-//! Which part of a directed edge lies in a convex polygon, seen from just right of the edge.
+//! Directed edges in the light's plane: where they cross, and which part of one is on the light.
 
 use super::orient::{Point, orient};
 
-/// A directed edge; what is of interest lies on its right.
+/// A directed edge; what is of interest lies right next to it on its right.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub from: Point,
     pub to: Point,
 }
 
-/// An end of a part of an edge.
+/// A place on an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
-    /// The place along the edge: 0 at its start, its length squared at its end.
+    /// How far along: 0 at the edge's start, its length squared at its end.
     pub at: f64,
     /// The point itself: the same bits for both edges that cross there.
     pub point: Point,
@@ -25,16 +25,28 @@ pub(crate) struct Span {
     pub hi: End,
 }
 
-/// How an edge's line passes a polygon.
+/// A vertex and how far left of an edge it is.
+type Side = (Point, f64);
+
+/// How two edges meet, each moved to its right by an infinitesimal in turn.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Passing {
-    /// Not through its interior.
-    Beside,
-    /// Along one of its sides, with the polygon on the left: between these corners.
-    Along(Point, Point),
-    /// Through its interior: the part of the edge that is in the polygon, if any, and whether the
-    /// edge's line holds one of the sides, with the polygon on the right.
-    Through(Option<Span>, bool),
+pub(crate) enum Meeting {
+    /// Not at all.
+    Apart,
+    /// On one line.
+    Aligned,
+    /// At a point.
+    Crossing(Crossing),
+}
+
+/// Where two edges cross.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
+    pub point: Point,
+    /// Whether the first, moved, passes the second, and whether it comes to its left.
+    pub first: Option<bool>,
+    /// Whether the second, moved, passes the first, and whether it comes to its left.
+    pub second: Option<bool>,
 }
 
 impl Edge {
@@ -45,103 +57,139 @@ impl Edge {
 
     /// The whole edge.
     pub(crate) fn whole(&self) -> Span {
-        let start = End {
-            at: 0.0,
-            point: self.from,
-        };
+        let (at, point) = (0.0, self.from);
         Span {
-            lo: start,
+            lo: End { at, point },
             hi: self.end_at(self.to),
         }
     }
 
-    fn end_at(&self, point: Point) -> End {
-        let at = self.place(point);
+    /// A point on the edge; what rounding moves beyond its ends is put there.
+    pub(crate) fn end_at(&self, point: Point) -> End {
+        let at = self.place(point).clamp(0.0, self.place(self.to));
         End { at, point }
     }
 
-    /// The part between two points of the edge's line.
-    pub(crate) fn between(&self, a: Point, b: Point) -> Option<Span> {
-        let whole = self.whole();
-        let (a, b) = (self.end_at(a), self.end_at(b));
-        let (a, b) = if a.at <= b.at { (a, b) } else { (b, a) };
-        let lo = if a.at > whole.lo.at { a } else { whole.lo };
-        let hi = if b.at < whole.hi.at { b } else { whole.hi };
-        (lo.at < hi.at).then_some(Span { lo, hi })
+    /// The part that this edge shares with another on the same line that runs the same way.
+    pub(crate) fn shared(&self, other: &Self) -> Option<Span> {
+        let (whole, a, b) = (self.whole(), self.place(other.from), self.place(other.to));
+        let lo = if a > 0.0 {
+            self.end_at(other.from)
+        } else {
+            whole.lo
+        };
+        let hi = if b < whole.hi.at {
+            self.end_at(other.to)
+        } else {
+            whole.hi
+        };
+        (a < b && lo.at < hi.at).then_some(Span { lo, hi })
     }
 
     /// The part of the edge, moved to its right by nothing at all, that is inside of a convex
-    /// polygon given counter-clockwise.
+    /// polygon given counter-clockwise; none if it lies along one of the polygon's sides.
     ///
-    /// Every decision is that of exact arithmetic on the given coordinates. Points on the edge's
-    /// line count as left of it, so that a polygon that touches the edge from the right contains
-    /// the moved edge and one that touches it from the left does not.
-    #[inline]
-    pub(crate) fn pass(&self, polygon: &[Point]) -> Passing {
+    /// Every decision is that of exact arithmetic on the given coordinates.
+    pub(crate) fn within(&self, polygon: &[Point]) -> Option<Span> {
         let count = polygon.len();
-        let side = |i: usize| orient(self.from, self.to, polygon[i]);
-        let last = side(count - 1);
-        let mut before = (polygon[count - 1], last);
-        // Where the polygon's boundary crosses the line to its right and back to its left.
+        let side = |i: usize| (polygon[i], orient(self.from, self.to, polygon[i]));
+        let mut before = side(count - 1);
+        // Where the polygon's boundary crosses the line to its right and back to its left; points
+        // on the line count as left.
         let (mut into, mut out) = (None, None);
-        let mut along = None;
-        for (i, &corner) in polygon.iter().enumerate() {
-            let here = if i + 1 == count { last } else { side(i) };
-            if here == 0.0 && before.1 == 0.0 {
-                along = Some((before.0, corner));
+        for i in 0..count {
+            let here = side(i);
+            if here.1 == 0.0 && before.1 == 0.0 {
+                return None;
             }
-            match (before.1 < 0.0, here < 0.0) {
-                (false, true) => into = Some((before, (corner, here))),
-                (true, false) => out = Some((before, (corner, here))),
+            match (before.1 < 0.0, here.1 < 0.0) {
+                (false, true) => into = Some((before, here)),
+                (true, false) => out = Some((before, here)),
                 _ => {}
             }
-            before = (corner, here);
+            before = here;
         }
-        let (Some(into), Some(out)) = (into, out) else {
-            return along.map_or(Passing::Beside, |(a, b)| Passing::Along(a, b));
-        };
-        Passing::Through(self.inside(into, out), along.is_some())
+        self.between(into?, out?)
     }
 
     /// The part between the side that is crossed `into` the polygon and the one `out` of it.
-    fn inside(
-        &self,
-        into: ((Point, f64), (Point, f64)),
-        out: ((Point, f64), (Point, f64)),
-    ) -> Option<Span> {
+    fn between(&self, into: (Side, Side), out: (Side, Side)) -> Option<Span> {
         let whole = self.whole();
         let ((c, side_c), (d, _)) = into;
         let lo = if orient(c, d, self.from) >= 0.0 {
             whole.lo
         } else if orient(c, d, self.to) <= 0.0 {
             return None;
+        } else if side_c == 0.0 {
+            self.end_at(c)
         } else {
-            self.crossing(c, d, side_c == 0.0, c, whole.hi.at)
+            self.end_at(crossing([self.from, self.to], [c, d]))
         };
         let ((c, _), (d, side_d)) = out;
         let hi = if orient(c, d, self.to) >= 0.0 {
             whole.hi
         } else if orient(c, d, self.from) <= 0.0 {
             return None;
+        } else if side_d == 0.0 {
+            self.end_at(d)
         } else {
-            self.crossing(c, d, side_d == 0.0, d, whole.hi.at)
+            self.end_at(crossing([self.from, self.to], [c, d]))
         };
         (lo.at < hi.at).then_some(Span { lo, hi })
     }
 
-    /// Where the edge crosses the side from `c` to `d`: at the corner `left` if that is on the
-    /// edge's line.
-    fn crossing(&self, c: Point, d: Point, on_line: bool, left: Point, length: f64) -> End {
-        let point = if on_line {
-            left
-        } else {
-            crossing([self.from, self.to], [c, d])
-        };
-        End {
-            at: self.place(point).clamp(0.0, length),
-            point,
+    /// How two edges meet: exact decisions, one point for both.
+    ///
+    /// An edge that is moved to its right leaves the corners on its own line on its left. Its ends
+    /// are moved inwards, by more than that: what touches them only is not passed.
+    #[inline]
+    pub(crate) fn meet(&self, other: &Self) -> Meeting {
+        let [c, d] = [other.from, other.to].map(|p| orient(self.from, self.to, p));
+        if (c > 0.0 && d > 0.0) || (c < 0.0 && d < 0.0) {
+            return Meeting::Apart;
         }
+        let [a, b] = [self.from, self.to].map(|p| orient(other.from, other.to, p));
+        if c == 0.0 && d == 0.0 {
+            return Meeting::Aligned;
+        }
+        let first = passes([c, d], [a, b]);
+        let second = passes([a, b], [c, d]);
+        if first.is_none() && second.is_none() {
+            return Meeting::Apart;
+        }
+        let point = if c == 0.0 {
+            other.from
+        } else if d == 0.0 {
+            other.to
+        } else if a == 0.0 {
+            self.from
+        } else if b == 0.0 {
+            self.to
+        } else {
+            crossing([self.from, self.to], [other.from, other.to])
+        };
+        Meeting::Crossing(Crossing {
+            point,
+            first,
+            second,
+        })
     }
+}
+
+/// Whether an edge that is moved to its right passes another, whose ends are at `other` left of it,
+/// and whether it comes to the other's left; its own ends are at `own` left of the other.
+fn passes(other: [f64; 2], own: [f64; 2]) -> Option<bool> {
+    let right = other.map(|side| side < 0.0);
+    if right[0] == right[1] {
+        return None;
+    }
+    // The other comes from the right to the left: this one then goes from its left to its right.
+    let to_left = !right[0];
+    // Moved inwards from an end on the other's line, this one is on the side it goes to from its
+    // first end and on the side it comes from at its last.
+    let starts_left = own[0] > 0.0 || (own[0] == 0.0 && to_left);
+    let ends_left = own[1] > 0.0 || (own[1] == 0.0 && !to_left);
+    (starts_left != ends_left).then_some(to_left)
 }
 
 /// Where two segments that properly cross do so: the same bits whichever comes first and

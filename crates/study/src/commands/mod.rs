@@ -1,5 +1,6 @@
 //! What each command does.
 
+mod bench;
 mod check_references;
 mod converge;
 mod convert;
@@ -8,6 +9,7 @@ mod load_all;
 mod page;
 mod render;
 
+pub use bench::run as bench;
 pub use check_references::run as check_references;
 pub use converge::run as converge;
 pub use convert::run as convert;

@@ -1,6 +1,7 @@
 //! Runs estimators over pixels and trials, and scores them.
 
 mod clock;
+mod equal_time;
 mod gallery;
 pub mod image;
 mod reference;
@@ -9,6 +10,7 @@ mod score;
 mod study;
 
 pub use clock::CpuClock;
+pub use equal_time::{Contest, Curve, Point as ContestPoint, contest};
 pub use gallery::GalleryPicture;
 pub use reference::{Reference, reference};
 pub use run::{Cell, CellRun, Targets, run_cell};
