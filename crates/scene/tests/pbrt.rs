@@ -438,13 +438,13 @@ fn imports_keep_their_state_and_includes_do_not() {
         );
         let main = dir.join("main.pbrt");
         std::fs::write(&main, text).unwrap();
-        let loaded = linelit_scene::Scene::load(&main, &linelit_scene::LoadOptions::default());
+        let loaded = Scene::load(&main, &LoadOptions::default());
         let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
         assert_eq!(scene.corners(0)[0].x.to_bits(), f64::to_bits(x), "{word}");
         // Names are for everyone.
-        let uv = linelit_geometry::DVec2::ZERO;
+        let uv = DVec2::ZERO;
         let kd = scene.diffuse_reflectance(scene.material_of(0), uv);
-        assert_eq!(kd, linelit_geometry::DVec3::new(0.25, 0.5, 1.0), "{word}");
+        assert_eq!(kd, DVec3::new(0.25, 0.5, 1.0), "{word}");
     }
     std::fs::remove_dir_all(&dir).unwrap();
 }

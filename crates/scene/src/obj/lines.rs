@@ -40,6 +40,25 @@ impl<'a> Lines<'a> {
     }
 }
 
+impl<'a> Lines<'a> {
+    /// The statements whose line begins with a keyword, found without taking the others apart.
+    pub(super) fn that_begin_with(
+        source: &'a Source,
+        keyword: &'a [u8],
+    ) -> impl Iterator<Item = Line> {
+        let bytes = source.bytes();
+        let mut at = 0;
+        let starts = bytes.split(|b| *b == b'\n').filter_map(move |line| {
+            let start = at;
+            at += line.len() + 1;
+            line.trim_ascii_start()
+                .starts_with(keyword)
+                .then_some(start)
+        });
+        starts.filter_map(move |at| Self { bytes, at }.next())
+    }
+}
+
 impl Iterator for Lines<'_> {
     type Item = Line;
 

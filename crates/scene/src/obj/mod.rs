@@ -137,6 +137,10 @@ struct Reader {
 impl Reader {
     fn read(&mut self) -> Result<()> {
         let source = Arc::clone(&self.source);
+        // Some files name their library behind the first use of its materials.
+        for line in Lines::that_begin_with(&source, b"mtllib") {
+            self.statement(&source, &line)?;
+        }
         for line in Lines::new(&source) {
             self.statement(&source, &line)?;
         }
@@ -160,27 +164,50 @@ impl Reader {
                 }
             }
             b"vn" => {
-                let n = lines::numbers::<3>(source, keyword, rest)?;
+                let n = self.finite(source, rest, lines::numbers::<3>(source, keyword, rest))?;
                 self.normals.push(DVec3::from_array(n).as_vec3().to_array());
             }
             b"vt" => {
                 // The second coordinate may be left out.
-                let v = if rest.len() < 2 {
-                    0.0
-                } else {
-                    lines::number(source, rest[1])?
-                };
-                let [u] = lines::numbers::<1>(source, keyword, rest)?;
+                let two = lines::numbers::<2>(source, keyword, rest);
+                let one = || lines::numbers::<1>(source, keyword, rest).map(|[u]| [u, 0.0]);
+                let uv = if rest.len() < 2 { one() } else { two };
+                let [u, v] = self.finite(source, rest, uv)?;
                 self.uvs
                     .push(DVec3::new(u, v, 0.0).as_vec3().truncate().to_array());
             }
             b"f" | b"fo" => self.face(source, line.span, rest)?,
             b"l" => self.polyline(source, keyword, rest)?,
             b"usemtl" => self.use_material(source, keyword, line.rest(source))?,
-            b"mtllib" => self.library(source, keyword, &line.rest(source))?,
+            b"mtllib" => self.libraries(source, keyword, line)?,
             _ => self.other(source, keyword)?,
         }
         Ok(())
+    }
+
+    /// The numbers of a normal or a texture coordinate: zeros after a warning where the file has
+    /// what its writer could not compute.
+    fn finite<const N: usize>(
+        &mut self,
+        source: &Source,
+        words: &[Span],
+        numbers: Result<[f64; N]>,
+    ) -> Result<[f64; N]> {
+        // What C libraries print for NaN and infinity: `nan`, `-nan(ind)`, `1.#QNAN`, `inf`.
+        let is_odd = |span: &Span| {
+            let word = source.text(*span).to_ascii_lowercase();
+            ["nan", "#ind", "inf"].iter().any(|odd| word.contains(odd))
+        };
+        match (numbers, words.iter().find(|w| is_odd(w))) {
+            (Err(_), Some(odd)) => {
+                let at = |e: SceneError, label: &str| e.at(source, *odd, label);
+                let message = "normals or texture coordinates that are not finite";
+                self.base
+                    .warn(ErrorKind::OutOfRange, message, "replaced by zeros", &at)?;
+                Ok([0.0; N])
+            }
+            (numbers, _) => numbers,
+        }
     }
 
     fn other(&mut self, source: &Source, keyword: Span) -> Result<()> {
@@ -351,19 +378,26 @@ impl Reader {
         Ok(())
     }
 
-    fn library(
-        &mut self,
-        source: &Source,
-        keyword: Span,
-        (name, span): &(String, Span),
-    ) -> Result<()> {
+    /// `mtllib a.mtl b.mtl` names two libraries, or one whose name holds a blank.
+    fn libraries(&mut self, source: &Source, keyword: Span, line: &Line) -> Result<()> {
+        let (whole, span) = line.rest(source);
+        if line.words.len() > 2 && !self.base.folder.join(&whole).is_file() {
+            for word in &line.words[1..] {
+                self.library(source, *word, &source.text(*word))?;
+            }
+            return Ok(());
+        }
         let place = if span.start == span.end {
             keyword
         } else {
-            *span
+            span
         };
+        self.library(source, place, &whole)
+    }
+
+    fn library(&mut self, source: &Source, place: Span, name: &str) -> Result<()> {
         let at = |e: SceneError, label: &str| e.at(source, place, label);
-        if !self.libraries.insert(name.clone()) {
+        if !self.libraries.insert(name.to_owned()) {
             return Ok(());
         }
         match self.base.open(name, &at) {
