@@ -224,10 +224,6 @@ pub(crate) struct Lines {
     pub(crate) along: [f64; 2],
     pub(crate) blocks: Vec<LineBlock>,
     pub(crate) count: usize,
-    /// First block that may hold a line at or after each of 64 steps of u.
-    first: Vec<u32>,
-    start: f64,
-    step: f64,
 }
 
 impl Lines {
@@ -244,7 +240,6 @@ impl Lines {
             let i = ends.nth(k);
             self.push(ends.u[i], (ends.a[i], ends.b[i]), number(first, i));
         }
-        self.index();
     }
 
     /// Adds a line at `u` whose ends are at `a` and `b`.
@@ -262,44 +257,6 @@ impl Lines {
             block.number[lane] = number;
             block.reversed |= u8::from(b < a) << lane;
         }
-    }
-
-    /// Prepares the look-up of blocks; lines must be in order.
-    pub(crate) fn index(&mut self) {
-        if self.blocks.len() <= 2 {
-            return;
-        }
-        let last = self.blocks[(self.count - 1) / 8].u[(self.count - 1) % 8];
-        self.start = self.blocks[0].u[0];
-        self.step = 64.0 / (last - self.start).max(1e-300);
-        let mut block = 0;
-        self.first.resize(65, 0);
-        for (k, first) in (0_u32..).zip(&mut self.first) {
-            let u = self.start + (f64::from(k) - 1e-6) / self.step;
-            while block + 1 < self.blocks.len() && self.blocks[block].u[7] < u {
-                block += 1;
-            }
-            #[allow(clippy::cast_possible_truncation, reason = "lines are numbered by u32")]
-            {
-                *first = block as u32;
-            }
-        }
-    }
-
-    /// The first block that may hold a line at or after `u`.
-    #[inline(always)]
-    pub(crate) fn first_block(&self, u: f64) -> usize {
-        if self.blocks.len() <= 2 {
-            return 0;
-        }
-        // A float is clamped by the conversion.
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "clamped"
-        )]
-        let step = ((u - self.start) * self.step).clamp(0.0, 64.0) as usize;
-        self.first[step] as usize
     }
 }
 

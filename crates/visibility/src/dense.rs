@@ -297,6 +297,7 @@ fn dense_kernel<S: Simd>(
         counters,
         corners,
         flat,
+        ready,
         lines,
         slots_per_line,
         pieces,
@@ -341,7 +342,7 @@ fn dense_kernel<S: Simd>(
                 // One triangle before all the lines: nothing is visible.
                 return;
             }
-            sweep::sweep_flat(s, flat, lines, slots_per_line);
+            sweep::sweep_flat(s, flat, ready, lines, slots_per_line);
             if flat.count > 0 && covered.record(s, lines, slots_per_line) {
                 return;
             }

@@ -10,7 +10,7 @@ use crate::{
 const ROOM: usize = 23;
 
 /// Up to this many intervals a line are sorted by a network over the lanes.
-const NETWORK: usize = 16;
+const NETWORK: usize = ROOM + 1;
 
 /// Visible pieces shorter than this fraction of their line are rounding errors.
 const LEAST_PIECE: f64 = 1e-14;
@@ -193,27 +193,42 @@ fn finish_block<S: Simd>(
     for &count in &slots.blocks[index].count {
         most = f64::max(most, count);
     }
-    #[allow(clippy::cast_precision_loss, reason = "a small integer")]
-    if most >= NETWORK as f64 || !slots.spilled.is_empty() {
+    if !slots.spilled.is_empty() {
         for lane in 0..8 {
             slots.sort_line(index, lane, (block.run_lo[lane], block.run_hi[lane]));
             sweep_sorted(&slots.sorted, (block.from[lane], block.to[lane]), lane, out);
         }
         return;
     }
-    let slots = &slots.blocks[index];
-    let infinite = s.dsplat(f64::INFINITY);
-    let mut lo = [infinite; NETWORK];
-    let mut hi = [infinite; NETWORK];
-    lo[0] = s.dload(&block.run_lo);
-    hi[0] = s.dload(&block.run_hi);
-    let counts = s.dload(&slots.count);
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a small integer"
     )]
     let used = most as usize + 1;
+    let slots = &slots.blocks[index];
+    match used {
+        0..=4 => finish_few::<S, 4>(s, used, block, slots, out),
+        5..=8 => finish_few::<S, 8>(s, used, block, slots, out),
+        _ => finish_few::<S, NETWORK>(s, used, block, slots, out),
+    }
+}
+
+/// Sorts up to `MOST` intervals a line in lanes and finds what is between them.
+#[inline(always)]
+fn finish_few<S: Simd, const MOST: usize>(
+    s: S,
+    used: usize,
+    block: &LineBlock,
+    slots: &SlotBlock,
+    out: &mut Pieces,
+) {
+    let infinite = s.dsplat(f64::INFINITY);
+    let mut lo = [infinite; MOST];
+    let mut hi = [infinite; MOST];
+    lo[0] = s.dload(&block.run_lo);
+    hi[0] = s.dload(&block.run_hi);
+    let counts = s.dload(&slots.count);
     for k in 1..used {
         #[allow(clippy::cast_precision_loss, reason = "a small integer")]
         let present = s.dle(s.dsplat(k as f64), counts);
@@ -257,19 +272,28 @@ fn emit<S: Simd>(
     out.used += 1;
 }
 
-/// Sorts up to sixteen intervals a lane by their lower ends, by the smallest network that does.
+/// Sorts the intervals of each lane by their lower ends, by the smallest network that does.
 #[inline(always)]
-fn sort_lanes<S: Simd>(s: S, lo: &mut [S::D; NETWORK], hi: &mut [S::D; NETWORK], used: usize) {
-    const TWO: [(usize, usize); 1] = network::<1>(2);
-    const FOUR: [(usize, usize); 5] = network::<5>(4);
-    const EIGHT: [(usize, usize); 19] = network::<19>(8);
-    const SIXTEEN: [(usize, usize); 63] = network::<63>(16);
+fn sort_lanes<S: Simd, const MOST: usize>(
+    s: S,
+    lo: &mut [S::D; MOST],
+    hi: &mut [S::D; MOST],
+    used: usize,
+) {
+    const TWO: [(usize, usize); 1] = network(2);
+    const FOUR: [(usize, usize); 5] = network(4);
+    const EIGHT: [(usize, usize); 19] = network(8);
+    const TWELVE: [(usize, usize); 42] = network(12);
+    const SIXTEEN: [(usize, usize); 63] = network(16);
+    const ALL: [(usize, usize); 132] = network(NETWORK);
     let pairs: &[(usize, usize)] = match used {
         0 | 1 => return,
         2 => &TWO,
         3 | 4 => &FOUR,
         5..=8 => &EIGHT,
-        _ => &SIXTEEN,
+        9..=12 => &TWELVE,
+        13..=16 => &SIXTEEN,
+        _ => &ALL,
     };
     for &(i, j) in pairs {
         let swap = s.dlt(lo[j], lo[i]);
@@ -282,21 +306,23 @@ fn sort_lanes<S: Simd>(s: S, lo: &mut [S::D; NETWORK], hi: &mut [S::D; NETWORK],
     }
 }
 
-/// The pairs that Batcher's odd–even merge sort compares, for `n` a power of two.
+/// The pairs that Batcher's odd–even merge sort compares.
 ///
 /// **Source**: Knuth, The Art of Computer Programming 3, section 5.2.2, algorithm M.
 const fn network<const PAIRS: usize>(n: usize) -> [(usize, usize); PAIRS] {
+    let power = n.next_power_of_two();
     let mut pairs = [(0, 0); PAIRS];
     let mut count = 0;
     let mut p = 1;
-    while p < n {
+    while p < power {
         let mut k = p;
         while k >= 1 {
             let mut i = 0;
+            // What is beyond the end counts as infinite and stays there.
             while i + k < n {
                 // Pairs within a stretch of 2 p, and not across its middle in the later rounds.
-                let odd = (i + n - k % p) / k % 2;
-                if odd == 0 && i >= k % p && i / (2 * p) == (i + k) / (2 * p) {
+                let even = i >= k % p && (i - k % p) / k % 2 == 0;
+                if even && i / (2 * p) == (i + k) / (2 * p) {
                     pairs[count] = (i, i + k);
                     count += 1;
                 }
@@ -369,17 +395,26 @@ pub(crate) fn finish<S: Simd>(
 mod tests {
     use super::network;
 
-    /// A network that sorts every sequence of zeros and ones sorts everything.
+    /// A network that sorts every sequence of zeros and ones sorts everything: here 64 sequences
+    /// at a time, a bit of each number for each.
     fn sorts(n: usize, pairs: &[(usize, usize)]) {
-        for bits in 0..1_u32 << n {
-            let mut values: Vec<u32> = (0..n).map(|i| bits >> i & 1).collect();
+        let patterns: [u64; 6] =
+            std::array::from_fn(|i| (0..64_u64).fold(0, |word, k| word | (k >> i & 1) << k));
+        for rest in 0..1_u64 << n.saturating_sub(6) {
+            let mut values: Vec<u64> = (0..n)
+                .map(|i| match patterns.get(i) {
+                    Some(pattern) => *pattern,
+                    None => (rest >> (i - 6) & 1).wrapping_neg(),
+                })
+                .collect();
             for &(i, j) in pairs {
                 assert!(i < j);
-                if values[j] < values[i] {
-                    values.swap(i, j);
-                }
+                (values[i], values[j]) = (values[i] & values[j], values[i] | values[j]);
             }
-            assert!(values.is_sorted(), "{bits:b}");
+            assert!(
+                values.windows(2).all(|w| w[0] & !w[1] == 0),
+                "{n}, {rest:b}"
+            );
         }
     }
 
@@ -388,6 +423,8 @@ mod tests {
         sorts(2, &network::<1>(2));
         sorts(4, &network::<5>(4));
         sorts(8, &network::<19>(8));
+        sorts(12, &network::<42>(12));
         sorts(16, &network::<63>(16));
+        sorts(24, &network::<132>(24));
     }
 }

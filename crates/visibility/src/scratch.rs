@@ -8,6 +8,7 @@ use crate::{
     merge::{Pieces, Slots},
     node::Child,
     project::{Corners, FlatTriangles},
+    sweep::ReadyBlock,
 };
 
 /// Working memory and work counters of one thread's queries.
@@ -25,6 +26,8 @@ pub struct Scratch {
     pub(crate) corners: Box<Corners>,
     /// Their images on the light's plane.
     pub(crate) flat: FlatTriangles,
+    /// The same for lines of one direction.
+    pub(crate) ready: Vec<ReadyBlock>,
     /// The lines of one direction.
     pub(crate) lines: Lines,
     /// What is hidden of each.

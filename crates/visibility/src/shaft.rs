@@ -261,7 +261,6 @@ impl Shaft<'_> {
                 let stretch = (to_q(ends.a[i]), to_q(ends.b[i]));
                 lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
             }
-            lines.index();
             let corners = frame.corners_in_space(along, [across.0, low], [across.1, high]);
             let bounds = ShaftBounds::new(self.occluders, point, &corners, &around, self.exclude);
             dense::dense(

@@ -8,7 +8,7 @@
 
 use crate::{
     Scratch, VisibleLines,
-    block::Lines,
+    block::{LineBlock, Lines},
     dispatch::dispatch,
     merge::{self, Slots},
     project::{FlatBlock, FlatTriangles},
@@ -76,16 +76,16 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlo
 pub(crate) fn sweep_flat<S: Simd>(
     s: S,
     flat: &FlatTriangles,
+    ready: &mut Vec<ReadyBlock>,
     lines: &mut Lines,
     slots: &mut Slots,
 ) {
-    let mut left = flat.count;
+    ready.clear();
     for block in flat.blocks() {
-        let ready = ready_eight(s, &block, lines.along);
-        for lane in 0..left.min(8) {
-            sweep_one(s, &ready, lane, lines, slots);
-        }
-        left = left.saturating_sub(8);
+        ready.push(ready_eight(s, &block, lines.along));
+    }
+    for (index, block) in lines.blocks.iter_mut().enumerate() {
+        sweep_block(s, ready, flat.count, index, block, slots);
     }
 }
 
@@ -94,72 +94,80 @@ pub(crate) fn sweep_flat<S: Simd>(
 fn sweep_kernel<S: Simd>(s: S, scratch: &mut Scratch, out: &mut VisibleLines) {
     let Scratch {
         flat,
+        ready,
         lines,
         slots_per_line,
         pieces,
         ..
     } = scratch;
     slots_per_line.reset(lines.count);
-    sweep_flat(s, flat, lines, slots_per_line);
+    sweep_flat(s, flat, ready, lines, slots_per_line);
     merge::finish(s, lines, slots_per_line, pieces, out);
 }
 
-/// One triangle against all lines.
+/// All triangles against the lines of a block: what is known of the lines stays in registers.
 #[inline(always)]
-fn sweep_one<S: Simd>(s: S, ready: &ReadyBlock, lane: usize, lines: &mut Lines, slots: &mut Slots) {
-    let (first_u, last_u) = (ready[0][lane], ready[2][lane]);
-    let u0 = s.dsplat(first_u);
-    let u2 = s.dsplat(last_u);
-    let first = lines.first_block(first_u);
-    for (index, block) in lines.blocks.iter_mut().enumerate().skip(first) {
-        if block.u[0] >= last_u {
-            break;
-        }
-        let u = s.dload(&block.u);
-        let crossed = s.and(s.dle(u0, u), s.dlt(u, u2));
-        if s.bits(crossed) == 0 {
-            continue;
-        }
-        let u1 = s.dsplat(ready[1][lane]);
-        let from_first = s.dsub(u, u0);
-        let v0 = s.dsplat(ready[3][lane]);
-        let long = s.dadd(v0, s.dmul(s.dsplat(ready[6][lane]), from_first));
-        let before = s.dadd(v0, s.dmul(s.dsplat(ready[5][lane]), from_first));
-        let after = s.dadd(
-            s.dsplat(ready[4][lane]),
-            s.dmul(s.dsplat(ready[7][lane]), s.dsub(u, u1)),
-        );
-        let short = s.select(s.dlt(u, u1), after, before);
-        let lo = s.dmin(long, short);
-        let hi = s.dmax(long, short);
-        // Only what is on the line itself.
-        let on_line = s.and(
-            s.dlt(lo, s.dload(&block.to)),
-            s.dlt(s.dload(&block.from), hi),
-        );
-        let hit = s.and(crossed, on_line);
-        let run_lo = s.dload(&block.run_lo);
-        let run_hi = s.dload(&block.run_hi);
-        let touches = s.and(s.dle(lo, run_hi), s.dle(run_lo, hi));
-        let joins = s.and(hit, s.or(touches, s.dlt(run_hi, run_lo)));
-        let apart = s.and(hit, s.not(joins));
-        // Where it joins: the union; where it lies apart: it replaces the run, which is kept.
-        let lower = s.select(joins, run_lo, s.dmin(lo, run_lo));
-        let upper = s.select(joins, run_hi, s.dmax(hi, run_hi));
-        s.dstore(s.select(apart, lower, lo), &mut block.run_lo);
-        s.dstore(s.select(apart, upper, hi), &mut block.run_hi);
-        let mut apart = s.bits(apart);
-        if apart != 0 {
-            let (mut los, mut his) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
-            s.dstore(run_lo, &mut los);
-            s.dstore(run_hi, &mut his);
-            while apart != 0 {
-                let i = apart.trailing_zeros() as usize;
-                apart &= apart - 1;
-                slots.push(index, i, los[i], his[i]);
+fn sweep_block<S: Simd>(
+    s: S,
+    ready: &[ReadyBlock],
+    count: usize,
+    index: usize,
+    block: &mut LineBlock,
+    slots: &mut Slots,
+) {
+    let u = s.dload(&block.u);
+    let (from, to) = (s.dload(&block.from), s.dload(&block.to));
+    let mut run_lo = s.dload(&block.run_lo);
+    let mut run_hi = s.dload(&block.run_hi);
+    let (first, last) = (s.dsplat(block.u[0]), s.dsplat(block.u[7]));
+    for (k, t) in ready.iter().enumerate() {
+        let before = s.dle(s.dload(&t[0]), last);
+        let beyond = s.dlt(first, s.dload(&t[2]));
+        let mut near = s.bits(s.and(before, beyond)) & (0xff_u8 >> (8 - (count - 8 * k).min(8)));
+        while near != 0 {
+            let lane = near.trailing_zeros() as usize;
+            near &= near - 1;
+            let u0 = s.dsplat(t[0][lane]);
+            let u1 = s.dsplat(t[1][lane]);
+            let crossed = s.and(s.dle(u0, u), s.dlt(u, s.dsplat(t[2][lane])));
+            let from_first = s.dsub(u, u0);
+            let v0 = s.dsplat(t[3][lane]);
+            let long = s.dadd(v0, s.dmul(s.dsplat(t[6][lane]), from_first));
+            let rising = s.dadd(v0, s.dmul(s.dsplat(t[5][lane]), from_first));
+            let falling = s.dadd(
+                s.dsplat(t[4][lane]),
+                s.dmul(s.dsplat(t[7][lane]), s.dsub(u, u1)),
+            );
+            let short = s.select(s.dlt(u, u1), falling, rising);
+            let lo = s.dmin(long, short);
+            let hi = s.dmax(long, short);
+            // Only what is on the line itself.
+            let on_line = s.and(s.dlt(lo, to), s.dlt(from, hi));
+            let hit = s.and(crossed, on_line);
+            let touches = s.and(s.dle(lo, run_hi), s.dle(run_lo, hi));
+            let joins = s.and(hit, s.or(touches, s.dlt(run_hi, run_lo)));
+            let apart = s.and(hit, s.not(joins));
+            let (old_lo, old_hi) = (run_lo, run_hi);
+            // Where it joins: the union; where it lies apart: it replaces the run, which is kept.
+            run_lo = s.select(joins, run_lo, s.dmin(lo, run_lo));
+            run_hi = s.select(joins, run_hi, s.dmax(hi, run_hi));
+            run_lo = s.select(apart, run_lo, lo);
+            run_hi = s.select(apart, run_hi, hi);
+            let mut apart = s.bits(apart);
+            if apart != 0 {
+                let (mut los, mut his) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
+                s.dstore(old_lo, &mut los);
+                s.dstore(old_hi, &mut his);
+                while apart != 0 {
+                    let i = apart.trailing_zeros() as usize;
+                    apart &= apart - 1;
+                    slots.push(index, i, los[i], his[i]);
+                }
             }
         }
     }
+    s.dstore(run_lo, &mut block.run_lo);
+    s.dstore(run_hi, &mut block.run_hi);
 }
 
 /// Whether a point of the (p, q) plane is inside one of the images; edges and corners are.
