@@ -323,7 +323,7 @@ impl Material {
         }
     }
 
-    /// Whether the estimators draw all of the material, rather than its diffuse part only. Of a
+    /// Whether the estimators draw all of the material: no coat is missing, nor light from behind. Of a
     /// mixture, its parts say so themselves.
     pub fn is_drawn_in_full(&self) -> bool {
         match &self.kind {

@@ -104,8 +104,13 @@ impl Loader {
             normal_map,
         };
         if !material.is_drawn_in_full() {
-            let message = format!("material `{kind}` is drawn with its diffuse part only");
-            self.warn_at(params, ErrorKind::Unsupported, message, "for now")?;
+            let message = format!("material `{kind}` is drawn in part");
+            self.warn_at(
+                params,
+                ErrorKind::Unsupported,
+                message,
+                "without its coat or what shines through it",
+            )?;
         }
         Ok(Some(self.base.builder.add_material(material)))
     }
