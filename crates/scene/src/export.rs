@@ -3,7 +3,7 @@
 use crate::camera::Projection;
 use crate::film::FilterKind;
 use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
-use crate::scene::{Mesh, Scene};
+use crate::scene::{EmissiveSphere, Mesh, Scene};
 use crate::texture::{ImageTexture, Texture, Wrap};
 use linelit_geometry::DVec3;
 use linelit_lights::{Emission, Light, LinearLight};
@@ -527,6 +527,10 @@ impl Writer<'_> {
 
     /// A mesh, each of its lights a shape of its own.
     fn mesh(&mut self, mesh: &Mesh) -> fmt::Result {
+        let mut spheres = self.scene.spheres.iter();
+        if let Some(sphere) = spheres.find(|s| s.triangles == mesh.triangles) {
+            return self.sphere(mesh, sphere);
+        }
         writeln!(
             self.text,
             "AttributeBegin\nNamedMaterial \"m{}\"",
@@ -560,6 +564,33 @@ impl Writer<'_> {
         writeln!(self.text, "AttributeEnd")
     }
 
+    /// An emissive sphere: itself, or with extensions its facets and what they stand for.
+    fn sphere(&mut self, mesh: &Mesh, sphere: &EmissiveSphere) -> fmt::Result {
+        writeln!(
+            self.text,
+            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+            mesh.material,
+            Triple(sphere.emission.radiance),
+            sphere.emission.two_sided
+        )?;
+        if self.options.extensions {
+            let sign = if sphere.inward { -1.0 } else { 1.0 };
+            self.shape(mesh, mesh.triangles.start, mesh.triangles.end)?;
+            let (centre, radius) = (Triple(sphere.center), sign * sphere.radius);
+            writeln!(self.text, " \"float sphere\" [ {centre} {radius} ]")?;
+        } else {
+            if sphere.inward {
+                writeln!(self.text, "ReverseOrientation")?;
+            }
+            let (centre, radius) = (Triple(sphere.center), sphere.radius);
+            writeln!(
+                self.text,
+                "Translate {centre} Shape \"sphere\" \"float radius\" [ {radius} ]"
+            )?;
+        }
+        writeln!(self.text, "AttributeEnd")
+    }
+
     fn emission(&self, light: u32) -> Emission {
         match &self.scene.lights[light as usize].light {
             Light::Area(area) => area.emission,
@@ -568,6 +599,12 @@ impl Writer<'_> {
     }
 
     fn triangles(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
+        self.shape(mesh, start, end)?;
+        writeln!(self.text)
+    }
+
+    /// A shape of some triangles, without the end of its line.
+    fn shape(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
         let scene = self.scene;
         let mut numbers: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
         let mut vertices = Vec::new();
@@ -600,6 +637,6 @@ impl Writer<'_> {
                 write!(self.text, " {u} {v}")?;
             }
         }
-        writeln!(self.text, " ]")
+        write!(self.text, " ]")
     }
 }

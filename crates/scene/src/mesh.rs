@@ -21,8 +21,8 @@ pub(crate) struct MeshData {
     pub(crate) uvs: Vec<[f32; 2]>,
     /// The triangles are one shape to pbrt, so that `power` goes to all of them together.
     pub(crate) one_shape: bool,
-    /// Radius of the sphere around the origin that the triangles stand for.
-    pub(crate) sphere: Option<f64>,
+    /// Centre and radius of the sphere that the triangles stand for.
+    pub(crate) sphere: Option<(DVec3, f64)>,
 }
 
 /// How a mesh stands in the world.
@@ -165,8 +165,8 @@ impl Builder {
         });
         if let Some(emission) = &place.emission {
             added.lights = self.add_lights(first, emission, mesh.one_shape)?;
-            if let Some(radius) = mesh.sphere {
-                self.note_sphere(first, added.lights, radius, place, emission);
+            if let Some(sphere) = mesh.sphere {
+                self.note_sphere(first, added.lights, sphere, place, emission);
             }
         }
         Ok(added)
@@ -314,7 +314,7 @@ impl Builder {
         &mut self,
         first: usize,
         lights: usize,
-        radius: f64,
+        (center, radius): (DVec3, f64),
         place: &Placement,
         spec: &EmissionSpec,
     ) {
@@ -327,19 +327,23 @@ impl Builder {
             return;
         }
         let radius = radius * scale;
+        let center = place.to_world.transform_point3(center);
+        if radius == 0.0 || !radius.is_finite() || !center.is_finite() {
+            return;
+        }
         let sides = if spec.two_sided { 2.0 } else { 1.0 };
         let area = 4.0 * std::f64::consts::PI * radius * radius;
         let factor = spec
             .power
             .map_or(1.0, |p| p / (std::f64::consts::PI * area * sides));
         self.spheres.push(EmissiveSphere {
-            center: place.to_world.translation,
-            radius,
+            center,
+            radius: radius.abs(),
             emission: Emission {
                 radiance: spec.radiance * factor,
                 two_sided: spec.two_sided,
             },
-            inward: place.reverse,
+            inward: place.reverse != (radius < 0.0),
             lights: index(self.lights.len() - lights)..index(self.lights.len()),
             triangles: index(first)..index(self.triangles.len()),
         });

@@ -185,6 +185,11 @@ impl Loader {
         };
         mesh.triangles = corners.as_chunks::<3>().0.to_vec();
         self.attributes(params, &mut mesh)?;
+        // Ours, for emissive spheres that were written as their facets: a negative radius is one
+        // that emits inwards.
+        if let Some([x, y, z, radius]) = params.fixed::<4>("sphere", &[Type::Float])? {
+            mesh.sphere = Some((DVec3::new(x, y, z), radius));
+        }
         Ok(mesh)
     }
 
@@ -332,7 +337,8 @@ impl Loader {
                 let b = clamp(params.float_or("zmax", radius)?);
                 let mut mesh = tessellate::sphere(radius, a.min(b), a.max(b), phi, steps);
                 let whole = a.min(b) <= -radius && a.max(b) >= radius;
-                mesh.sphere = (whole && phi >= std::f64::consts::TAU).then_some(radius);
+                let closed = whole && phi >= std::f64::consts::TAU;
+                mesh.sphere = closed.then_some((DVec3::ZERO, radius));
                 mesh
             }
         };

@@ -37,13 +37,15 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     scene.write_pbrt(&mut file, &options).with_context(failed)?;
     file.flush().with_context(failed)?;
     images.write()?;
-    if !args.extensions {
-        say_what_is_lost(&scene);
-    }
+    say_what_is_lost(&scene, args.extensions);
     Ok(())
 }
 
-fn say_what_is_lost(scene: &Scene) {
+fn say_what_is_lost(scene: &Scene, extensions: bool) {
+    let maps = scene.lights.iter().filter(|l| l.map.is_some()).count();
+    if maps > 0 {
+        eprintln!("warning: the textured emission of {maps} lights is written as its means");
+    }
     let is_line = |light: &&Light| matches!(light, Light::Linear(_));
     let lines = scene
         .lights
@@ -51,7 +53,7 @@ fn say_what_is_lost(scene: &Scene) {
         .map(|l| &l.light)
         .filter(is_line)
         .count();
-    if lines > 0 {
+    if lines > 0 && !extensions {
         eprintln!(
             "warning: pbrt-v4 has no linear lights: {lines} are written as comments (--extensions writes them for linelit)"
         );

@@ -8,7 +8,7 @@ use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_integrator::{Plan, Renderer, Settings};
 use linelit_lights::Light;
-use linelit_scene::{Loaded, Scene, SceneLight};
+use linelit_scene::{Loaded, Projection, Scene, SceneLight};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -122,7 +122,7 @@ fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -
         texture_bytes: scene.texture_memory(),
         lights,
         materials,
-        camera: format!("{:?}", scene.camera.projection),
+        camera: camera(&scene.camera.projection),
         resolution,
         plan,
         warnings: loaded
@@ -130,6 +130,17 @@ fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -
             .iter()
             .map(|w| w.message().to_owned())
             .collect(),
+    }
+}
+
+fn camera(projection: &Projection) -> String {
+    match projection {
+        Projection::Perspective { fov_degrees } => {
+            format!("perspective, {fov_degrees:.4} degrees over the shorter side")
+        }
+        Projection::Orthographic => "orthographic".to_owned(),
+        Projection::Spherical { .. } => "spherical".to_owned(),
+        other => format!("{other:?}"),
     }
 }
 
