@@ -115,6 +115,8 @@ fn sparse_accessors_replace_zeros_or_values() {
     // Three corners at the origin: no triangle has area.
     let loaded = load(&text(&zeros));
     assert!(loaded.scene.triangles.is_empty() && has_warning(&loaded, "without area"));
+    let none = zeros.replace(sparse, "\"name\": \"nothing\"");
+    assert!(has_warning(&load(&text(&none)), "its numbers are zeros"));
     // No file needs a billion zeros.
     let error = attempt(&text(
         &zeros.replace("\"count\": 4", "\"count\": 1000000000"),

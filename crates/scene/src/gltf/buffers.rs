@@ -139,7 +139,14 @@ impl Buffers {
         let sparse = doc.object(node, "sparse")?;
         let mut values = match view {
             Some(view) => self.dense(doc, base, node, view, layout)?,
-            None => zeros(doc, node, layout, sparse, base.max_triangles)?,
+            None => {
+                if sparse.is_none() {
+                    let at = |e: crate::SceneError, label: &str| e.at(doc.source, node.span, label);
+                    let message = "an accessor without `bufferView`: its numbers are zeros";
+                    base.warn(ErrorKind::Suspicious, message, "has no data", &at)?;
+                }
+                zeros(doc, node, layout, base.max_triangles)?
+            }
         };
         if let Some(sparse) = sparse {
             self.sparse(doc, base, sparse, layout, &mut values)?;
@@ -254,17 +261,7 @@ fn whole(value: f64, count: usize) -> Option<usize> {
 
 /// The elements of an accessor without a view: zeros, which sparse values replace. No file needs
 /// many of them.
-fn zeros(
-    doc: &Document<'_>,
-    node: &Node,
-    layout: Layout,
-    sparse: Option<&Node>,
-    most: usize,
-) -> Result<Vec<f64>> {
-    if sparse.is_none() {
-        let message = "an accessor without `bufferView`: its numbers are missing or compressed";
-        return Err(doc.error(ErrorKind::Unsupported, message, node, "cannot be read"));
-    }
+fn zeros(doc: &Document<'_>, node: &Node, layout: Layout, most: usize) -> Result<Vec<f64>> {
     if layout.count > most.min(MAX_ZEROS) {
         let message = format!("an accessor of {} zeros", layout.count);
         return Err(doc.error(ErrorKind::Limit, message, node, "without any data"));

@@ -2,7 +2,7 @@
 
 use super::buffers::Numbers;
 use super::document::Document;
-use super::json::{Node, Value};
+use super::json::Node;
 use super::{Reader, short};
 use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
@@ -255,9 +255,15 @@ fn refuse_compression(doc: &Document<'_>, node: &Node) -> Result<()> {
     else {
         return Ok(());
     };
-    let required = doc.list("extensionsRequired")?;
-    let is_draco = |n: &Node| matches!(&n.value, Value::String(name) if name == DRACO);
-    if !required.iter().any(is_draco) {
+    // Where the extension is not required, the plain vertices are there as well.
+    let position = match doc.object(node, "attributes")? {
+        Some(attributes) => doc.index(attributes, "POSITION", "accessors")?,
+        None => None,
+    };
+    let accessor = position.map(|index| Ok(&doc.list("accessors")?[index]));
+    if let Some(accessor) = accessor.transpose()?
+        && doc.get(accessor, "bufferView").is_some()
+    {
         return Ok(());
     }
     let message = format!("meshes compressed by `{DRACO}` are not supported");
