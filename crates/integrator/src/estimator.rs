@@ -72,7 +72,7 @@ impl Default for LineOptions {
 }
 
 /// Names without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; 12] = [
+pub const ESTIMATOR_NAMES: [&str; 13] = [
     "point-area",
     "point-visible-area",
     "point-solid-angle",
@@ -81,6 +81,7 @@ pub const ESTIMATOR_NAMES: [&str; 12] = [
     "point-linear",
     "line-area",
     "line-solid-angle",
+    "line-warped",
     "line-projected",
     "line-analytic",
     "exact",
@@ -179,7 +180,7 @@ impl FromStr for Estimator {
 /// options.
 fn is_mix(text: &str) -> bool {
     let name = text.split(['[', ':', '+']).next().unwrap_or_default();
-    let only_in_mixes = ["line-solid-angle", "line-projected"];
+    let only_in_mixes = ["line-solid-angle", "line-warped", "line-projected"];
     let marks = ["mis=", "pieces=", "spread:"];
     // A linear light's two techniques are weighted, too, but they are one estimator.
     let marked = name != "point-linear" && marks.iter().any(|mark| text.contains(mark));

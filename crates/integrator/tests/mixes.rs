@@ -4,7 +4,9 @@ mod common;
 
 use common::{CLUTTER, Case, SQUARE, TRIANGLE, agree_on, load, room, room_text};
 
-const MIXES: [&str; 22] = [
+const MIXES: [&str; 24] = [
+    "line-warped[orientation=fixed:0]",
+    "line-warped+point-bsdf",
     "line-solid-angle",
     "line-solid-angle[pieces=one]",
     "line-solid-angle[orientation=fixed:0]",
@@ -90,4 +92,25 @@ fn glossy_floor_behind_clutter() {
         &room_text(SQUARE, CLUTTER).replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, floor),
     );
     agree_on(&scene, &mixes());
+}
+
+/// Microfacets from rough to nearly a mirror.
+#[test]
+fn microfacet_floors_behind_clutter() {
+    for alpha in [0.3, 0.05] {
+        let floor = format!(
+            r#"Material "plastic" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float roughness" [ {alpha} ] "bool remaproughness" [ "false" ]"#
+        );
+        let matte = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
+        let scene = load(&room_text(SQUARE, CLUTTER).replace(matte, &floor));
+        agree_on(&scene, &mixes());
+    }
+}
+
+/// A line direction along an edge of an occluder that touches the light.
+#[test]
+fn occluder_touches_the_light() {
+    let occluders = r#"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 0 2  0.5 0 2  0.5 0 1.4  -0.5 0 1.4 ]"#;
+    agree_on(&room(SQUARE, occluders), &mixes());
 }

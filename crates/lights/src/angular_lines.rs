@@ -66,6 +66,8 @@ pub struct AngularLines {
     /// Shading normal in the frame (along, across, towards the light); `None` for the plain solid angle.
     normal: Option<DVec3>,
     pieces: Pieces,
+    /// Whether the marginal is the piecewise linear one.
+    warped: bool,
 }
 
 /// One piece between neighbouring knots: the first line relative to the foot, and the steps to the last one, formed before
@@ -91,7 +93,18 @@ impl AngularLines {
     /// Lines proportional to the solid angle of their neighbourhood.
     #[must_use]
     pub fn by_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
-        Self::new(polygon, angle_rad, x, None)
+        Self::new(polygon, angle_rad, x, None, false)
+    }
+
+    /// Lines nearly proportional to the solid angle of their neighbourhood: on each piece between the offsets of vertices
+    /// the marginal density is linear in the angle ψ, tan ψ = u/z, between its exact ends.
+    ///
+    /// That density is known exactly and inverted without iteration, so that everything is as unbiased as with
+    /// [`AngularLines::by_solid_angle`], at less than half the cost of a line. Unoccluded, the weights of a triangle three
+    /// times as wide as it is far lie between 0.60 and 1.10. [`AngularLines::total`] is the normalisation, not Ω.
+    #[must_use]
+    pub fn by_warped_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
+        Self::new(polygon, angle_rad, x, None, true)
     }
 
     /// Lines proportional to the projected solid angle, of the part of the light above the horizon of the unit `normal`.
@@ -106,16 +119,22 @@ impl AngularLines {
             // The frame is the whole polygon's, so that the angle keeps its meaning.
             Some(above) => {
                 let turned = angle_rad + polygon.plane_frame().turn_from(&above.plane_frame());
-                Self::new(&above, turned, x, Some(normal))
+                Self::new(&above, turned, x, Some(normal), false)
             }
             None => Self {
                 pieces: Pieces::new(core::iter::empty()),
-                ..Self::new(polygon, angle_rad, x, None)
+                ..Self::new(polygon, angle_rad, x, None, false)
             },
         }
     }
 
-    fn new(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3, normal: Option<DVec3>) -> Self {
+    fn new(
+        polygon: &ConvexPolygon,
+        angle_rad: f64,
+        x: DVec3,
+        normal: Option<DVec3>,
+        warped: bool,
+    ) -> Self {
         let lines = ParallelLines::new(polygon, angle_rad);
         let (offset, along) = lines.coordinates(x);
         let height = predicates::dot(polygon.normal(), polygon.vertices()[0] - x);
@@ -128,10 +147,16 @@ impl AngularLines {
             z: height.abs(),
             normal: normal.map(|n| DVec3::new(n.dot(axes.x), n.dot(axes.y), n.dot(towards))),
             pieces: Pieces::new(core::iter::empty()),
+            warped,
         };
         let count = out.lines.knots().len() - 1;
         let measures = (0..count).map(|k| {
-            let m = out.measure(&out.piece(k).part(1.0, out.z));
+            let piece = out.piece(k);
+            let m = if warped {
+                out.warp(&piece).mass()
+            } else {
+                out.measure(&piece.part(1.0, out.z))
+            };
             if m.is_finite() { m } else { 0.0 }
         });
         out.pieces = Pieces::new(measures);
@@ -224,16 +249,51 @@ impl AngularLines {
         }
         let (k, place) = self.pieces.pick(xi);
         let piece = self.piece(k);
-        let s = self.find(&piece, place * self.pieces.weight(k), self.pieces.weight(k));
         let knots = self.lines.knots();
-        let offset = (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
+        let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
+        let (offset, pdf) = if self.warped {
+            let warp = self.warp(&piece);
+            let t = linear_warp(place, warp.first, warp.last);
+            let offset = at(warp.angles.fraction(t * warp.angles.end));
+            (offset, self.warped_pdf(offset, warp.at(t)))
+        } else {
+            let whole = self.pieces.weight(k);
+            let offset = at(self.find(&piece, place * whole, whole));
+            (offset, self.pdf(offset))
+        };
         self.lines
             .segment(offset)
             .map_or(nothing, |segment| LineSample {
                 segment,
                 offset,
-                pdf: self.pdf(offset),
+                pdf,
             })
+    }
+
+    /// The marginal on a piece that is linear in the angle.
+    fn warp(&self, piece: &Piece) -> Warp {
+        let slope = |s: f64| {
+            let line = piece.at(s);
+            0.5 * line.u.hypot(self.z) * self.thin_measure(line)
+        };
+        Warp {
+            angles: Angles::new(piece.first.u, piece.width, self.z),
+            first: slope(0.0),
+            last: slope(1.0),
+        }
+    }
+
+    /// The density of an offset from the density `slope`, unnormalised, of its angle.
+    fn warped_pdf(&self, offset: f64, slope: f64) -> Pdf<Offset> {
+        let u = offset - self.foot.0;
+        Pdf::new(slope * self.z / ((self.z * self.z + u * u) * self.total()))
+    }
+
+    /// The piece that an offset of the range falls into.
+    fn piece_at(&self, offset: f64) -> usize {
+        let knots = self.lines.knots();
+        let last = knots.len() - 2;
+        (0..last).find(|&k| offset < knots[k + 1]).unwrap_or(last)
     }
 
     /// The fraction s of the piece's width that has the measure `target` of `whole` below it.
@@ -280,6 +340,12 @@ impl AngularLines {
         let Some((lo, hi)) = self.lines.extent(offset) else {
             return Pdf::ZERO;
         };
+        if self.warped {
+            let k = self.piece_at(offset);
+            let warp = self.warp(&self.piece(k));
+            let t = warp.place(offset - self.lines.knots()[k], self.z);
+            return self.warped_pdf(offset, warp.at(t));
+        }
         let line = self.line(offset, lo, hi);
         let ribbon = self.thin_measure(line) * self.z / (2.0 * line.u.hypot(self.z));
         Pdf::new(ribbon / self.total())
@@ -293,8 +359,14 @@ impl AngularLines {
         if !(a..=b).contains(&offset) || !self.pieces.is_usable() {
             return None;
         }
-        let last = knots.len() - 2;
-        let k = (0..last).find(|&k| offset < knots[k + 1]).unwrap_or(last);
+        let k = self.piece_at(offset);
+        if self.warped {
+            let warp = self.warp(&self.piece(k));
+            let t = warp.place(offset - knots[k], self.z);
+            let below = t * (warp.first + 0.5 * t * (warp.last - warp.first));
+            let place = 2.0 * below / (warp.first + warp.last);
+            return Some(self.pieces.unpick(k, place.clamp(0.0, 1.0)));
+        }
         let s = (offset - knots[k]) / (knots[k + 1] - knots[k]);
         let whole = self.pieces.weight(k);
         let below = self.measure(&self.piece(k).part(s.clamp(0.0, 1.0), self.z));
@@ -317,12 +389,7 @@ impl AngularLines {
         let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
         let t = part.lo + (part.hi - part.lo) * lambda;
         let point = line.segment.at(t);
-        // The whole line's measure, from its marginal density.
-        let h = (line.offset - self.foot.0).hypot(self.z);
-        let measures = LineMeasure {
-            whole: line.pdf.value() * self.total() * (2.0 * h / self.z),
-            visible: seen,
-        };
+        let measures = self.line_measure(line.offset, line.pdf, seen);
         PointSample {
             point,
             pdf: self.joint_value(point, &measures),
@@ -411,16 +478,21 @@ impl AngularLines {
     }
 
     fn visible_measure(&self, offset: f64, visible: &[Interval]) -> Option<LineMeasure> {
-        let whole = self.interval(offset, Interval::UNIT)?.measure();
-        let seen = visible
+        let seen: f64 = visible
             .iter()
             .filter_map(|&part| self.interval(offset, part))
             .map(|thin| thin.measure())
             .sum();
-        (seen > 0.0).then_some(LineMeasure {
-            whole,
-            visible: seen,
-        })
+        (seen > 0.0).then(|| self.line_measure(offset, self.pdf(offset), seen))
+    }
+
+    /// The measures of a line, the whole one's from its marginal density.
+    fn line_measure(&self, offset: f64, pdf: Pdf<Offset>, visible: f64) -> LineMeasure {
+        let h = (offset - self.foot.0).hypot(self.z);
+        LineMeasure {
+            whole: pdf.value() * self.total() * (2.0 * h / self.z),
+            visible,
+        }
     }
 
     fn joint_value(&self, point: DVec3, line: &LineMeasure) -> Pdf<SolidAngle> {
@@ -520,8 +592,33 @@ impl Piece {
     }
 }
 
+/// A density linear in the angle over a piece, from `first` to `last`.
+struct Warp {
+    angles: Angles,
+    first: f64,
+    last: f64,
+}
+
+impl Warp {
+    fn mass(&self) -> f64 {
+        0.5 * (self.first + self.last) * self.angles.end
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        self.first + (self.last - self.first) * t
+    }
+
+    /// The fraction of the angle at an offset from the first one.
+    fn place(&self, offset: f64, z: f64) -> f64 {
+        let from = self.angles.first;
+        let v = (z * offset).atan2(z * z + from * (from + offset));
+        (v / self.angles.end).clamp(0.0, 1.0)
+    }
+}
+
 /// The angle v from the first offset of a piece, seen from the foot's height: offsets are z tan ψ.
 struct Angles {
+    first: f64,
     end: f64,
     r: [f64; 2],
 }
@@ -530,6 +627,7 @@ impl Angles {
     fn new(u: f64, width: f64, z: f64) -> Self {
         let last = u + width;
         Self {
+            first: u,
             end: (z * width).atan2(z * z + u * last),
             r: [u.hypot(z), last.hypot(z)],
         }

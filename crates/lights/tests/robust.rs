@@ -74,6 +74,7 @@ proptest! {
         }
         for lines in [
             AngularLines::by_solid_angle(&polygon, angle, x),
+            AngularLines::by_warped_solid_angle(&polygon, angle, x),
             AngularLines::by_projected_solid_angle(&polygon, angle, x, n),
         ] {
             prop_assert!(lines.total() >= 0.0 && lines.total().is_finite());

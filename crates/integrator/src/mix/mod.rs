@@ -20,7 +20,8 @@ pub const MOST_TECHNIQUES: usize = 8;
 ///
 /// The text form lists them with `+`, their shares of the samples after `:`, options in brackets:
 /// `line-solid-angle:3+point-bsdf:1[mis=smooth]`. Techniques are `point-area`, `point-solid-angle`,
-/// `point-bsdf`, `line-area`, `line-solid-angle` and `line-projected`; the option `mis`, which may
+/// `point-bsdf`, `line-area`, `line-solid-angle`, `line-warped` (nearly
+/// solid angle, at half the cost) and `line-projected`; the option `mis`, which may
 /// stand with any of them, names the heuristic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
@@ -69,6 +70,9 @@ pub enum LineMeasure {
     Area,
     /// Solid angle (eqs. 16–19), for any polygon and direction.
     SolidAngle,
+    /// Nearly solid angle: offsets from a density that needs no iteration
+    /// ([`linelit_lights::AngularLines::by_warped_solid_angle`]).
+    Warped,
     /// Projected solid angle of the part above the horizon.
     Projected,
 }

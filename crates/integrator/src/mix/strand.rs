@@ -163,6 +163,9 @@ impl Lines {
         match technique.measure {
             LineMeasure::Area => Self::Area(LineSampler::new(light, angle, OffsetDensity::Length)),
             LineMeasure::SolidAngle => Self::Angular(AngularLines::by_solid_angle(light, angle, x)),
+            LineMeasure::Warped => {
+                Self::Angular(AngularLines::by_warped_solid_angle(light, angle, x))
+            }
             LineMeasure::Projected => Self::Angular(AngularLines::by_projected_solid_angle(
                 light,
                 angle,

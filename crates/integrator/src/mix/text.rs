@@ -10,13 +10,14 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Names of the techniques.
-const TECHNIQUES: [&str; 6] = [
+const TECHNIQUES: [&str; 7] = [
     "point-area",
     "point-solid-angle",
     "point-bsdf",
     "line-area",
     "line-solid-angle",
     "line-projected",
+    "line-warped",
 ];
 
 const HEURISTICS: &str = "balance, power, maximum, average, smooth or smooth-fixed";
@@ -108,6 +109,7 @@ fn technique_named(name: &str) -> Result<Technique, ParseEstimatorError> {
         "line-area" => line(LineMeasure::Area),
         "line-solid-angle" => line(LineMeasure::SolidAngle),
         "line-projected" => line(LineMeasure::Projected),
+        "line-warped" => line(LineMeasure::Warped),
         _ => {
             return Err(ParseEstimatorError::new(format!(
                 "`{name}` cannot be combined; expected one of {}",
@@ -217,6 +219,7 @@ const fn technique_name(technique: &Technique) -> &'static str {
             LineMeasure::Area => TECHNIQUES[3],
             LineMeasure::SolidAngle => TECHNIQUES[4],
             LineMeasure::Projected => TECHNIQUES[5],
+            LineMeasure::Warped => TECHNIQUES[6],
         },
     }
 }

@@ -27,8 +27,8 @@ pub struct GalleryPicture {
 const REFERENCE_SECONDS: u64 = 40;
 /// Lines in each replicate of the reference.
 const REFERENCE_SAMPLES: u32 = 256;
-/// Samples by which the cost of one is found.
-const PROBE: u32 = 4;
+/// Samples by which the cost of a picture is found: what each adds, and what comes before the first.
+const PROBES: [u32; 2] = [4, 32];
 
 /// Renders the gallery of a study on one scene.
 pub(super) fn gallery(
@@ -75,8 +75,8 @@ fn picture(
     let samples = match gallery.budget {
         Budget::Samples(samples) => samples,
         Budget::Seconds(seconds) => {
-            let probe = run_cell(renderer, targets, cell(PROBE));
-            fitting(seconds, probe.cpu_seconds)
+            let cost = |n| run_cell(renderer, targets, cell(n)).cpu_seconds;
+            fitting(seconds, PROBES.map(cost))
         }
     };
     let run = run_cell(renderer, targets, cell(samples));
@@ -94,12 +94,15 @@ fn picture(
     }
 }
 
-/// The samples that fit into the seconds, by the time that [`PROBE`] of them took.
+/// The samples that fit into the seconds, by the times that [`PROBES`] took.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "clamped to the range first"
 )]
-fn fitting(seconds: f64, probe: f64) -> u32 {
-    (f64::from(PROBE) * seconds / probe).clamp(1.0, 65536.0) as u32
+fn fitting(seconds: f64, [few, many]: [f64; 2]) -> u32 {
+    let [a, b] = PROBES.map(f64::from);
+    let each = ((many - few) / (b - a)).max(1e-3 * many / b);
+    let first = (few - a * each).max(0.0);
+    ((seconds - first) / each).clamp(1.0, 65536.0) as u32
 }

@@ -344,6 +344,8 @@ fn fig9() -> Figure<'static> {
         "line-solid-angle[orientation=fixed:0.5]+point-bsdf",
         "line-solid-angle:3[orientation=fixed:0.5]+point-bsdf",
         LINE2,
+        "line-area[orientation=fixed:0.5]+point-bsdf",
+        "line-area:3[orientation=fixed:0.5]+point-bsdf",
         "point-solid-angle+point-bsdf:3",
         "point-solid-angle+point-bsdf",
         "point-solid-angle:3+point-bsdf",
@@ -378,6 +380,8 @@ fn fig10() -> Figure<'static> {
         LINE1,
         "line-solid-angle[orientation=fixed:0]+point-bsdf",
         "line-solid-angle[orientation=fixed:0]+point-bsdf[mis=smooth]",
+        "line-warped[orientation=fixed:0]+point-bsdf",
+        "line-area[orientation=fixed:0]+point-bsdf",
     ];
     Figure {
         title: "Fig. 10: plates, equal time",
