@@ -58,7 +58,10 @@ fn main() -> ExitCode {
             Some((what, more)) => match what.split_once('/') {
                 Some((package, bench)) => cargo::criterion(package, bench, more),
                 None if what == "visibility" => {
-                    cargo::example("visibility", "visibility_bench", more)
+                    // Scene files are beyond what the crate itself knows.
+                    let files = more.iter().any(|a| a == "--scene");
+                    let package = if files { "study" } else { "visibility" };
+                    cargo::example(package, "visibility_bench", more)
                 }
                 None => cargo::study(command, rest),
             },

@@ -52,3 +52,46 @@ fn builtin_scenes_agree_with_brute_force() {
         }
     }
 }
+
+/// A stretch of the colonnade: forty thousand triangles of columns, arches, plants and curtains,
+/// shafts empty, partial and dense.
+#[test]
+fn colonnade_agrees_with_brute_force() {
+    let whole = measure::colonnade();
+    let inside = |t: &&[u32; 3]| {
+        let x = |i: u32| whole.positions[i as usize][0];
+        let near = |i: u32| (-4.4..-2.6).contains(&x(i));
+        t.iter().any(|&i| near(i)) || t.iter().any(|&i| x(i) > 9.0)
+    };
+    let triangles: Vec<[u32; 3]> = whole.triangles.iter().filter(inside).copied().collect();
+    assert!(triangles.len() > 20_000, "{}", triangles.len());
+    let occluders = Occluders::build(&whole.positions, &triangles);
+    let points = measure::shading_points(&occluders, &whole.view(12, 9), 2e-5);
+    let mut rng = Rng(10);
+    let mut scratch = Scratch::new();
+    let mut out = VisibleLines::new();
+    for (_, light) in &whole.lights {
+        for &point in &points {
+            let lines = measure::stratified_lines(light, 8, &mut || rng.unit());
+            let query = ShaftQuery {
+                point,
+                light,
+                exclude: NONE,
+            };
+            let mut shaft = occluders.shaft(query, &mut scratch);
+            shaft.visible(&lines, &mut out);
+            for (i, line) in lines.iter().enumerate() {
+                let want = brute::visible(&whole.positions, &triangles, point, line, &NONE);
+                let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
+                let got = out.fraction(i);
+                let right = (got - want).abs() <= TOLERANCE && (got > 0.0) == (want > 0.0);
+                assert!(right, "{point} line {i}: {got} {want}, {:?}", shaft.class());
+            }
+        }
+    }
+    let c = scratch.counters;
+    assert!(
+        c.dense_shafts > 3 && c.partial_shafts - c.dense_shafts > 10,
+        "{c:?}"
+    );
+}

@@ -224,3 +224,125 @@ fn rays_that_are_none() {
     }
     assert!(!occluders.any_hit(&good, &(0..1), &mut scratch));
 }
+
+/// A closed box.
+fn closed_box(lo: DVec3, hi: DVec3) -> Mesh {
+    let mut mesh = Mesh::default();
+    let corner = |k: usize| {
+        let pick = |bit: usize, a: f64, b: f64| if k >> bit & 1 == 0 { a } else { b };
+        DVec3::new(
+            pick(0, lo.x, hi.x),
+            pick(1, lo.y, hi.y),
+            pick(2, lo.z, hi.z),
+        )
+    };
+    for k in 0..8 {
+        mesh.vertex(corner(k));
+    }
+    for [a, b, c, d] in [
+        [0, 1, 3, 2],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 3, 7, 5],
+    ] {
+        mesh.triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    mesh
+}
+
+#[test]
+fn the_point_inside_a_mesh() {
+    // The light outside: hidden, from any place inside, on a wall's inner side too.
+    let small = closed_box(DVec3::splat(-0.5), DVec3::splat(0.5));
+    let mut rng = Rng(5);
+    for _ in 0..200 {
+        let (_, f) = fractions(&small, rng.in_cube(0.499));
+        assert_eq!(f, vec![0.0; 3]);
+    }
+    for point in [
+        DVec3::new(0.499_999, 0.1, 0.2),
+        DVec3::new(0.0, 0.0, 0.499_999),
+        DVec3::new(0.499_999, 0.499_999, 0.499_999),
+    ] {
+        let (_, f) = fractions(&small, point);
+        assert_eq!(f, vec![0.0; 3], "{point}");
+    }
+    // Outside it and behind: hidden in part or not at all, but seen.
+    let (class, f) = fractions(&small, DVec3::new(0.0, 0.0, 0.7));
+    assert_eq!((class, f), (ShaftClass::Empty, vec![1.0; 3]));
+    // The light and the point in one room: visible.
+    let room = closed_box(DVec3::splat(-3.0), DVec3::splat(3.0));
+    for _ in 0..200 {
+        let (class, f) = fractions(&room, rng.in_cube(1.9));
+        assert_eq!((class, f), (ShaftClass::Empty, vec![1.0; 3]));
+    }
+}
+
+#[test]
+fn occluders_seen_edge_on() {
+    // In a plane with the shading point: hides nothing, whichever way it lies.
+    for mesh in [
+        one([0.0, -9.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 5.0]),
+        one([-0.1, 0.0, 0.5], [0.1, 0.0, 0.5], [0.0, 0.0, 1.9]),
+        one([-0.5, -0.5, 1.0], [0.5, 0.5, 1.0], [0.25, 0.25, 1.5]),
+    ] {
+        let (_, f) = fractions(&mesh, DVec3::ZERO);
+        // Cut in two at the most, at a place that is rounded.
+        assert!(
+            f.iter().all(|f| (f - 1.0).abs() <= 4.0 * f64::EPSILON),
+            "{f:?}"
+        );
+    }
+}
+
+/// The same picture a million times larger or smaller; by powers of two, to the bit.
+#[test]
+fn scaled_scenes_look_the_same() {
+    let mut rng = Rng(6);
+    let mut scratch = Scratch::new();
+    for case in 0..60 {
+        let mesh = soup(&mut rng, 80, 0.4, DVec3::new(0.0, 0.0, 1.0), 1.0);
+        let point = rng.in_cube(0.3) - DVec3::Z;
+        let (light, lines) = square();
+        let mut look = |scale: f64| {
+            let mut large = mesh.clone();
+            for v in large.positions.as_flattened_mut() {
+                #[allow(clippy::cast_possible_truncation, reason = "as f32 as the original")]
+                {
+                    *v = (f64::from(*v) * scale) as f32;
+                }
+            }
+            let occluders = Occluders::build(&large.positions, &large.triangles);
+            let light: Vec<DVec3> = light.iter().map(|v| *v * scale).collect();
+            let lines: Vec<Segment> = lines
+                .iter()
+                .map(|l| Segment::new(l.p0 * scale, l.p1 * scale))
+                .collect();
+            let query = ShaftQuery {
+                point: point * scale,
+                light: &light,
+                exclude: NONE,
+            };
+            let mut out = VisibleLines::new();
+            let mut shaft = occluders.shaft(query, &mut scratch);
+            shaft.visible(&lines, &mut out);
+            (0..lines.len())
+                .map(|i| out.fraction(i))
+                .collect::<Vec<f64>>()
+        };
+        let plain = look(1.0);
+        for scale in [1e6, 1e-6] {
+            // Vertices move by half an f32 unit, 6e-8 of a coordinate up to two; the light is one
+            // across, at least half as far again as an occluder, and a line crosses sides at up
+            // to a slope of a hundred.
+            for (a, b) in plain.iter().zip(look(scale)) {
+                assert!((a - b).abs() <= 1e-3, "case {case}, {scale:e}: {a} {b}");
+            }
+        }
+        for power in [20, -20] {
+            assert_eq!(plain, look(2.0_f64.powi(power)), "case {case}, 2^{power}");
+        }
+    }
+}

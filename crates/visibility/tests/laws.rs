@@ -5,7 +5,7 @@ mod common;
 use common::{NONE, Rng, chord, light, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_visibility::{
-    InstructionSet, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
+    InstructionSet, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, measure,
 };
 use proptest::prelude::*;
 
@@ -151,5 +151,16 @@ proptest! {
                 !occluders.any_hit(&ray, &(0..3), &mut rays)
             );
         }
+    }
+}
+
+/// Memory of the built-in scenes: below a hundred bytes a triangle, the least of which are the
+/// corners' 36 and the number's 4.
+#[test]
+fn hierarchies_are_compact() {
+    for scene in [measure::grid(), measure::soup()] {
+        let occluders = Occluders::build(&scene.positions, &scene.triangles);
+        let count = occluders.triangle_count();
+        assert!(occluders.memory() < 100 * count && occluders.memory() > 40 * count);
     }
 }

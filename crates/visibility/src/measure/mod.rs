@@ -3,9 +3,11 @@
 //! For benchmarks, not for renderers; not part of the stable interface. Time comes from the
 //! caller, as this crate knows no clocks.
 
+mod report;
 mod rivals;
 mod scenes;
 
+pub use report::{Options, report, value};
 pub use rivals::Rivals;
 pub use scenes::{Scene, colonnade, grid, shading_points, soup};
 
