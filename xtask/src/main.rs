@@ -33,7 +33,7 @@ the workshop:
                             fmt tidy clippy test doctest doc features long
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time, … or CRATE/BENCH for a criterion bench
-  accuracy                  worst errors of the closed forms, as docs/accuracy.md
+  accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   vectors DIR               hold the closed forms to the reference vectors in DIR
   check-references DIR      hold renders to the reference images below DIR
   load-all DIR              load and render every scene file below DIR
@@ -71,7 +71,13 @@ fn main() -> ExitCode {
         "vectors" => {
             cargo::example("shading", command, rest).max(cargo::example("lights", command, rest))
         }
-        "accuracy" | "fit-ltc" => cargo::example("shading", command, rest),
+        // Both crates, whatever the first says; the worse of the two counts.
+        "accuracy" => cargo::example("shading", command, rest).max(cargo::example(
+            "lights",
+            "accuracy_lights",
+            rest,
+        )),
+        "fit-ltc" => cargo::example("shading", command, rest),
         "test" => match suite::Selection::parse(rest) {
             Ok(selection) => suite::run(&selection),
             Err(unknown) => return usage(&unknown),

@@ -21,7 +21,7 @@ use crate::real::{Real, rotate, small_sin_cos};
 /// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle × radius).
 ///
 /// **Error** in ξ: 1.58e-5 in exact arithmetic after 2 steps (the paper's bound), 2.1e-7 after 3;
-/// [`ProjectedLine::sample`] steps on until the next step could not matter. See `examples/backward_error.rs` for measured
+/// [`ProjectedLine::sample`] steps on until the next step could not matter. See `docs/accuracy-lights.md` for measured
 /// worst cases in both precisions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProjectedLine<T> {
@@ -141,6 +141,18 @@ impl<T: Real> ProjectedLine<T> {
     #[must_use]
     pub fn invert(&self, lambda: T) -> T {
         self.arc.cdf(self.view.angle_of(lambda))
+    }
+
+    /// The random number of a place given by both its fractions, λ and 1 − λ ([`ArcPoint`]): from the smaller, so that places
+    /// next to the second end of a line that runs away from the shading point keep their digits.
+    #[must_use]
+    pub fn invert_fractions(&self, lambda: T, rest: T) -> T {
+        if lambda <= rest {
+            self.invert(lambda)
+        } else {
+            self.arc
+                .cdf(self.arc.delta - self.view.angle_from_end(rest))
+        }
     }
 
     /// Density per solid angle, times radius, at the place `lambda`: `(n·ω)/(dΩ⊥/dR)` in m/sr.

@@ -108,21 +108,39 @@ impl<T: Real> LineView<T> {
         }
         // Opposite signs: nothing cancels in the difference of accurate heights.
         let span = c1 - c0;
-        let on_horizon = scale(cross(n, x), T::ONE / span);
+        let (before, after) = (c0 / -span, c1 / span);
+        let on_horizon = self.on_horizon(n, x, span, [before, after]);
         let kept = if c0 < T::ZERO {
             self.p0 = on_horizon;
-            self.range[0] = -c0 / span;
-            c1 / span
+            self.range[0] = before;
+            after
         } else {
             self.p1 = on_horizon;
-            self.range[1] = c0 / -span;
-            c0 / -span
+            self.range[1] = before;
+            before
         };
         let kept = kept.at_most(T::ONE);
         self.kept = kept;
         self.l = self.whole * kept;
         self.cross = self.cross * kept;
         Some(())
+    }
+
+    /// The point on the horizon: (n × x)/(n·e), whose error is that of x = p0 × p1, ε |x|/|n·e|; or from the nearer end,
+    /// whose error is ε times its distance and the way from it. The first is right where the line passes close by, the second where it nearly
+    /// lies in the horizon.
+    fn on_horizon(&self, n: V3<T>, x: V3<T>, span: T, [before, after]: [T; 2]) -> V3<T> {
+        let (end, way) = if before <= after {
+            (self.p0, scale(self.edge, before))
+        } else {
+            (self.p1, scale(self.edge, -after))
+        };
+        let reach2 = dot(end, end) + dot(way, way);
+        if self.cross * self.cross <= span * span * reach2 {
+            scale(cross(n, x), T::ONE / span)
+        } else {
+            add(end, way)
+        }
     }
 
     /// What depends on the clipped ends.
@@ -298,6 +316,12 @@ impl<T: Real> LineView<T> {
         (self.cross * lambda).atan2(dot(self.p0, p))
     }
 
+    /// The angle δ − v of the place at the fraction `rest` from the second end.
+    pub(crate) fn angle_from_end(&self, rest: T) -> T {
+        let p = sub(self.p1, scale(self.edge, self.kept * rest));
+        (self.cross * rest).atan2(dot(self.p1, p))
+    }
+
     /// n·p at the place `lambda`, linear between the clipped ends.
     pub(crate) fn height(&self, lambda: T) -> T {
         self.height[0] * (T::ONE - lambda) + self.height[1] * lambda
@@ -309,17 +333,14 @@ impl<T: Real> LineView<T> {
         self.height(lambda) / self.distance(lambda)
     }
 
-    /// Whether a place on the line is better resolved by its fraction λ than by its direction: an error ε in λ turns the
-    /// direction by at most ε l h/r², r being the smallest distance on the line.
+    /// Whether a place on the line is better resolved by its fraction from the nearer end than by its direction. A relative
+    /// error ε of the distance s from that end turns the direction by ε s h/r²: by at most ε where the line runs away from
+    /// its foot, however small the angle that it subtends; by ε l/h where the foot is inside, so that the line then must be
+    /// shorter than h.
     #[must_use]
     pub fn is_short(&self) -> bool {
         let foot_inside = self.sine[0] < T::ZERO && self.sine[1] > T::ZERO;
-        let r = if foot_inside {
-            self.h
-        } else {
-            self.r[0].at_most(self.r[1])
-        };
-        self.cross < r * r
+        !foot_inside || self.l < self.h
     }
 
     /// The place and direction from (sin, cos) of the angles to both ends.
@@ -333,13 +354,18 @@ impl<T: Real> LineView<T> {
             return ArcPoint::default();
         }
         let inverse = T::ONE / sum;
-        let lambda = w1 * inverse;
+        let (lambda, rest) = (w1 * inverse, w0 * inverse);
         let distance = self.sin_delta * inverse;
         if self.is_short() {
-            let point = self.at(lambda);
+            let point = if lambda <= rest {
+                add(self.p0, scale(self.edge, self.kept * lambda))
+            } else {
+                sub(self.p1, scale(self.edge, self.kept * rest))
+            };
             let direction = scale(point, sum / self.sin_delta);
             return ArcPoint {
                 lambda,
+                rest,
                 direction,
                 point,
             };
@@ -349,6 +375,7 @@ impl<T: Real> LineView<T> {
         let point = scale(direction, distance);
         ArcPoint {
             lambda,
+            rest,
             direction,
             point,
         }
@@ -372,6 +399,8 @@ fn height<T: Real>(n: V3<T>, p: V3<T>) -> T {
 pub struct ArcPoint<T> {
     /// Fraction of the clipped line, in [0, 1].
     pub lambda: T,
+    /// 1 − λ, relatively accurate.
+    pub rest: T,
     /// Unit direction from the shading point.
     pub direction: [T; 3],
     /// The point relative to the shading point, from whichever of the two resolves it.

@@ -236,7 +236,7 @@ fn errors(line: &Segment, point: &ShadingPoint, xi: f64) -> Option<DVec3> {
     let ours = ProjectedLine::new(p0, p1, n)?.sample(xi);
     let xi64 = f64::from(xi);
     let own = if exact.view().is_short() {
-        (exact.invert(f64::from(ours.lambda)) - xi64).abs()
+        (exact.invert_fractions(f64::from(ours.lambda), f64::from(ours.rest)) - xi64).abs()
     } else {
         backward(&exact, wide(ours.direction).into(), xi64)
     };

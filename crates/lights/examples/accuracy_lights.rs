@@ -1,0 +1,54 @@
+//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, in `f64` by a search for the worst and in `f32`, and
+//! errors of solid angles in `f32`.
+//!
+//! `accuracy_lights [--check] [--quick] [--cases N] [DIR]`: DIR is the folder of the documents, `docs` by default; N random
+//! starts of the search in `f64` (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with the
+//! committed table instead of writing and exits 1 when a row is worse; `--quick` takes a twentieth of the inputs.
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "printing is what the program is for"
+)]
+
+#[path = "../tests/common/accuracy.rs"]
+mod accuracy;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+const HEAD: &str = include_str!("accuracy-head.md");
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let flag = |name: &str| arguments.iter().any(|a| a == name);
+    let after = |name: &str| arguments.iter().skip_while(|a| *a != name).nth(1);
+    let cases: u64 = after("--cases")
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(1_000_000);
+    let folder = arguments
+        .iter()
+        .find(|a| !a.starts_with("--") && Some(*a) != after("--cases"))
+        .map_or("docs", String::as_str);
+    let share = if flag("--quick") { 20 } else { 1 };
+    let mut rows = accuracy::in_double(cases / share);
+    rows.extend(accuracy::in_single(1_000_000 / share));
+    rows.extend(accuracy::solid_angles(100_000 / share));
+    let table = accuracy::table(&rows);
+    println!("{table}");
+    let path = Path::new(folder).join("accuracy-lights.md");
+    if flag("--check") {
+        let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        let worse = accuracy::regressions(&rows, &committed);
+        for line in &worse {
+            eprintln!("{line}");
+        }
+        return ExitCode::from(u8::from(!worse.is_empty()));
+    }
+    match std::fs::write(&path, format!("{HEAD}\n{table}")) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}: {error}", path.display());
+            ExitCode::FAILURE
+        }
+    }
+}
