@@ -7,7 +7,7 @@ use linelit_lights::selection::{
     Discrete, Estimated, Importance, LightTree, Picked, can_contribute, unshadowed,
     unshadowed_at_center,
 };
-use linelit_samplers::{Sampler, SamplerKind};
+use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_shading::{cylinder, polygon};
 use std::f64::consts::PI;
 use std::fmt;
@@ -133,22 +133,13 @@ pub(crate) fn draw(
     let Workspace { weights, drawn, .. } = workspace;
     drawn.clear();
     weights.resize(lights.len(), 0.0);
-    let mut pick_all = |pick: &dyn Fn(f64) -> Option<Picked>| {
-        for i in 0..count {
-            drawn.extend(pick(numbers.get_1d(i)).map(|picked| Drawn {
-                light: picked.index,
-                count: 1,
-                probability: picked.probability,
-            }));
-        }
-    };
     match settings.lights {
         LightChoice::All => {}
-        LightChoice::Uniform => pick_all(&|u| tables.uniform(lights)?.pick(u)),
-        LightChoice::Power => pick_all(&|u| tables.power(lights)?.pick(u)),
+        LightChoice::Uniform => pick_all(drawn, &numbers, |u| tables.uniform(lights)?.pick(u)),
+        LightChoice::Power => pick_all(drawn, &numbers, |u| tables.power(lights)?.pick(u)),
         LightChoice::Tree => {
             let tree = tables.tree(lights);
-            pick_all(&|u| tree.pick(x, n, u));
+            pick_all(drawn, &numbers, |u| tree.pick(x, n, u));
         }
         LightChoice::Estimate => {
             let places = Sampler::new(SamplerKind::Independent, settings.seed).points(
@@ -162,21 +153,21 @@ pub(crate) fn draw(
             };
             let possible = |i: usize| can_contribute(&lights[i].light, x, n);
             let table = Estimated::new(weights, estimate, possible);
-            pick_all(&|u| table.pick(u));
+            pick_all(drawn, &numbers, |u| table.pick(u));
         }
         LightChoice::Exact => {
             for (weight, light) in weights.iter_mut().zip(lights) {
                 *weight = irradiance(&light.light, point);
             }
             let table = Discrete::new(weights);
-            pick_all(&|u| table.as_ref()?.pick(u));
+            pick_all(drawn, &numbers, |u| table.as_ref()?.pick(u));
         }
         LightChoice::Centre => {
             for (weight, light) in weights.iter_mut().zip(lights) {
                 *weight = unshadowed_at_center(&light.light, x, n);
             }
             let table = Discrete::new(weights);
-            pick_all(&|u| table.as_ref()?.pick(u));
+            pick_all(drawn, &numbers, |u| table.as_ref()?.pick(u));
         }
     }
     gather(drawn);
@@ -218,6 +209,15 @@ fn irradiance(light: &Light, point: &ShadingPoint) -> f64 {
         }
         _ => 0.0,
     }
+}
+
+/// Picks a light for each number of a set.
+fn pick_all(drawn: &mut Vec<Drawn>, numbers: &SampleSet, pick: impl Fn(f64) -> Option<Picked>) {
+    drawn.extend(numbers.iter_1d().filter_map(pick).map(|picked| Drawn {
+        light: picked.index,
+        count: 1,
+        probability: picked.probability,
+    }));
 }
 
 /// Joins what picked the same light; in the order of the lights.
