@@ -236,8 +236,11 @@ impl<'s> Renderer<'s> {
     }
 
     fn emitted(&self, surface: &Surface, outgoing: DVec3) -> DVec3 {
-        match surface.light.map(|i| &self.scene.lights[i as usize].light) {
-            Some(Light::Area(area)) => area.emission.towards(area.polygon.normal().dot(outgoing)),
+        let light = surface.light.map(|i| &self.scene.lights[i as usize]);
+        match light.map(|l| (l, &l.light)) {
+            Some((light, Light::Area(area))) => {
+                light.shown(surface.uv, area.polygon.normal().dot(outgoing))
+            }
             _ => DVec3::ZERO,
         }
     }

@@ -41,6 +41,21 @@ pub struct SceneLight {
     pub map: Option<EmissionMap>,
 }
 
+impl SceneLight {
+    /// Radiance that an area light shows at texture coordinates, towards a place on the side that
+    /// `side` is the sign of (positive: where the polygon's normal points); zero for other lights.
+    pub fn shown(&self, uv: DVec2, side: f64) -> DVec3 {
+        let Light::Area(area) = &self.light else {
+            return DVec3::ZERO;
+        };
+        let mean = area.emission.towards(side);
+        match &self.map {
+            Some(map) if mean != DVec3::ZERO => map.evaluate(uv),
+            _ => mean,
+        }
+    }
+}
+
 /// An emissive sphere whose facets are among the lights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmissiveSphere {

@@ -335,6 +335,10 @@ fn emission_textures_are_averaged_over_each_light() {
         sum += area.emission.radiance * area.polygon.area();
         let map = light.map.as_ref().unwrap();
         assert_eq!(map.radiance, DVec3::splat(3.0));
+        // What is seen is the texture; its back is dark.
+        let uv = DVec2::new(0.25, 0.75);
+        assert_eq!(light.shown(uv, 1.0), map.evaluate(uv));
+        assert_eq!(light.shown(uv, -1.0), DVec3::ZERO);
     }
     // With clamped edges the mean over the square is that of the four pixels. Two parts along each
     // edge see it only roughly: the bilinear ramp between the pixels is a half of the image wide.
