@@ -4,9 +4,9 @@ use crate::exact::visible_light;
 use crate::lines::{self, Along, Streams};
 use crate::pair::Pair;
 use crate::shaft_points::ShaftPoints;
-use crate::{LineOptions, Workspace, closed_form};
+use crate::{LineOptions, Plan, Renderer, Workspace, closed_form};
 use linelit_geometry::DVec3;
-use linelit_lights::AreaLight;
+use linelit_lights::{AreaLight, Light};
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
 
@@ -23,13 +23,87 @@ pub(crate) enum Way {
     Rays,
 }
 
-/// The way that takes the least time to a given error, by what the shaft and the number of samples
-/// say.
-pub(crate) fn cheapest(shaft: &Shaft<'_>, samples: u32) -> Way {
-    if shaft.is_dense() {
-        return if samples < 64 { Way::Rays } else { Way::Lines };
+/// With fewer lines than this, asking for a shaft at all takes longer than rays do to the same
+/// error.
+const FEW_LINES: u32 = 4;
+
+/// The same for a crowded light, and for a dense shaft.
+const FEW_LINES_IN_CROWDS: u32 = 16;
+
+/// Rays that take about as long as a line where `FEW_LINES` decides.
+const RAYS_FOR_A_LINE: u32 = 2;
+
+/// The same where `FEW_LINES_IN_CROWDS` does.
+const RAYS_FOR_A_LINE_IN_CROWDS: u32 = 4;
+
+/// A light is crowded if more than this share of its shafts is dense.
+const CROWDED: f64 = 0.2;
+
+/// Camera rays across and down that look for crowds.
+const PROBES: u32 = 8;
+
+/// The most lights that are looked at.
+const MOST_PROBED: usize = 16;
+
+/// Which lights of the plan are crowded, seen from a few points that the camera sees; empty where
+/// there are too many to ask.
+pub(crate) fn crowded(renderer: &Renderer<'_>) -> Vec<bool> {
+    let lights = renderer.plan().lights();
+    if lights.len() > MOST_PROBED {
+        return Vec::new();
     }
-    if shaft.candidates() <= 2 * samples as usize {
+    let film = &renderer.scene().film;
+    let mut workspace = Workspace::new();
+    let mut counts = vec![(0u32, 0u32); lights.len()];
+    let place = |k: u32, size: u32| {
+        let middle = u64::from(2 * k + 1) * u64::from(size) / u64::from(2 * PROBES);
+        u32::try_from(middle).unwrap_or(0)
+    };
+    for i in 0..PROBES * PROBES {
+        let pixel = [
+            place(i % PROBES, film.width),
+            place(i / PROBES, film.height),
+        ];
+        let Some(point) = renderer.shading_point(pixel, &mut workspace) else {
+            continue;
+        };
+        for (light, (dense, all)) in lights.iter().zip(&mut counts) {
+            let Light::Area(area) = &light.light else {
+                continue;
+            };
+            if !Plan::reaches(light, &point, &mut workspace.plan) {
+                continue;
+            }
+            let query = ShaftQuery {
+                point: point.position,
+                light: area.polygon.vertices(),
+                exclude: light.triangles.clone(),
+            };
+            let shaft = renderer.occluders().shaft(query, &mut workspace.scratch);
+            *all += 1;
+            *dense += u32::from(shaft.is_dense());
+        }
+    }
+    let crowded = |(dense, all): (u32, u32)| f64::from(dense) > CROWDED * f64::from(all);
+    counts.into_iter().map(crowded).collect()
+}
+
+/// What to do about a partly hidden light, by what the shaft and the number of lines say.
+fn cheapest(shaft: &Shaft<'_>, lines: u32) -> Way {
+    if shaft.is_dense() {
+        return if lines < FEW_LINES_IN_CROWDS {
+            Way::Rays
+        } else {
+            Way::Lines
+        };
+    }
+    // Measured: as many lines take the time of the closed form. Meshes, whose triangles share
+    // edges, take half of that, loose triangles up to twice as much; a shaft that is not dense has
+    // a few hundred candidates at most.
+    let candidates = u32::try_from(shaft.candidates()).unwrap_or(u32::MAX);
+    let squared = candidates.saturating_mul(candidates);
+    let lines_of_exact = candidates.saturating_mul(2).saturating_add(squared / 30);
+    if lines_of_exact <= lines {
         Way::Exact
     } else {
         Way::Lines
@@ -37,6 +111,28 @@ pub(crate) fn cheapest(shaft: &Shaft<'_>, samples: u32) -> Way {
 }
 
 impl Pair<'_> {
+    /// Rays where looking for everything in between does not pay; else what the shaft suggests.
+    pub(crate) fn hybrid(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
+        let lines = self.count();
+        if self.light.crowded && lines < FEW_LINES_IN_CROWDS {
+            return self.many_rays(area, RAYS_FOR_A_LINE_IN_CROWDS, workspace);
+        }
+        if lines < FEW_LINES {
+            return self.many_rays(area, RAYS_FOR_A_LINE, workspace);
+        }
+        self.by_shaft(area, workspace, |shaft| cheapest(shaft, lines))
+    }
+
+    /// Rays in place of lines, `each` for one: to crowded lights uniform in the solid angle.
+    fn many_rays(&self, area: &AreaLight, each: u32, workspace: &mut Workspace) -> DVec3 {
+        let pair = Pair { each, ..*self };
+        if each == RAYS_FOR_A_LINE {
+            pair.points_by_area(area, workspace)
+        } else {
+            pair.points_by_solid_angle(area, workspace)
+        }
+    }
+
     /// Asks for the shaft and goes the way that `choose` picks by it where the light is partly
     /// hidden; elsewhere the answer needs no samples.
     ///
@@ -87,7 +183,7 @@ impl Pair<'_> {
         }
         match way {
             Way::Points(points) => self.points_in_shaft(area, points, &mut shaft),
-            Way::Rays => self.points_by_solid_angle(area, workspace),
+            Way::Rays => self.many_rays(area, RAYS_FOR_A_LINE_IN_CROWDS, workspace),
             Way::Exact | Way::Lines => {
                 plan.exact_fallbacks += u64::from(way == Way::Exact);
                 let along = self.along();

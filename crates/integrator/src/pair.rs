@@ -1,6 +1,6 @@
 //! One shading point and one light: where an estimator is chosen.
 
-use crate::hybrid::{self, Way};
+use crate::hybrid::Way;
 use crate::lines::{self, Along, Streams};
 use crate::{
     Estimator, LineOptions, LinearOptions, PlannedLight, Settings, ShadingPoint, ShaftPoints,
@@ -27,6 +27,8 @@ pub(crate) struct Pair<'a> {
     pub pixel: [u32; 2],
     /// See `pixel`.
     pub dimension: u32,
+    /// How many samples are taken in place of each that was asked for.
+    pub each: u32,
 }
 
 impl Pair<'_> {
@@ -43,7 +45,7 @@ impl Pair<'_> {
 
     /// The number of samples.
     pub(crate) fn count(&self) -> u32 {
-        self.settings.samples.max(1)
+        self.settings.samples.max(1).saturating_mul(self.each)
     }
 
     /// The samples.
@@ -76,9 +78,7 @@ impl Pair<'_> {
                 self.by_shaft(area, workspace, |_| Way::Points(points))
             }
             Estimator::Exact(options) => self.by_shaft(area, workspace, |shaft| options.way(shaft)),
-            Estimator::Hybrid => self.by_shaft(area, workspace, |shaft| {
-                hybrid::cheapest(shaft, self.count())
-            }),
+            Estimator::Hybrid => self.hybrid(area, workspace),
         }
     }
 

@@ -17,6 +17,8 @@ pub struct PlannedLight {
     pub light: Light,
     /// The light's own triangles, which never block it.
     pub triangles: Range<u32>,
+    /// Whether so much stands before it that looking for all of it at once seldom pays.
+    pub crowded: bool,
 }
 
 /// What is left to do once everything that cannot matter is dropped; built once per scene.
@@ -46,6 +48,7 @@ impl Plan {
                 index,
                 light: light.light,
                 triangles: light.triangles.clone(),
+                crowded: false,
             })
             .collect();
         Self {
@@ -77,6 +80,13 @@ impl Plan {
     #[must_use]
     pub fn lights(&self) -> &[PlannedLight] {
         &self.lights
+    }
+
+    /// Notes which lights are crowded.
+    pub(crate) fn set_crowded(&mut self, crowded: &[bool]) {
+        for (light, &crowded) in self.lights.iter_mut().zip(crowded) {
+            light.crowded = crowded;
+        }
     }
 
     /// Lights of the scene that emit nothing.
@@ -130,6 +140,7 @@ fn round(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
                     radiance: sphere.emission.radiance,
                 }),
                 triangles: sphere.triangles.clone(),
+                crowded: false,
             }),
             Some(_) => {}
         }

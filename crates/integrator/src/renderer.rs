@@ -1,5 +1,6 @@
 //! From a pixel to its direct light.
 
+use crate::hybrid;
 use crate::material::{Response, response};
 use crate::pair::Pair;
 use crate::point::SURFACE_OFFSET;
@@ -76,11 +77,14 @@ impl<'s> Renderer<'s> {
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
-        Self {
+        let mut renderer = Self {
             scene,
             occluders,
             plan: Plan::new(scene),
-        }
+        };
+        let crowded = hybrid::crowded(&renderer);
+        renderer.plan.set_crowded(&crowded);
+        renderer
     }
 
     /// The scene.
@@ -363,6 +367,7 @@ impl<'s> Renderer<'s> {
             dimension: slot
                 .wrapping_mul(DIMENSIONS_PER_LIGHT)
                 .wrapping_add(CAMERA_DIMENSIONS),
+            each: 1,
         };
         pair.estimate(workspace)
     }

@@ -152,8 +152,15 @@ fn plain(vertices: &[DVec3], n: DVec3) -> f64 {
     0.5 * sum
 }
 
-/// Θ (a × b)·n/|a × b|.
-fn edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
+/// An edge's term of Lambert's sum, Θ (a × b)·n/|a × b|: half the sum over the boundary of a region
+/// (with it on the left, seen from the shading point) is the region's irradiance, if all of it is
+/// above the horizon. For regions that are no convex polygon.
+///
+/// **Domain**: a and b relative to the shading point, not opposite each other; equal points and
+/// the shading point itself give 0. **Error**: 1e-15 of the angle Θ, so that a region that fills a
+/// small angle s loses ε/s relative to itself; [`irradiance`] does not.
+#[must_use]
+pub fn edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
     let product = a.length() * b.length();
     if product <= 0.0 {
         return 0.0;

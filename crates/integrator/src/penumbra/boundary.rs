@@ -273,7 +273,11 @@ impl Penumbra {
 impl Image {
     /// `None` if it has no area: then it hides nothing.
     fn new(corners: [Point; 3]) -> Option<Self> {
-        let [a, b, c] = corners.map(settled);
+        let [a, b, c] = [
+            settled(corners[0]),
+            settled(corners[1]),
+            settled(corners[2]),
+        ];
         let turn = orient(a, b, c);
         let corners = if turn > 0.0 { [a, b, c] } else { [a, c, b] };
         let bounds = Bounds::of(&corners);
@@ -344,7 +348,8 @@ impl Bounds {
 /// Without −0, which is another number to a hash, and without what would underflow in a product;
 /// moves a point by 1e-60 of the light's size.
 fn settled(p: Point) -> Point {
-    p.map(|x| if x.abs() < 1e-60 { 0.0 } else { x })
+    let flush = |x: f64| if x.abs() < 1e-60 { 0.0 } else { x };
+    [flush(p[0]), flush(p[1])]
 }
 
 /// The same for both directions of an edge.

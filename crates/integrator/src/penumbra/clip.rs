@@ -144,11 +144,13 @@ impl Edge {
     /// are moved inwards, by more than that: what touches them only is not passed.
     #[inline]
     pub(crate) fn meet(&self, other: &Self) -> Meeting {
-        let [c, d] = [other.from, other.to].map(|p| orient(self.from, self.to, p));
+        let c = orient(self.from, self.to, other.from);
+        let d = orient(self.from, self.to, other.to);
         if (c > 0.0 && d > 0.0) || (c < 0.0 && d < 0.0) {
             return Meeting::Apart;
         }
-        let [a, b] = [self.from, self.to].map(|p| orient(other.from, other.to, p));
+        let a = orient(other.from, other.to, self.from);
+        let b = orient(other.from, other.to, self.to);
         if c == 0.0 && d == 0.0 {
             return Meeting::Aligned;
         }
@@ -179,7 +181,7 @@ impl Edge {
 /// Whether an edge that is moved to its right passes another, whose ends are at `other` left of it,
 /// and whether it comes to the other's left; its own ends are at `own` left of the other.
 fn passes(other: [f64; 2], own: [f64; 2]) -> Option<bool> {
-    let right = other.map(|side| side < 0.0);
+    let right = [other[0] < 0.0, other[1] < 0.0];
     if right[0] == right[1] {
         return None;
     }
@@ -195,9 +197,11 @@ fn passes(other: [f64; 2], own: [f64; 2]) -> Option<bool> {
 /// Where two segments that properly cross do so: the same bits whichever comes first and
 /// whichever way they run.
 fn crossing(e: [Point; 2], f: [Point; 2]) -> Point {
-    let sorted = |[a, b]: [Point; 2]| if a <= b { [a, b] } else { [b, a] };
+    let before = |a: Point, b: Point| a[0] < b[0] || (a[0] <= b[0] && a[1] < b[1]);
+    let sorted = |[a, b]: [Point; 2]| if before(b, a) { [b, a] } else { [a, b] };
     let (e, f) = (sorted(e), sorted(f));
-    let ([a, b], [c, d]) = if e <= f { (e, f) } else { (f, e) };
+    let swap = before(f[0], e[0]) || (!before(e[0], f[0]) && before(f[1], e[1]));
+    let ([a, b], [c, d]) = if swap { (f, e) } else { (e, f) };
     let (from, to) = (orient(c, d, a), orient(c, d, b));
     let t = from / (from - to);
     [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]

@@ -21,7 +21,7 @@ mod boundary;
 mod clip;
 mod orient;
 
-pub(crate) use boundary::Penumbra;
+pub(crate) use boundary::{Penumbra, Piece};
 pub(crate) use orient::Point;
 
 #[cfg(test)]

@@ -90,16 +90,9 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
     Ok(contest(&renderer, &targets, &what))
 }
 
-/// The least error of the rays with `samples` samples, and their time.
-fn rays(curves: &[Curve], samples: u32) -> Option<(f64, f64)> {
-    let of = |curve: &Curve| {
-        let point = curve.points.iter().find(|p| p.samples == samples)?;
-        Some((point.time, point.mse))
-    };
-    let by_area_and_angle = [of(curves.first()?)?, of(curves.get(1)?)?];
-    by_area_and_angle
-        .into_iter()
-        .min_by(|a, b| a.1.total_cmp(&b.1))
+/// Whether an estimator shoots a ray for each sample.
+fn is_rays(estimator: &Estimator) -> bool {
+    matches!(estimator, Estimator::PointArea | Estimator::PointSolidAngle)
 }
 
 /// The hybrid's worst time to an error, divided by the best of the others' to the same, and where.
@@ -131,13 +124,17 @@ fn print(name: &str, curves: &[Curve]) {
         println!();
     }
     for samples in [16, 64] {
-        if curves.len() > 2
-            && let Some((time, mse)) = rays(curves, samples)
-        {
-            print!("  in the time of {samples} rays ({time:.2} us), error less than theirs by:");
-            for curve in &curves[2..] {
-                if let Some(error) = curve.error_at(time) {
-                    print!("  {} {:.3e}", curve.estimator, mse / error);
+        for rays in curves.iter().filter(|c| is_rays(&c.estimator)) {
+            let Some(at) = rays.points.iter().find(|p| p.samples == samples) else {
+                continue;
+            };
+            print!(
+                "  in the time of {samples} rays by {} ({:.2} us), error less than theirs by:",
+                rays.estimator, at.time
+            );
+            for curve in curves.iter().filter(|c| !is_rays(&c.estimator)) {
+                if let Some(error) = curve.error_at(at.time) {
+                    print!("  {} {:.1e}", curve.estimator, at.mse / error);
                 }
             }
             println!();
