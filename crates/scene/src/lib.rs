@@ -71,7 +71,7 @@ pub use export::ExportOptions;
 pub use film::{FilmSettings, Filter, FilterKind};
 pub use image::ImageData;
 pub use load::{Format, LoadOptions, Loaded};
-pub use material::{Material, MaterialKind, NormalMap, Remap, Roughness};
+pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 pub use scene::{EmissiveSphere, Mesh, Scene, SceneLight};
 pub use surface::Surface;
 pub use texture::{ImageTexture, Texture, UvMapping, Wrap};

@@ -10,10 +10,21 @@ pub struct Material {
     pub name: String,
     /// The model and its parameters.
     pub kind: MaterialKind,
-    /// A bump map: a height over the surface, in units of the scene.
-    pub bump: Option<Texture>,
+    /// A bump map.
+    pub bump: Option<BumpMap>,
     /// A normal map; a bump map goes before.
     pub normal_map: Option<NormalMap>,
+}
+
+/// A height over the surface.
+#[derive(Clone, Debug)]
+pub struct BumpMap {
+    /// The height, in units of the scene.
+    pub height: Texture,
+    /// As pbrt-v3 (and v2) draw it on meshes with vertex normals: as if the texture's coordinates
+    /// ran over the surface at unit speed, backwards. A bump there is as steep as its height is
+    /// over texture coordinates, whatever their size on the surface, and turned inside out.
+    pub as_v3: bool,
 }
 
 /// Normals in the tangent space of a surface, as colours: component `c` is `2 c − 1`.
@@ -318,7 +329,8 @@ impl Material {
             texture.for_each_image(f);
         }
         let relief = self.normal_map.as_ref().map(|map| &map.texture);
-        for texture in self.bump.iter().chain(relief) {
+        let height = self.bump.as_ref().map(|map| &map.height);
+        for texture in height.into_iter().chain(relief) {
             texture.for_each_image(f);
         }
     }

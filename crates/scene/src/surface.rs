@@ -90,9 +90,15 @@ impl Scene {
         // Maps are drawn on the outside: a bump seen from behind is a dent.
         let outer = side * surface.shading_normal;
         let bent = match (&material.bump, &material.normal_map) {
-            (Some(height), _) => {
+            (Some(map), _) => {
                 let normals = indices.map(|i| self.vertex_normal(mesh, i, outer));
-                bumped(height, &surface, outer, normal_change(normals, uvs))
+                let speed = if map.as_v3 && mesh.has_normals {
+                    v3_tangents(surface.dp_du, outer)
+                } else {
+                    (surface.dp_du, surface.dp_dv)
+                };
+                let change = normal_change(normals, uvs);
+                bumped(&map.height, surface.uv, speed, outer, change)
             }
             (None, Some(map)) => mapped(map, &surface, outer),
             (None, None) => outer,
@@ -156,22 +162,35 @@ fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<(DVec3, DVec3)> {
 /// ∂p'/∂u = ∂p/∂u + n ∂d/∂u + d ∂n/∂u, likewise v.
 fn bumped(
     height: &Texture,
-    surface: &Surface,
+    uv: DVec2,
+    (dp_du, dp_dv): (DVec3, DVec3),
     normal: DVec3,
     (dn_du, dn_dv): (DVec3, DVec3),
 ) -> DVec3 {
-    let at = |du: f64, dv: f64| height.evaluate_number(surface.uv + DVec2::new(du, dv));
+    let at = |du: f64, dv: f64| height.evaluate_number(uv + DVec2::new(du, dv));
     let step = 0.5 * BUMP_STEP;
     let slope_u = (at(step, 0.0) - at(-step, 0.0)) / BUMP_STEP;
     let slope_v = (at(0.0, step) - at(0.0, -step)) / BUMP_STEP;
     let here = at(0.0, 0.0);
-    let u = surface.dp_du + normal * slope_u + dn_du * here;
-    let v = surface.dp_dv + normal * slope_v + dn_dv * here;
+    let u = dp_du + normal * slope_u + dn_du * here;
+    let v = dp_dv + normal * slope_v + dn_dv * here;
     let cross = u.cross(v);
     if cross.dot(normal) < 0.0 {
         -cross
     } else {
         cross
+    }
+}
+
+/// The unit tangents that pbrt-v3 gives a surface with vertex normals: against the first texture
+/// coordinate, and across.
+fn v3_tangents(dp_du: DVec3, normal: DVec3) -> (DVec3, DVec3) {
+    match dp_du.cross(normal).try_normalize() {
+        Some(across) => (across.cross(normal), across),
+        None => {
+            let frame = Frame::from_normal(normal);
+            (frame.x, frame.y)
+        }
     }
 }
 
@@ -239,9 +258,15 @@ mod tests {
         };
         let surface = flat(2.0 * DVec3::X, 2.0 * DVec3::Y);
         let ramp = Texture::Image(ramp.into());
-        let normal = bumped(&ramp, &surface, DVec3::Z, Default::default()).normalize();
+        let bump =
+            |speed| bumped(&ramp, surface.uv, speed, DVec3::Z, Default::default()).normalize();
+        let normal = bump((surface.dp_du, surface.dp_dv));
         let want = DVec3::new(-0.5, 0.0, 1.0).normalize();
         // Differences of values of about 1/4 over a step of 5e-4: a few 2^-54 / 5e-4.
+        assert!((normal - want).length() < 1e-11, "{normal}");
+        // pbrt-v3: a slope of one, turned inside out.
+        let normal = bump(v3_tangents(surface.dp_du, DVec3::Z));
+        let want = DVec3::new(1.0, 0.0, 1.0).normalize();
         assert!((normal - want).length() < 1e-11, "{normal}");
     }
 

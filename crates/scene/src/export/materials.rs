@@ -309,8 +309,14 @@ impl Writer<'_> {
 
     /// Bump or normal map; pbrt's normal maps have no factor, ours is then lost.
     fn relief(&mut self, material: &Material) -> Result<String, fmt::Error> {
-        if let Some(height) = &material.bump {
-            return self.parameter("displacement", height, true);
+        if let Some(map) = &material.bump {
+            // pbrt-v4 knows no other bumps than its own.
+            let name = if map.as_v3 && self.options.extensions {
+                "bumpmap"
+            } else {
+                "displacement"
+            };
+            return self.parameter(name, &map.height, true);
         }
         Ok(match &material.normal_map {
             Some(NormalMap {

@@ -6,7 +6,7 @@ use super::state::Target;
 use super::{Loader, unknown};
 use crate::color;
 use crate::error::{ErrorKind, Result, SceneError};
-use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
+use crate::material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 use crate::suggest::nearest;
 use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
 use linelit_geometry::DVec3;
@@ -115,12 +115,12 @@ impl Loader {
         Ok(Some(self.base.builder.add_material(material)))
     }
 
-    fn bump(&mut self, params: &Params) -> Result<Option<Texture>> {
-        for name in ["bumpmap", "displacement"] {
+    /// v3's `bumpmap` or v4's `displacement`.
+    fn bump(&mut self, params: &Params) -> Result<Option<BumpMap>> {
+        for (name, as_v3) in [("bumpmap", true), ("displacement", false)] {
             if params.find(name, &[Type::Texture, Type::Float])?.is_some() {
-                return self
-                    .texture_param(params, name, Texture::number(0.0), true)
-                    .map(Some);
+                let height = self.texture_param(params, name, Texture::number(0.0), true)?;
+                return Ok(Some(BumpMap { height, as_v3 }));
             }
         }
         Ok(None)
