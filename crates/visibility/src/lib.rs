@@ -31,9 +31,10 @@
 //! nothing.
 //!
 //! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time
-//! ([`InstructionSet`]). Intervals, hits and classes are the same bits on all of them; the work
-//! [`Counters`] may differ by a few, since bounds are rounded differently with fused
-//! multiply–adds.
+//! ([`InstructionSet`]). Intervals, hits and classes are the same bits on all of them (a shaft with
+//! just as many triangles as make it dense excepted); the work [`Counters`] may differ by a few,
+//! since bounds are rounded differently with fused multiply–adds. There are no kernels for NEON:
+//! those processors run the plain ones.
 //!
 //! # Example
 //!
