@@ -36,6 +36,10 @@ pub(crate) struct Seen {
     /// |p|² at the ends, and their dot product.
     squares: [f64; 2],
     dot: f64,
+    /// The lobe's rise from each end towards the other, times |p0 × p1| and that end's distance:
+    /// `axis·(X × p0)` and `axis·(p1 × X)` with X = p0 × p1. Formed from X, for the differences of dot
+    /// products that they are cancel on short segments.
+    rise: [f64; 2],
     /// l² and |p0 × p1|².
     square: f64,
     area: f64,
@@ -53,6 +57,11 @@ pub(crate) fn see(p0: Point, p1: Point, n: Point, axis: Point, k: f64) -> Option
         p0[0] * e[1] - p0[1] * e[0],
     ];
     let area = dot(x, x);
+    let turned = [
+        axis[1] * x[2] - axis[2] * x[1],
+        axis[2] * x[0] - axis[0] * x[2],
+        axis[0] * x[1] - axis[1] * x[0],
+    ];
     let (c0, c1, z0, z1) = (dot(n, p0), dot(n, p1), dot(axis, p0), dot(axis, p1));
     let (normal, length) = (CLEAR * dot(n, n), CLEAR * dot(axis, axis));
     let (low, far) = (min(min(c0, c1), min(z0, z1)), max(a, b));
@@ -77,6 +86,7 @@ pub(crate) fn see(p0: Point, p1: Point, n: Point, axis: Point, k: f64) -> Option
         facing: [c0, c1],
         squares: [a, b],
         dot: d,
+        rise: [dot(turned, p0), -dot(turned, p1)],
         square,
         area,
     })
@@ -103,8 +113,7 @@ impl Seen {
         let (i0, i1) = (1.0 / r0, 1.0 / r1);
         let (e0, e1) = (i0, i1);
         let (f0, f1) = (self.facing[0] * i0, self.facing[1] * i1);
-        // The lobe's rise from each end towards the other, times |p0 × p1| and that end's distance.
-        let (rise0, rise1) = (z1 * a - z0 * d, z0 * b - z1 * d);
+        let [rise0, rise1] = self.rise;
         let area = self.area.sqrt();
         if min(rise0, rise1) <= 0.0 {
             // Highest at an end; which one is chosen without a branch, for it is hard to guess.
@@ -134,8 +143,7 @@ impl Seen {
         closeness: [f64; 2],
         inverse: [f64; 2],
     ) -> f64 {
-        let ([z0, z1], [a, b], d) = (self.lobe, self.squares, self.dot);
-        let (rise0, rise1) = (z1 * a - z0 * d, z0 * b - z1 * d);
+        let ([z0, z1], [rise0, rise1]) = (self.lobe, self.rise);
         let area = self.area.sqrt();
         // z² + z′² at the first end, |p0|² times.
         let peak = (z0 * z0 + (rise0 / area) * (rise0 / area)).sqrt() * inverse[0];

@@ -79,7 +79,8 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
 
 /// What the error of [`irradiance`] is relative to (times distance over height where the light is seen
 /// edge-on): the lobe's whole mass 2π/(k + 2), or the solid angle where that is less, times the lobe's
-/// highest value on the polygon to the power k.
+/// highest value on the polygon to the power k. A sliver, which the horizon may leave of any polygon, errs
+/// more, by its distance times its perimeter over its area.
 #[must_use]
 pub fn condition(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     let Some((polygon, count)) = clip(vertices, n, w) else {

@@ -114,7 +114,9 @@ fn integrate(
         }
     }
     let log = peak - strength * highest;
-    settle(fan.reach() / fan.sine * sum * log.exp() * scale(&fan))
+    // In two halves: the power may be beyond the range of numbers, and the result within.
+    let half = (0.5 * log).exp();
+    settle(fan.reach() / fan.sine * sum * half * scale(&fan) * half)
 }
 
 /// The arc [0, δ] as two pieces (start, width, direction), in each of which the lobe falls from its

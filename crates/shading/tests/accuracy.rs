@@ -3,17 +3,50 @@
 #[path = "common/accuracy.rs"]
 #[allow(dead_code, reason = "the plots of the example read more of a sample")]
 mod accuracy;
+#[path = "common/lobe_oracle.rs"]
+mod lobe_oracle;
+#[path = "common/lobe_rows.rs"]
+mod lobe_rows;
 #[path = "common/naive.rs"]
 mod naive;
 #[path = "common/oracle.rs"]
 mod oracle;
+#[path = "common/solid_rows.rs"]
+mod solid_rows;
+
+use accuracy::Row;
+
+/// The first inputs of each row: no more than the table's worst (which is of more of the same inputs).
+fn hold(rows: &[Row]) {
+    let table = include_str!("../../../docs/accuracy.md");
+    let worse = accuracy::regressions(rows, table);
+    assert!(worse.is_empty(), "{}", worse.join("\n"));
+}
 
 #[test]
-fn no_row_of_the_accuracy_table_is_worse() {
-    let table = include_str!("../../../docs/accuracy.md");
-    let mut rows = accuracy::lines(4000);
-    rows.extend(accuracy::polygons(3000));
-    rows.extend(accuracy::lobes(150));
-    let worse = accuracy::regressions(&rows, table);
-    assert!(worse.is_empty(), "{}", worse.join("\n"));
+fn lines_are_as_accurate_as_the_table_says() {
+    hold(&accuracy::lines(4000));
+}
+
+#[test]
+fn polygons_are_as_accurate_as_the_table_says() {
+    hold(&accuracy::polygons(3000));
+}
+
+#[test]
+fn lobes_along_lines_are_as_accurate_as_the_table_says() {
+    hold(&lobe_rows::phong_lines(2000));
+    hold(&lobe_rows::gaussians(1500));
+    hold(&lobe_rows::cosine_lobes(1500));
+}
+
+#[test]
+fn lobes_over_polygons_are_as_accurate_as_the_table_says() {
+    hold(&lobe_rows::phong_polygons(15));
+}
+
+#[test]
+fn solid_angles_and_ltc_are_as_accurate_as_the_table_says() {
+    hold(&solid_rows::solid_angles(3000));
+    hold(&solid_rows::ltc(1500));
 }

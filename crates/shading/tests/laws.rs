@@ -15,6 +15,8 @@ const MODELS: [(&str, Integral); 3] = [
     ("point line", point_line::irradiance),
 ];
 
+type Lobe = fn(DVec3, DVec3, DVec3, DVec3, f64) -> f64;
+
 /// The bound of every line form in `docs/accuracy.md`.
 const LINE: f64 = 1e-13;
 
@@ -33,6 +35,7 @@ fn rotation(axis: DVec3, angle: f64) -> DMat3 {
 
 proptest! {
     #![proptest_config(ProptestConfig {
+        max_global_rejects: 1_000_000,
         failure_persistence: Some(Box::new(FileFailurePersistence::WithSource("regressions"))),
         ..ProptestConfig::default()
     })]
@@ -96,7 +99,7 @@ proptest! {
     #[test]
     fn form_factors_are_reciprocal(p in unit(), n in unit(), m in unit()) {
         let (n, m) = (if n.dot(p) < 0.0 { -n } else { n }, if m.dot(p) > 0.0 { -m } else { m });
-        prop_assume!(n.dot(p) > 0.05 && m.dot(p) < -0.05);
+        let (n, m) = ((n + p * 0.1).normalize(), (m - p * 0.1).normalize());
         // Each patch as a tiny square about its centre, seen from the other's centre.
         let patch = |centre: DVec3, normal: DVec3| {
             let u = normal.any_orthonormal_vector() * 1e-5;
@@ -137,7 +140,8 @@ proptest! {
         let [n, r] = [n, r].map(|v| (v * 0.4 + DVec3::Z).normalize());
         let d = (p1 - p0).normalize_or_zero();
         let m = (m - d * m.dot(d)).normalize_or_zero();
-        prop_assume!(m.length() > 0.5 && d.length() > 0.5);
+        // A strip of no length has no direction.
+        prop_assume!(m.length() > 0.5 && (p1 - p0).length() > 1e-3);
         let width = 1e-6;
         let side = m.cross(d) * (0.5 * width);
         let strip = [p0 - side, p1 - side, p1 + side, p0 + side];
@@ -150,6 +154,53 @@ proptest! {
         assert_close!(polygon::irradiance(&strip, n), want, rel = tolerance, "diffuse");
         let want = phong::ribbon(p0, p1, n, r, k) * height * width;
         assert_close!(phong_polygon::irradiance(&strip, n, r, k), want, rel = tolerance, "exponent {k}");
+    }
+
+    /// Lobes add up over split intervals, and do not grow when a part is hidden.
+    #[test]
+    fn lobes_add_up(p0 in point(), p1 in point(), n in unit(), r in unit(), t in 0.0..1.0f64, e in 0.0..3.5f64) {
+        let k = 10f64.powf(e).floor();
+        let middle = Segment::new(p0, p1).at(t);
+        let closeness = p0.cross(p1).length() / (p0 - p1).length() / (p0.length() + p1.length());
+        // The ends' own roundings move the lobe's exponent by k eps/closeness.
+        prop_assume!(closeness > 1e-3);
+        for (name, f) in [("ribbon", phong::ribbon as Lobe), ("cylinder", phong::cylinder), ("points", phong::point_line)] {
+            let (whole, first, second) = (f(p0, p1, n, r, k), f(p0, middle, n, r, k), f(middle, p1, n, r, k));
+            // Each within the table's 1e-11; relative to what the whole would be facing the lobe.
+            let tolerance = 4e-11 + 64.0 * f64::EPSILON * (k + 1.0) / closeness;
+            let scale = f(p0, p1, n, r, k) + f(p0, p1, -n, r, k);
+            assert_close!(first + second, whole, rel = tolerance, scale = scale, "{name} split at {t}, exponent {k}");
+            prop_assert!(first <= whole + tolerance * scale && second <= whole + tolerance * scale, "{}", name);
+        }
+    }
+
+    #[test]
+    fn lobes_scale_by_powers_of_two_exactly(p0 in point(), p1 in point(), n in unit(), r in unit(), e in -20i32..20, k in 0.0..50.0f64) {
+        // Both towards the line, so that it is lit.
+        let towards = p0.normalize() + p1.normalize();
+        let [n, r] = [n, r].map(|v| (v * 0.5 + towards).normalize());
+        let s = 2f64.powi(e);
+        let (one, many) = (phong::ribbon(p0, p1, n, r, k), phong::ribbon(p0 * s, p1 * s, n, r, k));
+        // Below the range of normal numbers digits are lost.
+        prop_assume!(one > 1e-280);
+        prop_assert_eq!((many * s * s).to_bits(), one.to_bits());
+        let (one, many) = (phong::cylinder(p0, p1, n, r, k), phong::cylinder(p0 * s, p1 * s, n, r, k));
+        prop_assert_eq!((many * s).to_bits(), one.to_bits());
+    }
+
+    /// The light is the same from whichever end it is counted, and whatever frame it is seen in.
+    #[test]
+    fn lobes_turn_and_turn_around(p0 in point(), p1 in point(), n in unit(), r in unit(), axis in unit(), angle in 0.0..6.3f64, e in 0.0..3.0f64) {
+        let (m, k) = (rotation(axis, angle), 10f64.powf(e).floor());
+        let closeness = p0.cross(p1).length() / (p0 - p1).length() / (p0.length() + p1.length());
+        let grazing = [n, r].into_iter().flat_map(|v| [p0, p1].map(|p| (v.dot(p) / p.length()).abs())).fold(1.0, f64::min);
+        prop_assume!(closeness > 1e-3 && grazing > 1e-3);
+        // Rotated vectors are rounded: relative to what the line would be facing both.
+        let tolerance = 4e-11 + 128.0 * f64::EPSILON * (k + 1.0) / closeness / grazing;
+        let scale = ribbon::irradiance(p0, p1, n) + ribbon::irradiance(p0, p1, -n);
+        let one = phong::ribbon(p0, p1, n, r, k);
+        assert_close!(phong::ribbon(m * p0, m * p1, m * n, m * r, k), one, rel = tolerance, scale = scale, "turned, exponent {k}");
+        assert_close!(phong::ribbon(p1, p0, n, r, k), one, rel = tolerance, scale = scale, "turned around, exponent {k}");
     }
 
     #[test]

@@ -315,7 +315,10 @@ macro_rules! kernels {
 
         /// See [`Panel::few_sum`].
         #[target_feature(enable = $feature)]
-        #[allow(clippy::too_many_arguments, reason = "one by one they stay in registers")]
+        #[allow(
+            clippy::too_many_arguments,
+            reason = "one by one they stay in registers"
+        )]
         pub(in crate::simd) fn few<const COUNT: usize>(
             half_tan: f64,
             slope: f64,
@@ -345,7 +348,10 @@ macro_rules! kernels {
 
         /// The same where atanh needs five terms only.
         #[target_feature(enable = $feature)]
-        #[allow(clippy::too_many_arguments, reason = "one by one they stay in registers")]
+        #[allow(
+            clippy::too_many_arguments,
+            reason = "one by one they stay in registers"
+        )]
         pub(in crate::simd) fn few_narrow<const COUNT: usize>(
             half_tan: f64,
             slope: f64,

@@ -2,7 +2,7 @@
 
 use crate::{naive, oracle};
 use linelit_geometry::DVec3;
-use linelit_shading::{cylinder, phong, point_line, polygon, ribbon, solid_angle};
+use linelit_shading::{cylinder, point_line, polygon, ribbon, solid_angle};
 use linelit_testkit::dd::Dd;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
@@ -51,7 +51,7 @@ impl Row {
 }
 
 /// |got − want|/max(|want|, scale); infinite for what must never be: NaN, infinite, negative.
-fn error(got: f64, want: Dd, scale: f64) -> f64 {
+pub(crate) fn error(got: f64, want: Dd, scale: f64) -> f64 {
     if !(got >= 0.0 && got.is_finite()) {
         return f64::INFINITY;
     }
@@ -64,17 +64,17 @@ fn error(got: f64, want: Dd, scale: f64) -> f64 {
     }
 }
 
-fn printed_error(got: f64, want: Dd, scale: f64) -> f64 {
+pub(crate) fn printed_error(got: f64, want: Dd, scale: f64) -> f64 {
     let size = want.abs().to_f64().max(scale);
     let e = (got - want.to_f64()).abs() / size;
     if e.is_nan() { f64::INFINITY } else { e }
 }
 
-fn vector(rng: &mut SplitMix64) -> DVec3 {
+pub(crate) fn vector(rng: &mut SplitMix64) -> DVec3 {
     DVec3::from_array(rng.unit_vector())
 }
 
-fn log_uniform(rng: &mut SplitMix64, low: f64, high: f64) -> f64 {
+pub(crate) fn log_uniform(rng: &mut SplitMix64, low: f64, high: f64) -> f64 {
     10f64.powf(rng.in_range(low, high))
 }
 
@@ -130,7 +130,7 @@ fn segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
 }
 
 /// The same, turned over where it would be dark.
-fn lit_segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
+pub(crate) fn lit_segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
     let (a, b, n) = segment(domain, rng);
     if n.dot(a) <= 0.0 && n.dot(b) <= 0.0 {
         (a, b, -n)
@@ -139,7 +139,7 @@ fn lit_segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
     }
 }
 
-fn sine(a: DVec3, b: DVec3) -> f64 {
+pub(crate) fn sine(a: DVec3, b: DVec3) -> f64 {
     linelit_geometry::predicates::cross(a, b).length() / (a.length() * b.length())
 }
 
@@ -204,7 +204,7 @@ pub(crate) const POLYGON_DOMAINS: [&str; 6] = [
 ];
 
 /// A triangle or a parallelogram, a normal, and the height above its plane over its distance.
-fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, f64) {
+pub(crate) fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, f64) {
     let (o, u, v, mut n) = (vector(rng), vector(rng), vector(rng), vector(rng));
     let size = match domain {
         "far" => log_uniform(rng, -7.0, -1.0),
@@ -281,75 +281,6 @@ pub(crate) fn polygons(count: usize) -> Vec<Row> {
         });
     }
     rows.sort_by_key(|row| row.function);
-    rows
-}
-
-/// Phong along a ribbon, exponents from 0 to 1e5, results above 1e-280.
-pub(crate) fn lobes(count: usize) -> Vec<Row> {
-    let rule = oracle::Rule::default();
-    let mut rows = Vec::new();
-    let exponents = ["low exponent", "exponent to 1e3", "exponent to 1e5"];
-    for (exponent, (low, high)) in exponents
-        .into_iter()
-        .zip([(0.0, 10.0), (10.0, 1e3), (1e3, 1e5)])
-    {
-        let mut rng = SplitMix64::new(3);
-        let (mut samples, mut cylinders) = (Vec::new(), Vec::new());
-        while samples.len() < count {
-            let domain = LINE_DOMAINS[usize::try_from(rng.below(9)).expect("below nine")];
-            let (a, b, n) = lit_segment(domain, &mut rng);
-            // Half of the lobes point at the line.
-            let along = if rng.next_f64() < 0.5 { 0.05 } else { 2.0 };
-            let r = (a.lerp(b, rng.next_f64()).normalize() + vector(&mut rng) * along).normalize();
-            let k = rng.in_range(low, high);
-            let k = if rng.next_f64() < 0.7 || k < 1.0 {
-                k.floor()
-            } else {
-                k
-            };
-            let arrays = [a, b, n, r].map(|v| v.to_array());
-            let want = oracle::phong(&rule, arrays[0], arrays[1], arrays[2], arrays[3], k);
-            if want < 1e-280 || sine(a, b) < 1e-12 {
-                continue;
-            }
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "0 to 1e5"
-            )]
-            let printed = naive::phong(a, b, n, r, k as u32);
-            let wide = oracle::twice_distance(arrays[0], arrays[1]) * Dd::new(want);
-            if wide.to_f64() > 1e-280 {
-                cylinders.push(Sample {
-                    condition: (k + 1.0) / sine(a, b),
-                    ours: error(phong::cylinder(a, b, n, r, k), wide, 0.0),
-                    printed: f64::NAN,
-                });
-            }
-            samples.push(Sample {
-                condition: (k + 1.0) / sine(a, b),
-                ours: error(phong::ribbon(a, b, n, r, k), Dd::new(want), 0.0),
-                printed: if k.fract() > 0.0 {
-                    f64::NAN
-                } else {
-                    printed_error(printed, Dd::new(want), 0.0)
-                },
-            });
-        }
-        rows.push(Row {
-            function: "phong::ribbon",
-            domain: exponent,
-            samples,
-            goal: 1e-10,
-        });
-        rows.push(Row {
-            function: "phong::cylinder",
-            domain: exponent,
-            samples: cylinders,
-            goal: 1e-10,
-        });
-    }
-    rows.sort_by_key(|row| std::cmp::Reverse(row.function));
     rows
 }
 

@@ -2,7 +2,6 @@
 //! lose less than fifteen of them.
 
 use linelit_testkit::dd::Dd;
-use linelit_testkit::quadrature::{GaussRule, gauss_legendre};
 use linelit_testkit::real::{Real, cross, dot, length, sub, vector};
 
 pub(crate) type V = [Dd; 3];
@@ -41,16 +40,19 @@ struct Line {
 
 fn line(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Option<Line> {
     let (a, b) = clip(p0, p1, &[n])?;
-    let n = vector::<Dd>(n);
+    Some(seen([a, b], &vector::<Dd>(n)))
+}
+
+fn seen([a, b]: [V; 2], n: &V) -> Line {
     let x = length(&cross(&a, &b));
     let (ra, rb) = (length(&a), length(&b));
-    Some(Line {
-        c: [dot(&n, &a), dot(&n, &b)],
+    Line {
+        c: [dot(n, &a), dot(n, &b)],
         r: [ra, rb],
         length: length(&sub(&b, &a)),
         sine: x / (ra * rb),
         angle: x.atan2(dot(&a, &b)),
-    })
+    }
 }
 
 /// δ − sin δ cos δ over sin³ δ.
@@ -73,9 +75,15 @@ fn lune(l: &Line) -> Dd {
 /// Billen & Dutré's integral, by the crate's own algebra in double-double (that the algebra is right is
 /// for the reference vectors to say), with the angle from atan2.
 pub(crate) fn ribbon(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
-    let Some(l) = line(p0, p1, n) else {
-        return dd(0.0);
-    };
+    match clip(p0, p1, &[n]) {
+        Some((a, b)) => along([a, b], &vector::<Dd>(n)),
+        None => dd(0.0),
+    }
+}
+
+/// ∫ n·p/|p|⁴ dt between two points above the horizon.
+fn along(ends: [V; 2], n: &V) -> Dd {
+    let l = seen(ends, n);
     let product = l.r[0] * l.r[1];
     let cos = l.angle.cos();
     let g = lune(&l);
@@ -91,10 +99,158 @@ pub(crate) fn cylinder(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
     dd(2.0) * h * ribbon(p0, p1, n)
 }
 
-/// Twice the distance of the line.
-pub(crate) fn twice_distance(p0: [f64; 3], p1: [f64; 3]) -> Dd {
+/// The solid angle of a thin cylinder for each unit of radius.
+pub(crate) fn cylinder_solid_angle(p0: [f64; 3], p1: [f64; 3]) -> Dd {
     let (a, b) = (vector::<Dd>(p0), vector::<Dd>(p1));
-    dd(2.0) * length(&cross(&a, &b)) / length(&sub(&b, &a))
+    let (x, ra, rb, d) = (length(&cross(&a, &b)), length(&a), length(&b), dot(&a, &b));
+    // Where the line passes the shading point the sum of r0 r1 and p0·p1 cancels.
+    let below = if d > dd(0.0) {
+        ra * rb + d
+    } else {
+        x * x / (ra * rb - d)
+    };
+    dd(2.0) * x * (ra + rb) / (ra * rb * below)
+}
+
+/// 1 − cos of the half angle of a sphere, from without.
+pub(crate) fn sphere_versine(distance: f64, radius: f64) -> Dd {
+    let s = dd(radius) / dd(distance);
+    dd(1.0) - (dd(1.0) - s * s).sqrt()
+}
+
+/// Snyder's projected solid angle of a sphere, from without, and π s².
+pub(crate) fn sphere_projected(centre: [f64; 3], radius: f64, n: [f64; 3]) -> (Dd, f64) {
+    let (centre, n) = (vector::<Dd>(centre), vector::<Dd>(n));
+    let distance = length(&centre);
+    let s = dd(radius) / distance;
+    let cosine = dot(&n, &centre) / distance;
+    let mass = Dd::PI * s * s;
+    if cosine >= s {
+        return (mass * cosine, mass.to_f64());
+    }
+    if cosine <= -s {
+        return (dd(0.0), mass.to_f64());
+    }
+    let sine = length(&cross(&n, &centre)) / distance;
+    let x = (dd(1.0) / (s * s) - dd(1.0)).sqrt();
+    let y = -x * cosine / sine;
+    let root = (dd(1.0) - y * y).abs().sqrt();
+    let flat = s * s * (y.acos() * cosine - x * sine * root);
+    (flat + (sine * root).atan2(x), mass.to_f64())
+}
+
+/// A map of vectors by rows.
+type Rows = [V; 3];
+
+/// The inverse of a matrix given by columns, and its determinant.
+fn inverse(columns: [[f64; 3]; 3]) -> Rows {
+    let [a, b, c] = columns.map(vector::<Dd>);
+    let (x, y, z) = (cross(&b, &c), cross(&c, &a), cross(&a, &b));
+    let det = dot(&a, &x);
+    [x, y, z].map(|row| row.map(|e| e / det))
+}
+
+fn apply(m: &Rows, p: &V) -> V {
+    [dot(&m[0], p), dot(&m[1], p), dot(&m[2], p)]
+}
+
+/// A linearly transformed cosine over a polygon, both in the surface's frame (z up), times π; and the
+/// mapped polygon's solid angle times distance over height and times distance × perimeter over area,
+/// which the error is relative to.
+pub(crate) fn ltc_polygon(columns: [[f64; 3]; 3], vertices: &[[f64; 3]]) -> (Dd, f64) {
+    let m = inverse(columns);
+    let zero = dd(0.0);
+    let points: Vec<V> = vertices.iter().map(|v| vector::<Dd>(*v)).collect();
+    let mut above: Vec<V> = Vec::new();
+    for (i, a) in points.iter().enumerate() {
+        let b = &points[(i + 1) % points.len()];
+        if a[2] >= zero {
+            above.push(*a);
+        }
+        if (a[2] > zero && b[2] < zero) || (a[2] < zero && b[2] > zero) {
+            above.push([0, 1, 2].map(|j| (a[j] * b[2] - b[j] * a[2]) / (b[2] - a[2])));
+        }
+    }
+    let mapped: Vec<V> = above.iter().map(|p| apply(&m, p)).collect();
+    // The cosine has a horizon of its own.
+    let mut above: Vec<V> = Vec::new();
+    for (i, a) in mapped.iter().enumerate() {
+        let b = &mapped[(i + 1) % mapped.len()];
+        if a[2] >= zero {
+            above.push(*a);
+        }
+        if (a[2] > zero && b[2] < zero) || (a[2] < zero && b[2] > zero) {
+            above.push([0, 1, 2].map(|j| (a[j] * b[2] - b[j] * a[2]) / (b[2] - a[2])));
+        }
+    }
+    let mapped = above;
+    if mapped.len() < 3 {
+        return (zero, 0.0);
+    }
+    let mut solid = zero;
+    for i in 1..mapped.len() - 1 {
+        let [a, b, c] = [&mapped[0], &mapped[i], &mapped[i + 1]];
+        let (ra, rb, rc) = (length(a), length(b), length(c));
+        let below = ra * rb * rc + dot(a, b) * rc + dot(b, c) * ra + dot(c, a) * rb;
+        solid = solid + dd(2.0) * dot(&cross(a, b), c).atan2(below);
+    }
+    let normal = cross(&sub(&mapped[1], &mapped[0]), &sub(&mapped[2], &mapped[0]));
+    let height = (dot(&normal, &mapped[0]) / length(&normal)).abs().to_f64();
+    let nearest = mapped
+        .iter()
+        .map(|p| length(p).to_f64())
+        .fold(f64::INFINITY, f64::min);
+    let value = lambert(&mapped, &vector::<Dd>([0.0, 0.0, 1.0]));
+    // Rounding the mapped vertices moves the edges by ε times the distance.
+    let count = mapped.len();
+    let around: f64 = (0..count)
+        .map(|i| length(&sub(&mapped[(i + 1) % count], &mapped[i])).to_f64())
+        .sum();
+    let farthest = mapped
+        .iter()
+        .map(|p| length(p).to_f64())
+        .fold(0.0, f64::max);
+    let mut area = 0.0;
+    for i in 1..count - 1 {
+        let x = cross(
+            &sub(&mapped[i], &mapped[0]),
+            &sub(&mapped[i + 1], &mapped[0]),
+        );
+        area += 0.5 * length(&x).to_f64();
+    }
+    let slender = (farthest * around / area).max(1.0);
+    (
+        value,
+        solid.abs().to_f64() * (nearest / height).max(1.0) * slender,
+    )
+}
+
+/// The same along a thin cylinder, and the value over the sine of the angle that the mapped line
+/// subtends: rounding the mapped ends moves it by that much.
+pub(crate) fn ltc_line(columns: [[f64; 3]; 3], p0: [f64; 3], p1: [f64; 3]) -> (Dd, f64) {
+    let Some((a, b)) = clip(p0, p1, &[[0.0, 0.0, 1.0]]) else {
+        return (dd(0.0), 0.0);
+    };
+    let m = inverse(columns);
+    let side = cross(&a, &b);
+    let side = side.map(|x| x / length(&side));
+    let columns = columns.map(vector::<Dd>);
+    let width = length(&columns.map(|c| dot(&c, &side)));
+    let (a, b) = (apply(&m, &a), apply(&m, &b));
+    // The mapped line may dip below the cosine's own horizon.
+    let zero = dd(0.0);
+    let cut = |a: &V, b: &V| [0, 1, 2].map(|j| (a[j] * b[2] - b[j] * a[2]) / (b[2] - a[2]));
+    let (a, b) = match (a[2] >= zero, b[2] >= zero) {
+        (true, true) => (a, b),
+        (true, false) => (a, cut(&a, &b)),
+        (false, true) => (cut(&a, &b), b),
+        (false, false) => return (zero, 0.0),
+    };
+    let x = length(&cross(&a, &b));
+    let h = x / length(&sub(&b, &a));
+    let value = dd(2.0) * h * along([a, b], &vector::<Dd>([0.0, 0.0, 1.0])) / width;
+    let sine = x / (length(&a) * length(&b));
+    (value, (value / sine).to_f64())
 }
 
 /// Picott's integral.
@@ -132,102 +288,20 @@ pub(crate) fn polygon(vertices: &[[f64; 3]], n: [f64; 3]) -> Dd {
             above.push([0, 1, 2].map(|j| (a[j] * cb - b[j] * ca) / (cb - ca)));
         }
     }
+    lambert(&above, &n)
+}
+
+/// Lambert's sum.
+fn lambert(above: &[V], n: &V) -> Dd {
+    let zero = dd(0.0);
     let mut sum = zero;
     for (i, a) in above.iter().enumerate() {
         let b = &above[(i + 1) % above.len()];
         let x = cross(a, b);
         let size = length(&x);
         if size > zero {
-            sum = sum + size.atan2(dot(a, b)) * dot(&x, &n) / size;
+            sum = sum + size.atan2(dot(a, b)) * dot(&x, n) / size;
         }
     }
     sum.abs() * dd(0.5)
-}
-
-/// Quadrature rule of the lobes, and how its window is divided.
-pub(crate) struct Rule(GaussRule);
-
-impl Default for Rule {
-    fn default() -> Self {
-        Self(gauss_legendre(20))
-    }
-}
-
-/// ∫ (n·p)(r·p)ᵏ/|p|^(4 + k) dt by composite Gauss–Legendre over the angle, from the definition:
-/// directions, logarithms and exponentials in double-double.
-pub(crate) fn phong(
-    rule: &Rule,
-    p0: [f64; 3],
-    p1: [f64; 3],
-    n: [f64; 3],
-    r: [f64; 3],
-    k: f64,
-) -> f64 {
-    let Some((a, b)) = clip(p0, p1, &[n, r]) else {
-        return 0.0;
-    };
-    let (n, r) = (vector::<Dd>(n), vector::<Dd>(r));
-    let x = cross(&a, &b);
-    let (ra, rb, size) = (length(&a), length(&b), length(&x));
-    let angle = size.atan2(dot(&a, &b));
-    let side = cross(&x, &a);
-    let u = a.map(|c| c / ra);
-    let t = side.map(|c| c / (size * ra));
-    let (z0, rise) = (dot(&r, &u), dot(&r, &t));
-    let (c0, c1) = (dot(&n, &u), dot(&n, &t));
-    // 1/|p| as a cosine: its value and slope at the first end, from both ends.
-    let inverse = dd(1.0) / ra;
-    let slope = (dd(1.0) / rb - inverse * angle.cos()) / angle.sin();
-    let centre = rise.atan2(z0);
-    let start = if centre < dd(0.0) {
-        dd(0.0)
-    } else if centre > angle {
-        angle
-    } else {
-        centre
-    };
-    let (s, c) = (start.sin(), start.cos());
-    let peak = (z0 * c + rise * s).ln();
-    let steep = (start - centre).abs().to_f64().tan() * k;
-    let window = 2.0 * 46.0 / (steep + (steep * steep + 2.0 * k * 46.0).sqrt());
-    let mut sum = dd(0.0);
-    for (width, sign) in [((angle - start).to_f64(), 1.0), (start.to_f64(), -1.0)] {
-        let whole = sign > 0.0 && start == dd(0.0) || sign < 0.0 && start == angle;
-        let width = if width <= window && whole {
-            angle
-        } else {
-            dd(width.min(window))
-        };
-        if width <= dd(0.0) {
-            continue;
-        }
-        // Thirds, or pieces that halve towards the far end, where the lobe may end like a power.
-        let rough = k.fract() > 0.0 && k < 12.0;
-        let edges: Vec<f64> = if rough {
-            (0..40).map(|j| 1.0 - 0.5f64.powi(j)).chain([1.0]).collect()
-        } else {
-            vec![0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]
-        };
-        for piece in edges.windows(2) {
-            let mut part = dd(0.0);
-            let (from, step) = (piece[0], piece[1] - piece[0]);
-            for (node, weight) in rule.0.nodes.iter().zip(&rule.0.weights) {
-                let fraction = from + step * 0.5 * (node + 1.0);
-                let v = start + width * dd(sign * fraction);
-                let (s, c) = (v.sin(), v.cos());
-                let z = z0 * c + rise * s;
-                if z <= dd(0.0) {
-                    continue;
-                }
-                let lobe = (dd(k) * (z.ln() - peak)).exp();
-                part = part + dd(*weight) * (c0 * c + c1 * s) * (inverse * c + slope * s) * lobe;
-            }
-            sum = sum + part * width * dd(0.5 * step);
-        }
-    }
-    // 1/h = l/|X|.
-    let reach = length(&sub(&b, &a)) / size;
-    // In four parts: the result may be near the end of the range, or the lobe beyond it.
-    let quarter = (dd(0.25 * k) * peak).exp();
-    (sum * quarter * reach * quarter * quarter * quarter).to_f64()
 }

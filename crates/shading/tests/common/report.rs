@@ -3,12 +3,13 @@
 use crate::accuracy::Row;
 use std::fmt::Write;
 
-/// The table as Markdown.
-pub(crate) fn table(rows: &[Row]) -> String {
-    let mut out = String::from(
-        "| function | domain | inputs | worst | 99.9 % | goal | printed form: median | printed form: 99 % | printed form: worst |\n\
-         |---|---|---:|---:|---:|---:|---:|---:|---:|\n",
-    );
+/// The head of the table.
+pub(crate) const HEADER: &str = "| function | domain | inputs | worst | 99.9 % | goal | printed form: median | printed form: 99 % | printed form: worst |\n\
+     |---|---|---:|---:|---:|---:|---:|---:|---:|\n";
+
+/// Lines of the table, in Markdown.
+pub(crate) fn lines(rows: &[Row]) -> String {
+    let mut out = String::new();
     for row in rows {
         let printed: Row = Row {
             samples: row
@@ -85,7 +86,14 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
          <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n"
     );
     let condition = match function.split("::").next() {
-        Some("phong") => "(k + 1)/sin δ, δ the angle between the ends' directions",
+        Some("phong" | "cosine_lobe" | "quadrature") => {
+            "(k + 1)/sin δ, δ the angle between the ends' directions"
+        }
+        Some("spherical_gaussian") => "(λ + 1)/sin δ, δ the angle between the ends' directions",
+        Some("phong_polygon") => "1/min(Ω, 2π/(k + 2)), over the lobe's highest power",
+        _ if function == "solid_angle::sphere" => "distance²/radius²",
+        _ if function == "solid_angle::sphere_projected" => "distance²/radius²",
+        _ if function == "ltc::Ltc::polygon" => "1/(mapped Ω × distance/height)",
         Some("polygon" | "solid_angle") => "1/Ω",
         _ => "1/sin δ, δ the angle between the ends' directions",
     };

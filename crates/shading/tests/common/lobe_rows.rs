@@ -1,0 +1,273 @@
+//! Errors of everything with a lobe, domain by domain.
+
+use crate::accuracy::{
+    LINE_DOMAINS, POLYGON_DOMAINS, Row, Sample, error, lit_segment, log_uniform, printed_error,
+    shape, sine, vector,
+};
+use crate::lobe_oracle::{self, Rule};
+use crate::naive;
+use linelit_geometry::{DVec3, Frame};
+use linelit_shading::cosine_lobe::CosineLobe;
+use linelit_shading::quadrature::{self, Model};
+use linelit_shading::{phong, phong_polygon, spherical_gaussian};
+use linelit_testkit::dd::Dd;
+use linelit_testkit::real::Real;
+use linelit_testkit::rng::SplitMix64;
+
+/// The domains of lines, and the sharpest lobes on ordinary ones.
+fn domains(high: &'static str) -> impl Iterator<Item = &'static str> {
+    LINE_DOMAINS.into_iter().chain([high])
+}
+
+/// An exponent from 0 to 1e5, most of them integers, a third of them below ten.
+fn exponent(domain: &str, rng: &mut SplitMix64) -> f64 {
+    let k = if domain.starts_with("exponent") {
+        log_uniform(rng, 3.0, 5.0)
+    } else if rng.next_f64() < 0.3 {
+        rng.in_range(0.0, 10.0)
+    } else {
+        log_uniform(rng, 1.0, 5.0)
+    };
+    if rng.next_f64() < 0.7 || k < 1.0 {
+        k.floor()
+    } else {
+        k
+    }
+}
+
+/// Half of the axes point at the line.
+fn axis(a: DVec3, b: DVec3, rng: &mut SplitMix64) -> DVec3 {
+    let along = if rng.next_f64() < 0.5 { 0.05 } else { 2.0 };
+    (a.lerp(b, rng.next_f64()).normalize() + vector(rng) * along).normalize()
+}
+
+/// An integer exponent for the recursions, which take a time proportional to it: of every 25th input.
+fn integer(k: f64, index: usize) -> Option<u32> {
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 to 1e5"
+    )]
+    (k.fract() <= 0.0 && index.is_multiple_of(25)).then_some(k as u32)
+}
+
+/// Rows of three models that share an oracle.
+struct Three {
+    names: [&'static str; 3],
+    samples: [Vec<Sample>; 3],
+}
+
+impl Three {
+    fn new(names: [&'static str; 3]) -> Self {
+        Self {
+            names,
+            samples: Default::default(),
+        }
+    }
+
+    /// Results above 1e-280 count.
+    fn add(&mut self, which: usize, condition: f64, got: f64, want: f64, printed: Option<f64>) {
+        if want > 1e-280 && want < 1e280 {
+            let want = Dd::new(want);
+            self.samples[which].push(Sample {
+                condition,
+                ours: error(got, want, 0.0),
+                printed: printed.map_or(f64::NAN, |p| printed_error(p, want, 0.0)),
+            });
+        }
+    }
+
+    fn rows(self, domain: &'static str, goal: f64) -> impl Iterator<Item = Row> {
+        self.names
+            .into_iter()
+            .zip(self.samples)
+            .map(move |(function, samples)| Row {
+                function,
+                domain,
+                samples,
+                goal,
+            })
+    }
+}
+
+/// Phong along the three models.
+pub(crate) fn phong_lines(count: usize) -> Vec<Row> {
+    let rule = Rule::default();
+    let mut rows = Vec::new();
+    for domain in domains("exponent 1e3 to 1e5") {
+        let mut rng = SplitMix64::new(3);
+        let mut three = Three::new(["phong::ribbon", "phong::cylinder", "phong::point_line"]);
+        while three.samples[0].len() < count {
+            let (a, b, n) = lit_segment(domain, &mut rng);
+            let r = axis(a, b, &mut rng);
+            let k = exponent(domain, &mut rng);
+            let [p, q, m, w] = [a, b, n, r].map(|v| v.to_array());
+            // Closer to the line than that, the rounded ends themselves decide.
+            if sine(a, b) < 1e-12 {
+                continue;
+            }
+            let Some(want) = lobe_oracle::phong(&rule, p, q, m, w, k) else {
+                continue;
+            };
+            let condition = (k + 1.0) / sine(a, b);
+            let printed = integer(k, three.samples[0].len()).map(|k| naive::phong(a, b, n, r, k));
+            let got = [
+                phong::ribbon(a, b, n, r, k),
+                phong::cylinder(a, b, n, r, k),
+                phong::point_line(a, b, n, r, k),
+            ];
+            let want = [want.ribbon, want.cylinder, want.point_line];
+            for i in 0..3 {
+                three.add(i, condition, got[i], want[i], printed.map(|p| p[i]));
+            }
+        }
+        rows.extend(three.rows(domain, 1e-10));
+    }
+    rows.sort_by_key(|row| row.function);
+    rows
+}
+
+/// Spherical Gaussians along the three models, sharpness 1e-2 to 1e4.
+pub(crate) fn gaussians(count: usize) -> Vec<Row> {
+    let rule = Rule::default();
+    let mut rows = Vec::new();
+    for domain in domains("sharpness 1e3 to 1e4") {
+        let mut rng = SplitMix64::new(4);
+        let mut three = Three::new([
+            "spherical_gaussian::ribbon",
+            "spherical_gaussian::cylinder",
+            "spherical_gaussian::point_line",
+        ]);
+        while three.samples[0].len() < count {
+            let (a, b, n) = lit_segment(domain, &mut rng);
+            let xi = axis(a, b, &mut rng);
+            let low = if domain.starts_with("sharpness") {
+                3.0
+            } else {
+                -2.0
+            };
+            let lambda = log_uniform(&mut rng, low, 4.0);
+            if sine(a, b) < 1e-12 {
+                continue;
+            }
+            let [p, q, m, w] = [a, b, n, xi].map(|v| v.to_array());
+            let Some(want) = lobe_oracle::gaussian(&rule, p, q, m, w, lambda) else {
+                continue;
+            };
+            let condition = (lambda + 1.0) / sine(a, b);
+            let got = [
+                spherical_gaussian::ribbon(a, b, n, xi, lambda),
+                spherical_gaussian::cylinder(a, b, n, xi, lambda),
+                spherical_gaussian::point_line(a, b, n, xi, lambda),
+            ];
+            let want = [want.ribbon, want.cylinder, want.point_line];
+            for i in 0..3 {
+                three.add(i, condition, got[i], want[i], None);
+            }
+        }
+        rows.extend(three.rows(domain, 1e-10));
+    }
+    rows.sort_by_key(|row| row.function);
+    rows
+}
+
+/// Generalised cosine lobes (for the axis as it is rounded), and adaptive quadrature of the same function.
+pub(crate) fn cosine_lobes(count: usize) -> Vec<Row> {
+    let rule = Rule::default();
+    let mut rows = Vec::new();
+    for domain in LINE_DOMAINS {
+        let mut rng = SplitMix64::new(5);
+        let mut three = Three::new([
+            "cosine_lobe::ribbon",
+            "cosine_lobe::cylinder",
+            "quadrature::line",
+        ]);
+        while three.samples[0].len() < count {
+            let (a, b, n) = lit_segment(domain, &mut rng);
+            let frame = Frame::from_normal(n);
+            let mut v = |a: f64, b: f64| rng.in_range(a, b);
+            let stretch = DVec3::new(v(-1.2, 0.6), v(-1.2, 0.6), v(0.6, 1.1));
+            let local = DVec3::new(v(-1.0, 1.0), v(-1.0, 1.0), v(0.1, 1.0)).normalize();
+            let lobe = CosineLobe {
+                stretch,
+                exponent: 10f64.powf(v(0.0, 2.5)).floor(),
+                weight: DVec3::ONE,
+            };
+            let wo = frame.to_world(local);
+            let axis = lobe.axis(&frame, wo);
+            if sine(a, b) < 1e-12 {
+                continue;
+            }
+            let [p, q, m, w] = [a, b, frame.z, axis].map(|v| v.to_array());
+            let Some(want) = lobe_oracle::phong(&rule, p, q, m, w, lobe.exponent) else {
+                continue;
+            };
+            let condition = (lobe.exponent + 1.0) / sine(a, b);
+            let printed = integer(lobe.exponent, three.samples[0].len())
+                .map(|k| naive::phong(a, b, frame.z, axis, k));
+            let got = lobe.ribbon(&frame, wo, a, b).x;
+            three.add(0, condition, got, want.ribbon, printed.map(|p| p[0]));
+            let got = lobe.cylinder(&frame, wo, a, b).x;
+            three.add(1, condition, got, want.cylinder, printed.map(|p| p[1]));
+            // The lobe itself through the general quadrature, where it sees both ends: a lit end that no
+            // node meets stays unseen, as is said there.
+            if lobe.exponent < 30.0 && axis.dot(a).min(axis.dot(b)) > 0.0 {
+                let value = |w: DVec3| DVec3::splat(axis.dot(w).max(0.0).powf(lobe.exponent));
+                let e = quadrature::line(a, b, frame.z, Model::Ribbon, value, 1e-10, 4000);
+                let scale = axis.length().powf(lobe.exponent);
+                let flat = linelit_shading::ribbon::irradiance(a, b, frame.z) * scale;
+                if want.ribbon > 1e-3 * flat {
+                    three.add(2, condition, e.value.x, want.ribbon, None);
+                }
+            }
+        }
+        let mut all: Vec<Row> = three.rows(domain, 1e-10).collect();
+        all[2].goal = 1e-8;
+        rows.extend(all);
+    }
+    rows.sort_by_key(|row| row.function);
+    rows
+}
+
+/// Phong over polygons, relative to its condition times distance over height: exponents to 200 and axes
+/// within 60° of the polygon, for the oracle's sake; all others are for the reference vectors.
+pub(crate) fn phong_polygons(count: usize) -> Vec<Row> {
+    let rule = Rule::square();
+    let mut rows = Vec::new();
+    for domain in POLYGON_DOMAINS {
+        let mut rng = SplitMix64::new(6);
+        let mut samples = Vec::new();
+        while samples.len() < count {
+            let (corners, n, height) = shape(domain, &mut rng);
+            let w = axis(corners[0], corners[2], &mut rng);
+            let k = exponent(domain, &mut rng).min(200.0);
+            // Broken small exponents are for the reference vectors: where the lobe ends, nodes err.
+            let k = if k < 30.0 { k.floor() } else { k };
+            if corners.iter().all(|p| w.dot(*p) < 0.5 * p.length()) {
+                continue;
+            }
+            let arrays: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
+            let (want, mass) =
+                lobe_oracle::phong_polygon(&rule, &arrays, n.to_array(), w.to_array(), k);
+            let scale = mass / height.min(1.0);
+            if scale < 1e-270 || want < 1e-270 {
+                continue;
+            }
+            let want = Dd::new(want);
+            samples.push(Sample {
+                condition: 1.0 / mass,
+                ours: error(phong_polygon::irradiance(&corners, n, w, k), want, scale),
+                printed: integer(k, samples.len()).map_or(f64::NAN, |k| {
+                    printed_error(naive::phong_polygon(&corners, n, w, k), want, scale)
+                }),
+            });
+        }
+        rows.push(Row {
+            function: "phong_polygon::irradiance",
+            domain,
+            samples,
+            goal: 1e-10,
+        });
+    }
+    rows
+}

@@ -1,0 +1,182 @@
+//! Errors of solid angles and of linearly transformed cosines, domain by domain.
+
+use crate::accuracy::{
+    LINE_DOMAINS, POLYGON_DOMAINS, Row, Sample, error, lit_segment, log_uniform, printed_error,
+    shape, sine, vector,
+};
+use crate::{naive, oracle};
+use linelit_geometry::{DMat3, DVec3, Frame};
+use linelit_shading::ltc::Ltc;
+use linelit_shading::{cylinder, solid_angle};
+use linelit_testkit::dd::Dd;
+use linelit_testkit::real::Real;
+use linelit_testkit::rng::SplitMix64;
+use std::f64::consts::PI;
+
+/// The solid angle of a thin cylinder, and of spheres.
+pub(crate) fn solid_angles(count: usize) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for domain in LINE_DOMAINS {
+        let mut rng = SplitMix64::new(7);
+        let mut samples = Vec::new();
+        while samples.len() < count {
+            let (a, b, _) = lit_segment(domain, &mut rng);
+            // Closer to the line than that, double-double loses too much as well.
+            if sine(a, b) < 1e-13 {
+                continue;
+            }
+            let want = oracle::cylinder_solid_angle(a.to_array(), b.to_array());
+            samples.push(Sample {
+                condition: 1.0 / sine(a, b),
+                ours: error(cylinder::solid_angle(a, b), want, 0.0),
+                printed: printed_error(naive::cylinder_solid_angle(a, b), want, 1e-300),
+            });
+        }
+        rows.push(Row {
+            function: "cylinder::solid_angle",
+            domain,
+            samples,
+            goal: 1e-13,
+        });
+    }
+    rows.extend(spheres(3 * count));
+    rows
+}
+
+fn spheres(count: usize) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for domain in ["ordinary", "far", "touching"] {
+        let mut rng = SplitMix64::new(8);
+        let (mut whole, mut projected) = (Vec::new(), Vec::new());
+        for _ in 0..count {
+            let radius = log_uniform(&mut rng, -2.0, 2.0);
+            let distance = radius
+                * match domain {
+                    "far" => log_uniform(&mut rng, 2.0, 9.0),
+                    "touching" => 1.0 + log_uniform(&mut rng, -14.0, -2.0),
+                    _ => rng.in_range(1.01, 10.0),
+                };
+            let s = radius / distance;
+            let versine = oracle::sphere_versine(distance, radius);
+            let want = versine * Dd::PI * Dd::new(2.0);
+            let ours = solid_angle::sphere(DVec3::Z * distance, radius);
+            whole.push(Sample {
+                condition: 1.0 / (s * s),
+                ours: error(ours, want, 0.0),
+                printed: printed_error(2.0 * PI * (1.0 - (1.0 - s * s).sqrt()), want, 0.0),
+            });
+            // Half of them are cut by the horizon.
+            let n = vector(&mut rng);
+            let across = n.any_orthonormal_vector();
+            let lift = if rng.next_f64() < 0.5 { s } else { 1.0 };
+            let height = lift * rng.in_range(-1.0, 1.0);
+            let centre = (n * height + across * (1.0 - height * height).sqrt()) * distance;
+            if centre.length() <= radius * (1.0 + 1e-15) {
+                continue;
+            }
+            let (want, mass) = oracle::sphere_projected(centre.to_array(), radius, n.to_array());
+            projected.push(Sample {
+                condition: 1.0 / (s * s),
+                ours: error(solid_angle::sphere_projected(centre, radius, n), want, mass),
+                printed: f64::NAN,
+            });
+        }
+        for (function, samples) in [
+            ("solid_angle::sphere", whole),
+            ("solid_angle::sphere_projected", projected),
+        ] {
+            rows.push(Row {
+                function,
+                domain,
+                samples,
+                goal: 1e-12,
+            });
+        }
+    }
+    rows.sort_by_key(|row| row.function);
+    rows
+}
+
+/// A map as the tables have them: roughness from 0.1, the skew of grazing views.
+fn map(rng: &mut SplitMix64) -> DMat3 {
+    let width = log_uniform(rng, -1.5, 0.0);
+    DMat3::from_cols(
+        DVec3::new(width, 0.0, width * rng.in_range(-0.5, 0.5)),
+        DVec3::new(0.0, width * rng.in_range(0.3, 1.0), 0.0),
+        DVec3::new(rng.in_range(-1.0, 1.0), 0.0, 1.0),
+    )
+}
+
+/// Linearly transformed cosines, for a given map and in its own frame: over polygons relative to the
+/// mapped solid angle, along lines relative to the value over the sine of the mapped angle.
+pub(crate) fn ltc(count: usize) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let frame = Frame {
+        x: DVec3::X,
+        y: DVec3::Y,
+        z: DVec3::Z,
+    };
+    for domain in POLYGON_DOMAINS {
+        let mut rng = SplitMix64::new(9);
+        let mut samples = Vec::new();
+        while samples.len() < count {
+            let (corners, n, _) = shape(domain, &mut rng);
+            // The domain's normal is the frame's z.
+            let turn = Frame::from_normal(n);
+            let local: Vec<DVec3> = corners.iter().map(|v| turn.to_local(*v)).collect();
+            let m = map(&mut rng);
+            let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.to_array());
+            let arrays: Vec<[f64; 3]> = local.iter().map(|v| v.to_array()).collect();
+            let (want, scale) = oracle::ltc_polygon(columns, &arrays);
+            if !(scale > 0.0 && scale.is_finite()) {
+                continue;
+            }
+            let got = Ltc::new(m, PI).polygon(&frame, &local);
+            let inverse = m.inverse();
+            let mapped: Vec<DVec3> = local.iter().map(|v| inverse * *v).collect();
+            samples.push(Sample {
+                condition: 1.0 / scale,
+                ours: error(got, want, scale),
+                printed: printed_error(naive::polygon(&mapped, DVec3::Z), want, scale),
+            });
+        }
+        rows.push(Row {
+            function: "ltc::Ltc::polygon",
+            domain,
+            samples,
+            goal: 1e-12,
+        });
+    }
+    for domain in LINE_DOMAINS {
+        let mut rng = SplitMix64::new(10);
+        let mut samples = Vec::new();
+        while samples.len() < count {
+            let (a, b, n) = lit_segment(domain, &mut rng);
+            let turn = Frame::from_normal(n);
+            let (a, b) = (turn.to_local(a), turn.to_local(b));
+            let m = map(&mut rng);
+            let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.to_array());
+            let (want, scale) = oracle::ltc_line(columns, a.to_array(), b.to_array());
+            if sine(a, b) < 1e-12 || want.to_f64() < 1e-280 || !scale.is_finite() {
+                continue;
+            }
+            let got = Ltc::new(m, PI).line(&frame, a, b);
+            let inverse = m.inverse();
+            let side = a.cross(b).normalize_or_zero();
+            let width = (m.transpose() * side).length();
+            let printed = naive::cylinder(inverse * a, inverse * b, DVec3::Z) / width;
+            samples.push(Sample {
+                condition: 1.0 / sine(a, b),
+                ours: error(got, want, scale),
+                printed: printed_error(printed, want, scale),
+            });
+        }
+        rows.push(Row {
+            function: "ltc::Ltc::line",
+            domain,
+            samples,
+            goal: 1e-12,
+        });
+    }
+    rows
+}
