@@ -144,7 +144,7 @@ pub(crate) fn ltc(count: usize) -> Vec<Row> {
             function: "ltc::Ltc::polygon",
             domain,
             samples,
-            goal: 1e-12,
+            goal: 1e-11,
         });
     }
     for domain in LINE_DOMAINS {
