@@ -115,7 +115,12 @@ impl Pair<'_> {
     pub(crate) fn hybrid(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
         let lines = self.count();
         if self.light.crowded && lines < FEW_LINES_IN_CROWDS {
-            return self.many_rays(area, RAYS_FOR_A_LINE_IN_CROWDS, workspace);
+            let each = RAYS_FOR_A_LINE_IN_CROWDS;
+            if 2 * lines < FEW_LINES_IN_CROWDS {
+                return self.many_rays(area, each, workspace);
+            }
+            let points = Way::Points(ShaftPoints::SolidAngle);
+            return Pair { each, ..*self }.by_shaft(area, workspace, |_| points);
         }
         if lines < FEW_LINES {
             return self.many_rays(area, RAYS_FOR_A_LINE, workspace);
