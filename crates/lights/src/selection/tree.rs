@@ -78,7 +78,7 @@ pub struct LightTree {
 }
 
 /// Groups below this size over distance are not opened by [`Importance::Cut`].
-const FAR: f64 = 0.5;
+const FAR: f64 = 0.4;
 /// The share of the bound in [`Importance::Moments`].
 const DEFENCE: f64 = 0.05;
 /// Buckets of the split search.

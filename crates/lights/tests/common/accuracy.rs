@@ -60,6 +60,9 @@ impl Random {
     }
 }
 
+/// In place of a number of steps: `sample_coarse`.
+const COARSE: u32 = u32::MAX;
+
 /// A case in the plane of the line: normal angle ν, end angles φ₀ < φ₁ from the closest point, random number ξ.
 #[derive(Clone, Copy, Debug)]
 struct Planar {
@@ -123,15 +126,19 @@ impl Planar {
             return 0.0;
         };
         let got = match steps {
-            Some(n) => line.cdf(line.angle_steps(self.xi, n)),
-            None => {
-                let arc = line.sample(self.xi);
+            None | Some(COARSE) => {
+                let arc = if steps.is_some() {
+                    line.sample_coarse(self.xi)
+                } else {
+                    line.sample(self.xi)
+                };
                 if line.view().is_short() {
                     line.invert_fractions(arc.lambda, arc.rest)
                 } else {
                     line.cdf(angle_of(&line, &arc))
                 }
             }
+            Some(n) => line.cdf(line.angle_steps(self.xi, n)),
         };
         (got - self.xi).abs()
     }
@@ -267,6 +274,7 @@ pub(crate) fn in_double(cases: u64) -> Vec<Row> {
             1.58e-5,
         ),
         (Some(3), "3 steps", 2.2e-7),
+        (Some(COARSE), "sample_coarse", 1.58e-5),
         (None, "as sampled", 1e-13),
     ];
     rows.map(|(steps, name, goal)| {
