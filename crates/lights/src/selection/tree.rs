@@ -18,9 +18,10 @@ pub enum Importance {
     Moments,
     /// By moments, too, but of groups that are small for their distance: whatever is near is first opened (the cut of
     /// Barnes & Hut 1986, of a size that grows with the logarithm of the number of lights), one group of the cut is taken
-    /// in proportion to its moments, and in it a light as above. With the 10,000 lamps above the standard deviation is 1.06
+    /// in proportion to its moments, and in it a light as above. With the 10,000 lamps above the standard deviation is at most 1.06
     /// times that of choosing by the true unshadowed contribution; in a hall of 10,000 lamps with few shadows 1.1 times,
-    /// where moments alone give 3.5 times. A pick costs about five times that by moments.
+    /// where moments alone give 3.5 times. A pick costs about fourteen times that by moments: 15 µs among 16,000 lamps, 10
+    /// among 1,600.
     #[default]
     Cut,
 }
