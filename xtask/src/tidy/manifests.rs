@@ -15,10 +15,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 12] = [
     (
         "scene",
         &["geometry", "lights", "shading"],
-        &[
-            "thiserror",
-            "zune-jpeg",
-        ],
+        &["thiserror", "zune-jpeg"],
     ),
     (
         "integrator",
