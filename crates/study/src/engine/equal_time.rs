@@ -39,7 +39,7 @@ pub struct Curve {
 impl Curve {
     /// The error at a given time: between two points along the straight line in logarithms; the
     /// last point's beyond all of them, `None` before the first. Towards a point without error
-    /// ([`NO_ERROR`]) nothing is interpolated.
+    /// (`NO_ERROR`) nothing is interpolated.
     #[must_use]
     pub fn error_at(&self, time: f64) -> Option<f64> {
         self.points.first().filter(|p| p.time <= time)?;
