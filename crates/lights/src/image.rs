@@ -5,23 +5,74 @@ use crate::fan::ONE_MINUS;
 use crate::pdf::{Area, Pdf};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
-/// A density on the unit square that is constant on the pixels of an image: rows by their sums, then pixels of a row.
-///
-/// Allocates when made; sampling is two binary searches.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ImportanceImage {
-    width: usize,
-    height: usize,
-    /// Running sums of each row, height × (width + 1).
-    rows: Vec<f64>,
-    /// Running sums of the row totals, height + 1.
-    marginal: Vec<f64>,
+/// Which way a line runs over a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureAxis {
+    /// Along u, at a constant v: along the rows of the image.
+    U,
+    /// Along v, at a constant u: along its columns.
+    V,
 }
 
-/// The largest index whose running sum is ≤ target and whose own share is positive, and the place in it.
-fn pick(sums: &[f64], u: f64) -> (usize, f64) {
+/// Rows of numbers as running sums, and the running sum of their totals.
+#[derive(Clone, Debug, PartialEq)]
+struct Rows {
+    count: usize,
+    length: usize,
+    /// Running sums of each row, count × (length + 1).
+    sums: Vec<f64>,
+    /// Running sums of the row totals, count + 1.
+    totals: Vec<f64>,
+}
+
+impl Rows {
+    fn new(count: usize, length: usize, value: impl Fn(usize, usize) -> f64) -> Self {
+        let mut sums = Vec::with_capacity(count * (length + 1));
+        let mut totals = Vec::with_capacity(count + 1);
+        totals.push(0.0);
+        let mut total = 0.0;
+        for j in 0..count {
+            let mut sum = 0.0;
+            sums.push(0.0);
+            for i in 0..length {
+                sum += value(i, j);
+                sums.push(sum);
+            }
+            total += sum;
+            totals.push(total);
+        }
+        Self {
+            count,
+            length,
+            sums,
+            totals,
+        }
+    }
+
+    fn row(&self, j: usize) -> &[f64] {
+        &self.sums[j * (self.length + 1)..(j + 1) * (self.length + 1)]
+    }
+}
+
+/// A density on the unit square that is constant on the pixels of an image: rows by their sums, then pixels of a row; or,
+/// for lines, rows or columns by their sums, then pixels along them.
+///
+/// Allocates when made, two numbers for each pixel; sampling is one or two binary searches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportanceImage {
+    rows: Rows,
+    columns: Rows,
+}
+
+/// The place in [0, 1) where the fraction `u` of the last of the running sums is reached: a cell of positive share, and the
+/// place in it.
+pub(crate) fn pick(sums: &[f64], u: f64) -> (usize, f64) {
+    pick_mass(sums, u * sums[sums.len() - 1])
+}
+
+/// [`pick`] by mass instead of fraction.
+fn pick_mass(sums: &[f64], target: f64) -> (usize, f64) {
     let last = sums.len() - 1;
-    let target = u * sums[last];
     let after = sums.partition_point(|&s| s <= target);
     let mut i = after.clamp(1, last) - 1;
     // Rounding at the very end may land in an empty cell: step back to one that is not.
@@ -38,9 +89,14 @@ fn pick(sums: &[f64], u: f64) -> (usize, f64) {
 }
 
 /// The inverse of [`pick`].
-fn unpick(sums: &[f64], i: usize, place: f64) -> f64 {
+pub(crate) fn unpick(sums: &[f64], i: usize, place: f64) -> f64 {
     let last = sums.len() - 1;
-    ((sums[i] + (sums[i + 1] - sums[i]) * place) / sums[last]).clamp(0.0, ONE_MINUS)
+    (below(sums, i, place) / sums[last]).clamp(0.0, ONE_MINUS)
+}
+
+/// The running sum at a place in a cell.
+fn below(sums: &[f64], i: usize, place: f64) -> f64 {
+    sums[i] + (sums[i + 1] - sums[i]) * place
 }
 
 /// Cell and place of a coordinate in [0, 1].
@@ -50,15 +106,25 @@ fn unpick(sums: &[f64], i: usize, place: f64) -> f64 {
     clippy::cast_precision_loss,
     reason = "image sizes are far below 2^53, the cast saturates and the minimum follows"
 )]
-fn cell(x: f64, n: usize) -> (usize, f64) {
+pub(crate) fn cell(x: f64, n: usize) -> (usize, f64) {
     let scaled = x.clamp(0.0, 1.0) * n as f64;
     let i = (scaled as usize).min(n - 1);
     (i, (scaled - i as f64).clamp(0.0, ONE_MINUS))
 }
 
+/// The coordinate of a place in a cell, which [`cell`] finds in that cell again.
 #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
 fn coordinate(i: usize, place: f64, n: usize) -> f64 {
-    ((i as f64 + place) / n as f64).min(ONE_MINUS)
+    let mut x = ((i as f64 + place) / n as f64).min(ONE_MINUS);
+    // Quotient and product each round: next to a border the cell may be the neighbour's, which may be black. One or two
+    // steps bring it back.
+    while cell(x, n).0 > i {
+        x = x.next_down();
+    }
+    while cell(x, n).0 < i {
+        x = x.next_up();
+    }
+    x
 }
 
 impl ImportanceImage {
@@ -70,72 +136,148 @@ impl ImportanceImage {
         if width == 0 || width.checked_mul(height)? != values.len() || !usable {
             return None;
         }
-        let mut rows = Vec::with_capacity(height * (width + 1));
-        let mut marginal = vec![0.0];
-        let mut total = 0.0;
-        for row in values.chunks(width) {
-            let mut sum = 0.0;
-            rows.push(0.0);
-            for v in row {
-                sum += v;
-                rows.push(sum);
-            }
-            total += sum;
-            marginal.push(total);
-        }
-        (total > 0.0 && total.is_finite()).then_some(Self {
-            width,
-            height,
-            rows,
-            marginal,
-        })
+        let image = Self {
+            rows: Rows::new(height, width, |i, j| values[j * width + i]),
+            columns: Rows::new(width, height, |j, i| values[j * width + i]),
+        };
+        let total = image.total();
+        (total > 0.0 && total.is_finite()).then_some(image)
     }
 
-    fn row(&self, j: usize) -> &[f64] {
-        &self.rows[j * (self.width + 1)..(j + 1) * (self.width + 1)]
+    /// Columns and rows of pixels.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        (self.columns.count, self.rows.count)
+    }
+
+    fn total(&self) -> f64 {
+        self.rows.totals[self.rows.count]
+    }
+
+    fn table(&self, axis: TextureAxis) -> &Rows {
+        match axis {
+            TextureAxis::U => &self.rows,
+            TextureAxis::V => &self.columns,
+        }
+    }
+
+    /// The value of a pixel.
+    pub(crate) fn pixel(&self, i: usize, j: usize) -> f64 {
+        let row = self.rows.row(j);
+        row[i + 1] - row[i]
+    }
+
+    /// Running sums over the lines along `axis`.
+    pub(crate) fn line_sums(&self, axis: TextureAxis) -> &[f64] {
+        &self.table(axis).totals
     }
 
     /// The point (u, v) of the unit square for two random numbers in [0, 1): `x[1]` picks the row, `x[0]` the place in it.
     #[must_use]
     pub fn sample(&self, x: [f64; 2]) -> [f64; 2] {
-        let (j, v) = pick(&self.marginal, x[1]);
-        let (i, u) = pick(self.row(j), x[0]);
-        [coordinate(i, u, self.width), coordinate(j, v, self.height)]
+        let (j, v) = pick(&self.rows.totals, x[1]);
+        let (i, u) = pick(self.rows.row(j), x[0]);
+        let (width, height) = self.size();
+        [coordinate(i, u, width), coordinate(j, v, height)]
     }
 
     /// The density at (u, v), with mean 1 on the unit square.
     #[must_use]
     pub fn density(&self, uv: [f64; 2]) -> f64 {
-        let (i, _) = cell(uv[0], self.width);
-        let (j, _) = cell(uv[1], self.height);
-        let row = self.row(j);
+        let (width, height) = self.size();
+        let (i, j) = (cell(uv[0], width).0, cell(uv[1], height).0);
         #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
-        let pixels = (self.width * self.height) as f64;
-        (row[i + 1] - row[i]) * pixels / self.marginal[self.height]
+        let pixels = (width * height) as f64;
+        self.pixel(i, j) * pixels / self.total()
     }
 
     /// The random numbers that give (u, v); `None` where the density is zero.
     #[must_use]
     pub fn invert(&self, uv: [f64; 2]) -> Option<[f64; 2]> {
-        let (i, u) = cell(uv[0], self.width);
-        let (j, v) = cell(uv[1], self.height);
-        (self.density(uv) > 0.0).then(|| [unpick(self.row(j), i, u), unpick(&self.marginal, j, v)])
+        let (width, height) = self.size();
+        let (i, u) = cell(uv[0], width);
+        let (j, v) = cell(uv[1], height);
+        (self.density(uv) > 0.0).then(|| {
+            [
+                unpick(self.rows.row(j), i, u),
+                unpick(&self.rows.totals, j, v),
+            ]
+        })
     }
 
-    /// The offset v of a line along the rows, drawn by the marginal density of the image.
+    /// The offset of a line along `axis` (its v for lines along u, its u for lines along v), drawn by the marginal density
+    /// of the image: the mean of the density over the line.
     #[must_use]
-    pub fn sample_row(&self, x: f64) -> f64 {
-        let (j, v) = pick(&self.marginal, x);
-        coordinate(j, v, self.height)
+    pub fn sample_offset(&self, axis: TextureAxis, x: f64) -> f64 {
+        let table = self.table(axis);
+        let (j, place) = pick(&table.totals, x);
+        coordinate(j, place, table.count)
     }
 
-    /// The marginal density of the rows at v, with mean 1.
+    /// The marginal density at an offset, with mean 1 on [0, 1].
     #[must_use]
-    pub fn row_density(&self, v: f64) -> f64 {
-        let (j, _) = cell(v, self.height);
+    pub fn offset_density(&self, axis: TextureAxis, offset: f64) -> f64 {
+        let table = self.table(axis);
+        let (j, _) = cell(offset, table.count);
         #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
-        let rows = self.height as f64;
-        (self.marginal[j + 1] - self.marginal[j]) * rows / self.marginal[self.height]
+        let count = table.count as f64;
+        (table.totals[j + 1] - table.totals[j]) * count / self.total()
+    }
+
+    /// The random number that gives an offset; `None` where the whole line is black.
+    #[must_use]
+    pub fn invert_offset(&self, axis: TextureAxis, offset: f64) -> Option<f64> {
+        let table = self.table(axis);
+        let (j, place) = cell(offset, table.count);
+        (table.totals[j + 1] > table.totals[j]).then(|| unpick(&table.totals, j, place))
+    }
+
+    /// The place on the line at `offset` along `axis`, drawn by the density along it. With [`ImportanceImage::sample_offset`]
+    /// this makes the same density as [`ImportanceImage::sample`], whichever the axis.
+    #[must_use]
+    pub fn sample_along(&self, axis: TextureAxis, offset: f64, x: f64) -> f64 {
+        let table = self.table(axis);
+        let row = table.row(cell(offset, table.count).0);
+        let (i, place) = pick(row, x);
+        coordinate(i, place, table.length)
+    }
+
+    /// The density at a place of the line at `offset` along `axis`, with mean 1 on [0, 1]; zero on a black line.
+    #[must_use]
+    pub fn along_density(&self, axis: TextureAxis, offset: f64, place: f64) -> f64 {
+        let table = self.table(axis);
+        let row = table.row(cell(offset, table.count).0);
+        let (i, _) = cell(place, table.length);
+        #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
+        let mass = row[table.length] / table.length as f64;
+        if mass > 0.0 {
+            (row[i + 1] - row[i]) / mass
+        } else {
+            0.0
+        }
+    }
+
+    /// The random number that gives a place on the line at `offset` along `axis`; `None` where the density is zero.
+    #[must_use]
+    pub fn invert_along(&self, axis: TextureAxis, offset: f64, place: f64) -> Option<f64> {
+        let table = self.table(axis);
+        let row = table.row(cell(offset, table.count).0);
+        let (i, within) = cell(place, table.length);
+        (row[i + 1] > row[i]).then(|| unpick(row, i, within))
+    }
+
+    /// The running sum of the pixels of line `j` along `axis` at a place in [0, 1].
+    pub(crate) fn mass_below(&self, axis: TextureAxis, j: usize, place: f64) -> f64 {
+        let table = self.table(axis);
+        let (i, within) = cell(place, table.length);
+        below(table.row(j), i, within)
+    }
+
+    /// Where the running sum of line `j` along `axis` reaches `mass`.
+    pub(crate) fn place_of_mass(&self, axis: TextureAxis, j: usize, mass: f64) -> f64 {
+        let table = self.table(axis);
+        let (i, within) = pick_mass(table.row(j), mass);
+        coordinate(i, within, table.length)
     }
 }
 

@@ -36,12 +36,13 @@ pub mod selection;
 mod solid_angle;
 mod sphere;
 mod spherical_triangle;
+mod textured_lines;
 mod triangle;
 
 pub use angular_lines::AngularLines;
 pub use area::{AreaSampler, PointSample};
 pub use disk::Disk;
-pub use image::{ImportanceImage, TexturedSampler};
+pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, DiskLight, Emission, Light, LinearLight, SphereLight};
 pub use lines::{LineSample, LineSampler, OffsetDensity, Orientation};
 pub use pdf::{
@@ -51,4 +52,5 @@ pub use proxy::ProxySampler;
 pub use real::Real;
 pub use solid_angle::SolidAngleSampler;
 pub use sphere::{Sphere, SphereCap, SphereCone};
+pub use textured_lines::TexturedLines;
 pub use triangle::triangle_solid_angle;

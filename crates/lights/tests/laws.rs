@@ -4,8 +4,8 @@
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{
-    AngularLines, AreaSampler, Disk, ImportanceImage, LineSampler, OffsetDensity, Pdf,
-    ProxySampler, SolidAngle, SolidAngleSampler, Sphere, SphereCap, SphereCone, TexturedSampler,
+    AngularLines, AreaSampler, Disk, LineSampler, OffsetDensity, Pdf, ProxySampler, SolidAngle,
+    SolidAngleSampler, Sphere, SphereCap, SphereCone,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};
@@ -577,46 +577,4 @@ fn spheres_and_disks_invert_and_fit() {
         rings[ring.min(9)] += 1;
     }
     assert!(chi2_test(&rings, &[10_000.0; 10], 5.0).p_value > 0.001);
-}
-
-#[test]
-fn textures_obey_the_laws() {
-    let (w, h) = (7, 5);
-    let values: Vec<f64> = (0..w * h).map(|i| f64::from(i * i % 11)).collect();
-    let image = ImportanceImage::new(7, 5, &values).expect("not black");
-    let quad = ConvexPolygon::parallelogram(
-        DVec3::Z,
-        DVec3::new(2.0, 0.0, 0.1),
-        DVec3::new(0.5, 1.0, 0.0),
-    )
-    .expect("a quad");
-    let s = TexturedSampler::new(&quad, &image).expect("a parallelogram");
-    let mut rng = SplitMix64::new(17);
-    let mut counts = vec![0_u64; 35];
-    for _ in 0..200_000 {
-        let u = [rng.next_f64(), rng.next_f64()];
-        let p = s.sample(u);
-        assert!((p.pdf.value() / s.pdf(p.point).value() - 1.0).abs() < 1e-12);
-        let back = s.invert(p.point).expect("not black there");
-        // Coordinates to ε, densities up to 35 times the mean.
-        assert!(
-            (back[0] - u[0]).abs() + (back[1] - u[1]).abs() < 1e-13,
-            "{u:?} {back:?}"
-        );
-        let [a, b] = s.coordinates(p.point);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "below 35"
-        )]
-        let bin = (b * 5.0) as usize * 7 + (a * 7.0) as usize;
-        counts[bin] += 1;
-    }
-    let total: f64 = values.iter().sum();
-    let expected: Vec<f64> = values.iter().map(|v| v / total * 200_000.0).collect();
-    assert!(chi2_test(&counts, &expected, 5.0).p_value > 0.001);
-    let mass: f64 = gauss_kronrod(|v| image.row_density(v), 0.0, 1.0, 1e-6).value;
-    assert!((mass - 1.0).abs() < 1e-4);
-    assert!(ImportanceImage::new(2, 1, &[0.0, 0.0]).is_none());
-    assert!(ImportanceImage::new(2, 2, &[1.0]).is_none());
 }

@@ -252,6 +252,7 @@ const HEAP_ROOMS: [(&str, &str); 6] = [
     ),
     (
         "crates/lights/src/image.rs",
+        "crates/lights/src/textured_lines.rs",
         "tables of a textured light, built with it",
     ),
     (
