@@ -237,7 +237,7 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
 }
 
 /// Where pure crates may use the heap: what is built once for a light or a query's scratch, or says what went wrong.
-const HEAP_ROOMS: [(&str, &str); 6] = [
+const HEAP_ROOMS: [(&str, &str); 7] = [
     (
         "crates/geometry/src/intervals/set.rs",
         "collects into a SmallVec, which spills only beyond its inline pieces",
@@ -252,8 +252,11 @@ const HEAP_ROOMS: [(&str, &str); 6] = [
     ),
     (
         "crates/lights/src/image.rs",
-        "crates/lights/src/textured_lines.rs",
         "tables of a textured light, built with it",
+    ),
+    (
+        "crates/lights/src/textured_lines.rs",
+        "tables of a textured light and a direction, built with it",
     ),
     (
         "crates/lights/src/linear/profile.rs",
