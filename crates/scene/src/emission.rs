@@ -36,6 +36,50 @@ pub struct EmissionMap {
     /// The factor over the surface, by the texture coordinates of its triangles
     /// ([`crate::Surface::uv`]).
     pub factor: Arc<Texture>,
+    /// The coordinates over the plane of the light.
+    pub coordinates: PlaneUv,
+}
+
+/// Texture coordinates over a plane: an affine function of the point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneUv {
+    origin: DVec3,
+    at_origin: DVec2,
+    /// What u and v change by along the plane.
+    gradients: [DVec3; 2],
+}
+
+impl PlaneUv {
+    /// The function with these values at the corners of a triangle; the same everywhere if the
+    /// triangle has no area.
+    #[must_use]
+    pub fn new([p, q, r]: [DVec3; 3], uv: [DVec2; 3]) -> Self {
+        let (e, f) = (q - p, r - p);
+        let normal = e.cross(f);
+        let square = normal.length_squared();
+        // The dual basis of the edges.
+        let (along_e, along_f) = (f.cross(normal) / square, normal.cross(e) / square);
+        let (a, b) = (uv[1] - uv[0], uv[2] - uv[0]);
+        let gradients = [a.x * along_e + b.x * along_f, a.y * along_e + b.y * along_f];
+        Self {
+            origin: p,
+            at_origin: uv[0],
+            gradients: gradients.map(|g| if g.is_finite() { g } else { DVec3::ZERO }),
+        }
+    }
+
+    /// The coordinates of a point of the plane.
+    #[must_use]
+    pub fn at(&self, point: DVec3) -> DVec2 {
+        let from = point - self.origin;
+        self.at_origin + DVec2::new(self.gradients[0].dot(from), self.gradients[1].dot(from))
+    }
+
+    /// The most that a coordinate changes by over a distance of one.
+    pub(crate) fn steepness(&self) -> f64 {
+        let [u, v] = self.gradients.map(DVec3::length_squared);
+        u.max(v).sqrt()
+    }
 }
 
 impl EmissionMap {
@@ -43,6 +87,31 @@ impl EmissionMap {
     pub fn evaluate(&self, uv: DVec2) -> DVec3 {
         (self.radiance * self.factor.evaluate(uv)).max(DVec3::ZERO)
     }
+
+    /// The radiance at a point of the light.
+    #[must_use]
+    pub fn at(&self, point: DVec3) -> DVec3 {
+        self.evaluate(self.coordinates.at(point))
+    }
+
+    /// Texels of the finest image along a vector in the plane of the light; zero without images.
+    #[must_use]
+    pub fn texels(&self, along: DVec3) -> f64 {
+        let [u, v] = self.coordinates.gradients;
+        let change = DVec2::new(u.dot(along), v.dot(along));
+        texels(&self.factor, change)
+    }
+}
+
+/// Texels of the finest image of a texture along a change of coordinates; zero without images.
+fn texels(texture: &Texture, change: DVec2) -> f64 {
+    let mut most = 0.0_f64;
+    texture.for_each_image(&mut |image| {
+        let (width, height) = (image.data.width(), image.data.height());
+        let size = DVec2::new(f64::from(width), f64::from(height));
+        most = most.max((image.mapping.scale * change * size).length());
+    });
+    most
 }
 
 /// Fewest and most parts that the edges of a triangle are cut into to take a mean.
@@ -55,17 +124,8 @@ pub(crate) fn mean(texture: &Texture, uv: [DVec2; 3], budget: f64) -> DVec3 {
     if let Some(value) = texture.as_constant() {
         return value;
     }
-    let mut texels = 1.0_f64;
-    texture.for_each_image(&mut |image| {
-        let size = DVec2::new(
-            f64::from(image.data.width()),
-            f64::from(image.data.height()),
-        );
-        for k in 0..3 {
-            let edge = image.mapping.scale * (uv[(k + 1) % 3] - uv[k]);
-            texels = texels.max((edge * size).length());
-        }
-    });
+    let edge = |k: usize| texels(texture, uv[(k + 1) % 3] - uv[k]);
+    let texels = (0..3).map(edge).fold(1.0, f64::max);
     let most = PARTS[1].min(budget.sqrt()).max(PARTS[0]);
     #[allow(
         clippy::cast_possible_truncation,

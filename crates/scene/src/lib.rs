@@ -65,7 +65,7 @@ mod tessellate;
 mod texture;
 
 pub use camera::{Camera, CameraRay, Projection};
-pub use emission::EmissionMap;
+pub use emission::{EmissionMap, PlaneUv};
 pub use error::{ErrorKind, SceneError, Warning};
 pub use export::ExportOptions;
 pub use film::{FilmSettings, Filter, FilterKind};

@@ -1,12 +1,12 @@
 //! Meshes on their way into the scene.
 
-use crate::emission::{self, EmissionMap, EmissionSpec};
+use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
 use crate::scene::{EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f64};
 use crate::surface::corner_uvs;
 use crate::{Camera, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
-use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+use linelit_geometry::{ConvexPolygon, DVec2, DVec3, Segment};
 use linelit_lights::{AreaLight, Emission, Light, LinearLight};
 use std::sync::Arc;
 
@@ -227,9 +227,14 @@ impl Builder {
             None => spec.radiance,
         };
         let radiance = |k: usize| full(k) * factors.get(k).copied().unwrap_or(DVec3::ONE);
+        let texture = Coordinates::new(self, first, mesh, spec);
         let same = |a: usize, b: usize| {
-            let (a, b) = (radiance(a), radiance(b));
-            (a - b).abs().max_element() <= 1e-5 * a.max_element()
+            let (x, y) = match texture {
+                Some(_) => (full(a), full(b)),
+                None => (radiance(a), radiance(b)),
+            };
+            (x - y).abs().max_element() <= 1e-5 * x.max_element()
+                && texture.as_ref().is_none_or(|t| t.continues(a, b))
         };
         let groups = merge::merge(&facets, same);
         if self.lights.len() + groups.len() > self.max_lights {
@@ -246,17 +251,24 @@ impl Builder {
             }
             let k = group.facets[0];
             let emission = Emission {
-                radiance: radiance(k),
+                radiance: match texture {
+                    Some(_) => mean(&group.facets, |k| (radiance(k), facets[k].area())),
+                    None => radiance(k),
+                },
                 two_sided: spec.two_sided,
             };
             // The dark parts of a texture are no lights.
             if let Some(polygon) = group.polygon
                 && (spec.map.is_none() || emission.radiance != DVec3::ZERO)
             {
-                let map = spec.map.map(|map| EmissionMap {
-                    radiance: full(k),
-                    factor: Arc::clone(&self.emission_maps[map as usize]),
-                });
+                let map = spec
+                    .map
+                    .zip(texture.as_ref())
+                    .map(|(map, texture)| EmissionMap {
+                        radiance: full(k),
+                        factor: Arc::clone(&self.emission_maps[map as usize]),
+                        coordinates: texture.plane(k),
+                    });
                 self.push_area_light(polygon, emission, map, start, next);
             }
         }
@@ -433,4 +445,55 @@ pub(crate) fn to_f32(p: DVec3) -> [f32; 3] {
 /// Counts are below `u32::MAX`: [`Builder::add_mesh`] refuses more.
 fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
+}
+
+/// The texture coordinates of the triangles of a textured emitter.
+struct Coordinates {
+    corners: Vec<[DVec3; 3]>,
+    uvs: Vec<[DVec2; 3]>,
+}
+
+impl Coordinates {
+    /// Of the triangles from `first` on; `None` without a texture.
+    fn new(builder: &Builder, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Option<Self> {
+        spec.map?;
+        let triangles = &builder.triangles[first..];
+        let at = |i: &u32| to_f64(builder.positions[*i as usize]);
+        let uv = |t: &[u32; 3]| corner_uvs(&builder.uvs, mesh, t.map(|i| i as usize));
+        Some(Self {
+            corners: triangles
+                .iter()
+                .map(|t| [at(&t[0]), at(&t[1]), at(&t[2])])
+                .collect(),
+            uvs: triangles.iter().map(uv).collect(),
+        })
+    }
+
+    /// The coordinates over the plane of triangle `k`.
+    fn plane(&self, k: usize) -> PlaneUv {
+        PlaneUv::new(self.corners[k], self.uvs[k])
+    }
+
+    /// Whether the coordinates of one triangle go on over the other.
+    fn continues(&self, a: usize, b: usize) -> bool {
+        let over = |a: usize, b: usize| {
+            let plane = self.plane(a);
+            let corners = self.corners[b].iter().zip(self.uvs[b]);
+            corners.into_iter().all(|(p, uv)| {
+                // Positions and coordinates are rounded to f32; 8 roundings are more than add up.
+                let scale = plane.steepness() * p.length() + uv.length();
+                (plane.at(*p) - uv).length() <= 8.0 * f64::from(f32::EPSILON) * scale
+            })
+        };
+        over(a, b) && over(b, a)
+    }
+}
+
+/// The mean of values by their weights.
+fn mean(of: &[usize], value: impl Fn(usize) -> (DVec3, f64)) -> DVec3 {
+    let (sum, weight) = of.iter().fold((DVec3::ZERO, 0.0), |(sum, weight), &k| {
+        let (v, w) = value(k);
+        (sum + v * w, weight + w)
+    });
+    sum / weight
 }

@@ -244,8 +244,6 @@ impl Reader {
         let Some(map) = self.texture(doc, info, Channel::Colour, 1.0, uv_set)? else {
             return Ok((Some(radiance), None));
         };
-        let message = "textured emission: each light emits the mean over its triangles";
-        self.warn(doc, ErrorKind::Suspicious, message, info, "averaged")?;
         let map = self.base.builder.add_emission_map(Arc::new(map));
         Ok((Some(radiance), Some(map)))
     }

@@ -41,7 +41,7 @@ struct Draft {
     ns: Option<f64>,
     ke: DVec3,
     /// The texture, and the statement that named it.
-    ke_map: Option<(Texture, Span)>,
+    ke_map: Option<Texture>,
     normals: Option<Texture>,
 }
 
@@ -58,7 +58,7 @@ pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<Strin
         };
         if &source.bytes()[keyword.start..keyword.end] == b"newmtl" {
             if let Some(done) = draft.take() {
-                finish(base, source, done, &mut materials)?;
+                finish(base, done, &mut materials)?;
             }
             let (name, _) = line.rest(source);
             draft = Some(Draft {
@@ -77,7 +77,7 @@ pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<Strin
         statement(base, source, draft, keyword, rest, &line)?;
     }
     if let Some(done) = draft {
-        finish(base, source, done, &mut materials)?;
+        finish(base, done, &mut materials)?;
     }
     Ok(materials)
 }
@@ -114,7 +114,7 @@ fn statement(
         }
         b"map_Kd" => draft.kd_map = image(base, source, rest, true)?,
         b"map_Ks" => draft.ks_map = image(base, source, rest, true)?,
-        b"map_Ke" => draft.ke_map = image(base, source, rest, true)?.map(|t| (t, keyword)),
+        b"map_Ke" => draft.ke_map = image(base, source, rest, true)?,
         b"norm" => draft.normals = image(base, source, rest, false)?,
         other => {
             let word = String::from_utf8_lossy(other)
@@ -242,12 +242,7 @@ fn textured(map: Texture, factor: DVec3) -> Texture {
     }
 }
 
-fn finish(
-    base: &mut Assembly,
-    source: &Source,
-    draft: Draft,
-    materials: &mut HashMap<String, Entry>,
-) -> Result<()> {
+fn finish(base: &mut Assembly, draft: Draft, materials: &mut HashMap<String, Entry>) -> Result<()> {
     let kd = match draft.kd_map {
         Some(map) => textured(map, draft.kd.unwrap_or(DVec3::ONE)),
         None => Texture::Constant(draft.kd.unwrap_or(DVec3::splat(0.8))),
@@ -277,10 +272,7 @@ fn finish(
         }),
     });
     let mut emission = (draft.ke != DVec3::ZERO).then_some(EmissionSpec::one_sided(draft.ke));
-    if let Some((map, place)) = draft.ke_map {
-        let message = "textured emission: each light emits the mean over its triangles";
-        let at = |e: SceneError, label: &str| e.at(source, place, label);
-        base.warn(ErrorKind::Suspicious, message, "averaged", &at)?;
+    if let Some(map) = draft.ke_map {
         let mut spec = emission.unwrap_or(EmissionSpec::one_sided(DVec3::ONE));
         spec.map = Some(base.builder.add_emission_map(Arc::new(map)));
         emission = Some(spec);

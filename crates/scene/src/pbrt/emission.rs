@@ -67,13 +67,6 @@ impl Loader {
         let Some(data) = self.base.image(&name, true, &at)? else {
             return Ok(None);
         };
-        let message = "textured emission: each light emits the mean over its triangles";
-        self.warn_at(
-            params,
-            ErrorKind::Suspicious,
-            message.to_owned(),
-            "averaged",
-        )?;
         let texture = Texture::Image(Arc::new(ImageTexture {
             data,
             mapping: UvMapping::IDENTITY,
