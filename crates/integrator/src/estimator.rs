@@ -72,17 +72,19 @@ impl Default for LineOptions {
 }
 
 /// Names without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; 13] = [
+pub const ESTIMATOR_NAMES: [&str; 15] = [
     "point-area",
     "point-visible-area",
     "point-solid-angle",
     "point-projected-solid-angle",
+    "point-texture",
     "point-bsdf",
     "point-linear",
     "line-area",
     "line-solid-angle",
     "line-warped",
     "line-projected",
+    "line-texture",
     "line-analytic",
     "exact",
     "hybrid",
@@ -180,7 +182,13 @@ impl FromStr for Estimator {
 /// options.
 fn is_mix(text: &str) -> bool {
     let name = text.split(['[', ':', '+']).next().unwrap_or_default();
-    let only_in_mixes = ["line-solid-angle", "line-warped", "line-projected"];
+    let only_in_mixes = [
+        "line-solid-angle",
+        "line-warped",
+        "line-projected",
+        "line-texture",
+        "point-texture",
+    ];
     let marks = ["mis=", "pieces=", "spread:"];
     // A linear light's two techniques are weighted, too, but they are one estimator.
     let marked = name != "point-linear" && marks.iter().any(|mark| text.contains(mark));

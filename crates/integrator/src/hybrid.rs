@@ -171,7 +171,9 @@ impl Pair<'_> {
             }
             ShaftClass::Empty => {
                 plan.unoccluded += 1;
-                if let Some(value) = closed_form::whole_light(area, self.point) {
+                if self.light.has_closed_form(&self.point.bsdf)
+                    && let Some(value) = closed_form::whole_light(area, self.point)
+                {
                     plan.closed_form += 1;
                     return value;
                 }
@@ -180,7 +182,7 @@ impl Pair<'_> {
             ShaftClass::Partial => choose(&shaft),
         };
         if way == Way::Exact
-            && closed_form::has_closed_form(&self.point.bsdf)
+            && self.light.has_closed_form(&self.point.bsdf)
             && let Some(images) = shaft.images()
         {
             plan.exact_penumbrae += 1;
@@ -203,7 +205,9 @@ impl Pair<'_> {
                 };
                 draws.draw(area, LineOptions::default(), &streams);
                 shaft.visible(&draws.lines, visible);
-                let gathered = lines::gather(area, self.point, along, draws, |i| visible.line(i));
+                let gathered = lines::gather((self.light, area), self.point, along, draws, |i| {
+                    visible.line(i)
+                });
                 *segments += gathered.segments;
                 plan.hidden_lines += gathered.hidden;
                 gathered.sum / f64::from(self.count())
@@ -213,7 +217,7 @@ impl Pair<'_> {
 
     /// Without a closed form, one point of each line's visible part.
     fn along(&self) -> Along {
-        if closed_form::has_closed_form(&self.point.bsdf) {
+        if self.light.has_closed_form(&self.point.bsdf) {
             Along::Analytic
         } else {
             Along::Point

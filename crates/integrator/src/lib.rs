@@ -51,6 +51,7 @@ mod points;
 mod renderer;
 mod selection;
 mod shaft_points;
+mod texture;
 mod workspace;
 
 pub use curved::Spheres;
@@ -63,4 +64,5 @@ pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use renderer::{Renderer, Settings};
 pub use selection::LightChoice;
 pub use shaft_points::ShaftPoints;
+pub use texture::EmissionTexture;
 pub use workspace::{Counts, SegmentCounters, Workspace};

@@ -1,6 +1,6 @@
 //! Line samples: the visibility of a whole segment at once.
 
-use crate::{LineOptions, SegmentCounters, ShadingPoint, closed_form};
+use crate::{LineOptions, PlannedLight, SegmentCounters, ShadingPoint, closed_form};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample, LineSampler, Orientation};
 use linelit_samplers::{SampleSet, Sampler};
@@ -103,9 +103,9 @@ pub(crate) struct Gathered {
     pub hidden: u64,
 }
 
-/// Sums over the drawn lines what their visible parts send; `visible` tells the parts of a line.
+/// Sums over the drawn lines of a light what their visible parts send; `visible` tells the parts of a line.
 pub(crate) fn gather<'v>(
-    light: &AreaLight,
+    (planned, light): (&PlannedLight, &AreaLight),
     point: &ShadingPoint,
     along: Along,
     draws: &Draws,
@@ -122,7 +122,7 @@ pub(crate) fn gather<'v>(
         }
         let value = match along {
             Along::Analytic => closed_form::line(light, point, line, parts),
-            Along::Point => one_point(light, point, line, parts, draws.places[i]),
+            Along::Point => one_point((planned, light), point, line, parts, draws.places[i]),
         };
         out.sum += value * draws.weights[i];
     }
@@ -131,7 +131,7 @@ pub(crate) fn gather<'v>(
 
 /// L f_r cos θ cos θ'/r² × visible length, at the point of the visible part that `v` picks.
 fn one_point(
-    light: &AreaLight,
+    (planned, light): (&PlannedLight, &AreaLight),
     point: &ShadingPoint,
     line: &Segment,
     parts: &[Interval],
@@ -143,7 +143,7 @@ fn one_point(
     let square = to_light.length_squared();
     let w = to_light / square.sqrt();
     let cos_light = light.polygon.normal().dot(w).abs();
-    let value = crate::points::unshadowed(light, point, w);
+    let value = planned.unshadowed(light, point, on_light, w);
     value * (cos_light / square * total * line.length())
 }
 

@@ -1,7 +1,7 @@
 //! The slow way, to judge the fast one by.
 
 use crate::lines::{self, Along, Draws, Streams};
-use crate::{LineOptions, Renderer, ShadingPoint, closed_form};
+use crate::{LineOptions, Renderer, ShadingPoint};
 use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
@@ -22,14 +22,14 @@ impl Renderer<'_> {
         let scene = self.scene();
         let mut sum = DVec3::ZERO;
         let mut draws = Draws::default();
-        let along = if closed_form::has_closed_form(&point.bsdf) {
-            Along::Analytic
-        } else {
-            Along::Point
-        };
         for light in self.plan().lights() {
             let Light::Area(area) = &light.light else {
                 continue;
+            };
+            let along = if light.has_closed_form(&point.bsdf) {
+                Along::Analytic
+            } else {
+                Along::Point
             };
             let streams = Streams {
                 samples: &Sampler::new(SamplerKind::Stratified, seed).points(
@@ -51,7 +51,7 @@ impl Renderer<'_> {
                     brute::visible(positions, triangles, point.position, line, &light.triangles)
                 })
                 .collect();
-            let gathered = lines::gather(area, point, along, &draws, |i| &parts[i]);
+            let gathered = lines::gather((light, area), point, along, &draws, |i| &parts[i]);
             sum += gathered.sum / f64::from(count);
         }
         sum

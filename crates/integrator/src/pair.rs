@@ -92,7 +92,7 @@ impl Pair<'_> {
     ) -> DVec3 {
         let count = self.count();
         // Without a closed form, one point of each line's visible part.
-        let along = if closed_form::has_closed_form(&self.point.bsdf) {
+        let along = if self.light.has_closed_form(&self.point.bsdf) {
             along
         } else {
             Along::Point
@@ -141,7 +141,9 @@ impl Pair<'_> {
         }
         draws.draw(area, options, &streams);
         shaft.visible(&draws.lines, visible);
-        let gathered = lines::gather(area, self.point, along, draws, |i| visible.line(i));
+        let gathered = lines::gather((self.light, area), self.point, along, draws, |i| {
+            visible.line(i)
+        });
         *segments += gathered.segments;
         plan.hidden_lines += gathered.hidden;
         gathered.sum / f64::from(count)

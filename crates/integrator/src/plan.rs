@@ -1,12 +1,13 @@
 //! What a scene, and what a shading point, does not need.
 
 use crate::selection::Tables;
-use crate::{ShadingPoint, Spheres};
+use crate::{EmissionTexture, ShadingPoint, Spheres};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, Sphere, SphereLight};
-use linelit_scene::{EmissiveSphere, Scene};
+use linelit_scene::{EmissiveSphere, Scene, SceneLight};
 use std::fmt;
 use std::ops::{AddAssign, Range};
+use std::sync::Arc;
 
 /// A light that can contribute to some point of the scene.
 #[derive(Clone, Debug)]
@@ -17,6 +18,8 @@ pub struct PlannedLight {
     pub light: Light,
     /// The light's own triangles, which never block it.
     pub triangles: Range<u32>,
+    /// What an area light emits where, if not the same everywhere.
+    pub texture: Option<Arc<EmissionTexture>>,
     /// Whether so much stands before it that looking for all of it at once seldom pays.
     pub crowded: bool,
 }
@@ -42,12 +45,14 @@ impl Plan {
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let all = scene.lights.iter().zip(0u32..);
+        let textured = scene.lights.iter().filter(|l| l.map.is_some()).count();
         let lights: Vec<_> = all
             .filter(|(light, _)| light.light.power() > 0.0)
             .map(|(light, index)| PlannedLight {
                 index,
                 light: light.light,
                 triangles: light.triangles.clone(),
+                texture: texture(light, textured),
                 crowded: false,
             })
             .collect();
@@ -118,6 +123,14 @@ impl Plan {
     }
 }
 
+/// The texture of one of `count` textured lights.
+fn texture(light: &SceneLight, count: usize) -> Option<Arc<EmissionTexture>> {
+    let (Light::Area(area), Some(map)) = (&light.light, &light.map) else {
+        return None;
+    };
+    EmissionTexture::new(map, &area.polygon, count).map(Arc::new)
+}
+
 /// The lights with spheres that emit outwards in place of their facets; `None` without such spheres.
 fn round(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
     let outward = |s: &&EmissiveSphere| !s.inward && !s.emission.two_sided;
@@ -140,6 +153,7 @@ fn round(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
                     radiance: sphere.emission.radiance,
                 }),
                 triangles: sphere.triangles.clone(),
+                texture: None,
                 crowded: false,
             }),
             Some(_) => {}

@@ -1,10 +1,11 @@
 //! Point samples: one shadow ray each.
 
 use crate::pair::Pair;
-use crate::{ShadingPoint, Workspace};
+use crate::{PlannedLight, ShadingPoint, Workspace, closed_form};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, LIGHT_MARGIN};
 use linelit_lights::{AngularLines, AreaLight, AreaSampler, SolidAngleSampler};
+use linelit_shading::bsdf::Bsdf;
 use linelit_visibility::Ray;
 
 impl Pair<'_> {
@@ -77,7 +78,7 @@ impl Pair<'_> {
             let Some((w, on_light, pdf)) = sample(set.get_2d(i)) else {
                 continue;
             };
-            let value = unshadowed(area, self.point, w);
+            let value = self.light.unshadowed(area, self.point, on_light, w);
             if pdf > 0.0 && value != DVec3::ZERO && self.sees(on_light, workspace) {
                 sum += value * (1.0 / pdf);
             }
@@ -118,12 +119,31 @@ pub(crate) fn meets(polygon: &ConvexPolygon, x: DVec3, w: DVec3) -> Option<DVec3
     vertices.iter().zip(next).all(inside).then_some(hit)
 }
 
-/// L f_r cos θ towards `w`, whatever stands between.
-pub(crate) fn unshadowed(area: &AreaLight, point: &ShadingPoint, w: DVec3) -> DVec3 {
-    let cosine = point.cosine(w);
-    if cosine <= 0.0 {
-        return DVec3::ZERO;
+impl PlannedLight {
+    /// L f_r cos θ towards a point of the light in direction `w`, whatever stands between; `area`
+    /// is the light itself.
+    #[inline]
+    pub(crate) fn unshadowed(
+        &self,
+        area: &AreaLight,
+        point: &ShadingPoint,
+        on_light: DVec3,
+        w: DVec3,
+    ) -> DVec3 {
+        let cosine = point.cosine(w);
+        if cosine <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let side = -area.polygon.normal().dot(w);
+        let emitted = match &self.texture {
+            None => area.emission.towards(side),
+            Some(texture) => texture.towards(area, on_light, side),
+        };
+        emitted * point.bsdf.eval(w, point.outgoing, point.normal) * cosine
     }
-    let emitted = area.emission.towards(-area.polygon.normal().dot(w));
-    emitted * point.bsdf.eval(w, point.outgoing, point.normal) * cosine
+
+    /// Whether what the light sends has a closed form along a line and over a polygon.
+    pub(crate) fn has_closed_form(&self, bsdf: &Bsdf) -> bool {
+        self.texture.is_none() && closed_form::has_closed_form(bsdf)
+    }
 }

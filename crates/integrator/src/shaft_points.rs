@@ -1,7 +1,6 @@
 //! Point samples that share a shaft: one walk for all shadow rays of a shading point.
 
 use crate::pair::Pair;
-use crate::points::unshadowed;
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, AreaSampler, SolidAngleSampler};
 use linelit_visibility::Shaft;
@@ -58,7 +57,7 @@ impl Pair<'_> {
         let mut sum = DVec3::ZERO;
         for i in 0..self.count() {
             let (w, on_light, pdf) = sample(set.get_2d(i));
-            let value = unshadowed(area, self.point, w);
+            let value = self.light.unshadowed(area, self.point, on_light, w);
             if pdf > 0.0 && value != DVec3::ZERO && shaft.point_visible(on_light) {
                 sum += value * (1.0 / pdf);
             }

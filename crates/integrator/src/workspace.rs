@@ -15,7 +15,7 @@ pub struct Workspace {
     pub(crate) scratch: Scratch,
     pub(crate) visible: VisibleLines,
     pub(crate) draws: Draws,
-    pub(crate) mix: MixBuffers,
+    pub(crate) mix: MixBuffers<'static>,
     pub(crate) penumbra: Penumbra,
     pub(crate) plan: PlanCounters,
     pub(crate) segments: SegmentCounters,

@@ -1,10 +1,10 @@
 //! The estimate of a mix at one shading point and light.
 
-use super::strand::{Kind, Lines, Seen, Strand, through};
+use super::strand::{Kind, Lines, Lit, Seen, Strand, through};
 use super::{MOST_TECHNIQUES, Mix, MixHeuristic, Pieces, Smoothing};
 use crate::pair::Pair;
-use crate::points::{meets, unshadowed};
-use crate::{PlanCounters, SegmentCounters, ShadingPoint, Workspace};
+use crate::points::meets;
+use crate::{PlanCounters, PlannedLight, SegmentCounters, ShadingPoint, Workspace};
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
 use linelit_mis::smoothing;
@@ -14,8 +14,8 @@ use std::f64::consts::FRAC_PI_2;
 
 /// The buffers of a mix.
 #[derive(Debug, Default)]
-pub(crate) struct MixBuffers {
-    strands: Vec<Strand>,
+pub(crate) struct MixBuffers<'t> {
+    strands: Vec<Strand<'t>>,
     drawn: Vec<LineSample>,
     segments: Vec<Segment>,
     samples: Vec<Sample>,
@@ -38,6 +38,7 @@ struct Sample {
 
 /// One pair in work: what is read, and what is counted.
 struct Work<'a, 's> {
+    light: &'a PlannedLight,
     area: &'a AreaLight,
     point: &'a ShadingPoint,
     shaft: Shaft<'s>,
@@ -52,6 +53,22 @@ struct Smooth {
     kind: Smoothing,
     width: f64,
     light: ConvexPolygon,
+}
+
+impl MixBuffers<'_> {
+    /// The same memory without the strands, which may borrow from another light.
+    fn emptied<'t>(self) -> MixBuffers<'t> {
+        let mut strands = self.strands;
+        strands.clear();
+        MixBuffers {
+            // Of an empty vector nothing is made: this keeps its memory under another lifetime.
+            strands: strands.into_iter().map_while(|_| None).collect(),
+            drawn: self.drawn,
+            segments: self.segments,
+            samples: self.samples,
+            owners: self.owners,
+        }
+    }
 }
 
 impl Smooth {
@@ -82,10 +99,14 @@ impl Pair<'_> {
         let Some(lit) = above_horizon(area, self.point) else {
             return DVec3::ZERO;
         };
-        let turn = area.polygon.plane_frame().turn_from(&lit.plane_frame());
+        let lit = Lit {
+            turn: area.polygon.plane_frame().turn_from(&lit.plane_frame()),
+            light: lit,
+            texture: self.light.texture.as_deref(),
+        };
         let query = ShaftQuery {
             point: self.point.position,
-            light: lit.vertices(),
+            light: lit.light.vertices(),
             exclude: self.light.triangles.clone(),
         };
         let Workspace {
@@ -97,12 +118,13 @@ impl Pair<'_> {
             ..
         } = workspace;
         let mut work = Work {
+            light: self.light,
             area,
             point: self.point,
             shaft: self.occluders.shaft(query, scratch),
             visible,
             smoothing: match mix.heuristic() {
-                MixHeuristic::Smooth(kind) => Some(Smooth::new(kind, lit)),
+                MixHeuristic::Smooth(kind) => Some(Smooth::new(kind, lit.light)),
                 MixHeuristic::Classic(_) => None,
             },
             plan,
@@ -118,24 +140,19 @@ impl Pair<'_> {
         }
         let independent = Sampler::new(SamplerKind::Independent, self.settings.seed);
         let random = independent.points(self.pixel, self.dimension + 1, 1 + MOST);
-        let light = (&lit, turn);
         let u = |k| random.get_1d(k);
-        Strand::all(
-            mix,
-            self.count(),
-            light,
-            self.point,
-            u,
-            &mut buffers.strands,
-        );
-        self.draw(&mut work, buffers);
-        work.densities(buffers);
-        work.smooth_across(buffers);
-        work.sum(mix, buffers)
+        let mut lent = std::mem::take(buffers).emptied();
+        Strand::all(mix, self.count(), &lit, self.point, u, &mut lent.strands);
+        self.draw(&mut work, &mut lent);
+        work.densities(&mut lent);
+        work.smooth_across(&mut lent);
+        let sum = work.sum(mix, &lent);
+        *buffers = lent.emptied();
+        sum
     }
 
     /// Draws the samples of all techniques.
-    fn draw(&self, work: &mut Work<'_, '_>, buffers: &mut MixBuffers) {
+    fn draw(&self, work: &mut Work<'_, '_>, buffers: &mut MixBuffers<'_>) {
         buffers.samples.clear();
         let sampler = Sampler::new(self.settings.sampler, self.settings.seed);
         for index in 0..buffers.strands.len() {
@@ -190,7 +207,9 @@ fn smaller_side(polygon: &ConvexPolygon) -> f64 {
 impl Work<'_, '_> {
     /// A sample of technique `strand`, if it carries light.
     fn sample(&self, strand: usize, seen: Seen, density: f64) -> Option<Sample> {
-        let value = unshadowed(self.area, self.point, seen.direction);
+        let value = self
+            .light
+            .unshadowed(self.area, self.point, seen.point, seen.direction);
         if value == DVec3::ZERO || !(density > 0.0 && density.is_finite()) {
             return None;
         }
@@ -213,10 +232,19 @@ impl Work<'_, '_> {
     }
 
     /// One sample of a point technique, if it carries light and is visible.
-    fn draw_point(&mut self, index: usize, strand: &Strand, u: [f64; 2]) -> Option<Sample> {
+    fn draw_point(&mut self, index: usize, strand: &Strand<'_>, u: [f64; 2]) -> Option<Sample> {
         let on_light = match &strand.kind {
             Kind::Area(sampler) => sampler.sample(u).point,
             Kind::SolidAngle(sampler) => sampler.sample(u).point,
+            Kind::Texture(sampler, beside) => {
+                let on_plane = sampler.sample(u).point;
+                match beside {
+                    Some(light) => {
+                        meets(light, self.point.position, on_plane - self.point.position)?
+                    }
+                    None => on_plane,
+                }
+            }
             Kind::Bsdf => {
                 let (point, n) = (self.point, self.point.normal);
                 let w = point.bsdf.sample(u, point.outgoing, n)?;
@@ -231,7 +259,12 @@ impl Work<'_, '_> {
     }
 
     /// The samples of a line technique: all its lines in one query, then points on what is visible.
-    fn draw_lines(&mut self, index: usize, buffers: &mut MixBuffers, u: impl Fn(u32) -> [f64; 2]) {
+    fn draw_lines(
+        &mut self,
+        index: usize,
+        buffers: &mut MixBuffers<'_>,
+        u: impl Fn(u32) -> [f64; 2],
+    ) {
         let MixBuffers {
             strands,
             drawn,
@@ -273,7 +306,7 @@ impl Work<'_, '_> {
 
     /// The densities of all techniques at each other's samples: the lines through them are one
     /// more question to the same shaft.
-    fn densities(&mut self, buffers: &mut MixBuffers) {
+    fn densities(&mut self, buffers: &mut MixBuffers<'_>) {
         let MixBuffers {
             strands,
             segments,
@@ -311,14 +344,14 @@ impl Work<'_, '_> {
 
     /// Where all lines have one direction, smooths along the other, too: one more line through each
     /// sample.
-    fn smooth_across(&mut self, buffers: &mut MixBuffers) {
+    fn smooth_across(&mut self, buffers: &mut MixBuffers<'_>) {
         let MixBuffers {
             strands,
             segments,
             samples,
             ..
         } = buffers;
-        let lines = |s: &Strand| match &s.kind {
+        let lines = |s: &Strand<'_>| match &s.kind {
             Kind::Line(lines, _) => Some(lines.direction()),
             _ => None,
         };
@@ -363,7 +396,7 @@ impl Work<'_, '_> {
     }
 
     /// The weighted sum.
-    fn sum(&self, mix: &Mix, buffers: &MixBuffers) -> DVec3 {
+    fn sum(&self, mix: &Mix, buffers: &MixBuffers<'_>) -> DVec3 {
         let count = buffers.strands.len();
         let mut expected = [0.0; MOST_TECHNIQUES];
         for (to, strand) in expected.iter_mut().zip(&buffers.strands) {
@@ -393,7 +426,7 @@ impl Work<'_, '_> {
 
 /// The density of a line technique at a sample of another.
 fn line_density(
-    lines: &Lines,
+    lines: &Lines<'_>,
     pieces: Pieces,
     sample: &Sample,
     line: &Segment,

@@ -20,8 +20,8 @@ pub const MOST_TECHNIQUES: usize = 8;
 ///
 /// The text form lists them with `+`, their shares of the samples after `:`, options in brackets:
 /// `line-solid-angle:3+point-bsdf:1[mis=smooth]`. Techniques are `point-area`, `point-solid-angle`,
-/// `point-bsdf`, `line-area`, `line-solid-angle`, `line-warped` (nearly
-/// solid angle, at half the cost) and `line-projected`; the option `mis`, which may
+/// `point-texture`, `point-bsdf`, `line-area`, `line-solid-angle`, `line-warped` (nearly
+/// solid angle, at half the cost), `line-projected` and `line-texture`; the option `mis`, which may
 /// stand with any of them, names the heuristic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
@@ -46,6 +46,8 @@ pub enum Technique {
     PointArea,
     /// Uniform in the solid angle.
     PointSolidAngle,
+    /// In proportion to the light's texture; uniform on the area of a light without one.
+    PointTexture,
     /// Directions drawn from the BSDF.
     PointBsdf,
     /// Points of the visible part of lines.
@@ -75,6 +77,10 @@ pub enum LineMeasure {
     Warped,
     /// Projected solid angle of the part above the horizon.
     Projected,
+    /// The light's texture: offsets by what is on the line, points by the texture along what is
+    /// visible of it ([`linelit_lights::TexturedLines`]); area where there is no texture, or where
+    /// the light is no parallelogram that is wholly above the horizon.
+    Texture,
 }
 
 /// The directions of the lines of one technique.
@@ -162,6 +168,12 @@ impl Mix {
     pub fn uses_lines(&self) -> bool {
         self.parts()
             .any(|p| matches!(p.technique, Technique::Line(_)))
+    }
+}
+
+impl LineDirection {
+    pub(crate) const fn is_fixed(self) -> bool {
+        matches!(self, Self::Fixed(_))
     }
 }
 

@@ -1,17 +1,18 @@
 //! One technique of a mix, made ready for a shading point and a light.
 
 use super::{LineDirection, LineMeasure, LineTechnique, Mix, Pieces, Technique};
-use crate::ShadingPoint;
+use crate::{EmissionTexture, ShadingPoint};
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{
-    AngularLines, AreaSampler, LineSample, LineSampler, OffsetDensity, SolidAngleSampler,
+    AngularLines, AreaSampler, ImportanceImage, LineSample, LineSampler, OffsetDensity,
+    SolidAngleSampler, TextureAxis, TexturedLines, TexturedSampler,
 };
 use std::f64::consts::PI;
 
 /// A technique, the samples expected of it and the samples it gets.
 #[derive(Clone, Debug)]
-pub(super) struct Strand {
-    pub kind: Kind,
+pub(super) struct Strand<'t> {
+    pub kind: Kind<'t>,
     /// The expected number of samples N_i, which stands in weights and contributions.
     pub expected: f64,
     /// The number drawn this time; its mean is `expected`.
@@ -24,11 +25,13 @@ pub(super) struct Strand {
     clippy::large_enum_variant,
     reason = "a few of them live in a buffer that is used again"
 )]
-pub(super) enum Kind {
+pub(super) enum Kind<'t> {
     Area(AreaSampler),
     SolidAngle(SolidAngleSampler),
+    /// With the light, where points may fall beside it.
+    Texture(TexturedSampler<'t>, Option<ConvexPolygon>),
     Bsdf,
-    Line(Lines, Pieces),
+    Line(Lines<'t>, Pieces),
 }
 
 /// Lines of one direction.
@@ -37,9 +40,10 @@ pub(super) enum Kind {
     clippy::large_enum_variant,
     reason = "a few of them live in a buffer that is used again"
 )]
-pub(super) enum Lines {
+pub(super) enum Lines<'t> {
     Area(LineSampler),
     Angular(AngularLines),
+    Texture(TexturedLines<'t>),
 }
 
 /// A point on the light as seen from the shading point.
@@ -65,18 +69,28 @@ impl Seen {
     }
 }
 
-impl Strand {
-    /// The strands of a mix over the part `light` of a polygon, whose angles are `turn` radians
-    /// ahead of the part's; `u(k)` are independent random numbers.
+/// The part of a light that techniques draw from.
+pub(super) struct Lit<'t> {
+    /// What is above the horizons.
+    pub light: ConvexPolygon,
+    /// What angles on the whole light are ahead of those on this part.
+    pub turn: f64,
+    /// The texture of the whole light.
+    pub texture: Option<&'t EmissionTexture>,
+}
+
+impl<'t> Strand<'t> {
+    /// The strands of a mix; `u(k)` are independent random numbers.
     pub(super) fn all(
         mix: &Mix,
         samples: u32,
-        (light, turn): (&ConvexPolygon, f64),
+        lit: &Lit<'t>,
         point: &ShadingPoint,
         u: impl Fn(u32) -> f64,
         out: &mut Vec<Self>,
     ) {
         out.clear();
+        let light = &lit.light;
         let total: u32 = mix.parts().map(|p| p.share).sum();
         for (index, part) in (0u32..).zip(mix.parts()) {
             let expected = f64::from(samples) * f64::from(part.share) / f64::from(total);
@@ -93,6 +107,7 @@ impl Strand {
                     Kind::SolidAngle(SolidAngleSampler::new(light, point.position)),
                     expected,
                 ),
+                Technique::PointTexture => push(Kind::texture(lit), expected),
                 Technique::PointBsdf => push(Kind::Bsdf, expected),
                 Technique::Line(line) => {
                     let (first, count) = match line.direction {
@@ -101,8 +116,11 @@ impl Strand {
                         LineDirection::Spread(count) => (u(index + 1), count),
                     };
                     for k in 0..count {
-                        let fraction = first + f64::from(k) / f64::from(count);
-                        let lines = Lines::new(line, light, fraction * PI + turn, point);
+                        let mut fraction = first + f64::from(k) / f64::from(count);
+                        if line.measure == LineMeasure::Texture && !line.direction.is_fixed() {
+                            fraction = 0.5 * ((2.0 * first).floor() + f64::from(k));
+                        }
+                        let lines = Lines::new(line, lit, fraction, point);
                         push(Kind::Line(lines, line.pieces), expected / f64::from(count));
                     }
                 }
@@ -119,10 +137,33 @@ impl Strand {
                 .to_solid_angle(at.square, at.cos_light)
                 .value(),
             Kind::SolidAngle(sampler) => sampler.pdf(at.point).value(),
+            Kind::Texture(sampler, _) => sampler
+                .pdf(at.point)
+                .to_solid_angle(at.square, at.cos_light)
+                .value(),
             Kind::Bsdf => point.bsdf.pdf(at.direction, point.outgoing, point.normal),
             Kind::Line(..) => 0.0,
         }
     }
+}
+
+/// Lines by the texture: along the edges of the light unless a direction is asked for.
+fn textured<'t>(
+    light: &ConvexPolygon,
+    image: &'t ImportanceImage,
+    technique: LineTechnique,
+    fraction: f64,
+) -> Option<TexturedLines<'t>> {
+    if technique.direction.is_fixed() {
+        return TexturedLines::new(light, image, fraction * PI);
+    }
+    let across = (2.0 * fraction).rem_euclid(2.0) >= 1.0;
+    let axis = if across {
+        TextureAxis::V
+    } else {
+        TextureAxis::U
+    };
+    TexturedLines::along(light, image, axis)
 }
 
 /// The line of a family through a point of the light.
@@ -133,7 +174,7 @@ pub(super) fn through(lines: &ParallelLines, point: DVec3) -> Segment {
 }
 
 /// Gives whole numbers of samples with the expected means: systematic rounding of the running sum.
-fn allot(strands: &mut [Strand], u: f64) {
+fn allot(strands: &mut [Strand<'_>], u: f64) {
     let (mut sum, mut given) = (u, 0.0);
     for strand in strands {
         sum += strand.expected;
@@ -152,16 +193,31 @@ fn whole(number: f64) -> u32 {
     number as u32
 }
 
-impl Lines {
-    fn new(
-        technique: LineTechnique,
-        light: &ConvexPolygon,
-        angle: f64,
-        point: &ShadingPoint,
-    ) -> Self {
-        let x = point.position;
+impl<'t> Kind<'t> {
+    fn texture(lit: &Lit<'t>) -> Self {
+        match lit.texture.and_then(|t| Some((t, t.points()?))) {
+            Some((texture, sampler)) => {
+                Self::Texture(sampler, (!texture.fits()).then_some(lit.light))
+            }
+            None => Self::Area(AreaSampler::new(&lit.light)),
+        }
+    }
+}
+
+impl<'t> Lines<'t> {
+    /// Lines in a direction that is a fraction of a half turn from the light's first edge.
+    fn new(technique: LineTechnique, lit: &Lit<'t>, fraction: f64, point: &ShadingPoint) -> Self {
+        let (light, x) = (&lit.light, point.position);
+        let angle = fraction * PI + lit.turn;
         match technique.measure {
             LineMeasure::Area => Self::Area(LineSampler::new(light, angle, OffsetDensity::Length)),
+            LineMeasure::Texture => {
+                let image = lit.texture.and_then(|t| t.over(light));
+                match image.and_then(|image| textured(light, image, technique, fraction)) {
+                    Some(lines) => Self::Texture(lines),
+                    None => Self::Area(LineSampler::new(light, angle, OffsetDensity::Length)),
+                }
+            }
             LineMeasure::SolidAngle => Self::Angular(AngularLines::by_solid_angle(light, angle, x)),
             LineMeasure::Warped => {
                 Self::Angular(AngularLines::by_warped_solid_angle(light, angle, x))
@@ -179,6 +235,7 @@ impl Lines {
         match self {
             Self::Area(sampler) => sampler.lines(),
             Self::Angular(lines) => lines.lines(),
+            Self::Texture(lines) => lines.lines(),
         }
     }
 
@@ -186,6 +243,7 @@ impl Lines {
         match self {
             Self::Area(sampler) => sampler.sample(u),
             Self::Angular(lines) => lines.sample(u),
+            Self::Texture(lines) => lines.sample(u),
         }
     }
 
@@ -197,18 +255,17 @@ impl Lines {
         u: f64,
         seen: impl Fn(DVec3) -> Seen,
     ) -> (Seen, f64) {
-        match self {
-            Self::Area(sampler) => {
-                let sample = sampler.point(line, visible, u);
-                let at = seen(sample.point);
-                let density = sample.pdf.to_solid_angle(at.square, at.cos_light);
-                (at, density.value())
-            }
+        let sample = match self {
             Self::Angular(lines) => {
                 let sample = lines.point(line, visible, u);
-                (seen(sample.point), sample.pdf.value())
+                return (seen(sample.point), sample.pdf.value());
             }
-        }
+            Self::Area(sampler) => sampler.point(line, visible, u),
+            Self::Texture(lines) => lines.point(line, visible, u),
+        };
+        let at = seen(sample.point);
+        let density = sample.pdf.to_solid_angle(at.square, at.cos_light);
+        (at, density.value())
     }
 
     /// The line through a point of the light.
@@ -223,12 +280,11 @@ impl Lines {
 
     /// The joint density per solid angle at a point whose line has these visible parts.
     pub(super) fn density(&self, at: &Seen, visible: &[Interval]) -> f64 {
-        match self {
-            Self::Area(sampler) => sampler
-                .joint_pdf(at.point, visible)
-                .to_solid_angle(at.square, at.cos_light)
-                .value(),
-            Self::Angular(lines) => lines.joint_pdf(at.point, visible).value(),
-        }
+        let by_area = match self {
+            Self::Angular(lines) => return lines.joint_pdf(at.point, visible).value(),
+            Self::Area(sampler) => sampler.joint_pdf(at.point, visible),
+            Self::Texture(lines) => lines.joint_pdf(at.point, visible),
+        };
+        by_area.to_solid_angle(at.square, at.cos_light).value()
     }
 }

@@ -10,7 +10,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Names of the techniques.
-const TECHNIQUES: [&str; 7] = [
+const TECHNIQUES: [&str; 9] = [
     "point-area",
     "point-solid-angle",
     "point-bsdf",
@@ -18,6 +18,8 @@ const TECHNIQUES: [&str; 7] = [
     "line-solid-angle",
     "line-projected",
     "line-warped",
+    "point-texture",
+    "line-texture",
 ];
 
 const HEURISTICS: &str = "balance, power, maximum, average, smooth or smooth-fixed";
@@ -106,10 +108,12 @@ fn technique_named(name: &str) -> Result<Technique, ParseEstimatorError> {
         "point-area" => Technique::PointArea,
         "point-solid-angle" => Technique::PointSolidAngle,
         "point-bsdf" => Technique::PointBsdf,
+        "point-texture" => Technique::PointTexture,
         "line-area" => line(LineMeasure::Area),
         "line-solid-angle" => line(LineMeasure::SolidAngle),
         "line-projected" => line(LineMeasure::Projected),
         "line-warped" => line(LineMeasure::Warped),
+        "line-texture" => line(LineMeasure::Texture),
         _ => {
             return Err(ParseEstimatorError::new(format!(
                 "`{name}` cannot be combined; expected one of {}",
@@ -215,11 +219,13 @@ const fn technique_name(technique: &Technique) -> &'static str {
         Technique::PointArea => TECHNIQUES[0],
         Technique::PointSolidAngle => TECHNIQUES[1],
         Technique::PointBsdf => TECHNIQUES[2],
+        Technique::PointTexture => TECHNIQUES[7],
         Technique::Line(line) => match line.measure {
             LineMeasure::Area => TECHNIQUES[3],
             LineMeasure::SolidAngle => TECHNIQUES[4],
             LineMeasure::Projected => TECHNIQUES[5],
             LineMeasure::Warped => TECHNIQUES[6],
+            LineMeasure::Texture => TECHNIQUES[8],
         },
     }
 }
@@ -253,6 +259,7 @@ mod tests {
             "line-area[orientation=fixed:0]+line-area[orientation=fixed:0.5,mis=average]",
             "line-projected[orientation=spread:4,pieces=one]+point-solid-angle:2",
             "point-area+point-bsdf[mis=power]",
+            "line-texture[orientation=fixed:0]+point-texture",
         ];
         for text in texts {
             assert_eq!(text.parse::<Mix>().unwrap().to_string(), text);
