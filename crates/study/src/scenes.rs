@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const GENERATED: [&str; 3] = ["colonnade-small", "colonnade-large", "colonnade-line"];
 
 /// The built-in scenes.
-pub const BUILT_IN: [&str; 16] = [
+pub const BUILT_IN: [&str; 17] = [
     "cornell-box-small",
     "cornell-box-large",
     "cornell-box-line",
@@ -25,6 +25,7 @@ pub const BUILT_IN: [&str; 16] = [
     "strips",
     "monoliths",
     "plates",
+    "window",
     "colonnade-line",
 ];
 

@@ -7,7 +7,13 @@ use super::{Files, diffuse, facing_down, light_text};
 use std::fmt::Write as _;
 
 /// One main file without variants of its light.
-fn scene(name: &str, about: &str, camera: &str, size: [u32; 2], world: &str) -> (String, Vec<u8>) {
+pub(super) fn scene(
+    name: &str,
+    about: &str,
+    camera: &str,
+    size: [u32; 2],
+    world: &str,
+) -> (String, Vec<u8>) {
     let [width, height] = size;
     let text = format!(
         "# linelit: {name}. {about}\n{camera}\n\
@@ -28,7 +34,7 @@ fn light(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
 }
 
 /// A microfacet surface, Trowbridge–Reitz with the given α, over a diffuse base.
-fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String {
+pub(super) fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String {
     let [r, g, b] = kd;
     format!(
         "AttributeBegin\nMaterial \"plastic\" \"rgb Kd\" [ {r} {g} {b} ] \"rgb Ks\" [ {ks} {ks} {ks} ] \"float roughness\" [ {alpha} ] \"bool remaproughness\" [ \"false\" ]\n{}\nAttributeEnd\n",

@@ -9,6 +9,7 @@ mod logo;
 pub mod luminaires;
 mod mesh;
 mod rooms;
+mod window;
 
 use mesh::Mesh;
 use std::fmt::Write as _;
@@ -55,6 +56,7 @@ pub fn kept() -> Files {
     files.extend(gloss::strips());
     files.extend(gloss::monoliths());
     files.extend(gloss::plates());
+    files.extend(window::window());
     files
 }
 

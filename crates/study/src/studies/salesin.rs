@@ -1,4 +1,4 @@
-//! Salesin & Jarosz 2019, Figs. 1, 3 and 5 to 10: points and lines in one estimator.
+//! Salesin & Jarosz 2019, Figs. 1, 3 and 5 to 11: points and lines in one estimator.
 //!
 //! The paper plots variance; its orders are halved here, to be orders of the standard deviation.
 
@@ -8,7 +8,7 @@ use linelit_integrator::{Estimator, LightChoice};
 use linelit_samplers::SamplerKind;
 
 /// The studies' names.
-pub(super) const NAMES: [&str; 8] = [
+pub(super) const NAMES: [&str; 9] = [
     "salesin-fig1",
     "salesin-fig3",
     "salesin-fig5",
@@ -17,6 +17,7 @@ pub(super) const NAMES: [&str; 8] = [
     "salesin-fig8",
     "salesin-fig9",
     "salesin-fig10",
+    "salesin-fig11",
 ];
 
 /// Lines along the first edge of the light, and across.
@@ -85,6 +86,7 @@ fn figure(name: &str) -> Option<Figure<'static>> {
         "salesin-fig8" => fig8(),
         "salesin-fig9" => fig9(),
         "salesin-fig10" => fig10(),
+        "salesin-fig11" => fig11(),
         _ => return None,
     })
 }
@@ -398,6 +400,44 @@ fn fig10() -> Figure<'static> {
         gallery: Some(Pictures {
             size: [240, 160],
             budget: Budget::Seconds(4.0),
+            estimators: NAMES,
+        }),
+    }
+}
+
+/// A light that emits an image: points and lines that know it or not, four samples each.
+fn fig11() -> Figure<'static> {
+    const NAMES: &[&str] = &[
+        "point-solid-angle",
+        "point-texture",
+        LINE1,
+        "point-texture:3+line-solid-angle[orientation=fixed:0]",
+        "point-texture+line-solid-angle:3[orientation=fixed:0]",
+        "line-texture[orientation=fixed:0]",
+        "line-texture[orientation=fixed:0]+line-solid-angle[orientation=fixed:0]",
+    ];
+    const SPOTS: [Spot; 2] = [
+        Spot {
+            label: "A: beside the window",
+            pixel: [58, 60],
+        },
+        Spot {
+            label: "B: on the floor",
+            pixel: [150, 225],
+        },
+    ];
+    Figure {
+        title: "Fig. 11: a textured light, four samples",
+        scene: "window",
+        spots: &SPOTS,
+        estimators: NAMES,
+        samplers: &[SamplerKind::Independent],
+        samples: &[4, 16, 64, 256],
+        trials: 64,
+        papers: Vec::new(),
+        gallery: Some(Pictures {
+            size: [256, 256],
+            budget: Budget::Samples(4),
             estimators: NAMES,
         }),
     }

@@ -1,0 +1,65 @@
+//! A window with a view, behind blinds: a textured light.
+
+use super::mesh::Mesh;
+use super::rooms::{BOX_CAMERA, walls};
+use super::{Files, diffuse, gloss};
+
+/// Pixels of the view, across and down.
+const VIEW: [u16; 2] = [64, 48];
+
+/// The room of the Cornell box, lit through a window in its left wall.
+pub(super) fn window() -> Files {
+    let mut blinds = Mesh::default();
+    for k in 0..9u8 {
+        let y = 0.72 + 0.11 * f64::from(k);
+        blinds.cuboid([-0.93, y, -0.75], [-0.86, y + 0.012, 0.75], 0.0);
+    }
+    let mut block = Mesh::default();
+    block.cuboid([0.05, 0.0, -0.45], [0.65, 0.6, 0.15], 0.29);
+    let mut world = walls();
+    world += &diffuse([0.7, 0.7, 0.65], &blinds);
+    world += &gloss::plastic([0.3, 0.32, 0.35], 0.5, 0.15, &block);
+    // The first edge is level, as the blinds are.
+    world += "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\n\
+        AreaLightSource \"diffuse\" \"string filename\" [ \"window.tga\" ] \"float scale\" [ 90 ]\n\
+        Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ]\n\
+        \"point3 P\" [ -0.98 1.7 -0.7  -0.98 1.7 0.7  -0.98 0.7 0.7  -0.98 0.7 -0.7 ]\n\
+        \"point2 uv\" [ 0 1  1 1  1 0  0 0 ]\nAttributeEnd\n";
+    let about = "A window with a view, behind blinds.";
+    let main = gloss::scene("window", about, BOX_CAMERA, [256, 256], &world);
+    vec![main, ("window.tga".to_owned(), tga(VIEW, view))]
+}
+
+/// The colour of a pixel, row 0 on top: a low sun in a dim sky over dark hills, and a cross of bars.
+fn view(i: u16, j: u16) -> [u8; 3] {
+    let [width, height] = VIEW;
+    let (x, y) = (i32::from(i), i32::from(j));
+    let [w, h] = [i32::from(width), i32::from(height)];
+    let hills = h - 14 - (x - 20) * (x - 44) / 90;
+    let (dx, dy) = (x - 45, y - 15);
+    if (x - w / 2).abs() < 2 || (y - h / 2).abs() < 2 {
+        [4, 4, 4]
+    } else if dx * dx + dy * dy <= 10 {
+        [255, 244, 214]
+    } else if y > hills {
+        [14, 20, 12]
+    } else {
+        let low = u8::try_from(y.clamp(0, 40)).unwrap_or(0);
+        [34 + low, 46 + low / 2, 76 - low / 4]
+    }
+}
+
+/// An uncompressed TGA file of 24 bits a pixel, top row first.
+fn tga([width, height]: [u16; 2], pixel: impl Fn(u16, u16) -> [u8; 3]) -> Vec<u8> {
+    let mut out = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    out.extend(width.to_le_bytes());
+    out.extend(height.to_le_bytes());
+    out.extend([24, 0x20]);
+    for j in 0..height {
+        for i in 0..width {
+            let [r, g, b] = pixel(i, j);
+            out.extend([b, g, r]);
+        }
+    }
+    out
+}
