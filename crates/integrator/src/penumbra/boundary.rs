@@ -1,6 +1,7 @@
 //! The boundary of what is visible.
 
-use super::clip::{Edge, End, Meeting, Span};
+use super::bins::{Bins, Bounds};
+use super::clip::{Edge, End, Meeting, Span, Start};
 use super::orient::{Point, orient};
 
 /// A piece of the boundary of the visible part of a light: what is visible lies on its left.
@@ -17,10 +18,19 @@ struct Image {
     bounds: Bounds,
 }
 
-/// An edge of images or of the light.
+/// An edge of images, once for all that share it.
+#[derive(Clone, Copy, Debug)]
+struct Shared {
+    edge: Edge,
+    /// Images on its left less images on its right.
+    weight: i32,
+}
+
+/// An edge of images or of the light that takes part.
 #[derive(Clone, Copy, Debug)]
 struct Side {
     edge: Edge,
+    /// Of what may matter of it.
     bounds: Bounds,
     /// Images on its left less images on its right.
     weight: i32,
@@ -28,31 +38,43 @@ struct Side {
     light: bool,
     /// The part of it that is on the light.
     part: Option<Span>,
+    /// Images just right of it where counting starts.
+    count: i32,
+    /// Where counting starts: what comes before, or there, has been counted.
+    counted: f64,
+    /// The last of its events, plus one.
+    events: u32,
 }
 
 /// A place on a side where the number of images just right of it changes.
 #[derive(Clone, Copy, Debug)]
 struct Event {
-    side: u32,
     change: i32,
     end: End,
+    /// The event of the same side that was found before, plus one.
+    before: u32,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Bounds {
-    low: Point,
-    high: Point,
-}
+/// How close to a side of a triangle a rounded point may be, in units of the light, before nothing
+/// is concluded from where it is.
+const CLOSE: f64 = 1e-9;
 
 /// Finds boundaries; keeps its buffers.
 #[derive(Debug, Default)]
 pub(crate) struct Penumbra {
     light: Vec<Point>,
+    /// The light's largest coordinate.
+    unit: f64,
     images: Vec<Image>,
-    sides: Vec<Side>,
-    /// Which side has which ends: places in `sides` plus one, by a hash of the ends.
+    edges: Vec<Shared>,
+    /// Which of `edges` has which ends: places in it plus one, by a hash of the ends.
     table: Vec<u32>,
+    sides: Vec<Side>,
+    images_near: Bins,
+    sides_near: Bins,
     events: Vec<Event>,
+    /// The events of one side, in ascending order.
+    own: Vec<Event>,
     pieces: Vec<Piece>,
 }
 
@@ -71,14 +93,18 @@ impl Penumbra {
         if self.light.len() < 3 {
             return &self.pieces;
         }
-        let bounds = Bounds::of(&self.light);
+        let on_light = Bounds::of_all(&self.light);
         self.images.clear();
         let images = triangles.filter_map(Image::new);
         self.images
-            .extend(images.filter(|i| i.bounds.meets(&bounds)));
-        self.collect_sides(&bounds);
-        self.drop_hidden_parts();
-        self.collect_events();
+            .extend(images.filter(|i| i.bounds.meets(&on_light)));
+        self.collect_edges();
+        let bounds = self.images.iter().map(|i| i.bounds);
+        self.images_near.fill(&on_light, bounds);
+        if !self.count_on(&on_light, Extent::Light) {
+            self.count_on(&on_light, Extent::All);
+        }
+        self.collect_events(&on_light);
         self.collect_pieces();
         &self.pieces
     }
@@ -92,181 +118,268 @@ impl Penumbra {
         if area < 0.0 {
             self.light.reverse();
         }
+        let sizes = self.light.iter().flatten().map(|x| x.abs());
+        self.unit = sizes.fold(0.0, f64::max);
     }
 
-    /// The edges where the number of images changes, each once, and the light's.
-    fn collect_sides(&mut self, on_light: &Bounds) {
-        self.sides.clear();
+    /// The edges where the number of images changes, each once.
+    fn collect_edges(&mut self) {
+        self.edges.clear();
         self.table.clear();
         let room = (6 * self.images.len()).next_power_of_two();
         self.table.resize(room, 0);
         for i in 0..self.images.len() {
             let [a, b, c] = self.images[i].corners;
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                self.count_side(Edge { from, to });
-            }
+            let [p, q, r] = [a, b, c].map(hash);
+            self.count_edge((a, b), p.wrapping_add(q));
+            self.count_edge((b, c), q.wrapping_add(r));
+            self.count_edge((c, a), r.wrapping_add(p));
         }
-        self.sides.retain(|side| side.weight != 0);
-        for side in &mut self.sides {
-            if side.weight < 0 {
-                (side.edge.from, side.edge.to) = (side.edge.to, side.edge.from);
-                side.weight = -side.weight;
-            }
-            if side.bounds.meets(on_light) {
-                // What lies along an edge of the light is left to the light.
-                side.part = side.edge.within(&self.light);
-            }
-        }
-        for i in 0..self.light.len() {
-            let (from, to) = (self.light[(i + 1) % self.light.len()], self.light[i]);
-            let edge = Edge { from, to };
-            self.sides.push(Side {
-                edge,
-                bounds: Bounds::of(&[from, to]),
-                weight: 0,
-                light: true,
-                part: Some(edge.whole()),
-            });
-        }
+        self.edges.retain(|edge| edge.weight != 0);
     }
 
     /// Counts an image on the left of an edge.
     #[allow(clippy::float_cmp, reason = "the very same corners")]
-    fn count_side(&mut self, edge: Edge) {
+    fn count_edge(&mut self, (from, to): (Point, Point), hash: u64) {
         let mask = self.table.len() - 1;
-        let mut slot = hash(&edge) & mask;
+        let mut slot = spread(hash) & mask;
         while self.table[slot] != 0 {
-            let side = &mut self.sides[self.table[slot] as usize - 1];
-            if side.edge.from == edge.from && side.edge.to == edge.to {
-                side.weight += 1;
+            let Shared { edge, weight } = &mut self.edges[self.table[slot] as usize - 1];
+            if edge.from == from && edge.to == to {
+                *weight += 1;
                 return;
             }
-            if side.edge.from == edge.to && side.edge.to == edge.from {
-                side.weight -= 1;
+            if edge.from == to && edge.to == from {
+                *weight -= 1;
                 return;
             }
             slot = (slot + 1) & mask;
         }
-        self.sides.push(Side {
-            edge,
-            bounds: Bounds::of(&[edge.from, edge.to]),
+        self.edges.push(Shared {
+            edge: Edge::new(from, to),
             weight: 1,
-            light: false,
-            part: None,
         });
-        self.table[slot] = index(self.sides.len());
+        self.table[slot] = index(self.edges.len());
     }
 
-    /// Forgets parts of sides that are well inside of one image.
-    fn drop_hidden_parts(&mut self) {
-        for side in &mut self.sides {
-            if let Some(part) = &side.part {
-                let ends = [part.lo.point, part.hi.point];
-                let bounds = Bounds::of(&ends);
-                let hides = |image: &Image| image.bounds.holds(&bounds) && image.holds_well(&ends);
-                if self.images.iter().any(hides) {
-                    side.part = None;
-                }
+    /// Collects the sides that take part and counts the images right of each where counting
+    /// starts; `false` if what is on the light does not tell.
+    fn count_on(&mut self, on_light: &Bounds, extent: Extent) -> bool {
+        self.sides.clear();
+        let room = CLOSE * self.unit;
+        for Shared { edge, weight } in &self.edges {
+            let whole = Bounds::of([edge.from, edge.to]);
+            let near = whole.meets(on_light);
+            if !near && extent == Extent::Light {
+                continue;
             }
+            let edge = if *weight < 0 { edge.reversed() } else { *edge };
+            // What lies along an edge of the light is left to the light.
+            let part = if near { edge.within(&self.light) } else { None };
+            let bounds = match &part {
+                Some(part) if extent == Extent::Light => {
+                    Bounds::of([part.lo.point, part.hi.point]).wider(room)
+                }
+                _ => whole,
+            };
+            self.sides
+                .push(Side::new(edge, bounds, weight.abs(), false, part));
         }
+        for i in 0..self.light.len() {
+            let (from, to) = (self.light[(i + 1) % self.light.len()], self.light[i]);
+            let edge = Edge::new(from, to);
+            let bounds = Bounds::of([from, to]).wider(room);
+            let whole = Some(edge.whole());
+            self.sides.push(Side::new(edge, bounds, 0, true, whole));
+        }
+        let Self {
+            sides,
+            images,
+            images_near,
+            ..
+        } = self;
+        let crowd = Crowd {
+            images,
+            near: images_near,
+            room,
+        };
+        sides.iter_mut().all(|side| crowd.count(side, extent))
     }
 
     /// Where sides cross.
-    fn collect_events(&mut self) {
-        let Self { sides, events, .. } = self;
+    fn collect_events(&mut self, on_light: &Bounds) {
+        let Self {
+            sides,
+            events,
+            sides_near,
+            ..
+        } = self;
         events.clear();
-        sides.sort_unstable_by(|a, b| a.bounds.low[0].total_cmp(&b.bounds.low[0]));
-        for (i, e) in sides.iter().enumerate() {
-            let beyond = |f: &&Side| f.bounds.low[0] <= e.bounds.high[0];
-            for (j, f) in (i + 1..).zip(sides[i + 1..].iter().take_while(beyond)) {
-                if !e.bounds.meets(&f.bounds) || (e.part.is_none() && f.part.is_none()) {
-                    continue;
-                }
-                let (i, j) = (index(i), index(j));
-                match e.edge.meet(&f.edge) {
-                    Meeting::Apart => {}
-                    // On one line, the same side: the first has what both share.
-                    Meeting::Aligned if !f.light && f.part.is_some() => {
-                        if let Some(span) = f.edge.shared(&e.edge) {
-                            let event = |change, end| Event {
-                                side: j,
-                                change,
-                                end,
-                            };
-                            events.extend([event(1, span.lo), event(-1, span.hi)]);
-                        }
-                    }
-                    Meeting::Aligned => {}
-                    Meeting::Crossing(crossing) => {
-                        let mut pass = |side, edge: &Edge, left: Option<bool>, weight: i32| {
-                            if let Some(left) = left {
-                                events.push(Event {
-                                    side,
-                                    change: if left { weight } else { -weight },
-                                    end: edge.end_at(crossing.point),
-                                });
-                            }
-                        };
-                        if e.part.is_some() && f.weight != 0 {
-                            pass(i, &e.edge, crossing.first, f.weight);
-                        }
-                        if f.part.is_some() && e.weight != 0 {
-                            pass(j, &f.edge, crossing.second, e.weight);
-                        }
-                    }
+        sides_near.fill(on_light, sides.iter().map(|s| s.bounds));
+        for i in 0..sides.len() {
+            let (before, after) = sides.split_at_mut(i + 1);
+            let e = &mut before[i];
+            for j in sides_near.near(&e.bounds).from(i + 1) {
+                let f = &mut after[j - i - 1];
+                if e.bounds.meets(&f.bounds) && (e.part.is_some() || f.part.is_some()) {
+                    meet(e, f, events);
                 }
             }
         }
-        events.sort_unstable_by(|a, b| {
-            let by_side = a.side.cmp(&b.side);
-            by_side.then(a.end.at.total_cmp(&b.end.at))
-        });
     }
 
     /// The parts of sides with no image right of them.
     fn collect_pieces(&mut self) {
-        let mut events = &self.events[..];
-        for (i, side) in self.sides.iter().enumerate() {
-            let own = events.iter().take_while(|e| e.side == index(i)).count();
-            let (mine, rest) = events.split_at(own);
-            events = rest;
+        for side in &self.sides {
             let Some(part) = side.part else { continue };
-            let whole = side.edge.whole();
-            let mut count: i32 = self
-                .images
-                .iter()
-                .map(|image| i32::from(image.holds_start(&side.edge)))
-                .sum();
-            let mut reached = whole.lo;
+            self.own.clear();
+            let mut next = side.events;
+            while next != 0 {
+                let event = self.events[next as usize - 1];
+                next = event.before;
+                let place = self.own.iter().rposition(|e| e.end.at <= event.end.at);
+                self.own.insert(place.map_or(0, |i| i + 1), event);
+            }
+            let mut count = side.count;
+            let mut reached = part.lo;
             let last = Event {
-                side: 0,
                 change: 0,
-                end: whole.hi,
+                end: part.hi,
+                before: 0,
             };
-            for event in mine.iter().chain([&last]) {
-                if count == 0 {
-                    let lo = if reached.at > part.lo.at {
-                        reached
-                    } else {
-                        part.lo
-                    };
-                    let hi = if event.end.at < part.hi.at {
-                        event.end
-                    } else {
-                        part.hi
-                    };
-                    if lo.at < hi.at {
+            for event in self.own.iter().chain([&last]) {
+                let hi = event.end;
+                if hi.at > reached.at {
+                    if count == 0 {
                         // Backwards: what is visible is right of the edge.
                         self.pieces.push(Piece {
                             from: hi.point,
-                            to: lo.point,
+                            to: reached.point,
                         });
                     }
+                    reached = hi;
                 }
                 count += event.change;
-                reached = event.end;
             }
         }
+    }
+}
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Extent {
+    /// What is on the light. Where the first point of an edge's part is too close to the sides of
+    /// images, this cannot tell on which side.
+    Light,
+    /// All of every edge: decisions are exact.
+    All,
+}
+
+impl Side {
+    fn new(edge: Edge, bounds: Bounds, weight: i32, light: bool, part: Option<Span>) -> Self {
+        Self {
+            edge,
+            bounds,
+            weight,
+            light,
+            part,
+            count: 0,
+            counted: f64::NEG_INFINITY,
+            events: 0,
+        }
+    }
+
+    /// Adds an event if it is where that matters.
+    fn add(&mut self, change: i32, end: End, events: &mut Vec<Event>) {
+        let Some(part) = &self.part else { return };
+        if end.at <= self.counted || end.at >= part.hi.at {
+            return;
+        }
+        events.push(Event {
+            change,
+            end,
+            before: self.events,
+        });
+        self.events = index(events.len());
+    }
+}
+
+/// What two sides, of which the first comes first, are to each other's counts.
+fn meet(e: &mut Side, f: &mut Side, events: &mut Vec<Event>) {
+    match e.edge.meet(&f.edge) {
+        Meeting::Apart => {}
+        // On one line, the same side: the first has what both share.
+        Meeting::Aligned => {
+            if let Some(span) = f.edge.shared(&e.edge)
+                && !f.light
+            {
+                f.add(1, span.lo, events);
+                f.add(-1, span.hi, events);
+            }
+        }
+        Meeting::Crossing(crossing) => {
+            let mut pass = |side: &mut Side, left: Option<bool>, weight: i32| {
+                if let Some(left) = left
+                    && weight != 0
+                    && side.part.is_some()
+                {
+                    let change = if left { weight } else { -weight };
+                    side.add(change, side.edge.end_at(crossing.point), events);
+                }
+            };
+            let weights = [f.weight, e.weight];
+            pass(e, crossing.first, weights[0]);
+            pass(f, crossing.second, weights[1]);
+        }
+    }
+}
+
+/// All images, to be asked which of them are at a place.
+struct Crowd<'a> {
+    images: &'a [Image],
+    near: &'a Bins,
+    /// What is closer is not decided.
+    room: f64,
+}
+
+impl Crowd<'_> {
+    /// Counts the images just right of where counting starts on a side. Forgets the part of a side
+    /// that is well inside of one image. `false` if rounding may decide.
+    fn count(&self, side: &mut Side, extent: Extent) -> bool {
+        let Some(part) = side.part else { return true };
+        let (start, cut) = match part.start {
+            Start::Cut(slack) if extent == Extent::Light => {
+                if slack > 0.2 * self.room {
+                    return false;
+                }
+                side.counted = part.lo.at;
+                (part.lo.point, true)
+            }
+            _ => (side.edge.from, false),
+        };
+        let around = Bounds::of([start]).wider(if cut { self.room } else { 0.0 });
+        for i in self.near.near(&around).from(0) {
+            let image = &self.images[i];
+            if !image.bounds.meets(&around) {
+                continue;
+            }
+            let holds = if cut {
+                let Some(holds) = image.holds_on(start, &side.edge, self.room) else {
+                    return false;
+                };
+                holds
+            } else {
+                image.holds_start(&side.edge)
+            };
+            if holds {
+                side.count += 1;
+                if image.holds_well([part.lo.point, part.hi.point], self.room) {
+                    side.part = None;
+                    return true;
+                }
+            }
+        }
+        true
     }
 }
 
@@ -280,31 +393,45 @@ impl Image {
         ];
         let turn = orient(a, b, c);
         let corners = if turn > 0.0 { [a, b, c] } else { [a, c, b] };
-        let bounds = Bounds::of(&corners);
+        let bounds = Bounds::of(corners);
         (turn != 0.0).then_some(Self { corners, bounds })
     }
 
-    /// Whether two points are inside, by more than rounding.
-    fn holds_well(&self, points: &[Point; 2]) -> bool {
+    fn sides(&self) -> [(Point, Point); 3] {
         let [a, b, c] = self.corners;
-        [(a, b), (b, c), (c, a)].into_iter().all(|(c, d)| {
-            let run = [d[0] - c[0], d[1] - c[1]];
-            let room = 1e-9 * (run[0].abs() + run[1].abs());
-            let height = |p: &Point| run[0] * (p[1] - c[1]) - run[1] * (p[0] - c[0]);
-            points.iter().all(|p| height(p) > room)
-        })
+        [(a, b), (b, c), (c, a)]
+    }
+
+    /// Whether two points are inside, by more than `room`.
+    fn holds_well(&self, points: [Point; 2], room: f64) -> bool {
+        let well = |(c, d)| {
+            points
+                .iter()
+                .all(|p| height(c, d, *p) > room * length(c, d))
+        };
+        self.sides().into_iter().all(well)
+    }
+
+    /// Whether a rounded point of an edge, moved to the edge's right, is inside; `None` if it is
+    /// too close to tell.
+    #[allow(clippy::float_cmp, reason = "the very same edge")]
+    fn holds_on(&self, point: Point, edge: &Edge, room: f64) -> Option<bool> {
+        let mut close = false;
+        for (c, d) in self.sides() {
+            let (height, room) = (height(c, d, point), room * length(c, d));
+            if height < -room || (c == edge.from && d == edge.to) {
+                return Some(false);
+            }
+            let own = c == edge.to && d == edge.from;
+            close |= height <= room && !own;
+        }
+        (!close).then_some(true)
     }
 
     /// Whether the start of an edge, moved along it and then, by much less, to its right, is
     /// inside.
     fn holds_start(&self, edge: &Edge) -> bool {
-        let Bounds { low, high } = self.bounds;
-        let [x, y] = edge.from;
-        if !(low[0] <= x && x <= high[0] && low[1] <= y && y <= high[1]) {
-            return false;
-        }
-        let [a, b, c] = self.corners;
-        [(a, b), (b, c), (c, a)].into_iter().all(|(c, d)| {
+        self.sides().into_iter().all(|(c, d)| {
             let side = orient(c, d, edge.from);
             if side != 0.0 {
                 return side > 0.0;
@@ -321,28 +448,14 @@ impl Image {
     }
 }
 
-impl Bounds {
-    fn of(points: &[Point]) -> Self {
-        let mut low = [f64::INFINITY; 2];
-        let mut high = [f64::NEG_INFINITY; 2];
-        for p in points {
-            for k in 0..2 {
-                low[k] = low[k].min(p[k]);
-                high[k] = high[k].max(p[k]);
-            }
-        }
-        Self { low, high }
-    }
+/// How far left of the way from c to d a point is, times the length of the way; rounded.
+fn height(c: Point, d: Point, p: Point) -> f64 {
+    (d[0] - c[0]) * (p[1] - c[1]) - (d[1] - c[1]) * (p[0] - c[0])
+}
 
-    fn holds(&self, other: &Self) -> bool {
-        (self.low[0] <= other.low[0] && other.high[0] <= self.high[0])
-            && (self.low[1] <= other.low[1] && other.high[1] <= self.high[1])
-    }
-
-    fn meets(&self, other: &Self) -> bool {
-        (self.low[0] <= other.high[0] && other.low[0] <= self.high[0])
-            && (self.low[1] <= other.high[1] && other.low[1] <= self.high[1])
-    }
+/// The length of the way from c to d along the axes.
+fn length(c: Point, d: Point) -> f64 {
+    (d[0] - c[0]).abs() + (d[1] - c[1]).abs()
 }
 
 /// Without −0, which is another number to a hash, and without what would underflow in a product;
@@ -352,13 +465,13 @@ fn settled(p: Point) -> Point {
     [flush(p[0]), flush(p[1])]
 }
 
-/// The same for both directions of an edge.
-fn hash(edge: &Edge) -> usize {
-    let mix = |p: Point| {
-        let bits = p[0].to_bits() ^ p[1].to_bits().rotate_left(23);
-        bits.wrapping_mul(0x9E37_79B9_7F4A_7C15)
-    };
-    let sum = mix(edge.from).wrapping_add(mix(edge.to));
+/// Of a corner; the sum over the ends is the same for both directions of an edge.
+fn hash(p: Point) -> u64 {
+    let bits = p[0].to_bits() ^ p[1].to_bits().rotate_left(23);
+    bits.wrapping_mul(0x9E37_79B9_7F4A_7C15)
+}
+
+fn spread(sum: u64) -> usize {
     #[allow(clippy::cast_possible_truncation, reason = "the high bits of a hash")]
     {
         (sum.wrapping_mul(0xD6E8_FEB8_6659_FD93) >> 32) as usize

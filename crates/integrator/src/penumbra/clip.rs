@@ -7,6 +7,8 @@ use super::orient::{Point, orient};
 pub(crate) struct Edge {
     pub from: Point,
     pub to: Point,
+    /// Its square length, where its end is; see [`End::at`].
+    pub length: f64,
 }
 
 /// A place on an edge.
@@ -23,6 +25,17 @@ pub(crate) struct End {
 pub(crate) struct Span {
     pub lo: End,
     pub hi: End,
+    /// How the lower end came about.
+    pub start: Start,
+}
+
+/// How the lower end of a part of an edge came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Start {
+    /// It is the edge's own.
+    Own,
+    /// A corner of what the edge was cut by, or a crossing, known to this much.
+    Cut(f64),
 }
 
 /// A vertex and how far left of an edge it is.
@@ -50,6 +63,31 @@ pub(crate) struct Crossing {
 }
 
 impl Edge {
+    pub(crate) fn new(from: Point, to: Point) -> Self {
+        let mut out = Self {
+            from,
+            to,
+            length: 0.0,
+        };
+        out.length = out.place(to);
+        out
+    }
+
+    /// The same edge, the other way.
+    pub(crate) fn reversed(&self) -> Self {
+        Self {
+            from: self.to,
+            to: self.from,
+            length: self.length,
+        }
+    }
+
+    /// The greater part of how far it runs, and no more than twice that.
+    fn extent(&self) -> f64 {
+        (self.to[0] - self.from[0]).abs() + (self.to[1] - self.from[1]).abs()
+    }
+
+    #[inline]
     fn place(&self, p: Point) -> f64 {
         let d = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         d[0] * (p[0] - self.from[0]) + d[1] * (p[1] - self.from[1])
@@ -58,15 +96,21 @@ impl Edge {
     /// The whole edge.
     pub(crate) fn whole(&self) -> Span {
         let (at, point) = (0.0, self.from);
+        let hi = End {
+            at: self.length,
+            point: self.to,
+        };
         Span {
             lo: End { at, point },
-            hi: self.end_at(self.to),
+            hi,
+            start: Start::Own,
         }
     }
 
     /// A point on the edge; what rounding moves beyond its ends is put there.
+    #[inline]
     pub(crate) fn end_at(&self, point: Point) -> End {
-        let at = self.place(point).clamp(0.0, self.place(self.to));
+        let at = self.place(point).max(0.0).min(self.length);
         End { at, point }
     }
 
@@ -83,7 +127,8 @@ impl Edge {
         } else {
             whole.hi
         };
-        (a < b && lo.at < hi.at).then_some(Span { lo, hi })
+        let start = Start::Own;
+        (a < b && lo.at < hi.at).then_some(Span { lo, hi, start })
     }
 
     /// The part of the edge, moved to its right by nothing at all, that is inside of a convex
@@ -115,30 +160,62 @@ impl Edge {
     /// The part between the side that is crossed `into` the polygon and the one `out` of it.
     fn between(&self, into: (Side, Side), out: (Side, Side)) -> Option<Span> {
         let whole = self.whole();
-        let ((c, side_c), (d, _)) = into;
-        let lo = if orient(c, d, self.from) >= 0.0 {
-            whole.lo
-        } else if orient(c, d, self.to) <= 0.0 {
-            return None;
-        } else if side_c == 0.0 {
-            self.end_at(c)
-        } else {
-            self.end_at(crossing([self.from, self.to], [c, d]))
+        let (lo, start) = {
+            let ((c, side_c), (d, _)) = into;
+            let ends = self.beside(c, d);
+            if ends[0] <= 0.0 {
+                (whole.lo, Start::Own)
+            } else if ends[1] >= 0.0 {
+                return None;
+            } else {
+                let point = if side_c == 0.0 {
+                    c
+                } else {
+                    self.crossing(ends)
+                };
+                let start = Start::Cut(self.slack(&Self::new(c, d), ends));
+                (self.end_at(point), start)
+            }
         };
         let ((c, _), (d, side_d)) = out;
-        let hi = if orient(c, d, self.to) >= 0.0 {
+        let ends = self.beside(c, d);
+        let hi = if ends[1] <= 0.0 {
             whole.hi
-        } else if orient(c, d, self.from) <= 0.0 {
+        } else if ends[0] >= 0.0 {
             return None;
-        } else if side_d == 0.0 {
-            self.end_at(d)
         } else {
-            self.end_at(crossing([self.from, self.to], [c, d]))
+            self.end_at(if side_d == 0.0 {
+                d
+            } else {
+                self.crossing(ends)
+            })
         };
-        (lo.at < hi.at).then_some(Span { lo, hi })
+        (lo.at < hi.at).then_some(Span { lo, hi, start })
     }
 
-    /// How two edges meet: exact decisions, one point for both.
+    /// How far right of the way from c to d the ends are, as seen from d: the polygon's sides stand
+    /// backwards where edges meet.
+    fn beside(&self, c: Point, d: Point) -> [f64; 2] {
+        [orient(d, c, self.from), orient(d, c, self.to)]
+    }
+
+    /// How far a crossing with another edge may be off along this one, whose ends are at `ends`
+    /// beside the other: each of the two is wrong by less than 4 ε of its terms.
+    fn slack(&self, other: &Self, ends: [f64; 2]) -> f64 {
+        let size = |p: Point| p[0].abs() + p[1].abs();
+        let far = size(self.from) + size(self.to) + 2.0 * size(other.from);
+        4.0 * f64::EPSILON * far * other.extent() * self.extent() / (ends[0] - ends[1]).abs()
+    }
+
+    /// Where the edge properly crosses another, which has its ends at `ends` beside it.
+    #[inline]
+    fn crossing(&self, [from, to]: [f64; 2]) -> Point {
+        let t = from / (from - to);
+        let run = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
+        [self.from[0] + run[0] * t, self.from[1] + run[1] * t]
+    }
+
+    /// How two edges meet: exact decisions, one point for both, which is found along this one.
     ///
     /// An edge that is moved to its right leaves the corners on its own line on its left. Its ends
     /// are moved inwards, by more than that: what touches them only is not passed.
@@ -168,7 +245,7 @@ impl Edge {
         } else if b == 0.0 {
             self.to
         } else {
-            crossing([self.from, self.to], [other.from, other.to])
+            self.crossing([a, b])
         };
         Meeting::Crossing(Crossing {
             point,
@@ -192,17 +269,4 @@ fn passes(other: [f64; 2], own: [f64; 2]) -> Option<bool> {
     let starts_left = own[0] > 0.0 || (own[0] == 0.0 && to_left);
     let ends_left = own[1] > 0.0 || (own[1] == 0.0 && !to_left);
     (starts_left != ends_left).then_some(to_left)
-}
-
-/// Where two segments that properly cross do so: the same bits whichever comes first and
-/// whichever way they run.
-fn crossing(e: [Point; 2], f: [Point; 2]) -> Point {
-    let before = |a: Point, b: Point| a[0] < b[0] || (a[0] <= b[0] && a[1] < b[1]);
-    let sorted = |[a, b]: [Point; 2]| if before(b, a) { [b, a] } else { [a, b] };
-    let (e, f) = (sorted(e), sorted(f));
-    let swap = before(f[0], e[0]) || (!before(e[0], f[0]) && before(f[1], e[1]));
-    let ([a, b], [c, d]) = if swap { (f, e) } else { (e, f) };
-    let (from, to) = (orient(c, d, a), orient(c, d, b));
-    let t = from / (from - to);
-    [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]
 }

@@ -17,6 +17,7 @@
 //! the same line, the one that comes first has the edge. Only lengths are rounded: the point where
 //! two edges cross is computed once for both, to the bit ([`clip`]).
 
+mod bins;
 mod boundary;
 mod clip;
 mod orient;

@@ -1,0 +1,189 @@
+//! Which of many boxes may meet a given one: sets of numbers, one bit each.
+
+use super::orient::Point;
+
+/// Bins along each axis; a few hundred boxes on a light do not want more.
+const BINS: usize = 16;
+
+/// A rectangle along the axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub low: Point,
+    pub high: Point,
+}
+
+impl Bounds {
+    #[inline]
+    pub(super) fn of<const N: usize>(points: [Point; N]) -> Self {
+        Self::of_all(&points)
+    }
+
+    #[inline]
+    pub(super) fn of_all(points: &[Point]) -> Self {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for p in points {
+            for k in 0..2 {
+                low[k] = low[k].min(p[k]);
+                high[k] = high[k].max(p[k]);
+            }
+        }
+        Self { low, high }
+    }
+
+    /// Wider by `room` on each side.
+    #[inline]
+    pub(super) fn wider(&self, room: f64) -> Self {
+        let Self { low, high } = self;
+        Self {
+            low: [low[0] - room, low[1] - room],
+            high: [high[0] + room, high[1] + room],
+        }
+    }
+
+    #[inline]
+    pub(super) fn meets(&self, other: &Self) -> bool {
+        // Without branches: which of the four fails is hard to foresee.
+        (self.low[0] <= other.high[0])
+            & (other.low[0] <= self.high[0])
+            & (self.low[1] <= other.high[1])
+            & (other.low[1] <= self.high[1])
+    }
+}
+
+/// Boxes by bins of their ends: for each axis and bin, which boxes start there or before, and which
+/// end there or after. The boxes that meet another are in all four of its sets.
+///
+/// Bins are monotone in the coordinate, so that no box that meets is missed.
+#[derive(Debug, Default)]
+pub(super) struct Bins {
+    words: usize,
+    low: Point,
+    scale: Point,
+    /// For x then y, starts then ends: `BINS` sets of `words` words.
+    sets: Vec<u64>,
+}
+
+/// The four sets that answer for one box.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Query<'a>([&'a [u64]; 4]);
+
+impl Bins {
+    /// Sorts boxes into bins over `area`; what is beyond it goes to the bins at its rim.
+    pub(super) fn fill(&mut self, area: &Bounds, boxes: impl ExactSizeIterator<Item = Bounds>) {
+        self.words = boxes.len().div_ceil(64).max(1);
+        self.low = area.low;
+        #[allow(clippy::cast_precision_loss, reason = "a small constant")]
+        let scale = |k: usize| BINS as f64 / (area.high[k] - area.low[k]).max(f64::MIN_POSITIVE);
+        self.scale = [scale(0), scale(1)];
+        self.sets.clear();
+        self.sets.resize(4 * BINS * self.words, 0);
+        for (i, b) in boxes.enumerate() {
+            let (word, bit) = (i / 64, 1 << (i % 64));
+            for row in self.rows(&b.low, &b.high) {
+                self.sets[row * self.words + word] |= bit;
+            }
+        }
+        let size = BINS * self.words;
+        for axis in self.sets.chunks_exact_mut(2 * size) {
+            let (starts, ends) = axis.split_at_mut(size);
+            for i in self.words..size {
+                starts[i] |= starts[i - self.words];
+            }
+            for i in (0..size - self.words).rev() {
+                ends[i] |= ends[i + self.words];
+            }
+        }
+    }
+
+    /// The sets of those that may meet a box.
+    #[inline]
+    pub(super) fn near(&self, b: &Bounds) -> Query<'_> {
+        // What starts before its end and ends after its start.
+        let rows = self.rows(&b.high, &b.low);
+        Query(rows.map(|row| &self.sets[row * self.words..(row + 1) * self.words]))
+    }
+
+    /// Rows of the starts of x, the ends of x, and the same of y.
+    #[inline]
+    fn rows(&self, start: &Point, end: &Point) -> [usize; 4] {
+        let bin = |p: &Point, k: usize| {
+            let place = (p[k] - self.low[k]) * self.scale[k];
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "saturates, and NaN goes to the first bin"
+            )]
+            let bin = place as usize;
+            bin.min(BINS - 1)
+        };
+        [
+            bin(start, 0),
+            BINS + bin(end, 0),
+            2 * BINS + bin(start, 1),
+            3 * BINS + bin(end, 1),
+        ]
+    }
+}
+
+impl Query<'_> {
+    /// The numbers from `first` on.
+    #[inline]
+    pub(super) fn from(self, first: usize) -> impl Iterator<Item = usize> {
+        let words = self.0[0].len();
+        let word = move |w: usize| self.0[0][w] & self.0[1][w] & self.0[2][w] & self.0[3][w];
+        let mut w = first / 64;
+        let mut bits = if w < words {
+            word(w) & (u64::MAX << (first % 64))
+        } else {
+            0
+        };
+        std::iter::from_fn(move || {
+            while bits == 0 {
+                w += 1;
+                if w >= words {
+                    return None;
+                }
+                bits = word(w);
+            }
+            let bit = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            Some(64 * w + bit)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_testkit::rng::SplitMix64;
+
+    #[test]
+    fn no_box_that_meets_is_missed() {
+        let mut rng = SplitMix64::new(7);
+        let area = Bounds {
+            low: [0.0, 0.0],
+            high: [1.0, 2.0],
+        };
+        let mut bins = Bins::default();
+        for count in [0usize, 1, 63, 64, 65, 200] {
+            let mut any = || {
+                let (x, y) = (rng.in_range(-1.0, 2.0), rng.in_range(-1.0, 3.0));
+                let (w, h) = (rng.in_range(0.0, 0.5), rng.in_range(0.0, 0.5));
+                Bounds::of([[x, y], [x + w, y + h]])
+            };
+            let boxes: Vec<Bounds> = (0..count).map(|_| any()).collect();
+            bins.fill(&area, boxes.iter().copied());
+            for _ in 0..200 {
+                let query = any();
+                let found: Vec<usize> = bins.near(&query).from(0).collect();
+                assert!(found.is_sorted() && found.iter().all(|i| *i < count));
+                for (i, b) in boxes.iter().enumerate() {
+                    assert!(!b.meets(&query) || found.contains(&i), "{b:?} {query:?}");
+                }
+                let later: Vec<usize> = bins.near(&query).from(70).collect();
+                assert!(later.iter().eq(found.iter().filter(|i| **i >= 70)));
+            }
+        }
+    }
+}
