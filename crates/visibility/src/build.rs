@@ -2,6 +2,7 @@
 
 use crate::{
     node::{Child, Leaf, Node},
+    shells::{Shell, Shells},
     simd::Simd,
 };
 use linelit_geometry::glam::Vec3A;
@@ -27,6 +28,11 @@ const WORTH_PREFETCHING: usize = 10_000;
 const LEAF_SIZE: u32 = 8;
 
 impl Hierarchy {
+    /// Closed meshes and the leaves' triangles in them.
+    pub(crate) fn shells(&self) -> (&[Shell], &[[u16; 8]]) {
+        (&self.shells, &self.shell_of)
+    }
+
     /// Asks for the memory of a node's children ahead of time.
     #[inline(always)]
     pub(crate) fn prefetch<S: Simd>(&self, s: S, node: &Node, found: u8) {
@@ -51,11 +57,15 @@ impl Hierarchy {
 pub(crate) struct Hierarchy {
     pub(crate) nodes: Vec<Node>,
     pub(crate) leaves: Vec<Leaf>,
+    /// Closed meshes, and which of them the triangles of each leaf belong to (one more than the
+    /// index, or zero); empty if there are none.
+    pub(crate) shells: Vec<Shell>,
+    pub(crate) shell_of: Vec<[u16; 8]>,
 }
 
 /// Builds the hierarchy over triangles given by their (shifted) vertices; `ids` are the numbers
 /// they have with the caller.
-pub(crate) fn build(triangles: &[[[f32; 3]; 3]], ids: &[u32]) -> Hierarchy {
+pub(crate) fn build(triangles: &[[[f32; 3]; 3]], ids: &[u32], shells: Shells) -> Hierarchy {
     let mut out = Hierarchy::default();
     if triangles.is_empty() {
         return out;
@@ -78,7 +88,7 @@ pub(crate) fn build(triangles: &[[[f32; 3]; 3]], ids: &[u32]) -> Hierarchy {
             packed.valid |= 1 << lane;
             packed.leaf |= u8::from(plan.is_leaf[member]) << lane;
             let child = if plan.is_leaf[member] {
-                pack_leaf(&bvh2, member, triangles, ids, &mut out.leaves)
+                pack_leaf(&bvh2, member, triangles, (ids, &shells.of), &mut out)
             } else {
                 out.nodes.push(Node::EMPTY);
                 todo.push((out.nodes.len() - 1, member));
@@ -88,6 +98,7 @@ pub(crate) fn build(triangles: &[[[f32; 3]; 3]], ids: &[u32]) -> Hierarchy {
         }
         out.nodes[node] = packed;
     }
+    out.shells = shells.shells;
     out
 }
 
@@ -113,8 +124,8 @@ fn pack_leaf(
     bvh2: &Bvh2,
     root: usize,
     triangles: &[[[f32; 3]; 3]],
-    ids: &[u32],
-    leaves: &mut Vec<Leaf>,
+    (ids, shell_of): (&[u32], &[u16]),
+    out: &mut Hierarchy,
 ) -> Child {
     let mut found = [0_usize; LEAF_SIZE as usize];
     let mut count = 0;
@@ -143,8 +154,12 @@ fn pack_leaf(
         }
         leaf.id[lane] = ids[t];
     }
-    leaves.push(leaf);
-    Child::leaf(leaves.len() - 1, count)
+    out.leaves.push(leaf);
+    if !shell_of.is_empty() {
+        let lane = |k: usize| shell_of[found[if k < count { k } else { 0 }]];
+        out.shell_of.push(std::array::from_fn(lane));
+    }
+    Child::leaf(out.leaves.len() - 1, count)
 }
 
 /// Which binary nodes become leaves and which are opened, by the least expected cost.

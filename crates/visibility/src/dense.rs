@@ -13,6 +13,7 @@ use crate::{
     merge::{self, Slots},
     node::{Child, Leaf, Node},
     project::{self, Corners},
+    shells::Backs,
     simd::Simd,
     sweep::{self, Lanes},
     traverse::ShaftBounds,
@@ -262,6 +263,7 @@ fn push_triangles<S: Simd>(
     child: Child,
     covered: &Covered,
     corners: &mut Corners,
+    backs: &Backs<'_>,
 ) {
     let vertices = bounds.vertices(s, leaf);
     let [a, b, c] = vertices;
@@ -279,8 +281,18 @@ fn push_triangles<S: Simd>(
         needed |= u8::from(covered.needs(s, &images.get(lane as usize))) << lane;
     }
     if needed != 0 {
-        corners.add(s, leaf, child.index(), needed);
+        corners.add(s, leaf, child.index(), needed, backs);
     }
+}
+
+/// A shading point and a box around a few lines, in the hierarchy's coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DenseQuery {
+    pub(crate) point: DVec3,
+    pub(crate) lo: DVec3,
+    pub(crate) hi: DVec3,
+    /// Excluded triangles: first and number.
+    pub(crate) exclude: (u32, u32),
 }
 
 /// The visible pieces of the few lines in `scratch.lines`, in the coordinates of `frame`.
@@ -288,8 +300,8 @@ fn push_triangles<S: Simd>(
 fn dense_kernel<S: Simd>(
     s: S,
     occluders: &Occluders,
-    bounds: &ShaftBounds,
-    (point, frame): (DVec3, &LightFrame),
+    query: &DenseQuery,
+    frame: &LightFrame,
     scratch: &mut Scratch,
     out: &mut VisibleLines,
 ) {
@@ -303,8 +315,14 @@ fn dense_kernel<S: Simd>(
         pieces,
         waiting: stack,
         covered,
+        clear,
         ..
     } = scratch;
+    let point = query.point;
+    let around = (query.lo, query.hi);
+    let bounds = &ShaftBounds::new(s, occluders, point, around, frame, query.exclude);
+    let shells = occluders.hierarchy.shells();
+    let backs = &mut Backs::new(shells, clear, point, around, query.exclude);
     slots_per_line.reset(lines.count);
     covered.start(lines);
     corners.clear();
@@ -322,7 +340,7 @@ fn dense_kernel<S: Simd>(
             if b.child.is_leaf() {
                 counters.triangle_tests += u64::from(b.child.count());
                 let leaf = &occluders.hierarchy.leaves[b.child.index()];
-                push_triangles(s, bounds, leaf, b.child, covered, corners);
+                push_triangles(s, bounds, leaf, b.child, covered, corners, backs);
             } else {
                 let node = &occluders.hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
@@ -335,7 +353,8 @@ fn dense_kernel<S: Simd>(
         while corners.count >= 8 || (next.is_none() && corners.count > 0) {
             let first = corners.count.saturating_sub(8);
             flat.clear();
-            let left = project::project_some::<S, false>(s, corners, first, point, frame, flat);
+            let left =
+                project::project_some::<S, false>(s, corners, first, point, frame, flat, backs);
             corners.count = first;
             counters.candidates += flat.count as u64;
             if left.is_none() {
@@ -356,5 +375,5 @@ fn dense_kernel<S: Simd>(
 
 dispatch! {
     /// The visible pieces of the few lines of a dense shaft, on an instruction set.
-    dense = dense_kernel(occluders: &Occluders, bounds: &ShaftBounds, at: (DVec3, &LightFrame), scratch: &mut Scratch, out: &mut VisibleLines)
+    dense = dense_kernel(occluders: &Occluders, query: &DenseQuery, frame: &LightFrame, scratch: &mut Scratch, out: &mut VisibleLines)
 }

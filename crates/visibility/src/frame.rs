@@ -54,14 +54,14 @@ impl LightFrame {
         corner_count: 0,
     };
 
-    /// Becomes the frame of a light given by its corners relative to the shading point; false if
-    /// it is seen edge on, has no area or length, or is not finite: then it sheds no light that
-    /// way.
-    pub(crate) fn set(&mut self, corners: &[DVec3]) -> bool {
-        let found = if corners.len() == 2 {
-            self.set_line(corners[0], corners[1])
-        } else {
-            self.set_polygon(corners)
+    /// Becomes the frame of a light seen from a point; false if the light is seen edge on, has no
+    /// area or length, or is not finite: then it sheds no light that way.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, light: &Light, point: DVec3) -> bool {
+        let found = match light.kind {
+            Kind::None => false,
+            Kind::Line => self.set_line(light.corners[0] - point, light.corners[1] - point),
+            Kind::Polygon(plane) => self.set_polygon(&plane, point),
         };
         found && self.p.is_finite() && self.q.is_finite() && self.w.is_finite()
     }
@@ -76,61 +76,19 @@ impl LightFrame {
         self.w = n / n.dot(p0);
         self.q = e / square - self.w * (e.dot(p0) / square);
         self.p = m / (m.length() * square.sqrt());
-        self.shape = Shape::Line;
-        self.corners[0] = [0.0, 0.0];
-        self.corners[1] = [0.0, 1.0];
-        self.corner_count = 2;
         m != DVec3::ZERO
     }
 
-    fn set_polygon(&mut self, light: &[DVec3]) -> bool {
-        let count = light.len();
-        if !(3..=16).contains(&count) {
-            return false;
-        }
-        let v0 = light[0];
-        // Newell's normal, relative to a corner.
-        let mut normal = DVec3::ZERO;
-        for i in 1..count - 1 {
-            normal += (light[i] - v0).cross(light[i + 1] - v0);
-        }
-        let mut size = 0.0_f64;
-        for v in light {
-            size = size.max((*v - v0).abs().max_element());
-        }
-        let height = normal.dot(v0);
+    #[inline(always)]
+    fn set_polygon(&mut self, plane: &LightPlane, point: DVec3) -> bool {
+        let v0 = plane.origin - point;
+        let height = plane.normal.dot(v0);
         // Edge on to within the rounding of the corners themselves.
-        let reach = v0.abs().max_element().max(size);
-        if !(height.abs() > 1e-13 * normal.length() * reach) {
-            return false;
-        }
-        let w = normal / height;
-        let is_parallelogram = count == 4 && {
-            let gap = (light[0] + light[2]) - (light[1] + light[3]);
-            gap.abs().max_element() <= 1e-12 * (reach + size)
-        };
-        let (origin, e1, e2, shape) = match count {
-            3 => (v0, light[1] - v0, light[2] - v0, Shape::Triangle),
-            4 if is_parallelogram => (v0, light[1] - v0, light[3] - v0, Shape::Square),
-            _ => {
-                let (o, e1, e2) = bounding_rectangle(light, normal);
-                (o, e1, e2, Shape::Square)
-            }
-        };
-        // Dual vectors in the plane: d1·e1 = 1, d1·e2 = 0 and the other way round.
-        let n2 = normal / normal.length_squared();
-        let ratio = normal.length_squared() / e1.cross(e2).dot(normal);
-        let d1 = e2.cross(n2) * ratio;
-        let d2 = n2.cross(e1) * ratio;
-        self.p = d1 - w * d1.dot(origin);
-        self.q = d2 - w * d2.dot(origin);
-        self.w = w;
-        for (c, v) in self.corners.iter_mut().zip(light) {
-            *c = [d1.dot(*v - origin), d2.dot(*v - origin)];
-        }
-        self.shape = shape;
-        self.corner_count = count;
-        true
+        let reach = v0.abs().max_element().max(plane.size);
+        self.w = plane.normal * (1.0 / height);
+        self.p = plane.d1 - self.w * plane.d1.dot(v0);
+        self.q = plane.d2 - self.w * plane.d2.dot(v0);
+        height.abs() > 1e-13 * plane.length * reach
     }
 
     /// Where the ray from the shading point through a point (relative to it) meets the light's
@@ -199,6 +157,125 @@ impl LightFrame {
             corner_count: if single { 2 } else { 4 },
         }
     }
+}
+
+/// What is known of a light from wherever it is seen: kept from one shading point to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Light {
+    /// In world space.
+    corners: [DVec3; 16],
+    count: usize,
+    kind: Kind,
+    /// The box around it.
+    pub(crate) lo: DVec3,
+    pub(crate) hi: DVec3,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// No light.
+    None,
+    Line,
+    Polygon(LightPlane),
+}
+
+/// Affine coordinates of a polygon: `p = d1·(y − origin)`, `q = d2·(y − origin)`.
+#[derive(Clone, Copy, Debug)]
+struct LightPlane {
+    origin: DVec3,
+    normal: DVec3,
+    d1: DVec3,
+    d2: DVec3,
+    /// The normal's length, and the light's size.
+    length: f64,
+    size: f64,
+}
+
+impl Light {
+    pub(crate) const NONE: Self = Self {
+        corners: [DVec3::ZERO; 16],
+        count: 0,
+        kind: Kind::None,
+        lo: DVec3::ZERO,
+        hi: DVec3::ZERO,
+    };
+
+    /// Whether these are the light's corners.
+    #[inline(always)]
+    pub(crate) fn is(&self, light: &[DVec3]) -> bool {
+        self.corners[..self.count] == *light
+    }
+
+    /// Becomes the light with these corners; the frame learns what does not depend on where it is
+    /// seen from.
+    pub(crate) fn set(&mut self, light: &[DVec3], frame: &mut LightFrame) {
+        *self = Self::NONE;
+        if !(2..=16).contains(&light.len()) {
+            return;
+        }
+        self.count = light.len();
+        self.corners[..light.len()].copy_from_slice(light);
+        self.lo = light[0];
+        self.hi = light[0];
+        for v in light {
+            self.lo = self.lo.min(*v);
+            self.hi = self.hi.max(*v);
+        }
+        frame.corner_count = light.len();
+        if light.len() == 2 {
+            frame.shape = Shape::Line;
+            frame.corners[0] = [0.0, 0.0];
+            frame.corners[1] = [0.0, 1.0];
+            self.kind = Kind::Line;
+        } else {
+            self.kind = polygon(light, frame);
+        }
+    }
+}
+
+/// The plane of a polygon.
+fn polygon(light: &[DVec3], frame: &mut LightFrame) -> Kind {
+    let count = light.len();
+    let v0 = light[0];
+    // Newell's normal, relative to a corner.
+    let mut normal = DVec3::ZERO;
+    for i in 1..count - 1 {
+        normal += (light[i] - v0).cross(light[i + 1] - v0);
+    }
+    let (mut size, mut reach) = (0.0_f64, 0.0_f64);
+    for v in light {
+        size = size.max((*v - v0).abs().max_element());
+        reach = reach.max(v.abs().max_element());
+    }
+    let is_parallelogram = count == 4 && {
+        let gap = (light[0] + light[2]) - (light[1] + light[3]);
+        gap.abs().max_element() <= 1e-12 * (reach + size)
+    };
+    let (origin, e1, e2, shape) = match count {
+        3 => (v0, light[1] - v0, light[2] - v0, Shape::Triangle),
+        4 if is_parallelogram => (v0, light[1] - v0, light[3] - v0, Shape::Square),
+        _ => {
+            let (o, e1, e2) = bounding_rectangle(light, normal);
+            (o, e1, e2, Shape::Square)
+        }
+    };
+    // Dual vectors in the plane: d1·e1 = 1, d1·e2 = 0 and the other way round.
+    let n2 = normal / normal.length_squared();
+    let ratio = normal.length_squared() / e1.cross(e2).dot(normal);
+    let d1 = e2.cross(n2) * ratio;
+    let d2 = n2.cross(e1) * ratio;
+    for (c, v) in frame.corners.iter_mut().zip(light) {
+        *c = [d1.dot(*v - origin), d2.dot(*v - origin)];
+    }
+    frame.shape = shape;
+    Kind::Polygon(LightPlane {
+        origin,
+        normal,
+        d1,
+        d2,
+        length: normal.length(),
+        size,
+    })
 }
 
 /// Origin and sides of the polygon's bounding rectangle along its longest edge.

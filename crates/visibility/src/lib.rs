@@ -17,8 +17,8 @@
 //! and triangles are sorted out in `f32`, with room for every rounding; what may be in the shaft
 //! is projected once, in `f64`, to the plane of the light. Lines of one direction are numbers u
 //! there; a triangle hides an interval whose ends are linear in u, evaluated for eight lines at a
-//! time. Shafts with more than a few hundred triangles are walked anew for every few lines, from
-//! front to back, past what is hidden already.
+//! time. Of closed meshes, half of the triangles will do. Shafts with more than a few hundred
+//! triangles are walked anew for every few lines, from front to back, past what is hidden already.
 //!
 //! # Accuracy
 //!
@@ -85,6 +85,7 @@ mod project;
 mod ray;
 mod scratch;
 mod shaft;
+mod shells;
 mod simd;
 mod sweep;
 mod traverse;

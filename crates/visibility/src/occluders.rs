@@ -4,6 +4,7 @@ use crate::{
     build::{self, Hierarchy},
     dispatch::{InstructionSet, Isa},
     node::Child,
+    shells::Shells,
 };
 use linelit_geometry::DVec3;
 
@@ -47,9 +48,10 @@ impl Occluders {
                 extent = extent.max(v[axis].abs());
             }
         }
-        let hierarchy = build::build(&vertices, &ids);
+        let shells = Shells::find(positions, triangles, &ids, origin);
+        let hierarchy = build::build(&vertices, &ids, shells);
         // Eight more places, as packed stores write eight at a time.
-        let stack_size = 7 * depth(&hierarchy) + 16;
+        let stack_size = 16 * depth(&hierarchy) + 32;
         Self {
             hierarchy,
             origin: DVec3::new(origin[0].into(), origin[1].into(), origin[2].into()),
@@ -76,7 +78,16 @@ impl Occluders {
     /// Bytes that the hierarchy and its copy of the triangles take.
     #[must_use]
     pub fn memory(&self) -> usize {
-        size_of_val(&self.hierarchy.nodes[..]) + size_of_val(&self.hierarchy.leaves[..])
+        let Hierarchy {
+            nodes,
+            leaves,
+            shells,
+            shell_of,
+        } = &self.hierarchy;
+        size_of_val(&nodes[..])
+            + size_of_val(&leaves[..])
+            + size_of_val(&shells[..])
+            + size_of_val(&shell_of[..])
     }
 
     /// The instruction set in use.

@@ -4,11 +4,10 @@
 //! be cut is cut from its inner end: triangles that share an edge share its image to the bit.
 
 use crate::{
-    Scratch,
     block::ddot,
-    dispatch::dispatch,
     frame::{LightFrame, Shape},
     node::Leaf,
+    shells::Backs,
     simd::Simd,
     traverse::Found,
 };
@@ -30,6 +29,8 @@ pub(crate) struct Corners {
     rows: [[f32; KEPT]; 9],
     /// Where they come from: leaf × 8 + lane.
     slots: [u32; KEPT],
+    /// Their shells, if there are any.
+    shells: [u32; KEPT],
     pub(crate) count: usize,
 }
 
@@ -38,6 +39,7 @@ impl Default for Corners {
         Self {
             rows: [[0.0; KEPT]; 9],
             slots: [0; KEPT],
+            shells: [0; KEPT],
             count: 0,
         }
     }
@@ -64,7 +66,14 @@ impl Corners {
 
     /// Adds the triangles of a leaf named by `maybe`. There must be room for eight more.
     #[inline(always)]
-    pub(crate) fn add<S: Simd>(&mut self, s: S, leaf: &Leaf, index: usize, maybe: u8) {
+    pub(crate) fn add<S: Simd>(
+        &mut self,
+        s: S,
+        leaf: &Leaf,
+        index: usize,
+        maybe: u8,
+        backs: &Backs<'_>,
+    ) {
         for (row, from) in self.rows.iter_mut().zip(&leaf.vertices) {
             s.compress(maybe, s.load(from), row, self.count);
         }
@@ -75,6 +84,9 @@ impl Corners {
             *slot = first + lane;
         }
         s.pack(maybe, &slots, &mut self.slots, self.count);
+        if backs.any() {
+            s.pack(maybe, &backs.codes(index), &mut self.shells, self.count);
+        }
         self.count += maybe.count_ones() as usize;
     }
 }
@@ -149,18 +161,18 @@ type Vertex<S> = [<S as Simd>::D; 3];
 /// Projects the triangles in `scratch.corners` into `scratch.flat`, dropping those that miss the
 /// light from both, unless one of them hides the light as a whole.
 #[inline(always)]
-fn project_kernel<S: Simd>(s: S, point: DVec3, scratch: &mut Scratch) -> Found {
-    let Scratch {
-        flat,
-        corners,
-        frame,
-        ..
-    } = scratch;
+pub(crate) fn project<S: Simd>(
+    s: S,
+    point: DVec3,
+    (corners, flat): (&mut Corners, &mut FlatTriangles),
+    frame: &LightFrame,
+    backs: &mut Backs<'_>,
+) -> Found {
     flat.clear();
     let mut kept = 0;
     let mut start = 0;
     while start < corners.count {
-        let left = project_some::<S, true>(s, corners, start, point, frame, flat);
+        let left = project_some::<S, true>(s, corners, start, point, frame, flat, backs);
         let Some(mut inside) = left else {
             return Found::All;
         };
@@ -186,6 +198,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     point: DVec3,
     frame: &LightFrame,
     flat: &mut FlatTriangles,
+    backs: &mut Backs<'_>,
 ) -> Option<u8> {
     let used = 0xff_u8 >> (8 - (corners.count - start).min(8));
     let a = homogeneous(s, corners, start, 0, point, frame);
@@ -206,11 +219,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     for v in [&a, &b, &c] {
         whole = s.and(whole, within_guard(s, v));
     }
-    let image = [
-        [s.ddiv(a[0], a[2]), s.ddiv(a[1], a[2])],
-        [s.ddiv(b[0], b[2]), s.ddiv(b[1], b[2])],
-        [s.ddiv(c[0], c[2]), s.ddiv(c[1], c[2])],
-    ];
+    let image = [place(s, &a), place(s, &b), place(s, &c)];
     let mut low = image[0];
     let mut high = image[0];
     for v in &image[1..] {
@@ -233,12 +242,21 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
         }
         cut &= !outside;
     }
-    let misses = if SEPARATE {
-        misses_light(s, &image, low, high, reach, frame)
-    } else {
-        0
-    };
-    let keep = simple & !misses;
+    // Rounding of a cross product of coordinates up to m, and of the coordinates themselves.
+    let m = s.dadd(reach, s.dsplat(2.0));
+    let room = s.dmul(s.dsplat(1e-13), s.dmul(m, m));
+    let area = area(s, &image);
+    let mut keep = simple;
+    if SEPARATE {
+        keep &= !misses_light(s, &image, (low, high), (area, room), frame);
+    }
+    if backs.any() {
+        let negative = s.bits(s.dlt(area, s.dsub(s.dsplat(0.0), room)));
+        let positive = s.bits(s.dlt(room, area));
+        if let Some(codes) = corners.shells[start..].first_chunk() {
+            keep &= !backs.left_out(s, codes, (keep & negative, keep & positive));
+        }
+    }
     let mut left = keep;
     if keep != 0 {
         flat.add(s, keep, &image);
@@ -260,6 +278,13 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
         }
     }
     Some(left)
+}
+
+/// Where a vertex's image is.
+#[inline(always)]
+fn place<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
+    let inverse = s.ddiv(s.dsplat(1.0), v[2]);
+    [s.dmul(v[0], inverse), s.dmul(v[1], inverse)]
 }
 
 /// Whether a vertex is within the guard: the same decision as in [`cut_triangle`].
@@ -440,9 +465,8 @@ fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
 fn misses_light<S: Simd>(
     s: S,
     image: &[[S::D; 2]; 3],
-    low: [S::D; 2],
-    high: [S::D; 2],
-    reach: S::D,
+    (low, high): ([S::D; 2], [S::D; 2]),
+    (area, room): (S::D, S::D),
     frame: &LightFrame,
 ) -> u8 {
     let (zero, one) = (s.dsplat(0.0), s.dsplat(1.0));
@@ -451,18 +475,8 @@ fn misses_light<S: Simd>(
     let (least, most) = (s.dsplat(-1e-9), s.dsplat(1.0 + 1e-9));
     let mut misses = s.or(s.dlt(high[0], least), s.dlt(s.dsplat(upper + 1e-9), low[0]));
     misses = s.or(misses, s.or(s.dlt(high[1], least), s.dlt(most, low[1])));
-    // Rounding of a cross product of coordinates up to m, and of the coordinates themselves.
-    let m = s.dadd(reach, s.dsplat(2.0));
-    let room = s.dmul(s.dsplat(1e-13), s.dmul(m, m));
     let minus_room = s.dsub(zero, room);
     let [a, b, c] = image;
-    let area = cross(
-        s,
-        s.dsub(b[0], a[0]),
-        s.dsub(b[1], a[1]),
-        s.dsub(c[0], a[0]),
-        s.dsub(c[1], a[1]),
-    );
     let turn = s.select(s.dlt(area, zero), one, s.dsplat(-1.0));
     for (v, w) in [(a, b), (b, c), (c, a)] {
         let (ex, ey) = (
@@ -481,6 +495,14 @@ fn misses_light<S: Simd>(
         misses = s.or(misses, s.dlt(most, minus_room));
     }
     s.bits(misses)
+}
+
+/// Twice the area of images: positive one way round, negative the other.
+#[inline(always)]
+fn area<S: Simd>(s: S, [a, b, c]: &[[S::D; 2]; 3]) -> S::D {
+    let (bx, by) = (s.dsub(b[0], a[0]), s.dsub(b[1], a[1]));
+    let (cx, cy) = (s.dsub(c[0], a[0]), s.dsub(c[1], a[1]));
+    cross(s, bx, by, cx, cy)
 }
 
 #[inline(always)]
@@ -532,15 +554,11 @@ fn cut_triangle(triangle: [[f64; 3]; 3], flat: &mut FlatTriangles) {
         polygon = next;
         count = kept;
     }
-    let image = polygon.map(|v| [v[0] / v[2], v[1] / v[2]]);
+    // As in [`place`].
+    let image = polygon.map(|v| [v[0] * (1.0 / v[2]), v[1] * (1.0 / v[2])]);
     let image = &image[..count];
     for i in 1..count - 1 {
         let [a, b, c] = [image[0], image[i], image[i + 1]];
         flat.push([a[0], a[1], b[0], b[1], c[0], c[1]]);
     }
-}
-
-dispatch! {
-    /// Projects a shaft's triangles on an instruction set.
-    project = project_kernel(point: DVec3, scratch: &mut Scratch) -> Found
 }

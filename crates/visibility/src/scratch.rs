@@ -4,10 +4,11 @@ use crate::{
     block::{Ends, Lines},
     counters::Counters,
     dense::{Covered, Waiting},
-    frame::LightFrame,
+    frame::{Light, LightFrame},
     merge::{Pieces, Slots},
     node::Child,
     project::{Corners, FlatTriangles},
+    shells::Clear,
     sweep::ReadyBlock,
 };
 
@@ -20,6 +21,8 @@ pub struct Scratch {
     pub(crate) stack: Vec<u32>,
     /// Nodes and leaves still to visit and where the ray enters them.
     pub(crate) near_stack: Vec<(Child, f32)>,
+    /// The latest light.
+    pub(crate) light: Light,
     /// The light as seen from the shading point.
     pub(crate) frame: LightFrame,
     /// Triangles in the shaft.
@@ -28,6 +31,8 @@ pub struct Scratch {
     pub(crate) flat: FlatTriangles,
     /// The same for lines of one direction.
     pub(crate) ready: Vec<ReadyBlock>,
+    /// Closed meshes that need half their triangles only.
+    pub(crate) clear: Clear,
     /// The lines of one direction.
     pub(crate) lines: Lines,
     /// What is hidden of each.
@@ -51,6 +56,12 @@ impl Scratch {
 }
 
 impl Default for LightFrame {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl Default for Light {
     fn default() -> Self {
         Self::NONE
     }

@@ -1,10 +1,11 @@
 //! Shafts: everything between a shading point and a light.
 
 use crate::{
-    Occluders, Ray, Scratch, VisibleLines, block, dense,
+    Occluders, Ray, Scratch, VisibleLines, block,
+    dense::{self, DenseQuery},
     images::Images,
-    project, sweep,
-    traverse::{self, Found, ShaftBounds},
+    sweep,
+    traverse::{self, Found},
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN, Segment};
 use std::ops::Range;
@@ -58,24 +59,12 @@ impl Occluders {
         scratch.counters.shafts += 1;
         scratch.corners.clear();
         scratch.flat.clear();
-        let mut corners = [DVec3::ZERO; 16];
-        let count = query.light.len().min(16);
-        for (c, v) in corners.iter_mut().zip(query.light) {
-            *c = *v - query.point;
+        if !scratch.light.is(query.light) {
+            scratch.light.set(query.light, &mut scratch.frame);
         }
-        let corners = &corners[..count];
-        let lit = scratch.frame.set(corners);
-        let mut found = Found::Few;
-        if lit {
-            let point = query.point - self.origin;
-            let Range { start, end } = query.exclude;
-            let exclude = (start, end.saturating_sub(start));
-            let bounds = ShaftBounds::new(self, point, corners, &scratch.frame, exclude);
-            found = traverse::collect(self.isa, self, &bounds, (point, DENSE), scratch);
-            if found == Found::Few && scratch.corners.count > 0 {
-                found = project::project(self.isa, point, scratch);
-            }
-        }
+        let Range { start, end } = query.exclude;
+        let exclude = (start, end.saturating_sub(start));
+        let found = traverse::find(self.isa, self, query.point, exclude, DENSE, scratch);
         let dense = found == Found::Many;
         let counters = &mut scratch.counters;
         let class = if found == Found::All {
@@ -96,10 +85,7 @@ impl Occluders {
             occluders: self,
             scratch,
             point: query.point,
-            exclude: (
-                query.exclude.start,
-                query.exclude.end.saturating_sub(query.exclude.start),
-            ),
+            exclude,
             class,
             dense,
         }
@@ -132,9 +118,11 @@ impl Shaft<'_> {
     }
 
     /// The triangles that may hide a part of the light, by their numbers in the list the
-    /// occluders were built from: every triangle that hides any of it, each once, in no
-    /// particular order. None for an empty or blocked shaft; `None` for a dense one, which does
-    /// not keep them.
+    /// occluders were built from, each once, in no particular order: together they hide all that
+    /// is hidden. Of a closed mesh that neither the shading point nor the light is near, the
+    /// triangles that face one way are left out, since those that face the other way hide as
+    /// much. None for an empty or blocked shaft; `None` for a dense one, which does not keep
+    /// them.
     ///
     /// Fewer than [`Self::candidates`] where triangles were cut to pieces. The order is the same
     /// on every instruction set.
@@ -262,12 +250,22 @@ impl Shaft<'_> {
                 lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
             }
             let corners = frame.corners_in_space(along, [across.0, low], [across.1, high]);
-            let bounds = ShaftBounds::new(self.occluders, point, &corners, &around, self.exclude);
+            let (mut lo, mut hi) = (corners[0], corners[0]);
+            for v in corners {
+                lo = lo.min(v);
+                hi = hi.max(v);
+            }
+            let query = DenseQuery {
+                point,
+                lo: lo + point,
+                hi: hi + point,
+                exclude: self.exclude,
+            };
             dense::dense(
                 self.occluders.isa,
                 self.occluders,
-                &bounds,
-                (point, &around),
+                &query,
+                &around,
                 self.scratch,
                 out,
             );

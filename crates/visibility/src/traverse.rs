@@ -1,15 +1,16 @@
 //! Walking the hierarchy with a shaft: which triangles may lie between a point and a light.
 
 use crate::{
-    Occluders, Scratch,
+    Counters, Occluders, Scratch,
     dispatch::dispatch,
     frame::LightFrame,
     node::{Child, Leaf, Node},
-    project,
+    project::{self, Corners},
     ray::ROOM,
+    shells::Backs,
     simd::Simd,
 };
-use linelit_geometry::{DVec3, glam::Vec3};
+use linelit_geometry::DVec3;
 
 /// P, Q and W of eight places, or the coefficients of eight linear forms in them.
 pub(crate) type Vertex<S> = (<S as Simd>::F, <S as Simd>::F, <S as Simd>::F);
@@ -33,90 +34,97 @@ pub(crate) enum Found {
 /// such, and one of each of its four coefficients: within 14/16 of the room.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShaftBounds {
-    /// The sides, facing inward.
-    planes: [Plane; 4],
-    /// The light's own plane, unless the box says as much.
-    far: Option<Plane>,
+    /// Eight linear forms in a place: how far it is inside the four sides and the light's plane,
+    /// then P, Q and W. Their coefficients, in `form[axis][number]`.
+    form: [[f32; 8]; 3],
+    /// The negative ones, which a box's lower corner reaches farthest along, and the positive.
+    negative: [[f32; 8]; 3],
+    positive: [[f32; 8]; 3],
+    /// Their values at the hierarchy's origin; those of the planes with room.
+    offset: [f32; 8],
+    /// Their rounding errors.
+    room: [f32; 8],
+    /// Whether the light's own plane says more than the box.
+    tilted: bool,
     /// Box around the shaft: lower corner, upper corner.
     lo: [f32; 3],
     hi: [f32; 3],
-    /// The homogeneous coordinates P, Q, W of a place.
-    rows: [[f32; 3]; 3],
-    /// P, Q, W of the hierarchy's origin.
-    offset: [f32; 3],
-    /// Rounding errors of P, Q and W.
-    room: [f32; 3],
     /// The upper bound on p is `k W − P − j Q ≥ 0`.
     upper: [f32; 2],
     /// Excluded triangles: first and number.
     exclude: (u32, u32),
 }
 
-/// `normal·corner + offset ≥ 0` inside.
-#[derive(Clone, Copy, Debug, Default)]
-struct Plane {
-    /// The normal's negative components, which a box's lower corner reaches farthest along.
-    negative: [f32; 3],
-    /// And the positive ones.
-    positive: [f32; 3],
-    offset: f32,
-}
+/// The numbers of P, Q and W among the forms.
+const PQW: [usize; 3] = [5, 6, 7];
 
 #[allow(
     clippy::cast_possible_truncation,
     reason = "the bounds allow for the rounding"
 )]
 impl ShaftBounds {
-    /// The shaft from `point` (in the hierarchy's coordinates) to the light with corners
-    /// `light`, relative to the point.
+    /// The shaft from `point` to a light between `lo` and `hi`, all in the hierarchy's
+    /// coordinates.
     #[inline(always)]
-    pub(crate) fn new(
+    pub(crate) fn new<S: Simd>(
+        s: S,
         occluders: &Occluders,
         point: DVec3,
-        light: &[DVec3],
+        (lo, hi): (DVec3, DVec3),
         frame: &LightFrame,
         exclude: (u32, u32),
     ) -> Self {
-        let mut lo = DVec3::ZERO;
-        let mut hi = DVec3::ZERO;
-        for v in light {
-            lo = lo.min(*v);
-            hi = hi.max(*v);
-        }
-        let size = occluders
-            .extent
-            .max(point.abs().max_element())
-            .max((lo + point).abs().max_element())
-            .max((hi + point).abs().max_element());
+        let (lo, hi) = (lo.min(point), hi.max(point));
+        let size = lo.abs().max(hi.abs()).max_element().max(occluders.extent);
         let room = ROOM * size;
         let (k, j) = frame.shape.upper();
-        let plane = |normal: DVec3, least: f64| {
-            let n32: Vec3 = normal.as_vec3();
-            let offset = room * normal.abs().element_sum() - least - normal.dot(point);
-            Plane {
-                negative: n32.min(Vec3::ZERO).to_array(),
-                positive: n32.max(Vec3::ZERO).to_array(),
-                offset: offset as f32,
-            }
-        };
-        let steepness = frame.w.abs();
-        let tilted = steepness.element_sum() > 1.01 * steepness.max_element();
-        Self {
-            planes: [
-                plane(frame.p, 0.0),
-                plane(frame.w * k - frame.p - frame.q * j, 0.0),
-                plane(frame.q, 0.0),
-                plane(frame.w - frame.q, 0.0),
-            ],
-            far: tilted.then(|| plane(-frame.w, -1.0)),
-            lo: ((lo + point) - DVec3::splat(room)).as_vec3().to_array(),
-            hi: ((hi + point) + DVec3::splat(room)).as_vec3().to_array(),
-            rows: [frame.p, frame.q, frame.w].map(|g| g.as_vec3().to_array()),
-            offset: [frame.p, frame.q, frame.w].map(|g| -g.dot(point) as f32),
-            room: [frame.p, frame.q, frame.w].map(|g| (g.abs().element_sum() * room) as f32),
+        let (p, q, w) = (frame.p, frame.q, frame.w);
+        let upper = w * k - p - q * j;
+        let beyond = w - q;
+        let zero = s.dsplat(0.0);
+        let mut at_point = zero;
+        let mut sum = zero;
+        let mut bounds = Self {
+            form: [[0.0; 8]; 3],
+            negative: [[0.0; 8]; 3],
+            positive: [[0.0; 8]; 3],
+            offset: [0.0; 8],
+            room: [0.0; 8],
+            tilted: {
+                let steepness = w.abs();
+                steepness.element_sum() > 1.01 * steepness.max_element()
+            },
+            lo: (lo - DVec3::splat(room)).as_vec3().to_array(),
+            hi: (hi + DVec3::splat(room)).as_vec3().to_array(),
             upper: [k as f32, j as f32],
             exclude,
+        };
+        for axis in 0..3 {
+            let n = s.dload(&[
+                p[axis],
+                upper[axis],
+                q[axis],
+                beyond[axis],
+                -w[axis],
+                p[axis],
+                q[axis],
+                w[axis],
+            ]);
+            at_point = s.dadd(at_point, s.dmul(n, s.dsplat(point[axis])));
+            sum = s.dadd(sum, s.dmax(n, s.dsub(zero, n)));
+            let n = s.narrow(n);
+            s.store(n, &mut bounds.form[axis]);
+            s.store(s.min(n, s.splat(0.0)), &mut bounds.negative[axis]);
+            s.store(s.max(n, s.splat(0.0)), &mut bounds.positive[axis]);
         }
+        let sum = s.dmul(sum, s.dsplat(room));
+        s.store(s.narrow(sum), &mut bounds.room);
+        // The light's plane is where W is one.
+        let mut offset = s.dsub(s.dload(&[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), at_point);
+        let planes = s.dload(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+        offset = s.dadd(offset, s.dmul(sum, planes));
+        s.store(s.narrow(offset), &mut bounds.offset);
+        bounds
     }
 
     /// The boxes of a node that the shaft may meet.
@@ -132,11 +140,11 @@ impl ShaftBounds {
             let high = s.sub(rows[axis + 3], s.splat(self.lo[axis]));
             inside = s.min(inside, s.min(low, high));
         }
-        for plane in &self.planes {
-            inside = s.min(inside, plane.reach(s, &rows));
+        for plane in 0..4 {
+            inside = s.min(inside, self.reach(s, plane, &rows));
         }
-        if let Some(plane) = &self.far {
-            inside = s.min(inside, plane.reach(s, &rows));
+        if self.tilted {
+            inside = s.min(inside, self.reach(s, 4, &rows));
         }
         s.le(s.splat(0.0), inside) & node.valid
     }
@@ -146,11 +154,11 @@ impl ShaftBounds {
     pub(crate) fn extents<S: Simd>(&self, s: S, node: &Node) -> ([S::F; 3], [S::F; 3]) {
         let mut least = [s.splat(0.0); 3];
         let mut most = least;
-        for k in 0..3 {
-            let mut near = s.splat(self.offset[k] - self.room[k]);
-            let mut far = s.splat(self.offset[k] + self.room[k]);
+        for (k, number) in PQW.into_iter().enumerate() {
+            let mut near = s.splat(self.offset[number] - self.room[number]);
+            let mut far = s.splat(self.offset[number] + self.room[number]);
             for axis in 0..3 {
-                let n = self.rows[k][axis];
+                let n = self.form[axis][number];
                 let up = axis + 3 * usize::from(n >= 0.0);
                 let down = axis + 3 * usize::from(n < 0.0);
                 near = s.fma(s.splat(n), s.load(&node.bounds[down]), near);
@@ -191,9 +199,9 @@ impl ShaftBounds {
         c: Vertex<S>,
     ) -> (u8, u8) {
         let (rp, rq, rw) = (
-            s.splat(self.room[0]),
-            s.splat(self.room[1]),
-            s.splat(self.room[2]),
+            s.splat(self.room[PQW[0]]),
+            s.splat(self.room[PQW[1]]),
+            s.splat(self.room[PQW[2]]),
         );
         // Some vertex inside each side, some before the shading point, some before the light:
         // room + value ≥ 0.
@@ -239,14 +247,14 @@ impl ShaftBounds {
                 let at = s.mul(value, inverse);
                 // (P ± a) / (W ± b) is off by (a + |p| b) / W, and a little for b² and rounding.
                 let size = s.abs(at);
-                let off = s.fma(size, s.splat(self.room[2]), s.splat(self.room[k]));
+                let off = s.fma(size, s.splat(self.room[PQW[2]]), s.splat(self.room[PQW[k]]));
                 let off = s.mul(off, s.mul(inverse, s.splat(1.25)));
                 let off = s.fma(size, s.splat(1e-6), off);
                 least[k] = s.min(least[k], s.sub(at, off));
                 most[k] = s.max(most[k], s.add(at, off));
             }
         }
-        let before = s.le(s.splat((16.0 * self.room[2]).max(1e-6)), depth);
+        let before = s.le(s.splat((16.0 * self.room[PQW[2]]).max(1e-6)), depth);
         (before, least, most)
     }
 
@@ -259,7 +267,7 @@ impl ShaftBounds {
         let reach = max3(s, largest(s, a), largest(s, b), largest(s, c));
         // A plane's coordinates are off by two coordinates times two rooms, its value at a corner
         // of the unit square by three of them, the determinant by that times three coordinates.
-        let rooms = self.room[0] + self.room[1] + self.room[2];
+        let rooms = self.room[PQW[0]] + self.room[PQW[1]] + self.room[PQW[2]];
         let room = s.mul(reach, s.splat(5.0 * rooms));
         let (ab, bc, ca) = (plane(s, a, b), plane(s, b, c), plane(s, c, a));
         let det = s.fma(ab.0, c.0, s.fma(ab.1, c.1, s.mul(ab.2, c.2)));
@@ -309,9 +317,21 @@ impl ShaftBounds {
     /// P, Q or W. As with the planes, its roundings are well within the room.
     #[inline(always)]
     fn form<S: Simd>(&self, s: S, k: usize, x: S::F, y: S::F, z: S::F) -> S::F {
-        let [nx, ny, nz] = self.rows[k];
-        let sum = s.fma(s.splat(nz), z, s.splat(self.offset[k]));
-        s.fma(s.splat(nx), x, s.fma(s.splat(ny), y, sum))
+        let [nx, ny, nz] = &self.form;
+        let k = PQW[k];
+        let sum = s.fma(s.splat(nz[k]), z, s.splat(self.offset[k]));
+        s.fma(s.splat(nx[k]), x, s.fma(s.splat(ny[k]), y, sum))
+    }
+
+    /// How far the boxes of a node reach inside a plane.
+    #[inline(always)]
+    fn reach<S: Simd>(&self, s: S, plane: usize, rows: &[S::F; 6]) -> S::F {
+        let mut sum = s.splat(self.offset[plane]);
+        for axis in 0..3 {
+            sum = s.fma(s.splat(self.negative[axis][plane]), rows[axis], sum);
+            sum = s.fma(s.splat(self.positive[axis][plane]), rows[axis + 3], sum);
+        }
+        sum
     }
 
     /// How far inside the upper bound on p.
@@ -319,19 +339,6 @@ impl ShaftBounds {
     fn upper<S: Simd>(&self, s: S, v: Vertex<S>) -> S::F {
         let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
         s.sub(s.mul(k, v.2), s.fma(j, v.1, v.0))
-    }
-}
-
-impl Plane {
-    /// How far the boxes of a node reach inside.
-    #[inline(always)]
-    fn reach<S: Simd>(&self, s: S, rows: &[S::F; 6]) -> S::F {
-        let mut sum = s.splat(self.offset);
-        for axis in 0..3 {
-            sum = s.fma(s.splat(self.negative[axis]), rows[axis], sum);
-            sum = s.fma(s.splat(self.positive[axis]), rows[axis + 3], sum);
-        }
-        sum
     }
 }
 
@@ -364,28 +371,58 @@ fn min3<S: Simd>(s: S, a: S::F, b: S::F, c: S::F) -> S::F {
 /// Leaves that are looked into in one go.
 const BATCH: usize = 12;
 
-/// Puts the triangles in the shaft from `point` into `scratch.corners`, unless they are more than
-/// `limit` or one hides the light.
+/// Nodes that are opened in one go.
+const ABREAST: usize = 2;
+
+/// Finds what is between a point of the world and `scratch.light`: the images of up to `limit` triangles are in `scratch.flat` then.
 #[inline(always)]
-fn collect_kernel<S: Simd>(
+fn find_kernel<S: Simd>(
     s: S,
     occluders: &Occluders,
-    bounds: &ShaftBounds,
-    (point, limit): (DVec3, usize),
+    point: DVec3,
+    exclude: (u32, u32),
+    limit: usize,
     scratch: &mut Scratch,
 ) -> Found {
-    let hierarchy = &occluders.hierarchy;
     let Scratch {
+        light,
         frame,
         counters,
         corners,
         stack,
+        flat,
+        clear,
         ..
     } = scratch;
-    corners.clear();
-    if hierarchy.nodes.is_empty() {
+    let lit = frame.set(light, point);
+    let point = point - occluders.origin;
+    if !lit || occluders.hierarchy.nodes.is_empty() {
         return Found::Few;
     }
+    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+    let bounds = ShaftBounds::new(s, occluders, point, around, frame, exclude);
+    let backs = &mut Backs::new(occluders.hierarchy.shells(), clear, point, around, exclude);
+    let at = (point, &*frame, limit);
+    let found = collect(s, occluders, &bounds, at, (counters, corners, stack), backs);
+    if found != Found::Few || corners.count == 0 {
+        return found;
+    }
+    project::project(s, point, (corners, flat), frame, backs)
+}
+
+/// Puts the triangles in the shaft from `point` into `scratch.corners`, unless they are more than
+/// `limit` or one hides the light.
+#[inline(always)]
+fn collect<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    bounds: &ShaftBounds,
+    (point, frame, limit): (DVec3, &LightFrame, usize),
+    (counters, corners, stack): (&mut Counters, &mut Corners, &mut Vec<u32>),
+    backs: &Backs<'_>,
+) -> Found {
+    let hierarchy = &occluders.hierarchy;
+    corners.clear();
     if stack.len() < occluders.stack_size {
         stack.resize(occluders.stack_size, 0);
     }
@@ -393,20 +430,28 @@ fn collect_kernel<S: Simd>(
     stack[0] = 0;
     let mut top = 1;
     // Leaves to look into: many at a time, so that nothing hangs on what kind a child is.
-    let mut leaves = [0_u32; BATCH + 16];
+    let mut leaves = [0_u32; BATCH + 8 * ABREAST + 8];
     let mut waiting = 0;
     while top > 0 {
-        top -= 1;
-        let node = &hierarchy.nodes[stack[top] as usize];
-        counters.node_tests += u64::from(node.valid.count_ones());
-        let found = bounds.boxes(s, node);
-        hierarchy.prefetch(s, node, found);
-        let inner = found & !node.leaf;
-        s.pack(inner, &node.child, stack, top);
-        top += inner.count_ones() as usize;
-        let ready = found & node.leaf;
-        s.pack(ready, &node.child, &mut leaves, waiting);
-        waiting += ready.count_ones() as usize;
+        // Several nodes at a time, so that none waits for what another holds.
+        let mut next = [0; ABREAST];
+        let few = top.min(ABREAST);
+        for (k, node) in next.iter_mut().enumerate().take(few) {
+            *node = stack[top - 1 - k];
+        }
+        top -= few;
+        for &node in &next[..few] {
+            let node = &hierarchy.nodes[node as usize];
+            counters.node_tests += u64::from(node.valid.count_ones());
+            let found = bounds.boxes(s, node);
+            hierarchy.prefetch(s, node, found);
+            let inner = found & !node.leaf;
+            s.pack(inner, &node.child, stack, top);
+            top += inner.count_ones() as usize;
+            let ready = found & node.leaf;
+            s.pack(ready, &node.child, &mut leaves, waiting);
+            waiting += ready.count_ones() as usize;
+        }
         if waiting < BATCH && top > 0 {
             continue;
         }
@@ -420,7 +465,7 @@ fn collect_kernel<S: Simd>(
                 return Found::All;
             }
             if maybe != 0 {
-                corners.add(s, leaf, child.index(), maybe);
+                corners.add(s, leaf, child.index(), maybe, backs);
                 if corners.count > limit {
                     return Found::Many;
                 }
@@ -432,6 +477,6 @@ fn collect_kernel<S: Simd>(
 }
 
 dispatch! {
-    /// Collects the triangles in a shaft on an instruction set.
-    collect = collect_kernel(occluders: &Occluders, bounds: &ShaftBounds, at: (DVec3, usize), scratch: &mut Scratch) -> Found
+    /// Finds what is in a shaft on an instruction set.
+    find = find_kernel(occluders: &Occluders, point: DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
 }

@@ -57,6 +57,8 @@ pub(crate) trait Simd: Copy {
     fn dstore(self, a: Self::D, out: &mut [f64; 8]);
     fn dsplat(self, a: f64) -> Self::D;
     fn widen(self, a: Self::F) -> Self::D;
+    /// Rounded to the nearest `f32`.
+    fn narrow(self, a: Self::D) -> Self::F;
     fn dadd(self, a: Self::D, b: Self::D) -> Self::D;
     fn dsub(self, a: Self::D, b: Self::D) -> Self::D;
     fn dmul(self, a: Self::D, b: Self::D) -> Self::D;

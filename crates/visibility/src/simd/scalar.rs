@@ -114,6 +114,11 @@ impl Simd for Scalar {
         a.map(f64::from)
     }
     #[inline(always)]
+    #[allow(clippy::cast_possible_truncation, reason = "rounded")]
+    fn narrow(self, a: Self::D) -> Self::F {
+        a.map(|x| x as f32)
+    }
+    #[inline(always)]
     fn dadd(self, a: Self::D, b: Self::D) -> Self::D {
         zip(a, b, |a, b| a + b)
     }

@@ -190,6 +190,11 @@ impl Simd for Avx512 {
         unsafe { _mm512_cvtps_pd(a) }
     }
     #[inline(always)]
+    fn narrow(self, a: Self::D) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm512_cvtpd_ps(a) }
+    }
+    #[inline(always)]
     fn dadd(self, a: Self::D, b: Self::D) -> Self::D {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { _mm512_add_pd(a, b) }
@@ -408,6 +413,11 @@ impl Simd for Avx2 {
                 _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(a)),
             ]
         }
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::D) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_set_m128(_mm256_cvtpd_ps(a[1]), _mm256_cvtpd_ps(a[0])) }
     }
     #[inline(always)]
     fn dadd(self, a: Self::D, b: Self::D) -> Self::D {

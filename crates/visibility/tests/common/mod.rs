@@ -91,6 +91,51 @@ pub(crate) fn soup(rng: &mut Rng, n: usize, size: f64, centre: DVec3, scale: f64
     mesh
 }
 
+/// A closed surface around the origin of its own coordinates, its radius bumpy, its vertices
+/// shared; squashed by `squash` along a random axis, rotated and moved to `centre`.
+pub(crate) fn closed(
+    rng: &mut Rng,
+    nu: u32,
+    nv: u32,
+    squash: f64,
+    centre: DVec3,
+    scale: f64,
+) -> Mesh {
+    let mut mesh = Mesh::default();
+    let x = rng.direction();
+    let y = x.cross(rng.direction()).normalize();
+    let z = x.cross(y);
+    let mut place = |rng: &mut Rng, u: f64, v: f64| {
+        let (su, cu) = u.sin_cos();
+        let (sv, cv) = v.sin_cos();
+        let r = scale * rng.range(0.8, 1.2);
+        mesh.vertex(centre + (x * (sv * cu) + y * (sv * su * squash) + z * cv) * r)
+    };
+    let north = place(rng, 0.0, 0.0);
+    let mut rows = Vec::new();
+    for j in 1..nv {
+        let v = std::f64::consts::PI * f64::from(j) / f64::from(nv);
+        let row: Vec<u32> = (0..nu)
+            .map(|i| place(rng, std::f64::consts::TAU * f64::from(i) / f64::from(nu), v))
+            .collect();
+        rows.push(row);
+    }
+    let south = place(rng, 0.0, std::f64::consts::PI);
+    let n = nu as usize;
+    for i in 0..n {
+        let k = (i + 1) % n;
+        mesh.triangles.push([north, rows[0][i], rows[0][k]]);
+        mesh.triangles
+            .push([south, rows[rows.len() - 1][k], rows[rows.len() - 1][i]]);
+        for pair in rows.windows(2) {
+            let (a, b, c, d) = (pair[0][i], pair[0][k], pair[1][i], pair[1][k]);
+            mesh.triangles.push([a, c, d]);
+            mesh.triangles.push([a, d, b]);
+        }
+    }
+    mesh
+}
+
 /// The light's polygon, or the two ends of a linear light.
 pub(crate) fn light(rng: &mut Rng, corners: usize, centre: DVec3, size: f64) -> Vec<DVec3> {
     let x = rng.direction();

@@ -1,0 +1,383 @@
+//! Closed meshes: half of their triangles need no attention.
+//!
+//! Where a segment runs from outside a closed surface to outside of it, it goes in as often as it
+//! comes out, so whatever a triangle facing one way hides, one facing the other way hides too. A
+//! *shell* is a set of triangles, connected by their edges, in which every edge belongs to two and
+//! which can be turned so that the two run along it in opposite directions: the signs of its
+//! triangles' images then add up to zero over every place of the light's plane, whatever the
+//! mesh's shape, whether it intersects itself or is inside out. So the images of one sign may be
+//! left out, once neither the shading point nor the light is in the shell's box.
+
+use crate::simd::Simd;
+use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
+
+/// A connected closed mesh.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shell {
+    /// Its box, in the hierarchy's coordinates.
+    lo: [f32; 3],
+    hi: [f32; 3],
+    /// The least and the largest number of its triangles, as the caller counts.
+    first: u32,
+    last: u32,
+}
+
+/// Which triangles belong to which shell.
+#[derive(Debug, Default)]
+pub(crate) struct Shells {
+    pub(crate) shells: Vec<Shell>,
+    /// For each triangle, zero or its shell's index plus one, with [`TURNED`] if it is turned.
+    pub(crate) of: Vec<u16>,
+}
+
+/// The bit of a triangle that is turned against the first of its shell.
+const TURNED: u16 = 1 << 15;
+
+/// Triangles that are connected, and whether they are turned against the first among them.
+struct Connected(Vec<(u32, bool)>);
+
+impl Connected {
+    /// The first triangle connected to `i`, and whether `i` is turned against it.
+    fn root(&mut self, i: u32) -> (u32, bool) {
+        let (mut at, mut turned) = (i, false);
+        loop {
+            let (next, turn) = self.0[at as usize];
+            if next == at {
+                return (at, turned);
+            }
+            // Halves the way for those who come later.
+            let (after, turn_after) = self.0[next as usize];
+            self.0[at as usize] = (after, turn ^ turn_after);
+            turned ^= turn ^ turn_after;
+            at = after;
+        }
+    }
+
+    /// Connects two triangles; false if they were, but turned otherwise.
+    fn join(&mut self, i: u32, j: u32, turned: bool) -> bool {
+        let ((i, ti), (j, tj)) = (self.root(i), self.root(j));
+        if i == j {
+            return ti ^ tj == turned;
+        }
+        self.0[i.max(j) as usize] = (i.min(j), ti ^ tj ^ turned);
+        true
+    }
+}
+
+/// One number for each place: the least index of a position there.
+fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
+    // Zero has two signs.
+    let bits = |i: u32| positions[i as usize].map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..).take(positions.len()).collect();
+    order.sort_unstable_by_key(|&i| (bits(i), i));
+    let mut weld = vec![0; positions.len()];
+    let mut first = order.first().copied().unwrap_or(0);
+    for i in order {
+        if bits(first) != bits(i) {
+            first = i;
+        }
+        weld[i as usize] = first;
+    }
+    weld
+}
+
+impl Shells {
+    /// Finds the closed meshes among triangles given by the numbers of their corners; `ids` are
+    /// the numbers of the triangles themselves, `origin` is that of the hierarchy.
+    pub(crate) fn find(
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        ids: &[u32],
+        origin: [f32; 3],
+    ) -> Self {
+        if positions.len() >= 1 << 31 {
+            return Self::default();
+        }
+        let place = weld(positions);
+        let corners = |&id: &u32| triangles[id as usize].map(|c| place[c as usize]);
+        // Each edge with its direction in the last bit, and its triangle.
+        let mut edges = Vec::with_capacity(3 * ids.len());
+        for (triangle, [a, b, c]) in (0_u32..).zip(ids.iter().map(corners)) {
+            for (v, w) in [(a, b), (b, c), (c, a)] {
+                let key = u64::from(v.min(w)) << 32 | u64::from(v.max(w)) << 1;
+                edges.push((key | u64::from(v > w), triangle));
+            }
+        }
+        edges.sort_unstable();
+        let mut connected = Connected((0..).map(|i| (i, false)).take(ids.len()).collect());
+        let mut open = Vec::new();
+        for same in edges.chunk_by(|a, b| a.0 >> 1 == b.0 >> 1) {
+            let (first, i) = same[0];
+            for &(edge, j) in &same[1..] {
+                if !connected.join(i, j, first & 1 == edge & 1) {
+                    open.push(i);
+                }
+            }
+            if same.len() != 2 {
+                open.push(i);
+            }
+        }
+        let mut found = Self::default();
+        // The shell of each first triangle; none if it is open.
+        let mut number = vec![0_u16; ids.len()];
+        for i in open {
+            number[connected.root(i).0 as usize] = u16::MAX;
+        }
+        for (i, id) in (0_u32..).zip(ids) {
+            let (root, turned) = connected.root(i);
+            let root = root as usize;
+            if number[root] == 0 {
+                found.shells.push(Shell {
+                    lo: [f32::INFINITY; 3],
+                    hi: [f32::NEG_INFINITY; 3],
+                    first: *id,
+                    last: *id,
+                });
+                number[root] = u16::try_from(found.shells.len()).unwrap_or(u16::MAX);
+                if number[root] >= TURNED {
+                    number[root] = u16::MAX;
+                    // Beyond the numbers' end: counts as open.
+                    found.shells.pop();
+                }
+            }
+            if number[root] == u16::MAX {
+                found.of.push(0);
+                continue;
+            }
+            found
+                .of
+                .push(number[root] | if turned { TURNED } else { 0 });
+            let shell = &mut found.shells[usize::from(number[root]) - 1];
+            shell.last = shell.last.max(*id);
+            shell.first = shell.first.min(*id);
+            for v in corners(id) {
+                for axis in 0..3 {
+                    // Exact, as for the hierarchy's vertices.
+                    let x = positions[v as usize][axis] - origin[axis];
+                    shell.lo[axis] = shell.lo[axis].min(x);
+                    shell.hi[axis] = shell.hi[axis].max(x);
+                }
+            }
+        }
+        if found.shells.is_empty() {
+            found.of.clear();
+        }
+        found
+    }
+}
+
+/// Which shells stand clear of a shaft's ends, as far as that has been asked.
+#[derive(Debug, Default)]
+pub(crate) struct Clear {
+    /// Twice the number of the shaft they were asked for, and whether they do.
+    known: Vec<u32>,
+    shaft: u32,
+}
+
+/// Decides which triangles a shaft can do without.
+#[derive(Debug)]
+pub(crate) struct Backs<'a> {
+    shells: &'a [Shell],
+    /// The shells of the triangles in each leaf.
+    of: &'a [[u16; 8]],
+    clear: &'a mut Clear,
+    point: DVec3,
+    /// The light's box, and how far from both a shell has to be.
+    lo: DVec3,
+    hi: DVec3,
+    margin: f64,
+    /// Excluded triangles: first and number.
+    exclude: (u32, u32),
+}
+
+impl<'a> Backs<'a> {
+    /// For a shaft from `point` to a light between `lo` and `hi`.
+    #[inline(always)]
+    pub(crate) fn new(
+        (shells, of): (&'a [Shell], &'a [[u16; 8]]),
+        clear: &'a mut Clear,
+        point: DVec3,
+        (lo, hi): (DVec3, DVec3),
+        exclude: (u32, u32),
+    ) -> Self {
+        if !shells.is_empty() {
+            if clear.known.len() < shells.len() || clear.shaft == u32::MAX / 2 {
+                clear.known.clear();
+                clear.known.resize(shells.len(), 0);
+                clear.shaft = 0;
+            }
+            clear.shaft += 1;
+        }
+        // What is this near to an end of a segment may be beyond its margins.
+        let reach = (hi.max(point) - lo.min(point)).element_sum();
+        let margin = 2.0 * f64::max(POINT_MARGIN, LIGHT_MARGIN) * reach;
+        Self {
+            shells,
+            of,
+            clear,
+            point,
+            lo,
+            hi,
+            margin,
+            exclude,
+        }
+    }
+
+    /// Whether there are any shells.
+    #[inline(always)]
+    pub(crate) fn any(&self) -> bool {
+        !self.shells.is_empty()
+    }
+
+    /// The shells of a leaf's triangles, as [`Self::left_out`] takes them; zero for none.
+    #[inline(always)]
+    pub(crate) fn codes(&self, leaf: usize) -> [u32; 8] {
+        let mut codes = [0; 8];
+        for (code, shell) in codes.iter_mut().zip(&self.of[leaf]) {
+            *code = u32::from(shell & !TURNED) | u32::from(shell & TURNED) << 16;
+        }
+        codes
+    }
+
+    /// Which triangles to leave out, a bit each: those that belong to a shell clear of the shaft's
+    /// ends and face the one way, given which of them face either way for sure.
+    #[inline(always)]
+    pub(crate) fn left_out<S: Simd>(
+        &mut self,
+        s: S,
+        codes: &[u32; 8],
+        (negative, positive): (u8, u8),
+    ) -> u8 {
+        let turned = s.in_range(codes, 1 << 31, 1 << 31);
+        let shelled = s.in_range(codes, 1, u32::MAX);
+        let mut back = shelled & (turned & positive | !turned & negative);
+        let mut out = 0;
+        while back != 0 {
+            let lane = back.trailing_zeros() as usize;
+            back &= back - 1;
+            let index = (codes[lane] & 0x7fff_ffff) as usize - 1;
+            let known = self.clear.known[index];
+            let clear = if known >> 1 == self.clear.shaft {
+                known & 1 != 0
+            } else {
+                self.ask(index)
+            };
+            out |= u8::from(clear) << lane;
+        }
+        out
+    }
+
+    #[inline(never)]
+    fn ask(&mut self, index: usize) -> bool {
+        let shell = &self.shells[index];
+        let lo = DVec3::from(shell.lo.map(f64::from)) - self.margin;
+        let hi = DVec3::from(shell.hi.map(f64::from)) + self.margin;
+        let apart = |from: DVec3, to: DVec3| !(from.cmple(hi).all() && lo.cmple(to).all());
+        // A mesh of which triangles are excluded is not closed.
+        let (start, count) = self.exclude;
+        let whole = count == 0 || shell.last < start || shell.first >= start.saturating_add(count);
+        let clear = whole && apart(self.point, self.point) && apart(self.lo, self.hi);
+        self.clear.known[index] = self.clear.shaft << 1 | u32::from(clear);
+        clear
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Shells, TURNED};
+
+    /// The triangles of a cube, or all but the last of them, some turned; every triangle with
+    /// corners of its own.
+    fn cube(count: usize, turned: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+        let mut positions = Vec::new();
+        for axis in 0..3 {
+            for side in [0.0_f32, 1.0] {
+                let corner = |a: f32, b: f32| {
+                    let mut v = [side; 3];
+                    v[(axis + 1) % 3] = a;
+                    v[(axis + 2) % 3] = b;
+                    // Zero with either sign.
+                    if side > 0.0 {
+                        v
+                    } else {
+                        v.map(|x| if x == 0.0 { -0.0 } else { x })
+                    }
+                };
+                let mut quad = [
+                    corner(0., 0.),
+                    corner(1., 0.),
+                    corner(1., 1.),
+                    corner(0., 1.),
+                ];
+                if side == 0.0 {
+                    quad.reverse();
+                }
+                for k in [[0, 1, 2], [0, 2, 3]] {
+                    let mut t = k.map(|i| quad[i]);
+                    if turned >> (positions.len() / 3) & 1 != 0 {
+                        t.reverse();
+                    }
+                    positions.extend(t);
+                }
+            }
+        }
+        positions.truncate(3 * count);
+        let triangles = (0..)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .take(count)
+            .collect();
+        (positions, triangles)
+    }
+
+    fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Shells {
+        let ids: Vec<u32> = (0..).take(triangles.len()).collect();
+        Shells::find(positions, triangles, &ids, [0.0; 3])
+    }
+
+    #[test]
+    fn cubes_are_shells_however_their_triangles_are_turned() {
+        for turned in [0, 0xfff, 0b1010_0110_0101] {
+            let (positions, triangles) = cube(12, turned);
+            let found = find(&positions, &triangles);
+            assert_eq!(found.shells.len(), 1);
+            let shell = &found.shells[0];
+            assert_eq!((shell.lo, shell.hi), ([0.0; 3], [1.0; 3]));
+            assert_eq!((shell.first, shell.last), (0, 11));
+            for (i, code) in found.of.iter().enumerate() {
+                let against_first = (turned >> i ^ turned) & 1 != 0;
+                assert_eq!(*code, 1 | if against_first { TURNED } else { 0 });
+            }
+        }
+    }
+
+    #[test]
+    fn open_and_branching_surfaces_are_none() {
+        let (positions, triangles) = cube(11, 0);
+        assert!(find(&positions, &triangles).shells.is_empty());
+        // A fin on an edge of the cube.
+        let (mut positions, mut triangles) = cube(12, 0);
+        positions.extend([[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, -1.0]]);
+        triangles.push([36, 37, 38]);
+        assert!(find(&positions, &triangles).shells.is_empty());
+    }
+
+    /// The projective plane of six corners: every edge belongs to two, but they cannot all
+    /// be turned alike.
+    #[test]
+    fn one_sided_surfaces_are_none() {
+        let positions: Vec<[f32; 3]> = (0..6_u8).map(|i| [f32::from(i), 1.0, 0.0]).collect();
+        let triangles = [
+            [0, 1, 2],
+            [0, 2, 3],
+            [0, 3, 4],
+            [0, 4, 5],
+            [0, 5, 1],
+            [1, 2, 4],
+            [2, 3, 5],
+            [3, 4, 1],
+            [4, 5, 2],
+            [5, 1, 3],
+        ];
+        assert!(find(&positions, &triangles).shells.is_empty());
+    }
+}
