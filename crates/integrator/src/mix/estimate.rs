@@ -1,13 +1,14 @@
 //! The estimate of a mix at one shading point and light.
 
-use super::strand::{Kind, Lines, Lit, Seen, Strand, through};
+use super::optimal::{self, Half};
+use super::strand::{Kind, Lines, Lit, Seen, Strand, allot, through};
 use super::{MOST_TECHNIQUES, Mix, MixHeuristic, Pieces, Smoothing};
 use crate::pair::Pair;
 use crate::points::meets;
 use crate::{PlanCounters, PlannedLight, SegmentCounters, ShadingPoint, Workspace};
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
-use linelit_mis::smoothing;
+use linelit_mis::{Heuristic, smoothing};
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery, VisibleLines};
 use std::f64::consts::FRAC_PI_2;
@@ -19,19 +20,23 @@ pub(crate) struct MixBuffers<'t> {
     drawn: Vec<LineSample>,
     segments: Vec<Segment>,
     samples: Vec<Sample>,
+    /// How many of them are the first of two rounds.
+    first_round: Option<usize>,
+    /// In each round, draws of each technique that gave no sample.
+    misses: [[usize; MOST_TECHNIQUES]; 2],
     /// For the densities of one technique: whose sample each line goes through.
     owners: Vec<usize>,
 }
 
 /// A visible point of the light, drawn by one of the techniques.
 #[derive(Clone, Copy, Debug)]
-struct Sample {
-    strand: usize,
+pub(super) struct Sample {
+    pub strand: usize,
     seen: Seen,
     /// L f_r cos θ.
-    value: DVec3,
+    pub value: DVec3,
     /// Density per solid angle of each technique.
-    densities: [f64; MOST_TECHNIQUES],
+    pub densities: [f64; MOST_TECHNIQUES],
     /// What the densities of points are multiplied with in weights.
     smooth: f64,
 }
@@ -58,14 +63,17 @@ struct Smooth {
 impl MixBuffers<'_> {
     /// The same memory without the strands, which may borrow from another light.
     fn emptied<'t>(self) -> MixBuffers<'t> {
-        let mut strands = self.strands;
+        let (mut strands, mut samples) = (self.strands, self.samples);
         strands.clear();
+        samples.clear();
         MixBuffers {
             // Of an empty vector nothing is made: this keeps its memory under another lifetime.
             strands: strands.into_iter().map_while(|_| None).collect(),
             drawn: self.drawn,
             segments: self.segments,
-            samples: self.samples,
+            samples,
+            first_round: None,
+            misses: Default::default(),
             owners: self.owners,
         }
     }
@@ -125,7 +133,7 @@ impl Pair<'_> {
             visible,
             smoothing: match mix.heuristic() {
                 MixHeuristic::Smooth(kind) => Some(Smooth::new(kind, lit.light)),
-                MixHeuristic::Classic(_) => None,
+                _ => None,
             },
             plan,
             segments,
@@ -139,11 +147,23 @@ impl Pair<'_> {
             ShaftClass::Partial => {}
         }
         let independent = Sampler::new(SamplerKind::Independent, self.settings.seed);
-        let random = independent.points(self.pixel, self.dimension + 1, 1 + MOST);
+        let random = independent.points(self.pixel, self.dimension + 1, 2 + MOST);
         let u = |k| random.get_1d(k);
         let mut lent = std::mem::take(buffers).emptied();
-        Strand::all(mix, self.count(), &lit, self.point, u, &mut lent.strands);
-        self.draw(&mut work, &mut lent);
+        let (rounds, each) = match mix.heuristic() {
+            MixHeuristic::Optimal(_) if self.count() > 1 => (2, 0.5 * f64::from(self.count())),
+            _ => (1, f64::from(self.count())),
+        };
+        Strand::all(mix, each, &lit, self.point, u, &mut lent.strands);
+        for round in 0..rounds {
+            let half = (round > 0).then_some(lent.samples.len());
+            lent.first_round = half;
+            allot(
+                &mut lent.strands,
+                if half.is_some() { u(1 + MOST) } else { u(0) },
+            );
+            self.draw(&mut work, round, &mut lent);
+        }
         work.densities(&mut lent);
         work.smooth_across(&mut lent);
         let sum = work.sum(mix, &lent);
@@ -151,10 +171,10 @@ impl Pair<'_> {
         sum
     }
 
-    /// Draws the samples of all techniques.
-    fn draw(&self, work: &mut Work<'_, '_>, buffers: &mut MixBuffers<'_>) {
-        buffers.samples.clear();
-        let sampler = Sampler::new(self.settings.sampler, self.settings.seed);
+    /// Draws the samples of all techniques; those of two rounds are independent.
+    fn draw(&self, work: &mut Work<'_, '_>, round: usize, buffers: &mut MixBuffers<'_>) {
+        let seed = self.settings.seed ^ [0, OTHER_SEED][round];
+        let sampler = Sampler::new(self.settings.sampler, seed);
         for index in 0..buffers.strands.len() {
             let stream = u32::try_from(index).map_or(0, |i| self.dimension + 2 + i);
             let count = buffers.strands[index].count;
@@ -162,19 +182,21 @@ impl Pair<'_> {
                 continue;
             }
             let set = sampler.points(self.pixel, stream, count);
-            if matches!(buffers.strands[index].kind, Kind::Line(..)) {
-                work.draw_lines(index, buffers, |i| set.get_2d(i));
+            let hits = if matches!(buffers.strands[index].kind, Kind::Line(..)) {
+                work.draw_lines(index, buffers, |i| set.get_2d(i))
             } else {
-                let strand = &buffers.strands[index];
-                for i in 0..count {
-                    if let Some(sample) = work.draw_point(index, strand, set.get_2d(i)) {
-                        buffers.samples.push(sample);
-                    }
-                }
-            }
+                let (strand, before) = (&buffers.strands[index], buffers.samples.len());
+                let draw = |i| work.draw_point(index, strand, set.get_2d(i));
+                buffers.samples.extend((0..count).filter_map(draw));
+                buffers.samples.len() - before
+            };
+            buffers.misses[round][index] = count as usize - hits;
         }
     }
 }
+
+/// What tells the seed of the second round from that of the first.
+const OTHER_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// [`MOST_TECHNIQUES`] as a count of random numbers.
 #[allow(clippy::cast_possible_truncation, reason = "a small constant")]
@@ -259,12 +281,14 @@ impl Work<'_, '_> {
     }
 
     /// The samples of a line technique: all its lines in one query, then points on what is visible.
+    /// Gives the number of lines that have any.
     fn draw_lines(
         &mut self,
         index: usize,
         buffers: &mut MixBuffers<'_>,
         u: impl Fn(u32) -> [f64; 2],
-    ) {
+    ) -> usize {
+        let mut hits = 0;
         let MixBuffers {
             strands,
             drawn,
@@ -273,7 +297,7 @@ impl Work<'_, '_> {
             ..
         } = buffers;
         let Kind::Line(lines, pieces) = &strands[index].kind else {
-            return;
+            return hits;
         };
         drawn.clear();
         drawn.extend((0..strands[index].count).map(|i| lines.sample(u(i)[0])));
@@ -288,7 +312,7 @@ impl Work<'_, '_> {
             if !line.pdf.is_positive() {
                 continue;
             }
-            let place = u(i)[1];
+            let (place, before) = (u(i)[1], samples.len());
             let mut draw = |part: &[Interval]| {
                 let (seen, density) = lines.point(line, part, place, |p| self.seen(p));
                 if let Some(mut sample) = self.sample(index, seen, density) {
@@ -301,7 +325,9 @@ impl Work<'_, '_> {
                 Pieces::One if parts.is_empty() => {}
                 Pieces::One => draw(parts),
             }
+            hits += usize::from(samples.len() > before);
         }
+        hits
     }
 
     /// The densities of all techniques at each other's samples: the lines through them are one
@@ -403,11 +429,20 @@ impl Work<'_, '_> {
             *to = strand.expected;
         }
         let ns = &expected[..count];
+        if let MixHeuristic::Optimal(kind) = mix.heuristic()
+            && let Some(half) = buffers.first_round
+        {
+            let (first, second) = buffers.samples.split_at(half);
+            let [a, b] = &buffers.misses;
+            let half = |samples, misses| Half { samples, misses };
+            return optimal::sum(kind, &expected, [half(first, a), half(second, b)]);
+        }
         let mut sum = DVec3::ZERO;
         for sample in &buffers.samples {
             let (ps, i) = (&sample.densities[..count], sample.strand);
             let weight = match mix.heuristic() {
                 MixHeuristic::Classic(heuristic) => heuristic.weight(ns, ps, i),
+                MixHeuristic::Optimal(_) => Heuristic::Balance.weight(ns, ps, i),
                 MixHeuristic::Smooth(_) => {
                     let mut factors = [1.0; MOST_TECHNIQUES];
                     for (factor, strand) in factors.iter_mut().zip(&buffers.strands) {

@@ -6,6 +6,7 @@
 //! sampling.
 
 mod estimate;
+mod optimal;
 mod strand;
 mod text;
 
@@ -116,6 +117,18 @@ pub enum MixHeuristic {
     /// The balance heuristic with the densities of points smoothed at the borders of the light and
     /// of its visible parts, so that weights have no steps (Salesin & Jarosz 2019, eqs. 20–24).
     Smooth(Smoothing),
+    /// The optimal heuristic (Kondapaneni et al. 2019), with coefficients for one half of the
+    /// samples from the other, so that the mean stays right; for one sample, the balance heuristic.
+    Optimal(Optimal),
+}
+
+/// What optimal weights may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Optimal {
+    /// Negative, and above one.
+    Free,
+    /// Between zero and one: no sample contributes less than nothing.
+    Clamped,
 }
 
 /// The width over which densities of points are smoothed.

@@ -80,10 +80,10 @@ pub(super) struct Lit<'t> {
 }
 
 impl<'t> Strand<'t> {
-    /// The strands of a mix; `u(k)` are independent random numbers.
+    /// The strands of a mix with this many samples in the mean; `u(k)` are independent random numbers.
     pub(super) fn all(
         mix: &Mix,
-        samples: u32,
+        samples: f64,
         lit: &Lit<'t>,
         point: &ShadingPoint,
         u: impl Fn(u32) -> f64,
@@ -93,7 +93,7 @@ impl<'t> Strand<'t> {
         let light = &lit.light;
         let total: u32 = mix.parts().map(|p| p.share).sum();
         for (index, part) in (0u32..).zip(mix.parts()) {
-            let expected = f64::from(samples) * f64::from(part.share) / f64::from(total);
+            let expected = samples * f64::from(part.share) / f64::from(total);
             let mut push = |kind, expected| {
                 out.push(Self {
                     kind,
@@ -126,7 +126,6 @@ impl<'t> Strand<'t> {
                 }
             }
         }
-        allot(out, u(0));
     }
 
     /// The density per solid angle of a point technique at a visible point; zero for a line.
@@ -174,7 +173,7 @@ pub(super) fn through(lines: &ParallelLines, point: DVec3) -> Segment {
 }
 
 /// Gives whole numbers of samples with the expected means: systematic rounding of the running sum.
-fn allot(strands: &mut [Strand<'_>], u: f64) {
+pub(super) fn allot(strands: &mut [Strand<'_>], u: f64) {
     let (mut sum, mut given) = (u, 0.0);
     for strand in strands {
         sum += strand.expected;

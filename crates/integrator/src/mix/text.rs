@@ -1,8 +1,8 @@
 //! The text form of mixes.
 
 use super::{
-    LineDirection, LineMeasure, LineTechnique, MOST_TECHNIQUES, Mix, MixHeuristic, Part, Pieces,
-    Smoothing, Technique,
+    LineDirection, LineMeasure, LineTechnique, MOST_TECHNIQUES, Mix, MixHeuristic, Optimal, Part,
+    Pieces, Smoothing, Technique,
 };
 use crate::ParseEstimatorError;
 use linelit_mis::Heuristic;
@@ -22,7 +22,8 @@ const TECHNIQUES: [&str; 9] = [
     "line-texture",
 ];
 
-const HEURISTICS: &str = "balance, power, maximum, average, smooth or smooth-fixed";
+const HEURISTICS: &str =
+    "balance, power, maximum, average, smooth, smooth-fixed, optimal or clamped-optimal";
 
 impl FromStr for Mix {
     type Err = ParseEstimatorError;
@@ -165,6 +166,8 @@ fn parse_heuristic(value: &str) -> Result<MixHeuristic, ParseEstimatorError> {
         "average" => MixHeuristic::Classic(Heuristic::Average),
         "smooth" => MixHeuristic::Smooth(Smoothing::Variable),
         "smooth-fixed" => MixHeuristic::Smooth(Smoothing::Fixed),
+        "optimal" => MixHeuristic::Optimal(Optimal::Free),
+        "clamped-optimal" => MixHeuristic::Optimal(Optimal::Clamped),
         _ => {
             return Err(ParseEstimatorError::new(format!(
                 "mis `{value}`; expected {HEURISTICS}"
@@ -211,6 +214,8 @@ fn heuristic_name(heuristic: MixHeuristic) -> Option<&'static str> {
         MixHeuristic::Classic(Heuristic::Cutoff(_)) => return None,
         MixHeuristic::Smooth(Smoothing::Variable) => "smooth",
         MixHeuristic::Smooth(Smoothing::Fixed) => "smooth-fixed",
+        MixHeuristic::Optimal(Optimal::Free) => "optimal",
+        MixHeuristic::Optimal(Optimal::Clamped) => "clamped-optimal",
     })
 }
 
@@ -260,6 +265,7 @@ mod tests {
             "line-projected[orientation=spread:4,pieces=one]+point-solid-angle:2",
             "point-area+point-bsdf[mis=power]",
             "line-texture[orientation=fixed:0]+point-texture",
+            "line-area+point-bsdf[mis=clamped-optimal]",
         ];
         for text in texts {
             assert_eq!(text.parse::<Mix>().unwrap().to_string(), text);
