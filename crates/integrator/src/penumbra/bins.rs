@@ -12,7 +12,27 @@ pub(super) struct Bounds {
     pub high: Point,
 }
 
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
 impl Bounds {
+    /// Nothing is within it.
+    pub(super) const NONE: Self = Self {
+        low: [f64::INFINITY; 2],
+        high: [f64::NEG_INFINITY; 2],
+    };
+
+    #[inline]
+    pub(super) fn is_within(&self, other: &Self) -> bool {
+        (other.low[0] <= self.low[0])
+            & (other.low[1] <= self.low[1])
+            & (self.high[0] <= other.high[0])
+            & (self.high[1] <= other.high[1])
+    }
+
     #[inline]
     pub(super) fn of<const N: usize>(points: [Point; N]) -> Self {
         Self::of_all(&points)
@@ -74,7 +94,8 @@ impl Bins {
         self.words = boxes.len().div_ceil(64).max(1);
         self.low = area.low;
         #[allow(clippy::cast_precision_loss, reason = "a small constant")]
-        let scale = |k: usize| BINS as f64 / (area.high[k] - area.low[k]).max(f64::MIN_POSITIVE);
+        let scale =
+            |k: usize| (BINS - 1) as f64 / (area.high[k] - area.low[k]).max(f64::MIN_POSITIVE);
         self.scale = [scale(0), scale(1)];
         self.sets.clear();
         self.sets.resize(4 * BINS * self.words, 0);
@@ -107,15 +128,14 @@ impl Bins {
     /// Rows of the starts of x, the ends of x, and the same of y.
     #[inline]
     fn rows(&self, start: &Point, end: &Point) -> [usize; 4] {
+        // Rounded to whole numbers by adding 2⁵²: monotone, and NaN goes to the last bin.
+        #[allow(clippy::cast_precision_loss, reason = "a small constant")]
+        let most = (BINS - 1) as f64;
         let bin = |p: &Point, k: usize| {
-            let place = (p[k] - self.low[k]) * self.scale[k];
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "saturates, and NaN goes to the first bin"
-            )]
-            let bin = place as usize;
-            bin.min(BINS - 1)
+            let place = ((p[k] - self.low[k]) * self.scale[k]).min(most).max(0.0);
+            #[allow(clippy::cast_possible_truncation, reason = "less than BINS")]
+            let bin = ((place + 4_503_599_627_370_496.0).to_bits() & (BINS as u64 - 1)) as usize;
+            bin
         };
         [
             bin(start, 0),

@@ -1,4 +1,7 @@
 //! The boundary of what is visible.
+//!
+//! What is not to be inlined is faster by itself (an eighth of all on the grid): together, the
+//! compiler keeps too much on the stack.
 
 use super::bins::{Bins, Bounds};
 use super::clip::{Edge, End, Meeting, Span, Start};
@@ -24,26 +27,40 @@ struct Shared {
     edge: Edge,
     /// Images on its left less images on its right.
     weight: i32,
+    /// The edge after it around an image, plus one, if both run that way.
+    next: u32,
+    /// The side that it is, plus one.
+    side: u32,
 }
 
 /// An edge of images or of the light that takes part.
 #[derive(Clone, Copy, Debug)]
 struct Side {
     edge: Edge,
-    /// Of what may matter of it.
-    bounds: Bounds,
     /// Images on its left less images on its right.
     weight: i32,
     /// Whether it is the light's, backwards: the light is on its right.
     light: bool,
     /// The part of it that is on the light.
     part: Option<Span>,
-    /// Images just right of it where counting starts.
-    count: i32,
+    /// Images just right of it where counting starts, once that is known.
+    count: Option<i32>,
+    /// What all events add to that.
+    change: i32,
     /// Where counting starts: what comes before, or there, has been counted.
     counted: f64,
+    /// How close to there rounding may decide.
+    close: f64,
     /// The last of its events, plus one.
     events: u32,
+    /// The side after it around an image, plus one: where it ends and that one starts, no image
+    /// comes or goes, but where they are touched.
+    next: u32,
+    /// Whether anything else goes through its first or last point, or so close to where it is cut
+    /// that rounding may decide.
+    touched: [bool; 2],
+    /// Where it comes onto the light, as an event of a side of the light, plus one.
+    entry: u32,
 }
 
 /// A place on a side where the number of images just right of it changes.
@@ -53,6 +70,9 @@ struct Event {
     end: End,
     /// The event of the same side that was found before, plus one.
     before: u32,
+    /// On a side of the light: images right of the edge that comes in or goes out here; none if
+    /// another is too close.
+    right: Option<i32>,
 }
 
 /// How close to a side of a triangle a rounded point may be, in units of the light, before nothing
@@ -65,16 +85,20 @@ pub(crate) struct Penumbra {
     light: Vec<Point>,
     /// The light's largest coordinate.
     unit: f64,
+    /// A part of the light; what is within it need not be cut.
+    core: Bounds,
     images: Vec<Image>,
     edges: Vec<Shared>,
     /// Which of `edges` has which ends: places in it plus one, by a hash of the ends.
     table: Vec<u32>,
     sides: Vec<Side>,
+    /// Where each side may matter.
+    boxes: Vec<Bounds>,
     images_near: Bins,
     sides_near: Bins,
     events: Vec<Event>,
     /// The events of one side, in ascending order.
-    own: Vec<Event>,
+    own: Vec<(f64, u32)>,
     pieces: Vec<Piece>,
 }
 
@@ -101,10 +125,13 @@ impl Penumbra {
         self.collect_edges();
         let bounds = self.images.iter().map(|i| i.bounds);
         self.images_near.fill(&on_light, bounds);
-        if !self.count_on(&on_light, Extent::Light) {
-            self.count_on(&on_light, Extent::All);
+        for extent in [Extent::Light, Extent::All] {
+            self.collect_sides(&on_light, extent);
+            self.collect_events(&on_light);
+            if self.count(extent) {
+                break;
+            }
         }
-        self.collect_events(&on_light);
         self.collect_pieces();
         &self.pieces
     }
@@ -120,6 +147,22 @@ impl Penumbra {
         }
         let sizes = self.light.iter().flatten().map(|x| x.abs());
         self.unit = sizes.fold(0.0, f64::max);
+        let core = Bounds::of_all(&self.light).wider(-CLOSE * self.unit);
+        let Bounds {
+            low: [a, b],
+            high: [c, d],
+        } = core;
+        let before = |i: usize| self.light[(i + self.light.len() - 1) % self.light.len()];
+        let well = |p: Point| {
+            let mut sides = (0..self.light.len()).map(|i| (before(i), self.light[i]));
+            sides.all(|(from, to)| orient(from, to, p) > 0.0)
+        };
+        let holds = [[a, b], [c, b], [c, d], [a, d]].into_iter().all(well);
+        self.core = if holds && a < c && b < d {
+            core
+        } else {
+            Bounds::NONE
+        };
     }
 
     /// The edges where the number of images changes, each once.
@@ -130,125 +173,268 @@ impl Penumbra {
         self.table.resize(room, 0);
         for i in 0..self.images.len() {
             let [a, b, c] = self.images[i].corners;
-            let [p, q, r] = [a, b, c].map(hash);
-            self.count_edge((a, b), p.wrapping_add(q));
-            self.count_edge((b, c), q.wrapping_add(r));
-            self.count_edge((c, a), r.wrapping_add(p));
+            let (p, q, r) = (hash(a), hash(b), hash(c));
+            let ab = self.count_edge((a, b), p.wrapping_add(q));
+            let bc = self.count_edge((b, c), q.wrapping_add(r));
+            let ca = self.count_edge((c, a), r.wrapping_add(p));
+            for (this, next) in [(ab, bc), (bc, ca), (ca, ab)] {
+                if let (Some(this), Some(next)) = (this, next) {
+                    self.edges[this].next = index(next + 1);
+                }
+            }
         }
-        self.edges.retain(|edge| edge.weight != 0);
     }
 
-    /// Counts an image on the left of an edge.
+    /// Counts an image on the left of an edge; where that is, if the edge is kept the same way.
     #[allow(clippy::float_cmp, reason = "the very same corners")]
-    fn count_edge(&mut self, (from, to): (Point, Point), hash: u64) {
+    fn count_edge(&mut self, (from, to): (Point, Point), hash: u64) -> Option<usize> {
         let mask = self.table.len() - 1;
         let mut slot = spread(hash) & mask;
         while self.table[slot] != 0 {
-            let Shared { edge, weight } = &mut self.edges[self.table[slot] as usize - 1];
+            let place = self.table[slot] as usize - 1;
+            let Shared { edge, weight, .. } = &mut self.edges[place];
             if edge.from == from && edge.to == to {
                 *weight += 1;
-                return;
+                return Some(place);
             }
             if edge.from == to && edge.to == from {
                 *weight -= 1;
-                return;
+                return None;
             }
             slot = (slot + 1) & mask;
         }
         self.edges.push(Shared {
             edge: Edge::new(from, to),
             weight: 1,
+            next: 0,
+            side: 0,
         });
         self.table[slot] = index(self.edges.len());
+        Some(self.edges.len() - 1)
     }
 
-    /// Collects the sides that take part and counts the images right of each where counting
-    /// starts; `false` if what is on the light does not tell.
-    fn count_on(&mut self, on_light: &Bounds, extent: Extent) -> bool {
+    /// Collects the sides that take part: of the edges where the number of images changes, those
+    /// that come near the light, or all; and the light's.
+    fn collect_sides(&mut self, on_light: &Bounds, extent: Extent) {
         self.sides.clear();
+        self.boxes.clear();
         let room = CLOSE * self.unit;
-        for Shared { edge, weight } in &self.edges {
+        for shared in &mut self.edges {
+            let Shared { edge, weight, .. } = shared;
             let whole = Bounds::of([edge.from, edge.to]);
             let near = whole.meets(on_light);
-            if !near && extent == Extent::Light {
+            shared.side = 0;
+            if *weight == 0 || (!near && extent == Extent::Light) {
                 continue;
             }
             let edge = if *weight < 0 { edge.reversed() } else { *edge };
+            let inside = whole.is_within(&self.core);
             // What lies along an edge of the light is left to the light.
-            let part = if near { edge.within(&self.light) } else { None };
+            let part = match (inside, near) {
+                (true, _) => Some(edge.whole()),
+                (false, true) => edge.within(&self.light),
+                (false, false) => None,
+            };
             let bounds = match &part {
-                Some(part) if extent == Extent::Light => {
+                Some(part) if extent == Extent::Light && !inside => {
                     Bounds::of([part.lo.point, part.hi.point]).wider(room)
                 }
                 _ => whole,
             };
-            self.sides
-                .push(Side::new(edge, bounds, weight.abs(), false, part));
+            self.boxes.push(bounds);
+            let mut side = Side::new(edge, weight.abs(), part);
+            if *weight > 0 {
+                side.next = shared.next;
+            }
+            if let Some(part) = part
+                && extent == Extent::Light
+                && let Start::Cut(slack) = part.start
+            {
+                side.counted = part.lo.at;
+                side.close = room * edge.extent();
+                side.touched[0] = slack > 0.2 * room;
+            }
+            self.sides.push(side);
+            shared.side = index(self.sides.len());
         }
-        for i in 0..self.light.len() {
+        // From edges to sides.
+        for side in &mut self.sides {
+            if let Some(next) = (side.next as usize).checked_sub(1) {
+                let next = &self.edges[next];
+                side.next = if next.weight > 0 { next.side } else { 0 };
+            }
+        }
+        for i in (0..self.light.len()).rev() {
             let (from, to) = (self.light[(i + 1) % self.light.len()], self.light[i]);
             let edge = Edge::new(from, to);
             let bounds = Bounds::of([from, to]).wider(room);
             let whole = Some(edge.whole());
-            self.sides.push(Side::new(edge, bounds, 0, true, whole));
+            self.boxes.push(bounds);
+            let mut side = Side::new(edge, 0, whole);
+            side.light = true;
+            if i > 0 {
+                side.next = index(self.sides.len() + 2);
+            }
+            self.sides.push(side);
         }
-        let Self {
-            sides,
-            images,
-            images_near,
-            ..
-        } = self;
-        let crowd = Crowd {
-            images,
-            near: images_near,
-            room,
-        };
-        sides.iter_mut().all(|side| crowd.count(side, extent))
     }
 
     /// Where sides cross.
+    #[inline(never)]
     fn collect_events(&mut self, on_light: &Bounds) {
         let Self {
             sides,
+            boxes,
             events,
             sides_near,
             ..
         } = self;
         events.clear();
-        sides_near.fill(on_light, sides.iter().map(|s| s.bounds));
+        sides_near.fill(on_light, boxes.iter().copied());
         for i in 0..sides.len() {
             let (before, after) = sides.split_at_mut(i + 1);
             let e = &mut before[i];
-            for j in sides_near.near(&e.bounds).from(i + 1) {
+            for j in sides_near.near(&boxes[i]).from(i + 1) {
+                if !boxes[i].meets(&boxes[j]) {
+                    continue;
+                }
                 let f = &mut after[j - i - 1];
-                if e.bounds.meets(&f.bounds) && (e.part.is_some() || f.part.is_some()) {
+                // Neighbours around an image only meet where it turns.
+                let neighbours = (e.next as usize == j + 1) | (f.next as usize == i + 1);
+                if !neighbours && (e.part.is_some() | f.part.is_some()) {
                     meet(e, f, events);
                 }
             }
         }
     }
 
+    /// Finds for each side how many images are right of where counting starts; `false` if what is
+    /// on the light does not tell.
+    fn count(&mut self, extent: Extent) -> bool {
+        let lights = self.sides.len() - self.light.len();
+        for i in (lights..self.sides.len()).chain(0..lights) {
+            let side = &self.sides[i];
+            if side.part.is_none() || side.count.is_some() {
+                continue;
+            }
+            let entry = match (extent, (side.entry as usize).checked_sub(1)) {
+                (Extent::Light, Some(entry)) if !side.touched[0] => self.events[entry].right,
+                _ => None,
+            };
+            let Some(count) = entry.or_else(|| self.ask(side)) else {
+                return false;
+            };
+            self.follow(i, count, extent);
+        }
+        true
+    }
+
+    /// Hands a count on from side to side.
+    fn follow(&mut self, mut i: usize, mut count: i32, extent: Extent) {
+        loop {
+            self.sides[i].count = Some(count);
+            let side = &self.sides[i];
+            if extent == Extent::All {
+                return;
+            }
+            if side.light {
+                self.count_beside(i, count);
+            }
+            let side = &self.sides[i];
+            count += side.change;
+            let Some(part) = &side.part else { return };
+            let Some(next) = (side.next as usize).checked_sub(1) else {
+                return;
+            };
+            let to = &self.sides[next];
+            let whole = to.part.is_some_and(|p| p.start == Start::Own)
+                && part.hi.at >= side.edge.length
+                && !side.touched[1]
+                && !to.touched[0];
+            if !whole || to.count.is_some() {
+                return;
+            }
+            i = next;
+        }
+    }
+
+    /// Counts the images right of the edges that cross a side of the light.
+    fn count_beside(&mut self, i: usize, mut count: i32) {
+        self.sort_own(i);
+        let edge = &self.sides[i].edge;
+        let room = CLOSE * self.unit * edge.extent();
+        let mut before = 0.0;
+        for k in 0..self.own.len() {
+            let (at, event) = self.own[k];
+            let after = self.own.get(k + 1).map_or(edge.length, |next| next.0);
+            let event = &mut self.events[event as usize];
+            let right = count.min(count + event.change);
+            event.right = (at - before > room && after - at > room).then_some(right);
+            count += event.change;
+            before = at;
+        }
+    }
+
+    /// Puts the events of a side in order.
+    #[inline(never)]
+    fn sort_own(&mut self, i: usize) {
+        self.own.clear();
+        let mut next = self.sides[i].events;
+        while let Some(place) = next.checked_sub(1) {
+            let event = &self.events[place as usize];
+            let this = (event.end.at, place);
+            let mut k = self.own.len();
+            self.own.push(this);
+            while k > 0 && self.own[k - 1].0 > this.0 {
+                self.own[k] = self.own[k - 1];
+                k -= 1;
+            }
+            self.own[k] = this;
+            next = event.before;
+        }
+    }
+
+    /// Counts the images just right of where counting starts on a side by asking all that are
+    /// near; `None` if rounding may decide.
+    #[inline(never)]
+    fn ask(&self, side: &Side) -> Option<i32> {
+        let part = side.part.as_ref()?;
+        let cut = side.counted >= 0.0;
+        let (start, room) = if cut {
+            (part.lo.point, CLOSE * self.unit)
+        } else {
+            (side.edge.from, 0.0)
+        };
+        if cut && matches!(part.start, Start::Cut(slack) if slack > 0.2 * room) {
+            return None;
+        }
+        let around = Bounds::of([start]).wider(room);
+        let mut count = 0;
+        for i in self.images_near.near(&around).from(0) {
+            let image = &self.images[i];
+            if image.bounds.meets(&around) {
+                count += i32::from(if cut {
+                    image.holds_on(start, &side.edge, room)?
+                } else {
+                    image.holds_start(&side.edge)
+                });
+            }
+        }
+        Some(count)
+    }
+
     /// The parts of sides with no image right of them.
     fn collect_pieces(&mut self) {
-        for side in &self.sides {
-            let Some(part) = side.part else { continue };
-            self.own.clear();
-            let mut next = side.events;
-            while next != 0 {
-                let event = self.events[next as usize - 1];
-                next = event.before;
-                let place = self.own.iter().rposition(|e| e.end.at <= event.end.at);
-                self.own.insert(place.map_or(0, |i| i + 1), event);
-            }
-            let mut count = side.count;
-            let mut reached = part.lo;
-            let last = Event {
-                change: 0,
-                end: part.hi,
-                before: 0,
+        for i in 0..self.sides.len() {
+            let Side { part, count, .. } = self.sides[i];
+            let (Some(part), Some(mut count)) = (part, count) else {
+                continue;
             };
-            for event in self.own.iter().chain([&last]) {
-                let hi = event.end;
+            self.sort_own(i);
+            let mut reached = part.lo;
+            let events = self.own.iter().map(|e| &self.events[e.1 as usize]);
+            let changes = events.map(|e| (e.end, e.change));
+            for (hi, change) in changes.chain([(part.hi, 0)]) {
                 if hi.at > reached.at {
                     if count == 0 {
                         // Backwards: what is visible is right of the edge.
@@ -259,7 +445,7 @@ impl Penumbra {
                     }
                     reached = hi;
                 }
-                count += event.change;
+                count += change;
             }
         }
     }
@@ -276,40 +462,54 @@ enum Extent {
 }
 
 impl Side {
-    fn new(edge: Edge, bounds: Bounds, weight: i32, light: bool, part: Option<Span>) -> Self {
+    fn new(edge: Edge, weight: i32, part: Option<Span>) -> Self {
         Self {
             edge,
-            bounds,
             weight,
-            light,
+            light: false,
             part,
-            count: 0,
+            close: 0.0,
+            count: None,
+            change: 0,
             counted: f64::NEG_INFINITY,
             events: 0,
+            next: 0,
+            touched: [false; 2],
+            entry: 0,
         }
     }
 
     /// Adds an event if it is where that matters.
+    #[inline(never)]
     fn add(&mut self, change: i32, end: End, events: &mut Vec<Event>) {
         let Some(part) = &self.part else { return };
-        if end.at <= self.counted || end.at >= part.hi.at {
-            return;
+        if end.at <= self.counted + self.close {
+            self.touched[0] |= end.at >= self.counted - self.close;
+            if end.at <= self.counted {
+                return;
+            }
         }
-        events.push(Event {
-            change,
-            end,
-            before: self.events,
-        });
-        self.events = index(events.len());
+        self.change += change;
+        if end.at < part.hi.at {
+            events.push(Event {
+                change,
+                end,
+                before: self.events,
+                right: None,
+            });
+            self.events = index(events.len());
+        }
     }
 }
 
 /// What two sides, of which the first comes first, are to each other's counts.
+#[inline(never)]
 fn meet(e: &mut Side, f: &mut Side, events: &mut Vec<Event>) {
     match e.edge.meet(&f.edge) {
         Meeting::Apart => {}
         // On one line, the same side: the first has what both share.
         Meeting::Aligned => {
+            (e.touched, f.touched) = ([true; 2], [true; 2]);
             if let Some(span) = f.edge.shared(&e.edge)
                 && !f.light
             {
@@ -318,68 +518,25 @@ fn meet(e: &mut Side, f: &mut Side, events: &mut Vec<Event>) {
             }
         }
         Meeting::Crossing(crossing) => {
+            if crossing.touching {
+                (e.touched, f.touched) = ([true; 2], [true; 2]);
+            }
             let mut pass = |side: &mut Side, left: Option<bool>, weight: i32| {
-                if let Some(left) = left
-                    && weight != 0
-                    && side.part.is_some()
-                {
+                let Some(left) = left else { return };
+                if weight != 0 && side.part.is_some() {
                     let change = if left { weight } else { -weight };
                     side.add(change, side.edge.end_at(crossing.point), events);
                 }
             };
             let weights = [f.weight, e.weight];
             pass(e, crossing.first, weights[0]);
+            let before = f.events;
             pass(f, crossing.second, weights[1]);
-        }
-    }
-}
-
-/// All images, to be asked which of them are at a place.
-struct Crowd<'a> {
-    images: &'a [Image],
-    near: &'a Bins,
-    /// What is closer is not decided.
-    room: f64,
-}
-
-impl Crowd<'_> {
-    /// Counts the images just right of where counting starts on a side. Forgets the part of a side
-    /// that is well inside of one image. `false` if rounding may decide.
-    fn count(&self, side: &mut Side, extent: Extent) -> bool {
-        let Some(part) = side.part else { return true };
-        let (start, cut) = match part.start {
-            Start::Cut(slack) if extent == Extent::Light => {
-                if slack > 0.2 * self.room {
-                    return false;
-                }
-                side.counted = part.lo.at;
-                (part.lo.point, true)
-            }
-            _ => (side.edge.from, false),
-        };
-        let around = Bounds::of([start]).wider(if cut { self.room } else { 0.0 });
-        for i in self.near.near(&around).from(0) {
-            let image = &self.images[i];
-            if !image.bounds.meets(&around) {
-                continue;
-            }
-            let holds = if cut {
-                let Some(holds) = image.holds_on(start, &side.edge, self.room) else {
-                    return false;
-                };
-                holds
-            } else {
-                image.holds_start(&side.edge)
-            };
-            if holds {
-                side.count += 1;
-                if image.holds_well([part.lo.point, part.hi.point], self.room) {
-                    side.part = None;
-                    return true;
-                }
+            // The light is right of its sides.
+            if f.light && crossing.first == Some(false) && f.events != before {
+                e.entry = f.events;
             }
         }
-        true
     }
 }
 
@@ -402,16 +559,6 @@ impl Image {
         [(a, b), (b, c), (c, a)]
     }
 
-    /// Whether two points are inside, by more than `room`.
-    fn holds_well(&self, points: [Point; 2], room: f64) -> bool {
-        let well = |(c, d)| {
-            points
-                .iter()
-                .all(|p| height(c, d, *p) > room * length(c, d))
-        };
-        self.sides().into_iter().all(well)
-    }
-
     /// Whether a rounded point of an edge, moved to the edge's right, is inside; `None` if it is
     /// too close to tell.
     #[allow(clippy::float_cmp, reason = "the very same edge")]
@@ -430,6 +577,7 @@ impl Image {
 
     /// Whether the start of an edge, moved along it and then, by much less, to its right, is
     /// inside.
+    #[inline(never)]
     fn holds_start(&self, edge: &Edge) -> bool {
         self.sides().into_iter().all(|(c, d)| {
             let side = orient(c, d, edge.from);

@@ -60,6 +60,8 @@ pub(crate) struct Crossing {
     pub first: Option<bool>,
     /// Whether the second, moved, passes the first, and whether it comes to its left.
     pub second: Option<bool>,
+    /// Whether an end of one is on the line through the other.
+    pub touching: bool,
 }
 
 impl Edge {
@@ -83,7 +85,7 @@ impl Edge {
     }
 
     /// The greater part of how far it runs, and no more than twice that.
-    fn extent(&self) -> f64 {
+    pub(super) fn extent(&self) -> f64 {
         (self.to[0] - self.from[0]).abs() + (self.to[1] - self.from[1]).abs()
     }
 
@@ -231,11 +233,19 @@ impl Edge {
         if c == 0.0 && d == 0.0 {
             return Meeting::Aligned;
         }
-        let first = passes([c, d], [a, b]);
-        let second = passes([a, b], [c, d]);
-        if first.is_none() && second.is_none() {
+        if (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0) {
             return Meeting::Apart;
         }
+        if c * d < 0.0 && a * b < 0.0 {
+            return Meeting::Crossing(Crossing {
+                point: self.crossing([a, b]),
+                first: Some(c > 0.0),
+                second: Some(a > 0.0),
+                touching: false,
+            });
+        }
+        let first = passes([c, d], [a, b]);
+        let second = passes([a, b], [c, d]);
         let point = if c == 0.0 {
             other.from
         } else if d == 0.0 {
@@ -251,6 +261,7 @@ impl Edge {
             point,
             first,
             second,
+            touching: true,
         })
     }
 }

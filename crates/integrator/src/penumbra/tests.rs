@@ -161,6 +161,27 @@ proptest! {
         assert_area(&light, &triangles);
     }
 
+    /// As many as counts are handed on between: small ones within the light, some that share
+    /// corners, and some that reach as far beyond it as visibility leaves them, where a coordinate
+    /// and so a crossing is known to a thousand times less.
+    #[test]
+    fn area_of_crowds(
+        near in prop::collection::vec([any_point(-0.2, 1.2), any_point(-0.3, 0.3), any_point(-0.3, 0.3)], 0..16),
+        far in prop::collection::vec([any_point(-1.0, 2.0), any_point(-1e3, 1e3), any_point(-1e3, 1e3)], 0..6),
+    ) {
+        let moved = |o: Point, p: Point| [o[0] + p[0], o[1] + p[1]];
+        let mut triangles: Vec<[Point; 3]> = Vec::new();
+        for [o, a, b] in near {
+            let (a, b) = (moved(o, a), moved(o, b));
+            triangles.extend([[o, a, b], [a, b, moved(a, [b[0] - o[0], b[1] - o[1]])]]);
+        }
+        triangles.extend(far.iter().copied());
+        let (got, want) = (area(&SQUARE, &triangles), area_by_sweep(&SQUARE, &triangles));
+        let room = if far.is_empty() { AREA } else { 1e3 * AREA };
+        prop_assert!((got - want).abs() < room, "{got} but {want}");
+        prop_assert!(gap(&SQUARE, &triangles) < room);
+    }
+
     /// Coordinates are multiples of a quarter, so that everything coincides.
     #[test]
     fn area_on_a_grid(
