@@ -21,6 +21,8 @@ mod lobe_rows;
 mod naive;
 #[path = "../tests/common/oracle.rs"]
 mod oracle;
+#[path = "../tests/common/polygon_oracle.rs"]
+mod polygon_oracle;
 #[path = "../tests/common/report.rs"]
 mod report;
 #[path = "../tests/common/solid_rows.rs"]
@@ -59,7 +61,7 @@ fn main() -> ExitCode {
         (lobe_rows::phong_lines, 100_000),
         (lobe_rows::gaussians, 100_000),
         (lobe_rows::cosine_lobes, 112_000),
-        (lobe_rows::phong_polygons, 400),
+        (lobe_rows::phong_polygons, 112_000),
         (solid_rows::solid_angles, 112_000),
         (solid_rows::ltc, 170_000),
     ];

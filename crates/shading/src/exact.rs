@@ -55,15 +55,24 @@ pub(crate) fn wide_cross(a: DVec3, b: DVec3) -> (DVec3, DVec3) {
     (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1))
 }
 
-/// det(a, b, c), in twice the working precision: 1 ulp plus 30 ε² of the sum of its terms.
+/// det(a, b, c) from the differences b − a and c − a, in twice the working precision: 1 ulp plus 30 ε² of
+/// |a||b − a||c − a|.
 pub(crate) fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
-    let (x, low) = wide_cross(a, b);
-    let (p0, e0) = predicates::two_product(x.x, c.x);
-    let (p1, e1) = predicates::two_product(x.y, c.y);
-    let (p2, e2) = predicates::two_product(x.z, c.z);
+    let ((u, u_low), (v, v_low)) = (wide_step(a, b), wide_step(a, c));
+    let (x, low) = wide_cross(u, v);
+    let low = low + (u.cross(v_low) + u_low.cross(v));
+    let (p0, e0) = predicates::two_product(x.x, a.x);
+    let (p1, e1) = predicates::two_product(x.y, a.y);
+    let (p2, e2) = predicates::two_product(x.z, a.z);
     let (s1, r1) = predicates::two_sum(p0, p1);
     let (s2, r2) = predicates::two_sum(s1, p2);
-    s2 + ((e0 + e1 + e2) + (r1 + r2) + low.dot(c))
+    s2 + ((e0 + e1 + e2) + (r1 + r2) + low.dot(a))
+}
+
+/// b − a as an unevaluated sum of two vectors, exactly.
+fn wide_step(a: DVec3, b: DVec3) -> (DVec3, DVec3) {
+    let [x, y, z] = [0, 1, 2].map(|i| predicates::two_sum(b[i], -a[i]));
+    (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1))
 }
 
 /// Nothing below zero, nothing infinite, no NaN.

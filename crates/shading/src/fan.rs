@@ -69,7 +69,7 @@ impl<const N: usize> Fan<N> {
         Self::measure(ends, whole, values, fraction, unit)
     }
 
-    fn measure(
+    pub(crate) fn measure(
         ends: [DVec3; 2],
         whole: [DVec3; 2],
         values: [[f64; 2]; N],
@@ -100,6 +100,21 @@ impl<const N: usize> Fan<N> {
             half_sine: (0.5 * angle).sin(),
             unit,
         })
+    }
+
+    /// The fan of two ends in one direction but for rounding.
+    pub(crate) fn flat(ends: [DVec3; 2], values: [[f64; 2]; N]) -> Self {
+        Self {
+            ends,
+            radii: ends.map(|p| p.length()),
+            values,
+            length: 0.0,
+            normal: DVec3::ZERO,
+            sine: 0.0,
+            angle: 0.0,
+            half_sine: 0.0,
+            unit: 1.0,
+        }
     }
 
     /// l/(r0 r1): (1/h) sin δ, finite also for h → 0.

@@ -31,6 +31,13 @@ pub(crate) struct Panel<const COUNT: usize> {
 ///
 /// `N − 1` is one or two.
 pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f64 {
+    let [sum, half] = over_sine(fan, axis, k);
+    settle((fan.reach() * sum * half) * half)
+}
+
+/// `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ, as a first factor and a second one that
+/// counts twice: the square of the latter may be beyond the range, or its product with others.
+pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f64; 2] {
     let lobe = N - 1;
     let [z0, z1] = [fan.cosine(lobe, 0), fan.cosine(lobe, 1)];
     if fan.sine <= 0.0 {
@@ -44,9 +51,14 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
         };
         let ([a0, a1], [b0, b1]) = (ends(0), ends(1));
         let flat = (2.0 * (a0 * b0 + a1 * b1) + (a0 * b1 + a1 * b0)) / 6.0;
-        return settle(fan.reach() * flat * z0.powf(k));
+        return [flat, half_power(log_cosine(fan, axis, 0, z0), k)];
     }
-    let rise = fan.slope(axis);
+    // Where both ends are close to the lobe's horizon, their values say more than the tangent does.
+    let rise = if z0 + z1 < fan.sine {
+        (z1 - z0 * fan.angle.cos()) / fan.sine
+    } else {
+        fan.slope(axis)
+    };
     let centre = rise.atan2(z0);
     let inside = centre > 0.0 && centre < fan.angle;
     let (start, log_peak) = if inside {
@@ -67,8 +79,12 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
         let slope = if inside { 0.0 } else { tilt(start) };
         sum += side(fan, start, start, slope, k, -1.0);
     }
-    let half = (0.5 * k * log_peak).exp();
-    settle((fan.reach() / fan.sine * sum * half) * half)
+    [sum / fan.sine, half_power(log_peak, k)]
+}
+
+/// exp(k log/2); 1 for k = 0, also of nothing.
+fn half_power(log: f64, k: f64) -> f64 {
+    if k > 0.0 { (0.5 * k * log).exp() } else { 1.0 }
 }
 
 /// The integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.

@@ -196,8 +196,12 @@ pub(crate) fn volume(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (u, v) = (b - a, c - a);
     let normal = predicates::cross(u, v);
     let value = predicates::dot(normal, a);
-    // Rounded differences move the vertices by ε: harmless unless the triangle is edge-on.
-    if value * value > 1e-4 * a.length_squared() * normal.length_squared() {
+    // Rounded differences move the vertices by ε: harmless unless the triangle is edge-on or a sliver.
+    let (across, sides) = (
+        normal.length_squared(),
+        u.length_squared() * v.length_squared(),
+    );
+    if value * value > 1e-4 * a.length_squared() * across && across > 1e-4 * sides {
         value
     } else {
         determinant(a, b, c)

@@ -11,6 +11,8 @@ mod lobe_rows;
 mod naive;
 #[path = "common/oracle.rs"]
 mod oracle;
+#[path = "common/polygon_oracle.rs"]
+mod polygon_oracle;
 #[path = "common/solid_rows.rs"]
 mod solid_rows;
 
@@ -42,7 +44,7 @@ fn lobes_along_lines_are_as_accurate_as_the_table_says() {
 
 #[test]
 fn lobes_over_polygons_are_as_accurate_as_the_table_says() {
-    hold(&lobe_rows::phong_polygons(15));
+    hold(&lobe_rows::phong_polygons(300));
 }
 
 #[test]

@@ -6,10 +6,11 @@ use crate::accuracy::{
 };
 use crate::lobe_oracle::{self, Rule};
 use crate::naive;
+use crate::polygon_oracle::Oracle;
 use linelit_geometry::{DVec3, Frame};
 use linelit_shading::cosine_lobe::CosineLobe;
 use linelit_shading::quadrature::{self, Model};
-use linelit_shading::{phong, phong_polygon, spherical_gaussian};
+use linelit_shading::{phong, phong_polygon, solid_angle, spherical_gaussian};
 use linelit_testkit::dd::Dd;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
@@ -20,7 +21,7 @@ fn domains(high: &'static str) -> impl Iterator<Item = &'static str> {
 }
 
 /// An exponent from 0 to 1e5, most of them integers, a third of them below ten.
-fn exponent(domain: &str, rng: &mut SplitMix64) -> f64 {
+pub(crate) fn exponent(domain: &str, rng: &mut SplitMix64) -> f64 {
     let k = if domain.starts_with("exponent") {
         log_uniform(rng, 3.0, 5.0)
     } else if rng.next_f64() < 0.3 {
@@ -229,36 +230,54 @@ pub(crate) fn cosine_lobes(count: usize) -> Vec<Row> {
     rows
 }
 
-/// Phong over polygons, relative to its condition times distance over height: exponents to 200 and axes
-/// within 60° of the polygon, for the oracle's sake; all others are for the reference vectors.
+/// What can go wrong with a lobe over a polygon, besides the domains of the diffuse one.
+const LOBE_DOMAINS: [&str; 3] = ["sliver", "axis at an edge", "exponent 1e3 to 1e5"];
+
+/// A polygon of a domain and the lobe's axis.
+pub(crate) fn lobe_over_polygon(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, DVec3) {
+    let (mut corners, n, _) = shape(domain, rng);
+    let w = match domain {
+        "sliver" => {
+            // One corner goes to the opposite side but for a little; half of the axes are near it.
+            let (a, b) = (corners[0], corners[1]);
+            let foot = a.lerp(b, rng.in_range(-0.2, 1.2));
+            let off = corners[2] - foot;
+            corners.truncate(3);
+            corners[2] = foot + off * log_uniform(rng, -12.0, -2.0);
+            axis(a, b, rng)
+        }
+        "axis at an edge" => {
+            let (a, b) = (corners[0], corners[1]);
+            let away = vector(rng) * log_uniform(rng, -12.0, -1.0);
+            (a.lerp(b, rng.in_range(-0.5, 1.5)).normalize() + away).normalize()
+        }
+        _ => axis(corners[0], corners[2], rng),
+    };
+    (corners, n, w)
+}
+
+/// Phong over polygons, relative to itself.
 pub(crate) fn phong_polygons(count: usize) -> Vec<Row> {
-    let rule = Rule::square();
+    let mut oracle = Oracle::new();
     let mut rows = Vec::new();
-    for domain in POLYGON_DOMAINS {
+    for domain in POLYGON_DOMAINS.into_iter().chain(LOBE_DOMAINS) {
         let mut rng = SplitMix64::new(6);
         let mut samples = Vec::new();
         while samples.len() < count {
-            let (corners, n, height) = shape(domain, &mut rng);
-            let w = axis(corners[0], corners[2], &mut rng);
-            let k = exponent(domain, &mut rng).min(200.0);
-            // Broken small exponents are for the reference vectors: where the lobe ends, nodes err.
-            let k = if k < 30.0 { k.floor() } else { k };
-            if corners.iter().all(|p| w.dot(*p) < 0.5 * p.length()) {
-                continue;
-            }
+            let (corners, n, w) = lobe_over_polygon(domain, &mut rng);
+            let k = exponent(domain, &mut rng);
             let arrays: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
-            let (want, mass) =
-                lobe_oracle::phong_polygon(&rule, &arrays, n.to_array(), w.to_array(), k);
-            let scale = mass / height.min(1.0);
-            if scale < 1e-270 || want < 1e-270 {
+            let want = oracle.phong(&arrays, n.to_array(), w.to_array(), k);
+            if want < 1e-280 {
                 continue;
             }
+            let omega = solid_angle::polygon(&corners);
             let want = Dd::new(want);
             samples.push(Sample {
-                condition: 1.0 / mass,
-                ours: error(phong_polygon::irradiance(&corners, n, w, k), want, scale),
+                condition: 1.0 / omega.min(2.0 * std::f64::consts::PI / (k + 2.0)),
+                ours: error(phong_polygon::irradiance(&corners, n, w, k), want, 0.0),
                 printed: integer(k, samples.len()).map_or(f64::NAN, |k| {
-                    printed_error(naive::phong_polygon(&corners, n, w, k), want, scale)
+                    printed_error(naive::phong_polygon(&corners, n, w, k), want, 0.0)
                 }),
             });
         }

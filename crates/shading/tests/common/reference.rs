@@ -231,11 +231,7 @@ fn polygons(report: &mut Report, file: &str, case: &Case) {
     let got = phong_polygon::irradiance(&vertices, n, r, k);
     let want = case.precise("P").to_f64();
     let error = if want > 1e-280 {
-        case.error(
-            "P",
-            got,
-            phong_polygon::condition(&vertices, n, r, k) * edge_on(&vertices),
-        )
+        case.error("P", got, 0.0)
     } else if got < 1e-270 {
         0.0
     } else {

@@ -90,7 +90,7 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
             "(k + 1)/sin δ, δ the angle between the ends' directions"
         }
         Some("spherical_gaussian") => "(λ + 1)/sin δ, δ the angle between the ends' directions",
-        Some("phong_polygon") => "1/min(Ω, 2π/(k + 2)), over the lobe's highest power",
+        Some("phong_polygon") => "1/min(Ω, 2π/(k + 2))",
         _ if function == "solid_angle::sphere" => "distance²/radius²",
         _ if function == "solid_angle::sphere_projected" => "distance²/radius²",
         _ if function == "ltc::Ltc::polygon" => "1/(mapped Ω × distance/height)",

@@ -1,0 +1,141 @@
+//! A Phong or cosine lobe over a convex polygon: Arvo's double-axis moment.
+//!
+//! Symbols: vertices relative to the shading point; n shading normal, w the lobe's axis, k its
+//! exponent (any real number ≥ 0), z = w·ω; the polygon is clipped to n·ω ≥ 0 and w·ω ≥ 0. For
+//! each edge, G is the inward unit normal of its plane through the shading point, g = G·w, x the
+//! angle along the edge from the point nearest to the axis, ψ the azimuth about the axis. For a
+//! triangle, â, b̂, ĉ are the directions of its corners, v the angle along the side from b̂ to ĉ, which
+//! is δ long, ρ the angle along the arc from â to the point of the side at v, which is R long.
+
+mod boundary;
+mod triangles;
+
+use crate::exact::{dot, settle};
+use crate::horizon::crossing;
+use crate::lobe::log_axis_length;
+use crate::polygon::clip_with;
+use crate::span::power_of_two_unit;
+use linelit_geometry::DVec3;
+
+/// The most vertices taken at once, before clipping; larger polygons are fanned out.
+const CHUNK: usize = 24;
+const CAPACITY: usize = CHUNK + 4;
+
+/// The sum over the edges is good enough with that error relative to itself.
+const ENOUGH: f64 = 1e-11;
+
+/// Over a smaller polygon that sum cancels unless the lobe is as narrow.
+const SMALL: f64 = 1e-3;
+
+/// `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the polygon, dimensionless. Times
+/// [`normalisation`](crate::phong::normalisation) and k_s it is the radiance that a Phong surface
+/// reflects for each unit of the light's radiance.
+///
+/// **Formula**: by Stokes' theorem, twice, an integral over the boundary,
+///
+/// ```text
+/// (k + 2) T = Σ_edges ∫ [ (w·n) g (1 − zᵏ)/(1 − z²) + (G·n) zᵏ ] dx
+/// ```
+///
+/// Within the lobe's window along an edge the bracket is smooth and integrated on two panels of 24
+/// Gauss–Legendre nodes; beyond it zᵏ has vanished and the rest, ∫ g dx/(1 − z²) = Δψ, is an
+/// arctangent. Where the axis passes well outside, the ones add up to nothing over all edges and
+/// are left out. The terms have signs; where they cancel (slivers, polygons that are small for the
+/// lobe, light at the horizon), which their magnitudes tell, the integral is evaluated over triangles,
+///
+/// ```text
+/// T = Σ_triangles det(â, b̂, ĉ) ∫ dv/sin δ ∫ dρ/sin R · (sin ρ/sin R) (n·ω) zᵏ
+/// ```
+///
+/// where every term is positive: the inner integral as a lobe along a line ([`phong`](crate::phong)),
+/// the outer one by sixteen nodes on halves of the lobe's window, until they agree. What the horizon
+/// leaves of a triangle is a product of quotients of its determinant, which is exact but for its last
+/// digit. Neither cost grows with k: some 10 µs and, where it is needed, 100 µs.
+///
+/// **Domain**: convex, either order, any number of vertices; w of any length, as in
+/// [`cosine_lobe`](crate::cosine_lobe).
+///
+/// **Error**: below 1e-10 relative at any exponent from 0 to 1e5, for slivers, edge-on and in the tails
+/// alike, down to results of 1e-280 (`docs/accuracy.md`).
+///
+/// **Source**: Arvo 1995, "Applications of Irradiance Tensors", whose recursion costs O(k) for each
+/// edge and needs an integer; both forms are our own.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_shading::phong_polygon;
+/// // A huge square overhead, the lobe straight up: 2π/(k + 2).
+/// let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+///     .map(|(x, y)| DVec3::new(1e6 * x, 1e6 * y, 1.0));
+/// let t = phong_polygon::irradiance(&square, DVec3::Z, DVec3::Z, 1000.0);
+/// assert!((t * 1002.0 / (2.0 * std::f64::consts::PI) - 1.0).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
+    let Some((first, rest)) = vertices.split_first() else {
+        return 0.0;
+    };
+    let largest = vertices
+        .iter()
+        .map(|v| v.abs().max_element())
+        .fold(0.0, f64::max);
+    let Some(unit) = power_of_two_unit(largest) else {
+        return 0.0;
+    };
+    // Pieces of as many vertices as are taken at once, all with the first one.
+    let mut piece = [*first * unit; CHUNK];
+    let mut sum = 0.0;
+    let mut at = 0;
+    while rest.len() > at + 1 {
+        let next = &rest[at..rest.len().min(at + CHUNK - 1)];
+        for (to, from) in piece[1..].iter_mut().zip(next) {
+            *to = *from * unit;
+        }
+        sum += scaled(&piece[..=next.len()], n, w, k);
+        // A piece begins where the one before ends.
+        at += next.len() - 1;
+    }
+    settle(sum)
+}
+
+/// [`irradiance`] of at most `CHUNK` vertices near one in magnitude.
+fn scaled(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
+    let mut polygon = [DVec3::ZERO; CAPACITY];
+    polygon[..vertices.len()].copy_from_slice(vertices);
+    let mut count = vertices.len();
+    for plane in [n, w] {
+        let source = polygon;
+        let source = &source[..count];
+        if !source.iter().any(|p| dot(plane, *p) > 0.0) {
+            return 0.0;
+        }
+        let cut = |i: usize, j: usize, ci, cj| crossing(source[i], source[j], plane, ci, cj);
+        count = clip_with(source, plane, |i| source[i], cut, &mut polygon);
+    }
+    let polygon = &polygon[..count];
+    let size = extent(polygon);
+    if count >= 3 && size > SMALL {
+        let sum = boundary::integral(polygon, n, w.normalize_or_zero(), k);
+        if boundary::error(k, size) * sum.size < ENOUGH * sum.value {
+            let length = (k * log_axis_length(w)).exp();
+            return sum.value / (k + 2.0) * length;
+        }
+    }
+    triangles::integral(vertices, n, w, k, highest(polygon, w)).abs()
+}
+
+/// How far the other vertices are from the first one, at most, over its distance.
+fn extent(polygon: &[DVec3]) -> f64 {
+    let Some(first) = polygon.first() else {
+        return 0.0;
+    };
+    let square = |p: &DVec3| (*p - *first).length_squared();
+    let reach = polygon.iter().map(square).fold(0.0, f64::max);
+    (reach / first.length_squared()).sqrt()
+}
+
+/// The greatest cosine with the axis of a vertex.
+fn highest(polygon: &[DVec3], w: DVec3) -> f64 {
+    let cosine = |p: &DVec3| dot(w, *p) / p.length();
+    polygon.iter().map(cosine).fold(0.0, f64::max)
+}
