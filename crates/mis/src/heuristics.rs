@@ -124,7 +124,12 @@ pub fn power(ns: &[f64], ps: &[f64], beta: f64, i: usize) -> f64 {
     }
 }
 
-/// The maximum heuristic: all the weight to the technique with the largest Nᵢpᵢ, shared equally where several are.
+/// Scores closer than this, relatively, are the same.
+const TIE: f64 = 1e-6;
+
+/// The maximum heuristic: all the weight to the technique with the largest Nᵢpᵢ, shared where several are, to a part in a
+/// million: techniques that agree over a region (lines and points where nothing is hidden) come with densities that differ by
+/// rounding, each by its own, so that without this width both could claim the weight of a sample, or neither.
 ///
 /// Measure, domain and panics as for [`balance`]. **Reference.** Veach & Guibas 1995, section 3.2.
 ///
@@ -139,7 +144,7 @@ pub fn maximum(ns: &[f64], ps: &[f64], i: usize) -> f64 {
 
 /// The cutoff heuristic: balance among the techniques whose Nᵢpᵢ is at least α times the largest; the others get none.
 ///
-/// Measure, domain, error bound and panics as for [`balance`]; `alpha` in [0, 1] (larger values act as 1).
+/// Measure, domain, error bound and panics as for [`balance`]; `alpha` in [0, 1) (larger values act as [`maximum`]).
 /// **Reference.** Veach & Guibas 1995, section 3.2.
 ///
 /// ```
@@ -154,7 +159,7 @@ pub fn cutoff(ns: &[f64], ps: &[f64], alpha: f64, i: usize) -> f64 {
         ns.len(),
         ps.len()
     );
-    let alpha = alpha.min(1.0);
+    let alpha = alpha.min(1.0 - TIE);
     share(
         ns.len().min(ps.len()),
         |j| score(ns[j], ps[j]),

@@ -1,28 +1,8 @@
 //! The command line, as a user runs it.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod common;
 
-fn linelit(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_linelit"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn folder(name: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("linelit-command-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
-    dir
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn path(p: &Path) -> &str {
-    p.to_str().unwrap()
-}
+use common::{folder, linelit, path, text};
 
 #[test]
 fn usage_errors_exit_with_two() {

@@ -1,30 +1,11 @@
 //! Scenes in the files that people have: the same picture from each, and through `convert`.
 
+mod common;
+
+use common::{folder, linelit, path, text};
 use linelit_film::Image;
 use linelit_scene::{LoadOptions, Loaded, Scene};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn linelit(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_linelit"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn folder(name: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("linelit-files-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).unwrap();
-    dir
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn path(p: &Path) -> &str {
-    p.to_str().unwrap()
-}
+use std::path::Path;
 
 /// The picture of a scene file, and the messages.
 fn render(scene: &str, image: &Path, more: &[&str]) -> Image {

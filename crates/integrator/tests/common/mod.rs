@@ -21,7 +21,7 @@ LookAt 0 -0.5 5  0 0 0  0 1 0
 Camera "perspective" "float fov" [ 40 ]
 Film "image" "integer xresolution" [ 16 ] "integer yresolution" [ 16 ]
 WorldBegin
-Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]
+{MATTE}
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -3 -3 0  3 -3 0  3 3 0  -3 3 0 ]
 {occluders}
 AttributeBegin
@@ -55,6 +55,76 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -0.6 -0.3 0.9  0.5 
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 0.2 1.3  1 0.25 1.3  1 0.35 1.3  -1 0.3 1.3 ]
 Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 0.8 0.3 0  1.0 0.9 0  0.9 0.6 1.2 ]
 "#;
+
+/// A square light that goes through the floor.
+pub(crate) const THROUGH_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+"point P" [ -1.5 -1 -0.5  -1.5 1 -0.5  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
+
+/// A light that stands on the floor.
+pub(crate) const ON_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+"point P" [ -1.5 -1 0  -1.5 1 0  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
+
+/// A quad whose edges run as the square light's, and a sphere.
+pub(crate) const QUAD_AND_SPHERE: &str = r#"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 -0.5 1  0.2 -0.5 1  0.2 0.1 1  -0.5 0.1 1 ]
+AttributeBegin
+Translate 0.5 0.4 0.9
+Shape "sphere" "float radius" [ 0.3 ]
+AttributeEnd"#;
+
+/// An occluder that touches the square light, along one direction of lines.
+pub(crate) const TOUCHING: &str = r#"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 0 2  0.5 0 2  0.5 0 1.4  -0.5 0 1.4 ]"#;
+
+/// A floor of the Phong model.
+pub(crate) const PHONG: &str = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
+
+/// A floor of microfacets of a roughness.
+pub(crate) fn microfacets(alpha: f64) -> String {
+    format!(
+        r#"Material "plastic" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float roughness" [ {alpha} ] "bool remaproughness" [ "false" ]"#
+    )
+}
+
+/// The room with another floor, a square light and clutter.
+pub(crate) fn room_with_floor(floor: &str) -> Scene {
+    load(&room_text(SQUARE, CLUTTER).replace(MATTE, floor))
+}
+
+/// The floor of the room.
+const MATTE: &str = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
+
+/// Combinations of all techniques, heuristics and options.
+pub(crate) const MIXES: [&str; 28] = [
+    "line-warped[orientation=fixed:0]",
+    "line-warped+point-bsdf",
+    "line-solid-angle",
+    "line-solid-angle[pieces=one]",
+    "line-solid-angle[orientation=fixed:0]",
+    "line-projected",
+    "line-projected[orientation=fixed:0.3,pieces=one]",
+    "line-area[pieces=each,orientation=fixed:0.5]+line-area[orientation=fixed:0,mis=average]",
+    "line-area[orientation=fixed:0]+line-area[orientation=fixed:0.5]",
+    "line-solid-angle[orientation=fixed:0]:3+line-solid-angle[orientation=fixed:0.5]",
+    "line-solid-angle[orientation=spread:4]",
+    "line-projected[orientation=spread:3,pieces=one]",
+    "line-solid-angle+point-bsdf",
+    "line-solid-angle:3+point-bsdf",
+    "line-solid-angle+point-bsdf:3[mis=power]",
+    "line-solid-angle+point-bsdf[mis=smooth]",
+    "line-solid-angle[pieces=one]+point-bsdf[mis=smooth-fixed]",
+    "line-solid-angle[orientation=fixed:0]+line-solid-angle[orientation=fixed:0.5]+point-bsdf[mis=smooth]",
+    "line-area+point-area[mis=maximum]",
+    "line-area+point-solid-angle[mis=average]",
+    "point-area+point-bsdf",
+    "point-solid-angle+point-bsdf[mis=power]",
+    "point-area+point-solid-angle+point-bsdf",
+    "line-projected+line-area+point-solid-angle+point-bsdf[mis=smooth]",
+    "line-solid-angle+point-bsdf[mis=optimal]",
+    "line-area[orientation=fixed:0]+line-area[orientation=fixed:0.5,mis=optimal]",
+    "point-area+point-solid-angle+point-bsdf[mis=optimal]",
+    "line-warped:2+point-area+point-bsdf[mis=clamped-optimal]",
+];
 
 /// The shading points of all pixels.
 pub(crate) fn points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
@@ -146,7 +216,7 @@ pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
 
 /// The shading points of a chequerboard but those beside the light: there the density of an area technique is
 /// unbounded, and what few samples give is not yet normally distributed.
-fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
+pub(crate) fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     let Light::Area(area) = &renderer.scene().lights[0].light else {
         panic!("an area light")
     };

@@ -1,7 +1,7 @@
 //! `linelit converge`.
 
 use super::{bar, page, pool};
-use crate::cli::ConvergeArgs;
+use crate::cli::{ConvergeArgs, Pixels};
 use crate::engine::{CellResult, SceneResult, run_scene};
 use crate::stats::slopes::{Bootstrap, Order, SlopePoint, fit_trials};
 use crate::studies::{self, Study, StudySpec};
@@ -42,7 +42,7 @@ fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
             .set_length((spec.samples.len() * spec.estimators.len() * spec.samplers.len()) as u64);
         let result = run_scene(spec, view, args.common.strict, deadline, &progress)?;
         progress.finish_and_clear();
-        append(&mut record, spec, &result);
+        append(&mut record, spec, &view.pixels, &result);
         results.push(result);
     }
     record.seconds = start.elapsed().as_secs_f64();
@@ -118,7 +118,7 @@ fn new_record(spec: &StudySpec) -> StudyRecord {
     }
 }
 
-fn append(record: &mut StudyRecord, spec: &StudySpec, result: &SceneResult) {
+fn append(record: &mut StudyRecord, spec: &StudySpec, pixels: &Pixels, result: &SceneResult) {
     let reference = &result.reference;
     record.scenes.push(SceneRecord {
         scene: result.scene.clone(),
@@ -145,7 +145,7 @@ fn append(record: &mut StudyRecord, spec: &StudySpec, result: &SceneResult) {
         }));
     record
         .rows
-        .extend(result.cells.iter().map(|cell| row(spec, result, cell)));
+        .extend(result.cells.iter().map(|cell| row(pixels, result, cell)));
     for estimator in &spec.estimators {
         for &sampler in &spec.samplers {
             record
@@ -155,11 +155,11 @@ fn append(record: &mut StudyRecord, spec: &StudySpec, result: &SceneResult) {
     }
 }
 
-fn row(spec: &StudySpec, result: &SceneResult, cell: &CellResult) -> ResultRow {
+fn row(pixels: &Pixels, result: &SceneResult, cell: &CellResult) -> ResultRow {
     let visibility = &cell.counts.visibility;
     ResultRow {
         scene: result.scene.clone(),
-        pixels: spec.pixels.to_string(),
+        pixels: pixels.to_string(),
         estimator: cell.estimator.to_string(),
         sampler: cell.sampler.to_string(),
         samples: cell.samples,

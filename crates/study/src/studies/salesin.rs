@@ -37,6 +37,23 @@ struct Figure<'a> {
     gallery: Option<Pictures<'a>>,
 }
 
+impl Default for Figure<'_> {
+    /// Orders over the image from few samples.
+    fn default() -> Self {
+        Self {
+            title: "",
+            scene: "",
+            spots: &[],
+            estimators: &[],
+            samplers: &[SamplerKind::MultiJitter],
+            samples: &[4, 16, 64],
+            trials: 16,
+            papers: Vec::new(),
+            gallery: None,
+        }
+    }
+}
+
 /// A gallery, before its texts are read.
 struct Pictures<'a> {
     size: [u32; 2],
@@ -120,20 +137,16 @@ fn fig1() -> Figure<'static> {
     Figure {
         title: "Fig. 1: monoliths, equal time",
         scene: "monoliths",
-        spots: &[],
         estimators: &[
             "point-solid-angle+point-bsdf",
             "line-solid-angle+point-bsdf",
         ],
-        samplers: &[SamplerKind::MultiJitter],
-        samples: &[4, 16, 64],
-        trials: 16,
-        papers: Vec::new(),
         gallery: Some(Pictures {
             size: [320, 200],
             budget: Budget::Seconds(3.0),
             estimators: NAMES,
         }),
+        ..Figure::default()
     }
 }
 
@@ -150,17 +163,14 @@ fn fig3() -> Figure<'static> {
     Figure {
         title: "Fig. 3: one sample at each point",
         scene: "cornell-box-large",
-        spots: &[],
         estimators: &["point-solid-angle", "line-solid-angle"],
-        samplers: &[SamplerKind::MultiJitter],
         samples: &[1, 4, 16],
-        trials: 16,
-        papers: Vec::new(),
         gallery: Some(Pictures {
             size: [256, 256],
             budget: Budget::Samples(1),
             estimators: NAMES,
         }),
+        ..Figure::default()
     }
 }
 
@@ -199,11 +209,10 @@ fn fig5() -> Figure<'static> {
             "line-solid-angle[orientation=fixed:0]+line-solid-angle[orientation=fixed:0.5,mis=average]",
             "line-solid-angle[orientation=spread:4]",
         ],
-        samplers: &[SamplerKind::MultiJitter],
         samples: &[4, 16, 64, 256, 1024],
         trials: 64,
         papers: vec![paper(LINE1, -2.0), paper(LINE2, -3.0)],
-        gallery: None,
+        ..Figure::default()
     }
 }
 
@@ -236,18 +245,18 @@ fn fig6() -> Figure<'static> {
             LINE2,
             "line-solid-angle[orientation=fixed:0]+point-bsdf",
             "line-solid-angle[orientation=fixed:0]+point-bsdf[mis=average]",
+            "line-solid-angle[orientation=fixed:0]+point-bsdf[mis=optimal]",
             "line-solid-angle[orientation=fixed:0.5]+point-bsdf",
             "line-solid-angle[orientation=fixed:0]+line-solid-angle[orientation=fixed:0.5]+point-bsdf",
         ],
-        samplers: &[SamplerKind::MultiJitter],
         samples: &[4, 16, 64, 256, 1024],
         trials: 64,
-        papers: Vec::new(),
         gallery: Some(Pictures {
             size: [320, 200],
             budget: Budget::Samples(16),
             estimators: NAMES,
         }),
+        ..Figure::default()
     }
 }
 
@@ -300,7 +309,7 @@ fn fig7() -> Figure<'static> {
             paper(A, SMOOTH, SamplerKind::Sobol, -2.04),
             paper(B, SMOOTH, SamplerKind::Sobol, -1.68),
         ],
-        gallery: None,
+        ..Figure::default()
     }
 }
 
@@ -319,22 +328,18 @@ fn fig8() -> Figure<'static> {
     Figure {
         title: "Fig. 8: the Cornell box, equal time",
         scene: "cornell-box-large",
-        spots: &[],
         estimators: &[
             "point-solid-angle",
             LINE1,
             "line-projected",
             "line-analytic",
         ],
-        samplers: &[SamplerKind::MultiJitter],
-        samples: &[4, 16, 64],
-        trials: 16,
-        papers: Vec::new(),
         gallery: Some(Pictures {
             size: [256, 256],
             budget: Budget::Seconds(2.0),
             estimators: NAMES,
         }),
+        ..Figure::default()
     }
 }
 
@@ -355,21 +360,18 @@ fn fig9() -> Figure<'static> {
     ];
     Figure {
         title: "Fig. 9: ratios of lines to BSDF samples, equal time",
-        scene: "",
-        spots: &[],
         estimators: &[
             "point-solid-angle+point-bsdf",
             "line-solid-angle+point-bsdf",
         ],
-        samplers: &[SamplerKind::MultiJitter],
         samples: &[4, 16],
         trials: 8,
-        papers: Vec::new(),
         gallery: Some(Pictures {
             size: [96, 54],
             budget: Budget::Seconds(5.0),
             estimators: NAMES,
         }),
+        ..Figure::default()
     }
 }
 
@@ -388,20 +390,16 @@ fn fig10() -> Figure<'static> {
     Figure {
         title: "Fig. 10: plates, equal time",
         scene: "plates",
-        spots: &[],
         estimators: &[
             "point-solid-angle+point-bsdf",
             "line-solid-angle+point-bsdf",
         ],
-        samplers: &[SamplerKind::MultiJitter],
-        samples: &[4, 16, 64],
-        trials: 16,
-        papers: Vec::new(),
         gallery: Some(Pictures {
             size: [240, 160],
             budget: Budget::Seconds(4.0),
             estimators: NAMES,
         }),
+        ..Figure::default()
     }
 }
 
@@ -434,12 +432,12 @@ fn fig11() -> Figure<'static> {
         samplers: &[SamplerKind::Independent],
         samples: &[4, 16, 64, 256],
         trials: 64,
-        papers: Vec::new(),
         gallery: Some(Pictures {
             size: [256, 256],
             budget: Budget::Samples(4),
             estimators: NAMES,
         }),
+        ..Figure::default()
     }
 }
 
