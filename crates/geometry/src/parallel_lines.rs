@@ -153,9 +153,15 @@ impl ParallelLines {
     /// The segment at offset `u`, along [`ParallelLines::direction`]; `None` outside the range.
     #[must_use]
     pub fn segment(&self, u: f64) -> Option<Segment> {
-        let (lo, hi) = self.extent(u)?;
+        Some(self.segment_between(u, self.extent(u)?))
+    }
+
+    /// The segment at offset `u` from beginning to end (coordinates v, of [`ParallelLines::extent`]).
+    #[inline]
+    #[must_use]
+    pub fn segment_between(&self, u: f64, (lo, hi): (f64, f64)) -> Segment {
         let at = |v: f64| self.frame.from_plane(DVec2::new(v, u));
-        Some(Segment::new(at(lo), at(hi)))
+        Segment::new(at(lo), at(hi))
     }
 
     /// Length l(u) of the segment at offset `u`; zero outside the range.

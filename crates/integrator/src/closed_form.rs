@@ -4,38 +4,68 @@ use crate::ShadingPoint;
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LinearLight};
 use linelit_shading::bsdf::{Bsdf, Phong};
-use linelit_shading::{cylinder, horizon, phong, phong_polygon, polygon, ribbon};
+use linelit_shading::{batch, cylinder, horizon, phong, phong_polygon, polygon};
 
 /// Whether the material's light has a closed form along a line and over a polygon.
 pub(crate) fn has_closed_form(bsdf: &Bsdf) -> bool {
     matches!(bsdf, Bsdf::Lambert(_) | Bsdf::Phong(..))
 }
 
-/// ∫ L f_r cos θ cos θ'/r² along the visible parts of a line on an area light.
-pub(crate) fn line(
-    light: &AreaLight,
-    point: &ShadingPoint,
-    line: &Segment,
-    parts: &[Interval],
-) -> DVec3 {
-    // The height over the light's plane, −m·q: the same all along the line.
-    let height = light.polygon.normal().dot(point.position - line.p0);
-    let emitted = light.emission.towards(height);
-    if emitted == DVec3::ZERO {
-        return DVec3::ZERO;
+/// Visible pieces of the lines on an area light, relative to the shading point, to be integrated
+/// together.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pieces {
+    pieces: Vec<Segment>,
+    /// What their integrals are multiplied with.
+    weights: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Pieces {
+    pub(crate) fn clear(&mut self) {
+        self.pieces.clear();
+        self.weights.clear();
     }
-    let (mut flat, mut glossy) = (0.0, 0.0);
-    let lobe = lobe(point);
-    for piece in parts
-        .iter()
-        .filter_map(|part| above_surface(point, line, *part))
-    {
-        flat += ribbon::irradiance(piece.p0, piece.p1, point.normal);
-        if let Some((axis, k)) = lobe {
-            glossy += phong::ribbon(piece.p0, piece.p1, point.normal, axis, k);
+
+    /// Adds the visible parts of a line.
+    pub(crate) fn add(
+        &mut self,
+        point: &ShadingPoint,
+        line: &Segment,
+        parts: &[Interval],
+        weight: f64,
+    ) {
+        for part in parts {
+            if let Some(piece) = above_surface(point, line, *part) {
+                self.pieces.push(piece);
+                self.weights.push(weight);
+            }
         }
     }
-    emitted * reflected(point, flat, glossy) * height.abs()
+
+    /// Σ weight × ∫ L f_r cos θ cos θ'/r² along the pieces.
+    pub(crate) fn light(&mut self, light: &AreaLight, point: &ShadingPoint) -> DVec3 {
+        // The height over the light's plane, −m·q: the same all over the light.
+        let height = light
+            .polygon
+            .normal()
+            .dot(point.position - light.polygon.vertices()[0]);
+        let emitted = light.emission.towards(height);
+        if emitted == DVec3::ZERO {
+            return DVec3::ZERO;
+        }
+        let n = point.normal;
+        self.values.resize(self.pieces.len(), 0.0);
+        batch::ribbons(&self.pieces, n, &mut self.values);
+        let weighted = self.values.iter().zip(&self.weights).map(|(v, w)| v * w);
+        let (flat, mut glossy) = (weighted.sum(), 0.0);
+        if let Some((axis, k)) = lobe(point) {
+            for (piece, weight) in self.pieces.iter().zip(&self.weights) {
+                glossy += phong::ribbon(piece.p0, piece.p1, n, axis, k) * weight;
+            }
+        }
+        emitted * reflected(point, flat, glossy) * height.abs()
+    }
 }
 
 /// Light of the whole area light with nothing in between; `None` where there is no closed form.

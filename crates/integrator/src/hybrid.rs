@@ -1,13 +1,12 @@
 //! Estimators that look into the shaft before they choose what to do.
 
 use crate::exact::visible_light;
-use crate::lines::{self, Along, Streams};
+use crate::lines::{Along, LineBuffers};
 use crate::pair::Pair;
 use crate::shaft_points::ShaftPoints;
 use crate::{LineOptions, Plan, Renderer, Workspace, closed_form};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light};
-use linelit_samplers::{Sampler, SamplerKind};
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
 
 /// What is done about a light that is partly hidden.
@@ -149,11 +148,6 @@ impl Pair<'_> {
         workspace: &mut Workspace,
         choose: impl FnOnce(&Shaft<'_>) -> Way,
     ) -> DVec3 {
-        let query = ShaftQuery {
-            point: self.point.position,
-            light: area.polygon.vertices(),
-            exclude: self.light.triangles.clone(),
-        };
         let Workspace {
             scratch,
             plan,
@@ -163,7 +157,7 @@ impl Pair<'_> {
             segments,
             ..
         } = workspace;
-        let mut shaft = self.occluders.shaft(query, scratch);
+        let mut shaft = self.occluders.shaft(self.query(area), scratch);
         let way = match shaft.class() {
             ShaftClass::Blocked => {
                 plan.hidden += 1;
@@ -193,24 +187,14 @@ impl Pair<'_> {
             Way::Rays => self.many_rays(area, RAYS_FOR_A_LINE_IN_CROWDS, workspace),
             Way::Exact | Way::Lines => {
                 plan.exact_fallbacks += u64::from(way == Way::Exact);
-                let along = self.along();
-                let set = self.samples();
-                let orientations = Sampler::new(SamplerKind::Independent, self.settings.seed);
-                let streams = Streams {
-                    samples: &set,
-                    two_dimensional: along == Along::Point,
-                    orientations: &orientations,
-                    key: (self.pixel, self.dimension),
-                    count: self.count(),
+                let buffers = LineBuffers {
+                    draws,
+                    visible,
+                    plan,
+                    segments,
                 };
-                draws.draw(area, LineOptions::default(), &streams);
-                shaft.visible(&draws.lines, visible);
-                let gathered = lines::gather((self.light, area), self.point, along, draws, |i| {
-                    visible.line(i)
-                });
-                *segments += gathered.segments;
-                plan.hidden_lines += gathered.hidden;
-                gathered.sum / f64::from(self.count())
+                let lines = (LineOptions::default(), self.along());
+                self.lines_in_shaft(area, lines, &mut shaft, buffers)
             }
         }
     }

@@ -1,9 +1,12 @@
 //! Line samples: the visibility of a whole segment at once.
 
-use crate::{LineOptions, PlannedLight, SegmentCounters, ShadingPoint, closed_form};
+use crate::closed_form::Pieces;
+use crate::pair::Pair;
+use crate::{LineOptions, PlanCounters, PlannedLight, SegmentCounters, ShadingPoint};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample, LineSampler, Orientation};
-use linelit_samplers::{SampleSet, Sampler};
+use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+use linelit_visibility::{Shaft, VisibleLines};
 use std::f64::consts::PI;
 
 /// Where the random numbers of one (shading point, light) pair come from.
@@ -39,6 +42,8 @@ pub(crate) struct Draws {
     pub weights: Vec<f64>,
     /// Places along them, where the samples are two-dimensional.
     pub places: Vec<f64>,
+    /// What is visible of them.
+    pieces: Pieces,
 }
 
 impl Draws {
@@ -108,11 +113,18 @@ pub(crate) fn gather<'v>(
     (planned, light): (&PlannedLight, &AreaLight),
     point: &ShadingPoint,
     along: Along,
-    draws: &Draws,
+    draws: &mut Draws,
     visible: impl Fn(usize) -> &'v [Interval],
 ) -> Gathered {
     let mut out = Gathered::default();
-    for (i, line) in draws.lines.iter().enumerate() {
+    let Draws {
+        lines,
+        weights,
+        places,
+        pieces,
+    } = draws;
+    pieces.clear();
+    for (i, line) in lines.iter().enumerate() {
         let parts = visible(i);
         out.segments.lines += 1;
         out.segments.pieces += parts.len() as u64;
@@ -120,13 +132,58 @@ pub(crate) fn gather<'v>(
             out.hidden += 1;
             continue;
         }
-        let value = match along {
-            Along::Analytic => closed_form::line(light, point, line, parts),
-            Along::Point => one_point((planned, light), point, line, parts, draws.places[i]),
-        };
-        out.sum += value * draws.weights[i];
+        match along {
+            Along::Analytic => pieces.add(point, line, parts, weights[i]),
+            Along::Point => {
+                let value = one_point((planned, light), point, line, parts, places[i]);
+                out.sum += value * weights[i];
+            }
+        }
+    }
+    if along == Along::Analytic {
+        out.sum = pieces.light(light, point);
     }
     out
+}
+
+/// What lines of a pair are kept in, and where they are counted.
+pub(crate) struct LineBuffers<'a> {
+    pub draws: &'a mut Draws,
+    pub visible: &'a mut VisibleLines,
+    pub plan: &'a mut PlanCounters,
+    pub segments: &'a mut SegmentCounters,
+}
+
+impl Pair<'_> {
+    /// The mean over lines, all of them in one query to a shaft.
+    pub(crate) fn lines_in_shaft(
+        &self,
+        area: &AreaLight,
+        (options, along): (LineOptions, Along),
+        shaft: &mut Shaft<'_>,
+        buffers: LineBuffers<'_>,
+    ) -> DVec3 {
+        let LineBuffers {
+            draws,
+            visible,
+            plan,
+            segments,
+        } = buffers;
+        let streams = Streams {
+            samples: &self.samples(),
+            two_dimensional: along == Along::Point,
+            orientations: &Sampler::new(SamplerKind::Independent, self.settings.seed),
+            key: (self.pixel, self.dimension),
+            count: self.count(),
+        };
+        draws.draw(area, options, &streams);
+        shaft.visible(&draws.lines, visible);
+        let light = (self.light, area);
+        let gathered = gather(light, self.point, along, draws, |i| visible.line(i));
+        *segments += gathered.segments;
+        plan.hidden_lines += gathered.hidden;
+        gathered.sum / f64::from(self.count())
+    }
 }
 
 /// L f_r cos θ cos θ'/r² × visible length, at the point of the visible part that `v` picks.

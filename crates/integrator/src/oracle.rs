@@ -51,7 +51,7 @@ impl Renderer<'_> {
                     brute::visible(positions, triangles, point.position, line, &light.triangles)
                 })
                 .collect();
-            let gathered = lines::gather((light, area), point, along, &draws, |i| &parts[i]);
+            let gathered = lines::gather((light, area), point, along, &mut draws, |i| &parts[i]);
             sum += gathered.sum / f64::from(count);
         }
         sum

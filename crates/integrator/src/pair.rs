@@ -1,7 +1,7 @@
 //! One shading point and one light: where an estimator is chosen.
 
 use crate::hybrid::Way;
-use crate::lines::{self, Along, Streams};
+use crate::lines::{Along, LineBuffers};
 use crate::{
     Estimator, LineOptions, LinearOptions, PlannedLight, Settings, ShadingPoint, ShaftPoints,
     Workspace, closed_form,
@@ -9,7 +9,7 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_lights::linear::LinearTechnique;
 use linelit_lights::{AreaLight, Light, LinearLight};
-use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+use linelit_samplers::{SampleSet, Sampler};
 use linelit_visibility::{Occluders, ShaftClass, ShaftQuery};
 
 /// One shading point and one light: what an estimator works on.
@@ -90,26 +90,11 @@ impl Pair<'_> {
         along: Along,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        let count = self.count();
         // Without a closed form, one point of each line's visible part.
         let along = if self.light.has_closed_form(&self.point.bsdf) {
             along
         } else {
             Along::Point
-        };
-        let set = self.samples();
-        let orientations = Sampler::new(SamplerKind::Independent, self.settings.seed);
-        let streams = Streams {
-            samples: &set,
-            two_dimensional: along == Along::Point,
-            orientations: &orientations,
-            key: (self.pixel, self.dimension),
-            count,
-        };
-        let query = ShaftQuery {
-            point: self.point.position,
-            light: area.polygon.vertices(),
-            exclude: self.light.triangles.clone(),
         };
         let Workspace {
             scratch,
@@ -119,7 +104,7 @@ impl Pair<'_> {
             segments,
             ..
         } = workspace;
-        let mut shaft = self.occluders.shaft(query, scratch);
+        let mut shaft = self.occluders.shaft(self.query(area), scratch);
         if self.settings.skip {
             match shaft.class() {
                 ShaftClass::Blocked => {
@@ -139,14 +124,22 @@ impl Pair<'_> {
                 ShaftClass::Partial => {}
             }
         }
-        draws.draw(area, options, &streams);
-        shaft.visible(&draws.lines, visible);
-        let gathered = lines::gather((self.light, area), self.point, along, draws, |i| {
-            visible.line(i)
-        });
-        *segments += gathered.segments;
-        plan.hidden_lines += gathered.hidden;
-        gathered.sum / f64::from(count)
+        let buffers = LineBuffers {
+            draws,
+            visible,
+            plan,
+            segments,
+        };
+        self.lines_in_shaft(area, (options, along), &mut shaft, buffers)
+    }
+
+    /// What is asked about an area light.
+    pub(crate) fn query<'b>(&self, area: &'b AreaLight) -> ShaftQuery<'b> {
+        ShaftQuery {
+            point: self.point.position,
+            light: area.polygon.vertices(),
+            exclude: self.light.triangles.clone(),
+        }
     }
 
     fn linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {

@@ -131,11 +131,20 @@ impl LineSampler {
             OffsetDensity::Uniform => a + u * (b - a),
             OffsetDensity::Length => self.by_length(u),
         };
-        let nothing = Segment::new(DVec3::ZERO, DVec3::ZERO);
+        let Some(ends) = self.lines.extent(offset) else {
+            return LineSample {
+                segment: Segment::new(DVec3::ZERO, DVec3::ZERO),
+                offset,
+                pdf: Pdf::ZERO,
+            };
+        };
         LineSample {
-            segment: self.lines.segment(offset).unwrap_or(nothing),
+            segment: self.lines.segment_between(offset, ends),
             offset,
-            pdf: self.pdf(offset),
+            pdf: Pdf::new(match self.density {
+                OffsetDensity::Uniform => 1.0 / (b - a),
+                OffsetDensity::Length => (ends.1 - ends.0) / self.area(),
+            }),
         }
     }
 
