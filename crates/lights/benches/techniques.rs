@@ -12,8 +12,9 @@ use linelit_lights::linear::{
 };
 use linelit_lights::selection::{Discrete, Importance, LightTree};
 use linelit_lights::{
-    AngularLines, AreaLight, AreaSampler, Emission, Light, LineSampler, OffsetDensity,
-    ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone,
+    AngularLines, AreaLight, AreaSampler, Disk, DiskCone, Emission, ImportanceImage, Light,
+    LineSampler, OffsetDensity, ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone,
+    TexturedLines, TexturedSampler,
 };
 use std::hint::black_box;
 use std::time::Duration;
@@ -123,6 +124,16 @@ fn linear(c: &mut Criterion) {
         |x, n| LtcSampler::new(&light, x, n, m),
         |s, u, _| s.sample(u),
     );
+    let coarse = |x: DVec3, n: DVec3| {
+        let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
+        ProjectedLine::new(ends[0], ends[1], n.to_array())
+    };
+    both(
+        &mut g,
+        "projected-solid-angle to 1.6e-5",
+        coarse,
+        |s, u, _| s.sample_coarse(u),
+    );
     let narrow = |v: DVec3| v.as_vec3().to_array();
     let single = |x: DVec3, n: DVec3| {
         ProjectedLine::new(narrow(light.p0 - x), narrow(light.p1 - x), narrow(n))
@@ -176,19 +187,82 @@ fn polygon(c: &mut Criterion) {
         |_, _| Some(lines),
         |s, u, _| s.sample(u),
     );
+    let warped = |x, _| Some(AngularLines::by_warped_solid_angle(&quad, 0.0, x));
+    both(&mut g, "lines by warped solid angle", warped, |s, u, _| {
+        s.sample(u)
+    });
+    g.finish();
+}
+
+/// Images of 256 × 256 pixels.
+fn texture(c: &mut Criterion) {
+    const SIZE: usize = 256;
+    let mut g = c.benchmark_group("texture");
+    let quad = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y).expect("a quad");
+    let values: Vec<f64> = (0..SIZE * SIZE)
+        .map(|i| (i as f64 * 0.618_033_988_75).fract())
+        .collect();
+    let image = ImportanceImage::new(SIZE, SIZE, &values).expect("not black");
+    let points = TexturedSampler::new(&quad, &image).expect("a quad");
+    per_sample(
+        &mut g,
+        "points",
+        |_, _| Some(points),
+        |s, u, v| s.sample([u, v]),
+    );
+    let whole = [linelit_geometry::intervals::Interval::UNIT];
+    for (name, angle) in [("edge", 0.0), ("at 40 degrees", 0.7)] {
+        let lines = TexturedLines::new(&quad, &image, angle).expect("a quad");
+        let new = |_, _| Some(&lines);
+        per_sample(&mut g, &format!("lines along {name}"), new, |s, u, _| {
+            s.sample(u)
+        });
+        let name = format!("points on lines along {name}");
+        per_sample(&mut g, &name, new, |s, u, v| {
+            s.point(&s.sample(u), &whole, v)
+        });
+    }
+    g.finish();
+}
+
+fn round(c: &mut Criterion) {
+    let mut g = c.benchmark_group("round");
+    let disk = Disk {
+        center: DVec3::new(0.0, 0.0, 1.0),
+        normal: DVec3::Z,
+        radius: 0.5,
+    };
+    per_sample(
+        &mut g,
+        "disk by area",
+        |_, _| Some(disk),
+        |s, u, v| s.sample([u, v]),
+    );
+    both(
+        &mut g,
+        "disk by solid angle",
+        |x, _| Some(DiskCone::new(&disk, x)),
+        |s, u, v| s.sample([u, v]),
+    );
     let sphere = Sphere {
         center: DVec3::new(0.0, 0.0, 2.0),
         radius: 0.5,
     };
     per_sample(
         &mut g,
-        "sphere cap",
+        "sphere by area",
+        |_, _| Some(SphereCap::whole(&sphere)),
+        |s, u, v| s.sample([u, v]),
+    );
+    both(
+        &mut g,
+        "sphere by visible area",
         |x, _| Some(SphereCap::visible(&sphere, x)),
         |s, u, v| s.sample([u, v]),
     );
-    per_sample(
+    both(
         &mut g,
-        "sphere cone",
+        "sphere by solid angle",
         |x, _| Some(SphereCone::new(&sphere, x)),
         |s, u, v| s.sample([u, v]),
     );
@@ -242,5 +316,5 @@ fn short() -> Criterion {
         .sample_size(20)
 }
 
-criterion_group! { name = benches; config = short(); targets = linear, polygon, choice }
+criterion_group! { name = benches; config = short(); targets = linear, polygon, texture, round, choice }
 criterion_main!(benches);

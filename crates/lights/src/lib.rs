@@ -20,9 +20,11 @@
 //! assert!((other.value() / sample.pdf.value() - 1.0).abs() < 0.5);
 //! ```
 
+mod angle;
 mod angular_lines;
 mod area;
 mod disk;
+mod disk_cone;
 mod fan;
 mod image;
 mod irradiance;
@@ -42,6 +44,7 @@ mod triangle;
 pub use angular_lines::AngularLines;
 pub use area::{AreaSampler, PointSample};
 pub use disk::Disk;
+pub use disk_cone::DiskCone;
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, DiskLight, Emission, Light, LinearLight, SphereLight};
 pub use lines::{LineSample, LineSampler, OffsetDensity, Orientation};

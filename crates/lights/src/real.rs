@@ -1,5 +1,6 @@
 //! The two precisions of the kernels, and the little vector algebra that they need.
 
+use crate::angle::{ARC_TANGENT, narrow, taylor};
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use linelit_geometry::predicates;
@@ -36,40 +37,46 @@ pub trait Real:
     /// convergence is cubic: the cube root of EPSILON/4.
     const CLOSE: Self;
 
-    /// The nearest number.
-    fn from_f64(x: f64) -> Self;
     /// The same number.
     fn to_f64(self) -> f64;
+    /// Whether rounded products are worth trying in a cross product.
+    const PLAIN_CROSS: bool;
+
+    /// The nearest number.
+    fn from_f64(x: f64) -> Self;
     /// √x.
+    #[must_use]
     fn sqrt(self) -> Self;
     /// |x|.
+    #[must_use]
     fn abs(self) -> Self;
+    /// `atan(x)/x` from y = x², for |x| ≤ 1: numerator and denominator.
+    fn arc_tangent(y: Self) -> [Self; 2];
+    /// `(x − sin x)/x³` from y = x², for |x| ≤ 1.
+    #[must_use]
+    fn sine_remainder(y: Self) -> Self;
+    /// `sin(x)/x` and `cos x` from y = x², for |x| ≤ ½.
+    fn sine_and_cosine(y: Self) -> (Self, Self);
     /// sin and cos.
     fn sin_cos(self) -> (Self, Self);
     /// The angle of the point (x, self).
     fn atan2(self, x: Self) -> Self;
-    /// Arc tangent.
-    fn atan(self) -> Self;
     /// `a·b − c·d`, accurate relative to the result.
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
-    /// `(x − sin x)/x³` from y = x², for |x| ≤ 2.
-    fn sine_remainder(y: Self) -> Self;
-    /// `sin(x)/x` and `cos x` from y = x², for |x| ≤ ½.
-    fn sine_and_cosine(y: Self) -> (Self, Self);
     /// The dot product; in `f32` accumulated in `f64` and rounded once.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
     /// The dot product in twice the precision, rounded once.
     fn accurate_dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
     /// The larger of two; `other` if `self` is NaN.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     fn at_least(self, other: Self) -> Self {
         if self > other { self } else { other }
     }
 
     /// The smaller of two; `other` if `self` is NaN.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     fn at_most(self, other: Self) -> Self {
         if self < other { self } else { other }
@@ -82,34 +89,13 @@ pub trait Real:
     }
 }
 
-/// The coefficients ±1/(2k + first)! of the sine's (first = 1) or cosine's (0) Taylor series in x², and with first = 3
-/// those of what the sine leaves.
-const fn taylor(first: u32) -> [f64; 12] {
-    let mut out = [0.0; 12];
-    let (mut n, mut term) = (1, 1.0);
-    while n <= first {
-        term /= n as f64;
-        n += 1;
-    }
-    let mut k = 0;
-    while k < 12 {
-        out[k] = term;
-        term /= -(n as f64) * (n as f64 + 1.0);
-        n += 2;
-        k += 1;
-    }
-    out
-}
-
-#[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
-const fn narrow(c: [f64; 12]) -> [f32; 12] {
-    let mut out = [0.0; 12];
-    let mut k = 0;
-    while k < 12 {
-        out[k] = c[k] as f32;
-        k += 1;
-    }
-    out
+/// A polynomial of degree 7.
+#[inline(always)]
+fn eight(c: &[f64; 8], y: f64) -> f64 {
+    let z = y * y;
+    let low = (c[0] + y * c[1]) + z * (c[2] + y * c[3]);
+    let high = (c[4] + y * c[5]) + z * (c[6] + y * c[7]);
+    low + (z * z) * high
 }
 
 impl Real for f64 {
@@ -117,23 +103,46 @@ impl Real for f64 {
     const ONE: Self = 1.0;
     const EPSILON: Self = f64::EPSILON;
     const STEPS: u32 = 6;
-    const CLOSE: Self = 3.8e-6;
+    const CLOSE: Self = 5e-5;
+    const PLAIN_CROSS: bool = true;
 
-    #[inline]
-    fn from_f64(x: f64) -> Self {
-        x
-    }
     #[inline]
     fn to_f64(self) -> f64 {
         self
     }
-    #[inline]
+    #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         self.sqrt()
     }
-    #[inline]
+    #[inline(always)]
     fn abs(self) -> Self {
         self.abs()
+    }
+    #[inline(always)]
+    fn arc_tangent(y: Self) -> [Self; 2] {
+        let (z, w) = (y * y, (y * y) * (y * y));
+        let sum = |c: &[Self; 7]| {
+            let low = (c[0] + y * c[1]) + z * (c[2] + y * c[3]);
+            low + w * ((c[4] + y * c[5]) + z * c[6])
+        };
+        [sum(&ARC_TANGENT[0]), sum(&ARC_TANGENT[1])]
+    }
+    #[inline(always)]
+    fn sine_remainder(y: Self) -> Self {
+        // The next term is 1/19!, 6e-17 of the sum.
+        eight(const { &taylor(3) }, y)
+    }
+    #[inline(always)]
+    fn sine_and_cosine(y: Self) -> (Self, Self) {
+        // The next terms are below 2^-16/17! and 2^-16/16!.
+        (
+            eight(const { &taylor(1) }, y),
+            eight(const { &taylor(0) }, y),
+        )
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
@@ -144,32 +153,8 @@ impl Real for f64 {
         self.atan2(x)
     }
     #[inline]
-    fn atan(self) -> Self {
-        self.atan()
-    }
-    #[inline]
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
         predicates::diff_of_products(a, b, c, d)
-    }
-    #[inline]
-    fn sine_remainder(y: Self) -> Self {
-        const C: [f64; 12] = taylor(3);
-        let z = y * y;
-        let even = C[0] + z * (C[2] + z * (C[4] + z * (C[6] + z * (C[8] + z * C[10]))));
-        let odd = C[1] + z * (C[3] + z * (C[5] + z * (C[7] + z * (C[9] + z * C[11]))));
-        even + y * odd
-    }
-    #[inline]
-    fn sine_and_cosine(y: Self) -> (Self, Self) {
-        const S: [f64; 12] = taylor(1);
-        const C: [f64; 12] = taylor(0);
-        let z = y * y;
-        let sum = |c: &[f64; 12]| {
-            let even = c[0] + z * (c[2] + z * (c[4] + z * c[6]));
-            let odd = c[1] + z * (c[3] + z * (c[5] + z * c[7]));
-            even + y * odd
-        };
-        (sum(&S), sum(&C))
     }
     #[inline]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
@@ -186,24 +171,49 @@ impl Real for f32 {
     const ONE: Self = 1.0;
     const EPSILON: Self = f32::EPSILON;
     const STEPS: u32 = 4;
-    const CLOSE: Self = 3.1e-3;
+    const CLOSE: Self = 9e-3;
+    /// In `f64` they are exact and cheap.
+    const PLAIN_CROSS: bool = false;
 
-    #[inline]
-    #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
-    fn from_f64(x: f64) -> Self {
-        x as Self
-    }
     #[inline]
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+    fn from_f64(x: f64) -> Self {
+        x as Self
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         self.sqrt()
     }
-    #[inline]
+    #[inline(always)]
     fn abs(self) -> Self {
         self.abs()
+    }
+    #[inline(always)]
+    fn arc_tangent(y: Self) -> [Self; 2] {
+        // As [`ARC_TANGENT`], to 3e-9.
+        const C: [[f32; 4]; 2] = [
+            [1.0, 1.116_260_3, 0.277_986_62, 0.008_414_574],
+            [1.0, 1.449_593_3, 0.561_189_3, 0.048_381],
+        ];
+        let sum = |c: &[Self; 4]| (c[0] + y * c[1]) + (y * y) * (c[2] + y * c[3]);
+        [sum(&C[0]), sum(&C[1])]
+    }
+    #[inline(always)]
+    fn sine_remainder(y: Self) -> Self {
+        // The next term is 1/13!, 1e-9 of the sum.
+        const C: [f32; 8] = narrow(taylor(3));
+        C[0] + y * (C[1] + y * (C[2] + y * (C[3] + y * C[4])))
+    }
+    #[inline(always)]
+    fn sine_and_cosine(y: Self) -> (Self, Self) {
+        const S: [f32; 8] = narrow(taylor(1));
+        const C: [f32; 8] = narrow(taylor(0));
+        let sum = |c: &[f32; 8]| c[0] + y * (c[1] + y * (c[2] + y * (c[3] + y * c[4])));
+        (sum(&S), sum(&C))
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
@@ -213,29 +223,10 @@ impl Real for f32 {
     fn atan2(self, x: Self) -> Self {
         self.atan2(x)
     }
-    #[inline]
-    fn atan(self) -> Self {
-        self.atan()
-    }
     /// Products of two `f32` are exact in `f64`.
     #[inline]
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
         Self::from_f64(f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d))
-    }
-    #[inline]
-    fn sine_remainder(y: Self) -> Self {
-        const C: [f32; 12] = narrow(taylor(3));
-        let z = y * y;
-        let even = C[0] + z * (C[2] + z * (C[4] + z * C[6]));
-        let odd = C[1] + z * (C[3] + z * C[5]);
-        even + y * odd
-    }
-    #[inline]
-    fn sine_and_cosine(y: Self) -> (Self, Self) {
-        const S: [f32; 12] = narrow(taylor(1));
-        const C: [f32; 12] = narrow(taylor(0));
-        let sum = |c: &[f32; 12]| c[0] + y * (c[1] + y * (c[2] + y * (c[3] + y * c[4])));
-        (sum(&S), sum(&C))
     }
     #[inline]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
@@ -275,9 +266,20 @@ pub(crate) fn length<T: Real>(a: V3<T>) -> T {
     dot(a, a).sqrt()
 }
 
-/// The cross product, each component accurate relative to itself.
+/// The cross product: its length and direction to a few ε, each component accurate relative to itself where the vectors are
+/// nearly parallel.
 #[inline]
 pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
+    let plain = plain_cross(a, b);
+    // More than 30° apart the plain products round to 4 ε of the length.
+    if T::PLAIN_CROSS && dot(plain, plain) > T::from_f64(0.25) * (dot(a, a) * dot(b, b)) {
+        return plain;
+    }
+    accurate_cross(a, b)
+}
+
+#[inline(never)]
+fn accurate_cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     let d = T::diff_of_products;
     [
         d(a[1], b[2], a[2], b[1]),
@@ -294,20 +296,4 @@ pub(crate) fn plain_cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     ]
-}
-
-/// (sin, cos) of a small step: Taylor sums for |x| < ½, where they are shorter than the library's reduction and table.
-#[inline]
-pub(crate) fn small_sin_cos<T: Real>(x: T) -> (T, T) {
-    if x.abs() > T::from_f64(0.5) {
-        return x.sin_cos();
-    }
-    let (s, c) = T::sine_and_cosine(x * x);
-    (x * s, c)
-}
-
-/// (sin, cos) of a sum of angles.
-#[inline]
-pub(crate) fn rotate<T: Real>(a: (T, T), b: (T, T)) -> (T, T) {
-    (a.0 * b.1 + a.1 * b.0, a.1 * b.1 - a.0 * b.0)
 }

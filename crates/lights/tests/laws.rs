@@ -4,8 +4,8 @@
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{
-    AngularLines, AreaSampler, Disk, LineSampler, OffsetDensity, Pdf, ProxySampler, SolidAngle,
-    SolidAngleSampler, Sphere, SphereCap, SphereCone,
+    AngularLines, AreaSampler, LineSampler, OffsetDensity, Pdf, ProxySampler, SolidAngle,
+    SolidAngleSampler,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};
@@ -481,100 +481,4 @@ fn line_offsets_obey_the_laws() {
             }
         }
     }
-}
-
-#[test]
-fn spheres_and_disks_invert_and_fit() {
-    let mut rng = SplitMix64::new(13);
-    let spheres = [
-        (4.0, 1.0),
-        (1.001, 1.0),
-        (1e6, 1.0),
-        (0.5, 1.0),
-        (3.0, 2.999),
-    ];
-    for (d, r) in spheres {
-        let center = DVec3::new(0.3, 0.4, 0.866).normalize() * d;
-        let sphere = Sphere { center, radius: r };
-        let cone = SphereCone::new(&sphere, DVec3::ZERO);
-        let caps = [
-            SphereCap::visible(&sphere, DVec3::ZERO),
-            SphereCap::whole(&sphere),
-        ];
-        let mut counts = [0_u64; 64];
-        const N: u32 = 100_000;
-        for _ in 0..N {
-            let u = [rng.next_f64(), rng.next_f64()];
-            let s = cone.sample(u);
-            assert!(((s.point - center).length() / r - 1.0).abs() < 1e-12 * (1.0 + d / r));
-            let back = cone.invert(s.point).expect("visible");
-            // ε of the coordinates, against the radius and against the distance of the nearest point.
-            let slack = 64.0 * f64::EPSILON * (1.0 + d / r + d / (d - r).abs());
-            assert!((back[0] - u[0]).abs() < slack, "{d} {r} {u:?} {back:?}");
-            for cap in &caps {
-                let p = cap.sample(u).point;
-                let back = cap.invert(p).expect("on the cap");
-                assert!((back[0] - u[0]).abs() < slack, "{d} {r} {u:?} {back:?}");
-                assert!(
-                    (back[1] - u[1]).abs() < slack / u[0].sqrt().min((1.0 - u[0]).sqrt()),
-                    "{d} {r} {u:?} {back:?}"
-                );
-            }
-            // The cone's samples are counted in rings of equal area of the visible cap.
-            let [a, _] = caps[0].invert(s.point).expect("visible");
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "below 64"
-            )]
-            let bin = (a * 64.0) as usize;
-            counts[bin.min(63)] += 1;
-        }
-        // Expected counts in equal-area rings: ∫ p_ω cos/r² dA.
-        let expected: Vec<f64> = (0..64)
-            .map(|i| {
-                let (a, b) = (f64::from(i) / 64.0, f64::from(i + 1) / 64.0);
-                let density = |u: f64| {
-                    let s = caps[0].sample([u, 0.25]);
-                    let (w, n) = (s.point, sphere.normal(s.point));
-                    cone.pdf(w)
-                        .to_area(w.length_squared(), n.dot(w.normalize()))
-                        .value()
-                        / s.pdf.value()
-                };
-                let mass = gauss_kronrod(density, a, b, 1e-11).value;
-                mass * f64::from(N)
-            })
-            .collect();
-        let mass = expected.iter().sum::<f64>() / f64::from(N);
-        // The quadrature's tolerance, with a margin for the rounding of 64 rings of a conditioning up to d/(d − r) = 3e3.
-        assert!((mass - 1.0).abs() < 1e-10, "{d} {r}: ∫ = {mass}");
-        let p = chi2_test(&counts, &expected, 5.0).p_value;
-        assert!(p > sidak(0.01, 5), "{d} {r}: p = {p:e}");
-    }
-    let disk = Disk {
-        center: DVec3::new(1.0, -2.0, 0.5),
-        normal: DVec3::new(0.6, 0.0, 0.8),
-        radius: 0.3,
-    };
-    let mut rings = [0_u64; 10];
-    for _ in 0..100_000 {
-        let u = [rng.next_f64(), rng.next_f64()];
-        let s = disk.sample(u);
-        let back = disk.invert(s.point).expect("on the disk");
-        // ε of the coordinates over the radius.
-        assert!(
-            (back[0] - u[0]).abs() + (back[1] - u[1]).abs() < 1e-13,
-            "{u:?} {back:?}"
-        );
-        let r = (s.point - disk.center).length() / disk.radius;
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "below 10"
-        )]
-        let ring = (r * r * 10.0) as usize;
-        rings[ring.min(9)] += 1;
-    }
-    assert!(chi2_test(&rings, &[10_000.0; 10], 5.0).p_value > 0.001);
 }

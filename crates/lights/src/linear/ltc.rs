@@ -1,5 +1,6 @@
 //! Sampling a linear light proportionally to a linearly transformed cosine (Peters 2021, §4.1).
 
+use super::batch::{BLOCK, Batch};
 use super::projected::ProjectedLine;
 use super::{LinearSample, seen};
 use crate::fan::ONE_MINUS;
@@ -25,8 +26,9 @@ pub struct LtcSampler {
     /// What of the whole light was above the horizon of the surface.
     above: [f64; 2],
     inverse: DMat3,
-    determinant: f64,
     factor: f64,
+    /// |det M⁻¹| over π and the integral: the density is this times cosine over the cubed stretch.
+    density: f64,
 }
 
 impl LtcSampler {
@@ -49,15 +51,17 @@ impl LtcSampler {
         let to_cosine = |p: DVec3| (inverse * p).to_array();
         let z = [0.0, 0.0, 1.0];
         let line = ProjectedLine::new(to_cosine(p0), to_cosine(p1), z)?;
-        Some(Self {
+        let mut out = Self {
             line,
             start: p0,
             edge,
             above: view.range(),
             inverse,
-            determinant: 1.0 / determinant.abs(),
             factor,
-        })
+            density: 0.0,
+        };
+        out.density = 1.0 / (PI * determinant.abs() * out.integral());
+        Some(out)
     }
 
     /// `∫ p_M dω` over the light, per radius, in 1/m: the specular shading estimate for unit radiance × radius, before
@@ -70,7 +74,30 @@ impl LtcSampler {
     /// A point from one random number in [0, 1).
     #[must_use]
     pub fn sample(&self, xi: f64) -> LinearSample {
-        let lambda = self.line.sample(xi).lambda;
+        let (arc, cosine) = self.line.sample_with_cosine(xi);
+        self.at(arc.lambda, cosine)
+    }
+
+    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both holds; the same numbers to
+    /// rounding as [`LtcSampler::sample`] gives, and cheaper each.
+    pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
+        let mut batch = Batch::default();
+        for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+            let n = numbers.len().min(slots.len());
+            if self.line.fill(&numbers[..n], &mut batch) {
+                for (i, slot) in slots[..n].iter_mut().enumerate() {
+                    *slot = self.at(batch.lambda[i], batch.cosine[i]);
+                }
+            } else {
+                for (slot, xi) in slots.iter_mut().zip(numbers) {
+                    *slot = self.sample(*xi);
+                }
+            }
+        }
+    }
+
+    /// The sample at a place in cosine space with the cosine there.
+    fn at(&self, lambda: f64, cosine: f64) -> LinearSample {
         // Clipped in cosine space → above the surface's horizon → the whole light.
         let place = self.line.view().whole_fraction(lambda);
         let offset = self.start + self.edge * place;
@@ -79,7 +106,7 @@ impl LtcSampler {
             t: self.above[0] * (1.0 - place) + self.above[1] * place,
             offset,
             direction,
-            pdf: self.pdf_in(direction, self.line.view().cosine(lambda)),
+            pdf: self.pdf_in(direction, cosine),
         }
     }
 
@@ -111,7 +138,6 @@ impl LtcSampler {
     /// `p_M(ω) / ∫ p_M`, with the cosine in cosine space given.
     fn pdf_in(&self, direction: DVec3, cosine: f64) -> Pdf<ThinSolidAngle> {
         let stretch = (self.inverse * direction).length();
-        let ltc = cosine / PI * self.determinant / (stretch * stretch * stretch);
-        Pdf::new(ltc / self.integral())
+        Pdf::new(cosine * self.density / (stretch * stretch * stretch))
     }
 }

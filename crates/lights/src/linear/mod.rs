@@ -7,6 +7,7 @@
 //! radius `LR` the estimate of reflected radiance is `LR · f_r · (n·ω)/pdf`.
 
 mod as_printed;
+mod batch;
 mod bisection;
 mod ltc;
 mod profile;
@@ -22,6 +23,8 @@ pub use view::{ArcPoint, LineView};
 
 use crate::fan::ONE_MINUS;
 use crate::pdf::{Length, Pdf, ThinSolidAngle};
+use crate::real::Real;
+use batch::{BLOCK, Batch};
 use bisection::LineIntegral;
 use linelit_geometry::{DVec3, Segment};
 use projected::Inversion;
@@ -86,9 +89,6 @@ pub struct LinearSample {
     pub pdf: Pdf<ThinSolidAngle>,
 }
 
-/// Samples in lockstep.
-const LANES: usize = 8;
-
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Area,
@@ -117,6 +117,8 @@ enum Kind {
 pub struct LinearSampler {
     kind: Kind,
     view: LineView<f64>,
+    /// What the density is a multiple of: one over the length, the solid angle or the projected solid angle.
+    density: f64,
 }
 
 impl LinearSampler {
@@ -141,7 +143,17 @@ impl LinearSampler {
             T::NewtonBisection => Kind::Bisection(LineIntegral::new(&view, normal)?),
             T::ProjectedSolidAngle => Kind::Projected(Inversion::of(&view)?),
         };
-        Some(Self { kind, view })
+        let whole = match &kind {
+            Kind::Area => view.length(),
+            Kind::SolidAngle | Kind::Warped(_) => view.solid_angle(),
+            Kind::Bisection(integral) => integral.projected_solid_angle(),
+            Kind::Projected(p) => p.projected_solid_angle(&view),
+        };
+        Some(Self {
+            kind,
+            view,
+            density: 1.0 / whole,
+        })
     }
 
     /// The line as seen, clipped where the technique clips.
@@ -168,19 +180,18 @@ impl LinearSampler {
         match &self.kind {
             Kind::Area => self.at_place(xi),
             Kind::SolidAngle => {
-                let pdf = Pdf::new(1.0 / self.view.solid_angle());
-                self.at_arc(&self.view.sample_solid_angle(xi), pdf)
+                let arc = self.view.sample_solid_angle(xi);
+                self.at_arc(&arc, Pdf::new(self.density))
             }
             Kind::Warped(w) => {
                 let warped = w.sample(xi);
-                let pdf = Pdf::new(w.pdf(warped) / self.view.solid_angle());
-                self.at_arc(&self.view.sample_solid_angle(warped), pdf)
+                let arc = self.view.sample_solid_angle(warped);
+                self.at_arc(&arc, Pdf::new(w.pdf(warped) * self.density))
             }
             Kind::Bisection(integral) => self.at_place(integral.sample(xi)),
             Kind::Projected(p) => {
                 let (arc, cosine) = p.sample_with_cosine(&self.view, xi);
-                let pdf = cosine / p.projected_solid_angle(&self.view);
-                self.at_arc(&arc, Pdf::new(pdf))
+                self.at_arc(&arc, Pdf::new(cosine * self.density))
             }
         }
     }
@@ -189,16 +200,23 @@ impl LinearSampler {
     /// The same numbers to rounding as [`LinearSampler::sample`] gives, and cheaper each for the projected solid angle.
     pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
         let mut done = 0;
-        if let Kind::Projected(p) = &self.kind {
-            let psa = p.projected_solid_angle(&self.view);
-            let (numbers, _) = xi.as_chunks::<LANES>();
-            let (slots, _) = out.as_chunks_mut::<LANES>();
-            for (numbers, slots) in numbers.iter().zip(slots) {
-                let batch = p.sample_batch(&self.view, numbers);
-                for (slot, (arc, cosine)) in slots.iter_mut().zip(batch) {
-                    *slot = self.at_arc(&arc, Pdf::new(cosine / psa));
+        if let Kind::Projected(p) = &self.kind
+            && self.view.is_short()
+        {
+            let mut batch = Batch::default();
+            for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+                let n = numbers.len().min(slots.len());
+                batch.fill(p, &self.view, &numbers[..n], f64::CLOSE);
+                for (i, slot) in slots[..n].iter_mut().enumerate() {
+                    let at = |v: &[[f64; BLOCK]; 3]| DVec3::new(v[0][i], v[1][i], v[2][i]);
+                    *slot = LinearSample {
+                        t: self.view.whole_fraction(batch.lambda[i]),
+                        offset: at(&batch.point),
+                        direction: at(&batch.direction),
+                        pdf: Pdf::new(batch.cosine[i] * self.density),
+                    };
                 }
-                done += LANES;
+                done += n;
             }
         }
         for (sample, &xi) in out.iter_mut().zip(xi).skip(done) {
@@ -216,18 +234,15 @@ impl LinearSampler {
 
     fn pdf_at(&self, lambda: f64) -> Pdf<ThinSolidAngle> {
         match &self.kind {
-            Kind::Area => Pdf::<Length>::new(1.0 / self.view.length())
+            Kind::Area => Pdf::<Length>::new(self.density)
                 .to_thin_solid_angle(self.view.distance(lambda), self.view.line_distance()),
-            Kind::SolidAngle => Pdf::new(1.0 / self.view.solid_angle()),
+            Kind::SolidAngle => Pdf::new(self.density),
             Kind::Warped(w) => {
                 let xi = self.view.invert_solid_angle(lambda);
-                Pdf::new(w.pdf(xi) / self.view.solid_angle())
+                Pdf::new(w.pdf(xi) * self.density)
             }
-            Kind::Bisection(integral) => {
-                Pdf::new(self.view.cosine(lambda) / integral.projected_solid_angle())
-            }
-            Kind::Projected(p) => {
-                Pdf::new(self.view.cosine(lambda) / p.projected_solid_angle(&self.view))
+            Kind::Bisection(_) | Kind::Projected(_) => {
+                Pdf::new(self.view.cosine(lambda) * self.density)
             }
         }
     }

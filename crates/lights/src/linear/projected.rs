@@ -1,7 +1,9 @@
 //! Projected solid angle of a line: Peters 2021, algorithms 1 and 2, without cancellation.
 
-use super::view::{ArcPoint, LineView};
-use crate::real::{Real, rotate, small_sin_cos};
+use super::batch::Batch;
+use super::view::{ArcPoint, LineView, SolidAngleEnd, nearer};
+use crate::angle::{Angle, double_angle, rotate, small_sin_cos};
+use crate::real::Real;
 
 /// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
 /// the line is visible.
@@ -11,12 +13,13 @@ use crate::real::{Real, rotate, small_sin_cos};
 ///
 /// ```text
 /// H(v) = ∫₀ᵛ 2 cos(φ₀+u) N(u) du
-///      = C₀N₀ (v + sin v cos v) + (C₀N′ − S₀N₀) sin² v − S₀N′ (v − sin v cos v)
+///      = (C₀N₀ − S₀N′) (v − sin v cos v) + 2 C₀N₀ sin v cos v + (C₀N′ − S₀N₀) sin² v
 /// ```
 ///
-/// with the last bracket as a series for v < 1. The paper takes differences of antiderivatives anchored at the closest
-/// point q of the line, which cancel along the line's extension and far away; anchored at the end they do not.
-/// H(v) = ξ H(δ) is solved by Halley's irrational step (the root of the local quadratic) from the solid-angle sample.
+/// with the first bracket as a series for v < ½. The paper takes differences of antiderivatives anchored at the closest
+/// point q of the line, which cancel along the line's extension and far away; anchored at an end they do not. It is the end
+/// that has at most half of the mass before the sample. H(v) = ξ H(δ) is solved by Halley's irrational step (the root of
+/// the local quadratic) from the solid-angle sample of ξ, warped by the cosines at the ends.
 ///
 /// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle × radius).
 ///
@@ -29,64 +32,115 @@ pub struct ProjectedLine<T> {
     arc: Inversion<T>,
 }
 
-/// An angle v on the arc with its sine and cosine, and those of the angle that is left, δ − v. Steps turn them along; the
-/// library's trigonometry is called once, for v.
-#[derive(Clone, Copy)]
-struct Place<T> {
-    v: T,
-    start: (T, T),
-    end: (T, T),
-}
-
-/// Several places, number by number.
-struct Lanes<T, const N: usize> {
-    v: [T; N],
-    start: [[T; N]; 2],
-    end: [[T; N]; 2],
-}
-
-impl<T: Real> Place<T> {
-    /// The solid-angle sample.
-    #[inline]
-    fn start(view: &LineView<T>, xi: T) -> Self {
-        let [(t, start), (_, end)] = view.start_angles(xi);
-        let half = t.atan();
-        Self {
-            v: half + half,
-            start,
-            end,
-        }
-    }
-}
-
 /// Inverts the CDF of the density that runs linearly from `p0` to `p1`.
-#[inline]
+#[inline(always)]
 fn warp<T: Real>(xi: T, p0: T, p1: T) -> T {
     let denominator = p0 + (p0 * p0 * (T::ONE - xi) + p1 * p1 * xi).sqrt();
-    if denominator > T::ZERO {
-        (xi * (p0 + p1) / denominator).at_most(T::ONE)
-    } else {
-        xi
-    }
+    let warped = (xi * (p0 + p1) / denominator).at_most(T::ONE);
+    if denominator > T::ZERO { warped } else { xi }
 }
 
 /// Where [`ProjectedLine::sample_coarse`] ends.
-const COARSE: f64 = 0.025;
+const COARSE: f64 = 0.08;
+
+/// H as seen from one end of the arc.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct End<T> {
+    /// Cosine and sine of φ at the end.
+    cos: T,
+    sin: T,
+    /// N and N′ there.
+    n: T,
+    dn: T,
+    /// Coefficients of H: of v − sin v cos v, of sin v cos v, of sin² v.
+    terms: [T; 3],
+    /// For the start.
+    solid_angle: SolidAngleEnd<T>,
+    /// N/sin δ here and at the other end.
+    pub over_sine: [T; 2],
+}
 
 /// H and its inversion on the arc of a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inversion<T> {
-    delta: T,
-    cos0: T,
-    sin0: T,
-    n0: T,
-    n1: T,
-    /// End cosines N₀, N(δ), and the same over sin δ.
-    ends: [T; 2],
-    over_sine: [T; 2],
-    /// Coefficients of H: C₀N₀, C₀N′ − S₀N₀, S₀N′.
-    terms: [T; 3],
-    total: T,
+    pub delta: T,
+    pub ends: [End<T>; 2],
+    pub total: T,
+    pub sine_range: T,
+}
+
+impl<T: Real> End<T> {
+    /// One of two by selecting numbers, which the compiler can do for several at once.
+    #[inline(always)]
+    pub(crate) fn select(second: bool, [a, b]: &[Self; 2]) -> Self {
+        let one = |a: T, b: T| if second { b } else { a };
+        let two = |a: [T; 2], b: [T; 2]| [one(a[0], b[0]), one(a[1], b[1])];
+        Self {
+            cos: one(a.cos, b.cos),
+            sin: one(a.sin, b.sin),
+            n: one(a.n, b.n),
+            dn: one(a.dn, b.dn),
+            terms: [
+                one(a.terms[0], b.terms[0]),
+                one(a.terms[1], b.terms[1]),
+                one(a.terms[2], b.terms[2]),
+            ],
+            solid_angle: SolidAngleEnd {
+                cosine: one(a.solid_angle.cosine, b.solid_angle.cosine),
+                minus: two(a.solid_angle.minus, b.solid_angle.minus),
+                plus: two(a.solid_angle.plus, b.solid_angle.plus),
+            },
+            over_sine: two(a.over_sine, b.over_sine),
+        }
+    }
+
+    /// The solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020): one step closer than the paper's
+    /// start.
+    #[inline(always)]
+    pub(crate) fn start(&self, xi: T, sine_range: T) -> Angle<T> {
+        let [here, there] = self.over_sine;
+        let (a, b) = self
+            .solid_angle
+            .half_tangent(warp(xi, here, there), sine_range);
+        double_angle(a, b)
+    }
+
+    /// H(v).
+    #[inline(always)]
+    fn mass(&self, at: &Angle<T>) -> T {
+        let [a, b, d] = self.terms;
+        let sc = at.s * at.c;
+        let long = at.v - sc;
+        // (x − sin x)/2 with x = 2v.
+        let four = T::from_f64(4.0);
+        let y = four * (at.v * at.v);
+        let short = y * at.v * T::sine_remainder(y);
+        let rest = if at.v > T::from_f64(0.5) { long } else { short };
+        a * rest + (b * sc + d * (at.s * at.s))
+    }
+
+    /// Peters' step: the root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if
+    /// none. And that step with the cubic term, which takes an error to its fourth power: H″′ = −4 (cos φ N + sin φ N′), and
+    /// the slope where the step ends is twice the root of the discriminant.
+    #[inline(always)]
+    pub(crate) fn steps(&self, at: &Angle<T>, target: T) -> [T; 2] {
+        let excess = self.mass(at) - target;
+        let cos = self.cos * at.c - self.sin * at.s;
+        let sin = self.sin * at.c + self.cos * at.s;
+        let n = self.n * at.c + self.dn * at.s;
+        let dn = self.dn * at.c - self.n * at.s;
+        let (slope, bend) = (cos * n, cos * dn - sin * n);
+        let root = (slope * slope - bend * excess).at_least(T::ZERO).sqrt();
+        let sum = slope.abs() + root;
+        let step = -excess / sum;
+        let step = if sum > T::ZERO { step } else { T::ZERO };
+        let third = T::from_f64(1.0 / 3.0);
+        let more = (slope + sin * dn) * third / root * (step * step);
+        let half = T::from_f64(0.5);
+        // Where the slope vanishes the quotient says nothing.
+        let more = more.at_least(-half).at_most(half);
+        [step, step + step * more]
+    }
 }
 
 impl<T: Real> ProjectedLine<T> {
@@ -124,21 +178,29 @@ impl<T: Real> ProjectedLine<T> {
         self.arc.sample(&self.view, xi)
     }
 
+    /// The sample and its cosine n·ω.
+    pub(crate) fn sample_with_cosine(&self, xi: T) -> (ArcPoint<T>, T) {
+        self.arc.sample_with_cosine(&self.view, xi)
+    }
+
     /// The sample to about the accuracy that the paper has after its two steps, and for less: steps end when one was below
     /// a fortieth of the distance to the nearer end (what is left is about its cube). One step does nearly everywhere.
     /// Worst backward error in ξ by search: `docs/accuracy-lights.md`.
     #[must_use]
     pub fn sample_coarse(&self, xi: T) -> ArcPoint<T> {
-        let place = self.arc.find_to(&self.view, xi, T::from_f64(COARSE));
-        self.view.arc_point(place.start, place.end)
+        let (second, at) = self.arc.find_to(xi, T::from_f64(COARSE));
+        self.view.arc_point(second, at.s, at.c)
     }
 
-    /// The angle v from the first end of the sample after a number of steps; 2 is the paper's.
+    /// The angle v from the first end after a number of steps from the solid-angle sample: the paper's, who takes 2.
     #[must_use]
     pub fn angle_steps(&self, xi: T, steps: u32) -> T {
-        let mut at = Place::start(&self.view, xi);
+        let end = &self.arc.ends[0];
+        let (a, b) = end.solid_angle.half_tangent(xi, self.arc.sine_range);
+        let mut at = double_angle(a, b);
         for _ in 0..steps {
-            self.arc.advance(&mut at, xi * self.arc.total);
+            let [step, _] = end.steps(&at, xi * self.arc.total);
+            self.arc.advance(&mut at, step);
         }
         at.v
     }
@@ -174,31 +236,51 @@ impl<T: Real> ProjectedLine<T> {
     }
 }
 
+impl ProjectedLine<f64> {
+    /// Samples of at most [`BLOCK`](super::batch::BLOCK) random numbers, if the line
+    /// [is short](LineView::is_short); whether it is.
+    pub(crate) fn fill(&self, xi: &[f64], batch: &mut Batch) -> bool {
+        if self.view.is_short() {
+            batch.fill(&self.arc, &self.view, xi, f64::CLOSE);
+        }
+        self.view.is_short()
+    }
+}
+
 impl<T: Real> Inversion<T> {
     /// For a view that has been clipped by the normal.
+    #[inline]
     pub(crate) fn of(view: &LineView<T>) -> Option<Self> {
-        let (cos0, sin0) = view.start();
         let (sin_delta, cos_delta) = view.angle_sin_cos();
-        let [n0, end] = view.end_cosines();
-        // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in between.
-        let n1 = (end - n0 * cos_delta) / sin_delta;
-        let mut out = Self {
-            ends: [n0, end],
-            over_sine: [n0 / sin_delta, end / sin_delta],
-            delta: view.angle(),
-            cos0,
-            sin0,
-            n0,
-            n1,
-            terms: [
-                cos0 * n0,
-                T::diff_of_products(cos0, n1, sin0, n0),
-                sin0 * n1,
-            ],
-            total: T::ZERO,
+        let per_sine = view.inverse_sine();
+        let n = view.end_cosines();
+        let end = |second: bool| {
+            let (here, there) = (usize::from(second), usize::from(!second));
+            let (cos, sin) = view.foot_angle(second);
+            // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in between.
+            let dn = (n[there] - n[here] * cos_delta) * per_sine;
+            let (a, d) = (cos * n[here], sin * dn);
+            End {
+                cos,
+                sin,
+                n: n[here],
+                dn,
+                terms: [a - d, a + a, T::diff_of_products(cos, dn, sin, n[here])],
+                solid_angle: view.solid_angle_end(second),
+                over_sine: [n[here] * per_sine, n[there] * per_sine],
+            }
         };
-        let (s, c) = out.delta.sin_cos();
-        out.total = out.mass(out.delta, s, c);
+        let mut out = Self {
+            delta: view.angle(),
+            ends: [end(false), end(true)],
+            total: T::ZERO,
+            sine_range: view.sine_range(),
+        };
+        out.total = out.ends[0].mass(&Angle {
+            v: out.delta,
+            s: sin_delta,
+            c: cos_delta,
+        });
         out.total.is_usable().then_some(out)
     }
 
@@ -206,180 +288,60 @@ impl<T: Real> Inversion<T> {
         self.total / view.line_distance()
     }
 
-    /// H(v), given sine and cosine.
-    #[inline]
-    fn mass(&self, v: T, s: T, c: T) -> T {
-        let (sc, [a, b, d]) = (s * c, self.terms);
-        a * (v + sc) + b * (s * s) - d * minus_sin_cos(v, sc)
-    }
-
     pub(crate) fn sample(&self, view: &LineView<T>, xi: T) -> ArcPoint<T> {
-        let place = self.find(view, xi);
-        view.arc_point(place.start, place.end)
+        let (second, at) = self.find_to(xi, T::CLOSE);
+        view.arc_point(second, at.s, at.c)
     }
 
     /// The sample and its cosine n·ω.
+    #[inline]
     pub(crate) fn sample_with_cosine(&self, view: &LineView<T>, xi: T) -> (ArcPoint<T>, T) {
-        self.output(view, &self.find(view, xi))
+        let (second, at) = self.find_to(xi, T::CLOSE);
+        self.output(view, second, at.s, at.c)
     }
 
-    fn find(&self, view: &LineView<T>, xi: T) -> Place<T> {
-        self.find_to(view, xi, T::CLOSE)
-    }
-
-    /// Steps until one is below the fraction `close` of the distance to the nearer end.
-    fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> Place<T> {
+    /// The angle from the end that it says, in steps until one is below the fraction `close` of the distance to the nearer
+    /// end.
+    #[inline]
+    fn find_to(&self, xi: T, close: T) -> (bool, Angle<T>) {
+        let (second, xi) = nearer(xi);
+        let end = &self.ends[usize::from(second)];
         let target = xi * self.total;
-        // The start: the solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020), one step closer than
-        // the paper's.
-        let [n0, n1] = self.ends;
-        let mut at = Place::start(view, warp(xi, n0, n1));
+        let mut at = end.start(xi, self.sine_range);
         for _ in 0..T::STEPS {
-            let step = self.advance(&mut at, target);
+            let [_, step] = end.steps(&at, target);
+            let step = self.advance(&mut at, step);
             let room = at.v.at_most(self.delta - at.v);
             if step.abs() <= close * room {
                 break;
             }
         }
-        at
+        (second, at)
     }
 
-    /// [`Inversion::sample_with_cosine`] for several random numbers in lockstep: every operation on all of them, without a
-    /// branch, so that the compiler can use vector instructions.
-    pub(crate) fn sample_batch<const N: usize>(
-        &self,
-        view: &LineView<T>,
-        xi: &[T; N],
-    ) -> [(ArcPoint<T>, T); N] {
-        let [n0, n1] = self.ends;
-        let places = xi.map(|xi| Place::start(view, warp(xi, n0, n1)));
-        let mut lanes = Lanes {
-            v: places.map(|p| p.v),
-            start: [places.map(|p| p.start.0), places.map(|p| p.start.1)],
-            end: [places.map(|p| p.end.0), places.map(|p| p.end.1)],
-        };
-        let target = xi.map(|xi| xi * self.total);
-        for _ in 0..T::STEPS {
-            if self.advance_all(&mut lanes, &target) {
-                break;
-            }
-        }
-        core::array::from_fn(|i| {
-            let place = Place {
-                v: lanes.v[i],
-                start: (lanes.start[0][i], lanes.start[1][i]),
-                end: (lanes.end[0][i], lanes.end[1][i]),
-            };
-            self.output(view, &place)
-        })
-    }
-
-    /// One step of every lane; whether all have arrived.
     #[inline]
-    fn advance_all<const N: usize>(&self, at: &mut Lanes<T, N>, target: &[T; N]) -> bool {
-        let mut step = [T::ZERO; N];
-        for i in 0..N {
-            let (v, s, c) = (at.v[i], at.start[0][i], at.start[1][i]);
-            let (sc, [a, b, d]) = (s * c, self.terms);
-            let long = v - sc;
-            let four = T::from_f64(4.0);
-            let short = four * v * v * v * T::sine_remainder(four * v * v);
-            let rest = if v > T::ONE { long } else { short };
-            let excess = a * (v + sc) + b * (s * s) - d * rest - target[i];
-            let raw = self.step_from(excess, s, c);
-            step[i] = raw.at_least(-v).at_most(self.delta - v);
-        }
-        let mut largest = T::ZERO;
-        for x in step {
-            largest = largest.at_least(x.abs());
-        }
-        let half = T::from_f64(0.5);
-        let mut turn = [[T::ZERO; N]; 2];
-        if largest > half {
-            for i in 0..N {
-                (turn[0][i], turn[1][i]) = step[i].sin_cos();
-            }
-        } else {
-            for i in 0..N {
-                let (s, c) = T::sine_and_cosine(step[i] * step[i]);
-                (turn[0][i], turn[1][i]) = (step[i] * s, c);
-            }
-        }
-        let mut far = T::ZERO;
-        for i in 0..N {
-            let (s, c) = (turn[0][i], turn[1][i]);
-            let v = at.v[i] + step[i];
-            let a = rotate((at.start[0][i], at.start[1][i]), (s, c));
-            let b = rotate((at.end[0][i], at.end[1][i]), (-s, c));
-            at.v[i] = v;
-            (at.start[0][i], at.start[1][i]) = (a.0.at_least(T::ZERO), a.1);
-            (at.end[0][i], at.end[1][i]) = (b.0.at_least(T::ZERO), b.1);
-            let room = v.at_most(self.delta - v);
-            far = far.at_least(step[i].abs() - T::CLOSE * room);
-        }
-        far <= T::ZERO
-    }
-
-    fn output(&self, view: &LineView<T>, place: &Place<T>) -> (ArcPoint<T>, T) {
+    fn output(&self, view: &LineView<T>, second: bool, s: T, c: T) -> (ArcPoint<T>, T) {
         // N(v) from both ends, all terms positive.
-        let [n0, n1] = self.over_sine;
-        let cosine = n0 * place.end.0 + n1 * place.start.0;
-        (view.arc_point(place.start, place.end), cosine)
+        let [here, there] = self.ends[usize::from(second)].over_sine;
+        let cosine = here * view.sine_of_rest(s, c) + there * s;
+        (view.arc_point(second, s, c), cosine)
     }
 
     /// One step; how far it went.
     #[inline]
-    fn advance(&self, at: &mut Place<T>, target: T) -> T {
-        let step = self.step(at.v, at.start, target);
+    fn advance(&self, at: &mut Angle<T>, step: T) -> T {
         let step = step.at_least(-at.v).at_most(self.delta - at.v);
-        let (s, c) = small_sin_cos(step);
+        let (s, c) = rotate((at.s, at.c), small_sin_cos(step));
         at.v = at.v + step;
-        at.start = rotate(at.start, (s, c));
-        at.end = rotate(at.end, (-s, c));
-        at.end.0 = at.end.0.at_least(T::ZERO);
-        at.start.0 = at.start.0.at_least(T::ZERO);
+        at.s = s.at_least(T::ZERO);
+        at.c = c;
         step
-    }
-
-    /// The root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if none.
-    #[inline]
-    fn step(&self, v: T, (s, c): (T, T), target: T) -> T {
-        self.step_from(self.mass(v, s, c) - target, s, c)
-    }
-
-    #[inline]
-    fn step_from(&self, excess: T, s: T, c: T) -> T {
-        let cos = self.cos0 * c - self.sin0 * s;
-        let sin = self.sin0 * c + self.cos0 * s;
-        let n = self.n0 * c + self.n1 * s;
-        let dn = self.n1 * c - self.n0 * s;
-        let two = T::ONE + T::ONE;
-        let slope = two * cos * n;
-        let half_bend = cos * dn - sin * n;
-        let discriminant = slope * slope - two * two * half_bend * excess;
-        let sum = slope.abs() + discriminant.at_least(T::ZERO).sqrt();
-        if sum > T::ZERO {
-            -two * excess / sum
-        } else {
-            T::ZERO
-        }
     }
 
     pub(crate) fn cdf(&self, v: T) -> T {
         let (s, c) = v.sin_cos();
-        (self.mass(v, s, c) / self.total)
+        (self.ends[0].mass(&Angle { v, s, c }) / self.total)
             .at_least(T::ZERO)
             .at_most(T::ONE)
     }
-}
-
-/// `v − sin v cos v` given the product; relatively accurate.
-#[inline]
-fn minus_sin_cos<T: Real>(v: T, sin_cos: T) -> T {
-    if v > T::ONE {
-        return v - sin_cos;
-    }
-    // (x − sin x)/2 with x = 2v.
-    let four = T::from_f64(4.0);
-    four * v * v * v * T::sine_remainder(four * v * v)
 }

@@ -1,5 +1,6 @@
 //! A line as the shading point sees it: clipping, solid angle, and the map between angles and places.
 
+use crate::angle::double_angle;
 use crate::real::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
 
 /// A straight line seen from the origin, clipped or not, with the few numbers that every technique starts from.
@@ -10,27 +11,28 @@ use crate::real::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
 /// component. Generic over `f32` and `f64`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LineView<T> {
-    p0: V3<T>,
-    p1: V3<T>,
+    /// The clipped ends.
+    ends: [V3<T>; 2],
     /// Edge, not clipped, and its length.
     edge: V3<T>,
     whole: T,
     /// Fractions of the whole line at which the clipped line begins and ends.
     range: [T; 2],
-    /// Their difference, relatively accurate also where little is left.
-    kept: T,
+    /// Their difference, relatively accurate also where little is left, and with the sign that leads away from each end.
+    kept: [T; 2],
     /// Clipped length.
     l: T,
     r: [T; 2],
-    /// Reciprocals of r, cosines h/r at both ends, and sin δ.
+    /// Reciprocals of r, and cosines h/r at both ends.
     inverse: [T; 2],
     cosine: [T; 2],
-    sin_delta: T,
     /// p0·p1 and |p0 × p1| of the clipped ends.
     dot: T,
     cross: T,
-    /// Unit normal of the plane of the line and the origin.
-    axis: V3<T>,
+    /// sin δ, its reciprocal, and cos δ.
+    sin_delta: T,
+    inverse_sine: T,
+    cos_delta: T,
     h: T,
     /// Cosines n·p of the clipped ends (0 where clipped); zero without a normal.
     height: [T; 2],
@@ -38,10 +40,21 @@ pub struct LineView<T> {
     sine: [T; 2],
     minus: [T; 2],
     plus: [T; 2],
-    /// Unit tangent t of the fan at the first end.
-    tangent: V3<T>,
     /// sin φ₁ − sin φ₀.
     sine_range: T,
+    /// Whether places resolve it better than directions ([`LineView::is_short`]); unit tangent t of the fan at the first
+    /// end where not.
+    short: bool,
+    tangent: V3<T>,
+}
+
+/// What is left of a line above the horizon: ends, their fractions of the whole, the fraction that is left, and the heights
+/// n·p of the ends.
+struct Kept<T> {
+    ends: [V3<T>; 2],
+    range: [T; 2],
+    kept: T,
+    height: [T; 2],
 }
 
 impl<T: Real> LineView<T> {
@@ -72,111 +85,94 @@ impl<T: Real> LineView<T> {
         Self::build(p0, p1, edge, x, normal)
     }
 
+    #[inline(always)]
     fn build(p0: V3<T>, p1: V3<T>, edge: V3<T>, x: V3<T>, normal: Option<V3<T>>) -> Option<Self> {
         let whole = length(edge);
         let area = length(x);
         if !(whole.is_usable() && area.is_usable()) {
             return None;
         }
-        let mut view = Self {
-            p0,
-            p1,
-            edge,
-            whole,
-            range: [T::ZERO, T::ONE],
-            kept: T::ONE,
-            l: whole,
-            cross: area,
-            axis: scale(x, T::ONE / area),
-            h: area / whole,
-            ..Self::default()
+        let kept = match normal {
+            Some(n) => clip([p0, p1], edge, (x, area), n)?,
+            None => Kept {
+                ends: [p0, p1],
+                range: [T::ZERO, T::ONE],
+                kept: T::ONE,
+                height: [T::ZERO; 2],
+            },
         };
-        if let Some(n) = normal {
-            view.clip(n, x)?;
-        }
-        view.finish()
+        Self::finish(kept, (edge, whole), (x, area))
     }
 
-    fn clip(&mut self, n: V3<T>, x: V3<T>) -> Option<()> {
-        let (c0, c1) = (height(n, self.p0), height(n, self.p1));
-        self.height = [c0.at_least(T::ZERO), c1.at_least(T::ZERO)];
-        if c0 <= T::ZERO && c1 <= T::ZERO {
+    /// What depends on the clipped ends. The edge and the cross product p0 × p1 of the whole line come with their lengths.
+    #[inline(always)]
+    fn finish(part: Kept<T>, (edge, whole): (V3<T>, T), (x, area): (V3<T>, T)) -> Option<Self> {
+        let Kept {
+            ends: [p0, p1],
+            range,
+            kept,
+            height,
+        } = part;
+        let per_length = T::ONE / whole;
+        let (l, cross) = (whole * kept, area * kept);
+        let h = area * per_length;
+        let r = [length(p0), length(p1)];
+        let inverse = [T::ONE / r[0], T::ONE / r[1]];
+        let cosine = [h * inverse[0], h * inverse[1]];
+        let sin_delta = cross * inverse[0] * inverse[1];
+        let dot01 = dot(p0, p1);
+        let sine = [
+            dot(p0, edge) * (per_length * inverse[0]),
+            dot(p1, edge) * (per_length * inverse[1]),
+        ];
+        let (minus0, plus0) = sides(sine[0], cosine[0]);
+        let (minus1, plus1) = sides(sine[1], cosine[1]);
+        let sine_range = if dot01 > T::ZERO {
+            // h² l (r0 + r1)/(r0 r1 (r0 r1 + p0·p1)): nothing cancels.
+            cosine[0] * cosine[1] * (l / (r[0] * r[1] + dot01)) * (r[0] + r[1])
+        } else {
+            sine[1] - sine[0]
+        };
+        if !(sine_range.is_usable() && cross.is_usable()) {
             return None;
         }
-        if c0 >= T::ZERO && c1 >= T::ZERO {
-            return Some(());
-        }
-        // Opposite signs: nothing cancels in the difference of accurate heights.
-        let span = c1 - c0;
-        let (before, after) = (c0 / -span, c1 / span);
-        let on_horizon = self.on_horizon(n, x, span, [before, after]);
-        let kept = if c0 < T::ZERO {
-            self.p0 = on_horizon;
-            self.range[0] = before;
-            after
+        let foot_inside = sine[0] < T::ZERO && sine[1] > T::ZERO;
+        let short = !foot_inside || l < h;
+        let tangent = if short {
+            [T::ZERO; 3]
         } else {
-            self.p1 = on_horizon;
-            self.range[1] = before;
-            before
+            scale(plain_cross(scale(x, T::ONE / area), p0), inverse[0])
         };
-        let kept = kept.at_most(T::ONE);
-        self.kept = kept;
-        self.l = self.whole * kept;
-        self.cross = self.cross * kept;
-        Some(())
-    }
-
-    /// The point on the horizon: (n × x)/(n·e), whose error is that of x = p0 × p1, ε |x|/|n·e|; or from the nearer end,
-    /// whose error is ε times its distance and the way from it. The first is right where the line passes close by, the second where it nearly
-    /// lies in the horizon.
-    fn on_horizon(&self, n: V3<T>, x: V3<T>, span: T, [before, after]: [T; 2]) -> V3<T> {
-        let (end, way) = if before <= after {
-            (self.p0, scale(self.edge, before))
-        } else {
-            (self.p1, scale(self.edge, -after))
-        };
-        let reach2 = dot(end, end) + dot(way, way);
-        if self.cross * self.cross <= span * span * reach2 {
-            scale(cross(n, x), T::ONE / span)
-        } else {
-            add(end, way)
-        }
-    }
-
-    /// What depends on the clipped ends.
-    fn finish(mut self) -> Option<Self> {
-        let (r0, r1) = (length(self.p0), length(self.p1));
-        self.r = [r0, r1];
-        self.inverse = self.r.map(|r| T::ONE / r);
-        self.cosine = self.inverse.map(|q| self.h * q);
-        self.sin_delta = self.cross * self.inverse[0] * self.inverse[1];
-        self.dot = dot(self.p0, self.p1);
-        let unit = scale(self.edge, T::ONE / self.whole);
-        self.sine = [dot(self.p0, unit) / r0, dot(self.p1, unit) / r1];
-        for i in 0..2 {
-            let (s, c) = (self.sine[i], self.cosine[i]);
-            let (small, large) = (c * c / (T::ONE + s.abs()), T::ONE + s.abs());
-            (self.minus[i], self.plus[i]) = if s > T::ZERO {
-                (small, large)
-            } else {
-                (large, small)
-            };
-        }
-        self.tangent = scale(plain_cross(self.axis, self.p0), T::ONE / r0);
-        let product = r0 * r1;
-        self.sine_range = if self.dot > T::ZERO {
-            // h² l (r0 + r1)/(r0 r1 (r0 r1 + p0·p1)): nothing cancels.
-            (self.h / r0) * (self.h / r1) * (self.l / (product + self.dot)) * (r0 + r1)
-        } else {
-            self.sine[1] - self.sine[0]
-        };
-        (self.sine_range.is_usable() && self.cross.is_usable()).then_some(self)
+        Some(Self {
+            ends: [p0, p1],
+            edge,
+            whole,
+            range,
+            kept: [kept, -kept],
+            l,
+            r,
+            inverse,
+            cosine,
+            dot: dot01,
+            cross,
+            sin_delta,
+            inverse_sine: T::ONE / sin_delta,
+            cos_delta: dot01 * inverse[0] * inverse[1],
+            h,
+            height,
+            sine,
+            minus: [minus0, minus1],
+            plus: [plus0, plus1],
+            sine_range,
+            short,
+            tangent,
+        })
     }
 
     /// The (clipped) ends.
     #[must_use]
     pub fn ends(&self) -> ([T; 3], [T; 3]) {
-        (self.p0, self.p1)
+        (self.ends[0], self.ends[1])
     }
 
     /// The fractions of the whole line at which the clipped one begins and ends.
@@ -200,17 +196,33 @@ impl<T: Real> LineView<T> {
     /// The angle δ in (0, π) that the line subtends.
     #[must_use]
     pub fn angle(&self) -> T {
-        self.cross.atan2(self.dot)
+        let product = self.r[0] * self.r[1];
+        // tan δ/2 from whichever side does not cancel.
+        if self.dot > T::ZERO {
+            double_angle(self.cross, product + self.dot).v
+        } else {
+            double_angle(product - self.dot, self.cross).v
+        }
     }
 
     /// sin δ and cos δ.
     pub(crate) fn angle_sin_cos(&self) -> (T, T) {
-        (self.sin_delta, self.dot * self.inverse[0] * self.inverse[1])
+        (self.sin_delta, self.cos_delta)
     }
 
-    /// Cosine and sine of φ at the first end: h/r₀ and s₀/r₀.
-    pub(crate) fn start(&self) -> (T, T) {
-        (self.cosine[0], self.sine[0])
+    /// 1/sin δ.
+    pub(crate) fn inverse_sine(&self) -> T {
+        self.inverse_sine
+    }
+
+    /// Cosine and sine of the angle from the foot of the line to an end, the sine positive if the line runs away from the
+    /// foot there: h/r₀ and s₀/r₀, or h/r₁ and −s₁/r₁.
+    pub(crate) fn foot_angle(&self, second: bool) -> (T, T) {
+        if second {
+            (self.cosine[1], -self.sine[1])
+        } else {
+            (self.cosine[0], self.sine[0])
+        }
     }
 
     /// n·ω at both clipped ends.
@@ -236,12 +248,10 @@ impl<T: Real> LineView<T> {
     /// The place `lambda` in [0, 1] on the (clipped) line, relative to the shading point, from the nearer end.
     #[must_use]
     pub fn at(&self, lambda: T) -> [T; 3] {
-        let kept = self.kept;
-        if lambda + lambda <= T::ONE {
-            add(self.p0, scale(self.edge, kept * lambda))
-        } else {
-            sub(self.p1, scale(self.edge, kept * (T::ONE - lambda)))
-        }
+        let rest = T::ONE - lambda;
+        let nearest = usize::from(rest < lambda);
+        let way = self.kept[nearest] * lambda.at_most(rest);
+        add(self.ends[nearest], scale(self.edge, way))
     }
 
     /// The fraction of the whole line at the place `lambda` of the clipped one.
@@ -260,29 +270,29 @@ impl<T: Real> LineView<T> {
     /// The sample that is uniform in solid angle (Peters 2021, §3.1): sin φ runs linearly in ξ. No trigonometry.
     #[must_use]
     pub fn sample_solid_angle(&self, xi: T) -> ArcPoint<T> {
-        let [start, end] = self.start_angles(xi);
-        self.arc_point(start.1, end.1)
+        let (second, xi) = nearer(xi);
+        let (a, b) = self
+            .solid_angle_end(second)
+            .half_tangent(xi, self.sine_range);
+        let t = a / b;
+        let q = T::ONE / (T::ONE + t * t);
+        self.arc_point(second, (t + t) * q, (T::ONE - t * t) * q)
     }
 
-    /// tan(v/2) of the solid-angle sample, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)`, with (sin v, cos v); and the same from
-    /// the other end.
+    /// What a solid-angle sample starts from at an end.
     #[inline]
-    pub(crate) fn start_angles(&self, xi: T) -> [(T, (T, T)); 2] {
-        let cos_phi = self.cos_phi(xi);
-        let from = |fraction: T, c: T| {
-            let t = fraction * self.sine_range / (c + cos_phi);
-            let q = T::ONE / (T::ONE + t * t);
-            (t, ((t + t) * q, (T::ONE - t * t) * q))
-        };
-        [from(xi, self.cosine[0]), from(T::ONE - xi, self.cosine[1])]
+    pub(crate) fn solid_angle_end(&self, second: bool) -> SolidAngleEnd<T> {
+        let (here, there) = (usize::from(second), usize::from(!second));
+        SolidAngleEnd {
+            cosine: self.cosine[here],
+            minus: [self.minus[here], self.minus[there]],
+            plus: [self.plus[here], self.plus[there]],
+        }
     }
 
-    /// cos φ of the solid-angle sample: √((1 − sin φ)(1 + sin φ)) with both factors linear in ξ.
-    #[inline]
-    fn cos_phi(&self, xi: T) -> T {
-        let eta = T::ONE - xi;
-        let lerp = |a: [T; 2]| a[0] * eta + a[1] * xi;
-        (lerp(self.minus) * lerp(self.plus)).sqrt()
+    /// sin φ₁ − sin φ₀.
+    pub(crate) fn sine_range(&self) -> T {
+        self.sine_range
     }
 
     /// The fraction of the solid angle below the place `lambda`: the inverse of [`LineView::sample_solid_angle`].
@@ -301,8 +311,7 @@ impl<T: Real> LineView<T> {
         let towards = if end == 0 { lambda } else { T::ONE - lambda };
         let p = self.at(towards);
         let (r0, r) = (self.r[end], length(p));
-        let start = if end == 0 { self.p0 } else { self.p1 };
-        let (d, l) = (dot(start, p), self.l * lambda);
+        let (d, l) = (dot(self.ends[end], p), self.l * lambda);
         if d > T::ZERO {
             (self.h / r0) * (self.h / r) * (l / (r0 * r + d)) * (r0 + r)
         } else {
@@ -313,13 +322,13 @@ impl<T: Real> LineView<T> {
     /// The angle v of the place `lambda`.
     pub(crate) fn angle_of(&self, lambda: T) -> T {
         let p = self.at(lambda);
-        (self.cross * lambda).atan2(dot(self.p0, p))
+        (self.cross * lambda).atan2(dot(self.ends[0], p))
     }
 
     /// The angle δ − v of the place at the fraction `rest` from the second end.
     pub(crate) fn angle_from_end(&self, rest: T) -> T {
-        let p = sub(self.p1, scale(self.edge, self.kept * rest));
-        (self.cross * rest).atan2(dot(self.p1, p))
+        let p = add(self.ends[1], scale(self.edge, self.kept[1] * rest));
+        (self.cross * rest).atan2(dot(self.ends[1], p))
     }
 
     /// n·p at the place `lambda`, linear between the clipped ends.
@@ -339,30 +348,39 @@ impl<T: Real> LineView<T> {
     /// shorter than h.
     #[must_use]
     pub fn is_short(&self) -> bool {
-        let foot_inside = self.sine[0] < T::ZERO && self.sine[1] > T::ZERO;
-        !foot_inside || self.l < self.h
+        self.short
     }
 
-    /// The place and direction from (sin, cos) of the angles to both ends.
+    /// sin(δ − v) for the angle v from an end. It is accurate relative to itself unless v is close to δ: callers measure v
+    /// from the end that has at most half of the sample space behind it, and the density on an arc, a product of two
+    /// sinusoids, is nowhere many times its mean.
+    #[inline(always)]
+    pub(crate) fn sine_of_rest(&self, s: T, c: T) -> T {
+        (self.sin_delta * c - self.cos_delta * s).at_least(T::ZERO)
+    }
+
+    /// The place and direction from sine and cosine of the angle v from the first or second end.
     ///
-    /// 1/r interpolates like a direction, `1/r = (sin(δ−v)/r₀ + sin v/r₁)/sin δ`: all terms are positive.
+    /// 1/r interpolates like a direction, `1/r = (sin(δ−v)/r₀ + sin v/r₁)/sin δ`: all terms are positive. The ends are
+    /// looked up by index: which of them is nearer is anybody's guess, and a branch on it would be mispredicted.
     #[inline]
-    pub(crate) fn arc_point(&self, from_start: (T, T), from_end: (T, T)) -> ArcPoint<T> {
-        let (w0, w1) = (from_end.0 * self.inverse[0], from_start.0 * self.inverse[1]);
+    pub(crate) fn arc_point(&self, second: bool, s: T, c: T) -> ArcPoint<T> {
+        let (here, there) = (usize::from(second), usize::from(!second));
+        let far = self.sine_of_rest(s, c);
+        let (w0, w1) = (far * self.inverse[here], s * self.inverse[there]);
         let sum = w0 + w1;
         if !sum.is_usable() {
             return ArcPoint::default();
         }
         let inverse = T::ONE / sum;
-        let (lambda, rest) = (w1 * inverse, w0 * inverse);
-        let distance = self.sin_delta * inverse;
-        if self.is_short() {
-            let point = if lambda <= rest {
-                add(self.p0, scale(self.edge, self.kept * lambda))
-            } else {
-                sub(self.p1, scale(self.edge, self.kept * rest))
-            };
-            let direction = scale(point, sum / self.sin_delta);
+        // Fractions of the line from this end and from the other one.
+        let fractions = [w1 * inverse, w0 * inverse];
+        let (lambda, rest) = (fractions[here], fractions[there]);
+        if self.short {
+            let nearest = here ^ usize::from(fractions[1] < fractions[0]);
+            let way = self.kept[nearest] * fractions[0].at_most(fractions[1]);
+            let point = add(self.ends[nearest], scale(self.edge, way));
+            let direction = scale(point, sum * self.inverse_sine);
             return ArcPoint {
                 lambda,
                 rest,
@@ -370,15 +388,141 @@ impl<T: Real> LineView<T> {
                 point,
             };
         }
-        let along = scale(self.tangent, from_start.0);
-        let direction = add(scale(self.p0, from_start.1 * self.inverse[0]), along);
-        let point = scale(direction, distance);
+        // (sin v, cos v) from the first end.
+        let other = (far, self.cos_delta * c + self.sin_delta * s);
+        let (sine, cosine) = [(s, c), other][here];
+        let along = scale(self.tangent, sine);
+        let direction = add(scale(self.ends[0], cosine * self.inverse[0]), along);
+        let point = scale(direction, self.sin_delta * inverse);
         ArcPoint {
             lambda,
             rest,
             direction,
             point,
         }
+    }
+
+    /// [`LineView::arc_point`] on a line that [is short](LineView::is_short), from sin v and sin(δ − v), without a branch.
+    #[inline(always)]
+    pub(crate) fn short_place(&self, second: bool, near: T, far: T) -> ArcPoint<T> {
+        let (first, last) = if second { (near, far) } else { (far, near) };
+        let (w0, w1) = (first * self.inverse[0], last * self.inverse[1]);
+        let sum = w0 + w1;
+        let inverse = T::ONE / sum;
+        let (lambda, rest) = (w1 * inverse, w0 * inverse);
+        let scale = sum * self.inverse_sine;
+        let way = lambda.at_most(rest);
+        let way = way
+            * if lambda > rest {
+                self.kept[1]
+            } else {
+                self.kept[0]
+            };
+        let point = [0, 1, 2].map(|k| {
+            let (a, b) = (self.ends[0][k], self.ends[1][k]);
+            (if lambda > rest { b } else { a }) + self.edge[k] * way
+        });
+        ArcPoint {
+            lambda,
+            rest,
+            direction: point.map(|x| x * scale),
+            point,
+        }
+    }
+}
+
+/// 1 − sin φ and 1 + sin φ, each relatively accurate.
+#[inline(always)]
+fn sides<T: Real>(sine: T, cosine: T) -> (T, T) {
+    let large = T::ONE + sine.abs();
+    let small = cosine * cosine / large;
+    if sine > T::ZERO {
+        (small, large)
+    } else {
+        (large, small)
+    }
+}
+
+/// cos φ at an end, and 1 − sin φ and 1 + sin φ (or the other way round) there and at the other end.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SolidAngleEnd<T> {
+    pub cosine: T,
+    pub minus: [T; 2],
+    pub plus: [T; 2],
+}
+
+impl<T: Real> SolidAngleEnd<T> {
+    /// The solid-angle sample at the fraction `xi` from this end: tan(v/2) as a quotient of two numbers ≥ 0, v from this
+    /// end, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)` and cos φ = √((1 − sin φ)(1 + sin φ)), both factors linear in ξ.
+    #[inline(always)]
+    pub(crate) fn half_tangent(&self, xi: T, sine_range: T) -> (T, T) {
+        let eta = T::ONE - xi;
+        let lerp = |a: [T; 2]| a[0] * eta + a[1] * xi;
+        let cos_phi = (lerp(self.minus) * lerp(self.plus)).sqrt();
+        (xi * sine_range, self.cosine + cos_phi)
+    }
+}
+
+/// The end from which a sample is measured, and its random number from there: the end that has at most half of the sample
+/// space behind it, so that what is next to either end keeps its digits.
+#[inline(always)]
+pub(crate) fn nearer<T: Real>(xi: T) -> (bool, T) {
+    let rest = T::ONE - xi;
+    (rest < xi, rest.at_most(xi))
+}
+
+/// The part of a line above the horizon of n; `None` if there is nothing.
+#[inline]
+fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Option<Kept<T>> {
+    let (c0, c1) = (height(n, ends[0]), height(n, ends[1]));
+    if c0 <= T::ZERO && c1 <= T::ZERO {
+        return None;
+    }
+    let mut out = Kept {
+        ends,
+        range: [T::ZERO, T::ONE],
+        kept: T::ONE,
+        height: [c0.at_least(T::ZERO), c1.at_least(T::ZERO)],
+    };
+    if c0 >= T::ZERO && c1 >= T::ZERO {
+        return Some(out);
+    }
+    // Opposite signs: nothing cancels in the difference of accurate heights.
+    let span = c1 - c0;
+    let (before, after) = (c0 / -span, c1 / span);
+    let end = on_horizon(ends, edge, x, (n, span, [before, after]));
+    let kept = if c0 < T::ZERO {
+        out.ends[0] = end;
+        out.range[0] = before;
+        after
+    } else {
+        out.ends[1] = end;
+        out.range[1] = before;
+        before
+    };
+    out.kept = kept.at_most(T::ONE);
+    Some(out)
+}
+
+/// The point on the horizon: (n × x)/(n·e), whose error is that of x = p0 × p1, ε |x|/|n·e|; or from the nearer end, whose
+/// error is ε times its distance and the way from it. The first is right where the line passes close by, the second where
+/// it nearly lies in the horizon.
+fn on_horizon<T: Real>(
+    ends: [V3<T>; 2],
+    edge: V3<T>,
+    (x, area): (V3<T>, T),
+    (n, span, [before, after]): (V3<T>, T, [T; 2]),
+) -> V3<T> {
+    let (end, way) = if before <= after {
+        (ends[0], scale(edge, before))
+    } else {
+        (ends[1], scale(edge, -after))
+    };
+    let reach2 = dot(end, end) + dot(way, way);
+    if area * area <= span * span * reach2 {
+        scale(cross(n, x), T::ONE / span)
+    } else {
+        add(end, way)
     }
 }
 

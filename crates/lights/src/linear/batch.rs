@@ -1,0 +1,148 @@
+//! Projected solid angle for many random numbers at once: every operation in a loop over columns.
+//!
+//! The loops have no branches and no calls, so that the compiler uses what vector instructions there are; their length is
+//! not known to it, because it would unroll them instead. The kernels are those of one sample, and so are the bits but for
+//! the steps that some samples of a block take more than they need.
+
+use super::projected::{End, Inversion};
+use super::view::{LineView, nearer};
+use crate::angle::{Angle, rotate, small_sin_cos};
+use crate::real::Real;
+
+/// Most samples in a block.
+pub(crate) const BLOCK: usize = 16;
+
+/// A column.
+type Column = [f64; BLOCK];
+
+/// A block of samples.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Batch {
+    /// Place on the clipped line.
+    pub lambda: Column,
+    /// Point and direction by coordinates.
+    pub point: [Column; 3],
+    pub direction: [Column; 3],
+    /// n·ω.
+    pub cosine: Column,
+}
+
+/// Angles of a block.
+#[derive(Default)]
+struct Angles {
+    v: Column,
+    s: Column,
+    c: Column,
+}
+
+impl Batch {
+    /// Samples for at most [`BLOCK`] random numbers on a line that [is short](LineView::is_short): steps until the longest
+    /// was below the fraction `close` of the distance to the nearer end.
+    pub(crate) fn fill(
+        &mut self,
+        arc: &Inversion<f64>,
+        view: &LineView<f64>,
+        numbers: &[f64],
+        close: f64,
+    ) {
+        let n = numbers.len().min(BLOCK);
+        let mut xi = [0.0; BLOCK];
+        xi[..n].copy_from_slice(&numbers[..n]);
+        let mut at = start(arc, &xi, n);
+        for _ in 0..f64::STEPS {
+            if advance(arc, &xi, n, &mut at, close) {
+                break;
+            }
+        }
+        self.place(arc, view, &xi, n, &at);
+    }
+
+    /// [`LineView::arc_point`] and the cosines.
+    #[inline(never)]
+    fn place(
+        &mut self,
+        arc: &Inversion<f64>,
+        view: &LineView<f64>,
+        xi: &Column,
+        n: usize,
+        at: &Angles,
+    ) {
+        let (n, arc, view) = (n.min(BLOCK), *arc, *view);
+        let mut out = Self::default();
+        for (i, xi) in xi[..n].iter().enumerate() {
+            let (second, _) = nearer(*xi);
+            let near = at.s[i];
+            let far = view.sine_of_rest(near, at.c[i]);
+            let [here, there] = End::select(second, &arc.ends).over_sine;
+            out.cosine[i] = here * far + there * near;
+            let place = view.short_place(second, near, far);
+            out.lambda[i] = place.lambda;
+            for k in 0..3 {
+                out.point[k][i] = place.point[k];
+                out.direction[k][i] = place.direction[k];
+            }
+        }
+        *self = out;
+    }
+}
+
+#[inline(never)]
+fn start(arc: &Inversion<f64>, xi: &Column, n: usize) -> Angles {
+    let (n, arc) = (n.min(BLOCK), *arc);
+    let mut out = Angles::default();
+    for i in 0..n {
+        let (second, xi) = nearer(xi[i]);
+        let at = End::select(second, &arc.ends).start(xi, arc.sine_range);
+        out.v[i] = at.v;
+        out.s[i] = at.s;
+        out.c[i] = at.c;
+    }
+    out
+}
+
+#[inline(never)]
+fn steps(arc: &Inversion<f64>, xi: &Column, n: usize, at: &Angles) -> Column {
+    let (n, arc) = (n.min(BLOCK), *arc);
+    let mut step = [0.0; BLOCK];
+    for i in 0..n {
+        let (second, xi) = nearer(xi[i]);
+        let at = Angle {
+            v: at.v[i],
+            s: at.s[i],
+            c: at.c[i],
+        };
+        let [_, raw] = End::select(second, &arc.ends).steps(&at, xi * arc.total);
+        step[i] = raw.at_least(-at.v).at_most(arc.delta - at.v);
+    }
+    step
+}
+
+/// One step of every sample; whether all have arrived.
+#[inline(never)]
+fn advance(arc: &Inversion<f64>, xi: &Column, n: usize, at: &mut Angles, close: f64) -> bool {
+    let n = n.min(BLOCK);
+    let step = steps(arc, xi, n, at);
+    let (mut sine, mut cosine) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let mut large = 0_u64;
+    for i in 0..n {
+        large |= u64::from(step[i].abs() > 0.5);
+        let (s, c) = f64::sine_and_cosine(step[i] * step[i]);
+        sine[i] = step[i] * s;
+        cosine[i] = c;
+    }
+    if large != 0 {
+        for i in 0..n {
+            (sine[i], cosine[i]) = small_sin_cos(step[i]);
+        }
+    }
+    let mut busy = 0_u64;
+    for i in 0..n {
+        let (s, c) = rotate((at.s[i], at.c[i]), (sine[i], cosine[i]));
+        at.s[i] = s.at_least(0.0);
+        at.c[i] = c;
+        at.v[i] += step[i];
+        let room = at.v[i].at_most(arc.delta - at.v[i]);
+        busy |= u64::from(step[i].abs() > close * room);
+    }
+    busy == 0
+}
