@@ -22,17 +22,6 @@ pub(crate) const fn taylor(first: u32) -> [f64; 8] {
     out
 }
 
-#[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
-pub(crate) const fn narrow(c: [f64; 8]) -> [f32; 8] {
-    let mut out = [0.0; 8];
-    let mut k = 0;
-    while k < 8 {
-        out[k] = c[k] as f32;
-        k += 1;
-    }
-    out
-}
-
 /// Numerator and denominator in x² of the quotient for atan(x)/x on |x| ≤ 1 that interpolates at Chebyshev's points, found
 /// in 60 digits: relative error 5e-17.
 pub(crate) const ARC_TANGENT: [[f64; 7]; 2] = [

@@ -1,6 +1,6 @@
 //! The two precisions of the kernels, and the little vector algebra that they need.
 
-use crate::angle::{ARC_TANGENT, narrow, taylor};
+use crate::angle::{ARC_TANGENT, taylor};
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use linelit_geometry::predicates;
@@ -87,6 +87,17 @@ pub trait Real:
     fn is_usable(self) -> bool {
         self > Self::ZERO && self.to_f64() < f64::INFINITY
     }
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+const fn narrow(c: [f64; 8]) -> [f32; 8] {
+    let mut out = [0.0; 8];
+    let mut k = 0;
+    while k < 8 {
+        out[k] = c[k] as f32;
+        k += 1;
+    }
+    out
 }
 
 /// A polynomial of degree 7.
