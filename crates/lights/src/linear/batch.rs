@@ -6,7 +6,7 @@
 
 use super::projected::{End, Inversion};
 use super::view::{LineView, nearer};
-use crate::angle::{Angle, rotate, small_sin_cos};
+use crate::angle::{Angle, rotate, step_sin_cos};
 use crate::real::Real;
 
 /// Most samples in a block.
@@ -132,7 +132,7 @@ fn advance(arc: &Inversion<f64>, xi: &Column, n: usize, at: &mut Angles, close: 
     }
     if large != 0 {
         for i in 0..n {
-            (sine[i], cosine[i]) = small_sin_cos(step[i]);
+            (sine[i], cosine[i]) = step_sin_cos(step[i]);
         }
     }
     let mut busy = 0_u64;

@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::view::{ArcPoint, LineView, SolidAngleEnd, nearer};
-use crate::angle::{Angle, double_angle, rotate, small_sin_cos};
+use crate::angle::{Angle, double_angle, rotate, step_sin_cos};
 use crate::real::Real;
 
 /// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
@@ -331,7 +331,7 @@ impl<T: Real> Inversion<T> {
     #[inline]
     fn advance(&self, at: &mut Angle<T>, step: T) -> T {
         let step = step.at_least(-at.v).at_most(self.delta - at.v);
-        let (s, c) = rotate((at.s, at.c), small_sin_cos(step));
+        let (s, c) = rotate((at.s, at.c), step_sin_cos(step));
         at.v = at.v + step;
         at.s = s.at_least(T::ZERO);
         at.c = c;
