@@ -58,7 +58,7 @@ impl Pair<'_> {
                 (cos_light > 0.0).then_some((to_light, pdf.value()))
             }
         };
-        match self.settings.estimator {
+        match *self.estimator() {
             Estimator::PointArea => self.toward(
                 light.radiance,
                 by_area(SphereCap::whole(&sphere)),
@@ -93,7 +93,7 @@ impl Pair<'_> {
         let (disk, x) = (light.disk, self.point.position);
         let emitted = light.emission.towards(disk.normal.dot(x - disk.center));
         let point = self.point;
-        if self.settings.estimator == Estimator::PointBsdf {
+        if *self.estimator() == Estimator::PointBsdf {
             let by_bsdf = |u| {
                 let w = point.bsdf.sample(u, point.outgoing, point.normal)?;
                 let t = disk.normal.dot(disk.center - x) / disk.normal.dot(w);

@@ -43,6 +43,14 @@ impl Pair<'_> {
         }
     }
 
+    /// The light's estimator.
+    pub(crate) fn estimator(&self) -> &Estimator {
+        self.light
+            .estimator
+            .as_ref()
+            .unwrap_or(&self.settings.estimator)
+    }
+
     /// The number of samples.
     pub(crate) fn count(&self) -> u32 {
         self.settings.samples.max(1).saturating_mul(self.each)
@@ -58,7 +66,7 @@ impl Pair<'_> {
     }
 
     fn area_light(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
-        match self.settings.estimator {
+        match *self.estimator() {
             Estimator::PointArea | Estimator::PointVisibleArea => {
                 self.points_by_area(area, workspace)
             }
@@ -143,7 +151,7 @@ impl Pair<'_> {
     }
 
     fn linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
-        match self.settings.estimator {
+        match *self.estimator() {
             Estimator::PointArea
             | Estimator::PointVisibleArea
             | Estimator::ShaftPoints(ShaftPoints::Area) => {

@@ -1,7 +1,7 @@
 //! What a scene, and what a shading point, does not need.
 
 use crate::selection::Tables;
-use crate::{EmissionTexture, ShadingPoint, Spheres};
+use crate::{EmissionTexture, Estimator, ShadingPoint, Spheres};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, Sphere, SphereLight};
 use linelit_scene::{EmissiveSphere, Scene, SceneLight};
@@ -20,6 +20,8 @@ pub struct PlannedLight {
     pub triangles: Range<u32>,
     /// What an area light emits where, if not the same everywhere.
     pub texture: Option<Arc<EmissionTexture>>,
+    /// The estimator of this light, if it has one of its own.
+    pub estimator: Option<Estimator>,
     /// Whether so much stands before it that looking for all of it at once seldom pays.
     pub crowded: bool,
 }
@@ -53,6 +55,7 @@ impl Plan {
                 light: light.light,
                 triangles: light.triangles.clone(),
                 texture: texture(light, textured),
+                estimator: None,
                 crowded: false,
             })
             .collect();
@@ -91,6 +94,17 @@ impl Plan {
     pub(crate) fn set_crowded(&mut self, crowded: &[bool]) {
         for (light, &crowded) in self.lights.iter_mut().zip(crowded) {
             light.crowded = crowded;
+        }
+    }
+
+    /// Gives a light of the scene an estimator of its own, or none; an exact sphere has that of the
+    /// first of its facets.
+    pub(crate) fn set_estimator(&mut self, light: u32, estimator: Option<Estimator>) {
+        let round = self.round.iter_mut().flat_map(|(lights, _)| lights);
+        for planned in self.lights.iter_mut().chain(round) {
+            if planned.index == light {
+                planned.estimator = estimator;
+            }
         }
     }
 
@@ -154,6 +168,7 @@ fn round(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
                 }),
                 triangles: sphere.triangles.clone(),
                 texture: None,
+                estimator: None,
                 crowded: false,
             }),
             Some(_) => {}

@@ -99,6 +99,12 @@ impl<'s> Renderer<'s> {
         &self.plan
     }
 
+    /// Gives a light, by its number in the scene, an estimator of its own in place of the
+    /// settings'; `None` takes it back. A light that the scene does not have is ignored.
+    pub fn set_light_estimator(&mut self, light: u32, estimator: Option<Estimator>) {
+        self.plan.set_estimator(light, estimator);
+    }
+
     /// The occluders.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {

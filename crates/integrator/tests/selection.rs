@@ -3,6 +3,7 @@
 mod common;
 
 use common::{CLUTTER, SQUARE, TRIANGLE, points, room, trials};
+use linelit_geometry::DVec3;
 use linelit_integrator::{
     Estimator, LightChoice, Renderer, Settings, ShadingPoint, Spheres, Workspace,
 };
@@ -210,4 +211,36 @@ fn names_round_trip() {
     assert!(error.contains("one:estimate"), "{error}");
     assert_eq!("exact".parse::<Spheres>().unwrap().to_string(), "exact");
     assert!("round".parse::<Spheres>().unwrap_err().contains("facets"));
+}
+
+/// A light with an estimator of its own sends what it sends by that estimator alone.
+#[test]
+fn lights_have_estimators_of_their_own() {
+    let two = format!("{SQUARE}\n{TRIANGLE}");
+    let scene = room(&two, CLUTTER);
+    assert_eq!(scene.lights.len(), 2);
+    let mut renderer = Renderer::new(&scene);
+    let all = points(&renderer);
+    let (lines, rays) = (settings("line-area"), settings("point-area"));
+    let mut workspace = Workspace::new();
+    let mut light = |renderer: &Renderer<'_>, settings: &Settings| -> Vec<DVec3> {
+        let direct = |(pixel, point): &([u32; 2], ShadingPoint)| {
+            renderer.direct(settings, point, *pixel, 0, &mut workspace)
+        };
+        all.iter().map(direct).collect()
+    };
+    let (by_lines, by_rays) = (light(&renderer, &lines), light(&renderer, &rays));
+    renderer.set_light_estimator(1, Some(rays.estimator));
+    let mixed = light(&renderer, &lines);
+    renderer.set_light_estimator(0, Some(rays.estimator));
+    renderer.set_light_estimator(1, None);
+    let other = light(&renderer, &lines);
+    assert!(mixed.iter().zip(&by_lines).any(|(a, b)| a != b));
+    for k in 0..mixed.len() {
+        // Each light's part appears once on both sides; sums of two are rounded by an ε.
+        let (one, both) = (mixed[k] + other[k], by_lines[k] + by_rays[k]);
+        assert!((one - both).abs().max_element() <= 4.0 * f64::EPSILON * both.max_element());
+    }
+    renderer.set_light_estimator(0, None);
+    assert_eq!(light(&renderer, &lines), by_lines);
 }

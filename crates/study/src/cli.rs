@@ -97,6 +97,9 @@ pub struct RenderArgs {
     /// Estimator, such as point-solid-angle or line-analytic[offset=uniform].
     #[arg(long, default_value = "line-analytic")]
     pub estimator: Estimator,
+    /// Another estimator for light K of the scene, counted from 0; may be repeated.
+    #[arg(long, value_name = "K=ESTIMATOR")]
+    pub light_estimator: Vec<LightEstimator>,
     /// Sampling pattern.
     #[arg(long, default_value = "stratified")]
     pub sampler: SamplerKind,
@@ -275,6 +278,31 @@ impl FromStr for Resolution {
             ));
         }
         Ok(Self { width, height })
+    }
+}
+
+/// `K=ESTIMATOR`: the estimator of one light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightEstimator {
+    /// The light's number in the scene, from 0.
+    pub light: u32,
+    /// Its estimator.
+    pub estimator: Estimator,
+}
+
+impl FromStr for LightEstimator {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('=');
+        let light = parts.and_then(|(k, e)| Some((k.trim().parse().ok()?, e)));
+        let Some((light, estimator)) = light else {
+            return Err(format!(
+                "`{text}` is not LIGHT=ESTIMATOR, such as 0=point-bsdf"
+            ));
+        };
+        let estimator: Estimator = estimator.parse().map_err(|e| format!("{e}"))?;
+        Ok(Self { light, estimator })
     }
 }
 

@@ -7,7 +7,23 @@ use common::{folder, linelit, path, text};
 #[test]
 fn usage_errors_exit_with_two() {
     for arguments in [
-        &["rendr"][..],
+        &[
+            "render",
+            "plates",
+            "-o",
+            "x.exr",
+            "--light-estimator",
+            "point-bsdf",
+        ][..],
+        &[
+            "render",
+            "plates",
+            "-o",
+            "x.exr",
+            "--light-estimator",
+            "0=lines",
+        ],
+        &["rendr"],
         &["render", "cornell-box"],
         &["render", "cornell-box", "-o", "x.exr", "--samples", "0"],
         &[

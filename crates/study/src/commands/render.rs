@@ -1,7 +1,7 @@
 //! `linelit render`.
 
 use super::{bar, pool};
-use crate::cli::{Crop, RenderArgs};
+use crate::cli::{Crop, LightEstimator, RenderArgs};
 use crate::engine::image::{self, Window};
 use crate::{scenes, version};
 use anyhow::{Result, bail};
@@ -27,7 +27,8 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     }
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
-    let renderer = Renderer::new(&scene);
+    let mut renderer = Renderer::new(&scene);
+    set_light_estimators(&mut renderer, &args.light_estimator)?;
     let build_seconds = built.elapsed().as_secs_f64();
     let settings = Settings {
         estimator: args.estimator,
@@ -52,6 +53,20 @@ pub fn run(args: &RenderArgs) -> Result<()> {
         println!("{}", json(args, &image, &counts, times));
     } else if args.explain {
         explain(&renderer, &counts, times);
+    }
+    Ok(())
+}
+
+fn set_light_estimators(renderer: &mut Renderer<'_>, list: &[LightEstimator]) -> Result<()> {
+    let count = renderer.scene().lights.len();
+    for own in list {
+        if own.light as usize >= count {
+            bail!(
+                "no light {}: the scene has {count}, counted from 0",
+                own.light
+            );
+        }
+        renderer.set_light_estimator(own.light, Some(own.estimator));
     }
     Ok(())
 }
@@ -97,6 +112,10 @@ fn write(path: &Path, image: &Image, args: &RenderArgs, settings: &Settings) -> 
     document.add_image("", image)?;
     document.set("scene", scenes::short_name(&args.scene));
     document.set("estimator", settings.estimator);
+    for own in &args.light_estimator {
+        let name = format!("estimatorOfLight{}", own.light);
+        document.set(&name, own.estimator);
+    }
     document.set("sampler", settings.sampler);
     document.set("samples", settings.samples);
     document.set("pixelSamples", settings.pixel_samples);

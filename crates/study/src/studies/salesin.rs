@@ -133,6 +133,8 @@ fn fig1() -> Figure<'static> {
         "point-solid-angle+point-bsdf",
         LINE1,
         "line-solid-angle[orientation=fixed:0]+point-bsdf",
+        "line-warped[orientation=fixed:0]+point-bsdf",
+        "line-area[orientation=fixed:0]+point-bsdf",
     ];
     Figure {
         title: "Fig. 1: monoliths, equal time",
