@@ -36,8 +36,8 @@ struct Angles {
 }
 
 impl Batch {
-    /// Samples for at most [`BLOCK`] random numbers on a line that [is short](LineView::is_short): steps until the longest
-    /// was below the fraction `close` of the distance to the nearer end.
+    /// Samples for at most [`BLOCK`] random numbers: steps until the longest was below the fraction `close` of the distance
+    /// to the nearer end.
     pub(crate) fn fill(
         &mut self,
         arc: &Inversion<f64>,
@@ -54,12 +54,16 @@ impl Batch {
                 break;
             }
         }
-        self.place(arc, view, &xi, n, &at);
+        if view.is_short() {
+            self.place::<true>(arc, view, &xi, n, &at);
+        } else {
+            self.place::<false>(arc, view, &xi, n, &at);
+        }
     }
 
     /// [`LineView::arc_point`] and the cosines.
     #[inline(never)]
-    fn place(
+    fn place<const SHORT: bool>(
         &mut self,
         arc: &Inversion<f64>,
         view: &LineView<f64>,
@@ -71,11 +75,10 @@ impl Batch {
         let mut out = Self::default();
         for (i, xi) in xi[..n].iter().enumerate() {
             let (second, _) = nearer(*xi);
-            let near = at.s[i];
-            let far = view.sine_of_rest(near, at.c[i]);
+            let (s, c) = (at.s[i], at.c[i]);
             let [here, there] = End::select(second, &arc.ends).over_sine;
-            out.cosine[i] = here * far + there * near;
-            let place = view.short_place(second, near, far);
+            out.cosine[i] = here * view.sine_of_rest(s, c) + there * s;
+            let place = view.place::<SHORT>(second, s, c);
             out.lambda[i] = place.lambda;
             for k in 0..3 {
                 out.point[k][i] = place.point[k];

@@ -84,14 +84,9 @@ impl LtcSampler {
         let mut batch = Batch::default();
         for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
             let n = numbers.len().min(slots.len());
-            if self.line.fill(&numbers[..n], &mut batch) {
-                for (i, slot) in slots[..n].iter_mut().enumerate() {
-                    *slot = self.at(batch.lambda[i], batch.cosine[i]);
-                }
-            } else {
-                for (slot, xi) in slots.iter_mut().zip(numbers) {
-                    *slot = self.sample(*xi);
-                }
+            self.line.fill(&numbers[..n], &mut batch);
+            for (i, slot) in slots[..n].iter_mut().enumerate() {
+                *slot = self.at(batch.lambda[i], batch.cosine[i]);
             }
         }
     }

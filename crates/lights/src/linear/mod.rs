@@ -200,9 +200,7 @@ impl LinearSampler {
     /// The same numbers to rounding as [`LinearSampler::sample`] gives, and cheaper each for the projected solid angle.
     pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
         let mut done = 0;
-        if let Kind::Projected(p) = &self.kind
-            && self.view.is_short()
-        {
+        if let Kind::Projected(p) = &self.kind {
             let mut batch = Batch::default();
             for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
                 let n = numbers.len().min(slots.len());

@@ -237,13 +237,9 @@ impl<T: Real> ProjectedLine<T> {
 }
 
 impl ProjectedLine<f64> {
-    /// Samples of at most [`BLOCK`](super::batch::BLOCK) random numbers, if the line
-    /// [is short](LineView::is_short); whether it is.
-    pub(crate) fn fill(&self, xi: &[f64], batch: &mut Batch) -> bool {
-        if self.view.is_short() {
-            batch.fill(&self.arc, &self.view, xi, f64::CLOSE);
-        }
-        self.view.is_short()
+    /// Samples of at most [`BLOCK`](super::batch::BLOCK) random numbers.
+    pub(crate) fn fill(&self, xi: &[f64], batch: &mut Batch) {
+        batch.fill(&self.arc, &self.view, xi, f64::CLOSE);
     }
 }
 

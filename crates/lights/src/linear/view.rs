@@ -402,31 +402,42 @@ impl<T: Real> LineView<T> {
         }
     }
 
-    /// [`LineView::arc_point`] on a line that [is short](LineView::is_short), from sin v and sin(δ − v), without a branch.
+    /// [`LineView::arc_point`] without a branch, on a line that [is short](LineView::is_short) or not.
     #[inline(always)]
-    pub(crate) fn short_place(&self, second: bool, near: T, far: T) -> ArcPoint<T> {
-        let (first, last) = if second { (near, far) } else { (far, near) };
+    pub(crate) fn place<const SHORT: bool>(&self, second: bool, s: T, c: T) -> ArcPoint<T> {
+        let far = self.sine_of_rest(s, c);
+        let (first, last) = if second { (s, far) } else { (far, s) };
         let (w0, w1) = (first * self.inverse[0], last * self.inverse[1]);
         let sum = w0 + w1;
         let inverse = T::ONE / sum;
         let (lambda, rest) = (w1 * inverse, w0 * inverse);
-        let scale = sum * self.inverse_sine;
-        let way = lambda.at_most(rest);
-        let way = way
-            * if lambda > rest {
+        if SHORT {
+            let kept = if lambda > rest {
                 self.kept[1]
             } else {
                 self.kept[0]
             };
-        let point = [0, 1, 2].map(|k| {
-            let (a, b) = (self.ends[0][k], self.ends[1][k]);
-            (if lambda > rest { b } else { a }) + self.edge[k] * way
-        });
+            let way = kept * lambda.at_most(rest);
+            let point = [0, 1, 2].map(|k| {
+                let (a, b) = (self.ends[0][k], self.ends[1][k]);
+                (if lambda > rest { b } else { a }) + self.edge[k] * way
+            });
+            let direction = scale(point, sum * self.inverse_sine);
+            return ArcPoint {
+                lambda,
+                rest,
+                direction,
+                point,
+            };
+        }
+        let other = self.cos_delta * c + self.sin_delta * s;
+        let cosine = if second { other } else { c } * self.inverse[0];
+        let direction = [0, 1, 2].map(|k| self.ends[0][k] * cosine + self.tangent[k] * last);
         ArcPoint {
             lambda,
             rest,
-            direction: point.map(|x| x * scale),
-            point,
+            direction,
+            point: scale(direction, self.sin_delta * inverse),
         }
     }
 }
