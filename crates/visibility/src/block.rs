@@ -2,7 +2,7 @@
 //!
 //! In coordinates (u, v) with v along the lines, a line is a number u.
 
-use crate::{dispatch::dispatch, frame::LightFrame, simd::Simd};
+use crate::{frame::LightFrame, simd::Simd};
 use linelit_geometry::{DVec3, Segment};
 
 /// Images of lines on the light farther than this from parallel, in units of the light, make
@@ -51,23 +51,27 @@ pub(crate) struct Ends {
     pub(crate) b: Vec<f64>,
     /// How many lines; the vectors may be longer.
     pub(crate) count: usize,
-    /// The lines in ascending order of u, if that is neither their order nor its reverse.
+    /// The lines in ascending order of u, unless they are.
     order: Vec<u32>,
-    kind: Order,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-enum Order {
-    #[default]
-    Ascending,
-    Descending,
-    Other,
+    ascending: bool,
 }
 
 impl Ends {
-    /// The direction of the first line that has length.
-    fn set_direction(&mut self, frame: &LightFrame, point: DVec3, lines: &[Segment]) {
+    /// The direction of the first line that has length; `d` is that of the first one.
+    #[inline(always)]
+    fn set_direction(&mut self, frame: &LightFrame, point: DVec3, lines: &[Segment], d: [f64; 2]) {
+        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
         self.along = [0.0; 2];
+        if length > 0.0 {
+            self.along = [d[0] / length, d[1] / length];
+        } else if length == 0.0 && lines.len() > 1 {
+            self.seek_direction(frame, point, &lines[1..]);
+        }
+    }
+
+    /// The same where the first has none.
+    #[cold]
+    fn seek_direction(&mut self, frame: &LightFrame, point: DVec3, lines: &[Segment]) {
         for line in lines {
             let a = frame.project(line.p0 - point);
             let b = frame.project(line.p1 - point);
@@ -85,46 +89,44 @@ impl Ends {
     /// Finds the order of the lines.
     fn sort(&mut self) {
         let u = &self.u[..self.count];
-        self.kind = if u.is_sorted() {
-            Order::Ascending
-        } else if u.is_sorted_by(|a, b| a > b) {
-            Order::Descending
-        } else {
+        self.ascending = u.is_sorted();
+        if !self.ascending {
             self.order.clear();
             self.order.extend((0_u32..).take(u.len()));
             // Equal places in the caller's order.
             self.order
                 .sort_by(|&a, &b| u[a as usize].total_cmp(&u[b as usize]));
-            Order::Other
-        };
+        }
+    }
+
+    /// Turns the direction round.
+    #[inline(always)]
+    fn turn<S: Simd>(&mut self, s: S) {
+        self.along = [-self.along[0], -self.along[1]];
+        let chunks = self.count.div_ceil(8);
+        for row in [&mut self.u, &mut self.a, &mut self.b] {
+            for eight in &mut row.as_chunks_mut::<8>().0[..chunks] {
+                s.dstore(s.dsub(s.dsplat(-0.0), s.dload(eight)), eight);
+            }
+        }
     }
 
     /// The line that comes `k`-th in ascending order of u.
     #[inline(always)]
     pub(crate) fn nth(&self, k: usize) -> usize {
-        match self.kind {
-            Order::Ascending => k,
-            Order::Descending => self.count - 1 - k,
-            Order::Other => self.order[k] as usize,
+        if self.ascending {
+            k
+        } else {
+            self.order[k] as usize
         }
     }
 }
 
 /// Places the first lines that share a direction; without any, the first is not finite.
-pub(crate) fn place(
-    isa: crate::dispatch::Isa,
-    frame: &LightFrame,
-    point: DVec3,
-    lines: &[Segment],
-    ends: &mut Ends,
-) {
-    ends.set_direction(frame, point, lines);
-    place_all(isa, frame, point, lines, ends);
-    ends.sort();
-}
-
+///
+/// The direction is such that the last of them is not before the first across.
 #[inline(always)]
-fn place_kernel<S: Simd>(
+pub(crate) fn place<S: Simd>(
     s: S,
     frame: &LightFrame,
     point: DVec3,
@@ -137,12 +139,8 @@ fn place_kernel<S: Simd>(
             row.resize(room, 0.0);
         }
     }
-    let (dx, dy) = (s.dsplat(ends.along[0]), s.dsplat(ends.along[1]));
     let zero = s.dsplat(0.0);
     ends.count = 0;
-    let (us, _) = ends.u.as_chunks_mut::<8>();
-    let (starts, _) = ends.a.as_chunks_mut::<8>();
-    let (stops, _) = ends.b.as_chunks_mut::<8>();
     for (k, few) in lines.chunks(8).enumerate() {
         let mut rows = [[0.0; 8]; 6];
         for lane in 0..8 {
@@ -157,6 +155,13 @@ fn place_kernel<S: Simd>(
         let a = project(s, frame, point, &rows[0], &rows[1], &rows[2]);
         let b = project(s, frame, point, &rows[3], &rows[4], &rows[5]);
         let d = [s.dsub(b[0], a[0]), s.dsub(b[1], a[1])];
+        if k == 0 {
+            let mut first = [[0.0; 8]; 2];
+            s.dstore(d[0], &mut first[0]);
+            s.dstore(d[1], &mut first[1]);
+            ends.set_direction(frame, point, lines, [first[0][0], first[1][0]]);
+        }
+        let (dx, dy) = (s.dsplat(ends.along[0]), s.dsplat(ends.along[1]));
         let off = s.dsub(s.dmul(dx, d[1]), s.dmul(dy, d[0]));
         let off = s.dmax(off, s.dsub(zero, off));
         let parallel = s.bits(s.dle(off, s.dsplat(PARALLEL)));
@@ -164,18 +169,22 @@ fn place_kernel<S: Simd>(
         let across_b = s.dsub(s.dmul(dx, b[1]), s.dmul(dy, b[0]));
         s.dstore(
             s.dmul(s.dsplat(0.5), s.dadd(across_a, across_b)),
-            &mut us[k],
+            &mut ends.u.as_chunks_mut::<8>().0[k],
         );
         let forward = s.dadd(s.dmul(dx, a[0]), s.dmul(dy, a[1]));
-        s.dstore(forward, &mut starts[k]);
+        s.dstore(forward, &mut ends.a.as_chunks_mut::<8>().0[k]);
         let forward = s.dadd(s.dmul(dx, b[0]), s.dmul(dy, b[1]));
-        s.dstore(forward, &mut stops[k]);
+        s.dstore(forward, &mut ends.b.as_chunks_mut::<8>().0[k]);
         let good = few.len().min(parallel.trailing_ones() as usize);
         ends.count += good;
         if good < few.len() {
             break;
         }
     }
+    if ends.count > 0 && ends.u[ends.count - 1] < ends.u[0] {
+        ends.turn(s);
+    }
+    ends.sort();
 }
 
 /// [`LightFrame::project`] for eight points.
@@ -197,6 +206,9 @@ fn project<S: Simd>(
     let off = s.dsub(w, s.dsplat(1.0));
     let off = s.dmax(off, s.dsub(s.dsplat(0.0), off));
     let there = s.dle(off, s.dsplat(1e-12));
+    if s.bits(there) == 0xff {
+        return [p, q];
+    }
     [
         s.select(there, s.ddiv(p, w), p),
         s.select(there, s.ddiv(q, w), q),
@@ -210,11 +222,6 @@ pub(crate) fn ddot<S: Simd>(s: S, n: DVec3, x: S::D, y: S::D, z: S::D) -> S::D {
         s.dadd(s.dmul(s.dsplat(n.x), x), s.dmul(s.dsplat(n.y), y)),
         s.dmul(s.dsplat(n.z), z),
     )
-}
-
-dispatch! {
-    /// Places the first lines that share the direction of `ends`, on an instruction set.
-    place_all = place_kernel(frame: &LightFrame, point: DVec3, lines: &[Segment], ends: &mut Ends)
 }
 
 /// Lines in ascending order of u, in blocks of eight.
@@ -234,11 +241,34 @@ impl Lines {
     }
 
     /// Takes all lines of `ends`; the caller knows the first of them as `first`.
-    pub(crate) fn fill(&mut self, ends: &Ends, first: usize) {
+    #[inline(always)]
+    pub(crate) fn fill<S: Simd>(&mut self, s: S, ends: &Ends, first: usize) {
         self.clear(ends.along);
-        for k in 0..ends.count {
-            let i = ends.nth(k);
-            self.push(ends.u[i], (ends.a[i], ends.b[i]), number(first, i));
+        if !ends.ascending {
+            for k in 0..ends.count {
+                let i = ends.nth(k);
+                self.push(ends.u[i], (ends.a[i], ends.b[i]), number(first, i));
+            }
+            return;
+        }
+        self.count = ends.count;
+        let [u, a, b] = [&ends.u, &ends.a, &ends.b].map(|row| row.as_chunks::<8>().0);
+        for k in 0..ends.count.div_ceil(8) {
+            let mut block = EMPTY;
+            let (a, b) = (s.dload(&a[k]), s.dload(&b[k]));
+            s.dstore(s.dload(&u[k]), &mut block.u);
+            s.dstore(s.dmin(a, b), &mut block.from);
+            s.dstore(s.dmax(a, b), &mut block.to);
+            block.reversed = s.bits(s.dlt(b, a));
+            let base = number(first, 8 * k);
+            for (lane, number) in (0..).zip(&mut block.number) {
+                *number = base.wrapping_add(lane);
+            }
+            for lane in (ends.count - 8 * k).min(8)..8 {
+                block.u[lane] = BEYOND;
+                (block.from[lane], block.to[lane]) = (0.0, 0.0);
+            }
+            self.blocks.push(block);
         }
     }
 

@@ -8,6 +8,7 @@
 use crate::{
     Occluders, Scratch, VisibleLines,
     block::Lines,
+    bounds::ShaftBounds,
     dispatch::dispatch,
     frame::LightFrame,
     merge::{self, Slots},
@@ -16,7 +17,6 @@ use crate::{
     shells::Backs,
     simd::Simd,
     sweep::{self, Lanes},
-    traverse::ShaftBounds,
 };
 use linelit_geometry::DVec3;
 
@@ -281,7 +281,9 @@ fn push_triangles<S: Simd>(
         needed |= u8::from(covered.needs(s, &images.get(lane as usize))) << lane;
     }
     if needed != 0 {
-        corners.add(s, leaf, child.index(), needed, backs);
+        let codes = backs.codes(child.index());
+        let shells = backs.any().then_some(&codes);
+        corners.add(s, leaf, needed, &child.slots(), shells);
     }
 }
 

@@ -58,12 +58,14 @@ impl LightFrame {
     /// area or length, or is not finite: then it sheds no light that way.
     #[inline(always)]
     pub(crate) fn set(&mut self, light: &Light, point: DVec3) -> bool {
-        let found = match light.kind {
+        let found = match &light.kind {
             Kind::None => false,
             Kind::Line => self.set_line(light.corners[0] - point, light.corners[1] - point),
-            Kind::Polygon(plane) => self.set_polygon(&plane, point),
+            Kind::Polygon(plane) => self.set_polygon(plane, point),
         };
-        found && self.p.is_finite() && self.q.is_finite() && self.w.is_finite()
+        // Not finite if any of them is not.
+        let sum = self.p + self.q + self.w;
+        found && sum.element_sum().is_finite()
     }
 
     fn set_line(&mut self, p0: DVec3, p1: DVec3) -> bool {

@@ -68,6 +68,7 @@
 //! ```
 
 mod block;
+mod bounds;
 pub mod brute;
 mod build;
 mod counters;
@@ -88,7 +89,7 @@ mod shaft;
 mod shells;
 mod simd;
 mod sweep;
-mod traverse;
+mod walk;
 mod watertight;
 
 pub use counters::Counters;

@@ -21,14 +21,14 @@ const LEAST_PIECE: f64 = 1e-14;
 struct SlotBlock {
     lo: [[f64; 8]; ROOM + 1],
     hi: [[f64; 8]; ROOM + 1],
-    /// How many each line has: a small integer.
-    count: [f64; 8],
+    /// How many each line has.
+    count: [u32; 8],
 }
 
 const EMPTY: SlotBlock = SlotBlock {
     lo: [[0.0; 8]; ROOM + 1],
     hi: [[0.0; 8]; ROOM + 1],
-    count: [0.0; 8],
+    count: [0; 8],
 };
 
 /// Hidden intervals of each line.
@@ -47,18 +47,13 @@ impl Slots {
             self.blocks.resize(blocks, EMPTY);
         }
         for block in &mut self.blocks[..blocks] {
-            block.count = [0.0; 8];
+            block.count = [0; 8];
         }
         self.spilled.clear();
     }
 
     /// How many intervals a line keeps.
     #[inline(always)]
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a small integer"
-    )]
     pub(crate) fn count(&self, block: usize, lane: usize) -> usize {
         self.blocks[block].count[lane] as usize
     }
@@ -79,7 +74,7 @@ impl Slots {
         if count < ROOM {
             slots.lo[count][lane] = lo;
             slots.hi[count][lane] = hi;
-            slots.count[lane] += 1.0;
+            slots.count[lane] += 1;
         } else {
             self.make_room(block, lane, lo, hi);
         }
@@ -113,11 +108,11 @@ impl Slots {
         }
         row[kept] = (lo, hi);
         let slots = &mut self.blocks[block];
-        slots.count[lane] = 0.0;
+        slots.count[lane] = 0;
         for (k, i) in row[..=kept].iter().enumerate() {
             slots.lo[k][lane] = i.0;
             slots.hi[k][lane] = i.1;
-            slots.count[lane] += 1.0;
+            slots.count[lane] += 1;
         }
     }
 
@@ -128,11 +123,8 @@ impl Slots {
         self.sorted.clear();
         let mine = self.spilled.iter().filter(|s| s.0 == line);
         self.sorted.extend(mine.map(|s| (s.1, s.2)));
-        for k in 0..ROOM {
-            #[allow(clippy::cast_precision_loss, reason = "a small integer")]
-            if (k as f64) < slots.count[lane] {
-                self.sorted.push((slots.lo[k][lane], slots.hi[k][lane]));
-            }
+        for k in 0..slots.count[lane] as usize {
+            self.sorted.push((slots.lo[k][lane], slots.hi[k][lane]));
         }
         self.sorted.push(run);
         self.sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
@@ -189,9 +181,9 @@ fn finish_block<S: Simd>(
     out: &mut Pieces,
 ) {
     out.clear();
-    let mut most = 0.0;
+    let mut most = 0;
     for &count in &slots.blocks[index].count {
-        most = f64::max(most, count);
+        most = most.max(count);
     }
     if !slots.spilled.is_empty() {
         for lane in 0..8 {
@@ -200,11 +192,6 @@ fn finish_block<S: Simd>(
         }
         return;
     }
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a small integer"
-    )]
     let used = most as usize + 1;
     let slots = &slots.blocks[index];
     match used {
@@ -228,7 +215,11 @@ fn finish_few<S: Simd, const MOST: usize>(
     let mut hi = [infinite; MOST];
     lo[0] = s.dload(&block.run_lo);
     hi[0] = s.dload(&block.run_hi);
-    let counts = s.dload(&slots.count);
+    let mut counts = [0.0; 8];
+    for (count, whole) in counts.iter_mut().zip(&slots.count) {
+        *count = f64::from(*whole);
+    }
+    let counts = s.dload(&counts);
     for k in 1..used {
         #[allow(clippy::cast_precision_loss, reason = "a small integer")]
         let present = s.dle(s.dsplat(k as f64), counts);

@@ -63,6 +63,17 @@ impl Child {
         }
     }
 
+    /// The names of a leaf's triangles: leaf × 8 + lane.
+    #[inline(always)]
+    pub(crate) fn slots(self) -> [u32; 8] {
+        let first = self.0 & !Self::LEAF & !7;
+        let mut slots = [0; 8];
+        for (lane, slot) in (0..).zip(&mut slots) {
+            *slot = first + lane;
+        }
+        slots
+    }
+
     /// A bit for each triangle in use.
     #[inline(always)]
     pub(crate) fn mask(self) -> u8 {

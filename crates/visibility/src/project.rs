@@ -7,9 +7,10 @@ use crate::{
     block::ddot,
     frame::{LightFrame, Shape},
     node::Leaf,
+    shaft::DENSE,
     shells::Backs,
     simd::Simd,
-    traverse::Found,
+    walk::Found,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 
@@ -18,28 +19,28 @@ use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 /// vertex alone, so that triangles cut a shared edge alike.
 const GUARD: f64 = 4096.0;
 
-/// Most triangles that are kept at a time.
-const KEPT: usize = 320;
+/// Room for a shaft's triangles, for one more leaf, and for packed stores, which write eight.
+const ROOM: usize = DENSE + 16;
 
 /// Triangles waiting to be projected, side by side.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Corners {
     /// x, y, z of vertex 0, then of 1 and 2.
-    rows: [[f32; KEPT]; 9],
+    rows: [[f32; ROOM]; 9],
     /// Where they come from: leaf × 8 + lane.
-    slots: [u32; KEPT],
+    slots: [u32; ROOM],
     /// Their shells, if there are any.
-    shells: [u32; KEPT],
+    shells: [u32; ROOM],
     pub(crate) count: usize,
 }
 
 impl Default for Corners {
     fn default() -> Self {
         Self {
-            rows: [[0.0; KEPT]; 9],
-            slots: [0; KEPT],
-            shells: [0; KEPT],
+            rows: [[0.0; ROOM]; 9],
+            slots: [0; ROOM],
+            shells: [0; ROOM],
             count: 0,
         }
     }
@@ -70,22 +71,16 @@ impl Corners {
         &mut self,
         s: S,
         leaf: &Leaf,
-        index: usize,
         maybe: u8,
-        backs: &Backs<'_>,
+        slots: &[u32; 8],
+        shells: Option<&[u32; 8]>,
     ) {
         for (row, from) in self.rows.iter_mut().zip(&leaf.vertices) {
             s.compress(maybe, s.load(from), row, self.count);
         }
-        #[allow(clippy::cast_possible_truncation, reason = "fewer than 2^28 leaves")]
-        let first = (index * 8) as u32;
-        let mut slots = [0; 8];
-        for (lane, slot) in (0_u32..).zip(&mut slots) {
-            *slot = first + lane;
-        }
-        s.pack(maybe, &slots, &mut self.slots, self.count);
-        if backs.any() {
-            s.pack(maybe, &backs.codes(index), &mut self.shells, self.count);
+        s.pack(maybe, slots, &mut self.slots, self.count);
+        if let Some(shells) = shells {
+            s.pack(maybe, shells, &mut self.shells, self.count);
         }
         self.count += maybe.count_ones() as usize;
     }
@@ -158,17 +153,15 @@ impl FlatTriangles {
 /// Homogeneous coordinates of one vertex in eight lanes.
 type Vertex<S> = [<S as Simd>::D; 3];
 
-/// Projects the triangles in `scratch.corners` into `scratch.flat`, dropping those that miss the
-/// light from both, unless one of them hides the light as a whole.
+/// Projects the triangles in `corners` into `flat`, dropping those that miss the light from both,
+/// unless one of them hides the light as a whole.
 #[inline(always)]
 pub(crate) fn project<S: Simd>(
     s: S,
-    point: DVec3,
+    (point, frame): (DVec3, &LightFrame),
     (corners, flat): (&mut Corners, &mut FlatTriangles),
-    frame: &LightFrame,
     backs: &mut Backs<'_>,
 ) -> Found {
-    flat.clear();
     let mut kept = 0;
     let mut start = 0;
     while start < corners.count {
@@ -220,21 +213,10 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
         whole = s.and(whole, within_guard(s, v));
     }
     let image = [place(s, &a), place(s, &b), place(s, &c)];
-    let mut low = image[0];
-    let mut high = image[0];
-    for v in &image[1..] {
-        for k in 0..2 {
-            low[k] = s.dmin(low[k], v[k]);
-            high[k] = s.dmax(high[k], v[k]);
-        }
-    }
-    let reach = s.dmax(
-        s.dmax(high[0], high[1]),
-        s.dsub(s.dsplat(0.0), s.dmin(low[0], low[1])),
-    );
+    let extent = Extent::new(s, &image);
     let simple = s.bits(whole) & alive;
     let mut cut = alive & !simple;
-    let around = simple & around_light(s, low, high, frame.shape);
+    let around = simple & around_light(s, extent.low, extent.high, frame.shape);
     if cut | around != 0 {
         let (outside, covers) = cone(s, [&a, &b, &c], frame);
         if covers & (cut | around) != 0 {
@@ -242,15 +224,12 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
         }
         cut &= !outside;
     }
-    // Rounding of a cross product of coordinates up to m, and of the coordinates themselves.
-    let m = s.dadd(reach, s.dsplat(2.0));
-    let room = s.dmul(s.dsplat(1e-13), s.dmul(m, m));
-    let area = area(s, &image);
     let mut keep = simple;
     if SEPARATE {
-        keep &= !misses_light(s, &image, (low, high), (area, room), frame);
+        keep &= !misses_light(s, &image, &extent, frame);
     }
     if backs.any() {
+        let Extent { area, room, .. } = extent;
         let negative = s.bits(s.dlt(area, s.dsub(s.dsplat(0.0), room)));
         let positive = s.bits(s.dlt(room, area));
         if let Some(codes) = corners.shells[start..].first_chunk() {
@@ -460,23 +439,70 @@ fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
     s.dadd(most, s.dmax(n[1], zero))
 }
 
+/// How far images reach.
+struct Extent<S: Simd> {
+    low: [S::D; 2],
+    high: [S::D; 2],
+    /// Twice their areas: positive one way round, negative the other.
+    area: S::D,
+    /// Rounding of a cross product.
+    room: S::D,
+}
+
+impl<S: Simd> Extent<S> {
+    #[inline(always)]
+    fn new(s: S, image: &[[S::D; 2]; 3]) -> Self {
+        let mut low = image[0];
+        let mut high = image[0];
+        for v in &image[1..] {
+            for k in 0..2 {
+                low[k] = s.dmin(low[k], v[k]);
+                high[k] = s.dmax(high[k], v[k]);
+            }
+        }
+        let reach = s.dmax(
+            s.dmax(high[0], high[1]),
+            s.dsub(s.dsplat(0.0), s.dmin(low[0], low[1])),
+        );
+        // Of coordinates up to m, and of the coordinates themselves.
+        let m = s.dadd(reach, s.dsplat(2.0));
+        Self {
+            low,
+            high,
+            area: area(s, image),
+            room: s.dmul(s.dsplat(1e-13), s.dmul(m, m)),
+        }
+    }
+}
+
 /// Which images miss the light: a side of the light or of the triangle separates them.
 #[inline(always)]
 fn misses_light<S: Simd>(
     s: S,
     image: &[[S::D; 2]; 3],
-    (low, high): ([S::D; 2], [S::D; 2]),
-    (area, room): (S::D, S::D),
+    extent: &Extent<S>,
     frame: &LightFrame,
 ) -> u8 {
     let (zero, one) = (s.dsplat(0.0), s.dsplat(1.0));
     let upper = if frame.shape == Shape::Line { 0.0 } else { 1.0 };
     // A little room for lines along the light's own edges.
     let (least, most) = (s.dsplat(-1e-9), s.dsplat(1.0 + 1e-9));
+    let Extent {
+        low,
+        high,
+        area,
+        room,
+    } = *extent;
     let mut misses = s.or(s.dlt(high[0], least), s.dlt(s.dsplat(upper + 1e-9), low[0]));
     misses = s.or(misses, s.or(s.dlt(high[1], least), s.dlt(most, low[1])));
     let minus_room = s.dsub(zero, room);
     let [a, b, c] = image;
+    if frame.shape == Shape::Triangle {
+        // Beyond its third side.
+        let sums = [s.dadd(a[0], a[1]), s.dadd(b[0], b[1]), s.dadd(c[0], c[1])];
+        let nearest = s.dmin(s.dmin(sums[0], sums[1]), sums[2]);
+        misses = s.or(misses, s.dlt(most, nearest));
+    }
     let turn = s.select(s.dlt(area, zero), one, s.dsplat(-1.0));
     for (v, w) in [(a, b), (b, c), (c, a)] {
         let (ex, ey) = (
@@ -497,7 +523,7 @@ fn misses_light<S: Simd>(
     s.bits(misses)
 }
 
-/// Twice the area of images: positive one way round, negative the other.
+/// Twice the areas of images.
 #[inline(always)]
 fn area<S: Simd>(s: S, [a, b, c]: &[[S::D; 2]; 3]) -> S::D {
     let (bx, by) = (s.dsub(b[0], a[0]), s.dsub(b[1], a[1]));

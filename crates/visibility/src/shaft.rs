@@ -5,7 +5,7 @@ use crate::{
     dense::{self, DenseQuery},
     images::Images,
     sweep,
-    traverse::{self, Found},
+    walk::{self, Found},
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN, Segment};
 use std::ops::Range;
@@ -51,20 +51,18 @@ pub struct Shaft<'a> {
 
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
 /// a time. Depends on the geometry alone; measured, see docs/performance.md.
-const DENSE: usize = 224;
+pub(crate) const DENSE: usize = 224;
 
 impl Occluders {
     /// Finds what is between a point and a light.
     pub fn shaft<'a>(&'a self, query: ShaftQuery<'_>, scratch: &'a mut Scratch) -> Shaft<'a> {
         scratch.counters.shafts += 1;
-        scratch.corners.clear();
-        scratch.flat.clear();
         if !scratch.light.is(query.light) {
             scratch.light.set(query.light, &mut scratch.frame);
         }
         let Range { start, end } = query.exclude;
         let exclude = (start, end.saturating_sub(start));
-        let found = traverse::find(self.isa, self, query.point, exclude, DENSE, scratch);
+        let found = walk::find(self.isa, self, query.point, exclude, DENSE, scratch);
         let dense = found == Found::Many;
         let counters = &mut scratch.counters;
         let class = if found == Found::All {
@@ -185,14 +183,9 @@ impl Shaft<'_> {
 
     /// Answers the lines from `first` on that share a direction and tells how many they are.
     fn group(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) -> usize {
-        let Scratch {
-            frame,
-            ends,
-            lines: set,
-            ..
-        } = &mut *self.scratch;
-        block::place(self.occluders.isa, frame, self.point, &lines[first..], ends);
-        let count = ends.count;
+        let isa = self.occluders.isa;
+        let which = (first, self.dense);
+        let count = sweep::sweep(isa, self.point, &lines[first..], which, self.scratch, out);
         if count == 0 {
             // A line that is not finite.
             out.put_whole(first);
@@ -200,10 +193,7 @@ impl Shaft<'_> {
         }
         if self.dense {
             self.visible_dense(first, out);
-            return count;
         }
-        set.fill(ends, first);
-        sweep::sweep(self.occluders.isa, self.scratch, out);
         count
     }
 

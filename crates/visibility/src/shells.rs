@@ -200,6 +200,7 @@ impl<'a> Backs<'a> {
         (lo, hi): (DVec3, DVec3),
         exclude: (u32, u32),
     ) -> Self {
+        let mut margin = 0.0;
         if !shells.is_empty() {
             if clear.known.len() < shells.len() || clear.shaft == u32::MAX / 2 {
                 clear.known.clear();
@@ -207,10 +208,10 @@ impl<'a> Backs<'a> {
                 clear.shaft = 0;
             }
             clear.shaft += 1;
+            // What is this near to an end of a segment may be beyond its margins.
+            let reach = (hi.max(point) - lo.min(point)).element_sum();
+            margin = 2.0 * f64::max(POINT_MARGIN, LIGHT_MARGIN) * reach;
         }
-        // What is this near to an end of a segment may be beyond its margins.
-        let reach = (hi.max(point) - lo.min(point)).element_sum();
-        let margin = 2.0 * f64::max(POINT_MARGIN, LIGHT_MARGIN) * reach;
         Self {
             shells,
             of,
@@ -233,6 +234,9 @@ impl<'a> Backs<'a> {
     #[inline(always)]
     pub(crate) fn codes(&self, leaf: usize) -> [u32; 8] {
         let mut codes = [0; 8];
+        if !self.any() {
+            return codes;
+        }
         for (code, shell) in codes.iter_mut().zip(&self.of[leaf]) {
             *code = u32::from(shell & !TURNED) | u32::from(shell & TURNED) << 16;
         }

@@ -8,12 +8,13 @@
 
 use crate::{
     Scratch, VisibleLines,
-    block::{LineBlock, Lines},
+    block::{self, LineBlock, Lines},
     dispatch::dispatch,
     merge::{self, Slots},
     project::{FlatBlock, FlatTriangles},
     simd::Simd,
 };
+use linelit_geometry::{DVec3, Segment};
 
 /// Eight numbers side by side, aligned for the widest load.
 #[derive(Clone, Copy, Debug)]
@@ -89,20 +90,35 @@ pub(crate) fn sweep_flat<S: Simd>(
     }
 }
 
-/// The visible pieces of `scratch.lines` past the triangles in `scratch.flat`.
+/// Places the first lines that share a direction and tells how many they are; unless the shaft is
+/// dense, answers them, too. The caller knows the first of them as `first`.
 #[inline(always)]
-fn sweep_kernel<S: Simd>(s: S, scratch: &mut Scratch, out: &mut VisibleLines) {
+fn sweep_kernel<S: Simd>(
+    s: S,
+    point: DVec3,
+    lines: &[Segment],
+    (first, dense): (usize, bool),
+    scratch: &mut Scratch,
+    out: &mut VisibleLines,
+) -> usize {
     let Scratch {
+        frame,
         flat,
         ready,
-        lines,
+        ends,
+        lines: set,
         slots_per_line,
         pieces,
         ..
     } = scratch;
-    slots_per_line.reset(lines.count);
-    sweep_flat(s, flat, ready, lines, slots_per_line);
-    merge::finish(s, lines, slots_per_line, pieces, out);
+    block::place(s, frame, point, lines, ends);
+    if ends.count > 0 && !dense {
+        set.fill(s, ends, first);
+        slots_per_line.reset(set.count);
+        sweep_flat(s, flat, ready, set, slots_per_line);
+        merge::finish(s, set, slots_per_line, pieces, out);
+    }
+    ends.count
 }
 
 /// All triangles against the lines of a block: what is known of the lines stays in registers.
@@ -198,8 +214,8 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
 }
 
 dispatch! {
-    /// Hides from every line what the projected triangles hide, on an instruction set.
-    sweep = sweep_kernel(scratch: &mut Scratch, out: &mut VisibleLines)
+    /// Places and answers lines on an instruction set.
+    sweep = sweep_kernel(point: DVec3, lines: &[Segment], which: (usize, bool), scratch: &mut Scratch, out: &mut VisibleLines) -> usize
 }
 dispatch! {
     /// Whether the projected triangles hide a point, on an instruction set.

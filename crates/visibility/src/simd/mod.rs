@@ -1,9 +1,9 @@
 //! Eight lanes of `f32` and `f64` on whatever the processor has.
 //!
 //! A kernel is written once, generic over [`Simd`], and instantiated per instruction set in
-//! [`dispatch`](crate::dispatch). Every operation but [`Simd::fma`] rounds the same way
-//! everywhere, so kernels without it give the same bits on every machine; `fma` is only used
-//! where results are bounds.
+//! [`dispatch`](crate::dispatch). Every operation but [`Simd::fma`] and [`Simd::fms`] rounds the
+//! same way everywhere, so kernels without them give the same bits on every machine; those two are
+//! only used where results are bounds.
 
 mod scalar;
 #[cfg(target_arch = "x86_64")]
@@ -34,6 +34,8 @@ pub(crate) trait Simd: Copy {
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a·b + c`, rounded once or twice.
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// `a·b − c`, rounded once or twice.
+    fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `b` where either is NaN.
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     /// `b` where either is NaN.

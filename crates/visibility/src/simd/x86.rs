@@ -122,6 +122,11 @@ impl Simd for Avx512 {
         unsafe { _mm256_fmadd_ps(a, b, c) }
     }
     #[inline(always)]
+    fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_fmsub_ps(a, b, c) }
+    }
+    #[inline(always)]
     fn abs(self, a: Self::F) -> Self::F {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
@@ -321,6 +326,11 @@ impl Simd for Avx2 {
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { _mm256_fmsub_ps(a, b, c) }
     }
     #[inline(always)]
     fn abs(self, a: Self::F) -> Self::F {

@@ -1,30 +1,17 @@
-//! Walking the hierarchy with a shaft: which triangles may lie between a point and a light.
+//! The space between a point and a light, in `f32`: which boxes and triangles
+//! may be in it.
 
 use crate::{
-    Counters, Occluders, Scratch,
-    dispatch::dispatch,
+    Occluders,
     frame::LightFrame,
-    node::{Child, Leaf, Node},
-    project::{self, Corners},
+    node::{Leaf, Node},
     ray::ROOM,
-    shells::Backs,
     simd::Simd,
 };
 use linelit_geometry::DVec3;
 
 /// P, Q and W of eight places, or the coefficients of eight linear forms in them.
 pub(crate) type Vertex<S> = (<S as Simd>::F, <S as Simd>::F, <S as Simd>::F);
-
-/// What is in a shaft.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Found {
-    /// As many triangles as are kept, or fewer, or none.
-    Few,
-    /// More than that.
-    Many,
-    /// A triangle that hides the light as a whole.
-    All,
-}
 
 /// Half-spaces and a box around everything between a point and a light, in `f32`, with room for
 /// the rounding of the tests: what is rejected lies outside.
@@ -44,6 +31,8 @@ pub(crate) struct ShaftBounds {
     offset: [f32; 8],
     /// Their rounding errors.
     room: [f32; 8],
+    /// Rooms of W − Q and of the upper bound on p, and one and that of W.
+    sums: [f32; 3],
     /// Whether the light's own plane says more than the box.
     tilted: bool,
     /// Box around the shaft: lower corner, upper corner.
@@ -90,6 +79,7 @@ impl ShaftBounds {
             positive: [[0.0; 8]; 3],
             offset: [0.0; 8],
             room: [0.0; 8],
+            sums: [0.0; 3],
             tilted: {
                 let steepness = w.abs();
                 steepness.element_sum() > 1.01 * steepness.max_element()
@@ -119,6 +109,8 @@ impl ShaftBounds {
         }
         let sum = s.dmul(sum, s.dsplat(room));
         s.store(s.narrow(sum), &mut bounds.room);
+        let [rp, rq, rw] = [bounds.room[5], bounds.room[6], bounds.room[7]];
+        bounds.sums = [rw + rq, rw + rp + rq, 1.0 + rw];
         // The light's plane is where W is one.
         let mut offset = s.dsub(s.dload(&[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), at_point);
         let planes = s.dload(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
@@ -210,12 +202,12 @@ impl ShaftBounds {
             s.add(rq, max3(s, a.1, b.1, c.1)),
         );
         let beyond = max3(s, s.sub(a.2, a.1), s.sub(b.2, b.1), s.sub(c.2, c.1));
-        inside = s.min(inside, s.add(s.add(rw, rq), beyond));
+        inside = s.min(inside, s.add(s.splat(self.sums[0]), beyond));
         let beyond = max3(s, self.upper(s, a), self.upper(s, b), self.upper(s, c));
-        inside = s.min(inside, s.add(s.add(s.add(rw, rp), rq), beyond));
+        inside = s.min(inside, s.add(s.splat(self.sums[1]), beyond));
         inside = s.min(inside, s.add(rw, max3(s, a.2, b.2, c.2)));
         let nearest = s.min(s.min(a.2, b.2), c.2);
-        inside = s.min(inside, s.sub(s.add(s.splat(1.0), rw), nearest));
+        inside = s.min(inside, s.sub(s.splat(self.sums[2]), nearest));
         let mut found = s.le(s.splat(0.0), inside);
         if self.exclude.1 > 0 {
             found &= !s.in_range(&leaf.id, self.exclude.0, self.exclude.1);
@@ -337,6 +329,10 @@ impl ShaftBounds {
     /// How far inside the upper bound on p.
     #[inline(always)]
     fn upper<S: Simd>(&self, s: S, v: Vertex<S>) -> S::F {
+        // Of a parallelogram, W − P.
+        if self.upper[0] > self.upper[1] {
+            return s.sub(v.2, v.0);
+        }
         let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
         s.sub(s.mul(k, v.2), s.fma(j, v.1, v.0))
     }
@@ -346,9 +342,9 @@ impl ShaftBounds {
 #[inline(always)]
 fn plane<S: Simd>(s: S, a: Vertex<S>, b: Vertex<S>) -> Vertex<S> {
     (
-        s.sub(s.mul(a.1, b.2), s.mul(a.2, b.1)),
-        s.sub(s.mul(a.2, b.0), s.mul(a.0, b.2)),
-        s.sub(s.mul(a.0, b.1), s.mul(a.1, b.0)),
+        s.fms(a.1, b.2, s.mul(a.2, b.1)),
+        s.fms(a.2, b.0, s.mul(a.0, b.2)),
+        s.fms(a.0, b.1, s.mul(a.1, b.0)),
     )
 }
 
@@ -366,117 +362,4 @@ fn max3<S: Simd>(s: S, a: S::F, b: S::F, c: S::F) -> S::F {
 #[inline(always)]
 fn min3<S: Simd>(s: S, a: S::F, b: S::F, c: S::F) -> S::F {
     s.min(s.min(a, b), c)
-}
-
-/// Leaves that are looked into in one go.
-const BATCH: usize = 12;
-
-/// Nodes that are opened in one go.
-const ABREAST: usize = 2;
-
-/// Finds what is between a point of the world and `scratch.light`: the images of up to `limit` triangles are in `scratch.flat` then.
-#[inline(always)]
-fn find_kernel<S: Simd>(
-    s: S,
-    occluders: &Occluders,
-    point: DVec3,
-    exclude: (u32, u32),
-    limit: usize,
-    scratch: &mut Scratch,
-) -> Found {
-    let Scratch {
-        light,
-        frame,
-        counters,
-        corners,
-        stack,
-        flat,
-        clear,
-        ..
-    } = scratch;
-    let lit = frame.set(light, point);
-    let point = point - occluders.origin;
-    if !lit || occluders.hierarchy.nodes.is_empty() {
-        return Found::Few;
-    }
-    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
-    let bounds = ShaftBounds::new(s, occluders, point, around, frame, exclude);
-    let backs = &mut Backs::new(occluders.hierarchy.shells(), clear, point, around, exclude);
-    let at = (point, &*frame, limit);
-    let found = collect(s, occluders, &bounds, at, (counters, corners, stack), backs);
-    if found != Found::Few || corners.count == 0 {
-        return found;
-    }
-    project::project(s, point, (corners, flat), frame, backs)
-}
-
-/// Puts the triangles in the shaft from `point` into `scratch.corners`, unless they are more than
-/// `limit` or one hides the light.
-#[inline(always)]
-fn collect<S: Simd>(
-    s: S,
-    occluders: &Occluders,
-    bounds: &ShaftBounds,
-    (point, frame, limit): (DVec3, &LightFrame, usize),
-    (counters, corners, stack): (&mut Counters, &mut Corners, &mut Vec<u32>),
-    backs: &Backs<'_>,
-) -> Found {
-    let hierarchy = &occluders.hierarchy;
-    corners.clear();
-    if stack.len() < occluders.stack_size {
-        stack.resize(occluders.stack_size, 0);
-    }
-    let stack = &mut stack[..];
-    stack[0] = 0;
-    let mut top = 1;
-    // Leaves to look into: many at a time, so that nothing hangs on what kind a child is.
-    let mut leaves = [0_u32; BATCH + 8 * ABREAST + 8];
-    let mut waiting = 0;
-    while top > 0 {
-        // Several nodes at a time, so that none waits for what another holds.
-        let mut next = [0; ABREAST];
-        let few = top.min(ABREAST);
-        for (k, node) in next.iter_mut().enumerate().take(few) {
-            *node = stack[top - 1 - k];
-        }
-        top -= few;
-        for &node in &next[..few] {
-            let node = &hierarchy.nodes[node as usize];
-            counters.node_tests += u64::from(node.valid.count_ones());
-            let found = bounds.boxes(s, node);
-            hierarchy.prefetch(s, node, found);
-            let inner = found & !node.leaf;
-            s.pack(inner, &node.child, stack, top);
-            top += inner.count_ones() as usize;
-            let ready = found & node.leaf;
-            s.pack(ready, &node.child, &mut leaves, waiting);
-            waiting += ready.count_ones() as usize;
-        }
-        if waiting < BATCH && top > 0 {
-            continue;
-        }
-        for &child in &leaves[..waiting] {
-            let child = Child(child);
-            counters.triangle_tests += u64::from(child.count());
-            let leaf = &hierarchy.leaves[child.index()];
-            let (maybe, around) = bounds.triangles(s, leaf);
-            let maybe = maybe & child.mask();
-            if maybe & around != 0 && maybe & around & project::hiding(s, leaf, point, frame) != 0 {
-                return Found::All;
-            }
-            if maybe != 0 {
-                corners.add(s, leaf, child.index(), maybe, backs);
-                if corners.count > limit {
-                    return Found::Many;
-                }
-            }
-        }
-        waiting = 0;
-    }
-    Found::Few
-}
-
-dispatch! {
-    /// Finds what is in a shaft on an instruction set.
-    find = find_kernel(occluders: &Occluders, point: DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
 }

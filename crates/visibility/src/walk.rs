@@ -1,0 +1,162 @@
+//! Walking the hierarchy with a shaft: which triangles lie between a point and a light.
+
+use crate::{
+    Occluders, Scratch,
+    bounds::ShaftBounds,
+    dispatch::dispatch,
+    frame::LightFrame,
+    node::{Child, Leaf},
+    project::{self, Corners},
+    shells::Backs,
+    simd::Simd,
+};
+use linelit_geometry::DVec3;
+
+/// What is in a shaft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Found {
+    /// As many triangles as are kept, or fewer, or none.
+    Few,
+    /// More than that.
+    Many,
+    /// A triangle that hides the light as a whole.
+    All,
+}
+
+/// Leaves that are looked into in one go.
+const BATCH: usize = 12;
+
+/// Nodes that are opened in one go.
+const ABREAST: usize = 2;
+
+/// What a shaft is looked for with.
+struct Query<'a> {
+    bounds: ShaftBounds,
+    backs: Backs<'a>,
+    /// In the hierarchy's coordinates.
+    point: DVec3,
+    frame: &'a LightFrame,
+    /// Most triangles that are kept.
+    limit: usize,
+}
+
+impl Query<'_> {
+    /// Sets the triangles of a leaf aside that may be in the shaft. `slots` and `shells` tell which
+    /// they are.
+    #[inline(always)]
+    fn look<S: Simd>(
+        &self,
+        s: S,
+        leaf: &Leaf,
+        used: u8,
+        (slots, shells): (&[u32; 8], &[u32; 8]),
+        corners: &mut Corners,
+    ) -> Found {
+        let (maybe, around) = self.bounds.triangles(s, leaf);
+        let maybe = maybe & used;
+        let around = maybe & around;
+        if around != 0 && around & project::hiding(s, leaf, self.point, self.frame) != 0 {
+            return Found::All;
+        }
+        if maybe != 0 {
+            corners.add(s, leaf, maybe, slots, self.backs.any().then_some(shells));
+            if corners.count > self.limit {
+                return Found::Many;
+            }
+        }
+        Found::Few
+    }
+}
+
+/// Finds what is between a point of the world and `scratch.light`: the images of up to `limit`
+/// triangles are in `scratch.flat` then.
+#[inline(always)]
+fn find_kernel<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    point: DVec3,
+    exclude: (u32, u32),
+    limit: usize,
+    scratch: &mut Scratch,
+) -> Found {
+    let Scratch {
+        light,
+        frame,
+        counters,
+        corners,
+        stack,
+        flat,
+        clear,
+        ..
+    } = scratch;
+    corners.clear();
+    flat.clear();
+    let hierarchy = &occluders.hierarchy;
+    let lit = frame.set(light, point);
+    let point = point - occluders.origin;
+    if !lit || hierarchy.nodes.is_empty() {
+        return Found::Few;
+    }
+    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+    let mut query = Query {
+        bounds: ShaftBounds::new(s, occluders, point, around, frame, exclude),
+        backs: Backs::new(hierarchy.shells(), clear, point, around, exclude),
+        point,
+        frame,
+        limit,
+    };
+    if stack.len() < occluders.stack_size {
+        stack.resize(occluders.stack_size, 0);
+    }
+    let stack = &mut stack[..];
+    stack[0] = 0;
+    let mut top = 1;
+    // Leaves to look into: many at a time, so that nothing hangs on what kind a child is.
+    let mut leaves = [0_u32; BATCH + 8 * ABREAST + 8];
+    let mut waiting = 0;
+    while top > 0 {
+        // Several nodes at a time, so that none waits for what another holds.
+        let mut next = [0; ABREAST];
+        let few = top.min(ABREAST);
+        for (k, node) in next.iter_mut().enumerate().take(few) {
+            *node = stack[top - 1 - k];
+        }
+        top -= few;
+        for &node in next[..few].iter().rev() {
+            let node = &hierarchy.nodes[node as usize];
+            counters.node_tests += u64::from(node.valid.count_ones());
+            let found = query.bounds.boxes(s, node);
+            hierarchy.prefetch(s, node, found);
+            let inner = found & !node.leaf;
+            s.pack(inner, &node.child, stack, top);
+            top += inner.count_ones() as usize;
+            let ready = found & node.leaf;
+            s.pack(ready, &node.child, &mut leaves, waiting);
+            waiting += ready.count_ones() as usize;
+        }
+        if waiting < BATCH && top > 0 {
+            continue;
+        }
+        for &child in &leaves[..waiting] {
+            let child = Child(child);
+            counters.triangle_tests += u64::from(child.count());
+            let leaf = &hierarchy.leaves[child.index()];
+            let names = (&child.slots(), &query.backs.codes(child.index()));
+            let found = query.look(s, leaf, child.mask(), names, corners);
+            if found != Found::Few {
+                return found;
+            }
+        }
+        waiting = 0;
+    }
+    if corners.count == 0 {
+        return Found::Few;
+    }
+    let backs = &mut query.backs;
+    project::project(s, (point, frame), (corners, flat), backs)
+}
+
+dispatch! {
+    /// Finds what is in a shaft on an instruction set.
+    find = find_kernel(occluders: &Occluders, point: DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
+}
