@@ -118,12 +118,23 @@ fn linear(c: &mut Criterion) {
         DVec3::new(0.0, 0.2, 0.0),
         DVec3::new(-0.4, 0.0, 1.0),
     );
-    both(
-        &mut g,
-        "ltc",
-        |x, n| LtcSampler::new(&light, x, n, m),
-        |s, u, _| s.sample(u),
-    );
+    let ltc = |x, n| LtcSampler::new(&light, x, n, m);
+    both(&mut g, "ltc", ltc, |s, u, _| s.sample(u));
+    let ready: Vec<_> = receivers()
+        .into_iter()
+        .filter_map(|(x, n)| ltc(x, n))
+        .collect();
+    let u = &numbers()[..16];
+    g.throughput(Throughput::Elements(16 * ready.len() as u64));
+    g.bench_function("ltc/batch of 16", |b| {
+        let mut out = [LinearSample::default(); 16];
+        b.iter(|| {
+            for s in &ready {
+                s.sample_into(black_box(u), &mut out);
+                black_box(&out);
+            }
+        });
+    });
     let coarse = |x: DVec3, n: DVec3| {
         let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
         ProjectedLine::new(ends[0], ends[1], n.to_array())

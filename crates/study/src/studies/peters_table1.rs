@@ -159,12 +159,16 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
         DVec3::new(0.0, 0.2, 0.0),
         DVec3::new(-0.4, 0.0, 1.0),
     );
-    let no_batch: Option<Unbatched<LtcSampler>> = None;
+    let batch = |s: &LtcSampler, u: &[f64]| {
+        let mut out = [LinearSample::default(); SAMPLES];
+        s.sample_into(u, &mut out);
+        black_box(&out);
+    };
     let new = move |x, n| LtcSampler::new(light, x, n, m);
     let one = |s: &LtcSampler, u| {
         black_box(s.sample(u));
     };
-    out.push(entry("ltc", None, input, new, one, no_batch));
+    out.push(entry("ltc", None, input, new, one, Some(batch)));
     let coarse = move |x: DVec3, n: DVec3| {
         let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
         ProjectedLine::new(ends[0], ends[1], n.to_array())
