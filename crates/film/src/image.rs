@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{FilmError, document, pfm};
+use crate::{FilmError, FormatError, document, pfm};
 
 /// A picture of linear radiance, W/(m²·sr) per channel, rows from top to bottom.
 ///
@@ -130,6 +130,20 @@ impl Image {
                 .map(|layer| layer.name.clone())
                 .collect(),
         })
+    }
+
+    /// The image in the bytes of an EXR file (the layer that [`Image::read`] takes) or a PFM file.
+    ///
+    /// # Errors
+    /// When the bytes are neither, or hold no colour.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, FormatError> {
+        if bytes.starts_with(b"P") {
+            return pfm::decode(bytes);
+        }
+        let document = document::decode(bytes)?;
+        document
+            .main_image()
+            .ok_or_else(|| FormatError::new("EXR", "a layer with colour or luminance", "none"))
     }
 
     pub(crate) fn check(&self) -> Result<(), FilmError> {

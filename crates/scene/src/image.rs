@@ -24,13 +24,19 @@ pub(crate) fn check_size(what: &str, width: u32, height: u32, bytes: usize) -> R
     Ok(())
 }
 
-/// Eight-bit pixels, top row first.
-#[derive(Clone, PartialEq, Eq)]
+/// The pixels of a texture: bytes, or numbers.
+#[derive(Clone, PartialEq)]
 pub struct ImageData {
     width: u32,
     height: u32,
-    rgb: Vec<[u8; 3]>,
-    srgb: bool,
+    pixels: Pixels,
+}
+
+/// Pixels, the top row first.
+#[derive(Clone, PartialEq)]
+enum Pixels {
+    Bytes { rgb: Vec<[u8; 3]>, srgb: bool },
+    Linear(Vec<[f32; 3]>),
 }
 
 impl fmt::Debug for ImageData {
@@ -45,52 +51,55 @@ static SRGB: LazyLock<[f64; 256]> =
 static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f64 / 255.0));
 
 impl ImageData {
-    /// An image from its rows, top row first; `None` if the count does not fit.
+    /// An image of bytes from its rows, top row first; `None` if the count does not fit.
     pub fn new(width: u32, height: u32, rgb: Vec<[u8; 3]>, srgb: bool) -> Option<Self> {
-        let count = u64::from(width) * u64::from(height);
-        (count > 0 && count == rgb.len() as u64).then_some(Self {
+        let count = rgb.len();
+        Self::with(width, height, count, Pixels::Bytes { rgb, srgb })
+    }
+
+    /// An image of linear values, which may be above one, from its rows, top row first; `None` if
+    /// the count does not fit or a value is negative or not finite.
+    pub fn linear(width: u32, height: u32, rgb: Vec<[f32; 3]>) -> Option<Self> {
+        let good = |v: &f32| *v >= 0.0 && v.is_finite();
+        let all = rgb.iter().flatten().all(good);
+        let count = rgb.len();
+        Self::with(width, height, count, Pixels::Linear(rgb)).filter(|_| all)
+    }
+
+    fn with(width: u32, height: u32, count: usize, pixels: Pixels) -> Option<Self> {
+        let expected = u64::from(width) * u64::from(height);
+        (expected > 0 && expected == count as u64).then_some(Self {
             width,
             height,
-            rgb,
-            srgb,
+            pixels,
         })
     }
 
     /// The same image in grey, each pixel the luminance of its linear value.
     pub(crate) fn to_luminance(&self) -> Self {
-        let nearest = |linear: f64| {
-            let table = self.table();
-            let k = table.partition_point(|v| *v < linear);
-            let lower = k.saturating_sub(1);
-            let k = k.min(255);
-            u8::try_from(if linear - table[lower] < table[k] - linear {
-                lower
-            } else {
-                k
-            })
-            .unwrap_or(255)
-        };
         let mut grey = self.clone();
-        for rgb in &mut grey.rgb {
-            if rgb[0] != rgb[1] || rgb[1] != rgb[2] {
-                let [r, g, b] = rgb.map(|byte| self.table()[usize::from(byte)]);
-                *rgb = [nearest(DVec3::new(r, g, b).dot(LUMINANCE)); 3];
+        match &mut grey.pixels {
+            Pixels::Bytes { rgb, srgb } => to_grey(rgb, table(*srgb)),
+            Pixels::Linear(rgb) => {
+                for value in rgb {
+                    let luminance = DVec3::from(value.map(f64::from)).dot(LUMINANCE);
+                    #[allow(clippy::cast_possible_truncation, reason = "rounding is meant")]
+                    let rounded = luminance as f32;
+                    *value = [rounded; 3];
+                }
             }
         }
         grey
     }
-
     /// One component (0: red, 1: green, 2: blue) in grey.
     #[cfg(feature = "gltf")]
     pub(crate) fn component(&self, k: usize) -> Self {
         let mut grey = self.clone();
-        grey.rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]);
+        match &mut grey.pixels {
+            Pixels::Bytes { rgb, .. } => rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]),
+            Pixels::Linear(rgb) => rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]),
+        }
         grey
-    }
-
-    /// The linear values of the bytes, in ascending order.
-    fn table(&self) -> &'static [f64; 256] {
-        if self.srgb { &SRGB } else { &LINEAR }
     }
 
     /// Pixels across.
@@ -105,32 +114,47 @@ impl ImageData {
 
     /// Bytes of the pixels.
     pub const fn memory(&self) -> usize {
-        3 * self.rgb.len()
+        match &self.pixels {
+            Pixels::Bytes { rgb, .. } => 3 * rgb.len(),
+            Pixels::Linear(rgb) => 12 * rgb.len(),
+        }
     }
 
-    /// Whether the bytes are sRGB-encoded rather than linear.
+    /// Whether the pixels are sRGB-encoded bytes rather than linear.
     pub const fn is_srgb(&self) -> bool {
-        self.srgb
+        matches!(self.pixels, Pixels::Bytes { srgb: true, .. })
+    }
+
+    /// Whether the pixels are numbers, which no file of bytes can hold.
+    pub const fn is_linear(&self) -> bool {
+        matches!(self.pixels, Pixels::Linear(_))
     }
 
     /// The linear value of a pixel; row 0 is the top. Zero outside.
     pub fn pixel(&self, x: u32, y: u32) -> DVec3 {
         let index = y as usize * self.width as usize + x as usize;
-        let Some(&[r, g, b]) = self.rgb.get(index) else {
-            return DVec3::ZERO;
+        let value = match &self.pixels {
+            Pixels::Bytes { rgb, srgb } => {
+                let table = table(*srgb);
+                rgb.get(index)
+                    .map(|rgb| rgb.map(|byte| table[usize::from(byte)]))
+            }
+            Pixels::Linear(rgb) => rgb.get(index).map(|rgb| rgb.map(f64::from)),
         };
-        let table = self.table();
-        DVec3::from_array([r, g, b].map(|byte| table[usize::from(byte)]))
+        value.map_or(DVec3::ZERO, DVec3::from_array)
     }
 }
 
 impl ImageData {
-    /// Writes the pixels as an uncompressed TGA file of 24 bits.
+    /// Writes bytes as an uncompressed TGA file of 24 bits.
     ///
     /// # Errors
-    /// When writing fails, or when the image is larger than the format allows (65535 pixels along
-    /// a side).
+    /// When writing fails, when the pixels are [numbers](Self::is_linear), or when the image is
+    /// larger than the format allows (65535 pixels along a side).
     pub fn write_tga(&self, out: &mut impl std::io::Write) -> std::io::Result<()> {
+        let Pixels::Bytes { rgb, .. } = &self.pixels else {
+            return Err(std::io::Error::other("numbers do not fit into bytes"));
+        };
         let side = |n: u32| u16::try_from(n).map_err(std::io::Error::other);
         let ([w0, w1], [h0, h1]) = (
             side(self.width)?.to_le_bytes(),
@@ -138,8 +162,34 @@ impl ImageData {
         );
         // True colour without a map; the top row first.
         out.write_all(&[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, w0, w1, h0, h1, 24, 0x20])?;
-        let bytes: Vec<u8> = self.rgb.iter().flat_map(|[r, g, b]| [*b, *g, *r]).collect();
+        let bytes: Vec<u8> = rgb.iter().flat_map(|[r, g, b]| [*b, *g, *r]).collect();
         out.write_all(&bytes)
+    }
+}
+
+/// The linear values of bytes, in ascending order.
+fn table(srgb: bool) -> &'static [f64; 256] {
+    if srgb { &SRGB } else { &LINEAR }
+}
+
+/// Replaces colours by the byte whose linear value is nearest to their luminance.
+fn to_grey(rgb: &mut [[u8; 3]], table: &[f64; 256]) {
+    let nearest = |linear: f64| {
+        let k = table.partition_point(|v| *v < linear);
+        let lower = k.saturating_sub(1);
+        let k = k.min(255);
+        u8::try_from(if linear - table[lower] < table[k] - linear {
+            lower
+        } else {
+            k
+        })
+        .unwrap_or(255)
+    };
+    for rgb in rgb {
+        if rgb[0] != rgb[1] || rgb[1] != rgb[2] {
+            let linear = DVec3::from(rgb.map(|byte| table[usize::from(byte)]));
+            *rgb = [nearest(linear.dot(LUMINANCE)); 3];
+        }
     }
 }
 
@@ -152,13 +202,34 @@ pub(crate) fn read(name: &str, bytes: &[u8], srgb: bool) -> Option<Result<ImageD
     if bytes.starts_with(b"\xff\xd8\xff") {
         return read_jpeg(bytes, srgb);
     }
+    if bytes.starts_with(b"\x76\x2f\x31\x01") {
+        return read_numbers(bytes);
+    }
     let extension = name.rsplit('.').next().unwrap_or("");
     match extension.to_ascii_lowercase().as_str() {
         "tga" => Some(read_tga(bytes, srgb)),
         "png" => Some(crate::png::read(bytes, srgb)),
+        "exr" | "pfm" => read_numbers(bytes),
         "jpg" | "jpeg" => Some(Err("it is not a JPEG file".into())),
         _ => None,
     }
+}
+
+/// Reads an EXR or PFM file, if the feature is on; the error is a message without a place.
+#[cfg(feature = "hdr")]
+fn read_numbers(bytes: &[u8]) -> Option<Result<ImageData, String>> {
+    let read = || {
+        let image = linelit_film::Image::from_bytes(bytes).map_err(|e| e.to_string())?;
+        check_size("an", image.width, image.height, bytes.len())?;
+        ImageData::linear(image.width, image.height, image.rgb)
+            .ok_or_else(|| "a value is negative or not finite".to_owned())
+    };
+    Some(read())
+}
+
+#[cfg(not(feature = "hdr"))]
+fn read_numbers(_: &[u8]) -> Option<Result<ImageData, String>> {
+    None
 }
 
 /// Reads a JPEG file, if the feature is on; the error is a message without a place.
@@ -270,6 +341,13 @@ mod tests {
         ]
     }
 
+    fn rgb(image: &ImageData) -> &[[u8; 3]] {
+        match &image.pixels {
+            Pixels::Bytes { rgb, .. } => rgb,
+            Pixels::Linear(_) => &[],
+        }
+    }
+
     #[test]
     fn reads_bottom_up_and_top_down() {
         let pixels = [1, 2, 3, 4, 5, 6]; // two rows of one pixel, blue first
@@ -277,7 +355,7 @@ mod tests {
             let mut file = header(2, 1, 2, 24, descriptor);
             file.extend(pixels);
             let image = read_tga(&file, false).unwrap();
-            assert_eq!(image.rgb[0], top);
+            assert_eq!(rgb(&image)[0], top);
         }
     }
 
@@ -286,7 +364,7 @@ mod tests {
         let mut file = header(11, 3, 1, 8, 0x20);
         file.extend([0x81, 9, 0x00, 7]);
         let image = read_tga(&file, false).unwrap();
-        assert_eq!(image.rgb, [[9; 3], [9; 3], [7; 3]]);
+        assert_eq!(rgb(&image), [[9; 3], [9; 3], [7; 3]]);
     }
 
     #[test]

@@ -58,6 +58,48 @@ fn jpeg_files_are_read_to_their_quality() {
     assert!(error < 6.0, "grey.jpg: {error}");
 }
 
+/// Values above one are kept; half floats of ours hold these exactly, and so do both files.
+#[cfg(feature = "hdr")]
+#[test]
+fn exr_and_pfm_files_are_read_exactly() {
+    use linelit_film::{Document, Image, write_pfm};
+    let folder = std::env::temp_dir().join(format!("linelit-hdr-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let image = Image::from_fn(17, 9, |x, y| {
+        [x, 31 * y, 128].map(|v| f32::from(u16::try_from(v).unwrap()) / 8.0)
+    });
+    let mut document = Document::new(17, 9);
+    document.add_image("", &image).unwrap();
+    let (exr, pfm) = (folder.join("a.exr"), folder.join("a.pfm"));
+    document.write(&exr).unwrap();
+    write_pfm(&pfm, &image).unwrap();
+    for path in [exr, pfm] {
+        let text = format!(
+            "Camera \"perspective\" WorldBegin
+             AreaLightSource \"diffuse\" \"string filename\" \"{}\"
+             Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]
+             \"point2 uv\" [ 0 0 1 0 0 1 ]",
+            path.display()
+        );
+        let loaded = Scene::from_pbrt_str(&text, "hdr.pbrt", &LoadOptions::default());
+        let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
+        let map = scene.lights[0].map.as_ref().unwrap();
+        for (x, y) in [(0, 0), (16, 8), (3, 7)] {
+            let (u, v) = (
+                (f64::from(x) + 0.5) / 17.0,
+                1.0 - (f64::from(y) + 0.5) / 9.0,
+            );
+            let got = map.evaluate(DVec2::new(u, v)) * 8.0;
+            let want = DVec3::new(f64::from(x), f64::from(31 * y), 128.0);
+            // A few ulps of the coordinates times the slope.
+            assert!((got - want).abs().max_element() < 1e-10, "{got} {want}");
+        }
+        // A value that is no light is an error with its file.
+        std::fs::write(&path, &std::fs::read(&path).unwrap()[..60]).unwrap();
+        assert!(Scene::from_pbrt_str(&text, "hdr.pbrt", &LoadOptions::default()).is_err());
+    }
+}
+
 #[test]
 fn srgb_is_decoded() {
     let linear = texture("ramp.png", "sRGB").evaluate(DVec2::splat(0.5));

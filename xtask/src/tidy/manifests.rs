@@ -14,7 +14,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 12] = [
     ("mis", &[], &[]),
     (
         "scene",
-        &["geometry", "lights", "shading"],
+        &["geometry", "lights", "shading", "film"],
         &["thiserror", "zune-jpeg"],
     ),
     (

@@ -86,7 +86,7 @@ impl Images<'_> {
                 written.push(Arc::clone(&image.data));
                 written.len() - 1
             });
-            return self.file_name(number);
+            return self.file_name(number, &image.data);
         }
         let whole = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
         if whole(&self.from) == whole(&parent(self.to)) {
@@ -97,19 +97,32 @@ impl Images<'_> {
     }
 
     /// The file of an image that was inside the scene file.
-    fn file_name(&self, number: usize) -> String {
+    fn file_name(&self, number: usize, image: &ImageData) -> String {
         let stem = self.to.file_stem().unwrap_or_default().to_string_lossy();
-        format!("{stem}-image{number}.tga")
+        let kind = if image.is_linear() { "pfm" } else { "tga" };
+        format!("{stem}-image{number}.{kind}")
     }
 
     fn write(&self) -> Result<()> {
         for (number, image) in self.written.borrow().iter().enumerate() {
-            let path = parent(self.to).join(self.file_name(number));
+            let path = parent(self.to).join(self.file_name(number, image));
             let failed = || format!("writing {}", path.display());
+            if image.is_linear() {
+                linelit_film::write_pfm(&path, &numbers(image)).with_context(failed)?;
+                continue;
+            }
             let mut file = BufWriter::new(File::create(&path).with_context(failed)?);
             image.write_tga(&mut file).with_context(failed)?;
             file.flush().with_context(failed)?;
         }
         Ok(())
     }
+}
+
+/// An image whose pixels are numbers.
+#[allow(clippy::cast_possible_truncation, reason = "they were f32")]
+fn numbers(image: &ImageData) -> linelit_film::Image {
+    linelit_film::Image::from_fn(image.width(), image.height(), |x, y| {
+        image.pixel(x, y).to_array().map(|v| v as f32)
+    })
 }
