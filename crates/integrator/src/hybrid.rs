@@ -4,7 +4,9 @@ use crate::exact::visible_light;
 use crate::lines::{Along, LineBuffers};
 use crate::pair::Pair;
 use crate::shaft_points::ShaftPoints;
-use crate::{LineOptions, Plan, Renderer, Workspace, closed_form};
+use crate::{
+    Crowd, LineOptions, Plan, PlannedLight, Renderer, ShadingPoint, Workspace, closed_form,
+};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light};
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
@@ -22,18 +24,33 @@ pub(crate) enum Way {
     Rays,
 }
 
-/// With fewer lines than this, asking for a shaft at all takes longer than rays do to the same
-/// error.
+/// With fewer lines than this, asking for a shaft may take longer than rays do to the same error;
+/// if it does not, points that share it do better than lines.
 const FEW_LINES: u32 = 4;
-
-/// The same for a crowded light, and for a dense shaft.
-const FEW_LINES_IN_CROWDS: u32 = 16;
 
 /// Rays that take about as long as a line where `FEW_LINES` decides.
 const RAYS_FOR_A_LINE: u32 = 2;
 
-/// The same where `FEW_LINES_IN_CROWDS` does.
+/// What a shaft may hold on average, for each line after the first, to be asked for in place of
+/// rays.
+const CANDIDATES_FOR_A_LINE: f64 = 24.0;
+
+/// Points that share a shaft in place of a line where `FEW_LINES` decides.
+const POINTS_FOR_A_LINE: u32 = 4;
+
+/// The same as `FEW_LINES` for a crowded light, and for a dense shaft.
+const FEW_LINES_IN_CROWDS: u32 = 17;
+
+/// The same as `RAYS_FOR_A_LINE` where `FEW_LINES_IN_CROWDS` decides.
 const RAYS_FOR_A_LINE_IN_CROWDS: u32 = 4;
+
+/// Points that share a shaft in place of a line towards crowded lights.
+const POINTS_FOR_A_LINE_IN_CROWDS: u32 = 8;
+
+/// Where the solid angle of a piece of the light differs by no more than this from corner to
+/// corner, points uniform on the area are as good as points uniform in the solid angle, and cost
+/// two thirds.
+const FLAT: f64 = 16.0;
 
 /// A light is crowded if more than this share of its shafts is dense.
 const CROWDED: f64 = 0.2;
@@ -44,16 +61,29 @@ const PROBES: u32 = 8;
 /// The most lights that are looked at.
 const MOST_PROBED: usize = 16;
 
-/// Which lights of the plan are crowded, seen from a few points that the camera sees; empty where
-/// there are too many to ask.
-pub(crate) fn crowded(renderer: &Renderer<'_>) -> Vec<bool> {
+/// Seen from a few points.
+#[derive(Clone, Copy, Debug, Default)]
+struct Census {
+    /// Shafts towards the light.
+    shafts: u32,
+    /// Of which were dense.
+    dense: u32,
+    /// Candidates of the others.
+    candidates: usize,
+    /// And the edges that bound what they hide.
+    edges: usize,
+}
+
+/// What stands before the lights of the plan, seen from a few points that the camera sees; empty
+/// where there are too many to ask.
+pub(crate) fn crowds(renderer: &Renderer<'_>) -> Vec<Crowd> {
     let lights = renderer.plan().lights();
     if lights.len() > MOST_PROBED {
         return Vec::new();
     }
     let film = &renderer.scene().film;
     let mut workspace = Workspace::new();
-    let mut counts = vec![(0u32, 0u32); lights.len()];
+    let mut counts = vec![Census::default(); lights.len()];
     let place = |k: u32, size: u32| {
         let middle = u64::from(2 * k + 1) * u64::from(size) / u64::from(2 * PROBES);
         u32::try_from(middle).unwrap_or(0)
@@ -66,29 +96,66 @@ pub(crate) fn crowded(renderer: &Renderer<'_>) -> Vec<bool> {
         let Some(point) = renderer.shading_point(pixel, &mut workspace) else {
             continue;
         };
-        for (light, (dense, all)) in lights.iter().zip(&mut counts) {
+        for (light, census) in lights.iter().zip(&mut counts) {
             let Light::Area(area) = &light.light else {
                 continue;
             };
-            if !Plan::reaches(light, &point, &mut workspace.plan) {
-                continue;
+            if Plan::reaches(light, &point, &mut workspace.plan) {
+                census.take(renderer, (light, area), &point, &mut workspace);
             }
-            let query = ShaftQuery {
-                point: point.position,
-                light: area.polygon.vertices(),
-                exclude: light.triangles.clone(),
-            };
-            let shaft = renderer.occluders().shaft(query, &mut workspace.scratch);
-            *all += 1;
-            *dense += u32::from(shaft.is_dense());
         }
     }
-    let crowded = |(dense, all): (u32, u32)| f64::from(dense) > CROWDED * f64::from(all);
-    counts.into_iter().map(crowded).collect()
+    counts.into_iter().map(Census::crowd).collect()
 }
 
+impl Census {
+    /// Looks at a light from a point.
+    fn take(
+        &mut self,
+        renderer: &Renderer<'_>,
+        (light, area): (&PlannedLight, &AreaLight),
+        point: &ShadingPoint,
+        workspace: &mut Workspace,
+    ) {
+        let query = ShaftQuery {
+            point: point.position,
+            light: area.polygon.vertices(),
+            exclude: light.triangles.clone(),
+        };
+        let shaft = renderer.occluders().shaft(query, &mut workspace.scratch);
+        self.shafts += 1;
+        self.dense += u32::from(shaft.is_dense());
+        if let Some(images) = shaft.images() {
+            let penumbra = &mut workspace.penumbra;
+            penumbra.boundary(images.light(), images.triangles());
+            self.candidates += shaft.candidates();
+            self.edges += penumbra.edge_count();
+        }
+    }
+
+    fn crowd(self) -> Crowd {
+        let dense = f64::from(self.dense) > CROWDED * f64::from(self.shafts);
+        if self.candidates == 0 {
+            let none = Crowd::default();
+            return Crowd { dense, ..none };
+        }
+        #[allow(clippy::cast_precision_loss, reason = "a few hundred shafts")]
+        let (edges, candidates) = (self.edges as f64, self.candidates as f64);
+        Crowd {
+            dense,
+            candidates: candidates / f64::from(self.shafts),
+            edges: edges / candidates,
+        }
+    }
+}
+
+/// Lines that take as long as the closed form, for each candidate and for each edge that bounds
+/// what candidates hide: measured.
+const LINES_FOR_A_CANDIDATE: f64 = 0.6;
+const LINES_FOR_AN_EDGE: f64 = 1.4;
+
 /// What to do about a partly hidden light, by what the shaft and the number of lines say.
-fn cheapest(shaft: &Shaft<'_>, lines: u32) -> Way {
+fn cheapest(shaft: &Shaft<'_>, crowd: &Crowd, lines: u32) -> Way {
     if shaft.is_dense() {
         return if lines < FEW_LINES_IN_CROWDS {
             Way::Rays
@@ -96,13 +163,10 @@ fn cheapest(shaft: &Shaft<'_>, lines: u32) -> Way {
             Way::Lines
         };
     }
-    // Measured: as many lines take the time of the closed form. Meshes, whose triangles share
-    // edges, take half of that, loose triangles up to twice as much; a shaft that is not dense has
-    // a few hundred candidates at most.
-    let candidates = u32::try_from(shaft.candidates()).unwrap_or(u32::MAX);
-    let squared = candidates.saturating_mul(candidates);
-    let lines_of_exact = candidates.saturating_mul(2).saturating_add(squared / 30);
-    if lines_of_exact <= lines {
+    let each = LINES_FOR_A_CANDIDATE + LINES_FOR_AN_EDGE * crowd.edges;
+    #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
+    let lines_of_exact = each * shaft.candidates() as f64;
+    if lines_of_exact <= f64::from(lines) {
         Way::Exact
     } else {
         Way::Lines
@@ -113,18 +177,42 @@ impl Pair<'_> {
     /// Rays where looking for everything in between does not pay; else what the shaft suggests.
     pub(crate) fn hybrid(&self, area: &AreaLight, workspace: &mut Workspace) -> DVec3 {
         let lines = self.count();
-        if self.light.crowded && lines < FEW_LINES_IN_CROWDS {
-            let each = RAYS_FOR_A_LINE_IN_CROWDS;
-            if 2 * lines < FEW_LINES_IN_CROWDS {
-                return self.many_rays(area, each, workspace);
-            }
-            let points = Way::Points(ShaftPoints::SolidAngle);
+        if self.light.crowd.dense && lines < FEW_LINES {
+            return self.many_rays(area, RAYS_FOR_A_LINE_IN_CROWDS, workspace);
+        }
+        if self.light.crowd.dense && lines < FEW_LINES_IN_CROWDS {
+            let each = POINTS_FOR_A_LINE_IN_CROWDS;
+            let points = Way::Points(self.cheap_points(area));
+            return Pair { each, ..*self }.by_shaft(area, workspace, |_| points);
+        }
+        let affordable = CANDIDATES_FOR_A_LINE * f64::from(lines - 1);
+        if lines < FEW_LINES && self.light.crowd.candidates < affordable {
+            let each = POINTS_FOR_A_LINE;
+            let points = Way::Points(ShaftPoints::Area);
             return Pair { each, ..*self }.by_shaft(area, workspace, |_| points);
         }
         if lines < FEW_LINES {
             return self.many_rays(area, RAYS_FOR_A_LINE, workspace);
         }
-        self.by_shaft(area, workspace, |shaft| cheapest(shaft, lines))
+        self.by_shaft(area, workspace, |shaft| {
+            cheapest(shaft, &self.light.crowd, lines)
+        })
+    }
+
+    /// Points that reach an error first.
+    fn cheap_points(&self, area: &AreaLight) -> ShaftPoints {
+        let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+        for corner in area.polygon.vertices() {
+            let to_corner = *corner - self.point.position;
+            let square = to_corner.length_squared();
+            let density = area.polygon.normal().dot(to_corner).abs() / (square * square.sqrt());
+            (least, most) = (least.min(density), most.max(density));
+        }
+        if most <= FLAT * least {
+            ShaftPoints::Area
+        } else {
+            ShaftPoints::SolidAngle
+        }
     }
 
     /// Rays in place of lines, `each` for one: to crowded lights uniform in the solid angle.

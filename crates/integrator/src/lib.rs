@@ -59,7 +59,7 @@ pub use estimator::{ESTIMATOR_NAMES, Estimator, LineOptions, ParseEstimatorError
 pub use exact::ExactOptions;
 pub use linear::{LinearHeuristic, LinearOptions};
 pub use material::Bounce;
-pub use plan::{Plan, PlanCounters, PlannedLight};
+pub use plan::{Crowd, Plan, PlanCounters, PlannedLight};
 pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use renderer::{Renderer, Settings};
 pub use selection::LightChoice;

@@ -22,8 +22,32 @@ pub struct PlannedLight {
     pub texture: Option<Arc<EmissionTexture>>,
     /// The estimator of this light, if it has one of its own.
     pub estimator: Option<Estimator>,
-    /// Whether so much stands before it that looking for all of it at once seldom pays.
-    pub crowded: bool,
+    /// What stands before it.
+    pub crowd: Crowd,
+}
+
+/// What stands before a light, seen from a few points that the camera sees: geometry alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crowd {
+    /// Whether there is so much that looking for all of it at once seldom pays.
+    pub dense: bool,
+    /// Triangles in between that may hide a part of it, on average over points; none where nothing
+    /// or all of it is hidden.
+    pub candidates: f64,
+    /// Edges that bound what is hidden, for each triangle in between: up to three if triangles are
+    /// loose, few in meshes.
+    pub edges: f64,
+}
+
+impl Default for Crowd {
+    /// Few triangles, all loose.
+    fn default() -> Self {
+        Self {
+            dense: false,
+            candidates: 1.0,
+            edges: 3.0,
+        }
+    }
 }
 
 /// What is left to do once everything that cannot matter is dropped; built once per scene.
@@ -56,7 +80,7 @@ impl Plan {
                 triangles: light.triangles.clone(),
                 texture: texture(light, textured),
                 estimator: None,
-                crowded: false,
+                crowd: Crowd::default(),
             })
             .collect();
         Self {
@@ -90,10 +114,10 @@ impl Plan {
         &self.lights
     }
 
-    /// Notes which lights are crowded.
-    pub(crate) fn set_crowded(&mut self, crowded: &[bool]) {
-        for (light, &crowded) in self.lights.iter_mut().zip(crowded) {
-            light.crowded = crowded;
+    /// Notes what stands before the lights.
+    pub(crate) fn set_crowds(&mut self, crowds: &[Crowd]) {
+        for (light, crowd) in self.lights.iter_mut().zip(crowds) {
+            light.crowd = *crowd;
         }
     }
 
@@ -169,7 +193,7 @@ fn round(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
                 triangles: sphere.triangles.clone(),
                 texture: None,
                 estimator: None,
-                crowded: false,
+                crowd: Crowd::default(),
             }),
             Some(_) => {}
         }

@@ -82,8 +82,8 @@ impl<'s> Renderer<'s> {
             occluders,
             plan: Plan::new(scene),
         };
-        let crowded = hybrid::crowded(&renderer);
-        renderer.plan.set_crowded(&crowded);
+        let crowds = hybrid::crowds(&renderer);
+        renderer.plan.set_crowds(&crowds);
         renderer
     }
 

@@ -136,6 +136,11 @@ impl Penumbra {
         &self.pieces
     }
 
+    /// How many edges of images the last boundary had to follow.
+    pub(crate) fn edge_count(&self) -> usize {
+        self.sides.len().saturating_sub(self.light.len())
+    }
+
     fn set_light(&mut self, light: &[Point]) {
         self.light.clear();
         self.light.extend(light.iter().copied().map(settled));

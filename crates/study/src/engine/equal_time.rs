@@ -1,6 +1,7 @@
 //! Error against time on one thread: which estimator reaches an error first.
 
 use super::Targets;
+use crate::stats::random::SplitMix64;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
 use linelit_samplers::SamplerKind;
@@ -107,7 +108,13 @@ pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Ve
         }));
     }
     for round in 0..what.rounds {
-        for lane in &mut lanes {
+        // In another order each time, lest what follows a long lane of another estimator always
+        // find the caches full of that.
+        let mut random = SplitMix64(u64::from(round));
+        let mut order: Vec<usize> = (0..lanes.len()).collect();
+        order.sort_by_cached_key(|_| random.next());
+        for k in order {
+            let lane = &mut lanes[k];
             lane.settings.seed = u64::from(round);
             let values = run(renderer, points, lane, &mut workspace);
             let errors = values.iter().zip(&reference);

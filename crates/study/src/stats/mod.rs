@@ -1,6 +1,6 @@
 //! Numbers about errors: metrics of pictures, and orders of convergence with their confidence.
 
 pub mod metrics;
-mod random;
+pub(crate) mod random;
 pub mod slopes;
 pub mod student;

@@ -1,4 +1,4 @@
-//! The bootstrap's own random numbers: the same seed gives the same interval on every machine.
+//! Own random numbers for the bootstrap and for orders: the same on every machine.
 
 /// `SplitMix64` of Steele, Lea & Flood (2014): enough for resampling, and four lines.
 #[derive(Clone, Copy, Debug)]
