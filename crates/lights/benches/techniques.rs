@@ -8,7 +8,7 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
 use linelit_lights::linear::{
-    LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
+    LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
 };
 use linelit_lights::selection::{Discrete, Importance, LightTree};
 use linelit_lights::{
@@ -53,7 +53,7 @@ fn per_light<T, R>(
         b.iter(|| {
             for (i, &(x, n)) in points.iter().enumerate() {
                 let ready = new(black_box(x), black_box(n));
-                black_box(ready.map(|s| sample(&s, u[i], u[POINTS - 1 - i])));
+                black_box(ready.as_ref().map(|s| sample(s, u[i], u[POINTS - 1 - i])));
             }
         });
     });
@@ -137,7 +137,8 @@ fn linear(c: &mut Criterion) {
     });
     let coarse = |x: DVec3, n: DVec3| {
         let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
-        ProjectedLine::new(ends[0], ends[1], n.to_array())
+        let edge = light.vector().to_array();
+        LineView::with_edge(ends[0], ends[1], edge, Some(n.to_array())).and_then(ProjectedLine::of)
     };
     both(
         &mut g,

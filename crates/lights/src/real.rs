@@ -31,10 +31,10 @@ pub trait Real:
     const ONE: Self;
     /// Distance from 1 to the next number.
     const EPSILON: Self;
-    /// Halley steps at most in the inversion of the projected solid angle.
+    /// Steps at most in the inversion of the projected solid angle.
     const STEPS: u32;
     /// A step smaller than this fraction of the distance to the nearer end leaves an error below the precision, because
-    /// convergence is cubic: the cube root of EPSILON/4.
+    /// convergence is of fourth order: at most the fourth root of EPSILON/4.
     const CLOSE: Self;
 
     /// The same number.
@@ -171,7 +171,7 @@ impl Real for f64 {
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     }
-    #[inline]
+    #[inline(never)]
     fn accurate_dot(a: [Self; 3], b: [Self; 3]) -> Self {
         predicates::dot(a.into(), b.into())
     }
@@ -279,7 +279,7 @@ pub(crate) fn length<T: Real>(a: V3<T>) -> T {
 
 /// The cross product: its length and direction to a few ε, each component accurate relative to itself where the vectors are
 /// nearly parallel.
-#[inline]
+#[inline(always)]
 pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     let plain = plain_cross(a, b);
     // More than 30° apart the plain products round to 4 ε of the length.

@@ -5,7 +5,7 @@
 //! the steps that some samples of a block take more than they need.
 
 use super::projected::{End, Inversion};
-use super::view::{LineView, nearer};
+use super::view::{LineView, SolidAngleEnd, nearer};
 use crate::angle::{Angle, rotate, step_sin_cos};
 use crate::real::Real;
 
@@ -48,7 +48,7 @@ impl Batch {
         let n = numbers.len().min(BLOCK);
         let mut xi = [0.0; BLOCK];
         xi[..n].copy_from_slice(&numbers[..n]);
-        let mut at = start(arc, &xi, n);
+        let mut at = start(arc, view, &xi, n);
         for _ in 0..f64::STEPS {
             if advance(arc, &xi, n, &mut at, close) {
                 break;
@@ -90,12 +90,13 @@ impl Batch {
 }
 
 #[inline(never)]
-fn start(arc: &Inversion<f64>, xi: &Column, n: usize) -> Angles {
+fn start(arc: &Inversion<f64>, view: &LineView<f64>, xi: &Column, n: usize) -> Angles {
     let (n, arc) = (n.min(BLOCK), *arc);
+    let seen = [false, true].map(|second| view.solid_angle_end(second));
     let mut out = Angles::default();
     for i in 0..n {
         let (second, xi) = nearer(xi[i]);
-        let at = End::select(second, &arc.ends).start(xi, arc.sine_range);
+        let at = End::select(second, &arc.ends).start(xi, &SolidAngleEnd::select(second, &seen));
         out.v[i] = at.v;
         out.s[i] = at.s;
         out.c[i] = at.c;

@@ -3,13 +3,13 @@
 //! Their renderer samples edges by the antiderivative of the cosine along the line and inverts it by Newton's method in
 //! the line coordinate, which falls back to bisection when a step leaves the bracket. Peters 2021 compares against it
 //! (Table 1, Fig. 6g). Differences of the antiderivative cancel for lines that are short, far or nearly collinear with
-//! the shading point, down to no digits at all: the baseline is kept as it is, for the comparison. The tolerance here is the backward error of Peters' two steps, so that the cost is compared at
-//! equal accuracy.
+//! the shading point, down to no digits at all: the baseline is kept as it is, for the comparison. The tolerance is the backward error of Peters' two steps unless said otherwise,
+//! so that the cost is compared at equal accuracy.
 
 use super::view::LineView;
 use linelit_geometry::DVec3;
 
-/// Iterations end when the CDF is hit to this.
+/// Iterations end when the CDF is hit to this, by default.
 pub(crate) const TOLERANCE: f64 = 1.58e-5;
 /// … or after so many (their 20 are too few for a line 1e5 times as long as its distance: off by 3e-4).
 const MOST: u32 = 60;
@@ -24,10 +24,11 @@ pub(crate) struct LineIntegral {
     s1: f64,
     f0: f64,
     total: f64,
+    tolerance: f64,
 }
 
 impl LineIntegral {
-    pub(crate) fn new(view: &LineView<f64>, normal: DVec3) -> Option<Self> {
+    pub(crate) fn new(view: &LineView<f64>, normal: DVec3, tolerance: f64) -> Option<Self> {
         let (p0, p1) = view.ends();
         let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));
         let d = (p1 - p0).try_normalize()?;
@@ -41,6 +42,7 @@ impl LineIntegral {
             s1,
             f0: 0.0,
             total: 0.0,
+            tolerance,
         };
         out.f0 = out.antiderivative(s0);
         out.total = out.antiderivative(s1) - out.f0;
@@ -74,7 +76,7 @@ impl LineIntegral {
                 s = 0.5 * (lo + hi);
             }
             let excess = (self.antiderivative(s) - self.f0) / self.total - xi;
-            if excess.abs() < TOLERANCE {
+            if excess.abs() < self.tolerance {
                 break;
             }
             if excess > 0.0 {

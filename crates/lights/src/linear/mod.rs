@@ -25,7 +25,7 @@ use crate::fan::ONE_MINUS;
 use crate::pdf::{Length, Pdf, ThinSolidAngle};
 use crate::real::Real;
 use batch::{BLOCK, Batch};
-use bisection::LineIntegral;
+use bisection::{LineIntegral, TOLERANCE};
 use linelit_geometry::{DVec3, Segment};
 use projected::Inversion;
 use warps::Warp;
@@ -125,6 +125,7 @@ impl LinearSampler {
     /// The per-light part. `None` if the technique can give no sample: the light has no length, the shading point is on
     /// its infinite line, or (all but [`LinearTechnique::Area`] and [`LinearTechnique::SolidAngle`]) nothing of it is
     /// above the horizon of the unit `normal`.
+    #[inline]
     #[must_use]
     pub fn new(
         technique: LinearTechnique,
@@ -140,7 +141,7 @@ impl LinearSampler {
             T::SolidAngle | T::ClippedSolidAngle => Kind::SolidAngle,
             T::LinearCosine => Kind::Warped(Warp::linear(&view)?),
             T::QuadraticCosine => Kind::Warped(Warp::quadratic(&view)?),
-            T::NewtonBisection => Kind::Bisection(LineIntegral::new(&view, normal)?),
+            T::NewtonBisection => Kind::Bisection(LineIntegral::new(&view, normal, TOLERANCE)?),
             T::ProjectedSolidAngle => Kind::Projected(Inversion::of(&view)?),
         };
         let whole = match &kind {
@@ -153,6 +154,24 @@ impl LinearSampler {
             kind,
             view,
             density: 1.0 / whole,
+        })
+    }
+
+    /// [`LinearTechnique::NewtonBisection`] with another tolerance for the CDF than 1.58e-5, for comparing costs at equal
+    /// error. Below 1e-12 it often iterates in vain, because its antiderivative cancels.
+    #[must_use]
+    pub fn newton_bisection(
+        light: &Segment,
+        x: DVec3,
+        normal: DVec3,
+        tolerance: f64,
+    ) -> Option<Self> {
+        let view = seen(light, x, Some(normal))?;
+        let integral = LineIntegral::new(&view, normal, tolerance)?;
+        Some(Self {
+            density: 1.0 / integral.projected_solid_angle(),
+            kind: Kind::Bisection(integral),
+            view,
         })
     }
 
@@ -280,6 +299,7 @@ impl LinearSampler {
 }
 
 /// A segment relative to `x`, with its edge formed before the subtraction.
+#[inline(always)]
 pub(crate) fn seen(light: &Segment, x: DVec3, normal: Option<DVec3>) -> Option<LineView<f64>> {
     let (p0, p1) = (light.p0 - x, light.p1 - x);
     LineView::with_edge(

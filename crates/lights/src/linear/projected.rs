@@ -19,7 +19,8 @@ use crate::real::Real;
 /// with the first bracket as a series for v < ½. The paper takes differences of antiderivatives anchored at the closest
 /// point q of the line, which cancel along the line's extension and far away; anchored at an end they do not. It is the end
 /// that has at most half of the mass before the sample. H(v) = ξ H(δ) is solved by Halley's irrational step (the root of
-/// the local quadratic) from the solid-angle sample of ξ, warped by the cosines at the ends.
+/// the local quadratic) with a cubic term, from the solid-angle sample of ξ, warped by the cosines at the ends; the second
+/// step is the inverse of the Taylor series about the end of the first.
 ///
 /// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle × radius).
 ///
@@ -30,14 +31,6 @@ use crate::real::Real;
 pub struct ProjectedLine<T> {
     view: LineView<T>,
     arc: Inversion<T>,
-}
-
-/// Inverts the CDF of the density that runs linearly from `p0` to `p1`.
-#[inline(always)]
-fn warp<T: Real>(xi: T, p0: T, p1: T) -> T {
-    let denominator = p0 + (p0 * p0 * (T::ONE - xi) + p1 * p1 * xi).sqrt();
-    let warped = (xi * (p0 + p1) / denominator).at_most(T::ONE);
-    if denominator > T::ZERO { warped } else { xi }
 }
 
 /// Where [`ProjectedLine::sample_coarse`] ends.
@@ -54,8 +47,6 @@ pub(crate) struct End<T> {
     dn: T,
     /// Coefficients of H: of v − sin v cos v, of sin v cos v, of sin² v.
     terms: [T; 3],
-    /// For the start.
-    solid_angle: SolidAngleEnd<T>,
     /// N/sin δ here and at the other end.
     pub over_sine: [T; 2],
 }
@@ -66,7 +57,6 @@ pub(crate) struct Inversion<T> {
     pub delta: T,
     pub ends: [End<T>; 2],
     pub total: T,
-    pub sine_range: T,
 }
 
 impl<T: Real> End<T> {
@@ -85,11 +75,6 @@ impl<T: Real> End<T> {
                 one(a.terms[1], b.terms[1]),
                 one(a.terms[2], b.terms[2]),
             ],
-            solid_angle: SolidAngleEnd {
-                cosine: one(a.solid_angle.cosine, b.solid_angle.cosine),
-                minus: two(a.solid_angle.minus, b.solid_angle.minus),
-                plus: two(a.solid_angle.plus, b.solid_angle.plus),
-            },
             over_sine: two(a.over_sine, b.over_sine),
         }
     }
@@ -97,11 +82,15 @@ impl<T: Real> End<T> {
     /// The solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020): one step closer than the paper's
     /// start.
     #[inline(always)]
-    pub(crate) fn start(&self, xi: T, sine_range: T) -> Angle<T> {
-        let [here, there] = self.over_sine;
-        let (a, b) = self
-            .solid_angle
-            .half_tangent(warp(xi, here, there), sine_range);
+    pub(crate) fn start(&self, xi: T, ends: &SolidAngleEnd<T>) -> Angle<T> {
+        let [p0, p1] = self.over_sine;
+        let eta = T::ONE - xi;
+        // The warped number as a quotient, which half_tangent takes without dividing.
+        // Nothing is next to 1e-18, which is there for ξ = 0 at an end on the horizon.
+        let below = xi * (p0 + p1);
+        let whole = (p0 + T::from_f64(1e-18)) + (p0 * p0 * eta + p1 * p1 * xi).sqrt();
+        let above = (whole - below).at_least(T::ZERO);
+        let (a, b) = ends.half_tangent([below, above, whole]);
         double_angle(a, b)
     }
 
@@ -119,6 +108,55 @@ impl<T: Real> End<T> {
         a * rest + (b * sc + d * (at.s * at.s))
     }
 
+    /// Two steps of fourth order, the first held to half a radian and to the arc, and how far the second went. The mass of
+    /// the first comes from the same sum as [`End::mass`], anchored where it begins, so that the second needs no more
+    /// than sine and cosine of the first.
+    #[inline(always)]
+    pub(crate) fn two_steps(&self, at: &Angle<T>, target: T, delta: T) -> (Angle<T>, T) {
+        let half = T::from_f64(0.5);
+        let excess = self.mass(at) - target;
+        let cos = self.cos * at.c - self.sin * at.s;
+        let sin = self.sin * at.c + self.cos * at.s;
+        let n = self.n * at.c + self.dn * at.s;
+        let dn = self.dn * at.c - self.n * at.s;
+        let [_, step] = halley(excess, (cos, sin), (n, dn));
+        let low = (-at.v).at_least(-half);
+        let t = step.at_least(low).at_most((delta - at.v).at_most(half));
+        let y = t * t;
+        let (s, c) = T::sine_and_cosine(y);
+        let s = t * s;
+        let four = T::from_f64(4.0) * y;
+        let (rest, across) = (four * t * T::sine_remainder(four), s * c);
+        let product = cos * n;
+        let left = excess
+            + ((product - sin * dn) * rest
+                + ((product + product) * across + (cos * dn - sin * n) * (s * s)));
+        let (cos, sin) = (cos * c - sin * s, sin * c + cos * s);
+        let (n, dn) = (n * c + dn * s, dn * c - n * s);
+        // The inverse of the Taylor series to its third term.
+        let slope = cos * n;
+        let inverse = half / slope;
+        let bend = (cos * dn - sin * n) * inverse;
+        let third = T::from_f64(1.0 / 3.0);
+        let twist = (slope + sin * dn) * (inverse * (third + third));
+        let d = -left * inverse;
+        let d = d - d * d * (bend - d * (bend * bend + bend * bend + twist));
+        // (sin, cos) of v + t, then of v + t + d with d small.
+        let (s, c) = rotate((at.s, at.c), (s, c));
+        let d = d.at_least(-half).at_most(half);
+        let d2 = half * (d * d);
+        let (s, c) = rotate((s, c), (d - d * d2 * third, T::ONE - d2));
+        let v = at.v + (t + d);
+        (
+            Angle {
+                v,
+                s: s.at_least(T::ZERO),
+                c,
+            },
+            d.abs(),
+        )
+    }
+
     /// Peters' step: the root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if
     /// none. And that step with the cubic term, which takes an error to its fourth power: H″′ = −4 (cos φ N + sin φ N′), and
     /// the slope where the step ends is twice the root of the discriminant.
@@ -129,18 +167,25 @@ impl<T: Real> End<T> {
         let sin = self.sin * at.c + self.cos * at.s;
         let n = self.n * at.c + self.dn * at.s;
         let dn = self.dn * at.c - self.n * at.s;
-        let (slope, bend) = (cos * n, cos * dn - sin * n);
-        let root = (slope * slope - bend * excess).at_least(T::ZERO).sqrt();
-        let sum = slope.abs() + root;
-        let step = -excess / sum;
-        let step = if sum > T::ZERO { step } else { T::ZERO };
-        let third = T::from_f64(1.0 / 3.0);
-        let more = (slope + sin * dn) * third / root * (step * step);
-        let half = T::from_f64(0.5);
-        // Where the slope vanishes the quotient says nothing.
-        let more = more.at_least(-half).at_most(half);
-        [step, step + step * more]
+        halley(excess, (cos, sin), (n, dn))
     }
+}
+
+/// The root of smaller magnitude of the quadratic Taylor polynomial of the mass, or its extremum if none; and that with the
+/// cubic term, from (cos φ, sin φ) and (N, N′).
+#[inline(always)]
+fn halley<T: Real>(excess: T, (cos, sin): (T, T), (n, dn): (T, T)) -> [T; 2] {
+    let (slope, bend) = (cos * n, cos * dn - sin * n);
+    let root = (slope * slope - bend * excess).at_least(T::ZERO).sqrt();
+    let sum = slope.abs() + root;
+    let step = -excess / sum;
+    let step = if sum > T::ZERO { step } else { T::ZERO };
+    let third = T::from_f64(1.0 / 3.0);
+    let more = (slope + sin * dn) * third / root * (step * step);
+    let half = T::from_f64(0.5);
+    // Where the slope vanishes the quotient says nothing.
+    let more = more.at_least(-half).at_most(half);
+    [step, step + step * more]
 }
 
 impl<T: Real> ProjectedLine<T> {
@@ -153,6 +198,7 @@ impl<T: Real> ProjectedLine<T> {
 
     /// The same for a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by the normal; `None` for one
     /// that has none.
+    #[inline(always)]
     #[must_use]
     pub fn of(view: LineView<T>) -> Option<Self> {
         let arc = Inversion::of(&view)?;
@@ -188,7 +234,7 @@ impl<T: Real> ProjectedLine<T> {
     /// Worst backward error in ξ by search: `docs/accuracy-lights.md`.
     #[must_use]
     pub fn sample_coarse(&self, xi: T) -> ArcPoint<T> {
-        let (second, at) = self.arc.find_to(xi, T::from_f64(COARSE));
+        let (second, at) = self.arc.find_to(&self.view, xi, T::from_f64(COARSE));
         self.view.arc_point(second, at.s, at.c)
     }
 
@@ -196,7 +242,8 @@ impl<T: Real> ProjectedLine<T> {
     #[must_use]
     pub fn angle_steps(&self, xi: T, steps: u32) -> T {
         let end = &self.arc.ends[0];
-        let (a, b) = end.solid_angle.half_tangent(xi, self.arc.sine_range);
+        let ends = self.view.solid_angle_end(false);
+        let (a, b) = ends.half_tangent([xi, T::ONE - xi, T::ONE]);
         let mut at = double_angle(a, b);
         for _ in 0..steps {
             let [step, _] = end.steps(&at, xi * self.arc.total);
@@ -245,7 +292,7 @@ impl ProjectedLine<f64> {
 
 impl<T: Real> Inversion<T> {
     /// For a view that has been clipped by the normal.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn of(view: &LineView<T>) -> Option<Self> {
         let (sin_delta, cos_delta) = view.angle_sin_cos();
         let per_sine = view.inverse_sine();
@@ -261,8 +308,7 @@ impl<T: Real> Inversion<T> {
                 sin,
                 n: n[here],
                 dn,
-                terms: [a - d, a + a, T::diff_of_products(cos, dn, sin, n[here])],
-                solid_angle: view.solid_angle_end(second),
+                terms: [a - d, a + a, cos * dn - sin * n[here]],
                 over_sine: [n[here] * per_sine, n[there] * per_sine],
             }
         };
@@ -270,7 +316,6 @@ impl<T: Real> Inversion<T> {
             delta: view.angle(),
             ends: [end(false), end(true)],
             total: T::ZERO,
-            sine_range: view.sine_range(),
         };
         out.total = out.ends[0].mass(&Angle {
             v: out.delta,
@@ -285,25 +330,55 @@ impl<T: Real> Inversion<T> {
     }
 
     pub(crate) fn sample(&self, view: &LineView<T>, xi: T) -> ArcPoint<T> {
-        let (second, at) = self.find_to(xi, T::CLOSE);
+        let (second, at) = self.find(view, xi);
         view.arc_point(second, at.s, at.c)
     }
 
     /// The sample and its cosine n·ω.
     #[inline]
     pub(crate) fn sample_with_cosine(&self, view: &LineView<T>, xi: T) -> (ArcPoint<T>, T) {
-        let (second, at) = self.find_to(xi, T::CLOSE);
+        let (second, at) = self.find(view, xi);
         self.output(view, second, at.s, at.c)
+    }
+
+    /// The angle from the end that it says, to the precision: two steps, more where the second was large.
+    #[inline(always)]
+    fn find(&self, view: &LineView<T>, xi: T) -> (bool, Angle<T>) {
+        let (second, xi) = nearer(xi);
+        let end = &self.ends[usize::from(second)];
+        let target = xi * self.total;
+        let start = end.start(xi, &view.solid_angle_end(second));
+        let (at, last) = end.two_steps(&start, target, self.delta);
+        let room = at.v.at_most(self.delta - at.v);
+        if last <= T::CLOSE * room {
+            return (second, at);
+        }
+        (second, self.refine(end, start, target))
+    }
+
+    /// Steps from the start until one is small.
+    #[cold]
+    #[inline(never)]
+    fn refine(&self, end: &End<T>, mut at: Angle<T>, target: T) -> Angle<T> {
+        for _ in 0..T::STEPS {
+            let [_, step] = end.steps(&at, target);
+            let step = self.advance(&mut at, step);
+            let room = at.v.at_most(self.delta - at.v);
+            if step.abs() <= T::CLOSE * room {
+                break;
+            }
+        }
+        at
     }
 
     /// The angle from the end that it says, in steps until one is below the fraction `close` of the distance to the nearer
     /// end.
     #[inline]
-    fn find_to(&self, xi: T, close: T) -> (bool, Angle<T>) {
+    fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> (bool, Angle<T>) {
         let (second, xi) = nearer(xi);
         let end = &self.ends[usize::from(second)];
         let target = xi * self.total;
-        let mut at = end.start(xi, self.sine_range);
+        let mut at = end.start(xi, &view.solid_angle_end(second));
         for _ in 0..T::STEPS {
             let [_, step] = end.steps(&at, target);
             let step = self.advance(&mut at, step);

@@ -77,6 +77,7 @@ impl<T: Real> LineView<T> {
 
     /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that knows it more
     /// accurately, because it formed it before the shading point was subtracted.
+    #[inline(always)]
     #[must_use]
     pub fn with_edge(p0: [T; 3], p1: [T; 3], edge: [T; 3], normal: Option<[T; 3]>) -> Option<Self> {
         // From the nearer end, whose rounding turns the plane of the fan least.
@@ -113,23 +114,25 @@ impl<T: Real> LineView<T> {
             kept,
             height,
         } = part;
-        let per_length = T::ONE / whole;
         let (l, cross) = (whole * kept, area * kept);
+        let (per_length, per_area) = (T::ONE / whole, T::ONE / area);
         let h = area * per_length;
         let r = [length(p0), length(p1)];
-        let inverse = [T::ONE / r[0], T::ONE / r[1]];
+        // Quotients cost more than products: one for two of them.
+        let product = r[0] * r[1];
+        let per_product = T::ONE / product;
+        let inverse = [r[1] * per_product, r[0] * per_product];
         let cosine = [h * inverse[0], h * inverse[1]];
-        let sin_delta = cross * inverse[0] * inverse[1];
+        let sin_delta = cross * per_product;
         let dot01 = dot(p0, p1);
         let sine = [
             dot(p0, edge) * (per_length * inverse[0]),
             dot(p1, edge) * (per_length * inverse[1]),
         ];
-        let (minus0, plus0) = sides(sine[0], cosine[0]);
-        let (minus1, plus1) = sides(sine[1], cosine[1]);
+        let [(minus0, plus0), (minus1, plus1)] = sides(sine, cosine);
         let sine_range = if dot01 > T::ZERO {
             // h² l (r0 + r1)/(r0 r1 (r0 r1 + p0·p1)): nothing cancels.
-            cosine[0] * cosine[1] * (l / (r[0] * r[1] + dot01)) * (r[0] + r[1])
+            cosine[0] * cosine[1] * (l / (product + dot01)) * (r[0] + r[1])
         } else {
             sine[1] - sine[0]
         };
@@ -141,7 +144,7 @@ impl<T: Real> LineView<T> {
         let tangent = if short {
             [T::ZERO; 3]
         } else {
-            scale(plain_cross(scale(x, T::ONE / area), p0), inverse[0])
+            scale(plain_cross(scale(x, per_area), p0), inverse[0])
         };
         Some(Self {
             ends: [p0, p1],
@@ -156,8 +159,8 @@ impl<T: Real> LineView<T> {
             dot: dot01,
             cross,
             sin_delta,
-            inverse_sine: T::ONE / sin_delta,
-            cos_delta: dot01 * inverse[0] * inverse[1],
+            inverse_sine: product * per_area / kept,
+            cos_delta: dot01 * per_product,
             h,
             height,
             sine,
@@ -194,6 +197,7 @@ impl<T: Real> LineView<T> {
     }
 
     /// The angle δ in (0, π) that the line subtends.
+    #[inline(always)]
     #[must_use]
     pub fn angle(&self) -> T {
         let product = self.r[0] * self.r[1];
@@ -273,26 +277,22 @@ impl<T: Real> LineView<T> {
         let (second, xi) = nearer(xi);
         let (a, b) = self
             .solid_angle_end(second)
-            .half_tangent(xi, self.sine_range);
+            .half_tangent([xi, T::ONE - xi, T::ONE]);
         let t = a / b;
         let q = T::ONE / (T::ONE + t * t);
         self.arc_point(second, (t + t) * q, (T::ONE - t * t) * q)
     }
 
     /// What a solid-angle sample starts from at an end.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn solid_angle_end(&self, second: bool) -> SolidAngleEnd<T> {
         let (here, there) = (usize::from(second), usize::from(!second));
         SolidAngleEnd {
             cosine: self.cosine[here],
             minus: [self.minus[here], self.minus[there]],
             plus: [self.plus[here], self.plus[there]],
+            range: self.sine_range,
         }
-    }
-
-    /// sin φ₁ − sin φ₀.
-    pub(crate) fn sine_range(&self) -> T {
-        self.sine_range
     }
 
     /// The fraction of the solid angle below the place `lambda`: the inverse of [`LineView::sample_solid_angle`].
@@ -442,16 +442,20 @@ impl<T: Real> LineView<T> {
     }
 }
 
-/// 1 − sin φ and 1 + sin φ, each relatively accurate.
+/// 1 − sin φ and 1 + sin φ at both ends, each relatively accurate.
 #[inline(always)]
-fn sides<T: Real>(sine: T, cosine: T) -> (T, T) {
-    let large = T::ONE + sine.abs();
-    let small = cosine * cosine / large;
-    if sine > T::ZERO {
-        (small, large)
-    } else {
-        (large, small)
-    }
+fn sides<T: Real>(sine: [T; 2], cosine: [T; 2]) -> [(T, T); 2] {
+    let large = sine.map(|s| T::ONE + s.abs());
+    let both = T::ONE / (large[0] * large[1]);
+    let side = |k: usize| {
+        let small = cosine[k] * cosine[k] * (large[1 - k] * both);
+        let up = sine[k] > T::ZERO;
+        (
+            if up { small } else { large[k] },
+            if up { large[k] } else { small },
+        )
+    };
+    [side(0), side(1)]
 }
 
 /// cos φ at an end, and 1 − sin φ and 1 + sin φ (or the other way round) there and at the other end.
@@ -460,17 +464,32 @@ pub(crate) struct SolidAngleEnd<T> {
     pub cosine: T,
     pub minus: [T; 2],
     pub plus: [T; 2],
+    /// sin φ₁ − sin φ₀.
+    pub range: T,
 }
 
 impl<T: Real> SolidAngleEnd<T> {
-    /// The solid-angle sample at the fraction `xi` from this end: tan(v/2) as a quotient of two numbers ≥ 0, v from this
-    /// end, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)` and cos φ = √((1 − sin φ)(1 + sin φ)), both factors linear in ξ.
+    /// One of two by selecting numbers.
     #[inline(always)]
-    pub(crate) fn half_tangent(&self, xi: T, sine_range: T) -> (T, T) {
-        let eta = T::ONE - xi;
-        let lerp = |a: [T; 2]| a[0] * eta + a[1] * xi;
+    pub(crate) fn select(second: bool, [a, b]: &[Self; 2]) -> Self {
+        let one = |a: T, b: T| if second { b } else { a };
+        let two = |a: [T; 2], b: [T; 2]| [one(a[0], b[0]), one(a[1], b[1])];
+        Self {
+            cosine: one(a.cosine, b.cosine),
+            minus: two(a.minus, b.minus),
+            plus: two(a.plus, b.plus),
+            range: a.range,
+        }
+    }
+
+    /// The solid-angle sample that divides `whole` into `below` and `above` from this end: tan(v/2) as a
+    /// quotient of two numbers ≥ 0, v from this end, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)` and
+    /// cos φ = √((1 − sin φ)(1 + sin φ)), both factors linear in ξ = below/whole.
+    #[inline(always)]
+    pub(crate) fn half_tangent(&self, [below, above, whole]: [T; 3]) -> (T, T) {
+        let lerp = |a: [T; 2]| a[0] * above + a[1] * below;
         let cos_phi = (lerp(self.minus) * lerp(self.plus)).sqrt();
-        (xi * sine_range, self.cosine + cos_phi)
+        (below * self.range, self.cosine * whole + cos_phi)
     }
 }
 
@@ -483,7 +502,7 @@ pub(crate) fn nearer<T: Real>(xi: T) -> (bool, T) {
 }
 
 /// The part of a line above the horizon of n; `None` if there is nothing.
-#[inline]
+#[inline(always)]
 fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Option<Kept<T>> {
     let (c0, c1) = (height(n, ends[0]), height(n, ends[1]));
     if c0 <= T::ZERO && c1 <= T::ZERO {
@@ -518,6 +537,7 @@ fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Opti
 /// The point on the horizon: (n × x)/(n·e), whose error is that of x = p0 × p1, ε |x|/|n·e|; or from the nearer end, whose
 /// error is ε times its distance and the way from it. The first is right where the line passes close by, the second where
 /// it nearly lies in the horizon.
+#[inline(always)]
 fn on_horizon<T: Real>(
     ends: [V3<T>; 2],
     edge: V3<T>,
@@ -538,6 +558,7 @@ fn on_horizon<T: Real>(
 }
 
 /// n·p, in twice the precision where the plain sum has lost more than a few digits.
+#[inline(always)]
 fn height<T: Real>(n: V3<T>, p: V3<T>) -> T {
     let plain = dot(n, p);
     let magnitude = dot(n.map(T::abs), p.map(T::abs));
