@@ -166,8 +166,7 @@ impl ShaftBounds {
     /// hide the light as a whole; what lies in lanes that are not in use says nothing.
     #[inline(always)]
     pub(crate) fn triangles<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, u8) {
-        let [a, b, c] = self.vertices(s, leaf);
-        self.inside(s, leaf, a, b, c)
+        self.inside(s, leaf, &self.vertices(s, leaf))
     }
 
     /// The corners of a leaf's triangles in (P, Q, W).
@@ -182,14 +181,20 @@ impl ShaftBounds {
 
     /// As [`ShaftBounds::triangles`], for known corners.
     #[inline(always)]
-    pub(crate) fn inside<S: Simd>(
-        &self,
-        s: S,
-        leaf: &Leaf,
-        a: Vertex<S>,
-        b: Vertex<S>,
-        c: Vertex<S>,
-    ) -> (u8, u8) {
+    fn inside<S: Simd>(&self, s: S, leaf: &Leaf, vertices: &[Vertex<S>; 3]) -> (u8, u8) {
+        let found = self.within(s, vertices) & self.included(s, leaf);
+        if found == 0 {
+            return (0, 0);
+        }
+        let [a, b, c] = *vertices;
+        let (beside, around) = self.beside(s, a, b, c);
+        (found & !beside, found & !beside & around)
+    }
+
+    /// The triangles with these corners that may be inside the shaft in part, but for those that
+    /// pass by a corner of it.
+    #[inline(always)]
+    pub(crate) fn within<S: Simd>(&self, s: S, [a, b, c]: &[Vertex<S>; 3]) -> u8 {
         let (rp, rq, rw) = (
             s.splat(self.room[PQW[0]]),
             s.splat(self.room[PQW[1]]),
@@ -203,51 +208,61 @@ impl ShaftBounds {
         );
         let beyond = max3(s, s.sub(a.2, a.1), s.sub(b.2, b.1), s.sub(c.2, c.1));
         inside = s.min(inside, s.add(s.splat(self.sums[0]), beyond));
-        let beyond = max3(s, self.upper(s, a), self.upper(s, b), self.upper(s, c));
+        let beyond = max3(s, self.upper(s, *a), self.upper(s, *b), self.upper(s, *c));
         inside = s.min(inside, s.add(s.splat(self.sums[1]), beyond));
         inside = s.min(inside, s.add(rw, max3(s, a.2, b.2, c.2)));
         let nearest = s.min(s.min(a.2, b.2), c.2);
         inside = s.min(inside, s.sub(s.splat(self.sums[2]), nearest));
-        let mut found = s.le(s.splat(0.0), inside);
-        if self.exclude.1 > 0 {
-            found &= !s.in_range(&leaf.id, self.exclude.0, self.exclude.1);
-        }
-        if found == 0 {
-            return (0, 0);
-        }
-        let (beside, around) = self.beside(s, a, b, c);
-        (found & !beside, found & !beside & around)
+        s.le(s.splat(0.0), inside)
     }
 
-    /// Bounds of the triangles' images in (p, q), for those that are well before the shading
-    /// point: a bit each.
+    /// The triangles of a leaf that are not excluded.
+    #[inline(always)]
+    pub(crate) fn included<S: Simd>(&self, s: S, leaf: &Leaf) -> u8 {
+        if self.exclude.1 > 0 {
+            !s.in_range(&leaf.id, self.exclude.0, self.exclude.1)
+        } else {
+            u8::MAX
+        }
+    }
+
+    /// A bit for each triangle that is well before the shading point; of those, a bit for each that
+    /// may be before the light, and not beside it along q; and bounds of their images in (p, q).
     #[inline(always)]
     pub(crate) fn triangle_images<S: Simd>(
         &self,
         s: S,
         vertices: &[Vertex<S>; 3],
-    ) -> (u8, [S::F; 2], [S::F; 2]) {
-        let infinite = s.splat(f32::INFINITY);
-        let minus_infinite = s.splat(f32::NEG_INFINITY);
-        let mut least = [infinite; 2];
-        let mut most = [minus_infinite; 2];
-        let mut depth = infinite;
-        for v in vertices {
-            depth = s.min(depth, v.2);
-            let inverse = s.div(s.splat(1.0), v.2);
-            for (k, value) in [v.0, v.1].into_iter().enumerate() {
-                let at = s.mul(value, inverse);
-                // (P ± a) / (W ± b) is off by (a + |p| b) / W, and a little for b² and rounding.
-                let size = s.abs(at);
-                let off = s.fma(size, s.splat(self.room[PQW[2]]), s.splat(self.room[PQW[k]]));
-                let off = s.mul(off, s.mul(inverse, s.splat(1.25)));
-                let off = s.fma(size, s.splat(1e-6), off);
-                least[k] = s.min(least[k], s.sub(at, off));
-                most[k] = s.max(most[k], s.add(at, off));
-            }
+    ) -> (u8, u8, [S::F; 2], [S::F; 2]) {
+        let [a, b, c] = *vertices;
+        let one = s.splat(1.0);
+        let inverse = [s.div(one, a.2), s.div(one, b.2), s.div(one, c.2)];
+        let depth = min3(s, a.2, b.2, c.2);
+        // (P ± a) / (W ± b) is off by (a + |p| b) / W, and a little for b² and rounding.
+        let scale = s.mul(s.div(one, depth), s.splat(1.25));
+        let mut least = [depth; 2];
+        let mut most = least;
+        for (k, at) in [(0, [a.0, b.0, c.0]), (1, [a.1, b.1, c.1])] {
+            let at = [
+                s.mul(at[0], inverse[0]),
+                s.mul(at[1], inverse[1]),
+                s.mul(at[2], inverse[2]),
+            ];
+            let low = min3(s, at[0], at[1], at[2]);
+            let high = max3(s, at[0], at[1], at[2]);
+            let size = s.max(s.abs(low), s.abs(high));
+            let off = s.fma(size, s.splat(self.room[PQW[2]]), s.splat(self.room[PQW[k]]));
+            let off = s.fma(size, s.splat(1e-6), s.mul(off, scale));
+            least[k] = s.sub(low, off);
+            most[k] = s.add(high, off);
         }
         let before = s.le(s.splat((16.0 * self.room[PQW[2]]).max(1e-6)), depth);
-        (before, least, most)
+        // Before the light, and beside it along q no more than in part.
+        let inside = s.min(
+            s.sub(s.splat(self.sums[2]), depth),
+            s.min(most[1], s.sub(one, least[1])),
+        );
+        (before, s.le(s.splat(0.0), inside), least, most)
     }
 
     /// Triangles with a side whose plane through the shading point has the light on the other

@@ -23,6 +23,9 @@ use linelit_geometry::DVec3;
 /// Most lines that share a walk.
 pub(crate) const GROUP: usize = 8;
 
+/// A line with this many intervals has them united, so that bins know what they hide together.
+const CROWDED: usize = 9;
+
 /// Blocks of eight lines.
 const BLOCKS: usize = GROUP / 8;
 
@@ -54,9 +57,7 @@ pub(crate) struct Waiting {
 struct Images {
     low: Lanes<[f32; 8]>,
     high: Lanes<[f32; 8]>,
-    /// First and last bin: 2²³ + its number.
-    first: Lanes<[f32; 8]>,
-    last: Lanes<[f32; 8]>,
+    bins: Lanes<[u64; 8]>,
 }
 
 impl Images {
@@ -75,24 +76,20 @@ impl Images {
         let mut images = Self {
             low: Lanes([0.0; 8]),
             high: Lanes([0.0; 8]),
-            first: Lanes([0.0; 8]),
-            last: Lanes([0.0; 8]),
+            bins: Lanes([0; 8]),
         };
         s.store(low[0], &mut images.low);
         s.store(high[0], &mut images.high);
-        s.store(first, &mut images.first);
-        s.store(last, &mut images.last);
+        s.spans(first, last, &mut images.bins);
         images
     }
 
     #[inline(always)]
     fn get(&self, lane: usize) -> Image {
-        let first = self.first[lane].to_bits() & 63;
-        let last = self.last[lane].to_bits() & 63;
         Image {
             low: self.low[lane],
             high: self.high[lane],
-            bins: (u64::MAX << first) & (u64::MAX >> (63 - last)),
+            bins: self.bins[lane],
         }
     }
 }
@@ -163,15 +160,34 @@ impl Covered {
         needed != 0
     }
 
+    /// The same for eight images: a bit each.
+    #[inline(always)]
+    fn needs_any<S: Simd>(&self, s: S, images: &Images) -> u8 {
+        let (low, high) = (s.load(&images.low), s.load(&images.high));
+        let mut needed = 0;
+        for k in 0..self.blocks.min(BLOCKS) {
+            for line in 0..8 {
+                needed |= s.le(low, s.splat(self.high[k][line]))
+                    & s.le(s.splat(self.low[k][line]), high)
+                    & s.meets(&images.bins, self.open[k][line]);
+            }
+        }
+        needed
+    }
+
     /// Records what is known to be hidden of the lines; true if they are as a whole.
     #[inline(always)]
-    fn record<S: Simd>(&mut self, s: S, lines: &Lines, slots: &Slots) -> bool {
+    fn record<S: Simd>(&mut self, s: S, lines: &mut Lines, slots: &mut Slots) -> bool {
         let mut open = 0;
         // Adding 2⁵² rounds to an integer; half a bin inward, that is never too generous.
         let (zero, end) = (s.dsplat(0.0), s.dsplat(64.0));
         let half = s.dsplat(0.5);
         let base = s.dsplat(4_503_599_627_370_496.0);
-        for (k, block) in lines.blocks.iter().enumerate().take(BLOCKS) {
+        for (k, block) in lines.blocks.iter_mut().enumerate().take(BLOCKS) {
+            if slots.most(k) >= CROWDED {
+                slots.unite(s, k, block);
+                self.seen[k] = [0; 8];
+            }
             let first = s.dadd(s.dmul(s.dload(&block.run_lo), end), half);
             let first = s.dadd(s.dmin(s.dmax(first, zero), end), base);
             let last = s.dsub(s.dmul(s.dload(&block.run_hi), end), half);
@@ -196,7 +212,8 @@ impl Covered {
     }
 }
 
-/// Puts the boxes of a node that the shaft may meet on the stack, the nearest on top.
+/// Puts the boxes of a node that the shaft may meet on the stack, the nearest on top, and tells
+/// which they are.
 #[inline(always)]
 fn push_boxes<S: Simd>(
     s: S,
@@ -205,7 +222,7 @@ fn push_boxes<S: Simd>(
     found: u8,
     covered: &Covered,
     stack: &mut Vec<Waiting>,
-) {
+) -> u8 {
     let (least, most) = bounds.extents(s, node);
     let near = s.div(s.splat(1.0), least[2]);
     let far = s.div(s.splat(1.0), most[2]);
@@ -225,7 +242,8 @@ fn push_boxes<S: Simd>(
     // Depth, with the lane in its last bits, in descending order.
     let mut keys = [0_u32; 8];
     let mut count = 0;
-    let mut found = found;
+    let mut found = found & (!before | covered.needs_any(s, &images));
+    let needed = found;
     while found != 0 {
         let lane = found.trailing_zeros();
         found &= found - 1;
@@ -245,13 +263,12 @@ fn push_boxes<S: Simd>(
         } else {
             Image::ALL
         };
-        if covered.needs(s, &image) {
-            stack.push(Waiting {
-                child: Child(node.child[lane]),
-                image,
-            });
-        }
+        stack.push(Waiting {
+            child: Child(node.child[lane]),
+            image,
+        });
     }
+    needed
 }
 
 /// Keeps those triangles of a leaf whose image crosses a line where that is not hidden yet.
@@ -266,20 +283,14 @@ fn push_triangles<S: Simd>(
     backs: &Backs<'_>,
 ) {
     let vertices = bounds.vertices(s, leaf);
-    let [a, b, c] = vertices;
-    let mut maybe = bounds.inside(s, leaf, a, b, c).0 & child.mask();
-    if maybe == 0 {
-        return;
-    }
-    let (before, low, high) = bounds.triangle_images(s, &vertices);
+    let (before, inside, low, high) = bounds.triangle_images(s, &vertices);
     let images = Images::new(s, low, high);
-    let mut needed = maybe & !before;
-    maybe &= before;
-    while maybe != 0 {
-        let lane = maybe.trailing_zeros();
-        maybe &= maybe - 1;
-        needed |= u8::from(covered.needs(s, &images.get(lane as usize))) << lane;
+    let mut needed = before & inside & covered.needs_any(s, &images) & child.mask();
+    let behind = child.mask() & !before;
+    if behind != 0 {
+        needed |= behind & bounds.within(s, &vertices);
     }
+    needed &= bounds.included(s, leaf);
     if needed != 0 {
         let codes = backs.codes(child.index());
         let shells = backs.any().then_some(&codes);
@@ -347,8 +358,8 @@ fn dense_kernel<S: Simd>(
                 let node = &occluders.hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
                 let found = bounds.boxes(s, node);
+                let found = push_boxes(s, bounds, node, found, covered, stack);
                 occluders.hierarchy.prefetch(s, node, found);
-                push_boxes(s, bounds, node, found, covered, stack);
             }
         }
         // Eight triangles at a time, and what is left at the end.

@@ -4,6 +4,7 @@ use crate::{
     VisibleLines,
     block::{LineBlock, Lines},
     simd::Simd,
+    sweep::Lanes,
 };
 
 /// Hidden intervals that a line keeps before they spill.
@@ -68,7 +69,7 @@ impl Slots {
     }
 
     #[inline(always)]
-    pub(crate) fn push(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
+    fn push(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
         let count = self.count(block, lane);
         let slots = &mut self.blocks[block];
         if count < ROOM {
@@ -77,6 +78,27 @@ impl Slots {
             slots.count[lane] += 1;
         } else {
             self.make_room(block, lane, lo, hi);
+        }
+    }
+
+    /// Keeps an interval for each line of `lanes`.
+    #[inline(always)]
+    pub(crate) fn push_lanes<S: Simd>(
+        &mut self,
+        s: S,
+        block: usize,
+        lanes: u8,
+        lo: S::D,
+        hi: S::D,
+    ) {
+        let (mut los, mut his) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
+        s.dstore(lo, &mut los);
+        s.dstore(hi, &mut his);
+        let mut lanes = lanes;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            self.push(block, lane, los[lane], his[lane]);
         }
     }
 
@@ -114,6 +136,43 @@ impl Slots {
             slots.hi[k][lane] = i.1;
             slots.count[lane] += 1;
         }
+    }
+
+    /// The most intervals that a line of the block keeps.
+    #[inline(always)]
+    pub(crate) fn most(&self, block: usize) -> usize {
+        let mut most = 0;
+        for &count in &self.blocks[block].count {
+            most = most.max(count);
+        }
+        most as usize
+    }
+
+    /// Unites intervals of a block's lines that overlap or touch, the running ones included.
+    #[inline(always)]
+    pub(crate) fn unite<S: Simd>(&mut self, s: S, index: usize, block: &mut LineBlock) {
+        let used = self.most(index) + 1;
+        let infinite = s.dsplat(f64::INFINITY);
+        let (lo, hi) = load_sorted::<S, NETWORK>(s, used, block, &self.blocks[index]);
+        self.blocks[index].count = [0; 8];
+        let (mut run_lo, mut run_hi) = (lo[0], hi[0]);
+        for k in 1..used {
+            // Nothing starts at infinity; a line's running interval may be nothing, too.
+            let there = s.dlt(lo[k], infinite);
+            let joins = s.dle(lo[k], run_hi);
+            let apart = s.and(there, s.not(joins));
+            let longer = s.dmax(hi[k], run_hi);
+            let (old_lo, old_hi) = (run_lo, run_hi);
+            run_hi = s.select(s.and(there, joins), run_hi, longer);
+            run_hi = s.select(apart, run_hi, hi[k]);
+            run_lo = s.select(apart, run_lo, lo[k]);
+            let apart = s.bits(apart);
+            if apart != 0 {
+                self.push_lanes(s, index, apart, old_lo, old_hi);
+            }
+        }
+        s.dstore(run_lo, &mut block.run_lo);
+        s.dstore(run_hi, &mut block.run_hi);
     }
 
     /// All hidden intervals of a line in order of their lower ends.
@@ -181,10 +240,6 @@ fn finish_block<S: Simd>(
     out: &mut Pieces,
 ) {
     out.clear();
-    let mut most = 0;
-    for &count in &slots.blocks[index].count {
-        most = most.max(count);
-    }
     if !slots.spilled.is_empty() {
         for lane in 0..8 {
             slots.sort_line(index, lane, (block.run_lo[lane], block.run_hi[lane]));
@@ -192,7 +247,7 @@ fn finish_block<S: Simd>(
         }
         return;
     }
-    let used = most as usize + 1;
+    let used = slots.most(index) + 1;
     let slots = &slots.blocks[index];
     match used {
         0..=4 => finish_few::<S, 4>(s, used, block, slots, out),
@@ -210,6 +265,28 @@ fn finish_few<S: Simd, const MOST: usize>(
     slots: &SlotBlock,
     out: &mut Pieces,
 ) {
+    let (lo, hi) = load_sorted::<S, MOST>(s, used, block, slots);
+    let from = s.dload(&block.from);
+    let to = s.dload(&block.to);
+    let scale = s.ddiv(s.dsplat(1.0), s.dsub(to, from));
+    let mut edge = from;
+    for k in 0..used {
+        // What starts beyond the line's end, or nowhere, hides nothing.
+        let there = s.dlt(lo[k], to);
+        emit(s, there, (edge, lo[k]), from, scale, out);
+        edge = s.select(there, edge, s.dmax(edge, hi[k]));
+    }
+    emit(s, s.dlt(edge, to), (edge, to), from, scale, out);
+}
+
+/// The hidden intervals of eight lines in order of their lower ends, what there is none of last.
+#[inline(always)]
+fn load_sorted<S: Simd, const MOST: usize>(
+    s: S,
+    used: usize,
+    block: &LineBlock,
+    slots: &SlotBlock,
+) -> ([S::D; MOST], [S::D; MOST]) {
     let infinite = s.dsplat(f64::INFINITY);
     let mut lo = [infinite; MOST];
     let mut hi = [infinite; MOST];
@@ -227,17 +304,7 @@ fn finish_few<S: Simd, const MOST: usize>(
         hi[k] = s.dload(&slots.hi[k - 1]);
     }
     sort_lanes(s, &mut lo, &mut hi, used);
-    let from = s.dload(&block.from);
-    let to = s.dload(&block.to);
-    let scale = s.ddiv(s.dsplat(1.0), s.dsub(to, from));
-    let mut edge = from;
-    for k in 0..used {
-        // What starts beyond the line's end, or nowhere, hides nothing.
-        let there = s.dlt(lo[k], to);
-        emit(s, there, (edge, lo[k]), from, scale, out);
-        edge = s.select(there, edge, s.dmax(edge, hi[k]));
-    }
-    emit(s, s.dlt(edge, to), (edge, to), from, scale, out);
+    (lo, hi)
 }
 
 /// Adds the pieces from `edge` to `end` where that is not empty, in the lanes of `on`.

@@ -169,16 +169,9 @@ fn sweep_block<S: Simd>(
             run_hi = s.select(joins, run_hi, s.dmax(hi, run_hi));
             run_lo = s.select(apart, run_lo, lo);
             run_hi = s.select(apart, run_hi, hi);
-            let mut apart = s.bits(apart);
+            let apart = s.bits(apart);
             if apart != 0 {
-                let (mut los, mut his) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
-                s.dstore(old_lo, &mut los);
-                s.dstore(old_hi, &mut his);
-                while apart != 0 {
-                    let i = apart.trailing_zeros() as usize;
-                    apart &= apart - 1;
-                    slots.push(index, i, los[i], his[i]);
-                }
+                slots.push_lanes(s, index, apart, old_lo, old_hi);
             }
         }
     }

@@ -50,6 +50,8 @@ pub(crate) trait Simd: Copy {
     fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize);
     /// As [`Simd::compress`].
     fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize);
+    /// Numbers with the bits from `first` to `last` set, which are 2²³ plus a number below 64.
+    fn spans(self, first: Self::F, last: Self::F, out: &mut [u64; 8]);
     /// A bit for each lane that shares a set bit with `b`.
     fn meets(self, a: &[u64; 8], b: u64) -> u8;
     /// Lanes where both are in `start .. start + len` (wrapping): a bit each.

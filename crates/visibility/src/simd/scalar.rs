@@ -93,6 +93,13 @@ impl Simd for Scalar {
         squeeze(m, a, &mut out[at..at + 8]);
     }
     #[inline(always)]
+    fn spans(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
+        for ((bits, first), last) in out.iter_mut().zip(first).zip(last) {
+            let (first, last) = (first.to_bits() & 63, last.to_bits() & 63);
+            *bits = (u64::MAX << first) & (u64::MAX >> (63 - last));
+        }
+    }
+    #[inline(always)]
     fn meets(self, a: &[u64; 8], b: u64) -> u8 {
         pack(zip(*a, [b; 8], |a, b| a & b != 0))
     }

@@ -158,6 +158,19 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
+    fn spans(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe {
+            let low = _mm256_set1_epi32(63);
+            let first = _mm256_and_si256(_mm256_castps_si256(first), low);
+            let last = _mm256_andnot_si256(_mm256_castps_si256(last), low);
+            let all = _mm512_set1_epi64(-1);
+            let above = _mm512_sllv_epi64(all, _mm512_cvtepu32_epi64(first));
+            let below = _mm512_srlv_epi64(all, _mm512_cvtepu32_epi64(last));
+            _mm512_storeu_si512(out.as_mut_ptr().cast(), _mm512_and_si512(above, below));
+        }
+    }
+    #[inline(always)]
     fn meets(self, a: &[u64; 8], b: u64) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe {
@@ -364,6 +377,24 @@ impl Simd for Avx2 {
             let a = _mm256_loadu_si256(a.as_ptr().cast());
             let packed = _mm256_permutevar8x32_epi32(a, front_lanes(m));
             _mm256_storeu_si256(out.as_mut_ptr().cast(), packed);
+        }
+    }
+    #[inline(always)]
+    fn spans(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe {
+            let low = _mm256_set1_epi32(63);
+            let first = _mm256_and_si256(_mm256_castps_si256(first), low);
+            let last = _mm256_andnot_si256(_mm256_castps_si256(last), low);
+            let all = _mm256_set1_epi64x(-1);
+            let at = _mm256_cvtepu32_epi64(_mm256_castsi256_si128(first));
+            let off = _mm256_cvtepu32_epi64(_mm256_castsi256_si128(last));
+            let bits = _mm256_and_si256(_mm256_sllv_epi64(all, at), _mm256_srlv_epi64(all, off));
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), bits);
+            let at = _mm256_cvtepu32_epi64(_mm256_extracti128_si256::<1>(first));
+            let off = _mm256_cvtepu32_epi64(_mm256_extracti128_si256::<1>(last));
+            let bits = _mm256_and_si256(_mm256_sllv_epi64(all, at), _mm256_srlv_epi64(all, off));
+            _mm256_storeu_si256(out.as_mut_ptr().add(4).cast(), bits);
         }
     }
     #[inline(always)]
