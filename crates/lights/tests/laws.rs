@@ -433,8 +433,18 @@ fn laws_1d(
 
 #[test]
 fn line_offsets_obey_the_laws() {
+    offsets_fit(100_000, 20_000);
+}
+
+#[test]
+#[ignore = "long: a million lines of each density on each light in three directions"]
+fn line_offsets_obey_the_laws_long() {
+    offsets_fit(1_000_000, 1_000_000);
+}
+
+fn offsets_fit(plain: u32, angular: u32) {
     let cases = cases();
-    let alpha = sidak(0.01, cases.len() * 3 * 4);
+    let alpha = sidak(0.01, cases.len() * 3 * 5);
     for case in &cases {
         for angle in [0.0, 0.7, 2.5] {
             for density in [OffsetDensity::Uniform, OffsetDensity::Length] {
@@ -444,7 +454,7 @@ fn line_offsets_obey_the_laws() {
                     &name,
                     s.lines().range(),
                     s.lines().knots(),
-                    (100_000, 0.0),
+                    (plain, 0.0),
                     |xi| s.sample(xi).offset,
                     |u| s.pdf(u).value(),
                     |u| s.invert(u),
@@ -472,7 +482,7 @@ fn line_offsets_obey_the_laws() {
                     &name,
                     s.lines().range(),
                     s.lines().knots(),
-                    (20_000, condition),
+                    (angular, condition),
                     |xi| s.sample(xi).offset,
                     |u| s.pdf(u).value(),
                     |u| s.invert(u),

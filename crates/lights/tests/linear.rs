@@ -360,6 +360,16 @@ fn ltc_density(m: DMat3, w: DVec3) -> f64 {
 
 #[test]
 fn ltc_obeys_the_laws() {
+    ltc_fits(20_000);
+}
+
+#[test]
+#[ignore = "long: a million samples of each cosine on each light"]
+fn ltc_obeys_the_laws_long() {
+    ltc_fits(1_000_000);
+}
+
+fn ltc_fits(samples: u32) {
     let matrices = [
         DMat3::IDENTITY,
         DMat3::from_cols(
@@ -426,7 +436,7 @@ fn ltc_obeys_the_laws() {
             let p = laws(
                 case,
                 "ltc",
-                20_000,
+                samples,
                 &knots,
                 round_trip,
                 (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
@@ -439,6 +449,16 @@ fn ltc_obeys_the_laws() {
 
 #[test]
 fn profiles_obey_the_laws() {
+    profiles_fit(10_000);
+}
+
+#[test]
+#[ignore = "long: a million samples on each light"]
+fn profiles_obey_the_laws_long() {
+    profiles_fit(1_000_000);
+}
+
+fn profiles_fit(samples: u32) {
     let values = [0.5, 0.0, 2.0, 1.0, 0.25];
     let profile = AlongProfile::new(&values).expect("emits");
     let alpha = sidak(0.01, 7);
@@ -458,7 +478,7 @@ fn profiles_obey_the_laws() {
         let p = laws(
             case,
             "profile",
-            10_000,
+            samples,
             &knots,
             256.0 * case.resolution(),
             (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
