@@ -197,8 +197,7 @@ fn is_mix(text: &str) -> bool {
 
 fn parse_line_options(name: &str, options: &str) -> Result<LineOptions, ParseEstimatorError> {
     let mut out = LineOptions::default();
-    for option in options.split(',').map(str::trim).filter(|o| !o.is_empty()) {
-        let (key, value) = option.split_once('=').unwrap_or((option, ""));
+    for (key, value) in options::pairs(options) {
         match key {
             "orientation" => out.orientation = parse_orientation(value)?,
             "offset" => out.offset = parse_offset(value)?,
@@ -216,11 +215,7 @@ fn parse_orientation(value: &str) -> Result<Orientation, ParseEstimatorError> {
     match value {
         "parallel" => Ok(Orientation::ParallelPerPoint),
         "uniform" => Ok(Orientation::UniformPerLine),
-        "fixed" => Ok(Orientation::Fixed(0.0)),
-        _ => value
-            .strip_prefix("fixed:")
-            .and_then(|v| v.parse::<f64>().ok())
-            .filter(|v| v.is_finite())
+        _ => options::fixed(value)
             .map(Orientation::Fixed)
             .ok_or_else(|| {
                 ParseEstimatorError::new(format!(
@@ -330,7 +325,10 @@ mod tests {
         assert!(error("line").contains("expected one of point-area"));
         assert!(error("line-area[").contains("closing"));
         assert!(error("line-area[width=2]").contains("no option `width`"));
-        assert!(error("line-area[orientation=fixed:nan]").contains("fixed:FRACTION"));
+        for wrong in ["nan", "1e308", "", "1x"] {
+            let text = format!("line-area[orientation=fixed:{wrong}]");
+            assert!(error(&text).contains("fixed:FRACTION"), "{text}");
+        }
         assert!(error("line-area[offset=angle]").contains("expected uniform or length"));
         assert!(error("exact[n=2]").contains("no option `n`"));
         assert!(error("exact[tolerance=2]").contains("1e-10 to 1e-3"));

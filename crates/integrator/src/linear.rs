@@ -4,6 +4,7 @@
 //! samples of its own techniques have the weight one and are the only ones it gets.
 
 use crate::estimator::ParseEstimatorError;
+use crate::options::pairs;
 use crate::pair::Pair;
 use crate::{ShadingPoint, Workspace};
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
@@ -64,8 +65,7 @@ impl LinearOptions {
     /// Reads what stands in the brackets of `point-linear[…]`.
     pub(crate) fn parse(options: &str) -> Result<Self, ParseEstimatorError> {
         let (mut technique, mut mis, mut nu) = (None, None, None);
-        for option in options.split(',').map(str::trim).filter(|o| !o.is_empty()) {
-            let (key, value) = option.split_once('=').unwrap_or((option, ""));
+        for (key, value) in pairs(options) {
             match key {
                 "technique" => technique = Some(value),
                 "mis" => mis = Some(value),

@@ -1,6 +1,7 @@
 //! `key=value` options of estimators.
 
 use crate::{Estimator, ParseEstimatorError, ShaftPoints};
+use std::f64::consts::PI;
 
 /// Keys and values of `key=value,…`.
 pub(crate) fn pairs(options: &str) -> impl Iterator<Item = (&str, &str)> {
@@ -8,6 +9,16 @@ pub(crate) fn pairs(options: &str) -> impl Iterator<Item = (&str, &str)> {
     options
         .filter(|o| !o.is_empty())
         .map(|o| o.split_once('=').unwrap_or((o, "")))
+}
+
+/// The fraction of a half turn in `fixed:FRACTION`, 0 if it is not said; `None` for anything else, and for fractions so
+/// large that there is no number for the angle.
+pub(crate) fn fixed(value: &str) -> Option<f64> {
+    let fraction: f64 = match value.strip_prefix("fixed")? {
+        "" => 0.0,
+        rest => rest.strip_prefix(':')?.parse().ok()?,
+    };
+    (fraction * PI).is_finite().then_some(fraction)
 }
 
 /// `visibility=rays` or `visibility=shaft`.

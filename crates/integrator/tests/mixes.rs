@@ -68,6 +68,18 @@ fn occluder_touches_the_light() {
     agree_on(&room(SQUARE, TOUCHING), &mixes());
 }
 
+/// Shares count in proportion, however large they are.
+#[test]
+fn large_shares_are_shares() {
+    let scene = room(SQUARE, CLUTTER);
+    let renderer = Renderer::new(&scene);
+    let point = points(&renderer)[40].clone();
+    let light = |name: &str| trials(&renderer, &settings(name, 4, 1), &point, 8);
+    let most = u32::MAX;
+    let large = light(&format!("line-area:{most}+point-area:{most}"));
+    assert_eq!(large, light("line-area+point-area"));
+}
+
 /// With many samples optimal weights have less variance than those of the balance heuristic.
 #[test]
 fn optimal_weights_pay() {

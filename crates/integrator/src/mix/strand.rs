@@ -91,9 +91,9 @@ impl<'t> Strand<'t> {
     ) {
         out.clear();
         let light = &lit.light;
-        let total: u32 = mix.parts().map(|p| p.share).sum();
+        let total: f64 = mix.parts().map(|p| f64::from(p.share)).sum();
         for (index, part) in (0u32..).zip(mix.parts()) {
-            let expected = samples * f64::from(part.share) / f64::from(total);
+            let expected = samples * f64::from(part.share) / total;
             let mut push = |kind, expected| {
                 out.push(Self {
                     kind,

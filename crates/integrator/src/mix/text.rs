@@ -4,7 +4,7 @@ use super::{
     LineDirection, LineMeasure, LineTechnique, MOST_TECHNIQUES, Mix, MixHeuristic, Optimal, Part,
     Pieces, Smoothing, Technique,
 };
-use crate::ParseEstimatorError;
+use crate::{ParseEstimatorError, options};
 use linelit_mis::Heuristic;
 use std::fmt;
 use std::str::FromStr;
@@ -65,10 +65,15 @@ fn parse_part(
             .ok_or_else(|| ParseEstimatorError::new(format!("`{word}` lacks its closing `]`")))?,
     };
     let (name, share) = match before.split_once(':') {
-        Some((name, share)) => (name, Some(share)),
+        Some((name, share)) if after.is_empty() => (name, Some(share)),
+        Some((name, _)) => {
+            return Err(ParseEstimatorError::new(format!(
+                "`{after}` after the options of `{name}`, whose share stands before them"
+            )));
+        }
         None => (before, after.strip_prefix(':')),
     };
-    let share = match share {
+    let share: u32 = match share {
         None if after.is_empty() => 1,
         None => {
             return Err(ParseEstimatorError::new(format!(
@@ -82,10 +87,9 @@ fn parse_part(
         })?,
     };
     let mut technique = technique_named(name.trim())?;
-    for option in options.split(',').map(str::trim).filter(|o| !o.is_empty()) {
-        let (key, value) = option.split_once('=').unwrap_or((option, ""));
+    for (key, value) in options::pairs(options) {
         match (key, &mut technique) {
-            ("mis", _) => *heuristic = Some(parse_heuristic(value)?),
+            ("mis", _) => set_heuristic(heuristic, parse_heuristic(value)?)?,
             ("orientation", Technique::Line(line)) => line.direction = parse_direction(value)?,
             ("pieces", Technique::Line(line)) => line.pieces = parse_pieces(value)?,
             (_, Technique::Line(_)) => {
@@ -95,6 +99,22 @@ fn parse_part(
         }
     }
     Ok(Part { technique, share })
+}
+
+/// A mix has one heuristic, however often it is said.
+fn set_heuristic(
+    heuristic: &mut Option<MixHeuristic>,
+    found: MixHeuristic,
+) -> Result<(), ParseEstimatorError> {
+    let other = heuristic.replace(found).filter(|before| *before != found);
+    let name = |h| heuristic_name(h).unwrap_or("another");
+    other.map_or(Ok(()), |before| {
+        Err(ParseEstimatorError::new(format!(
+            "mis `{}` after `{}`; a combination has one",
+            name(found),
+            name(before)
+        )))
+    })
 }
 
 fn no_option(name: &str, key: &str, expected: &str) -> ParseEstimatorError {
@@ -128,18 +148,13 @@ fn parse_direction(value: &str) -> Result<LineDirection, ParseEstimatorError> {
     let most = MOST_TECHNIQUES;
     let direction = match value.split_once(':') {
         None if value == "parallel" => Some(LineDirection::Parallel),
-        None if value == "fixed" => Some(LineDirection::Fixed(0.0)),
-        Some(("fixed", v)) => {
-            let fraction = v.parse().ok().filter(|v: &f64| v.is_finite());
-            fraction.map(LineDirection::Fixed)
-        }
         Some(("spread", v)) => {
             let count = v.parse().ok();
             count
                 .filter(|c| (1..=most).contains(&usize::from(*c)))
                 .map(LineDirection::Spread)
         }
-        _ => None,
+        _ => options::fixed(value).map(LineDirection::Fixed),
     };
     direction.ok_or_else(|| {
         ParseEstimatorError::new(format!(
@@ -300,5 +315,12 @@ mod tests {
                 .contains("between 1 and 8")
         );
         assert!(error("line-area[mis=smooth]3").contains(":SHARE"));
+        assert!(error("line-area:3[mis=smooth]x").contains("stands before"));
+        assert!(error("line-area:3[mis=smooth]:4").contains("stands before"));
+        assert!(error("line-area[orientation=fixed:1e308]").contains("fixed:FRACTION"));
+        let two = error("line-area[mis=power]+point-area[mis=smooth]");
+        assert!(two.contains("`smooth` after `power`"), "{two}");
+        let same = "line-area[mis=power]+point-area[mis=power]";
+        assert!(same.parse::<Mix>().is_ok());
     }
 }
