@@ -8,8 +8,9 @@ use linelit_scene::EmissionMap;
 const CELLS: f64 = 4e6;
 const CELLS_ALONG: [f64; 2] = [2.0, 1024.0];
 
-/// Texels that are looked at along a cell that holds many.
-const MOST_TEXELS: f64 = 16.0;
+/// Texels that are looked at on all lights together: those of an image of 4096 × 4096. However often an image is
+/// repeated, a scene is ready in seconds.
+const LOOKS: f64 = (1u32 << 24) as f64;
 
 /// The share of the importance that is the same everywhere, so that what falls between the texels
 /// looked at is found, too.
@@ -35,26 +36,28 @@ impl EmissionTexture {
             None => (surrounding(light)?, false),
         };
         let (origin, a, b) = around.as_parallelogram()?;
-        let most = (CELLS / count as f64).sqrt();
-        let most = most.clamp(CELLS_ALONG[0], CELLS_ALONG[1]);
-        let [(width, du), (height, dv)] = [a, b].map(|edge| {
-            let texels = map.texels(edge).ceil().max(1.0);
-            let cells = texels.min(most);
-            let looks = (texels / cells).ceil().min(MOST_TEXELS);
-            (whole(cells), whole(looks))
-        });
+        let [(width, du), (height, dv)] = [a, b].map(|edge| parts(map.texels(edge), count));
         let (across, up) = (a / width as f64, b / height as f64);
-        let mut values = Vec::with_capacity(width * height);
-        for j in 0..height {
-            for i in 0..width {
-                let corner = origin + across * i as f64 + up * j as f64;
-                values.push(mean(map, corner, (across, du), (up, dv)));
-            }
-        }
-        let average = values.iter().sum::<f64>() / values.len() as f64;
-        for value in &mut values {
-            *value += FLOOR * average;
-        }
+        let cells = (0..height).flat_map(|j| (0..width).map(move |i| (i, j)));
+        let values = cells.map(|(i, j)| {
+            let corner = origin + across * i as f64 + up * j as f64;
+            touches(light, corner, across, up).then(|| mean(map, corner, (across, du), (up, dv)))
+        });
+        let values: Vec<Option<f64>> = values.collect();
+        let (sum, touching) = values
+            .iter()
+            .flatten()
+            .fold((0.0, 0.0), |s, v| (s.0 + v, s.1 + 1.0));
+        // What emits has emission somewhere, even if no look met it.
+        let floor = if sum > 0.0 {
+            FLOOR * sum / touching
+        } else {
+            1.0
+        };
+        let values: Vec<f64> = values
+            .iter()
+            .map(|v| v.map_or(0.0, |v| v + floor))
+            .collect();
         let importance = ImportanceImage::new(width, height, &values)?;
         Some(Self {
             map: map.clone(),
@@ -107,22 +110,51 @@ fn surrounding(light: &ConvexPolygon) -> Option<ConvexPolygon> {
     ConvexPolygon::parallelogram(corner, x * size.x, y * size.y).ok()
 }
 
-/// The mean of the emission over a cell, whose texels are looked at one by one.
-fn mean(map: &EmissionMap, corner: DVec3, across: (DVec3, usize), up: (DVec3, usize)) -> f64 {
-    let (parts, step) = (across.1 * up.1, |(edge, n): (DVec3, usize)| edge / n as f64);
-    let (dx, dy) = (step(across), step(up));
-    let mut sum = 0.0;
-    for (j, v) in (0..up.1).flat_map(|j| KNOTS.map(|v| (j, v))) {
-        for (i, u) in (0..across.1).flat_map(|i| KNOTS.map(|u| (i, u))) {
-            let point = corner + dx * (i as f64 + u.0) + dy * (j as f64 + v.0);
-            sum += u.1 * v.1 * map.at(point).element_sum();
-        }
-    }
-    sum / (3.0 * parts as f64)
+/// The cells along an edge that spans so many texels, of a light that is one of `count`, and the texels to be looked at
+/// along each.
+fn parts(texels: f64, count: usize) -> (usize, usize) {
+    let among = |all: f64| (all / count as f64).sqrt();
+    let most = among(CELLS).clamp(CELLS_ALONG[0], CELLS_ALONG[1]);
+    let texels = texels.ceil().max(1.0);
+    let cells = texels.min(most).floor();
+    let looks = (texels / cells).ceil().min(among(LOOKS) / cells);
+    (whole(cells), whole(looks.max(1.0)))
 }
 
-/// Places and weights: exact where emission is linear between the middle of a texel and its ends.
-const KNOTS: [(f64, f64); 3] = [(0.0, 0.25), (0.5, 0.5), (1.0, 0.25)];
+/// Whether a cell is not wholly beyond one of the light's edges; what touches it to a thousandth of a cell, which is
+/// more than rounding, counts.
+fn touches(light: &ConvexPolygon, corner: DVec3, across: DVec3, up: DVec3) -> bool {
+    let vertices = light.vertices();
+    let next = vertices.iter().cycle().skip(1);
+    vertices.iter().zip(next).all(|(from, to)| {
+        let inwards = light.normal().cross(*to - *from);
+        let (x, y) = (inwards.dot(across), inwards.dot(up));
+        let innermost = inwards.dot(corner - *from) + x.max(0.0) + y.max(0.0);
+        innermost >= -1e-3 * (x.abs() + y.abs())
+    })
+}
+
+/// The mean of the emission over a cell, by so many looks along its edges.
+fn mean(map: &EmissionMap, corner: DVec3, across: (DVec3, usize), up: (DVec3, usize)) -> f64 {
+    let mut sum = 0.0;
+    for (v, by_v) in looks(up.1) {
+        for (u, by_u) in looks(across.1) {
+            sum += by_u * by_v * map.at(corner + across.0 * u + up.0 * v).element_sum();
+        }
+    }
+    sum / 3.0
+}
+
+/// Places in a cell and their weights: in each of many texels one; in a single one where the emission is linear in
+/// between.
+fn looks(count: usize) -> impl Iterator<Item = (f64, f64)> {
+    const SINGLE: [(f64, f64); 3] = [(0.0, 0.25), (0.5, 0.5), (1.0, 0.25)];
+    let single = if count == 1 { &SINGLE[..] } else { &[] };
+    let many = if count == 1 { 0 } else { count };
+    let share = 1.0 / count as f64;
+    let middle = move |k: usize| ((k as f64 + 0.5) * share, share);
+    single.iter().copied().chain((0..many).map(middle))
+}
 
 #[allow(
     clippy::cast_possible_truncation,
@@ -131,4 +163,103 @@ const KNOTS: [(f64, f64); 3] = [(0.0, 0.25), (0.5, 0.5), (1.0, 0.25)];
 )]
 fn whole(number: f64) -> usize {
     number as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_geometry::DVec2;
+    use linelit_scene::{ImageData, ImageTexture, PlaneUv, Texture, UvMapping, Wrap};
+    use std::sync::Arc;
+
+    /// An image that is white in its first pixels and black in the others, repeated over the unit square.
+    fn repeated(side: u32, white: u32, times: f64) -> EmissionMap {
+        let pixel = |k: u32| {
+            if k % side < white && k / side < white {
+                [255; 3]
+            } else {
+                [0; 3]
+            }
+        };
+        let pixels = (0..side * side).map(pixel).collect();
+        let mapping = UvMapping {
+            scale: DVec2::splat(times),
+            ..UvMapping::IDENTITY
+        };
+        let texture = Texture::Image(Arc::new(ImageTexture {
+            data: ImageData::new(side, side, pixels, false).unwrap().into(),
+            mapping,
+            wrap: [Wrap::Repeat; 2],
+            scale: 1.0,
+            invert: false,
+            filename: String::new(),
+        }));
+        EmissionMap {
+            radiance: DVec3::ONE,
+            factor: Arc::new(texture),
+            coordinates: PlaneUv::new(
+                [DVec3::ZERO, DVec3::X, DVec3::ONE.with_z(0.0)],
+                [DVec2::ZERO, DVec2::X, DVec2::ONE],
+            ),
+        }
+    }
+
+    /// However many texels and lights, so many looks and no more: two along each edge of a light at least.
+    #[test]
+    fn looks_are_bounded() {
+        for count in [1, 2, 7, 1000, 1_000_000] {
+            for texels in [0.0, 1.0, 16.0, 999.5, 1e4, 1e30, f64::INFINITY] {
+                let (cells, looks) = parts(texels, count);
+                let along = (cells * looks) as f64;
+                assert!(cells >= 1 && looks >= 1);
+                let most = (LOOKS / count as f64)
+                    .sqrt()
+                    .max(CELLS_ALONG[1].min(texels.max(1.0)));
+                assert!(
+                    along <= most,
+                    "{texels} texels, {count} lights: {cells} x {looks}"
+                );
+            }
+        }
+        assert_eq!(parts(4096.0, 1), (1024, 4));
+        assert_eq!(parts(64.0, 1), (64, 1));
+    }
+
+    #[test]
+    fn looks_weigh_one() {
+        for count in 1..5 {
+            let sum: f64 = looks(count).map(|(_, weight)| weight).sum();
+            assert!((sum - 1.0).abs() < 1e-15, "{count}: {sum}");
+        }
+    }
+
+    /// With 126 looks along each edge, each of 126 repetitions is looked at in its middle, which is black: the light is
+    /// drawn from all the same.
+    #[test]
+    fn what_no_look_meets_is_still_a_texture() {
+        let square = ConvexPolygon::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
+        let (map, lights) = (repeated(8, 1, 126.0), 1000);
+        assert_eq!(parts(8.0 * 126.0, lights), (63, 2));
+        let texture = EmissionTexture::new(&map, &square, lights).unwrap();
+        let drawn = texture.points().unwrap();
+        assert!((drawn.sample([0.3, 0.6]).pdf.value() - 1.0).abs() < 1e-12);
+    }
+
+    /// Of the parallelogram around a triangle, points fall into cells that touch the triangle.
+    #[test]
+    fn points_around_a_triangle_are_beside_it_by_a_cell_at_most() {
+        let triangle = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
+        let texture = EmissionTexture::new(&repeated(32, 32, 1.0), &triangle, 1).unwrap();
+        let drawn = texture.points().unwrap();
+        for k in 0..1000 {
+            let u = f64::from(k);
+            let at = drawn
+                .sample([(u + 0.5) / 1000.0, (u * 0.618).fract()])
+                .point;
+            assert!(at.x + at.y <= 1.0 + 2.0 / 32.0, "{at}");
+        }
+        // Of 1024 cells 528 below the diagonal or on it, and 31 that touch it with a corner.
+        let density = drawn.pdf(DVec3::splat(0.25).with_z(0.0)).value();
+        assert!((density - 1024.0 / 559.0).abs() < 1e-9, "{density}");
+    }
 }

@@ -99,6 +99,45 @@ fn image_through_the_floor() {
     agree_on(&lit_by_image(room(light, CLUTTER)), &cases());
 }
 
+/// The light of an image with nothing in between is the sum over small parts of it.
+#[test]
+fn light_of_an_image_is_its_integral() {
+    let scene = lit_by_image(room(SQUARE, ""));
+    let Light::Area(area) = &scene.lights[0].light else {
+        panic!("an area light");
+    };
+    let map = scene.lights[0].map.as_ref().unwrap();
+    let (origin, a, b) = area.polygon.as_parallelogram().unwrap();
+    let renderer = Renderer::new(&scene);
+    let all = points(&renderer);
+    // 64 parts to a pixel, whose emission is bilinear from middle to middle: the sum's error, a
+    // twelfth of the parts' square times second derivatives, is about 1e-5 of the whole.
+    const PARTS: u32 = 512;
+    for point in all.iter().step_by(51) {
+        let at = &point.1;
+        let mut sum = DVec3::ZERO;
+        for (i, j) in (0..PARTS).flat_map(|i| (0..PARTS).map(move |j| (i, j))) {
+            let [u, v] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(PARTS));
+            let from = origin + a * u + b * v;
+            let to = from - at.position;
+            let cosines = at.normal.dot(to).max(0.0) * area.polygon.normal().dot(-to).max(0.0);
+            sum += map.evaluate(map.coordinates.at(from)) * cosines / to.length_squared().powi(2);
+        }
+        let w = (origin - at.position).normalize();
+        let reflected = at.bsdf.eval(w, at.outgoing, at.normal) * a.cross(b).length();
+        let want = sum * reflected / f64::from(PARTS * PARTS);
+        for name in ["point-area", "point-texture", "line-texture", "hybrid"] {
+            let (got, error) = trials(&renderer, &settings(name, 256, 5), point, 64);
+            // 5 deviations: with some 60 comparisons, 3e-5 that any is beyond.
+            let allowed = 5.0 * error + 1e-4 * want;
+            assert!(
+                (got - want).abs().cmple(allowed).all(),
+                "{name}: {got} {want}"
+            );
+        }
+    }
+}
+
 /// Points by the texture have less variance than points that do not know it, and lines that know it
 /// less than lines that do not.
 #[test]

@@ -91,6 +91,7 @@ impl ImageData {
         }
         grey
     }
+
     /// One component (0: red, 1: green, 2: blue) in grey.
     #[cfg(feature = "gltf")]
     pub(crate) fn component(&self, k: usize) -> Self {
