@@ -53,6 +53,11 @@ struct Work<'a, 's> {
     segments: &'a mut SegmentCounters,
 }
 
+/// What is hidden of a line, as a share of it, to be smoothed with a fixed width. Ends of visible parts
+/// are good to some 1e-12, and what rounding hides at the end of one line may be visible on the line
+/// through the same point that another technique asks for: weights would no longer sum to one.
+const LEAST_GAP: f64 = 1e-9;
+
 /// What smoothing needs to know of the light.
 struct Smooth {
     kind: Smoothing,
@@ -413,7 +418,7 @@ impl Work<'_, '_> {
         let before = k.checked_sub(1).map_or(0.0, |j| parts[j].hi);
         let after = parts.get(k + 1).map_or(1.0, |p| p.lo);
         let gap = |hidden: f64| match kind {
-            Smoothing::Fixed if hidden > 0.0 => f64::INFINITY,
+            Smoothing::Fixed if hidden > LEAST_GAP => f64::INFINITY,
             _ => hidden * length,
         };
         let (lo, hi) = (part.lo * length, part.hi * length);
