@@ -2,11 +2,12 @@
 //!
 //! `visibility_bench [--json] [--quick] [--name NAME] [--light-name S|L] [--avx2]
 //!  [--triangles FILE --light "x,y,z x,y,z …" --eye x,y,z --target x,y,z --tan T]
-//!  [--only N [--repeat K]]`
+//!  [--only N [--repeat K]] [--verify N]`
 //!
 //! A triangle file holds nine little-endian `f32` a triangle; scene files are for
 //! `cargo xtask bench visibility --scene PATH`. `--only N` prints no table: it answers N lines a
-//! point (N = 0: eight rays a point) K times, for profilers.
+//! point (N = 0: eight rays a point) K times, for profilers. `--verify N` compares N lines of each
+//! light with brute force instead.
 #![allow(
     clippy::print_stdout,
     clippy::cast_precision_loss,

@@ -273,10 +273,13 @@ fn finish_few<S: Simd, const MOST: usize>(
     for k in 0..used {
         // What starts beyond the line's end, or nowhere, hides nothing.
         let there = s.dlt(lo[k], to);
-        emit(s, there, (edge, lo[k]), from, scale, out);
+        let end = s.dmin(s.dmul(s.dsub(lo[k], from), scale), s.dsplat(1.0));
+        emit(s, there, s.dmul(s.dsub(edge, from), scale), end, out);
         edge = s.select(there, edge, s.dmax(edge, hi[k]));
     }
-    emit(s, s.dlt(edge, to), (edge, to), from, scale, out);
+    // The line's own end is one, whatever its length rounds to.
+    let start = s.dmul(s.dsub(edge, from), scale);
+    emit(s, s.dlt(edge, to), start, s.dsplat(1.0), out);
 }
 
 /// The hidden intervals of eight lines in order of their lower ends, what there is none of last.
@@ -307,18 +310,9 @@ fn load_sorted<S: Simd, const MOST: usize>(
     (lo, hi)
 }
 
-/// Adds the pieces from `edge` to `end` where that is not empty, in the lanes of `on`.
+/// Adds the pieces from `t0` to `t1` where they are not empty, in the lanes of `on`.
 #[inline(always)]
-fn emit<S: Simd>(
-    s: S,
-    on: S::M,
-    (edge, end): (S::D, S::D),
-    from: S::D,
-    scale: S::D,
-    out: &mut Pieces,
-) {
-    let t0 = s.dmul(s.dsub(edge, from), scale);
-    let t1 = s.dmin(s.dmul(s.dsub(end, from), scale), s.dsplat(1.0));
+fn emit<S: Simd>(s: S, on: S::M, t0: S::D, t1: S::D, out: &mut Pieces) {
     let found = s.bits(s.and(on, s.dle(s.dsplat(LEAST_PIECE), s.dsub(t1, t0))));
     if found == 0 {
         return;
@@ -399,8 +393,8 @@ fn sweep_sorted(hidden: &[(f64, f64)], (from, to): (f64, f64), lane: usize, out:
     let scale = 1.0 / (to - from);
     let mut edge = from;
     let mut row = 0;
-    let mut push = |edge: f64, end: f64| {
-        let (t0, t1) = ((edge - from) * scale, ((end - from) * scale).min(1.0));
+    let mut push = |edge: f64, t1: f64| {
+        let t0 = (edge - from) * scale;
         if t1 - t0 >= LEAST_PIECE {
             out.push(row, lane, (t0, t1));
             row += 1;
@@ -410,11 +404,11 @@ fn sweep_sorted(hidden: &[(f64, f64)], (from, to): (f64, f64), lane: usize, out:
         if lo >= to {
             break;
         }
-        push(edge, lo);
+        push(edge, ((lo - from) * scale).min(1.0));
         edge = edge.max(hi);
     }
     if edge < to {
-        push(edge, to);
+        push(edge, 1.0);
     }
 }
 

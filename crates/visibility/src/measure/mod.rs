@@ -6,10 +6,12 @@
 mod report;
 mod rivals;
 mod scenes;
+mod verify;
 
 pub use report::{Options, report, value};
 pub use rivals::Rivals;
 pub use scenes::{Scene, colonnade, grid, shading_points, soup};
+pub use verify::{Verified, verify};
 
 use crate::{Counters, Occluders, Ray, Scratch, ShaftQuery, VisibleLines};
 use linelit_geometry::{DVec3, Segment};

@@ -1,6 +1,6 @@
 //! The table of `cargo xtask bench visibility`.
 
-use super::{Rivals, Scene, Timings, Workload, repeat, shading_points, time};
+use super::{Rivals, Scene, Timings, Workload, repeat, shading_points, time, verify};
 use crate::{InstructionSet, Occluders};
 use linelit_geometry::DVec3;
 use std::fmt::Write;
@@ -21,6 +21,8 @@ pub struct Options {
     pub light: Option<String>,
     /// No table, but the bare work for a profiler: lines a point, and how many times.
     pub only: Option<(usize, usize)>,
+    /// No table, but this many lines of each light compared with brute force.
+    pub verify: Option<usize>,
 }
 
 impl Options {
@@ -38,6 +40,7 @@ impl Options {
             avx2: flag("--avx2"),
             light: value(args, "--light-name").map(str::to_owned),
             only: number("--only")?.map(|n| (n, times)),
+            verify: number("--verify")?,
         })
     }
 }
@@ -79,9 +82,7 @@ fn run(
     if options.avx2 {
         occluders = occluders.limited_to(InstructionSet::Avx2);
     }
-    let rivals = options
-        .only
-        .is_none()
+    let rivals = (options.only.is_none() && options.verify.is_none())
         .then(|| Rivals::build(&scene.positions, &scene.triangles));
     let side = if options.quick { 24 } else { 48 };
     let view = scene.view(side * 4 / 3, side);
@@ -115,6 +116,15 @@ fn run(
         };
         if let Some((n, times)) = options.only {
             repeat(&occluders, &work, n, times);
+            continue;
+        }
+        if let Some(least) = options.verify {
+            let v = verify(&occluders, &work, least);
+            print(&format!(
+                "  {name}: {} lines ({} of dense shafts) against brute force: largest difference \
+                 of a visible fraction {:.1e}, {} misclassified",
+                v.lines, v.dense, v.largest, v.misclassified
+            ));
             continue;
         }
         let rounds = if options.quick { 7 } else { 15 };
