@@ -55,9 +55,17 @@ pub(crate) fn wide_cross(a: DVec3, b: DVec3) -> (DVec3, DVec3) {
     (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1))
 }
 
-/// det(a, b, c) from the differences b − a and c − a, in twice the working precision: 1 ulp plus 30 ε² of
-/// |a||b − a||c − a|.
+/// det(a, b, c) from the differences to the shortest of the three, in twice the working precision: 1 ulp
+/// plus 30 ε² of the product of that one and the differences.
 pub(crate) fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let [x, y, z] = [a, b, c].map(|p| p.length_squared());
+    let [a, b, c] = if x <= y && x <= z {
+        [a, b, c]
+    } else if y <= z {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    };
     let ((u, u_low), (v, v_low)) = (wide_step(a, b), wide_step(a, c));
     let (x, low) = wide_cross(u, v);
     let low = low + (u.cross(v_low) + u_low.cross(v));

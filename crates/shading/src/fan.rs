@@ -153,12 +153,10 @@ impl<const N: usize> Fan<N> {
         w0 * ends[0] + w1 * ends[1]
     }
 
-    /// The derivative of `k·ω` by the arc angle at the first end: `k·t` for the unit tangent t.
-    pub(crate) fn slope(&self, k: DVec3) -> f64 {
-        dot(
-            k,
-            predicates::cross(self.normal, self.ends[0] / self.radii[0]),
-        )
+    /// The derivative of `k·ω` by the arc angle at an end, towards the other end: `k·t` for the unit tangent t.
+    pub(crate) fn slope(&self, k: DVec3, end: usize) -> f64 {
+        let tangent = predicates::cross(self.normal, self.ends[end] / self.radii[end]);
+        dot(k, if end == 0 { tangent } else { -tangent })
     }
 }
 

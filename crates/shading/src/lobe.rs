@@ -53,30 +53,41 @@ pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f
         let flat = (2.0 * (a0 * b0 + a1 * b1) + (a0 * b1 + a1 * b0)) / 6.0;
         return [flat, half_power(log_cosine(fan, axis, 0, z0), k)];
     }
-    // Where both ends are close to the lobe's horizon, their values say more than the tangent does.
-    let rise = if z0 + z1 < fan.sine {
-        (z1 - z0 * fan.angle.cos()) / fan.sine
-    } else {
-        fan.slope(axis)
+    // Where both ends are close to the lobe's horizon, their values say more than the tangents do.
+    let low = z0 + z1 < fan.sine;
+    let rise = |end: usize| {
+        if low {
+            let [here, there] = if end == 0 { [z0, z1] } else { [z1, z0] };
+            (there - here * fan.angle.cos()) / fan.sine
+        } else {
+            fan.slope(axis, end)
+        }
     };
-    let centre = rise.atan2(z0);
+    let towards = rise(0);
+    let centre = towards.atan2(z0);
     let inside = centre > 0.0 && centre < fan.angle;
     let (start, log_peak) = if inside {
-        (centre, log_in_plane(fan, axis, z0.hypot(rise)))
+        (centre, log_in_plane(fan, axis, z0.hypot(towards)))
     } else if centre <= 0.0 {
         (0.0, log_cosine(fan, axis, 0, z0))
     } else {
         (fan.angle, log_cosine(fan, axis, 1, z1))
     };
-    // With a start beyond the centre, the lobe falls with this slope.
-    let tilt = |v: f64| (v - centre).abs().tan();
     let mut sum = 0.0;
     if start < fan.angle {
-        let slope = if inside { 0.0 } else { (-rise / z0).max(0.0) };
+        let slope = if inside {
+            0.0
+        } else {
+            (-towards / z0).max(0.0)
+        };
         sum += side(fan, start, fan.angle - start, slope, k, 1.0);
     }
     if start > 0.0 {
-        let slope = if inside { 0.0 } else { tilt(start) };
+        let slope = if inside {
+            0.0
+        } else {
+            (-rise(1) / z1).max(0.0)
+        };
         sum += side(fan, start, start, slope, k, -1.0);
     }
     [sum / fan.sine, half_power(log_peak, k)]
@@ -98,7 +109,7 @@ fn side<const N: usize>(
 ) -> f64 {
     let window = window(k, slope);
     if k < SMOOTH && k.fract() != 0.0 {
-        let horizon = std::f64::consts::FRAC_PI_2 - slope.atan();
+        let horizon = 1f64.atan2(slope);
         if horizon - width < width {
             let split = 0.5 * width;
             return panel_sum(fan, start, split, slope, sign, k)

@@ -2,6 +2,7 @@
 
 use crate::exact::{area_vector, dot, settle};
 use crate::horizon::crossing;
+use crate::phong_polygon::triangles;
 use crate::span::power_of_two_unit;
 use crate::special::{arc, arc_excess};
 use linelit_geometry::{DVec3, predicates};
@@ -10,6 +11,8 @@ use std::f64::consts::PI;
 /// The most vertices taken at once, before clipping; larger polygons are fanned out.
 const CHUNK: usize = 24;
 const CAPACITY: usize = CHUNK + 2;
+/// A sum of less than this share of its terms' magnitudes has lost too many digits.
+const CANCELLED: f64 = 2e-3;
 
 /// `∫ max(0, n·ω) dω` over the polygon: the irradiance for each unit of radiance (times k_d/π, the
 /// radiance reflected by a diffuse surface).
@@ -31,10 +34,13 @@ const CAPACITY: usize = CHUNK + 2;
 /// ωᵢ = wᵢ − 1/R² = p/(rᵢ rᵢ₊₁) − (R (dᵢ + dᵢ₊₁) + dᵢ dᵢ₊₁)/(R² rᵢ rᵢ₊₁)
 /// ```
 ///
+/// Where what is left still cancels (slivers, grazing incidence, light seen edge-on), which the terms'
+/// magnitudes tell, the integral over triangles of [`phong_polygon`](crate::phong_polygon) takes over, whose
+/// terms are positive.
+///
 /// **Domain**: finite vertices; fewer than three give 0.
 ///
-/// **Error**: below 1e-13 times the condition Ω/E of the light seen edge-on or at grazing incidence
-/// (`docs/accuracy.md`).
+/// **Error**: below 1e-12 relative (`docs/accuracy.md`).
 ///
 /// **Source**: Lambert 1760; clipping after Baum, Rushmeier & Winget 1989; the centred form is our
 /// own.
@@ -90,10 +96,17 @@ fn signed(vertices: &[DVec3], n: DVec3) -> f64 {
         .iter()
         .map(|p| (*p - first).length_squared())
         .fold(0.0, f64::max);
-    if reach < 0.25 * first.length_squared() {
+    let [value, size] = if reach < 0.25 * first.length_squared() {
         centred(scaled, n)
     } else {
         plain(scaled, n)
+    };
+    let dark = || scaled.iter().all(|p| dot(n, *p) <= 0.0);
+    if value.abs() > CANCELLED * size || dark() {
+        value
+    } else {
+        // As a lobe of exponent zero about the normal.
+        triangles::integral(scaled, n, n, 0.0, 0.0)
     }
 }
 
@@ -136,20 +149,25 @@ pub(crate) fn clip_to_horizon(vertices: &[DVec3], n: DVec3, out: &mut [DVec3]) -
     clip_with(vertices, n, |i| vertices[i], cut, out)
 }
 
-fn plain(vertices: &[DVec3], n: DVec3) -> f64 {
+/// Lambert's sum, and what its rounding is relative to: its terms' magnitudes.
+fn plain(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
     let mut clipped = [DVec3::ZERO; CAPACITY];
     let cut = |i: usize, j: usize, ci, cj| crossing(vertices[i], vertices[j], n, ci, cj);
     let count = clip_with(vertices, n, |i| vertices[i], cut, &mut clipped);
     if count < 3 {
-        return 0.0;
+        return [0.0; 2];
     }
     let mut last = clipped[count - 1];
-    let mut sum = 0.0;
+    // Cut corners are rounded.
+    let clipped_off = count != vertices.len() || clipped[..count] != *vertices;
+    let (mut sum, mut size) = (0.0, if clipped_off { n.length() } else { 0.0 });
     for &v in &clipped[..count] {
-        sum += edge(last, v, n);
+        let [value, error] = term(last, v, n);
+        sum += value;
+        size += error;
         last = v;
     }
-    0.5 * sum
+    [0.5 * sum, 0.5 * size]
 }
 
 /// An edge's term of Lambert's sum, Θ (a × b)·n/|a × b|: half the sum over the boundary of a region
@@ -161,24 +179,34 @@ fn plain(vertices: &[DVec3], n: DVec3) -> f64 {
 /// small angle s loses ε/s relative to itself; [`irradiance`] does not.
 #[must_use]
 pub fn edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
-    let product = a.length() * b.length();
-    if product <= 0.0 {
-        return 0.0;
-    }
-    let cos = (a.dot(b) / product).clamp(-1.0, 1.0);
-    if cos >= 0.0 {
-        return arc(cos) * (dot(predicates::cross(a, b), n) / product);
-    }
-    let x = area_vector(a, b);
-    let sine = (x.length() / product).min(1.0);
-    if sine <= 0.0 {
-        return 0.0;
-    }
-    (PI / sine - arc(-cos)) * (dot(x, n) / product)
+    term(a, b, n)[0]
 }
 
-/// For polygons smaller than half their distance: all angles are below 60 degrees.
-fn centred(vertices: &[DVec3], n: DVec3) -> f64 {
+/// [`edge`], and what its rounding is relative to.
+fn term(a: DVec3, b: DVec3, n: DVec3) -> [f64; 2] {
+    let product = a.length() * b.length();
+    if product <= 0.0 {
+        return [0.0; 2];
+    }
+    let cos = (a.dot(b) / product).clamp(-1.0, 1.0);
+    let (x, factor) = if cos >= 0.0 {
+        (predicates::cross(a, b), arc(cos))
+    } else {
+        let x = area_vector(a, b);
+        let sine = (x.length() / product).min(1.0);
+        if sine <= 0.0 {
+            return [0.0; 2];
+        }
+        (x, PI / sine - arc(-cos))
+    };
+    [
+        factor * (dot(x, n) / product),
+        factor * (x.abs().dot(n.abs()) / product),
+    ]
+}
+
+/// For polygons smaller than half their distance: all angles are below 60 degrees. As [`plain`].
+fn centred(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
     // The first vertex need not be above the horizon: the formula holds about any point.
     let origin = vertices[0];
     let radius = origin.length();
@@ -190,7 +218,7 @@ fn centred(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut clipped = [DVec3::ZERO; CAPACITY];
     let count = clip_with(vertices, n, offset, cut, &mut clipped);
     if count < 3 {
-        return 0.0;
+        return [0.0; 2];
     }
     let measure = |e: DVec3| {
         let r = (origin + e).length();
@@ -199,6 +227,7 @@ fn centred(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut last = clipped[count - 1];
     let (mut r_last, mut d_last) = measure(last);
     let (mut direct, mut lever) = (0.0, DVec3::ZERO);
+    let (mut size, mut arm, height) = (0.0, 0.0, n.length());
     for &e in &clipped[..count] {
         let (r, d) = measure(e);
         let product = r_last * r;
@@ -209,11 +238,19 @@ fn centred(vertices: &[DVec3], n: DVec3) -> f64 {
         let weight = (excess + 1.0) / product;
         let change =
             excess / product - (radius * (d_last + d) + d_last * d) / (radius * radius * product);
-        direct += weight * dot(predicates::cross(last, e), n);
-        lever += step * change;
+        let (turn, push) = (predicates::cross(last, e), step * change);
+        direct += weight * dot(turn, n);
+        // Differences are rounded.
+        size += weight * last.length() * e.length() * height;
+        lever += push;
+        arm += push.length();
         (last, r_last, d_last) = (e, r, d);
     }
-    0.5 * (direct + dot(n, predicates::cross(origin, lever)))
+    let moment = dot(n, predicates::cross(origin, lever));
+    [
+        0.5 * (direct + moment),
+        0.5 * (size + radius * arm * height),
+    ]
 }
 
 #[cfg(test)]

@@ -169,16 +169,29 @@ fn atan_excess(u: f64) -> f64 {
 fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (ra, rb, rc) = (a.length(), b.length(), c.length());
     let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
-    let below = if ab < -0.9 * ra * rb {
-        obtuse([a, b, c], [ra, rb, rc], ab)
-    } else if bc < -0.9 * rb * rc {
-        obtuse([b, c, a], [rb, rc, ra], bc)
-    } else if ca < -0.9 * rc * ra {
-        obtuse([c, a, b], [rc, ra, rb], ca)
-    } else {
-        ra * rb * rc + ab * rc + bc * ra + ca * rb
+    let opposite = [
+        ab < -0.9 * ra * rb,
+        bc < -0.9 * rb * rc,
+        ca < -0.9 * rc * ra,
+    ];
+    let below = match opposite {
+        [true, _, true] => return lune(a, b, c),
+        [true, true, _] => return lune(b, c, a),
+        [_, true, true] => return lune(c, a, b),
+        [true, ..] => obtuse([a, b, c], [ra, rb, rc], ab),
+        [_, true, _] => obtuse([b, c, a], [rb, rc, ra], bc),
+        [.., true] => obtuse([c, a, b], [rc, ra, rb], ca),
+        [false, false, false] => ra * rb * rc + ab * rc + bc * ra + ca * rb,
     };
     2.0 * volume(a, b, c).atan2(below)
+}
+
+/// The solid angle where a is nearly opposite both b and c: with the small triangle of them and −a it fills
+/// the space between the planes through a, which is twice their angle.
+fn lune(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (left, right) = (predicates::cross(a, b), predicates::cross(a, c));
+    let angle = (a.length() * volume(a, b, c)).atan2(dot(left, right));
+    2.0 * angle + signed(-a, b, c)
 }
 
 /// |a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b| where a and b are nearly opposite, that is, near

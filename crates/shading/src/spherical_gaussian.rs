@@ -76,7 +76,7 @@ fn integrate(
         let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
         return settle(flat * (lambda * (first - 1.0)).exp() * scale(&fan));
     }
-    let rise = fan.slope(xi);
+    let rise = fan.slope(xi, 0);
     let (centre, rho) = (rise.atan2(first), first.hypot(rise));
     let off = xi.dot(fan.normal);
     // ρ − 1 = −off²/(1 + ρ) for a unit axis.

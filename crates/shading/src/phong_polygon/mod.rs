@@ -8,7 +8,7 @@
 //! is δ long, ρ the angle along the arc from â to the point of the side at v, which is R long.
 
 mod boundary;
-mod triangles;
+pub(crate) mod triangles;
 
 use crate::exact::{dot, settle};
 use crate::horizon::crossing;
@@ -116,7 +116,13 @@ fn scaled(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     let size = extent(polygon);
     if count >= 3 && size > SMALL {
         let sum = boundary::integral(polygon, n, w.normalize_or_zero(), k);
-        if boundary::error(k, size) * sum.size < ENOUGH * sum.value {
+        // Cut corners are rounded, which turns the sides they end.
+        let cut = if *polygon == *vertices {
+            0.0
+        } else {
+            f64::EPSILON * (k + 2.0)
+        };
+        if boundary::error(k, size) * sum.size + 2.0 * cut < ENOUGH * sum.value {
             let length = (k * log_axis_length(w)).exp();
             return sum.value / (k + 2.0) * length;
         }

@@ -12,7 +12,7 @@
 //! nodes. What a cut leaves of a triangle is a product of quotients of its determinant, and n·ω and
 //! w·ω follow from their values at the corners: nothing cancels, however thin a sliver.
 
-use crate::exact::{area_vector, dot};
+use crate::exact::dot;
 use crate::fan::Fan;
 use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
 use crate::horizon::crossing;
@@ -27,10 +27,12 @@ const DEPTH: f64 = 46.0;
 const NOTHING: f64 = 120.0;
 /// Sides are halved until they subtend at most that angle's cosine.
 const LONGEST: f64 = -0.1;
-/// The weight of a side's ends in its middle, from where on the middle is looked at itself.
-const FEW_DIGITS: f64 = 4.0;
-/// Height of a triangle from where on its rounded corners know their determinant to 2e-12.
-const FAT: f64 = 1e-4;
+/// The square of a side, so short that the third corner is not opposite the middle of the longest.
+const SLENDER: f64 = 0.01;
+/// Height of a triangle from where on its rounded corners know their determinant to 2e-13.
+const FAT: f64 = 1e-3;
+/// The most halvings of one sweep, lest rounding errors be followed without end.
+const BUDGET: i32 = 200;
 /// The most rounds of halving: a half-sphere's triangles have sides of at most 180°, 90°, 45°.
 const HALVINGS: u32 = 6;
 
@@ -60,14 +62,24 @@ impl Corner {
             lobe: self.lobe / length,
         }
     }
+
+    /// With the greatest cosines there are: a cut may be so near the shading point that its distance
+    /// underflows.
+    fn at_most(self, [facing, lobe]: [f64; 2]) -> Self {
+        Self {
+            facing: self.facing.min(facing),
+            lobe: self.lobe.min(lobe),
+            ..self
+        }
+    }
 }
 
 /// A triangle and its corners' determinant, of either sign.
 #[derive(Clone, Copy, Debug)]
 struct Triangle {
     corners: [Corner; 3],
-    /// Normals of the planes through the sides opposite the corners, of either sign; zero where there is
-    /// none. Of a side of nearly 180° its rounded ends know too little.
+    /// The cross products of the ends of the sides opposite the corners, in order. Of a side of nearly 180°
+    /// its rounded ends know neither the plane nor the sine.
     sides: [DVec3; 3],
     volume: f64,
 }
@@ -84,7 +96,7 @@ struct Lobe {
 
 /// `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the fan of triangles from the first vertex, positive where they
 /// are counter-clockwise; the lobe's highest cosine there is at least `peak`.
-pub(super) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64) -> f64 {
+pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64) -> f64 {
     let lobe = Lobe {
         n,
         w,
@@ -103,7 +115,11 @@ pub(super) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64
     let first = vertices[0];
     let mut sum = 0.0;
     for pair in vertices[1..].windows(2) {
-        let side = |a, b| area_vector(a, b).normalize_or_zero();
+        let volume = volume(first, pair[0], pair[1]);
+        if volume == 0.0 {
+            continue;
+        }
+        let side = predicates::cross;
         let triangle = Triangle {
             corners: [corner(first), corner(pair[0]), corner(pair[1])],
             sides: [
@@ -111,7 +127,7 @@ pub(super) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64
                 side(pair[1], first),
                 side(first, pair[0]),
             ],
-            volume: volume(first, pair[0], pair[1]),
+            volume,
         };
         sum += lobe.above_horizon(triangle);
     }
@@ -131,7 +147,6 @@ fn clip(
         sides,
         volume,
     } = triangle;
-    let plane = plane.normalize_or_zero();
     let above = value.map(|c| c >= 0.0);
     // What is kept of the side from i, above, to j, below; and the rest of it.
     let kept = |i: usize, j: usize| value[i] / (value[i] - value[j]);
@@ -145,26 +160,39 @@ fn clip(
     };
     let (i, j, l) = (odd, (odd + 1) % 3, (odd + 2) % 3);
     if above[i] {
+        let (right, left) = (kept(i, j), kept(i, l));
+        let volume = volume * right * left;
         let part = Triangle {
             corners: [corners[i], cut(i, j), cut(i, l)],
-            sides: [plane, sides[j], sides[l]],
-            volume: volume * kept(i, j) * kept(i, l),
+            sides: [
+                plane * (volume / value[i]),
+                sides[j] * left,
+                sides[l] * right,
+            ],
+            volume,
         };
         return [Some(part), None];
     }
     let (q, p) = (cut(j, i), cut(l, i));
-    let diagonal = area_vector(corners[j].at, p.at).normalize_or_zero();
+    // By the cross products of exact corners, unless p is so near the shading point that they cancel.
+    let (one, other) = (sides[i] * lost(l, i), sides[l] * kept(l, i));
+    let diagonal = if one.length() + other.length() < corners[j].at.length() * p.at.length() {
+        one - other
+    } else {
+        predicates::cross(corners[j].at, p.at)
+    };
     // The sides from j and l to i end at q and p; the four-sided rest is divided from j to p.
+    let rest = volume * lost(l, i) * kept(j, i);
     [
         Some(Triangle {
             corners: [corners[j], corners[l], p],
-            sides: [sides[j], diagonal, sides[i]],
+            sides: [sides[j] * kept(l, i), -diagonal, sides[i]],
             volume: volume * kept(l, i),
         }),
         Some(Triangle {
             corners: [corners[j], p, q],
-            sides: [plane, sides[l], diagonal],
-            volume: volume * lost(l, i) * kept(j, i),
+            sides: [plane * (rest / value[j]), sides[l] * kept(j, i), diagonal],
+            volume: rest,
         }),
     ]
 }
@@ -172,13 +200,21 @@ fn clip(
 impl Lobe {
     fn above_horizon(&self, triangle: Triangle) -> f64 {
         let c = triangle.corners;
+        let across = predicates::cross(self.w, self.n);
         let cut = |i: usize, j: usize| {
             let at = crossing(c[i].at, c[j].at, self.n, c[i].facing, c[j].facing);
+            let span = c[j].facing - c[i].facing;
             let lobe = if c[i].lobe * c[j].lobe >= 0.0 {
-                let span = c[j].facing - c[i].facing;
                 c[i].lobe * (c[j].facing / span) + c[j].lobe * (-c[i].facing / span)
             } else {
-                dot(self.w, at)
+                // What that sum is by Lagrange's identity (zero for an axis along the normal), unless the
+                // point itself knows more.
+                let turned = predicates::cross(c[i].at, c[j].at);
+                if across.length() * turned.length() < span.abs() * at.length() {
+                    dot(across, turned) / span
+                } else {
+                    dot(self.w, at)
+                }
             };
             Corner {
                 at,
@@ -194,7 +230,8 @@ impl Lobe {
         let c = triangle.corners;
         let cut = |i: usize, j: usize| {
             let span = c[j].lobe - c[i].lobe;
-            let side = triangle.sides[3 - i - j];
+            let turn = if j == (i + 1) % 3 { 1.0 } else { -1.0 };
+            let side = triangle.sides[3 - i - j] * turn;
             Corner {
                 at: self.crossing_again(c[i], c[j], side),
                 facing: c[i].facing * (c[j].lobe / span) + c[j].facing * (-c[i].lobe / span),
@@ -202,43 +239,53 @@ impl Lobe {
             }
         };
         let parts = clip(triangle, self.w, c.map(|c| c.lobe), cut);
-        let whole = |t: Triangle| {
-            let lengths = t.corners.map(|c| c.at.length());
-            if lengths.iter().any(|r| !(*r > 0.0)) {
-                return 0.0;
-            }
-            let corners = t.corners.map(Corner::unit);
-            let [a, b, c] = corners.map(|c| c.at);
-            let direct = volume(a, b, c);
-            // Where a cut is near the shading point, its distance is not known so well.
-            let across = (b - a).length_squared().max((c - a).length_squared());
-            let volume = if direct * direct > FAT * FAT * across {
-                direct
-            } else {
-                t.volume / lengths[0] / lengths[1] / lengths[2]
-            };
-            self.divided(
-                Triangle {
-                    corners,
-                    volume,
-                    ..t
-                },
-                HALVINGS,
-            )
-        };
-        parts.into_iter().flatten().map(whole).sum()
+        parts.into_iter().flatten().map(|t| self.whole(t)).sum()
     }
 
-    /// Where a side meets the lobe's own horizon. Where the line to it is short, rounded ends (on the
-    /// surface's horizon) leave its direction to the side's plane.
-    fn crossing_again(&self, from: Corner, to: Corner, side: DVec3) -> DVec3 {
-        let at = crossing(from.at, to.at, self.w, from.lobe, to.lobe);
-        let long = from.at.length_squared().min(to.at.length_squared());
-        if from.facing * to.facing > 0.0 || at.length_squared() > 0.01 * long {
-            return at;
+    /// The greatest values of n·ω and w·ω.
+    fn most(&self) -> [f64; 2] {
+        [self.n.length(), self.w.length()]
+    }
+
+    /// A triangle that is above both horizons, by directions.
+    fn whole(&self, triangle: Triangle) -> f64 {
+        let lengths = triangle.corners.map(|c| c.at.length());
+        if lengths.iter().any(|r| !(*r > 0.0)) {
+            return 0.0;
         }
-        let direction = predicates::cross(side, self.w).normalize_or_zero();
-        direction * at.length().copysign(direction.dot(at))
+        let most = self.most();
+        let corners = triangle.corners.map(|c| c.unit().at_most(most));
+        let [a, b, c] = corners.map(|c| c.at);
+        let direct = volume(a, b, c);
+        // Where a cut is near the shading point, its distance is not known so well.
+        let across = (b - a).length_squared().max((c - a).length_squared());
+        let volume = if direct * direct > FAT * FAT * across {
+            direct
+        } else {
+            triangle.volume / lengths[0] / lengths[1] / lengths[2]
+        };
+        let side = |i: usize| triangle.sides[i] / lengths[(i + 1) % 3] / lengths[(i + 2) % 3];
+        let parts = Triangle {
+            corners,
+            sides: [side(0), side(1), side(2)],
+            volume,
+        };
+        self.divided(parts, HALVINGS)
+    }
+
+    /// Where a side meets the lobe's own horizon: between its ends where one of them is rounded (on the
+    /// surface's horizon), unless the cross product of the exact ones says more.
+    fn crossing_again(&self, from: Corner, to: Corner, side: DVec3) -> DVec3 {
+        if from.facing * to.facing > 0.0 {
+            return crossing(from.at, to.at, self.w, from.lobe, to.lobe);
+        }
+        let span = to.lobe - from.lobe;
+        // What the roundings of the ends and of the side are relative to.
+        let ends = from.at.length() * to.lobe.abs() + to.at.length() * from.lobe.abs();
+        if ends <= side.length() {
+            return from.at * (to.lobe / span) + to.at * (-from.lobe / span);
+        }
+        predicates::cross(self.w, side) / span
     }
 
     /// A triangle of unit vectors: by parts, while it has a long side.
@@ -270,7 +317,7 @@ impl Lobe {
             sides: [a, b, c].map(|i| triangle.sides[i]),
             ..triangle
         };
-        if chords[a] < chords[b] + chords[c] {
+        if chords[a] < chords[b] + chords[c] && chords[b].min(chords[c]) > SLENDER {
             self.thirds(turned, rounds)
         } else {
             self.halves(turned, rounds)
@@ -286,11 +333,15 @@ impl Lobe {
         let centre = self.corner(normal * 1f64.copysign(normal.dot(a)));
         let third = |i: usize| {
             let (from, to) = (corners[i], corners[(i + 1) % 3]);
-            let side = |p: Corner| predicates::cross(centre.at, p.at).normalize_or_zero();
+            let side = triangle.sides[(i + 2) % 3];
             let part = Triangle {
                 corners: [centre, from, to],
-                sides: [triangle.sides[(i + 2) % 3], side(to), side(from)],
-                volume: volume(centre.at, from.at, to.at).abs() * triangle.volume.signum(),
+                sides: [
+                    side,
+                    predicates::cross(to.at, centre.at),
+                    predicates::cross(centre.at, from.at),
+                ],
+                volume: dot(centre.at, side).abs() * triangle.volume.signum(),
             };
             self.divided(part, rounds - 1)
         };
@@ -313,41 +364,27 @@ impl Lobe {
             sides: [across, left, right],
             volume: whole,
         } = triangle;
-        let tangent = predicates::cross(across, b.at);
-        let tangent = tangent * 1f64.copysign(tangent.dot(c.at));
-        let sine = predicates::cross(b.at, c.at).length();
+        let sine = across.length().min(1.0);
         let angle = sine.atan2(b.at.dot(c.at));
-        let at = b.at * (0.5 * angle).cos() + tangent * (0.5 * angle).sin();
-        // Of a side of nearly 180°, the sine is not known well enough.
-        let weight = (0.5 * angle).sin() / sine;
-        let (middle, volumes) = if weight < FEW_DIGITS {
-            let middle = Corner {
-                at,
-                ..b.blend(weight, c, weight)
-            };
-            (middle, [whole * weight; 2])
-        } else {
-            let on = |x: f64, y: f64, z: f64| if x + y > 0.0 { z } else { 0.0 };
-            let m = self.corner(at);
-            let middle = Corner {
-                at,
-                facing: on(b.facing, c.facing, m.facing),
-                lobe: on(b.lobe, c.lobe, m.lobe),
-            };
-            let part = |p: DVec3, q: DVec3| volume(a.at, p, q).abs() * whole.signum();
-            (middle, [part(b.at, at), part(at, c.at)])
-        };
-        let inner = predicates::cross(a.at, at).normalize_or_zero();
-        let half = |corners: [Corner; 3], sides: [DVec3; 3], volume: f64| {
+        let (half_sine, half_cosine) = (0.5 * angle).sin_cos();
+        let tangent = predicates::cross(across / sine, b.at);
+        let tangent = tangent * 1f64.copysign(tangent.dot(c.at - b.at));
+        let weight = half_sine / sine;
+        let middle = Corner {
+            at: b.at * half_cosine + tangent * half_sine,
+            ..b.blend(weight, c, weight)
+        }
+        .at_most(self.most());
+        let inner = predicates::cross(a.at, middle.at);
+        let half = |corners: [Corner; 3], [left, right]: [DVec3; 2]| {
             let part = Triangle {
                 corners,
-                sides,
-                volume,
+                sides: [across * weight, left, right],
+                volume: whole * weight,
             };
             self.divided(part, rounds - 1)
         };
-        half([a, b, middle], [across, inner, right], volumes[0])
-            + half([a, middle, c], [across, left, inner], volumes[1])
+        half([a, b, middle], [-inner, right]) + half([a, middle, c], [left, inner])
     }
 }
 
@@ -499,14 +536,15 @@ impl Sweep {
         let mut waiting = [(0.0, 0.0, 0.0); 64];
         waiting[0] = (from, width, self.rule(from, width));
         let (mut count, mut sum) = (1, 0.0);
+        let mut budget = BUDGET;
         while count > 0 {
-            count -= 1;
+            (count, budget) = (count - 1, budget - 1);
             let (from, width, whole) = waiting[count];
             let (half, middle) = (0.5 * width, from + 0.5 * width);
             let parts = [self.rule(from, half), self.rule(middle, half)];
             let both = parts[0] + parts[1];
             let close = (both - whole).abs() <= tolerance * (before + sum + both);
-            if close || count + 2 > waiting.len() {
+            if close || budget <= 0 || count + 2 > waiting.len() {
                 sum += both;
             } else {
                 waiting[count] = (middle, half, parts[1]);

@@ -1,5 +1,6 @@
 //! Errors of every integral, domain by domain, and the table and plots made of them.
 
+use crate::polygon_oracle::Oracle as Positive;
 use crate::{naive, oracle};
 use linelit_geometry::DVec3;
 use linelit_shading::{cylinder, point_line, polygon, ribbon, solid_angle};
@@ -194,17 +195,18 @@ pub(crate) fn lines(count: usize) -> Vec<Row> {
     rows
 }
 
-pub(crate) const POLYGON_DOMAINS: [&str; 6] = [
+pub(crate) const POLYGON_DOMAINS: [&str; 7] = [
     "ordinary",
     "grazing",
     "edge-on",
     "tiny",
     "far",
     "at the horizon",
+    "sliver",
 ];
 
-/// A triangle or a parallelogram, a normal, and the height above its plane over its distance.
-pub(crate) fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, f64) {
+/// A triangle or a parallelogram, and a normal.
+pub(crate) fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3) {
     let (o, u, v, mut n) = (vector(rng), vector(rng), vector(rng), vector(rng));
     let size = match domain {
         "far" => log_uniform(rng, -7.0, -1.0),
@@ -223,6 +225,13 @@ pub(crate) fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, f
             let side = o.cross(u).normalize();
             n = (side + n * log_uniform(rng, -10.0, -1.0)).normalize();
         }
+        "sliver" => {
+            // One corner goes to the opposite side but for a little.
+            let foot = corners[0].lerp(corners[1], rng.in_range(-0.2, 1.2));
+            let off = corners[2] - foot;
+            corners.truncate(3);
+            corners[2] = foot + off * log_uniform(rng, -12.0, -2.0);
+        }
         "at the horizon" => shift = n * (log_uniform(rng, -17.0, -3.0) - n.dot(o)),
         _ => {}
     }
@@ -230,21 +239,18 @@ pub(crate) fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, f
     for corner in &mut corners {
         *corner = (*corner + shift) * scale;
     }
-    let nearest = corners
-        .iter()
-        .map(|p| p.length())
-        .fold(f64::INFINITY, f64::min);
-    (corners.clone(), n, facing.dot(corners[0]).abs() / nearest)
+    (corners, n)
 }
 
-/// Polygons: irradiance relative to its condition, solid angle relative to itself.
+/// Polygons: irradiance and solid angle.
 pub(crate) fn polygons(count: usize) -> Vec<Row> {
     let mut rows = Vec::new();
+    let mut positive = Positive::new();
     for domain in POLYGON_DOMAINS {
         let mut rng = SplitMix64::new(2);
         let (mut diffuse, mut solid) = (Vec::new(), Vec::new());
         for _ in 0..count {
-            let (corners, n, height) = shape(domain, &mut rng);
+            let (corners, n) = shape(domain, &mut rng);
             let arrays: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
             let exact = oracle::triangle(arrays[0], arrays[1], arrays[2]);
             let omega = if arrays.len() == 4 {
@@ -253,13 +259,16 @@ pub(crate) fn polygons(count: usize) -> Vec<Row> {
                 exact
             };
             let omega = omega.abs();
-            let want = oracle::polygon(&arrays, n.to_array());
-            // Ω at grazing incidence; times distance over height where the light is seen edge-on.
-            let scale = omega.to_f64() / height.min(1.0);
+            let mut want = oracle::polygon(&arrays, n.to_array());
+            // Lambert's sum cancels also in double-double; a lobe of exponent zero does not.
+            if want.to_f64() < 1e-9 {
+                let n = n.to_array();
+                want = Dd::new(positive.phong(&arrays, n, n, 0.0));
+            }
             diffuse.push(Sample {
                 condition: 1.0 / omega.to_f64(),
-                ours: error(polygon::irradiance(&corners, n), want, scale),
-                printed: printed_error(naive::polygon(&corners, n), want, scale),
+                ours: error(polygon::irradiance(&corners, n), want, 0.0),
+                printed: printed_error(naive::polygon(&corners, n), want, 1e-300),
             });
             solid.push(Sample {
                 condition: 1.0 / omega.to_f64(),

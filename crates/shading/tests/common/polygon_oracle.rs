@@ -151,10 +151,11 @@ impl Oracle {
             }
             if !polynomial && self.k > 0.0 {
                 // What the lobe does far below its peak is of no importance.
-                let log = |x: Dd| {
-                    (self.k * (x.to_f64() / peak).ln()).max(self.k * (highest / peak).ln() - 60.0)
-                };
-                change = change.max((log(b.w) - log(c.w)).abs() / MILD);
+                let floor = self.k * (highest / peak).ln() - 60.0;
+                let log = |x: Dd| (self.k * (x.to_f64() / peak).ln()).max(floor);
+                // A power of what is nearly nothing is no polynomial.
+                let mild = MILD.min(self.k * std::f64::consts::LN_2);
+                change = change.max((log(b.w) - log(c.w)).abs() / mild);
             }
             if change > worst.0 {
                 worst = (change, Some(i));
