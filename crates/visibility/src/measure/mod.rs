@@ -24,7 +24,8 @@ pub struct Workload<'a> {
     pub positions: &'a [[f32; 3]],
     /// Triangles by their corners.
     pub triangles: &'a [[u32; 3]],
-    /// A parallelogram or triangle; other polygons get lines that reach beyond them.
+    /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
+    /// that reach beyond them.
     pub light: &'a [DVec3],
     /// The light's own triangles.
     pub exclude: Range<u32>,
@@ -63,7 +64,8 @@ pub struct Timings {
     pub visible_share: f64,
 }
 
-/// Stratified lines across the light, parallel to the side from its first corner to its last.
+/// Stratified lines across the light, parallel to the side from its first corner to its last; for a
+/// linear light all are the light itself.
 #[must_use]
 pub fn stratified_lines(
     light: &[DVec3],
@@ -71,8 +73,12 @@ pub fn stratified_lines(
     jitter: &mut impl FnMut() -> f64,
 ) -> Vec<Segment> {
     let o = light[0];
-    let u = light[1] - o;
     let v = light[light.len() - 1] - o;
+    let u = if light.len() == 2 {
+        DVec3::ZERO
+    } else {
+        light[1] - o
+    };
     (0..count)
         .map(|i| {
             #[allow(clippy::cast_precision_loss, reason = "few lines")]
@@ -108,6 +114,9 @@ fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
             }
             let o = work.light[0];
             let last = work.light[work.light.len() - 1];
+            if work.light.len() == 2 {
+                s = 0.0;
+            }
             let target = o + (work.light[1] - o) * s + (last - o) * t;
             rays.push(Ray {
                 origin: point,

@@ -96,17 +96,18 @@ fn run(
         ));
     }
     let all = shading_points(&occluders, &view, 2e-5);
-    for (name, light) in &scene.lights {
+    let linear = scene.lights.last().map(|(_, light)| across(light));
+    let linear = linear.map(|ends| ("linear".to_owned(), ends.to_vec()));
+    for (name, light) in scene.lights.iter().chain(&linear) {
         if options.light.as_ref().is_some_and(|o| o != name) {
             continue;
         }
-        let normal = (light[1] - light[0]).cross(light[2] - light[0]);
+        let normal = (light[1] - light[0]).cross(light[light.len() - 1] - light[0]);
         // Not those in the light's plane.
-        let points: Vec<DVec3> = all
-            .iter()
-            .copied()
-            .filter(|p| normal.dot(*p - light[0]).abs() > 1e-4 * normal.length())
-            .collect();
+        let off = |p: &DVec3| {
+            light.len() == 2 || normal.dot(*p - light[0]).abs() > 1e-4 * normal.length()
+        };
+        let points: Vec<DVec3> = all.iter().copied().filter(off).collect();
         let work = Workload {
             positions: &scene.positions,
             triangles: &scene.triangles,
@@ -128,7 +129,9 @@ fn run(
             continue;
         }
         let rounds = if options.quick { 7 } else { 15 };
-        let mut t = time(&occluders, rivals.as_ref(), &work, &LINES, rounds, now);
+        // A linear light has one line.
+        let lines = if light.len() == 2 { &[1] } else { &LINES[..] };
+        let mut t = time(&occluders, rivals.as_ref(), &work, lines, rounds, now);
         t.lines.sort_by_key(|l| l.0);
         t.shaft_points.sort_by_key(|p| p.0);
         if options.json {
@@ -145,6 +148,15 @@ fn run(
             print(&table(name, points.len(), &t));
         }
     }
+}
+
+/// A linear light along the middle of a light.
+fn across(light: &[DVec3]) -> [DVec3; 2] {
+    let last = light.len() - 1;
+    [
+        (light[0] + light[1]) * 0.5,
+        (light[last] + light[last.saturating_sub(1)]) * 0.5,
+    ]
 }
 
 /// One light's part of the table.

@@ -65,10 +65,11 @@ fn between(work: &Workload<'_>, point: DVec3) -> Vec<[u32; 3]> {
     let mut planes = Vec::new();
     for i in 0..corners.len() {
         let (a, b) = (corners[i] - point, corners[(i + 1) % corners.len()] - point);
-        let n = a.cross(b).normalize_or_zero();
+        // A linear light lies in such a plane.
+        let n = a.cross(b).normalize_or_zero() * f64::from(u8::from(corners.len() > 2));
         planes.push(n * n.dot(centre).signum());
     }
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    let normal = (corners[1] - corners[0]).cross(corners[corners.len() - 1] - corners[0]);
     planes.push(normal.normalize_or_zero() * normal.dot(centre).signum());
     let beside = |t: &[DVec3; 3]| {
         let room = 1e-9 * t.iter().map(|v| v.abs().max_element()).fold(1.0, f64::max);
