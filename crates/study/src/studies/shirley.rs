@@ -20,6 +20,9 @@ use std::time::Instant;
 
 /// The paper's resolution.
 const SIZE: [u32; 2] = [128; 2];
+/// Lines to each luminaire for references, and for one that every single pixel is held to.
+const LINES: u32 = 64;
+const SHARP: u32 = 1024;
 /// Rays through a pixel in Figs. 6 and 8.
 const RAYS: u32 = 100;
 
@@ -86,11 +89,11 @@ fn pixels(renderer: &Renderer<'_>, settings: &Settings, progress: &ProgressBar) 
 }
 
 /// The exact light of the pixels' centres: enough lines of each luminaire.
-fn exact(renderer: &Renderer<'_>, progress: &ProgressBar) -> Result<Image> {
+fn exact(renderer: &Renderer<'_>, samples: u32, progress: &ProgressBar) -> Result<Image> {
     let settings = Settings {
         estimator: "line-analytic".parse()?,
         sampler: SamplerKind::Stratified,
-        samples: 64,
+        samples,
         show_lights: false,
         seed: 77,
         ..Settings::default()
@@ -107,7 +110,7 @@ fn all_or_one(
 ) -> Result<Section> {
     let renderer = Renderer::new(scene);
     let lights = renderer.plan().lights().len();
-    let centre = exact(&renderer, context.progress)?;
+    let centre = exact(&renderer, LINES, context.progress)?;
     let many = settings(LightChoice::Tree, 4, 3 * RAYS, 1 << 40)?;
     let smooth = pixels(&renderer, &many, context.progress);
     let (mut pictures, mut own) = (Vec::new(), Vec::new());
@@ -151,7 +154,7 @@ const CHOICES: [LightChoice; 5] = [
 /// Fig. 9: equal α and better ones; the error over the number of shadow rays.
 fn alphas(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     let renderer = Renderer::new(scene);
-    let reference = exact(&renderer, context.progress)?;
+    let reference = exact(&renderer, LINES, context.progress)?;
     let mut pictures = Vec::new();
     for choice in CHOICES {
         let image = pixels(
@@ -246,7 +249,7 @@ fn error_at(
 /// Fig. 10: α by centres loses light; with the rule of false zeros none is lost.
 fn bands(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     let renderer = Renderer::new(scene);
-    let reference = exact(&renderer, context.progress)?;
+    let reference = exact(&renderer, SHARP, context.progress)?;
     let mut pictures = vec![exposed(&reference, &reference, "reference")?];
     let mut own = Vec::new();
     for choice in [
