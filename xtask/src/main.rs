@@ -32,12 +32,12 @@ the workshop:
   test [--long] [STEP…]     everything that must hold; --long adds the long tests; STEP… runs only these:
                             fmt tidy clippy test doctest doc features long
   bench WHAT [--scene PATH] [--json]
-                            measure speed; WHAT is visibility, equal-time, … or CRATE/BENCH for a criterion bench
+                            measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   vectors DIR               hold the closed forms to the reference vectors in DIR
   check-references DIR      hold renders to the reference images below DIR
   load-all DIR              load and render every scene file below DIR
-  fit-ltc                   fit the tables of linearly transformed cosines
+  fit-ltc [--verify | FILE] fit linearly transformed cosines afresh and verify the table (or write FILE)
 
 exit status: 0 done, 1 failed, 2 usage";
 

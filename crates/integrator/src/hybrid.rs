@@ -45,7 +45,7 @@ const FEW_LINES_IN_CROWDS: u32 = 17;
 const RAYS_FOR_A_LINE_IN_CROWDS: u32 = 4;
 
 /// Points that share a shaft in place of a line towards crowded lights.
-const POINTS_FOR_A_LINE_IN_CROWDS: u32 = 8;
+pub(crate) const POINTS_FOR_A_LINE_IN_CROWDS: u32 = 8;
 
 /// Where the solid angle of a piece of the light differs by no more than this from corner to
 /// corner, points uniform on the area are as good as points uniform in the solid angle, and cost

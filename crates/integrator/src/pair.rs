@@ -91,7 +91,7 @@ impl Pair<'_> {
     }
 
     /// Line samples: all of them in one query.
-    fn lines(
+    pub(crate) fn lines(
         &self,
         area: &AreaLight,
         options: LineOptions,

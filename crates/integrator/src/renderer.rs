@@ -45,6 +45,9 @@ pub struct Settings {
     /// Whether what cannot matter is skipped and what has a closed form takes it. Off, every
     /// sample is taken: for tests, and for studies of an estimator as its paper has it.
     pub skip: bool,
+    /// Whether the lines and points of a combination share one traversal. Off, each has its own, as
+    /// published: to measure what that costs. Estimates differ by rounding.
+    pub share: bool,
 }
 
 impl Default for Settings {
@@ -60,6 +63,7 @@ impl Default for Settings {
             show_lights: true,
             bounces: 0,
             skip: true,
+            share: true,
         }
     }
 }

@@ -65,9 +65,15 @@ pub struct BenchArgs {
     /// Estimators to measure, separated by commas outside brackets; the last competes with the rest.
     #[arg(long, value_name = "E,E…")]
     pub estimators: Option<List<Estimator>>,
-    /// Height of the image whose pixels are measured; it is 4/3 as wide.
-    #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u32).range(3..=512))]
-    pub pixels: u32,
+    /// Numbers of samples, in ascending order; powers of two unless told. `mis` takes the first.
+    #[arg(long, value_name = "N,N…")]
+    pub samples: Option<List<u32>>,
+    /// Resolution of the image whose pixels are measured.
+    #[arg(long, value_name = "WxH", default_value = "32x24")]
+    pub resolution: Resolution,
+    /// An image of that resolution, without lights, to measure errors by.
+    #[arg(long, value_name = "IMAGE")]
+    pub reference: Option<PathBuf>,
     /// Times that everything is run, in alternation.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub rounds: u32,
@@ -84,6 +90,8 @@ pub struct BenchArgs {
 pub enum Bench {
     /// Error against time.
     EqualTime,
+    /// What the densities of one technique at another's samples cost.
+    Mis,
 }
 
 /// `render`.

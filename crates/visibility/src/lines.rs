@@ -54,6 +54,20 @@ impl VisibleLines {
         self.filled
     }
 
+    /// Forgets all lines.
+    pub fn clear(&mut self) {
+        self.reset(0);
+    }
+
+    /// Adds the lines of another set behind these.
+    pub fn append(&mut self, other: &Self) {
+        for line in 0..other.len() {
+            self.spans.push((self.filled, self.filled));
+            let parts = other.line(line).iter().map(|p| (p.lo, p.hi, true));
+            self.put(self.spans.len() - 1, parts);
+        }
+    }
+
     /// `count` lines, all hidden so far.
     pub(crate) fn reset(&mut self, count: usize) {
         self.filled = 0;

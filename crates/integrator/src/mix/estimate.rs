@@ -1,16 +1,24 @@
 //! The estimate of a mix at one shading point and light.
 
 use super::optimal::{self, Half};
+use super::sight::Sight;
 use super::strand::{Kind, Lines, Lit, Seen, Strand, allot, through};
-use super::{MOST_TECHNIQUES, Mix, MixHeuristic, Pieces, Smoothing};
+use super::{
+    LineDirection, LineMeasure, LineTechnique, MOST_TECHNIQUES, Mix, MixHeuristic, Part, Pieces,
+    Smoothing, Technique,
+};
+use crate::hybrid::POINTS_FOR_A_LINE_IN_CROWDS;
+use crate::lines::Along;
 use crate::pair::Pair;
 use crate::points::meets;
-use crate::{PlanCounters, PlannedLight, SegmentCounters, ShadingPoint, Workspace};
+use crate::{
+    LineOptions, PlanCounters, PlannedLight, SegmentCounters, Settings, ShadingPoint, Workspace,
+};
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
-use linelit_lights::{AreaLight, LineSample};
+use linelit_lights::{AreaLight, LineSample, Orientation};
 use linelit_mis::{Heuristic, smoothing};
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_visibility::{Shaft, ShaftClass, ShaftQuery, VisibleLines};
+use linelit_visibility::{ShaftClass, ShaftQuery, VisibleLines};
 use std::f64::consts::FRAC_PI_2;
 
 /// The buffers of a mix.
@@ -35,7 +43,9 @@ pub(super) struct Sample {
     seen: Seen,
     /// L f_r cos θ.
     pub value: DVec3,
-    /// Density per solid angle of each technique.
+    /// Density per solid angle of its own technique.
+    density: f64,
+    /// Density per solid angle of each technique, as weights see it.
     pub densities: [f64; MOST_TECHNIQUES],
     /// What the densities of points are multiplied with in weights.
     smooth: f64,
@@ -46,7 +56,7 @@ struct Work<'a, 's> {
     light: &'a PlannedLight,
     area: &'a AreaLight,
     point: &'a ShadingPoint,
-    shaft: Shaft<'s>,
+    sight: Sight<'s>,
     visible: &'a mut VisibleLines,
     smoothing: Option<Smooth>,
     plan: &'a mut PlanCounters,
@@ -109,10 +119,16 @@ impl Pair<'_> {
     /// All techniques of the mix, weighted: Σ_s Σ_k w_s f/(N_s p_s) (Salesin & Jarosz 2019, eq. 20
     /// without its 1/S).
     pub(crate) fn mix(&self, area: &AreaLight, mix: &Mix, workspace: &mut Workspace) -> DVec3 {
+        if let Some((line, samples)) = mix.closed(self.count())
+            && self.light.has_closed_form(&self.point.bsdf)
+        {
+            return self.closed(area, (line, samples), workspace);
+        }
         let Some(lit) = above_horizon(area, self.point) else {
             return DVec3::ZERO;
         };
-        let lit = Lit {
+        let mut lit = Lit {
+            crowded: false,
             turn: area.polygon.plane_frame().turn_from(&lit.plane_frame()),
             light: lit,
             texture: self.light.texture.as_deref(),
@@ -134,7 +150,7 @@ impl Pair<'_> {
             light: self.light,
             area,
             point: self.point,
-            shaft: self.occluders.shaft(query, scratch),
+            sight: Sight::new(self, query, scratch),
             visible,
             smoothing: match mix.heuristic() {
                 MixHeuristic::Smooth(kind) => Some(Smooth::new(kind, lit.light)),
@@ -143,7 +159,7 @@ impl Pair<'_> {
             plan,
             segments,
         };
-        match work.shaft.class() {
+        match work.sight.class() {
             ShaftClass::Blocked => {
                 work.plan.hidden += 1;
                 return DVec3::ZERO;
@@ -151,13 +167,20 @@ impl Pair<'_> {
             ShaftClass::Empty => work.plan.unoccluded += 1,
             ShaftClass::Partial => {}
         }
+        let hybrid = |p: &Part| matches!(p.technique, Technique::Line(l) if l.measure == LineMeasure::Hybrid);
+        lit.crowded = work.sight.is_dense() && mix.parts().any(hybrid);
+        let count = if lit.crowded {
+            self.count().saturating_mul(POINTS_FOR_A_LINE_IN_CROWDS)
+        } else {
+            self.count()
+        };
         let independent = Sampler::new(SamplerKind::Independent, self.settings.seed);
         let random = independent.points(self.pixel, self.dimension + 1, 2 + MOST);
         let u = |k| random.get_1d(k);
         let mut lent = std::mem::take(buffers).emptied();
         let (rounds, each) = match mix.heuristic() {
-            MixHeuristic::Optimal(_) if self.count() > 1 => (2, 0.5 * f64::from(self.count())),
-            _ => (1, f64::from(self.count())),
+            MixHeuristic::Optimal(_) if count > 1 => (2, 0.5 * f64::from(count)),
+            _ => (1, f64::from(count)),
         };
         Strand::all(mix, each, &lit, self.point, u, &mut lent.strands);
         for round in 0..rounds {
@@ -169,11 +192,44 @@ impl Pair<'_> {
             );
             self.draw(&mut work, round, &mut lent);
         }
-        work.densities(&mut lent);
+        if mix.heuristic() == MixHeuristic::Unoccluded {
+            work.densities_unoccluded(&mut lent);
+        } else {
+            work.densities(&mut lent);
+        }
         work.smooth_across(&mut lent);
         let sum = work.sum(mix, &lent);
         *buffers = lent.emptied();
         sum
+    }
+
+    /// Where the material has a closed form.
+    fn closed(
+        &self,
+        area: &AreaLight,
+        (line, samples): (LineTechnique, u32),
+        workspace: &mut Workspace,
+    ) -> DVec3 {
+        let settings = &Settings {
+            samples,
+            ..*self.settings
+        };
+        let pair = Pair {
+            settings,
+            each: 1,
+            ..*self
+        };
+        if line.measure == LineMeasure::Hybrid {
+            return pair.hybrid(area, workspace);
+        }
+        let options = LineOptions {
+            orientation: match line.direction {
+                LineDirection::Fixed(fraction) => Orientation::Fixed(fraction),
+                LineDirection::Parallel | LineDirection::Spread(_) => Orientation::ParallelPerPoint,
+            },
+            ..LineOptions::default()
+        };
+        pair.lines(area, options, Along::Analytic, workspace)
     }
 
     /// Draws the samples of all techniques; those of two rounds are independent.
@@ -246,6 +302,7 @@ impl Work<'_, '_> {
             strand,
             seen,
             value,
+            density,
             densities,
             smooth: match &self.smoothing {
                 Some(smooth) => smooth.border(seen.point),
@@ -282,7 +339,7 @@ impl Work<'_, '_> {
         let seen = self.seen(on_light);
         let density = strand.point_density(&seen, self.point);
         let sample = self.sample(index, seen, density)?;
-        self.shaft.point_visible(on_light).then_some(sample)
+        self.sight.point_visible(on_light).then_some(sample)
     }
 
     /// The samples of a line technique: all its lines in one query, then points on what is visible.
@@ -304,11 +361,12 @@ impl Work<'_, '_> {
         let Kind::Line(lines, pieces) = &strands[index].kind else {
             return hits;
         };
+        let each = strands[index].each;
         drawn.clear();
         drawn.extend((0..strands[index].count).map(|i| lines.sample(u(i)[0])));
         segments.clear();
         segments.extend(drawn.iter().map(|line| line.segment));
-        self.shaft.visible(segments, self.visible);
+        self.sight.visible(segments, self.visible);
         for (i, line) in (0u32..).zip(drawn.iter()) {
             let parts = self.visible.line(i as usize);
             self.segments.lines += 1;
@@ -319,10 +377,13 @@ impl Work<'_, '_> {
             }
             let (place, before) = (u(i)[1], samples.len());
             let mut draw = |part: &[Interval]| {
-                let (seen, density) = lines.point(line, part, place, |p| self.seen(p));
-                if let Some(mut sample) = self.sample(index, seen, density) {
-                    sample.smooth *= self.smooth_factor(&seen, &line.segment, parts);
-                    samples.push(sample);
+                for k in 0..each {
+                    let place = (f64::from(k) + place) / f64::from(each);
+                    let (seen, density) = lines.point(line, part, place, |p| self.seen(p));
+                    if let Some(mut sample) = self.sample(index, seen, density) {
+                        sample.smooth *= self.smooth_factor(&seen, &line.segment, parts);
+                        samples.push(sample);
+                    }
                 }
             };
             match pieces {
@@ -362,13 +423,32 @@ impl Work<'_, '_> {
                     segments.push(lines.through(sample.seen.point));
                 }
             }
-            self.shaft.visible(segments, self.visible);
+            self.sight.visible(segments, self.visible);
             self.plan.density_lines += owners.len() as u64;
             for (i, &owner) in owners.iter().enumerate() {
                 let parts = self.visible.line(i);
                 let sample = &mut samples[owner];
                 sample.smooth *= self.smooth_factor(&sample.seen, &segments[i], parts);
                 sample.densities[index] = line_density(lines, *pieces, sample, &segments[i], parts);
+            }
+        }
+    }
+
+    /// The densities of all techniques at all samples, for lines as if nothing stood in between.
+    fn densities_unoccluded(&self, buffers: &mut MixBuffers<'_>) {
+        let MixBuffers {
+            strands, samples, ..
+        } = buffers;
+        if strands.len() == 1 {
+            return;
+        }
+        for (index, strand) in strands.iter().enumerate() {
+            for sample in samples.iter_mut() {
+                sample.densities[index] = match &strand.kind {
+                    Kind::Line(lines, _) => lines.density(&sample.seen, &[Interval::UNIT]),
+                    _ if sample.strand == index => continue,
+                    _ => strand.point_density(&sample.seen, self.point),
+                };
             }
         }
     }
@@ -397,7 +477,7 @@ impl Work<'_, '_> {
         let across = ParallelLines::new(&smooth.light, angle);
         segments.clear();
         segments.extend(samples.iter().map(|s| through(&across, s.seen.point)));
-        self.shaft.visible(segments, self.visible);
+        self.sight.visible(segments, self.visible);
         self.plan.density_lines += segments.len() as u64;
         for (i, sample) in samples.iter_mut().enumerate() {
             sample.smooth *= self.smooth_factor(&sample.seen, &segments[i], self.visible.line(i));
@@ -447,7 +527,9 @@ impl Work<'_, '_> {
             let (ps, i) = (&sample.densities[..count], sample.strand);
             let weight = match mix.heuristic() {
                 MixHeuristic::Classic(heuristic) => heuristic.weight(ns, ps, i),
-                MixHeuristic::Optimal(_) => Heuristic::Balance.weight(ns, ps, i),
+                MixHeuristic::Optimal(_) | MixHeuristic::Unoccluded => {
+                    Heuristic::Balance.weight(ns, ps, i)
+                }
                 MixHeuristic::Smooth(_) => {
                     let mut factors = [1.0; MOST_TECHNIQUES];
                     for (factor, strand) in factors.iter_mut().zip(&buffers.strands) {
@@ -458,7 +540,7 @@ impl Work<'_, '_> {
                     smoothing::smoothed_balance(ns, ps, &factors[..count], i)
                 }
             };
-            sum += sample.value * (weight / (ns[i] * ps[i]));
+            sum += sample.value * (weight / (ns[i] * sample.density));
         }
         sum
     }

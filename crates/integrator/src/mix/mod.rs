@@ -7,6 +7,7 @@
 
 mod estimate;
 mod optimal;
+mod sight;
 mod strand;
 mod text;
 
@@ -21,7 +22,7 @@ pub const MOST_TECHNIQUES: usize = 8;
 ///
 /// The text form lists them with `+`, their shares of the samples after `:`, options in brackets:
 /// `line-solid-angle:3+point-bsdf:1[mis=smooth]`. Techniques are `point-area`, `point-solid-angle`,
-/// `point-texture`, `point-bsdf`, `line-area`, `line-solid-angle`, `line-warped` (nearly
+/// `point-texture`, `point-bsdf`, `line-area`, `line-analytic`, `hybrid`, `line-solid-angle`, `line-warped` (nearly
 /// solid angle, at half the cost), `line-projected` and `line-texture`; the option `mis`, which may
 /// stand with any of them, names the heuristic.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +63,11 @@ pub struct LineTechnique {
     pub measure: LineMeasure,
     /// Direction of the lines.
     pub direction: LineDirection,
-    /// How many points a line gets.
+    /// Where points are drawn.
     pub pieces: Pieces,
+    /// How many there, evenly spread from a random first one; 1 with optimal weights. They cost
+    /// less than the line where visibility does.
+    pub points: u8,
 }
 
 /// The measure in which lines, and points on them, are uniform where nothing occludes.
@@ -82,6 +86,15 @@ pub enum LineMeasure {
     /// visible of it ([`linelit_lights::TexturedLines`]); area where there is no texture, or where
     /// the light is no parallelogram that is wholly above the horizon.
     Texture,
+    /// Area; but where the material has a closed form, this part's samples alone, as lines with the
+    /// light along what is visible of them in closed form: that integrates over the BSDF, too, so
+    /// that nothing is left for others to add.
+    Analytic,
+    /// The same, but what is cheapest in place of lines, as
+    /// [`Estimator::Hybrid`](crate::Estimator::Hybrid) has it; where the material has no closed form
+    /// and a shaft is too dense to keep, points uniform on the area, eight for each sample of all
+    /// parts.
+    Hybrid,
 }
 
 /// The directions of the lines of one technique.
@@ -98,12 +111,12 @@ pub enum LineDirection {
     Spread(u8),
 }
 
-/// How many points a line gets.
+/// Where on a line points are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pieces {
-    /// One, in proportion to the measure of the visible pieces, as published.
+    /// On all visible pieces, in proportion to their measure, as published.
     One,
-    /// One in each visible piece, all at the same place within their piece: the estimate then stays
+    /// In each visible piece, all at the same place within their piece: the estimate then stays
     /// smooth where a piece appears or ends, which one point that jumps between pieces is not.
     Each,
 }
@@ -120,6 +133,13 @@ pub enum MixHeuristic {
     /// The optimal heuristic (Kondapaneni et al. 2019), with coefficients for one half of the
     /// samples from the other, so that the mean stays right; for one sample, the balance heuristic.
     Optimal(Optimal),
+    /// The balance heuristic by what the densities of lines would be if nothing stood in between:
+    /// no technique then asks what is visible around another's samples.
+    ///
+    /// Weights that sum to one at each point of the light leave the mean as it is, whatever they
+    /// are; what a sample is divided by is its own density, which the visibility that its own line
+    /// has found tells.
+    Unoccluded,
 }
 
 /// What optimal weights may be.
@@ -176,11 +196,40 @@ impl Mix {
         self.heuristic
     }
 
+    /// The part that takes the closed form where the material has one, and its samples of `count`.
+    pub(crate) fn closed(&self, count: u32) -> Option<(LineTechnique, u32)> {
+        let shares = |p: &Part| f64::from(p.share);
+        let closed = |p: &&Part| matches!(p.technique, Technique::Line(l) if l.measure.is_closed());
+        let all: f64 = self.parts().map(shares).sum();
+        let theirs: f64 = self.parts().filter(closed).map(shares).sum();
+        let Some(Part {
+            technique: Technique::Line(line),
+            ..
+        }) = self.parts().find(closed)
+        else {
+            return None;
+        };
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 0 and the number of samples"
+        )]
+        let samples = (f64::from(count) * theirs / all).round().max(1.0) as u32;
+        Some((*line, samples))
+    }
+
     /// Whether any part is a line technique.
     #[must_use]
     pub fn uses_lines(&self) -> bool {
         self.parts()
             .any(|p| matches!(p.technique, Technique::Line(_)))
+    }
+}
+
+impl LineMeasure {
+    /// Whether it takes the closed form where the material has one.
+    const fn is_closed(self) -> bool {
+        matches!(self, Self::Analytic | Self::Hybrid)
     }
 }
 
@@ -211,6 +260,7 @@ impl LineTechnique {
             measure,
             direction: LineDirection::Parallel,
             pieces: Pieces::Each,
+            points: 1,
         }
     }
 }

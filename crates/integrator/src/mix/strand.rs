@@ -1,6 +1,6 @@
 //! One technique of a mix, made ready for a shading point and a light.
 
-use super::{LineDirection, LineMeasure, LineTechnique, Mix, Pieces, Technique};
+use super::{LineDirection, LineMeasure, LineTechnique, Mix, MixHeuristic, Pieces, Technique};
 use crate::{EmissionTexture, ShadingPoint};
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{
@@ -13,10 +13,13 @@ use std::f64::consts::PI;
 #[derive(Clone, Debug)]
 pub(super) struct Strand<'t> {
     pub kind: Kind<'t>,
-    /// The expected number of samples N_i, which stands in weights and contributions.
+    /// The expected number of samples N_i, which stands in weights and contributions; of a line
+    /// technique, points on a piece.
     pub expected: f64,
-    /// The number drawn this time; its mean is `expected`.
+    /// The number drawn this time; its mean is `expected` over `each`.
     pub count: u32,
+    /// Samples that each draw is good for: points on a piece of a line.
+    pub each: u8,
 }
 
 /// What a technique draws from.
@@ -77,6 +80,8 @@ pub(super) struct Lit<'t> {
     pub turn: f64,
     /// The texture of the whole light.
     pub texture: Option<&'t EmissionTexture>,
+    /// Whether so much stands in between that `hybrid` takes points in place of lines.
+    pub crowded: bool,
 }
 
 impl<'t> Strand<'t> {
@@ -94,21 +99,26 @@ impl<'t> Strand<'t> {
         let total: f64 = mix.parts().map(|p| f64::from(p.share)).sum();
         for (index, part) in (0u32..).zip(mix.parts()) {
             let expected = samples * f64::from(part.share) / total;
-            let mut push = |kind, expected| {
+            let mut push = |kind, expected, each: u8| {
                 out.push(Self {
                     kind,
-                    expected,
+                    expected: expected * f64::from(each),
                     count: 0,
+                    each,
                 });
             };
             match part.technique {
-                Technique::PointArea => push(Kind::Area(AreaSampler::new(light)), expected),
+                Technique::PointArea => push(Kind::Area(AreaSampler::new(light)), expected, 1),
                 Technique::PointSolidAngle => push(
                     Kind::SolidAngle(SolidAngleSampler::new(light, point.position)),
                     expected,
+                    1,
                 ),
-                Technique::PointTexture => push(Kind::texture(lit), expected),
-                Technique::PointBsdf => push(Kind::Bsdf, expected),
+                Technique::PointTexture => push(Kind::texture(lit), expected, 1),
+                Technique::PointBsdf => push(Kind::Bsdf, expected, 1),
+                Technique::Line(line) if lit.crowded && line.measure == LineMeasure::Hybrid => {
+                    push(Kind::Area(AreaSampler::new(light)), expected, 1);
+                }
                 Technique::Line(line) => {
                     let (first, count) = match line.direction {
                         LineDirection::Fixed(fraction) => (fraction, 1),
@@ -121,7 +131,12 @@ impl<'t> Strand<'t> {
                             fraction = 0.5 * ((2.0 * first).floor() + f64::from(k));
                         }
                         let lines = Lines::new(line, lit, fraction, point);
-                        push(Kind::Line(lines, line.pieces), expected / f64::from(count));
+                        let each = match mix.heuristic() {
+                            MixHeuristic::Optimal(_) => 1,
+                            _ => line.points,
+                        };
+                        let kind = Kind::Line(lines, line.pieces);
+                        push(kind, expected / f64::from(count), each);
                     }
                 }
             }
@@ -176,7 +191,7 @@ pub(super) fn through(lines: &ParallelLines, point: DVec3) -> Segment {
 pub(super) fn allot(strands: &mut [Strand<'_>], u: f64) {
     let (mut sum, mut given) = (u, 0.0);
     for strand in strands {
-        sum += strand.expected;
+        sum += strand.expected / f64::from(strand.each);
         let upto = sum.floor();
         strand.count = whole(upto - given);
         given = upto;
@@ -209,7 +224,9 @@ impl<'t> Lines<'t> {
         let (light, x) = (&lit.light, point.position);
         let angle = fraction * PI + lit.turn;
         match technique.measure {
-            LineMeasure::Area => Self::Area(LineSampler::new(light, angle, OffsetDensity::Length)),
+            LineMeasure::Area | LineMeasure::Analytic | LineMeasure::Hybrid => {
+                Self::Area(LineSampler::new(light, angle, OffsetDensity::Length))
+            }
             LineMeasure::Texture => {
                 let image = lit.texture.and_then(|t| t.over(light));
                 match image.and_then(|image| textured(light, image, technique, fraction)) {

@@ -10,7 +10,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Names of the techniques.
-const TECHNIQUES: [&str; 9] = [
+const TECHNIQUES: [&str; 11] = [
     "point-area",
     "point-solid-angle",
     "point-bsdf",
@@ -20,10 +20,14 @@ const TECHNIQUES: [&str; 9] = [
     "line-warped",
     "point-texture",
     "line-texture",
+    "line-analytic",
+    "hybrid",
 ];
 
-const HEURISTICS: &str =
-    "balance, power, maximum, average, smooth, smooth-fixed, optimal or clamped-optimal";
+const HEURISTICS: &str = "balance, power, maximum, average, smooth, smooth-fixed, optimal, clamped-optimal or unoccluded";
+
+/// The most points that a piece of a line gets.
+const MOST_POINTS: u8 = 64;
 
 impl FromStr for Mix {
     type Err = ParseEstimatorError;
@@ -92,8 +96,9 @@ fn parse_part(
             ("mis", _) => set_heuristic(heuristic, parse_heuristic(value)?)?,
             ("orientation", Technique::Line(line)) => line.direction = parse_direction(value)?,
             ("pieces", Technique::Line(line)) => line.pieces = parse_pieces(value)?,
+            ("points", Technique::Line(line)) => line.points = parse_points(value)?,
             (_, Technique::Line(_)) => {
-                return Err(no_option(name, key, "orientation, pieces or mis"));
+                return Err(no_option(name, key, "orientation, pieces, points or mis"));
             }
             _ => return Err(no_option(name, key, "mis")),
         }
@@ -135,6 +140,8 @@ fn technique_named(name: &str) -> Result<Technique, ParseEstimatorError> {
         "line-projected" => line(LineMeasure::Projected),
         "line-warped" => line(LineMeasure::Warped),
         "line-texture" => line(LineMeasure::Texture),
+        "line-analytic" => line(LineMeasure::Analytic),
+        "hybrid" => line(LineMeasure::Hybrid),
         _ => {
             return Err(ParseEstimatorError::new(format!(
                 "`{name}` cannot be combined; expected one of {}",
@@ -173,6 +180,17 @@ fn parse_pieces(value: &str) -> Result<Pieces, ParseEstimatorError> {
     }
 }
 
+fn parse_points(value: &str) -> Result<u8, ParseEstimatorError> {
+    let count = value.parse().ok();
+    count
+        .filter(|c| (1..=MOST_POINTS).contains(c))
+        .ok_or_else(|| {
+            ParseEstimatorError::new(format!(
+                "points `{value}`; expected a whole number from 1 to {MOST_POINTS}"
+            ))
+        })
+}
+
 fn parse_heuristic(value: &str) -> Result<MixHeuristic, ParseEstimatorError> {
     Ok(match value {
         "balance" => MixHeuristic::Classic(Heuristic::Balance),
@@ -183,6 +201,7 @@ fn parse_heuristic(value: &str) -> Result<MixHeuristic, ParseEstimatorError> {
         "smooth-fixed" => MixHeuristic::Smooth(Smoothing::Fixed),
         "optimal" => MixHeuristic::Optimal(Optimal::Free),
         "clamped-optimal" => MixHeuristic::Optimal(Optimal::Clamped),
+        "unoccluded" => MixHeuristic::Unoccluded,
         _ => {
             return Err(ParseEstimatorError::new(format!(
                 "mis `{value}`; expected {HEURISTICS}"
@@ -231,6 +250,7 @@ fn heuristic_name(heuristic: MixHeuristic) -> Option<&'static str> {
         MixHeuristic::Smooth(Smoothing::Fixed) => "smooth-fixed",
         MixHeuristic::Optimal(Optimal::Free) => "optimal",
         MixHeuristic::Optimal(Optimal::Clamped) => "clamped-optimal",
+        MixHeuristic::Unoccluded => "unoccluded",
     })
 }
 
@@ -246,6 +266,8 @@ const fn technique_name(technique: &Technique) -> &'static str {
             LineMeasure::Projected => TECHNIQUES[5],
             LineMeasure::Warped => TECHNIQUES[6],
             LineMeasure::Texture => TECHNIQUES[8],
+            LineMeasure::Analytic => TECHNIQUES[9],
+            LineMeasure::Hybrid => TECHNIQUES[10],
         },
     }
 }
@@ -262,6 +284,9 @@ fn line_options(technique: &Technique) -> Vec<String> {
     }
     if line.pieces == Pieces::One {
         out.push("pieces=one".to_owned());
+    }
+    if line.points != 1 {
+        out.push(format!("points={}", line.points));
     }
     out
 }
@@ -281,6 +306,9 @@ mod tests {
             "point-area+point-bsdf[mis=power]",
             "line-texture[orientation=fixed:0]+point-texture",
             "line-area+point-bsdf[mis=clamped-optimal]",
+            "line-analytic+point-bsdf:3",
+            "hybrid+point-bsdf",
+            "line-area[pieces=one,points=4]+point-bsdf[mis=unoccluded]",
         ];
         for text in texts {
             assert_eq!(text.parse::<Mix>().unwrap().to_string(), text);
@@ -303,11 +331,12 @@ mod tests {
     #[test]
     fn errors_say_what_was_expected() {
         let error = |t: &str| t.parse::<Mix>().unwrap_err().to_string();
-        assert!(error("line-analytic+point-bsdf").contains("cannot be combined"));
+        assert!(error("exact+point-bsdf").contains("cannot be combined"));
         assert!(error("line-area:0+point-bsdf").contains("above 0"));
         assert!(error("line-area+point-bsdf[mis=best]").contains("expected balance"));
         assert!(error("line-area[").contains("closing"));
         assert!(error("line-area[pieces=two]").contains("one or each"));
+        assert!(error("line-area[points=0]").contains("from 1 to"));
         assert!(error("line-area[orientation=uniform]").contains("spread:COUNT"));
         assert!(error("point-area[pieces=one]").contains("expected mis"));
         assert!(

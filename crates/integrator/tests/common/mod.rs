@@ -95,7 +95,7 @@ pub(crate) fn room_with_floor(floor: &str) -> Scene {
 const MATTE: &str = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
 
 /// Combinations of all techniques, heuristics and options.
-pub(crate) const MIXES: [&str; 28] = [
+pub(crate) const MIXES: [&str; 33] = [
     "line-warped[orientation=fixed:0]",
     "line-warped+point-bsdf",
     "line-solid-angle",
@@ -124,6 +124,11 @@ pub(crate) const MIXES: [&str; 28] = [
     "line-area[orientation=fixed:0]+line-area[orientation=fixed:0.5,mis=optimal]",
     "point-area+point-solid-angle+point-bsdf[mis=optimal]",
     "line-warped:2+point-area+point-bsdf[mis=clamped-optimal]",
+    "line-analytic+point-bsdf",
+    "hybrid:2+point-bsdf",
+    "line-area[points=4]+point-bsdf:3[mis=unoccluded]",
+    "line-solid-angle[pieces=one,points=3]+point-area[mis=power]",
+    "line-projected[orientation=spread:2]+point-solid-angle[mis=unoccluded]",
 ];
 
 /// The shading points of all pixels.

@@ -41,6 +41,7 @@ pub fn run(args: &RenderArgs) -> Result<()> {
         show_lights: !args.hide_lights,
         bounces: args.bounces,
         skip: true,
+        share: true,
     };
     let window = window(&scene, args.crop);
     let drawn = Instant::now();

@@ -1,14 +1,19 @@
 //! Error against time on one thread: which estimator reaches an error first.
 
 use super::Targets;
+use crate::stats::metrics::MRSE_EPSILON;
 use crate::stats::random::SplitMix64;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
 use linelit_samplers::SamplerKind;
 use std::time::Instant;
 
-/// Shading points that are timed together: so few that the system seldom interrupts them.
+/// The most shading points that are timed together: so many that the clock takes no time.
 const CHUNK: usize = 16;
+
+/// Samples that are timed together at most, but for those of one shading point: so few that the
+/// system seldom interrupts them.
+const TOGETHER: u32 = 256;
 
 /// The seed of the reference is far from that of any round.
 const REFERENCE_SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
@@ -26,6 +31,9 @@ pub struct Point {
     /// Mean squared error over points, channels and rounds, divided by the mean square of the
     /// reference.
     pub mse: f64,
+    /// Mean over points, channels and rounds of the squared error divided by the square of the
+    /// reference there and [`MRSE_EPSILON`].
+    pub mrse: f64,
 }
 
 /// An estimator's error over time.
@@ -81,8 +89,18 @@ pub struct Contest {
     pub entries: Vec<(Estimator, Vec<u32>)>,
     /// How often each is run: the time of a chunk is the least of all rounds, the error the mean.
     pub rounds: u32,
-    /// Lines per point and trials of the reference where it is not exact.
-    pub reference: (u32, u32),
+    /// What errors are measured by.
+    pub truth: Truth,
+}
+
+/// What errors are measured by.
+#[derive(Clone, Debug)]
+pub enum Truth {
+    /// `exact` where nothing is sampled; elsewhere the mean of so many trials (the second number)
+    /// of so many lines (the first).
+    Computed(u32, u32),
+    /// One value a point.
+    Given(Vec<DVec3>),
 }
 
 /// One estimator and number of samples while it is measured.
@@ -90,6 +108,7 @@ struct Lane {
     settings: Settings,
     least: Vec<f64>,
     square: f64,
+    relative: f64,
 }
 
 /// Runs all entries in alternation on this thread; the set-up of the scene is not timed.
@@ -97,14 +116,20 @@ struct Lane {
 pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Vec<Curve> {
     let mut workspace = Workspace::new();
     let points = &targets.points;
-    let reference = reference(renderer, points, what.reference, &mut workspace);
+    let reference = match &what.truth {
+        Truth::Computed(lines, trials) => {
+            computed(renderer, points, (*lines, *trials), &mut workspace)
+        }
+        Truth::Given(values) => values.clone(),
+    };
     let power: f64 = reference.iter().map(|v| v.length_squared()).sum();
     let mut lanes: Vec<Lane> = Vec::new();
     for (estimator, samples) in &what.entries {
         lanes.extend(samples.iter().map(|&samples| Lane {
             settings: settings(*estimator, samples, 0),
-            least: vec![f64::INFINITY; points.len().div_ceil(CHUNK)],
+            least: vec![f64::INFINITY; points.len().div_ceil(chunk(samples))],
             square: 0.0,
+            relative: 0.0,
         }));
     }
     for round in 0..what.rounds {
@@ -117,8 +142,11 @@ pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Ve
             let lane = &mut lanes[k];
             lane.settings.seed = u64::from(round);
             let values = run(renderer, points, lane, &mut workspace);
-            let errors = values.iter().zip(&reference);
-            lane.square += errors.map(|(v, r)| (*v - *r).length_squared()).sum::<f64>();
+            for (v, r) in values.iter().zip(&reference) {
+                let square = (*v - *r) * (*v - *r);
+                lane.square += square.element_sum();
+                lane.relative += (square / (*r * *r + MRSE_EPSILON)).element_sum();
+            }
         }
     }
     #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
@@ -134,6 +162,7 @@ pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Ve
                 samples: lane.settings.samples,
                 time: lane.least.iter().sum::<f64>() * 1e6 / count,
                 mse: lane.square / scale,
+                mrse: lane.relative / (3.0 * count * f64::from(what.rounds)),
             })
             .collect(),
     };
@@ -150,6 +179,11 @@ fn settings(estimator: Estimator, samples: u32, seed: u64) -> Settings {
     }
 }
 
+/// How many points are timed together.
+fn chunk(samples: u32) -> usize {
+    ((TOGETHER / samples.max(1)) as usize).clamp(1, CHUNK)
+}
+
 /// All points once, each chunk timed.
 fn run(
     renderer: &Renderer<'_>,
@@ -158,7 +192,8 @@ fn run(
     workspace: &mut Workspace,
 ) -> Vec<DVec3> {
     let mut values = Vec::with_capacity(points.len());
-    for (chunk, least) in points.chunks(CHUNK).zip(&mut lane.least) {
+    let chunks = points.chunks(chunk(lane.settings.samples));
+    for (chunk, least) in chunks.zip(&mut lane.least) {
         let start = Instant::now();
         for (pixel, point) in chunk {
             values.push(renderer.direct(&lane.settings, point, *pixel, 0, workspace));
@@ -169,7 +204,7 @@ fn run(
 }
 
 /// Exact where that is possible, else the mean over trials of many lines.
-fn reference(
+fn computed(
     renderer: &Renderer<'_>,
     points: &[([u32; 2], ShadingPoint)],
     (lines, trials): (u32, u32),
@@ -201,6 +236,7 @@ mod tests {
             samples: 1,
             time,
             mse,
+            mrse: mse,
         };
         Curve {
             estimator: Estimator::PointArea,

@@ -10,7 +10,7 @@ mod score;
 mod study;
 
 pub use clock::CpuClock;
-pub use equal_time::{Contest, Curve, Point as ContestPoint, contest};
+pub use equal_time::{Contest, Curve, Point as ContestPoint, Truth, contest};
 pub use gallery::GalleryPicture;
 pub use reference::{Reference, reference};
 pub use run::{Cell, CellRun, Targets, run_cell};
