@@ -14,7 +14,7 @@ use linelit_lights::selection::{Discrete, Importance, LightTree};
 use linelit_lights::{
     AngularLines, AreaLight, AreaSampler, Disk, DiskCone, Emission, ImportanceImage, Light,
     LineSampler, OffsetDensity, ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone,
-    TexturedLines, TexturedSampler,
+    SphereProjected, TexturedLines, TexturedSampler,
 };
 use std::hint::black_box;
 use std::time::Duration;
@@ -276,6 +276,12 @@ fn round(c: &mut Criterion) {
         &mut g,
         "sphere by solid angle",
         |x, _| Some(SphereCone::new(&sphere, x)),
+        |s, u, v| s.sample([u, v]),
+    );
+    both(
+        &mut g,
+        "sphere by projected solid angle",
+        |x, n| SphereProjected::new(&sphere, x, n),
         |s, u, v| s.sample([u, v]),
     );
     g.finish();

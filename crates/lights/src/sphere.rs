@@ -29,7 +29,7 @@ impl Sphere {
     }
 
     /// The point with the unit normal `n`.
-    fn at(&self, n: DVec3) -> DVec3 {
+    pub(crate) fn at(&self, n: DVec3) -> DVec3 {
         self.center + n * self.radius
     }
 
@@ -42,7 +42,7 @@ impl Sphere {
     }
 
     /// Whether a point of the surface faces `x`; inside the sphere all do.
-    fn faces(&self, point: DVec3, x: DVec3, d: f64) -> bool {
+    pub(crate) fn faces(&self, point: DVec3, x: DVec3, d: f64) -> bool {
         d < self.radius || (point - self.center).dot(x - point) >= 0.0
     }
 }

@@ -2,9 +2,9 @@
 //! tiny, huge, grazing and far-from-origin lights.
 
 use linelit_geometry::{DVec3, Frame};
-use linelit_lights::{Disk, DiskCone, Sphere, SphereCap, SphereCone};
+use linelit_lights::{Disk, DiskCone, Sphere, SphereCap, SphereCone, SphereProjected};
 use linelit_testkit::chi2::{chi2_test, sidak};
-use linelit_testkit::quadrature::gauss_legendre;
+use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};
 use linelit_testkit::rng::SplitMix64;
 use std::f64::consts::TAU;
 
@@ -130,6 +130,150 @@ fn spheres_obey_the_laws() {
 }
 
 /// Name, shading point, disk.
+/// Name, the angle of the centre from the normal in degrees, distance, radius, and place of the shading point.
+fn projected_spheres() -> [(&'static str, f64, f64, f64, DVec3); 12] {
+    let o = DVec3::ZERO;
+    [
+        ("ordinary", 30.0, 4.0, 1.0, o),
+        ("overhead", 0.0, 4.0, 1.0, o),
+        ("close", 20.0, 1.2, 1.0, o),
+        ("tiny", 60.0, 1.0, 1e-6, o),
+        ("huge", 10.0, 1e6, 3e5, o),
+        ("grazing", 75.0, 4.0, 1.0, o),
+        ("more above the horizon", 80.0, 2.0, 1.0, o),
+        ("half", 90.0, 2.0, 1.0, o),
+        ("more below it", 105.0, 2.0, 1.0, o),
+        ("close and below", 130.0, 1.1, 1.0, o),
+        ("tiny on the horizon", 90.0 - 3e-5, 1.0, 1e-6, o),
+        ("far", 85.0, 3.0, 1.0, DVec3::new(1e5, -2e5, 3e5)),
+    ]
+}
+
+/// ∫ n·ω dω over cells of the cone that are equally large in solid angle, above the horizon. At one azimuth the cosine is
+/// c cos α + A sin α, so that the horizon is at a known angle.
+fn cells_above(cone: &SphereCone, (c, n): (f64, DVec3), x: DVec3) -> Vec<f64> {
+    let k = cone.solid_angle() / TAU;
+    let angle = |i: usize| 2.0 * (0.5 * k * i as f64 / RINGS as f64).sqrt().asin();
+    let rule = gauss_legendre(12);
+    // Halfway to the rim, where the direction of a point is exact.
+    let middle = 2.0 * (0.25 * k).sqrt().asin();
+    let slope = |turn: f64| {
+        let toward = n.dot((cone.sample([0.5, turn]).point - x).normalize());
+        (toward - c * middle.cos()) / middle.sin()
+    };
+    let part = |[from, to]: [f64; 2], turn: f64| {
+        let a = slope(turn);
+        let horizon = (-c / a).atan();
+        // Above it on the side of the centre if that is above.
+        let (from, to) = if c > 0.0 {
+            (from, if a < 0.0 { to.min(horizon) } else { to })
+        } else if a > 0.0 {
+            (from.max(horizon), to)
+        } else {
+            (from, from)
+        };
+        if to <= from {
+            return 0.0;
+        }
+        rule.integrate(from, to, |t| (c * t.cos() + a * t.sin()).max(0.0) * t.sin())
+    };
+    let mut out = Vec::with_capacity(RINGS * SECTORS);
+    for i in 0..RINGS {
+        for j in 0..SECTORS {
+            let at = |j: usize| j as f64 / SECTORS as f64;
+            let ring = [angle(i), angle(i + 1)];
+            // In panels, so that the corner of the horizon that just enters a cell is not missed.
+            let panel = |p: usize| (at(j) * (24 - p) as f64 + at(j + 1) * p as f64) / 24.0;
+            let mass = |p: usize| {
+                gauss_kronrod(|turn| TAU * part(ring, turn), panel(p), panel(p + 1), 1e-10).value
+            };
+            out.push((0..24).map(mass).sum());
+        }
+    }
+    out
+}
+
+/// All laws in the chart of the cone, whose measure is solid angle; the horizon is a jump there. And no variance: the cosine
+/// over the density is one number.
+#[test]
+fn spheres_by_projected_solid_angle_obey_the_laws() {
+    let n = DVec3::new(0.48, -0.6, 0.64);
+    let across = DVec3::new(0.8, 0.0, -0.6);
+    let across = (across - n * across.dot(n)).normalize();
+    for (name, tilt, d, radius, x) in projected_spheres() {
+        let (s, c) = f64::to_radians(tilt).sin_cos();
+        let center = x + (n * c + across * s) * d;
+        let sphere = Sphere { center, radius };
+        let sampler = SphereProjected::new(&sphere, x, n).expect("above the horizon");
+        let cone = SphereCone::new(&sphere, x);
+        let slack = 64.0 * f64::EPSILON * (1.0 + (d + center.abs().max_element()) / radius);
+        let mut rng = SplitMix64::new(41);
+        let mut observed = vec![0_u64; RINGS * SECTORS];
+        for _ in 0..SAMPLES {
+            let s = sampler.sample([rng.next_f64(), rng.next_f64()]);
+            let [m, turn] = cone.invert(s.point).unwrap_or([1.0 - f64::EPSILON, 0.0]);
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "below n"
+            )]
+            let bin = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+            observed[bin(m, RINGS) * SECTORS + bin(turn, SECTORS)] += 1;
+        }
+        let expected = cells_above(&cone, (n.dot((center - x).normalize()), n), x);
+        let mass = expected.iter().sum::<f64>() / sampler.projected_solid_angle();
+        assert!((mass - 1.0).abs() < 1e-9 + slack, "{name}: ∫ = {mass}");
+        let expected: Vec<f64> = expected
+            .iter()
+            .map(|m| m * f64::from(SAMPLES) / sampler.projected_solid_angle())
+            .collect();
+        let p = chi2_test(&observed, &expected, 5.0).p_value;
+        assert!(p > sidak(0.01, 12), "{name}: p = {p:e}");
+        let mut rng = SplitMix64::new(17);
+        for _ in 0..20_000 {
+            let u = [rng.next_f64(), rng.next_f64()];
+            let s = sampler.sample(u);
+            assert!(
+                ((s.point - center).length() / radius - 1.0).abs() < slack,
+                "{name}"
+            );
+            let cosine = n.dot((s.point - x).normalize());
+            let got = cosine / s.pdf.value() / sampler.projected_solid_angle();
+            assert!(
+                (got - 1.0).abs() < slack * (1.0 + 1.0 / cosine),
+                "{name} {u:?}: {got}"
+            );
+            let Some(back) = sampler.invert(s.point) else {
+                // Rounded below the horizon, or away from the point at the rim.
+                continue;
+            };
+            let again = sampler.sample(back).point;
+            let off = (again - s.point).length() / radius;
+            // Places go by the root of what is left of ξ at the rim and at the ends of slices.
+            assert!(off < slack.sqrt(), "{name} {u:?} {back:?}: {off:e}");
+        }
+    }
+}
+
+#[test]
+fn spheres_out_of_sight_have_no_projected_solid_angle() {
+    let at = |z: f64, radius: f64| Sphere {
+        center: DVec3::new(0.3, 0.0, z),
+        radius,
+    };
+    let new = |s: &Sphere| SphereProjected::new(s, DVec3::ZERO, DVec3::Z);
+    for sphere in [
+        at(-2.0, 1.0),
+        at(0.2, 1.0),
+        at(2.0, 0.0),
+        at(f64::NAN, 1.0),
+        at(f64::INFINITY, 1.0),
+    ] {
+        assert!(new(&sphere).is_none(), "{sphere:?}");
+    }
+    assert!(new(&at(-0.999, 1.0)).is_some());
+}
+
 fn disks() -> [(&'static str, DVec3, Disk); 6] {
     let disk = |center: [f64; 3], normal: [f64; 3], radius| Disk {
         center: center.into(),

@@ -1,0 +1,354 @@
+//! Spheres by projected solid angle.
+
+use crate::area::PointSample;
+use crate::fan::ONE_MINUS;
+use crate::pdf::{Pdf, SolidAngle};
+use crate::sphere::Sphere;
+use core::f64::consts::PI;
+use linelit_geometry::{DVec3, predicates};
+
+/// In proportion to the cosine n·ω within the sphere's solid angle above the horizon of n: zero variance on a diffuse
+/// surface that sees all of it.
+///
+/// **Formula.** Dropped onto the surface's plane, directions by projected solid angle are points by area, and the cap of
+/// directions with sin θ = σ = R/d at the angle β from n is an ellipse: centre (κ sin β, 0) with κ = cos θ, semi-axes
+/// σ cos β and σ. A sphere above the horizon is a uniform point of its ellipse, `ω·n = √(g² + σ²(1 − r²))` with
+/// g = κ cos β − σ p sin β at the point (p, q) of the unit disk. The horizon replaces the side of the ellipse beyond the
+/// points where both touch, at |y| = y_t, by the unit circle; slices at constant y then have the width
+///
+/// ```text
+/// W(y) = (κ² cos² β + σ² − y²)/(√(1−y²) + κ sin β) + cos β √(σ²−y²)    |y| < y_t
+///        2 cos β √(σ²−y²)                                              beyond, if cos β > 0
+/// ```
+///
+/// whose integral has a closed form, and is inverted by Newton's method in a bracket. Nothing cancels for small spheres.
+/// (The ellipse and the circle are those of Ureña & Georgiev 2018 and of Peters & Dachsbacher 2019, who draw along other
+/// curves.)
+///
+/// **Domain**: shading points outside the sphere. **Units**: densities in 1/sr. **Error**: a few ε of the coordinates
+/// against the radius.
+///
+/// **When it pays**: what a cone ([`SphereCone`](crate::SphereCone)) leaves without shadows is, of one sample, this part of
+/// the mean:
+///
+/// | | θ = 5° | 15° | 30° | 60° |
+/// |---|---|---|---|---|
+/// | β = 0° | 0.001 | 0.010 | 0.042 | 0.19 |
+/// | 45° | 0.044 | 0.13 | 0.27 | 0.60 (cut) |
+/// | 75° | 0.16 | 0.49 | 0.82 (cut) | 1.03 (cut) |
+/// | 90° | 1.33 (cut) | 1.33 (cut) | 1.33 (cut) | 1.31 (cut) |
+///
+/// A sample costs 1.5 times as much as of a cone above the horizon (40 against 27 ns), and some 400 ns where that cuts: both
+/// well below a shadow ray.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_lights::{Sphere, SphereProjected};
+/// let lamp = Sphere { center: DVec3::new(2.0, 0.0, 0.5), radius: 1.0 };
+/// let sampler = SphereProjected::new(&lamp, DVec3::ZERO, DVec3::Z).unwrap();
+/// let estimate = |u| {
+///     let s = sampler.sample(u);
+///     s.point.normalize().z / s.pdf.value()
+/// };
+/// assert!((estimate([0.1, 0.4]) / estimate([0.9, 0.7]) - 1.0).abs() < 1e-14);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct SphereProjected {
+    sphere: Sphere,
+    x: DVec3,
+    normal: DVec3,
+    /// Across the view in the plane of n and away from it, across that plane, and towards the centre.
+    axes: [DVec3; 3],
+    d: f64,
+    sigma: f64,
+    kappa: f64,
+    /// cos β and sin β.
+    cos: f64,
+    sin: f64,
+    area: f64,
+    cut: Option<Cut>,
+}
+
+/// A sphere that the horizon cuts.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    /// Where ellipse and circle touch, in units of σ, and where slices end.
+    touch: f64,
+    last: f64,
+    /// Integrals of the width from the middle to there.
+    at_touch: f64,
+    half: f64,
+}
+
+/// A direction as seen from the view towards the centre: across by `axes`, and its cosine to the centre less κ.
+struct Seen {
+    across: [f64; 2],
+    excess: f64,
+    cosine: f64,
+}
+
+/// A slice at constant y = σ q.
+struct Slice {
+    /// √(1 − y²), that less κ sin β, and √(1 − q²).
+    circle: f64,
+    edge: f64,
+    root: f64,
+    width: f64,
+    in_lens: bool,
+}
+
+impl SphereProjected {
+    /// The per-light part for the shading point `x` with unit normal `normal`. `None` if `x` is not outside the sphere, or
+    /// nothing of it is above the horizon.
+    #[must_use]
+    pub fn new(sphere: &Sphere, x: DVec3, normal: DVec3) -> Option<Self> {
+        let to_center = sphere.center - x;
+        let d = to_center.length();
+        if !(d > sphere.radius && sphere.radius > 0.0 && d < f64::INFINITY) {
+            return None;
+        }
+        let w = to_center / d;
+        let across = predicates::cross(normal, w);
+        let (sin, cos) = (across.length(), predicates::dot(normal, w));
+        let y = across
+            .try_normalize()
+            .unwrap_or_else(|| normal.any_orthonormal_vector());
+        let sigma = sphere.radius / d;
+        let mut out = Self {
+            sphere: *sphere,
+            x,
+            normal,
+            axes: [predicates::cross(y, w), y, w],
+            d,
+            sigma,
+            kappa: ((d - sphere.radius) * (d + sphere.radius)).sqrt() / d,
+            cos,
+            sin,
+            area: PI * sigma * sigma * cos,
+            cut: None,
+        };
+        let (lowest, highest) = (out.kappa * cos - sigma * sin, out.kappa * cos + sigma * sin);
+        if highest <= 0.0 {
+            return None;
+        }
+        if lowest < 0.0 {
+            let touch = (-lowest * highest).sqrt() / (sigma * sin);
+            let mut cut = Cut {
+                touch,
+                last: if cos > 0.0 { 1.0 } else { touch },
+                at_touch: out.lens(touch),
+                half: 0.0,
+            };
+            cut.half = out.mass(&cut, cut.last);
+            out.area = 2.0 * cut.half;
+            out.cut = Some(cut);
+        }
+        (out.area > 0.0).then_some(out)
+    }
+
+    /// ∫ n·ω dω over what is above the horizon, in sr: at most π.
+    #[must_use]
+    pub fn projected_solid_angle(&self) -> f64 {
+        self.area
+    }
+
+    /// A point from two random numbers in [0, 1).
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        let seen = match &self.cut {
+            None => {
+                let (s, c) = (2.0 * PI * u[1]).sin_cos();
+                let r = u[0].sqrt();
+                self.in_disk([r * c, r * s], 1.0 - u[0])
+            }
+            Some(cut) => self.in_slice(cut, u),
+        };
+        PointSample {
+            point: self.place(&seen),
+            pdf: Pdf::new(seen.cosine / self.area),
+        }
+    }
+
+    /// The density at a point of the surface; zero on the side that faces away and below the horizon.
+    #[must_use]
+    pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+        let direction = (point - self.x).normalize_or_zero();
+        let cosine = predicates::dot(self.normal, direction);
+        if cosine > 0.0 && self.sphere.faces(point, self.x, self.d) {
+            Pdf::new(cosine / self.area)
+        } else {
+            Pdf::ZERO
+        }
+    }
+
+    /// The random numbers that give `point`; `None` where the density is zero.
+    #[must_use]
+    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        if !self.pdf(point).is_positive() {
+            return None;
+        }
+        let v = point - self.sphere.center;
+        let [a, b, depth] = self.axes.map(|axis| axis.dot(v));
+        let along = self.d + depth;
+        let t = (a * a + b * b + along * along).sqrt();
+        let (a, b, center) = (a / t, b / t, along / t);
+        let excess = (self.sigma * self.sigma - (a * a + b * b)) / (center + self.kappa);
+        let step = self.sin * excess + self.cos * a;
+        let p = step / (self.sigma * self.cos);
+        let q = b / self.sigma;
+        let Some(cut) = &self.cut else {
+            let turn = q.atan2(p) / (2.0 * PI);
+            let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+            return Some([p * p + q * q, turn].map(|u| u.clamp(0.0, ONE_MINUS)));
+        };
+        let height = q.abs().min(cut.last);
+        let half = 0.5 * self.mass(cut, height) / cut.half;
+        let slice = self.slice(cut, height);
+        let second = if slice.in_lens {
+            let cosine = self.kappa * self.cos + self.cos * excess - self.sin * a;
+            let x = self.kappa * self.sin + step;
+            1.0 - cosine * cosine / (slice.circle + x) / slice.width
+        } else {
+            0.5 * (1.0 + p / slice.root)
+        };
+        let first = if q < 0.0 { 0.5 - half } else { 0.5 + half };
+        Some([first, second].map(|u| u.clamp(0.0, ONE_MINUS)))
+    }
+
+    /// The point (p, q) of the unit disk, with 1 − p² − q².
+    fn in_disk(&self, [p, q]: [f64; 2], rest: f64) -> Seen {
+        let (sigma, square) = (self.sigma, self.sigma * self.sigma);
+        let g = self.kappa * self.cos - sigma * self.sin * p;
+        let cosine = (g * g + square * rest).sqrt();
+        let rise = if rest > 0.0 {
+            square * rest / (cosine + g)
+        } else {
+            0.0
+        };
+        Seen {
+            across: [sigma * p - self.sin * rise, sigma * q],
+            excess: self.cos * rise,
+            cosine,
+        }
+    }
+
+    fn in_slice(&self, cut: &Cut, u: [f64; 2]) -> Seen {
+        let side = 2.0 * u[0] - 1.0;
+        let height = self.height(cut, side.abs());
+        let q = if side < 0.0 { -height } else { height };
+        let slice = self.slice(cut, height);
+        if !slice.in_lens {
+            let p = (2.0 * u[1] - 1.0) * slice.root;
+            return self.in_disk([p, q], 4.0 * slice.root * slice.root * u[1] * (1.0 - u[1]));
+        }
+        let gap = (1.0 - u[1]) * slice.width;
+        let step = slice.edge - gap;
+        let cosine = (gap * (slice.circle + self.kappa * self.sin + step)).sqrt();
+        let rise = cosine - self.kappa * self.cos;
+        Seen {
+            across: [step * self.cos - rise * self.sin, self.sigma * q],
+            excess: step * self.sin + rise * self.cos,
+            cosine,
+        }
+    }
+
+    fn slice(&self, cut: &Cut, q: f64) -> Slice {
+        let y = self.sigma * q;
+        let root = ((1.0 - q) * (1.0 + q)).max(0.0).sqrt();
+        let circle = ((1.0 - y) * (1.0 + y)).sqrt();
+        let (lift, reach) = (self.kappa * self.cos, self.sigma * root);
+        let edge = (lift * lift + reach * reach) / (circle + self.kappa * self.sin);
+        let in_lens = q < cut.touch || self.cos <= 0.0;
+        let width = if in_lens {
+            (edge + self.cos * reach).max(0.0)
+        } else {
+            2.0 * self.cos * reach
+        };
+        Slice {
+            circle,
+            edge,
+            root,
+            width,
+            in_lens,
+        }
+    }
+
+    /// The height |q| that has the fraction `share` of the mass of its side below it: Newton's method in a bracket, from a
+    /// start that is right where slices shrink to nothing.
+    fn height(&self, cut: &Cut, share: f64) -> f64 {
+        let target = share * cut.half;
+        let (mut low, mut high) = (0.0, cut.last);
+        let rest = (1.0 - share).cbrt();
+        let mut q = cut.last * (1.0 - rest * rest);
+        for _ in 0..60 {
+            let excess = self.mass(cut, q) - target;
+            if excess > 0.0 {
+                high = q;
+            } else {
+                low = q;
+            }
+            let next = q - excess / (self.sigma * self.slice(cut, q).width);
+            let next = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+            let step = (next - q).abs();
+            q = next;
+            if step <= f64::EPSILON * q {
+                break;
+            }
+        }
+        q
+    }
+
+    /// ∫ W dy from the middle to σ q.
+    fn mass(&self, cut: &Cut, q: f64) -> f64 {
+        if q <= cut.touch {
+            return self.lens(q);
+        }
+        let beyond = disk(q) - disk(cut.touch);
+        cut.at_touch + self.sigma * self.sigma * self.cos * beyond
+    }
+
+    /// The same where the circle bounds slices.
+    fn lens(&self, q: f64) -> f64 {
+        let (sigma, y) = (self.sigma, self.sigma * q);
+        let lift = self.kappa * self.cos;
+        // 1 − κ sin β.
+        let room = (lift * lift + sigma * sigma) / (1.0 + self.kappa * self.sin);
+        room * y - under_circle(y) + 0.5 * sigma * sigma * self.cos * disk(q)
+    }
+
+    fn place(&self, seen: &Seen) -> DVec3 {
+        let (r, d) = (self.sphere.radius, self.d);
+        let [a, b] = seen.across;
+        let cos = self.kappa + seen.excess;
+        let root = d * (seen.excess.max(0.0) * (cos + self.kappa)).sqrt();
+        let t = (d - r) * (d + r) / (d * cos + root) / r;
+        let axial = (d * (a * a + b * b) + cos * root) / r;
+        let normal = self.axes[0] * (t * a) + self.axes[1] * (t * b) - self.axes[2] * axial;
+        self.sphere.at(normal)
+    }
+}
+
+/// 2 ∫₀^q √(1 − q²) dq.
+fn disk(q: f64) -> f64 {
+    q * ((1.0 - q) * (1.0 + q)).max(0.0).sqrt() + q.asin()
+}
+
+/// ∫₀^y (1 − √(1 − y²)) dy; its series where the difference would cancel.
+fn under_circle(y: f64) -> f64 {
+    if y > 0.05 {
+        return y - 0.5 * disk(y);
+    }
+    let z = y * y;
+    let c = [
+        1.0 / 6.0,
+        1.0 / 40.0,
+        1.0 / 112.0,
+        5.0 / 1152.0,
+        7.0 / 2816.0,
+    ];
+    y * z * (c[0] + z * (c[1] + z * (c[2] + z * (c[3] + z * c[4]))))
+}
