@@ -153,7 +153,9 @@ impl Slots {
     pub(crate) fn unite<S: Simd>(&mut self, s: S, index: usize, block: &mut LineBlock) {
         let used = self.most(index) + 1;
         let infinite = s.dsplat(f64::INFINITY);
-        let (lo, hi) = load_sorted::<S, NETWORK>(s, used, block, &self.blocks[index]);
+        let mut lo = [infinite; NETWORK];
+        let mut hi = lo;
+        load_sorted(s, used, (block, &self.blocks[index]), &mut lo, &mut hi);
         self.blocks[index].count = [0; 8];
         let (mut run_lo, mut run_hi) = (lo[0], hi[0]);
         for k in 1..used {
@@ -265,7 +267,9 @@ fn finish_few<S: Simd, const MOST: usize>(
     slots: &SlotBlock,
     out: &mut Pieces,
 ) {
-    let (lo, hi) = load_sorted::<S, MOST>(s, used, block, slots);
+    let mut lo = [s.dsplat(f64::INFINITY); MOST];
+    let mut hi = lo;
+    load_sorted(s, used, (block, slots), &mut lo, &mut hi);
     let from = s.dload(&block.from);
     let to = s.dload(&block.to);
     let scale = s.ddiv(s.dsplat(1.0), s.dsub(to, from));
@@ -283,16 +287,16 @@ fn finish_few<S: Simd, const MOST: usize>(
 }
 
 /// The hidden intervals of eight lines in order of their lower ends, what there is none of last.
+/// `lo` is infinite to begin with.
 #[inline(always)]
 fn load_sorted<S: Simd, const MOST: usize>(
     s: S,
     used: usize,
-    block: &LineBlock,
-    slots: &SlotBlock,
-) -> ([S::D; MOST], [S::D; MOST]) {
+    (block, slots): (&LineBlock, &SlotBlock),
+    lo: &mut [S::D; MOST],
+    hi: &mut [S::D; MOST],
+) {
     let infinite = s.dsplat(f64::INFINITY);
-    let mut lo = [infinite; MOST];
-    let mut hi = [infinite; MOST];
     lo[0] = s.dload(&block.run_lo);
     hi[0] = s.dload(&block.run_hi);
     let mut counts = [0.0; 8];
@@ -306,8 +310,7 @@ fn load_sorted<S: Simd, const MOST: usize>(
         lo[k] = s.select(present, infinite, s.dload(&slots.lo[k - 1]));
         hi[k] = s.dload(&slots.hi[k - 1]);
     }
-    sort_lanes(s, &mut lo, &mut hi, used);
-    (lo, hi)
+    sort_lanes(s, lo, hi, used);
 }
 
 /// Adds the pieces from `t0` to `t1` where they are not empty, in the lanes of `on`.

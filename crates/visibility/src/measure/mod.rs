@@ -129,29 +129,46 @@ fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
     rays
 }
 
-/// Shading points that are timed together: so few that the system seldom interrupts them.
+/// Shading points that are timed together at most.
 const CHUNK: usize = 24;
+
+/// Seconds that points timed together may take: so few that the system seldom interrupts them, so
+/// many that looking at the clock is nothing.
+const UNDISTURBED: f64 = 20e-6;
 
 /// The least time of each chunk over all rounds: the sum is what the work takes undisturbed.
 #[derive(Default)]
-struct Fastest(Vec<f64>);
+struct Fastest {
+    least: Vec<f64>,
+    chunk: usize,
+}
 
+#[allow(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "counts"
+)]
 impl Fastest {
     /// Times `f` on every chunk of `0..count`.
     fn round(&mut self, count: usize, now: &dyn Fn() -> f64, mut f: impl FnMut(Range<usize>)) {
-        self.0.resize(count.div_ceil(CHUNK), f64::INFINITY);
-        for (k, least) in self.0.iter_mut().enumerate() {
+        if self.chunk == 0 {
             let start = now();
-            f(k * CHUNK..count.min((k + 1) * CHUNK));
+            f(0..count);
+            let points = (UNDISTURBED / (now() - start) * count as f64).clamp(1.0, CHUNK as f64);
+            self.chunk = points as usize;
+            self.least = vec![f64::INFINITY; count.div_ceil(self.chunk)];
+        }
+        for (k, least) in self.least.iter_mut().enumerate() {
+            let start = now();
+            f(k * self.chunk..count.min((k + 1) * self.chunk));
             *least = least.min(now() - start);
         }
     }
 
     /// Nanoseconds for each of `count` queries.
     fn each(&self, count: usize) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "a count")]
-        let count = count as f64;
-        self.0.iter().sum::<f64>() * 1e9 / count
+        self.least.iter().sum::<f64>() * 1e9 / count as f64
     }
 }
 
