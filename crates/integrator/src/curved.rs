@@ -3,7 +3,9 @@
 use crate::pair::Pair;
 use crate::{Estimator, ShadingPoint, Workspace};
 use linelit_geometry::DVec3;
-use linelit_lights::{DiskLight, Sphere, SphereCap, SphereCone, SphereLight};
+use linelit_lights::{
+    DiskCone, DiskLight, Sphere, SphereCap, SphereCone, SphereLight, SphereProjected,
+};
 use std::fmt;
 use std::str::FromStr;
 
@@ -41,8 +43,8 @@ impl FromStr for Spheres {
 }
 
 impl Pair<'_> {
-    /// A sphere that emits outwards, by one of the three densities of Shirley & Wang 1991 or by
-    /// directions of the BSDF.
+    /// A sphere that emits outwards, by one of the three densities of Shirley & Wang 1991, by projected
+    /// solid angle or by directions of the BSDF.
     pub(crate) fn sphere_light(&self, light: &SphereLight, workspace: &mut Workspace) -> DVec3 {
         let (sphere, x) = (light.sphere, self.point.position);
         if (x - sphere.center).length() <= sphere.radius {
@@ -76,6 +78,16 @@ impl Pair<'_> {
                     Some((w * enters(&sphere, x, w)?, pdf))
                 };
                 self.toward(light.radiance, by_bsdf, workspace)
+            }
+            Estimator::PointProjectedSolidAngle => {
+                let Some(above) = SphereProjected::new(&sphere, x, self.point.normal) else {
+                    return DVec3::ZERO;
+                };
+                let by_cosine = |u| {
+                    let sample = above.sample(u);
+                    Some((sample.point - x, sample.pdf.value()))
+                };
+                self.toward(light.radiance, by_cosine, workspace)
             }
             _ => {
                 let cone = SphereCone::new(&sphere, x);

@@ -117,6 +117,7 @@ fn spheres_by_every_density() {
     let all = [
         (exact("point-area"), 128),
         (exact("point-visible-area"), 64),
+        (exact("point-projected-solid-angle"), 64),
         (exact("line-analytic"), 64),
         (bsdf, 256),
     ];
@@ -143,6 +144,14 @@ fn a_sphere_is_lamberts() {
         // A smooth integrand over a net of 4096 points: (log N)/N is 2e-3 of its variation, which is
         // some 0.3 of the mean here; Kd and L are f32.
         assert!((got - want).abs() < 6e-4 * want, "{pixel:?} {got} {want}");
+        // By projected solid angle one point is the answer, to the rounding of f32.
+        let one = Settings {
+            spheres: Spheres::Exact,
+            samples: 1,
+            ..settings("point-projected-solid-angle")
+        };
+        let got = renderer.direct(&one, &point, pixel, 0, &mut workspace).x;
+        assert!((got - want).abs() < 1e-6 * want, "{pixel:?} {got} {want}");
     }
 }
 
