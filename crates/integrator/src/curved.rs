@@ -3,9 +3,7 @@
 use crate::pair::Pair;
 use crate::{Estimator, ShadingPoint, Workspace};
 use linelit_geometry::DVec3;
-use linelit_lights::{
-    DiskCone, DiskLight, Sphere, SphereCap, SphereCone, SphereLight, SphereProjected,
-};
+use linelit_lights::{DiskLight, Sphere, SphereCap, SphereCone, SphereLight, SphereProjected};
 use std::fmt;
 use std::str::FromStr;
 
