@@ -1,9 +1,13 @@
 //! Fits linearly transformed cosines to isotropic GGX and writes the table of `linelit_shading::ltc`.
 //!
-//! `fit-ltc [FILE]` (default `crates/shading/src/ltc_table.rs`), or `fit-ltc --verify`: the table that is
-//! compiled in against GGX by another quadrature, exit 1 where it is worse than it says. The fit minimises ∫|f cos/albedo − lobe|³ dω by the downhill simplex over the
-//! three parameters of the lobe in the frame of its mean direction (Heitz et al. 2016), from its
-//! rougher neighbour's result, with samples drawn from both lobes.
+//! `fit-ltc`: fits afresh, compares with the table that is compiled in, and checks that by another
+//! quadrature against GGX; exit 1 where they differ or where the table is worse than it says.
+//! `fit-ltc --verify`: the check alone. `fit-ltc FILE` writes what it fits (the table is
+//! `crates/shading/src/ltc_table.rs`).
+//!
+//! The fit minimises ∫|f cos/albedo − lobe|³ dω by the downhill simplex over the three parameters of the
+//! lobe in the frame of its mean direction (Heitz et al. 2016), from its rougher neighbour's result, with
+//! samples drawn from both lobes.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -332,12 +336,8 @@ fn verify() -> bool {
     worst <= FIT_ERROR
 }
 
-fn main() {
-    let argument = std::env::args().nth(1);
-    if argument.as_deref() == Some("--verify") {
-        std::process::exit(i32::from(!verify()));
-    }
-    let path = argument.unwrap_or_else(|| "crates/shading/src/ltc_table.rs".to_owned());
+/// The table's text, its worst and its median error.
+fn fresh() -> (String, f64, f64) {
     let mut rows = vec![[0.0; 10]; SIZE * SIZE];
     let mut errors = Vec::new();
     for j in 0..SIZE {
@@ -376,7 +376,38 @@ fn main() {
         writeln!(text, "    [{}],", cells.join(", ")).expect("a String takes any text");
     }
     text += "];\n";
+    (text, worst, median)
+}
+
+/// The entries of a table's text.
+fn entries(text: &str) -> Vec<f64> {
+    let rows = text.lines().filter(|l| l.starts_with("    ["));
+    rows.flat_map(|l| l.split([' ', '[', ']', ',']))
+        .filter_map(|word| word.parse().ok())
+        .collect()
+}
+
+/// Whether a fresh fit is the table that is compiled in, but for the last digit of its entries, which the
+/// library's functions may turn.
+fn same(text: &str) -> bool {
+    let (new, old) = (entries(text), entries(include_str!("../src/ltc_table.rs")));
+    let apart = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(0.01);
+    let most = new.iter().zip(&old).map(apart).fold(0.0, f64::max);
+    println!("{} entries, differing by {most:.1e} at most", old.len());
+    new.len() == old.len() && most < 1e-3
+}
+
+fn main() {
+    let argument = std::env::args().nth(1);
+    if argument.as_deref() == Some("--verify") {
+        std::process::exit(i32::from(!verify()));
+    }
+    let (text, worst, median) = fresh();
     println!("fit error: worst {worst:.3}, median {median:.3}");
+    let Some(path) = argument else {
+        let good = same(&text) & verify();
+        std::process::exit(i32::from(!good));
+    };
     if let Err(error) = std::fs::write(&path, text) {
         eprintln!("{path}: {error}");
         std::process::exit(1);
