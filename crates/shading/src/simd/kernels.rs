@@ -319,7 +319,7 @@ macro_rules! kernels {
             clippy::too_many_arguments,
             reason = "one by one they stay in registers"
         )]
-        pub(in crate::simd) fn few<const COUNT: usize>(
+        pub(in crate::simd) fn few<const COUNT: usize, const SLIM: bool>(
             half_tan: f64,
             slope: f64,
             a: f64,
@@ -339,40 +339,13 @@ macro_rules! kernels {
             let mut sums: [V; 2] = splat(0.0);
             for i in 0..FEW / PAIR {
                 let [value, q] = node(shape, factors, load(&nodes[i]), load(&weights[i]));
-                let depth = mul(mul(splat(-2.0 * k), q), atanh_ratio(q));
-                let terms = mul(value, exp_bounded::<true, 2>(add(splat(offset), depth)));
-                sums = if i == 0 { terms } else { add(sums, terms) };
-            }
-            total(sums)
-        }
-
-        /// The same where atanh needs five terms only.
-        #[target_feature(enable = $feature)]
-        #[allow(
-            clippy::too_many_arguments,
-            reason = "one by one they stay in registers"
-        )]
-        pub(in crate::simd) fn few_narrow<const COUNT: usize>(
-            half_tan: f64,
-            slope: f64,
-            a: f64,
-            b: f64,
-            c: f64,
-            d: f64,
-            k: f64,
-            offset: f64,
-        ) -> f64 {
-            let mut factors = [[a, b]; COUNT];
-            if COUNT == 2 {
-                factors[COUNT - 1] = [c, d];
-            }
-            let shape = [half_tan, slope];
-            let nodes = FEW_NODES.as_chunks::<PAIR>().0;
-            let weights = FEW_WEIGHTS.as_chunks::<PAIR>().0;
-            let mut sums: [V; 2] = splat(0.0);
-            for i in 0..FEW / PAIR {
-                let [value, q] = node(shape, factors, load(&nodes[i]), load(&weights[i]));
-                let depth = together(mul(mul(splat(-2.0 * k), q), atanh_ratio_narrow(q)));
+                let steep = mul(splat(-2.0 * k), q);
+                // Where atanh needs five terms only.
+                let depth = if SLIM {
+                    together(mul(steep, atanh_ratio_narrow(q)))
+                } else {
+                    mul(steep, atanh_ratio(q))
+                };
                 let terms = mul(value, exp_bounded::<true, 2>(add(splat(offset), depth)));
                 sums = if i == 0 { terms } else { add(sums, terms) };
             }

@@ -152,21 +152,23 @@ pub(crate) fn few<const COUNT: usize>(
         #[cfg(target_arch = "x86_64")]
         // SAFETY: the level was found by detecting its features.
         (Level::Avx512, true) => unsafe {
-            x86::avx512::few_narrow::<COUNT>(t, slope, a, b, c, d, k, offset)
+            x86::avx512::few::<COUNT, true>(t, slope, a, b, c, d, k, offset)
         },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: the level was found by detecting its features.
         (Level::Avx512, false) => unsafe {
-            x86::avx512::few::<COUNT>(t, slope, a, b, c, d, k, offset)
+            x86::avx512::few::<COUNT, false>(t, slope, a, b, c, d, k, offset)
         },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: the level was found by detecting its features.
         (Level::Avx2, true) => unsafe {
-            x86::avx2::few_narrow::<COUNT>(t, slope, a, b, c, d, k, offset)
+            x86::avx2::few::<COUNT, true>(t, slope, a, b, c, d, k, offset)
         },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: the level was found by detecting its features.
-        (Level::Avx2, false) => unsafe { x86::avx2::few::<COUNT>(t, slope, a, b, c, d, k, offset) },
+        (Level::Avx2, false) => unsafe {
+            x86::avx2::few::<COUNT, false>(t, slope, a, b, c, d, k, offset)
+        },
         (Level::Scalar, _) => panel.few_sum(k, offset, narrow),
     }
 }
