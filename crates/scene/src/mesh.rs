@@ -165,7 +165,10 @@ impl Builder {
         });
         if let Some(emission) = &place.emission {
             added.lights = self.add_lights(first, emission, mesh.one_shape)?;
-            if let Some(sphere) = mesh.sphere {
+            // A sphere as it is knows no texture.
+            if let Some(sphere) = mesh.sphere
+                && emission.map.is_none()
+            {
                 self.note_sphere(first, added.lights, sphere, place, emission);
             }
         }

@@ -56,7 +56,7 @@ impl SceneLight {
     }
 }
 
-/// An emissive sphere whose facets are among the lights.
+/// An emissive sphere, without a texture, whose facets are among the lights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmissiveSphere {
     /// In world space.

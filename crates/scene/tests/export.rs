@@ -4,7 +4,7 @@ mod common;
 
 use common::{area, load};
 use linelit_geometry::DVec2;
-use linelit_scene::{ExportOptions, LoadOptions, Scene};
+use linelit_scene::{ExportOptions, ImageData, LoadOptions, Scene};
 
 fn written(scene: &Scene) -> Scene {
     let mut text = Vec::new();
@@ -18,6 +18,14 @@ fn written(scene: &Scene) -> Scene {
         Ok(loaded) => loaded.scene,
         Err(error) => panic!("{error}\n{text}"),
     }
+}
+
+/// The same without extensions.
+fn plainly(scene: &Scene) -> Scene {
+    let mut text = Vec::new();
+    let options = ExportOptions::default();
+    scene.write_pbrt(&mut text, &options).unwrap();
+    load(&String::from_utf8(text).unwrap()).scene
 }
 
 #[test]
@@ -73,6 +81,49 @@ fn lights_come_back_exactly() {
     }
 }
 
+/// A folder of this process with an image of 2 × 2 pixels, and a light that emits it.
+fn lit_by_image(name: &str, parameters: &str, shape: &str) -> Scene {
+    let folder = std::env::temp_dir().join(format!("linelit-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("a.tga");
+    let pixels = vec![[10, 20, 30], [255, 0, 0], [90, 80, 70], [1, 2, 3]];
+    let image = ImageData::new(2, 2, pixels, true).unwrap();
+    image
+        .write_tga(&mut std::fs::File::create(&path).unwrap())
+        .unwrap();
+    let light = format!(
+        "AreaLightSource \"diffuse\" \"string filename\" \"{}\"",
+        path.display()
+    );
+    load(&format!(
+        "Camera \"perspective\" WorldBegin {light} {parameters} {shape}"
+    ))
+    .scene
+}
+
+const QUAD: &str = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+    \"point3 P\" [0 0 1  1 0 1  1 1 1  0 1 1] \"point2 uv\" [ 0.5 0  1 0  1 1  0.5 1 ]";
+
+/// With extensions of any colour, without them of grey: pbrt-v4 has only a factor.
+#[test]
+fn emitted_images_come_back() {
+    let colours = lit_by_image("colours", "\"rgb L\" [1 2 3] \"float scale\" 0.1", QUAD);
+    let back = written(&colours);
+    let grey = lit_by_image("grey", "\"float scale\" 0.1", QUAD);
+    let (plain, meant) = (plainly(&grey), plainly(&colours));
+    for (scene, back) in [(&colours, &back), (&grey, &plain)] {
+        let (a, b) = (scene.lights[0].map.as_ref(), back.lights[0].map.as_ref());
+        let (a, b) = (a.unwrap(), b.unwrap());
+        assert_eq!(area(scene, 0), area(back, 0));
+        assert_eq!((a.radiance, a.coordinates), (b.radiance, b.coordinates));
+        let uv = DVec2::new(0.7, 0.4);
+        assert_eq!(a.evaluate(uv), b.evaluate(uv));
+    }
+    // Of what cannot be written, the mean is.
+    assert!(meant.lights[0].map.is_none());
+    assert_eq!(area(&meant, 0).emission, area(&colours, 0).emission);
+}
+
 #[test]
 fn emissive_spheres_come_back_as_spheres() {
     let scene = load(
@@ -88,11 +139,7 @@ fn emissive_spheres_come_back_as_spheres() {
         assert_eq!(back.corners(t), scene.corners(t));
     }
     // pbrt-v4 gets the spheres themselves: with other facets, but at the same place.
-    let mut text = Vec::new();
-    scene
-        .write_pbrt(&mut text, &ExportOptions::default())
-        .unwrap();
-    let plain = load(&String::from_utf8(text).unwrap()).scene;
+    let plain = plainly(&scene);
     for (a, b) in plain.spheres.iter().zip(&scene.spheres) {
         assert_eq!(
             (a.inward, a.radius.to_bits()),
@@ -100,4 +147,12 @@ fn emissive_spheres_come_back_as_spheres() {
         );
         assert_eq!((a.center, a.emission), (b.center, b.emission));
     }
+}
+
+/// Facets show the image of a sphere; the sphere as it is would emit as if the image were white.
+#[test]
+fn emissive_spheres_with_images_are_facets() {
+    let scene = lit_by_image("sphere", "", "Shape \"sphere\"");
+    assert!(scene.spheres.is_empty() && scene.lights.len() > 10);
+    assert!(scene.lights.iter().all(|light| light.map.is_some()));
 }

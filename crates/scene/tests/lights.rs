@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::{area, assert_near, line, world};
+use common::{area, assert_near, line, load, world};
 use linelit_geometry::DVec3;
-use linelit_scene::Scene;
+use linelit_scene::{ImageData, Scene};
 
 fn emissive(indices: &str, points: &str) -> Scene {
     world(&format!(
@@ -223,6 +223,27 @@ fn lines_are_linear_lights() {
          Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [2 0 0]",
     );
     assert!((line(&power, 0).power() - 10.0).abs() < 1e-12);
+}
+
+#[test]
+fn images_on_lines_are_named() {
+    let image = ImageData::new(1, 1, vec![[128; 3]], true).unwrap();
+    let path = std::env::temp_dir().join(format!("linelit-line-{}.tga", std::process::id()));
+    image
+        .write_tga(&mut std::fs::File::create(&path).unwrap())
+        .unwrap();
+    let text = format!(
+        "Camera \"perspective\" WorldBegin AreaLightSource \"diffuse\" \"string filename\" \"{}\"
+         Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0]",
+        path.display()
+    );
+    let loaded = load(&text);
+    assert_eq!(line(&loaded.scene, 0).radiance_radius, DVec3::ONE);
+    let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        warnings.iter().any(|w| w.contains("no place for an image")),
+        "{warnings:?}"
+    );
 }
 
 #[test]

@@ -3,9 +3,10 @@
 mod materials;
 
 use crate::camera::Projection;
+use crate::emission::EmissionMap;
 use crate::film::FilterKind;
 use crate::scene::{EmissiveSphere, Mesh, Scene};
-use crate::texture::ImageTexture;
+use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
 use linelit_geometry::DVec3;
 use linelit_lights::{Emission, Light, LinearLight};
 use std::fmt::{self, Write as _};
@@ -39,13 +40,36 @@ impl Default for ExportOptions<'_> {
     }
 }
 
+impl ExportOptions<'_> {
+    /// The image over a light, if it can be written: pbrt's lies over the whole range of coordinates and has one factor
+    /// for all colours, or with extensions one for each.
+    fn image_of<'m>(&self, map: &'m EmissionMap) -> Option<&'m ImageTexture> {
+        let Texture::Image(image) = &*map.factor else {
+            return None;
+        };
+        let as_it_is = image.mapping == UvMapping::IDENTITY
+            && image.wrap == [Wrap::Clamp; 2]
+            && !image.invert
+            && (image.data.is_srgb() || image.data.is_linear());
+        let grey = map.radiance == DVec3::splat(map.radiance.x);
+        (as_it_is && (grey || self.extensions)).then_some(image)
+    }
+
+    /// Whether an emission that varies over a light is written; if not, its mean is.
+    #[must_use]
+    pub fn writes(&self, map: &EmissionMap) -> bool {
+        self.image_of(map).is_some()
+    }
+}
+
 impl Scene {
     /// Writes the scene as pbrt text that pbrt-v4 reads.
     ///
     /// Geometry is written exactly (the shortest decimal form of each `f32`), in its order;
     /// cameras, films, materials, textures and area lights as far as pbrt-v4 has them. With
     /// [`ExportOptions::extensions`] reading it back gives the same scene, so that pictures are
-    /// the same bit for bit. Without, what pbrt-v4 does not have is the nearest thing, with a
+    /// the same bit for bit; but of emission that is no image as pbrt has it
+    /// ([`ExportOptions::writes`]) only the mean is written. Without, what pbrt-v4 does not have is the nearest thing, with a
     /// comment: `phong`, `substrate` and `plastic` as `coateddiffuse`.
     ///
     /// # Errors
@@ -234,12 +258,10 @@ impl Writer<'_> {
                 .find(|t| self.scene.light_of(*t) != light)
                 .unwrap_or(mesh.triangles.end);
             if let Some(light) = light {
-                let emission = self.emission(light);
+                let emission = self.emission(light)?;
                 writeln!(
                     self.text,
-                    "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
-                    Triple(emission.radiance),
-                    emission.two_sided
+                    "AttributeBegin\nAreaLightSource \"diffuse\"{emission}"
                 )?;
             }
             self.triangles(mesh, start, end)?;
@@ -278,11 +300,32 @@ impl Writer<'_> {
         writeln!(self.text, "AttributeEnd")
     }
 
-    fn emission(&self, light: u32) -> Emission {
-        match &self.scene.lights[light as usize].light {
+    /// The parameters of an area light.
+    fn emission(&self, light: u32) -> Result<String, fmt::Error> {
+        let light = &self.scene.lights[light as usize];
+        let emission = match &light.light {
             Light::Area(area) => area.emission,
             _ => Emission::one_sided(DVec3::ZERO),
+        };
+        let image = light.map.as_ref();
+        let image = image.and_then(|map| Some((map, self.options.image_of(map)?)));
+        let mut out = String::new();
+        match image {
+            None => write!(out, " \"rgb L\" [ {} ]", Triple(emission.radiance))?,
+            Some((map, image)) => {
+                let name = (self.options.image_name)(image);
+                let radiance = map.radiance * image.scale;
+                write!(out, " \"string filename\" {}", Quoted(&name))?;
+                // pbrt-v4 takes either an image or a radiance.
+                if self.options.extensions {
+                    write!(out, " \"rgb L\" [ {} ]", Triple(radiance))?;
+                } else {
+                    write!(out, " \"float scale\" [ {} ]", radiance.x)?;
+                }
+            }
         }
+        write!(out, " \"bool twosided\" {}", emission.two_sided)?;
+        Ok(out)
     }
 
     fn triangles(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {

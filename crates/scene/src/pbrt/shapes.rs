@@ -146,6 +146,15 @@ impl Loader {
             let message = "a line without `AreaLightSource` is nothing".to_owned();
             return self.warn_at(params, ErrorKind::Suspicious, message, "left out");
         };
+        if emission.map.is_some() {
+            let message = "a line has no place for an image".to_owned();
+            self.warn_at(
+                params,
+                ErrorKind::Suspicious,
+                message,
+                "emits as a white one",
+            )?;
+        }
         let at = |e: SceneError, label: &str| e.at(&params.source, params.span, label);
         self.base.place_line([p0, p1], &emission, &at)
     }

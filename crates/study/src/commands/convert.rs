@@ -37,12 +37,13 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     scene.write_pbrt(&mut file, &options).with_context(failed)?;
     file.flush().with_context(failed)?;
     images.write()?;
-    say_what_is_lost(&scene, args.extensions);
+    say_what_is_lost(&scene, &options);
     Ok(())
 }
 
-fn say_what_is_lost(scene: &Scene, extensions: bool) {
-    let maps = scene.lights.iter().filter(|l| l.map.is_some()).count();
+fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
+    let maps = scene.lights.iter().filter_map(|l| l.map.as_ref());
+    let maps = maps.filter(|map| !options.writes(map)).count();
     if maps > 0 {
         eprintln!("warning: the textured emission of {maps} lights is written as its means");
     }
@@ -53,7 +54,7 @@ fn say_what_is_lost(scene: &Scene, extensions: bool) {
         .map(|l| &l.light)
         .filter(is_line)
         .count();
-    if lines > 0 && !extensions {
+    if lines > 0 && !options.extensions {
         eprintln!(
             "warning: pbrt-v4 has no linear lights: {lines} are written as comments (--extensions writes them for linelit)"
         );
