@@ -102,7 +102,8 @@ pub struct RenderArgs {
     /// Image to write: .exr (linear, with metadata) or .png.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Estimator, such as point-solid-angle or line-analytic[offset=uniform].
+    /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; a wrong name lists
+    /// all, docs/estimators.md says what they do.
     #[arg(long, default_value = "line-analytic")]
     pub estimator: Estimator,
     /// Another estimator for light K of the scene, counted from 0; may be repeated.
@@ -115,10 +116,10 @@ pub struct RenderArgs {
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     pub samples: u32,
     /// Which lights a point samples: all, or for each sample one: one:uniform, one:power,
-    /// one:estimate, tree.
+    /// one:estimate, one:exact, tree.
     #[arg(long, default_value = "all")]
     pub lights: LightChoice,
-    /// Emissive spheres: facets, or exact (by points).
+    /// Emissive spheres: facets, or exact (by points; those that emit an image stay facets).
     #[arg(long, default_value = "facets")]
     pub spheres: Spheres,
     /// Seed of the random numbers.
@@ -160,7 +161,7 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "S,S…")]
     pub samplers: Option<List<SamplerKind>>,
     /// Which lights a point samples: all, or for each sample one: one:uniform, one:power,
-    /// one:estimate, tree.
+    /// one:estimate, one:exact, tree.
     #[arg(long, default_value = "all")]
     pub lights: LightChoice,
     /// Light samples per shading point, ascending.
