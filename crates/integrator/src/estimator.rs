@@ -189,10 +189,19 @@ fn is_mix(text: &str) -> bool {
         "line-texture",
         "point-texture",
     ];
-    let marks = ["mis=", "pieces=", "spread:"];
+    let marks = ["mis=", "pieces=", "points=", "spread:"];
     // A linear light's two techniques are weighted, too, but they are one estimator.
     let marked = name != "point-linear" && marks.iter().any(|mark| text.contains(mark));
     text.contains('+') || only_in_mixes.contains(&name.trim()) || marked
+}
+
+/// The text of a mix, told from that of an estimator of the same name by its heuristic.
+fn marked(text: String) -> String {
+    match text.strip_suffix(']') {
+        _ if is_mix(&text) => text,
+        Some(open) => format!("{open},mis=balance]"),
+        None => format!("{text}[mis=balance]"),
+    }
 }
 
 fn parse_line_options(name: &str, options: &str) -> Result<LineOptions, ParseEstimatorError> {
@@ -252,7 +261,7 @@ impl fmt::Display for Estimator {
             }
             Self::Exact(options) => write!(f, "exact{options}"),
             Self::Hybrid => f.write_str("hybrid"),
-            Self::Mix(mix) => mix.fmt(f),
+            Self::Mix(mix) => f.write_str(&marked(mix.to_string())),
         }
     }
 }
@@ -308,6 +317,10 @@ mod tests {
             "line-solid-angle:3+point-bsdf[mis=smooth]",
             "line-solid-angle[orientation=fixed:0.5]+point-bsdf:3",
             "line-area[pieces=one]",
+            "line-area[mis=balance]",
+            "line-area[orientation=fixed:0.5,mis=balance]",
+            "line-area[points=3]",
+            "point-area[mis=balance]",
         ];
         for text in texts {
             let estimator: Estimator = text.parse().unwrap();
