@@ -4,14 +4,19 @@
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 
 use linelit_geometry::{DVec3, Segment};
-use linelit_shading::{batch, cylinder, phong, point_line, ribbon};
+use linelit_shading::{batch, cylinder, phong, phong_polygon, point_line, polygon, ribbon};
 use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 use std::time::Instant;
 
 const COUNT: usize = 512;
 
-fn least(name: &str, mut f: impl FnMut()) {
+fn least(name: &str, f: impl FnMut()) {
+    least_of(name, 1.0, f);
+}
+
+/// The same of a share of as many integrals.
+fn least_of(name: &str, share: f64, mut f: impl FnMut()) {
     if std::env::args().nth(1).is_some_and(|only| only != name) {
         return;
     }
@@ -23,7 +28,7 @@ fn least(name: &str, mut f: impl FnMut()) {
     }
     println!(
         "{name:<16} {:8.2} ns",
-        best * 1e9 / f64::from(u32::try_from(COUNT).expect("small"))
+        best * 1e9 / share / f64::from(u32::try_from(COUNT).expect("small"))
     );
 }
 
@@ -82,6 +87,29 @@ fn main() {
     for k in [10.0, 1e3, 1e5] {
         least(&format!("phong/{k}"), || {
             sum(&|s| phong::ribbon(s.p0, s.p1, n, axis, k))
+        });
+    }
+    polygons(axis);
+}
+
+/// Squares overhead, far off, and cut by the horizon; each as often as there are segments.
+fn polygons(axis: DVec3) {
+    let n = DVec3::Z;
+    for (name, half, height) in [("near", 1.0, 1.0), ("far", 0.01, 3.0), ("cut", 2.0, 0.0)] {
+        let up = if height > 0.0 { DVec3::Y } else { DVec3::Z };
+        let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| DVec3::X * (half * x) + up * (half * y) + DVec3::new(0.3, 0.8, height));
+        let repeat = |f: &dyn Fn() -> f64| {
+            for _ in 0..COUNT / 64 {
+                black_box(f());
+            }
+        };
+        let scale = 1.0 / 64.0;
+        least_of(&format!("square {name}"), scale, || {
+            repeat(&|| polygon::irradiance(black_box(&square), n));
+        });
+        least_of(&format!("lobe {name}"), scale, || {
+            repeat(&|| phong_polygon::irradiance(black_box(&square), n, axis, 1000.0));
         });
     }
 }
