@@ -5,7 +5,8 @@ use crate::lines::{Along, LineBuffers};
 use crate::pair::Pair;
 use crate::shaft_points::ShaftPoints;
 use crate::{
-    Crowd, LineOptions, Plan, PlannedLight, Renderer, ShadingPoint, Workspace, closed_form,
+    Crowd, LineOptions, Plan, PlanCounters, PlannedLight, Renderer, ShadingPoint, Workspace,
+    closed_form,
 };
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light};
@@ -246,23 +247,10 @@ impl Pair<'_> {
             ..
         } = workspace;
         let mut shaft = self.occluders.shaft(self.query(area), scratch);
-        let way = match shaft.class() {
-            ShaftClass::Blocked => {
-                plan.hidden += 1;
-                return DVec3::ZERO;
-            }
-            ShaftClass::Empty => {
-                plan.unoccluded += 1;
-                if self.light.has_closed_form(&self.point.bsdf)
-                    && let Some(value) = closed_form::whole_light(area, self.point)
-                {
-                    plan.closed_form += 1;
-                    return value;
-                }
-                choose(&shaft)
-            }
-            ShaftClass::Partial => choose(&shaft),
-        };
+        if let Some(value) = self.without_samples(area, shaft.class(), self.along(), plan) {
+            return value;
+        }
+        let way = choose(&shaft);
         if way == Way::Exact
             && self.light.has_closed_form(&self.point.bsdf)
             && let Some(images) = shaft.images()
@@ -287,8 +275,34 @@ impl Pair<'_> {
         }
     }
 
+    /// The light where the shaft's class says it all: nothing, or the whole light in closed form if
+    /// there is one.
+    pub(crate) fn without_samples(
+        &self,
+        area: &AreaLight,
+        class: ShaftClass,
+        along: Along,
+        plan: &mut PlanCounters,
+    ) -> Option<DVec3> {
+        match class {
+            ShaftClass::Blocked => {
+                plan.hidden += 1;
+                Some(DVec3::ZERO)
+            }
+            ShaftClass::Empty => {
+                plan.unoccluded += 1;
+                let value = (along == Along::Analytic)
+                    .then(|| closed_form::whole_light(area, self.point))
+                    .flatten()?;
+                plan.closed_form += 1;
+                Some(value)
+            }
+            ShaftClass::Partial => None,
+        }
+    }
+
     /// Without a closed form, one point of each line's visible part.
-    fn along(&self) -> Along {
+    pub(crate) fn along(&self) -> Along {
         if self.light.has_closed_form(&self.point.bsdf) {
             Along::Analytic
         } else {

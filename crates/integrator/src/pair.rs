@@ -10,7 +10,7 @@ use linelit_geometry::DVec3;
 use linelit_lights::linear::LinearTechnique;
 use linelit_lights::{AreaLight, Light, LinearLight};
 use linelit_samplers::{SampleSet, Sampler};
-use linelit_visibility::{Occluders, ShaftClass, ShaftQuery};
+use linelit_visibility::{Occluders, ShaftQuery};
 
 /// One shading point and one light: what an estimator works on.
 #[derive(Clone, Copy, Debug)]
@@ -98,11 +98,9 @@ impl Pair<'_> {
         along: Along,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        // Without a closed form, one point of each line's visible part.
-        let along = if self.light.has_closed_form(&self.point.bsdf) {
-            along
-        } else {
-            Along::Point
+        let along = match along {
+            Along::Analytic => self.along(),
+            Along::Point => Along::Point,
         };
         let Workspace {
             scratch,
@@ -113,24 +111,10 @@ impl Pair<'_> {
             ..
         } = workspace;
         let mut shaft = self.occluders.shaft(self.query(area), scratch);
-        if self.settings.skip {
-            match shaft.class() {
-                ShaftClass::Blocked => {
-                    plan.hidden += 1;
-                    return DVec3::ZERO;
-                }
-                ShaftClass::Empty => {
-                    plan.unoccluded += 1;
-                    let closed = (along == Along::Analytic)
-                        .then(|| closed_form::whole_light(area, self.point))
-                        .flatten();
-                    if let Some(value) = closed {
-                        plan.closed_form += 1;
-                        return value;
-                    }
-                }
-                ShaftClass::Partial => {}
-            }
+        if self.settings.skip
+            && let Some(value) = self.without_samples(area, shaft.class(), along, plan)
+        {
+            return value;
         }
         let buffers = LineBuffers {
             draws,
