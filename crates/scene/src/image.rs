@@ -220,12 +220,26 @@ pub(crate) fn read(name: &str, bytes: &[u8], srgb: bool) -> Option<Result<ImageD
 #[cfg(feature = "hdr")]
 fn read_numbers(bytes: &[u8]) -> Option<Result<ImageData, String>> {
     let read = || {
-        let image = linelit_film::Image::from_bytes(bytes).map_err(|e| e.to_string())?;
+        let mut image = linelit_film::Image::from_bytes(bytes).map_err(|e| e.to_string())?;
         check_size("an", image.width, image.height, bytes.len())?;
+        without_ringing(&mut image.rgb);
         ImageData::linear(image.width, image.height, image.rgb)
             .ok_or_else(|| "a value is negative or not finite".to_owned())
     };
     Some(read())
+}
+
+/// Images that were resampled have values a little below zero beside bright ones: these become zero.
+/// Others below zero stay, to be refused.
+#[cfg(feature = "hdr")]
+fn without_ringing(rgb: &mut [[f32; 3]]) {
+    const LARGEST: f32 = 1e-3;
+    let least = -LARGEST * rgb.iter().flatten().fold(0.0, |a: f32, v| a.max(*v));
+    for value in rgb.iter_mut().flatten() {
+        if *value < 0.0 && *value >= least {
+            *value = 0.0;
+        }
+    }
 }
 
 #[cfg(not(feature = "hdr"))]

@@ -100,6 +100,35 @@ fn exr_and_pfm_files_are_read_exactly() {
     }
 }
 
+/// What resampling leaves below zero is zero; other values below zero are no light.
+#[cfg(feature = "hdr")]
+#[test]
+fn ringing_is_not_an_error() {
+    use linelit_film::{Image, write_pfm};
+    let folder = std::env::temp_dir().join(format!("linelit-ringing-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("a.pfm");
+    let text = format!(
+        "Camera \"perspective\" WorldBegin
+         AreaLightSource \"diffuse\" \"string filename\" \"{}\"
+         Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]
+         \"point2 uv\" [ 0 0 1 0 0 1 ]",
+        path.display()
+    );
+    for (value, fine) in [(-0.01, true), (-0.02, false), (f32::NAN, false)] {
+        let image = Image::from_fn(2, 1, |x, _| [if x == 0 { value } else { 10.0 }; 3]);
+        write_pfm(&path, &image).unwrap();
+        match Scene::from_pbrt_str(&text, "hdr.pbrt", &LoadOptions::default()) {
+            Ok(loaded) => {
+                assert!(fine, "{value}");
+                let map = loaded.scene.lights[0].map.as_ref().unwrap();
+                assert_eq!(map.evaluate(DVec2::new(0.25, 0.5)), DVec3::ZERO);
+            }
+            Err(error) => assert!(!fine && error.to_string().contains("a.pfm"), "{error}"),
+        }
+    }
+}
+
 #[test]
 fn srgb_is_decoded() {
     let linear = texture("ramp.png", "sRGB").evaluate(DVec2::splat(0.5));

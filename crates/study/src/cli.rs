@@ -6,6 +6,9 @@ use linelit_samplers::SamplerKind;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+/// The most samples of a light for one shading point: they are all in memory at once.
+pub const MOST_SAMPLES: i64 = 1 << 24;
+
 /// Direct light with line samples, and studies of how fast it converges.
 #[derive(Debug, Parser)]
 #[command(name = "linelit", version, about, disable_help_subcommand = true)]
@@ -113,7 +116,7 @@ pub struct RenderArgs {
     #[arg(long, default_value = "stratified")]
     pub sampler: SamplerKind,
     /// Light samples per shading point and light.
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
     pub samples: u32,
     /// Which lights a point samples: all, or for each sample one: one:uniform, one:power,
     /// one:estimate, one:exact, tree.
@@ -247,7 +250,7 @@ pub struct CheckArgs {
     /// The folder with `references/` and `scenes/` below it.
     pub dir: PathBuf,
     /// Light samples per shading point and light.
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
     pub samples: u32,
     /// Only the references whose name contains this, such as `kitchen`.
     #[arg(long, value_name = "NAME")]
@@ -389,6 +392,20 @@ impl std::fmt::Display for Pixels {
 #[derive(Clone, Debug, PartialEq)]
 pub struct List<T>(pub Vec<T>);
 
+impl List<u32> {
+    /// Numbers of samples: positive, ascending, none above [`MOST_SAMPLES`].
+    pub fn samples(&self) -> anyhow::Result<Vec<u32>> {
+        let rising = self.0.windows(2).all(|w| w[0] < w[1]);
+        anyhow::ensure!(
+            rising && self.0.first() != Some(&0),
+            "--samples must be positive and ascending"
+        );
+        let fits = self.0.last().is_none_or(|n| i64::from(*n) <= MOST_SAMPLES);
+        anyhow::ensure!(fits, "--samples must be at most {MOST_SAMPLES}");
+        Ok(self.0.clone())
+    }
+}
+
 impl<T: FromStr> FromStr for List<T>
 where
     T::Err: std::fmt::Display,
@@ -445,6 +462,18 @@ mod tests {
         assert_eq!(list.0.len(), 3);
         assert!("".parse::<List<u32>>().is_err());
         assert_eq!("1, 4,16".parse::<List<u32>>().unwrap().0, [1, 4, 16]);
+        for (list, fine) in [
+            ("1,4", true),
+            ("0,4", false),
+            ("4,1", false),
+            ("16777217", false),
+        ] {
+            assert_eq!(
+                list.parse::<List<u32>>().unwrap().samples().is_ok(),
+                fine,
+                "{list}"
+            );
+        }
         assert!("1,x".parse::<List<u32>>().unwrap_err().contains("`x`"));
     }
 

@@ -235,10 +235,7 @@ fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
         spec.samplers.clone_from(&list.0);
     }
     if let Some(list) = &args.samples {
-        if list.0.first() == Some(&0) || list.0.windows(2).any(|w| w[0] >= w[1]) {
-            bail!("--samples must be positive and ascending");
-        }
-        spec.samples.clone_from(&list.0);
+        spec.samples = list.samples()?;
     }
     if let Some(trials) = args.trials {
         spec.trials = trials;

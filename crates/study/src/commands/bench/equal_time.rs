@@ -1,6 +1,6 @@
 //! `bench equal-time`: who reaches an error first.
 
-use crate::cli::{BenchArgs, Resolution};
+use crate::cli::{BenchArgs, List, Resolution};
 use crate::engine::{Contest, Curve, Targets, Truth, contest};
 use crate::scenes;
 use anyhow::{Context, Result, bail};
@@ -66,14 +66,15 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
         Some(list) => list.0.clone(),
         None => default_estimators()?,
     };
+    let asked = args.samples.as_ref().map(List::samples).transpose()?;
     let entry = |estimator: &Estimator| {
         let most = if estimator.to_string().starts_with("point") {
             1024
         } else {
             256
         };
-        let samples = match &args.samples {
-            Some(list) => list.0.clone(),
+        let samples = match &asked {
+            Some(list) => list.clone(),
             None => all.into_iter().filter(|&n| n <= most).collect(),
         };
         (*estimator, samples)

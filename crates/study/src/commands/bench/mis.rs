@@ -52,7 +52,10 @@ impl Cost {
 
 /// Prints the table.
 pub(super) fn run(args: &BenchArgs) -> Result<()> {
-    let samples = args.samples.as_ref().map_or(16, |list| list.0[0]);
+    let samples = match &args.samples {
+        Some(list) => list.samples()?[0],
+        None => 16,
+    };
     let mixes = match &args.estimators {
         Some(list) => list.0.clone(),
         None => {
