@@ -104,7 +104,7 @@ pub(crate) struct Covered {
     low: [[f32; 8]; BLOCKS],
     high: [[f32; 8]; BLOCKS],
     /// How many of a line's kept intervals are recorded.
-    seen: [[usize; 8]; BLOCKS],
+    seen: [[u32; 8]; BLOCKS],
     /// Blocks in use.
     blocks: usize,
 }
@@ -181,7 +181,7 @@ impl Covered {
         let mut open = 0;
         // Adding 2⁵² rounds to an integer; half a bin inward, that is never too generous.
         let (zero, end) = (s.dsplat(0.0), s.dsplat(64.0));
-        let half = s.dsplat(0.5);
+        let (half, one) = (s.dsplat(0.5), s.dsplat(1.0));
         let base = s.dsplat(4_503_599_627_370_496.0);
         for (k, block) in lines.blocks.iter_mut().enumerate().take(BLOCKS) {
             if slots.most(k) >= CROWDED {
@@ -192,20 +192,29 @@ impl Covered {
             let first = s.dadd(s.dmin(s.dmax(first, zero), end), base);
             let last = s.dsub(s.dmul(s.dload(&block.run_hi), end), half);
             let last = s.dadd(s.dmin(s.dmax(last, zero), end), base);
-            let (mut firsts, mut lasts) = (Lanes([0.0; 8]), Lanes([0.0; 8]));
-            s.dstore(first, &mut firsts);
-            s.dstore(last, &mut lasts);
-            for lane in 0..8 {
-                let bins = first_bins(lasts[lane].to_bits() & 127)
-                    & !first_bins(firsts[lane].to_bits() & 127);
-                self.open[k][lane] &= !bins;
-                let count = slots.count(k, lane);
-                for kept in self.seen[k][lane]..count {
-                    let (low, high) = slots.kept(k, lane, kept);
-                    self.open[k][lane] &= !filled(low, high);
+            // From the first to the one before the last; none if that is none.
+            let some = s.dlt(first, last);
+            let first = s.select(some, one, s.dsub(first, base));
+            let last = s.select(some, zero, s.dsub(s.dsub(last, base), one));
+            let base = s.dsplat(8_388_608.0);
+            let mut bins = Lanes([0; 8]);
+            let (first, last) = (s.dadd(first, base), s.dadd(last, base));
+            s.spans(s.narrow(first), s.narrow(last), &mut bins);
+            for (open, bins) in self.open[k].iter_mut().zip(&bins.0) {
+                *open &= !bins;
+            }
+            let counts = slots.counts(k);
+            if self.seen[k] != *counts {
+                for (lane, &count) in counts.iter().enumerate() {
+                    for kept in self.seen[k][lane]..count {
+                        let (low, high) = slots.kept(k, lane, kept as usize);
+                        self.open[k][lane] &= !filled(low, high);
+                    }
                 }
-                self.seen[k][lane] = count;
-                open |= self.open[k][lane];
+                self.seen[k] = *counts;
+            }
+            for bins in &self.open[k] {
+                open |= bins;
             }
         }
         open == 0

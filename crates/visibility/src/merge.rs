@@ -55,8 +55,14 @@ impl Slots {
 
     /// How many intervals a line keeps.
     #[inline(always)]
-    pub(crate) fn count(&self, block: usize, lane: usize) -> usize {
+    fn count(&self, block: usize, lane: usize) -> usize {
         self.blocks[block].count[lane] as usize
+    }
+
+    /// How many intervals each line of a block keeps.
+    #[inline(always)]
+    pub(crate) fn counts(&self, block: usize) -> &[u32; 8] {
+        &self.blocks[block].count
     }
 
     /// The `k`-th interval that a line keeps.

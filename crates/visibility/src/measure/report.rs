@@ -102,11 +102,14 @@ fn run(
         if options.light.as_ref().is_some_and(|o| o != name) {
             continue;
         }
-        let normal = (light[1] - light[0]).cross(light[light.len() - 1] - light[0]);
-        // Not those in the light's plane.
-        let off = |p: &DVec3| {
-            light.len() == 2 || normal.dot(*p - light[0]).abs() > 1e-4 * normal.length()
+        let (u, v) = match (&light[..], scene.lights.last()) {
+            // Seen from where the light that it crosses is.
+            ([_, _], Some((_, area))) => (area[1] - area[0], area[2] - area[0]),
+            _ => (light[1] - light[0], light[2] - light[0]),
         };
+        let normal = u.cross(v);
+        // Not those in the light's plane.
+        let off = |p: &DVec3| normal.dot(*p - light[0]).abs() > 1e-4 * normal.length();
         let points: Vec<DVec3> = all.iter().copied().filter(off).collect();
         let work = Workload {
             positions: &scene.positions,
