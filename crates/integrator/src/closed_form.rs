@@ -6,6 +6,9 @@ use linelit_lights::{AreaLight, LinearLight};
 use linelit_shading::bsdf::{Bsdf, Phong};
 use linelit_shading::{batch, cylinder, horizon, phong, phong_polygon, polygon};
 
+/// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no more.
+pub(crate) const TOLERANCE: f64 = 1e-8;
+
 /// Whether the material's light has a closed form along a line and over a polygon.
 pub(crate) fn has_closed_form(bsdf: &Bsdf) -> bool {
     matches!(bsdf, Bsdf::Lambert(_) | Bsdf::Phong(..))
@@ -68,8 +71,13 @@ impl Pieces {
     }
 }
 
-/// Light of the whole area light with nothing in between; `None` where there is no closed form.
-pub(crate) fn whole_light(light: &AreaLight, point: &ShadingPoint) -> Option<DVec3> {
+/// Light of the whole area light with nothing in between, to a tolerance as for [`convex`]; `None` where
+/// there is no closed form.
+pub(crate) fn whole_light(
+    light: &AreaLight,
+    point: &ShadingPoint,
+    tolerance: f64,
+) -> Option<DVec3> {
     if !has_closed_form(&point.bsdf) {
         return None;
     }
@@ -92,14 +100,16 @@ pub(crate) fn whole_light(light: &AreaLight, point: &ShadingPoint) -> Option<DVe
         *to = *from - point.position;
     }
     let relative = &relative[..vertices.len()];
-    Some(emitted * convex(relative, point))
+    Some(emitted * convex(relative, point, tolerance))
 }
 
-/// ∫ f_r cos θ dω over a convex polygon relative to the shading point.
-pub(crate) fn convex(vertices: &[DVec3], point: &ShadingPoint) -> DVec3 {
+/// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to what
+/// a diffuse surface of the lobe's albedo would reflect.
+pub(crate) fn convex(vertices: &[DVec3], point: &ShadingPoint, tolerance: f64) -> DVec3 {
     let flat = polygon::irradiance(vertices, point.normal);
     let glossy = lobe(point).map_or(0.0, |(axis, k)| {
-        phong_polygon::irradiance(vertices, point.normal, axis, k)
+        // The lobe's factor grows with k; its integral is small beside the irradiance then.
+        phong_polygon::irradiance_to(vertices, point.normal, axis, k, tolerance / (k + 2.0))
     });
     reflected(point, flat, glossy)
 }

@@ -96,14 +96,14 @@ const CORNERS: usize = 24;
 /// piece by piece; the closed forms over the triangles that this makes, with their signs, add up
 /// to the integral over the visible part, since they add up to it as sets.
 ///
-/// There is no quadrature over the light, and so no error but rounding and that of the closed
-/// forms: 1e-12 of the light unshadowed on diffuse surfaces, 1e-10 on glossy ones, whatever
-/// tolerance was asked for.
+/// On diffuse surfaces there is no error but rounding, 1e-12 of the light unshadowed whatever
+/// `tolerance` was asked for; on glossy ones the closed forms over triangles keep it.
 pub(crate) fn visible_light(
     area: &AreaLight,
     point: &ShadingPoint,
     images: &Images<'_>,
     penumbra: &mut Penumbra,
+    tolerance: f64,
 ) -> DVec3 {
     let height = area
         .polygon
@@ -135,7 +135,7 @@ pub(crate) fn visible_light(
         let turn = u[0] * v[1] - u[1] * v[0];
         if turn != 0.0 {
             let triangle = [top, place(piece.from), place(piece.to)];
-            sum += closed_form::convex(&triangle, point) * turn.signum();
+            sum += closed_form::convex(&triangle, point, tolerance) * turn.signum();
         }
     }
     emitted * sum.max(DVec3::ZERO)

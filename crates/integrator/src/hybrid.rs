@@ -10,6 +10,7 @@ use crate::{
 };
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light};
+use linelit_shading::bsdf::Bsdf;
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
 
 /// What is done about a light that is partly hidden.
@@ -155,8 +156,16 @@ impl Census {
 const LINES_FOR_A_CANDIDATE: f64 = 0.6;
 const LINES_FOR_AN_EDGE: f64 = 1.4;
 
+/// The same for each edge where the surface has a lobe, before a light that is narrow for the lobe, and
+/// before a wide one.
+const LINES_FOR_A_NARROW_LOBE: f64 = 2.0;
+const LINES_FOR_A_WIDE_LOBE: f64 = 80.0;
+
+/// A light is wide for a lobe from this many times its width, 1/√(k + 1), on.
+const WIDE_FOR_LOBES: f64 = 3.0;
+
 /// What to do about a partly hidden light, by what the shaft and the number of lines say.
-fn cheapest(shaft: &Shaft<'_>, crowd: &Crowd, lines: u32) -> Way {
+fn cheapest(shaft: &Shaft<'_>, edges: f64, for_an_edge: f64, lines: u32) -> Way {
     if shaft.is_dense() {
         return if lines < FEW_LINES_IN_CROWDS {
             Way::Rays
@@ -164,7 +173,7 @@ fn cheapest(shaft: &Shaft<'_>, crowd: &Crowd, lines: u32) -> Way {
             Way::Lines
         };
     }
-    let each = LINES_FOR_A_CANDIDATE + LINES_FOR_AN_EDGE * crowd.edges;
+    let each = LINES_FOR_A_CANDIDATE + for_an_edge * edges;
     #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
     let lines_of_exact = each * shaft.candidates() as f64;
     if lines_of_exact <= f64::from(lines) {
@@ -195,9 +204,27 @@ impl Pair<'_> {
         if lines < FEW_LINES {
             return self.many_rays(area, RAYS_FOR_A_LINE, workspace);
         }
+        let for_an_edge = self.lines_for_an_edge(area);
         self.by_shaft(area, workspace, |shaft| {
-            cheapest(shaft, &self.light.crowd, lines)
+            cheapest(shaft, self.light.crowd.edges, for_an_edge, lines)
         })
+    }
+
+    /// Lines that take as long as an edge in the closed form.
+    fn lines_for_an_edge(&self, area: &AreaLight) -> f64 {
+        let Bsdf::Phong(_, phong) = &self.point.bsdf else {
+            return LINES_FOR_AN_EDGE;
+        };
+        let vertices = area.polygon.vertices();
+        let first = (vertices[0] - self.point.position).normalize_or_zero();
+        let chord = |v: &DVec3| first.distance((*v - self.point.position).normalize_or_zero());
+        let size = vertices.iter().map(chord).fold(0.0, f64::max);
+        let for_a_lobe = if size * (phong.exponent + 1.0).sqrt() < WIDE_FOR_LOBES {
+            LINES_FOR_A_NARROW_LOBE
+        } else {
+            LINES_FOR_A_WIDE_LOBE
+        };
+        LINES_FOR_AN_EDGE + for_a_lobe
     }
 
     /// Points that reach an error first.
@@ -256,7 +283,7 @@ impl Pair<'_> {
             && let Some(images) = shaft.images()
         {
             plan.exact_penumbrae += 1;
-            return visible_light(area, self.point, &images, penumbra);
+            return visible_light(area, self.point, &images, penumbra, self.tolerance());
         }
         match way {
             Way::Points(points) => self.points_in_shaft(area, points, &mut shaft),
@@ -292,7 +319,7 @@ impl Pair<'_> {
             ShaftClass::Empty => {
                 plan.unoccluded += 1;
                 let value = (along == Along::Analytic)
-                    .then(|| closed_form::whole_light(area, self.point))
+                    .then(|| closed_form::whole_light(area, self.point, self.tolerance()))
                     .flatten()?;
                 plan.closed_form += 1;
                 Some(value)

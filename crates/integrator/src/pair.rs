@@ -51,6 +51,14 @@ impl Pair<'_> {
             .unwrap_or(&self.settings.estimator)
     }
 
+    /// The relative accuracy of closed forms.
+    pub(crate) fn tolerance(&self) -> f64 {
+        match self.estimator() {
+            Estimator::Exact(options) => options.tolerance,
+            _ => closed_form::TOLERANCE,
+        }
+    }
+
     /// The number of samples.
     pub(crate) fn count(&self) -> u32 {
         self.settings.samples.max(1).saturating_mul(self.each)
