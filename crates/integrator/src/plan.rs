@@ -116,8 +116,17 @@ impl Plan {
 
     /// Notes what stands before the lights.
     pub(crate) fn set_crowds(&mut self, crowds: &[Crowd]) {
+        let mut round = self
+            .round
+            .iter_mut()
+            .flat_map(|(lights, _)| lights)
+            .peekable();
         for (light, crowd) in self.lights.iter_mut().zip(crowds) {
             light.crowd = *crowd;
+            // The same lights in the same order, without the facets of spheres after the first.
+            if let Some(same) = round.next_if(|r| r.index == light.index) {
+                same.crowd = *crowd;
+            }
         }
     }
 

@@ -58,6 +58,18 @@ fn jpeg_files_are_read_to_their_quality() {
     assert!(error < 6.0, "grey.jpg: {error}");
 }
 
+/// A triangle that emits an image.
+#[cfg(feature = "hdr")]
+fn lit_by(image: &std::path::Path) -> String {
+    format!(
+        "Camera \"perspective\" WorldBegin
+         AreaLightSource \"diffuse\" \"string filename\" \"{}\"
+         Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]
+         \"point2 uv\" [ 0 0 1 0 0 1 ]",
+        image.display()
+    )
+}
+
 /// Values above one are kept; half floats of ours hold these exactly, and so do both files.
 #[cfg(feature = "hdr")]
 #[test]
@@ -74,13 +86,7 @@ fn exr_and_pfm_files_are_read_exactly() {
     document.write(&exr).unwrap();
     write_pfm(&pfm, &image).unwrap();
     for path in [exr, pfm] {
-        let text = format!(
-            "Camera \"perspective\" WorldBegin
-             AreaLightSource \"diffuse\" \"string filename\" \"{}\"
-             Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]
-             \"point2 uv\" [ 0 0 1 0 0 1 ]",
-            path.display()
-        );
+        let text = lit_by(&path);
         let loaded = Scene::from_pbrt_str(&text, "hdr.pbrt", &LoadOptions::default());
         let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
         let map = scene.lights[0].map.as_ref().unwrap();
@@ -108,13 +114,7 @@ fn ringing_is_not_an_error() {
     let folder = std::env::temp_dir().join(format!("linelit-ringing-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("a.pfm");
-    let text = format!(
-        "Camera \"perspective\" WorldBegin
-         AreaLightSource \"diffuse\" \"string filename\" \"{}\"
-         Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]
-         \"point2 uv\" [ 0 0 1 0 0 1 ]",
-        path.display()
-    );
+    let text = lit_by(&path);
     for (value, fine) in [(-0.01, true), (-0.02, false), (f32::NAN, false)] {
         let image = Image::from_fn(2, 1, |x, _| [if x == 0 { value } else { 10.0 }; 3]);
         write_pfm(&path, &image).unwrap();

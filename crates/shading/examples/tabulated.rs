@@ -3,15 +3,15 @@
 //! `cargo run --release -p linelit-shading --example tabulated`
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 
+mod input;
+
+use input::{COUNT, segments};
 use linelit_geometry::{DVec3, Segment};
 use linelit_shading::{phong, ribbon};
 use linelit_testkit::quadrature::gauss_legendre;
-use linelit_testkit::rng::SplitMix64;
 use std::f64::consts::FRAC_PI_2;
 use std::hint::black_box;
 use std::time::Instant;
-
-const COUNT: usize = 512;
 
 /// An integral by its name.
 type Form<'a> = (&'a str, &'a dyn Fn(&Segment) -> f64);
@@ -86,14 +86,7 @@ impl Table {
 }
 
 fn main() {
-    let mut rng = SplitMix64::new(11);
-    let mut v = |a: f64, b: f64| rng.in_range(a, b);
-    let input: Vec<Segment> = (0..COUNT)
-        .map(|_| {
-            let p = DVec3::new(v(-2.0, 2.0), v(-2.0, 2.0), v(1.0, 3.0));
-            Segment::new(p, p + DVec3::new(v(-1.0, 1.0), v(-1.0, 1.0), 0.0))
-        })
-        .collect();
+    let input = segments();
     let (n, axis) = (DVec3::Z, DVec3::new(0.2, 0.1, 0.9).normalize());
     println!("exponent  form              ns   bytes   error: median    90 %     worst");
     for k in [10.0, 100.0, 1000.0] {

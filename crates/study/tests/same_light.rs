@@ -54,6 +54,12 @@ fn moments(values: &[DVec3]) -> (DVec3, DVec3) {
 
 /// A t test at every pixel and channel: lines against solid-angle points.
 fn agree(scene_name: &str, side: u32, points: u32, lines: u32) {
+    let others = [("line-analytic", lines), ("line-area", lines)];
+    agree_with(scene_name, side, points, &others);
+}
+
+/// The same for any estimators with their numbers of samples.
+fn agree_with(scene_name: &str, side: u32, points: u32, others: &[(&str, u32)]) {
     let mut scene = scenes::load(scene_name, true).unwrap().scene;
     scene.set_resolution(side, side);
     let renderer = Renderer::new(&scene);
@@ -68,8 +74,8 @@ fn agree(scene_name: &str, side: u32, points: u32, lines: u32) {
     // Each side has TRIALS - 1 degrees of freedom; where one side's error dominates that is the
     // whole, so the smaller number is the safe one.
     let t = quantile((1.0 - ALPHA).powf(1.0 / tests), TRIALS - 1);
-    for (k, estimator) in ["line-analytic", "line-area"].iter().enumerate() {
-        let ours = run(&renderer, &targets, estimator, lines, 1000 + k as u64);
+    for (k, &(estimator, samples)) in others.iter().enumerate() {
+        let ours = run(&renderer, &targets, estimator, samples, 1000 + k as u64);
         let (mut failed, mut mean_ours, mut mean_theirs) = (0usize, DVec3::ZERO, DVec3::ZERO);
         let mut variance = DVec3::ZERO;
         for point in 0..targets.points.len() {
@@ -177,6 +183,7 @@ fn triangle_soup() {
 fn logo() {
     agree("logo-small", 24, 64, 16);
     agree("logo-large", 24, 64, 16);
+    agree_with("logo-large", 24, 64, &[("point-bsdf", 1024)]);
     brute("logo-large", 16, 16);
 }
 

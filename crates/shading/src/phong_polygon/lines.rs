@@ -237,3 +237,31 @@ impl<'a> Across<'a> {
         Some([ends.next()?, ends.next()?])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What lights in scenes look like is answered here, not by the careful form; what would not be
+    /// good enough is not.
+    #[test]
+    fn ordinary_lights_are_answered() {
+        let light = |size: f64, x: f64| {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(a, b)| DVec3::new(x + size * a, size * b, 2.0))
+        };
+        let ask = |size, x, k| integral(&light(size, x), DVec3::Z, DVec3::Z, k, 1e-9);
+        for (size, x) in [(0.1, 0.0), (0.5, 0.3), (1.0, 0.5), (0.5, 2.0)] {
+            for k in [0.0, 1.5, 20.0, 100.0] {
+                assert!(ask(size, x, k).is_some(), "{size} {x} {k}");
+            }
+        }
+        assert_eq!(
+            ask(0.1, 9.0, 1000.0),
+            Some(0.0),
+            "the lobe points elsewhere"
+        );
+        assert_eq!(ask(1.0, 0.0, 1e5), None, "too wide for the lobe");
+        assert_eq!(ask(1e-7, 0.0, 20.0), None, "a speck");
+    }
+}

@@ -21,22 +21,10 @@ const ESTIMATORS: [&str; 7] = [
     "hybrid",
 ];
 
-/// Measured unless a scene is named.
-const SCENES: [&str; 8] = [
-    "grid-planes-small",
-    "grid-planes-large",
-    "triangle-soup-small",
-    "triangle-soup-large",
-    "cornell-box-small",
-    "cornell-box-large",
-    "colonnade-small",
-    "colonnade-large",
-];
-
 /// Prints the curves, and who wins.
 pub(super) fn run(args: &BenchArgs) -> Result<()> {
     let mut rows = Vec::new();
-    for name in super::scenes(args, &SCENES) {
+    for name in super::scenes(args) {
         let curves = measure(name, args)?;
         if args.json {
             rows.extend(json_rows(name, &curves));

@@ -19,15 +19,6 @@ const MIXES: [&str; 5] = [
     "line-solid-angle[orientation=spread:4]+point-solid-angle+point-bsdf",
 ];
 
-const SCENES: [&str; 6] = [
-    "grid-planes-small",
-    "grid-planes-large",
-    "triangle-soup-small",
-    "triangle-soup-large",
-    "colonnade-small",
-    "colonnade-large",
-];
-
 /// Points timed together.
 const CHUNK: usize = 16;
 
@@ -64,7 +55,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
         }
     };
     let mut rows = Vec::new();
-    for name in scenes(args, &SCENES) {
+    for name in scenes(args) {
         let mut scene = crate::scenes::load(name, args.strict)?.scene;
         let Resolution { width, height } = args.resolution;
         scene.set_resolution(width, height);

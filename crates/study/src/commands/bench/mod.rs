@@ -17,11 +17,23 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     }
 }
 
+/// Measured unless a scene is named.
+const SCENES: [&str; 8] = [
+    "grid-planes-small",
+    "grid-planes-large",
+    "triangle-soup-small",
+    "triangle-soup-large",
+    "cornell-box-small",
+    "cornell-box-large",
+    "colonnade-small",
+    "colonnade-large",
+];
+
 /// The scenes to measure.
-fn scenes<'a>(args: &'a BenchArgs, built_in: &[&'a str]) -> Vec<&'a str> {
+fn scenes(args: &BenchArgs) -> Vec<&str> {
     match &args.scene {
         Some(name) => vec![name],
-        None => built_in.to_vec(),
+        None => SCENES.to_vec(),
     }
 }
 
