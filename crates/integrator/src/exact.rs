@@ -2,10 +2,10 @@
 
 use crate::hybrid::Way;
 use crate::options::pairs;
-use crate::penumbra::{Penumbra, Piece, Point};
 use crate::{ParseEstimatorError, ShadingPoint, closed_form};
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
+use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::bsdf::Bsdf;
 use linelit_shading::polygon;
 use linelit_visibility::{Images, Shaft};
@@ -123,7 +123,7 @@ pub(crate) fn visible_light(
         && light.iter().all(|&p| point.normal.dot(place(p)) > 0.0)
         && along_p.length_squared().min(along_q.length_squared()) > WIDE * origin.length_squared()
     {
-        let term = |p: &Piece| polygon::edge(place(p.from), place(p.to), point.normal);
+        let term = |p: &BoundaryEdge| polygon::edge(place(p.from), place(p.to), point.normal);
         let sum: f64 = pieces.iter().map(term).sum();
         return emitted * lambert.value() * (0.5 * sum.abs());
     }

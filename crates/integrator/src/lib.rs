@@ -44,7 +44,6 @@ pub mod mix;
 mod options;
 mod oracle;
 mod pair;
-mod penumbra;
 mod plan;
 mod point;
 mod points;

@@ -3,8 +3,8 @@
 use crate::PlanCounters;
 use crate::lines::Draws;
 use crate::mix::MixBuffers;
-use crate::penumbra::Penumbra;
 use crate::selection::Drawn;
+use linelit_penumbra::Penumbra;
 use linelit_visibility::{Counters, Scratch, VisibleLines};
 use std::ops::AddAssign;
 

@@ -5,11 +5,12 @@ use crate::manifest;
 use std::fs;
 
 /// Crate, crates of the house it may know, crates of others it may know. The table of `docs/architecture.md`.
-const MAY_KNOW: [(&str, &[&str], &[&str]); 12] = [
+const MAY_KNOW: [(&str, &[&str], &[&str]); 13] = [
     ("geometry", &[], &["glam", "smallvec"]),
     ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
     ("lights", &["geometry"], &[]),
     ("shading", &["geometry"], &[]),
+    ("penumbra", &["geometry"], &[]),
     ("visibility", &["geometry"], &["obvhs"]),
     ("mis", &[], &[]),
     (
@@ -27,6 +28,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 12] = [
             "shading",
             "visibility",
             "mis",
+            "penumbra",
         ],
         &[],
     ),

@@ -7,26 +7,28 @@ use std::fs;
 /// Crates that do no I/O, start no thread and cannot fail.
 const PURE: [&str; 5] = ["geometry", "samplers", "lights", "shading", "mis"];
 /// All libraries.
-const LIBRARIES: [&str; 10] = [
+const LIBRARIES: [&str; 11] = [
     "geometry",
     "samplers",
     "lights",
     "shading",
     "visibility",
     "mis",
+    "penumbra",
     "scene",
     "integrator",
     "film",
     "testkit",
 ];
 /// The crates in the path of a pixel.
-const PIXEL_PATH: [&str; 7] = [
+const PIXEL_PATH: [&str; 8] = [
     "geometry",
     "samplers",
     "lights",
     "shading",
     "visibility",
     "mis",
+    "penumbra",
     "integrator",
 ];
 

@@ -7,10 +7,13 @@ use super::bins::{Bins, Bounds};
 use super::clip::{Edge, End, Meeting, Span, Start};
 use super::orient::{Point, orient};
 
-/// A piece of the boundary of the visible part of a light: what is visible lies on its left.
+/// A straight piece of the boundary of the visible part of a light; what is visible lies on its
+/// left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Piece {
+pub struct BoundaryEdge {
+    /// Where it starts.
     pub from: Point,
+    /// Where it ends.
     pub to: Point,
 }
 
@@ -79,9 +82,10 @@ struct Event {
 /// is concluded from where it is.
 const CLOSE: f64 = 1e-9;
 
-/// Finds boundaries; keeps its buffers.
+/// Finds the boundary of what is visible of a convex polygon behind triangles; one value, kept,
+/// serves any number of polygons with the same buffers.
 #[derive(Debug, Default)]
-pub(crate) struct Penumbra {
+pub struct Penumbra {
     light: Vec<Point>,
     /// The light's largest coordinate.
     unit: f64,
@@ -99,19 +103,21 @@ pub(crate) struct Penumbra {
     events: Vec<Event>,
     /// The events of one side, in ascending order.
     own: Vec<(f64, u32)>,
-    pieces: Vec<Piece>,
+    pieces: Vec<BoundaryEdge>,
 }
 
 impl Penumbra {
-    /// The boundary of a convex light, either way round, minus triangles, either way round.
+    /// The boundary of a convex polygon minus triangles in its plane, each in either winding.
     ///
-    /// Pieces come in no particular order; together they are closed curves around the visible
-    /// part, but for ends that are rounded.
-    pub(crate) fn boundary(
+    /// Edges come in no particular order; together they are closed curves, counter-clockwise
+    /// around the visible part and clockwise around its holes, but for ends that are rounded.
+    /// Empty if nothing is visible or the light has fewer than three corners. Coordinates are
+    /// zero or between 1e-60 and 1e60.
+    pub fn boundary(
         &mut self,
         light: &[Point],
         triangles: impl Iterator<Item = [Point; 3]>,
-    ) -> &[Piece] {
+    ) -> &[BoundaryEdge] {
         self.pieces.clear();
         self.set_light(light);
         if self.light.len() < 3 {
@@ -136,8 +142,9 @@ impl Penumbra {
         &self.pieces
     }
 
-    /// How many edges of images the last boundary had to follow.
-    pub(crate) fn edge_count(&self) -> usize {
+    /// How many edges of triangles the last boundary had to follow: what its time goes by.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
         self.sides.len().saturating_sub(self.light.len())
     }
 
@@ -443,7 +450,7 @@ impl Penumbra {
                 if hi.at > reached.at {
                     if count == 0 {
                         // Backwards: what is visible is right of the edge.
-                        self.pieces.push(Piece {
+                        self.pieces.push(BoundaryEdge {
                             from: hi.point,
                             to: reached.point,
                         });

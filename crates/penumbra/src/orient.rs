@@ -2,8 +2,8 @@
 
 use linelit_geometry::predicates::{two_product, two_sum};
 
-/// A point of the light's plane.
-pub(crate) type Point = [f64; 2];
+/// A point of the light's plane, in any affine coordinates.
+pub type Point = [f64; 2];
 
 /// Below this share of its terms, a determinant is computed again, exactly. The rounding of the
 /// plain form is 4 ε of them (Shewchuk 1997, section 4.1); the rest is for digits that the
