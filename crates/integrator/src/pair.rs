@@ -39,7 +39,6 @@ impl Pair<'_> {
             Light::Linear(linear) => self.linear_light(linear, workspace),
             Light::Sphere(sphere) => self.sphere_light(sphere, workspace),
             Light::Disk(disk) => self.disk_light(disk, workspace),
-            _ => DVec3::ZERO,
         }
     }
 

@@ -165,7 +165,8 @@ impl Plan {
             Light::Linear(line) => {
                 above_horizon(point, &[line.segment.p0, line.segment.p1], counters)
             }
-            _ => true,
+            // Their samplers ask for the horizon themselves.
+            Light::Sphere(_) | Light::Disk(_) => true,
         }
     }
 }

@@ -86,7 +86,8 @@ impl Tables {
 
     fn power(&self, lights: &[PlannedLight]) -> Option<&Discrete> {
         let table = || {
-            let weights: Vec<f64> = lights.iter().map(|l| l.light.power()).collect();
+            let power = |l: &PlannedLight| l.light.power().min(f64::MAX);
+            let weights: Vec<f64> = lights.iter().map(power).collect();
             Discrete::new(&weights)
         };
         self.power.get_or_init(table).as_ref()
@@ -139,7 +140,8 @@ pub(crate) fn draw(
         LightChoice::Power => pick_all(drawn, &numbers, |u| tables.power(lights)?.pick(u)),
         LightChoice::Tree => {
             let tree = tables.tree(lights);
-            pick_all(drawn, &numbers, |u| tree.pick(x, n, u));
+            let light = |i: usize| &lights[i].light;
+            pick_all(drawn, &numbers, |u| tree.pick(light, x, n, u));
         }
         LightChoice::Estimate => {
             let places = Sampler::new(SamplerKind::Independent, settings.seed).points(
@@ -175,13 +177,14 @@ pub(crate) fn draw(
 
 /// The irradiance of a light without shadows: in closed form for polygons and lines; for what is
 /// round, that of its whole in its centre's direction, raised where that dips below the horizon.
+/// Zero only where the light cannot contribute, and always finite.
 fn irradiance(light: &Light, point: &ShadingPoint) -> f64 {
     let (x, n) = (point.position, point.normal);
     let mean = |radiance: DVec3| radiance.element_sum() / 3.0;
     if !can_contribute(light, x, n) {
         return 0.0;
     }
-    match light {
+    let value = match light {
         Light::Area(area) => {
             let mut relative = [DVec3::ZERO; 24];
             let vertices = area.polygon.vertices();
@@ -207,7 +210,12 @@ fn irradiance(light: &Light, point: &ShadingPoint) -> f64 {
             let cosines = n.dot(w).max(0.2 * ratio.min(1.0)) * disk.disk.normal.dot(w).abs();
             mean(disk.emission.radiance) * PI * ratio * ratio * cosines
         }
-        _ => 0.0,
+    };
+    // Grazing light may round to nothing; what overflows or is no number must count, too.
+    if value > f64::MIN_POSITIVE {
+        value.min(f64::MAX)
+    } else {
+        f64::MIN_POSITIVE
     }
 }
 

@@ -310,7 +310,7 @@ fn choice(c: &mut Criterion) {
             g.bench_function(format!("tree {importance:?}/{count}"), |b| {
                 b.iter(|| {
                     for (i, &(x, n)) in points.iter().enumerate() {
-                        black_box(tree.pick(x, n, black_box(u[i])));
+                        black_box(tree.pick(|i| &lights[i], x, n, black_box(u[i])));
                     }
                 });
             });

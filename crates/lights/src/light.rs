@@ -115,7 +115,6 @@ impl DiskLight {
 
 /// A light of any kind that the renderer can sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 #[allow(
     clippy::large_enum_variant,
     reason = "lights are few, and Copy is worth more than their memory"

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod cases;
 pub mod chi2;
 pub mod close;
 pub mod dd;

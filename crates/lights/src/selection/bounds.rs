@@ -4,15 +4,34 @@ use crate::light::Light;
 use core::f64::consts::PI;
 use linelit_geometry::DVec3;
 
+/// Whether the lights of a group can light a surface point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reach {
+    /// None of them can.
+    None,
+    /// The group does not tell; its members must be asked.
+    Unknown,
+    /// Every one of them can.
+    All,
+}
+
 /// What a group of lights looks like from outside: a box, a cone that holds all normals, the power; and the first two
 /// moments of where the power is and whereto it shines.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightBounds {
     lo: DVec3,
     hi: DVec3,
+    /// The square of half the box's diagonal.
+    radius2: f64,
     /// Axis and half angle of the cone of normals; each light shines up to 90° off its normal.
     axis: DVec3,
     spread: f64,
+    /// (sin, cos) of the half angle.
+    cone: (f64, f64),
+    /// Whether all are lines or spheres, which shine in all directions.
+    around: bool,
+    /// Whether some are spheres or disks, which touch their box only to rounding.
+    round: bool,
     pub(crate) power: f64,
     /// Power-weighted mean position, mean squared distance from it, and mean normal (of two-sided lights: zero).
     mean: DVec3,
@@ -20,13 +39,17 @@ pub(crate) struct LightBounds {
     normal: DVec3,
 }
 
+/// The largest power of one light.
+const POWER: f64 = 1e280;
+
 impl LightBounds {
-    /// One light; `None` if it emits nothing.
+    /// One light; `None` if it emits nothing. Powers above [`POWER`] count as that, so that those of groups are finite.
     pub(crate) fn new(light: &Light) -> Option<Self> {
         let power = light.power();
-        if power <= 0.0 || !power.is_finite() {
+        if power.is_nan() || power <= 0.0 {
             return None;
         }
+        let power = power.min(POWER);
         let around = |points: &[DVec3]| {
             points
                 .iter()
@@ -67,7 +90,8 @@ impl LightBounds {
             }
             Light::Disk(l) => {
                 let n = l.disk.normal;
-                let r = (DVec3::ONE - n * n).max(DVec3::ZERO).map(f64::sqrt) * l.disk.radius;
+                // √(1 − n²) by axis, without its cancellation.
+                let r = DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * l.disk.radius;
                 let (c, variance) = (l.disk.center, 0.5 * l.disk.radius * l.disk.radius);
                 (
                     (c - r, c + r),
@@ -80,8 +104,12 @@ impl LightBounds {
         Some(Self {
             lo,
             hi,
+            radius2: radius2(lo, hi),
             axis,
             spread,
+            cone: spread.sin_cos(),
+            around: matches!(light, Light::Linear(_) | Light::Sphere(_)),
+            round: matches!(light, Light::Sphere(_) | Light::Disk(_)),
             power,
             mean,
             variance,
@@ -94,11 +122,16 @@ impl LightBounds {
         let power = self.power + other.power;
         let (a, b) = (self.power / power, other.power / power);
         let (axis, spread) = union_of_cones((self.axis, self.spread), (other.axis, other.spread));
+        let (lo, hi) = (self.lo.min(other.lo), self.hi.max(other.hi));
         Self {
-            lo: self.lo.min(other.lo),
-            hi: self.hi.max(other.hi),
+            lo,
+            hi,
+            radius2: radius2(lo, hi),
             axis,
             spread,
+            cone: spread.sin_cos(),
+            around: self.around && other.around,
+            round: self.round || other.round,
             power,
             mean: self.mean * a + other.mean * b,
             variance: self.variance * a
@@ -109,7 +142,7 @@ impl LightBounds {
     }
 
     pub(crate) fn center(&self) -> DVec3 {
-        0.5 * (self.lo + self.hi)
+        0.5 * self.lo + 0.5 * self.hi
     }
 
     /// Cost of a group for the surface area orientation heuristic (Conty & Kulla 2018, §4.3, eq. 1): power × area of the
@@ -132,39 +165,77 @@ impl LightBounds {
     /// Whether the group is small for its distance from `x`: its box has a radius below `ratio` times the distance, or a
     /// quarter of that if it straddles the horizon, where a mean says little of its lights.
     pub(crate) fn is_far(&self, x: DVec3, n: DVec3, ratio: f64) -> bool {
-        let radius2 = 0.25 * (self.hi - self.lo).length_squared();
         let to = self.center() - x;
         let height = n.dot(to);
-        let straddles = height * height < radius2;
+        let straddles = height * height < self.radius2;
         let ratio = if straddles { 0.25 * ratio } else { ratio };
-        radius2 < ratio * ratio * to.length_squared()
+        self.radius2 < ratio * ratio * to.length_squared()
     }
 
-    /// Upper-bound importance at `x` with the unit normal `n` (Conty & Kulla 2018, §5, eq. 3): zero only if no light of the
-    /// group can contribute.
+    /// Whether lights of the group can contribute to a surface at `x` with the unit normal `n`, as
+    /// [`can_contribute`](super::can_contribute) decides it for each.
+    ///
+    /// [`Reach::None`] and [`Reach::All`] are true whatever was rounded. Heights over the tangent plane: rounding is
+    /// monotonic and a box's corners are reached by the same operations as a light's, so the highest corner is never
+    /// below a vertex in it, bit for bit; spheres and disks, whose heights are found otherwise, get a slack of 8 ε of
+    /// the terms (2 ε each for both sums and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have
+    /// some 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
+    pub(crate) fn reach(&self, x: DVec3, n: DVec3) -> Reach {
+        let (a, b) = (n * (self.lo - x), n * (self.hi - x));
+        let sum = |v: DVec3| v.x + v.y + v.z;
+        let largest = self.lo.abs().max(self.hi.abs());
+        let slack = if self.round {
+            8.0 * f64::EPSILON * (sum(a.abs().max(b.abs())) + sum(largest))
+        } else {
+            0.0
+        };
+        if sum(a.max(b)) <= -slack {
+            return Reach::None;
+        }
+        let above = sum(a.min(b)) > slack;
+        if self.around {
+            return if above { Reach::All } else { Reach::Unknown };
+        }
+        let to = self.center() - x;
+        let d2 = to.length_squared();
+        let radius = self.radius2.sqrt() + 4.0 * f64::EPSILON * sum(largest.max(x.abs()));
+        let d = d2.sqrt();
+        // Inside, or where squares overflow or lose digits.
+        if !(d > radius && d2 > 1e-280 && d2 < 1e280) {
+            return Reach::Unknown;
+        }
+        let seen = box_angle(radius, d);
+        let off_axis = (self.axis.cross(to).length() / d, -self.axis.dot(to) / d);
+        if less(less(off_axis, self.cone), seen).1 <= -1e-9 {
+            return Reach::None;
+        }
+        let facing = more(more(off_axis, self.cone), seen).1 > 1e-9;
+        if above && facing {
+            Reach::All
+        } else {
+            Reach::Unknown
+        }
+    }
+
+    /// Upper-bound importance at `x` with the unit normal `n` (Conty & Kulla 2018, §5, eq. 3), with cosines of at least
+    /// 10⁻³.
     pub(crate) fn bound(&self, x: DVec3, n: DVec3) -> f64 {
         let to = self.center() - x;
         let d2 = to.length_squared();
-        let radius2 = 0.25 * (self.hi - self.lo).length_squared();
-        let near = d2.max(radius2).max(f64::MIN_POSITIVE);
-        if d2 <= radius2 {
+        let near = d2.max(self.radius2).max(f64::MIN_POSITIVE);
+        if d2 <= self.radius2 {
             return self.power / near;
         }
-        let inverse = 1.0 / d2.sqrt();
+        let d = d2.sqrt();
         // Angles as (sin, cos): the box as seen from x, off the axis of the normals, off the surface normal.
         let angle = |cosine: f64| {
             let c = cosine.clamp(-1.0, 1.0);
             (((1.0 - c) * (1.0 + c)).sqrt(), c)
         };
-        let sine = (radius2.sqrt() * inverse).min(1.0);
-        let uncertain = (sine, ((1.0 - sine) * (1.0 + sine)).sqrt());
-        let off_axis = angle(-self.axis.dot(to) * inverse);
-        let emit = less(less(off_axis, self.spread.sin_cos()), uncertain).1;
-        let incident = less(angle(n.dot(to) * inverse), uncertain).1;
-        // Rounding near the right angle must not make a false zero.
-        if emit <= -1e-9 || incident <= -1e-9 {
-            return 0.0;
-        }
+        let seen = box_angle(self.radius2.sqrt(), d);
+        let off_axis = angle(-self.axis.dot(to) / d);
+        let emit = less(less(off_axis, self.cone), seen).1;
+        let incident = less(angle(n.dot(to) / d), seen).1;
         let floor = 1e-3;
         self.power * emit.max(floor) * incident.max(floor) / near
     }
@@ -192,6 +263,26 @@ impl LightBounds {
     }
 }
 
+/// The square of half a box's diagonal.
+fn radius2(lo: DVec3, hi: DVec3) -> f64 {
+    0.25 * (hi - lo).length_squared()
+}
+
+/// (sin, cos) of the half angle under which a ball is seen whose centre is at the distance `d` beyond its radius.
+fn box_angle(radius: f64, d: f64) -> (f64, f64) {
+    let sine = (radius / d).min(1.0);
+    (sine, ((1.0 - sine) * (1.0 + sine)).sqrt())
+}
+
+/// a + b for angles given as (sin, cos); any angle beyond 90° becomes 180°.
+fn more(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    if a.1 > 0.0 && b.1 > 0.0 {
+        (a.0 * b.1 + a.1 * b.0, a.1 * b.1 - a.0 * b.0)
+    } else {
+        (0.0, -1.0)
+    }
+}
+
 /// max(0, a − b) for angles in [0, π] given as (sin, cos).
 fn less(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     if a.1 >= b.1 {
@@ -213,9 +304,50 @@ fn union_of_cones(a: (DVec3, f64), b: (DVec3, f64)) -> (DVec3, f64) {
         return (a.0, PI);
     }
     let turn = spread - a.1;
-    let side = (b.0 - a.0 * a.0.dot(b.0)).try_normalize();
-    match side {
+    let side = b.0 - a.0 * a.0.dot(b.0);
+    // Of nearly opposite axes little but rounding is left, which points anywhere, even along them.
+    if side.length() < 1e-5 && a.0.dot(b.0) < 0.0 {
+        return (a.0, PI);
+    }
+    match side.try_normalize() {
         Some(t) => ((a.0 * turn.cos() + t * turn.sin()).normalize(), spread),
-        None => (a.0, PI),
+        // The axes are the same to rounding.
+        None => (a.0, spread),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::union_of_cones;
+    use core::f64::consts::PI;
+    use linelit_geometry::DVec3;
+    use linelit_testkit::strategies::unit_vector;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        })]
+
+        /// Axes of all kinds, many nearly the same or nearly opposite, where the plane of both is lost in rounding.
+        #[test]
+        fn unions_hold_both_cones(
+            a in unit_vector().prop_map(DVec3::from),
+            towards in unit_vector().prop_map(DVec3::from),
+            shift in (-18i32..1).prop_map(|e| 10f64.powi(e)),
+            opposite in any::<bool>(),
+            spreads in [0.0..1.6f64, 0.0..0.1f64],
+        ) {
+            let b = ((if opposite { -a } else { a }) + towards * shift).try_normalize().unwrap_or(a);
+            for spreads in [spreads, [0.0; 2]] {
+                let (axis, spread) = union_of_cones((a, spreads[0]), (b, spreads[1]));
+                for (other, inner) in [(a, spreads[0]), (b, spreads[1])] {
+                    let between = axis.cross(other).length().atan2(axis.dot(other));
+                    // What `reach` allows for.
+                    prop_assert!((between + inner).min(PI) <= spread + 1e-10);
+                }
+            }
+        }
     }
 }

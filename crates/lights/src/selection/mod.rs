@@ -40,6 +40,11 @@ pub struct Picked {
     pub rest: f64,
 }
 
+/// A random number, kept in [0, 1); zero if it is none.
+fn unit(u: f64) -> f64 {
+    if u > 0.0 { u.min(ONE_MINUS) } else { 0.0 }
+}
+
 /// A fixed discrete distribution by a table of running sums. Allocates when made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Discrete {
@@ -47,20 +52,35 @@ pub struct Discrete {
 }
 
 impl Discrete {
-    /// Probabilities proportional to `weights` ≥ 0. `None` if one is negative or not finite, or all are zero.
+    /// Probabilities proportional to `weights` ≥ 0, positive for every positive weight: what is lost in the rounding of the
+    /// others is raised to an ulp of their sum. `None` if one is negative or not finite, or all are zero.
     #[must_use]
     pub fn new(weights: &[f64]) -> Option<Self> {
-        let mut total = 0.0;
+        if weights.iter().any(|w| *w < 0.0 || !w.is_finite()) {
+            return None;
+        }
+        let table = Self::with_scale(weights, 1.0);
+        let table = if table.total().is_finite() {
+            table
+        } else {
+            // 2⁶⁴ of the largest weights add up to less than the largest number.
+            Self::with_scale(weights, 0.5_f64.powi(70))
+        };
+        (table.total() > 0.0).then_some(table)
+    }
+
+    /// Running sums of `weights` × `scale`, each positive weight at least an ulp of them.
+    fn with_scale(weights: &[f64], scale: f64) -> Self {
+        let mut total = 0.0_f64;
         let mut sums = Vec::with_capacity(weights.len() + 1);
         sums.push(0.0);
         for &w in weights {
-            if w < 0.0 || !w.is_finite() {
-                return None;
+            if w > 0.0 {
+                total = (total + w * scale).max(total.next_up());
             }
-            total += w;
             sums.push(total);
         }
-        (total > 0.0 && total.is_finite()).then_some(Self { sums })
+        Self { sums }
     }
 
     /// Each of `n` alike; `None` of none.
@@ -83,7 +103,7 @@ impl Discrete {
     /// The light for a random number in [0, 1).
     #[must_use]
     pub fn pick(&self, u: f64) -> Option<Picked> {
-        let target = u * self.total();
+        let target = unit(u) * self.total();
         let mut i = self
             .sums
             .partition_point(|&s| s <= target)
@@ -96,16 +116,16 @@ impl Discrete {
         let weight = self.sums[i + 1] - self.sums[i];
         (weight > 0.0).then(|| Picked {
             index: i,
-            probability: weight / self.total(),
+            probability: self.probability(i),
             rest: ((target - self.sums[i]) / weight).clamp(0.0, ONE_MINUS),
         })
     }
 
-    /// The probability α of light `index`; zero out of range.
+    /// The probability α of light `index`; zero if its weight is, and out of range.
     #[must_use]
     pub fn probability(&self, index: usize) -> f64 {
         match (self.sums.get(index), self.sums.get(index + 1)) {
-            (Some(a), Some(b)) => (b - a) / self.total(),
+            (Some(a), Some(b)) if b > a => ((b - a) / self.total()).max(f64::MIN_POSITIVE),
             _ => 0.0,
         }
     }
@@ -113,6 +133,9 @@ impl Discrete {
 
 /// The share of the total that every light which might contribute keeps, over N.
 pub const FLOOR: f64 = 0.05;
+
+/// The largest estimate of one light.
+const ESTIMATE: f64 = 1e280;
 
 /// α in proportion to an estimate of every light's unshadowed contribution at one shading point, made anew for each.
 ///
@@ -148,7 +171,8 @@ impl<'b> Estimated<'b> {
             // A negative weight marks what cannot contribute until the floor is known.
             *w = if possible(i) {
                 let e = estimate(i);
-                if e > 0.0 && e.is_finite() { e } else { 0.0 }
+                // Clamped so that sums are finite; what is no number counts as zero.
+                if e > 0.0 { e.min(ESTIMATE) } else { 0.0 }
             } else {
                 -1.0
             };
@@ -156,7 +180,7 @@ impl<'b> Estimated<'b> {
         }
         #[allow(clippy::cast_precision_loss, reason = "far fewer than 2^53 lights")]
         let floor = if sum > 0.0 {
-            FLOOR * sum / buffer.len() as f64
+            (FLOOR * sum / buffer.len() as f64).max(f64::MIN_POSITIVE)
         } else {
             1.0
         };
@@ -174,7 +198,7 @@ impl<'b> Estimated<'b> {
     /// The light for a random number in [0, 1); `None` if no light can contribute.
     #[must_use]
     pub fn pick(&self, u: f64) -> Option<Picked> {
-        let mut rest = u * self.total;
+        let mut rest = unit(u) * self.total;
         let mut last = None;
         for (index, &w) in self.weights.iter().enumerate() {
             if w > 0.0 {

@@ -1,7 +1,7 @@
 //! A light tree: one light of thousands in logarithmic time.
 
-use super::Picked;
-use super::bounds::LightBounds;
+use super::bounds::{LightBounds, Reach};
+use super::{Picked, can_contribute, unit};
 use crate::fan::ONE_MINUS;
 use crate::light::Light;
 use linelit_geometry::DVec3;
@@ -31,6 +31,8 @@ struct Node {
     bounds: LightBounds,
     /// Index of the second child (the first follows its parent), or the light.
     link: usize,
+    /// The first node after this one and all below it.
+    end: usize,
     leaf: bool,
 }
 
@@ -41,7 +43,17 @@ struct Group {
     depth: u32,
     /// Whether the light that is looked for is in it.
     on_trail: bool,
+    /// A node that can contribute with all below it: within the group, or around it.
+    lit: Option<usize>,
     weight: f64,
+}
+
+/// Where a walk is: at a node with a light that can contribute.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    node: usize,
+    /// The first node at or below it that can contribute with all below itself; or one around it.
+    lit: usize,
 }
 
 /// Groups that wait to be visited: one for each level, of which trails have 64.
@@ -49,10 +61,14 @@ const WAITING: usize = 80;
 
 /// A binary tree over lights, split by the surface area orientation heuristic (Conty & Kulla 2018).
 ///
-/// A light is picked by walking down, at each node by the importances of the two children at the shading point; the
-/// probability is the product of the branches, and [`LightTree::probability`] retraces them. Lights without power are
-/// left out; a light has the probability zero only if it cannot contribute. Allocates when built (O(N log N)), never when
-/// sampled.
+/// A light is picked by walking down, at each node by the importances of the two children at the shading point; a child
+/// without any light that [`can_contribute`] is never entered. So a light is found wherever there is one, and the
+/// probabilities of those that can contribute are positive and add up to one: to 2(D + 1) ε, where D is the depth, for a
+/// product of D shares has D − 1 roundings and each pair of shares is complementary to half an ε. Lights without power are
+/// left out. [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when sampled.
+///
+/// The tree keeps bounds; the lights themselves stay with whoever has them, and every question takes `light`, which must
+/// give for an index the light that the tree was built over.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
@@ -66,9 +82,12 @@ const WAITING: usize = 80;
 /// let lights: Vec<_> = (0..100).map(|i| lamp(f64::from(i))).collect();
 /// let tree = LightTree::new(&lights, Importance::default());
 /// let (x, n) = (DVec3::new(20.0, 0.0, 0.0), DVec3::Z);
-/// let picked = tree.pick(x, n, 0.37).unwrap();
-/// assert!((picked.probability / tree.probability(x, n, picked.index) - 1.0).abs() < 1e-12);
-/// assert!(tree.probability(x, n, 20) > 100.0 * tree.probability(x, n, 99));
+/// let light = |i: usize| &lights[i];
+/// let picked = tree.pick(light, x, n, 0.37).unwrap();
+/// assert_eq!(picked.probability, tree.probability(light, x, n, picked.index));
+/// assert!(tree.probability(light, x, n, 20) > 100.0 * tree.probability(light, x, n, 99));
+/// // Below the lamps' horizon there is nothing to pick.
+/// assert!(tree.pick(light, DVec3::new(20.0, 0.0, 4.0), n, 0.37).is_none());
 /// ```
 #[derive(Clone, Debug)]
 pub struct LightTree {
@@ -82,6 +101,10 @@ pub struct LightTree {
 const FAR: f64 = 0.4;
 /// The share of the bound in [`Importance::Moments`].
 const DEFENCE: f64 = 0.05;
+/// The range of importances: with as many groups as there is memory for, sums are finite and shares positive.
+const IMPORTANCES: (f64, f64) = (1e-140, 1e140);
+/// The least share of a child that has a light to give, which no rounding can take for none.
+const SHARE: f64 = f64::EPSILON;
 /// Buckets of the split search.
 const BUCKETS: usize = 12;
 /// Beyond this depth groups are halved by count, so that a trail fits 64 bits.
@@ -126,6 +149,7 @@ impl LightTree {
         self.nodes.push(Node {
             bounds,
             link: members[0].0,
+            end: at + 2 * members.len() - 1,
             leaf,
         });
         if leaf {
@@ -139,89 +163,188 @@ impl LightTree {
         self.build(right, trail | (1 << depth), depth + 1);
     }
 
+    /// The importance of a node that can contribute.
     fn weight(&self, node: usize, x: DVec3, n: DVec3) -> f64 {
         let bounds = &self.nodes[node].bounds;
         let bound = bounds.bound(x, n);
-        match self.importance {
-            Importance::Moments | Importance::Cut if bound > 0.0 => {
-                bounds.expected(x, n) + DEFENCE * bound
-            }
-            _ => bound,
+        let weight = match self.importance {
+            Importance::Bounds => bound,
+            Importance::Moments | Importance::Cut => bounds.expected(x, n) + DEFENCE * bound,
+        };
+        // Not a number where squares of coordinates overflow: then, too, the light counts.
+        if weight > IMPORTANCES.0 {
+            weight.min(IMPORTANCES.1)
+        } else {
+            IMPORTANCES.0
         }
     }
 
-    /// The probability of the first child of an inner node; `None` if neither child can contribute.
-    fn first_share(&self, node: usize, x: DVec3, n: DVec3) -> Option<f64> {
-        let (a, b) = (
-            self.weight(node + 1, x, n),
-            self.weight(self.nodes[node].link, x, n),
-        );
-        let sum = a + b;
-        (sum > 0.0 && sum.is_finite()).then(|| a / sum)
+    /// The first node, at or below this one and in the order of the tree, of which every light can contribute; `None` if
+    /// none of this one's can.
+    fn lit<'l>(
+        &self,
+        node: usize,
+        light: impl Fn(usize) -> &'l Light,
+        x: DVec3,
+        n: DVec3,
+    ) -> Option<usize> {
+        let (mut at, end) = (node, self.nodes[node].end);
+        while at < end {
+            let node = &self.nodes[at];
+            if node.leaf {
+                if can_contribute(light(node.link), x, n) {
+                    return Some(at);
+                }
+                at = node.end;
+                continue;
+            }
+            match node.bounds.reach(x, n) {
+                Reach::All => return Some(at),
+                Reach::None => at = node.end,
+                Reach::Unknown => at += 1,
+            }
+        }
+        None
     }
 
-    /// A light for the shading point `x` with the unit normal `n` and a random number in [0, 1); `None` if the walk ends
-    /// where no light can contribute.
+    /// The children of an inner node, as far as they can contribute, and the probability of the first: zero or one only if
+    /// the other cannot.
+    fn branch<'l>(
+        &self,
+        Step { node, lit }: Step,
+        light: impl Fn(usize) -> &'l Light + Copy,
+        x: DVec3,
+        n: DVec3,
+    ) -> (f64, Step, Step) {
+        let (a, b) = (node + 1, self.nodes[node].link);
+        let at = |node, lit| Step { node, lit };
+        if lit >= b {
+            // What was found first is in the second child, so there is nothing in the first.
+            return (0.0, at(a, a), at(b, lit));
+        }
+        let second = if lit <= node {
+            lit
+        } else {
+            match self.lit(b, light, x, n) {
+                Some(second) => second,
+                None => return (1.0, at(a, lit), at(b, b)),
+            }
+        };
+        let weights = (self.weight(a, x, n), self.weight(b, x, n));
+        let share = weights.0 / (weights.0 + weights.1);
+        let first = share.clamp(SHARE, 1.0 - SHARE);
+        (first, at(a, lit), at(b, second))
+    }
+
+    /// A light for the shading point `x` with the unit normal `n` and a random number in [0, 1); `None` if no light can
+    /// contribute. Only light of which `light` says so can be picked.
     #[must_use]
-    pub fn pick(&self, x: DVec3, n: DVec3, u: f64) -> Option<Picked> {
-        let (mut node, mut probability, mut rest) = self.enter(x, n, u)?;
-        while !self.nodes[node].leaf {
-            let first = self.first_share(node, x, n)?;
+    pub fn pick<'l>(
+        &self,
+        light: impl Fn(usize) -> &'l Light + Copy,
+        x: DVec3,
+        n: DVec3,
+        u: f64,
+    ) -> Option<Picked> {
+        let (mut step, mut probability, mut rest) = self.enter(light, x, n, unit(u))?;
+        while !self.nodes[step.node].leaf {
+            let (first, a, b) = self.branch(step, light, x, n);
             if rest < first {
                 rest = (rest / first).min(ONE_MINUS);
                 probability *= first;
-                node += 1;
+                step = a;
             } else {
                 rest = ((rest - first) / (1.0 - first)).clamp(0.0, ONE_MINUS);
                 probability *= 1.0 - first;
-                node = self.nodes[node].link;
+                step = b;
             }
         }
-        (probability > 0.0).then(|| Picked {
-            index: self.nodes[node].link,
-            probability,
+        Some(Picked {
+            index: self.nodes[step.node].link,
+            probability: probability.max(f64::MIN_POSITIVE),
             rest,
         })
     }
 
     /// Where a walk begins: the root, or a group of the cut; its probability, and what is left of the random number.
-    fn enter(&self, x: DVec3, n: DVec3, u: f64) -> Option<(usize, f64, f64)> {
+    fn enter<'l>(
+        &self,
+        light: impl Fn(usize) -> &'l Light + Copy,
+        x: DVec3,
+        n: DVec3,
+        u: f64,
+    ) -> Option<(Step, f64, f64)> {
         if self.importance != Importance::Cut {
-            let lit = !self.nodes.is_empty() && self.weight(0, x, n) > 0.0;
-            return lit.then_some((0, 1.0, u));
+            return Some((self.root(light, x, n)?, 1.0, u));
         }
         // One of a stream, in proportion to its weight, with one random number.
-        let (mut total, mut rest, mut taken) = (0.0, u, None);
-        self.visit_cut(x, n, u64::MAX, |group| {
+        let (mut total, mut rest, mut taken) = (0.0, u, None::<Group>);
+        self.visit_cut(light, x, n, u64::MAX, |group| {
             total += group.weight;
             let share = group.weight / total;
             if rest < share {
                 rest = (rest / share).min(ONE_MINUS);
-                taken = Some((group.node, group.weight));
+                taken = Some(group);
             } else {
                 rest = ((rest - share) / (1.0 - share)).clamp(0.0, ONE_MINUS);
             }
         });
-        taken.map(|(node, weight)| (node, weight / total, rest))
+        let taken = taken?;
+        let step = Step {
+            node: taken.node,
+            lit: taken.lit?,
+        };
+        Some((step, taken.weight / total, rest))
+    }
+
+    /// The root, if it has a light that can contribute.
+    fn root<'l>(
+        &self,
+        light: impl Fn(usize) -> &'l Light + Copy,
+        x: DVec3,
+        n: DVec3,
+    ) -> Option<Step> {
+        if self.nodes.is_empty() {
+            return None;
+        }
+        self.lit(0, light, x, n).map(|lit| Step { node: 0, lit })
     }
 
     /// The same for the walk to a light: the group, its depth and its probability.
-    fn enter_towards(&self, x: DVec3, n: DVec3, trail: u64) -> Option<(usize, u32, f64)> {
+    fn enter_towards<'l>(
+        &self,
+        light: impl Fn(usize) -> &'l Light + Copy,
+        x: DVec3,
+        n: DVec3,
+        trail: u64,
+    ) -> Option<(Step, u32, f64)> {
         if self.importance != Importance::Cut {
-            return (self.weight(0, x, n) > 0.0).then_some((0, 0, 1.0));
+            return Some((self.root(light, x, n)?, 0, 1.0));
         }
-        let (mut total, mut taken) = (0.0, None);
-        self.visit_cut(x, n, trail, |group| {
+        let (mut total, mut taken) = (0.0, None::<Group>);
+        self.visit_cut(light, x, n, trail, |group| {
             total += group.weight;
             if group.on_trail {
-                taken = Some((group.node, group.depth, group.weight));
+                taken = Some(group);
             }
         });
-        taken.map(|(node, depth, weight)| (node, depth, weight / total))
+        let taken = taken?;
+        let step = Step {
+            node: taken.node,
+            lit: taken.lit?,
+        };
+        Some((step, taken.depth, taken.weight / total))
     }
 
-    /// The groups of the cut with a positive weight, in the order of the tree.
-    fn visit_cut(&self, x: DVec3, n: DVec3, trail: u64, mut visit: impl FnMut(Group)) {
+    /// The groups of the cut that can contribute, in the order of the tree.
+    fn visit_cut<'l>(
+        &self,
+        light: impl Fn(usize) -> &'l Light + Copy,
+        x: DVec3,
+        n: DVec3,
+        trail: u64,
+        mut visit: impl FnMut(Group),
+    ) {
         if self.nodes.is_empty() {
             return;
         }
@@ -232,9 +355,17 @@ impl LightTree {
             count -= 1;
             let mut group = waiting[count];
             let node = &self.nodes[group.node];
+            if group.lit.is_none() && !node.leaf {
+                match node.bounds.reach(x, n) {
+                    Reach::None => continue,
+                    Reach::All => group.lit = Some(group.node),
+                    Reach::Unknown => {}
+                }
+            }
             if node.leaf || node.bounds.is_far(x, n, FAR) || count + 2 > WAITING {
-                group.weight = self.weight(group.node, x, n);
-                if group.weight > 0.0 && group.weight.is_finite() {
+                group.lit = group.lit.or_else(|| self.lit(group.node, light, x, n));
+                if group.lit.is_some() {
+                    group.weight = self.weight(group.node, x, n);
                     visit(group);
                 }
                 continue;
@@ -244,6 +375,7 @@ impl LightTree {
                 node,
                 depth: group.depth + 1,
                 on_trail: group.on_trail && second == is_second,
+                lit: group.lit,
                 weight: 0.0,
             };
             waiting[count] = child(node.link, true);
@@ -252,30 +384,39 @@ impl LightTree {
         }
     }
 
-    /// The probability with which [`LightTree::pick`] takes light `index`.
+    /// The probability with which [`LightTree::pick`] takes light `index`: zero if and only if it cannot contribute, has no
+    /// power or is not in the tree.
     #[must_use]
-    pub fn probability(&self, x: DVec3, n: DVec3, index: usize) -> f64 {
+    pub fn probability<'l>(
+        &self,
+        light: impl Fn(usize) -> &'l Light + Copy,
+        x: DVec3,
+        n: DVec3,
+        index: usize,
+    ) -> f64 {
         let Some(mut trail) = self.trails.get(index).copied().flatten() else {
             return 0.0;
         };
-        let Some((mut node, depth, mut probability)) = self.enter_towards(x, n, trail) else {
+        if !can_contribute(light(index), x, n) {
+            return 0.0;
+        }
+        let Some((mut step, depth, mut probability)) = self.enter_towards(light, x, n, trail)
+        else {
             return 0.0;
         };
-        trail >>= depth;
-        while !self.nodes[node].leaf {
-            let Some(first) = self.first_share(node, x, n) else {
-                return 0.0;
-            };
+        trail = trail.checked_shr(depth).unwrap_or(0);
+        while !self.nodes[step.node].leaf {
+            let (first, a, b) = self.branch(step, light, x, n);
             if trail & 1 == 0 {
                 probability *= first;
-                node += 1;
+                step = a;
             } else {
                 probability *= 1.0 - first;
-                node = self.nodes[node].link;
+                step = b;
             }
             trail >>= 1;
         }
-        probability
+        probability.max(f64::MIN_POSITIVE)
     }
 }
 

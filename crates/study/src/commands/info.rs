@@ -155,7 +155,8 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &SceneLight
             (name, a.polygon.area(), 0.0)
         }
         Light::Linear(l) => ("linear", 0.0, l.segment.length()),
-        _ => ("other", 0.0, 0.0),
+        Light::Sphere(s) => ("sphere", s.sphere.area(), 0.0),
+        Light::Disk(d) => ("disk", d.disk.area(), 0.0),
     };
     let group = groups.entry(name).or_default();
     group.lights += 1;
