@@ -1,6 +1,7 @@
 //! The slow way, to judge the fast one by.
 
 use crate::lines::{self, Along, Draws, Streams};
+use crate::renderer::first_dimension;
 use crate::{LineOptions, Renderer, ShadingPoint};
 use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_lights::Light;
@@ -10,7 +11,12 @@ use linelit_visibility::brute;
 impl Renderer<'_> {
     /// The direct light of all area lights by `count` stratified lines each, whose visible parts
     /// are found in `f64` by asking every triangle of the scene: no hierarchy, no kernels, no
-    /// skips; where the material has a closed form along a line by that, else by a point of each. For tests and for judging other renderers' images.
+    /// skips; where the material has a closed form along a line by that, else by a point of each.
+    /// For tests and for judging other renderers' images.
+    ///
+    /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and the
+    /// first camera sample with the sampler `stratified` and the same seed and count, so that
+    /// without skips both give the same light up to the rounding of the intervals' ends.
     #[must_use]
     pub fn brute_force(
         &self,
@@ -31,15 +37,13 @@ impl Renderer<'_> {
             } else {
                 Along::Point
             };
+            let dimension = first_dimension(light.index);
             let streams = Streams {
-                samples: &Sampler::new(SamplerKind::Stratified, seed).points(
-                    pixel,
-                    light.index,
-                    count,
-                ),
+                samples: &Sampler::new(SamplerKind::Stratified, seed)
+                    .points(pixel, dimension, count),
                 two_dimensional: along == Along::Point,
                 orientations: &Sampler::new(SamplerKind::Independent, seed),
-                key: (pixel, light.index),
+                key: (pixel, dimension),
                 count,
             };
             draws.draw(area, LineOptions::default(), &streams);

@@ -19,6 +19,13 @@ const DIMENSIONS_PER_LIGHT: u32 = 16;
 /// Sample dimensions before the first light: the camera's.
 const CAMERA_DIMENSIONS: u32 = 4;
 
+/// The first sample dimension of a light: of its `index` in the scene for the first camera sample, as many further on for
+/// each that follows as the scene has lights.
+pub(crate) const fn first_dimension(slot: u32) -> u32 {
+    slot.wrapping_mul(DIMENSIONS_PER_LIGHT)
+        .wrapping_add(CAMERA_DIMENSIONS)
+}
+
 /// How many samples of what.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -255,7 +262,8 @@ impl<'s> Renderer<'s> {
             Some((light, Light::Area(area))) => {
                 light.shown(surface.uv, area.polygon.normal().dot(outgoing))
             }
-            _ => DVec3::ZERO,
+            // Lines have no surface to look at; spheres and disks of a scene are triangles.
+            Some((_, Light::Linear(_) | Light::Sphere(_) | Light::Disk(_))) | None => DVec3::ZERO,
         }
     }
 
@@ -374,9 +382,7 @@ impl<'s> Renderer<'s> {
             light,
             point,
             pixel,
-            dimension: slot
-                .wrapping_mul(DIMENSIONS_PER_LIGHT)
-                .wrapping_add(CAMERA_DIMENSIONS),
+            dimension: first_dimension(slot),
             each: 1,
         };
         pair.estimate(workspace)
