@@ -11,7 +11,10 @@ pub(crate) const TOLERANCE: f64 = 1e-8;
 
 /// Whether the material's light has a closed form along a line and over a polygon.
 pub(crate) fn has_closed_form(bsdf: &Bsdf) -> bool {
-    matches!(bsdf, Bsdf::Lambert(_) | Bsdf::Phong(..))
+    match bsdf {
+        Bsdf::Lambert(_) | Bsdf::Phong(..) => true,
+        Bsdf::Layers(_) => false,
+    }
 }
 
 /// Visible pieces of the lines on an area light, relative to the shading point, to be integrated
@@ -148,7 +151,7 @@ fn lobe(point: &ShadingPoint) -> Option<(DVec3, f64)> {
             let axis = Phong::axis(point.outgoing, point.normal);
             Some((axis, phong.exponent))
         }
-        _ => None,
+        Bsdf::Lambert(_) | Bsdf::Layers(_) => None,
     }
 }
 
@@ -157,6 +160,9 @@ fn reflected(point: &ShadingPoint, flat: f64, glossy: f64) -> DVec3 {
     match &point.bsdf {
         Bsdf::Lambert(lambert) => lambert.value() * flat,
         Bsdf::Phong(lambert, phong) => lambert.value() * flat + phong.scale() * glossy,
-        _ => DVec3::ZERO,
+        Bsdf::Layers(_) => {
+            debug_assert!(false, "asked only where `has_closed_form`");
+            DVec3::ZERO
+        }
     }
 }

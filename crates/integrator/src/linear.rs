@@ -290,7 +290,7 @@ impl Lobe {
                 (phong_map(axis, phong.exponent), phong.scale() * lit)
             }
             Bsdf::Layers(layers) => glossy_layer(layers, point, &seen)?,
-            _ => return None,
+            Bsdf::Lambert(_) | Bsdf::Phong(..) => return None,
         };
         let sampler = LtcSampler::new(line, point.position, point.normal, map)?;
         Some(Self { sampler, reflected })
@@ -310,7 +310,7 @@ fn glossy_layer(layers: &Layers, point: &ShadingPoint, seen: &Segment) -> Option
             let lit = phong::cylinder(seen.p0, seen.p1, point.normal, axis, lobe.exponent);
             Some((phong_map(axis, lobe.exponent), scale * lobe.scale() * lit))
         }
-        _ => None,
+        Layer::OrenNayar(_) | Layer::Reflector(_) | Layer::Substrate(_) => None,
     })
 }
 
@@ -351,10 +351,9 @@ fn diffuse_albedo(bsdf: &Bsdf) -> DVec3 {
                     Layer::Frostbite(material) => material.diffuse,
                     Layer::OrenNayar(rough) => rough.albedo,
                     Layer::Substrate(coated) => coated.diffuse,
-                    _ => DVec3::ZERO,
+                    Layer::Phong(_) | Layer::Reflector(_) => DVec3::ZERO,
                 }
         }),
-        _ => DVec3::ZERO,
     }
 }
 

@@ -170,7 +170,7 @@ impl Builder<'_> {
                 }
             }
             // Their diffuse part only: see `Material::is_drawn_in_full`.
-            _ => {
+            MaterialKind::CoatedDiffuse { .. } | MaterialKind::DiffuseTransmission { .. } => {
                 let albedo = self.scene.diffuse_reflectance(index, uv);
                 self.layers.add_diffuse(scale * albedo);
             }

@@ -157,11 +157,17 @@ impl Pair<'_> {
                 self.points_on_line(linear, LinearOptions::default(), workspace)
             }
             Estimator::PointLinear(options) => self.points_on_line(linear, options, workspace),
-            _ if closed_form::has_closed_form(&self.point.bsdf) => {
-                self.whole_linear_light(linear, workspace)
+            Estimator::LineArea(_)
+            | Estimator::LineAnalytic(_)
+            | Estimator::Mix(_)
+            | Estimator::Exact(_)
+            | Estimator::Hybrid => {
+                if closed_form::has_closed_form(&self.point.bsdf) {
+                    self.whole_linear_light(linear, workspace)
+                } else {
+                    self.points_on_line(linear, LinearOptions::default(), workspace)
+                }
             }
-            // Without a closed form, points.
-            _ => self.points_on_line(linear, LinearOptions::default(), workspace),
         }
     }
 

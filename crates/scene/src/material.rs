@@ -96,7 +96,6 @@ impl Roughness {
 ///
 /// Reflectances are linear RGB in [0, 1]; indices of refraction are relative to vacuum.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub enum MaterialKind {
     /// Lambert (v3 `matte`, v4 `diffuse`), or Oren–Nayar if `sigma` is not zero.
     Matte {

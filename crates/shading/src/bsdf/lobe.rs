@@ -6,7 +6,6 @@ use linelit_geometry::DVec3;
 
 /// One model of reflection, in the local frame of the surface (normal +z).
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Lobe {
     /// Rough diffuse.
     OrenNayar(OrenNayar),

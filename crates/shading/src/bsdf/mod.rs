@@ -36,7 +36,6 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Reflection of a surface, as what the estimators can do with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 #[allow(
     clippy::large_enum_variant,
     reason = "one for each shading point; a box would make it no longer `Copy`"
