@@ -29,7 +29,9 @@ the linelit program (same words as `linelit COMMAND`, see `cargo xtask COMMAND -
   convert SCENE -o OUT.pbrt write a scene as pbrt-v4 text
 
 the workshop:
-  test [--long] [STEP…]     everything that must hold; --long adds the long tests; STEP… runs only these:
+  test [--long [--seed N]] [STEP…]
+                            everything that must hold; --long adds the long tests, on new random cases unless
+                            N says which; STEP… runs only these:
                             fmt tidy clippy test doctest doc features long
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench

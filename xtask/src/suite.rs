@@ -4,7 +4,7 @@ use crate::{cargo, manifest, tidy};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The steps by name, in the order in which they run: quick ones first.
 const STEPS: [&str; 8] = [
@@ -15,17 +15,24 @@ const STEPS: [&str; 8] = [
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Selection {
     steps: Vec<&'static str>,
+    /// What the long tests draw their random cases from; a new one each time unless given.
+    seed: Option<u64>,
 }
 
 impl Selection {
-    /// Reads `[--long] [STEP…]`.
+    /// Reads `[--long] [--seed N] [STEP…]`.
     pub(crate) fn parse(arguments: &[String]) -> Result<Self, String> {
-        let mut long = false;
+        let (mut long, mut seed) = (false, None);
         let mut named = Vec::new();
-        for argument in arguments {
+        let mut arguments = arguments.iter();
+        while let Some(argument) = arguments.next() {
             match STEPS.iter().find(|step| **step == argument.as_str()) {
                 Some(step) => named.push(*step),
                 None if argument == "--long" => long = true,
+                None if argument == "--seed" => {
+                    let number = arguments.next().and_then(|n| n.parse().ok());
+                    seed = Some(number.ok_or("--seed needs a whole number")?);
+                }
                 None => return Err(format!("unknown step `{argument}`")),
             }
         }
@@ -34,9 +41,11 @@ impl Selection {
             (_, true) => true,
             (name, false) => named.contains(&name),
         };
-        Ok(Self {
-            steps: STEPS.iter().filter(chosen).copied().collect(),
-        })
+        let steps: Vec<_> = STEPS.iter().filter(chosen).copied().collect();
+        if seed.is_some() && !steps.contains(&"long") {
+            return Err("--seed is for the long tests; add --long".to_owned());
+        }
+        Ok(Self { steps, seed })
     }
 }
 
@@ -50,8 +59,9 @@ struct Outcome {
 /// Runs the selected steps, all of them whatever fails; 0 if all passed, else 1.
 pub(crate) fn run(selection: &Selection) -> u8 {
     let mut outcomes = Vec::new();
+    let seed = selection.seed.unwrap_or_else(new_seed);
     for step in &selection.steps {
-        for (name, work) in expand(step) {
+        for (name, work) in expand(step, seed) {
             eprintln!("\n== {name}");
             let begin = Instant::now();
             let problems = work();
@@ -63,13 +73,26 @@ pub(crate) fn run(selection: &Selection) -> u8 {
             });
         }
     }
-    summary(&outcomes)
+    let status = summary(&outcomes);
+    if selection.steps.contains(&"long") {
+        println!("the long tests again, on the same cases: cargo xtask test --seed {seed} long");
+    }
+    status
+}
+
+/// A seed that no run had before.
+fn new_seed() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    // Nanoseconds of 500 years fit; a clock before 1970 costs the newness only.
+    now.map_or(0, |t| {
+        t.as_secs() * 1_000_000_000 + u64::from(t.subsec_nanos())
+    })
 }
 
 type Work = Box<dyn FnOnce() -> Vec<String>>;
 
 /// A step's parts, each with its name.
-fn expand(step: &str) -> Vec<(String, Work)> {
+fn expand(step: &str, seed: u64) -> Vec<(String, Work)> {
     let one = |name: &str, command: Command| vec![(name.to_owned(), checked(command))];
     match step {
         "fmt" => one(
@@ -100,12 +123,12 @@ fn expand(step: &str) -> Vec<(String, Work)> {
         "features" => feature_combinations(),
         "long" => vec![
             (
-                "long tests".to_owned(),
-                checked(tests(&["--release"], &["--ignored"])),
+                format!("long tests, seed {seed}"),
+                checked(new_cases(tests(&["--release"], &["--ignored"]), seed)),
             ),
             (
-                "properties on new cases".to_owned(),
-                checked(new_cases(tests(&["--release"], &[]))),
+                format!("properties on new cases, seed {seed}"),
+                checked(new_cases(tests(&["--release"], &[]), seed)),
             ),
         ],
         _ => Vec::new(),
@@ -137,10 +160,12 @@ fn same_cases(mut command: Command) -> Command {
     command
 }
 
-/// Sixteen times the usual number of random cases, new ones on every run; a failing case prints
-/// itself, smallest form first.
-fn new_cases(mut command: Command) -> Command {
+/// Sixteen times the usual number of random cases, for properties that say how many they usually take as well (the tests'
+/// `cases(n)` scales by this over 256), and from this seed, which loops of random numbers take as well; a failing case
+/// prints itself, smallest form first.
+fn new_cases(mut command: Command, seed: u64) -> Command {
     command.env("PROPTEST_CASES", "4096");
+    command.env(PROPERTY_SEED, seed.to_string());
     command
 }
 
@@ -321,11 +346,32 @@ mod tests {
     }
 
     #[test]
+    fn long_runs_are_new_and_can_be_had_again() {
+        let environment = |command: &Command| -> Vec<(String, String)> {
+            let text = |s: &std::ffi::OsStr| s.to_string_lossy().into_owned();
+            let set = command.get_envs();
+            set.filter_map(|(k, v)| Some((text(k), text(v?)))).collect()
+        };
+        let set = environment(&new_cases(Command::new("cargo"), 12));
+        assert!(set.contains(&("PROPTEST_CASES".to_owned(), "4096".to_owned())));
+        assert!(set.contains(&(PROPERTY_SEED.to_owned(), "12".to_owned())));
+        let first = new_seed();
+        std::thread::sleep(Duration::from_millis(20));
+        assert!(new_seed() > first);
+    }
+
+    #[test]
     fn selections() {
         assert_eq!(parse(&[]).unwrap(), STEPS[..7]);
         assert_eq!(parse(&["--long"]).unwrap(), STEPS);
         assert_eq!(parse(&["tidy", "fmt"]).unwrap(), ["fmt", "tidy"]);
         assert_eq!(parse(&["long"]).unwrap(), ["long"]);
         assert!(parse(&["--fast"]).is_err());
+        assert_eq!(parse(&["--seed", "7", "long"]).unwrap(), ["long"]);
+        let words = ["--long", "--seed", "7"].map(str::to_owned);
+        assert_eq!(Selection::parse(&words).unwrap().seed, Some(7));
+        assert!(parse(&["--long", "--seed"]).is_err() && parse(&["--seed", "x", "long"]).is_err());
+        // Nothing that runs would take it.
+        assert!(parse(&["--seed", "7"]).is_err() && parse(&["--seed", "7", "test"]).is_err());
     }
 }

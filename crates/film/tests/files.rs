@@ -7,6 +7,7 @@ use linelit_film::{
     Document, FilmError, Image, MomentImage, Placement, decode_exr, read_pfm, write_atomically,
     write_pfm,
 };
+use linelit_testkit::cases::cases;
 use proptest::prelude::*;
 
 /// A folder that is gone after the test.
@@ -243,7 +244,7 @@ fn a_header_that_promises_terabytes_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
-        cases: 2000,
+        cases: cases(2000),
         ..ProptestConfig::default()
     })]
 

@@ -8,6 +8,7 @@ use common::{CLUTTER, SQUARE, TRIANGLE, load, points, room, room_text, settings,
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, ShadingPoint, Workspace};
 use linelit_scene::Scene;
+use linelit_testkit::cases::cases;
 use linelit_testkit::{chi2::sidak, precise::Precise, real::Real, ztest::critical_z};
 use proptest::prelude::*;
 use std::fmt::Write as _;
@@ -108,7 +109,7 @@ fn corner() -> impl Strategy<Value = [f64; 3]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(cases(64)))]
 
     /// A few random triangles against the slabs in f64.
     #[test]

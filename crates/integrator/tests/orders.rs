@@ -101,7 +101,6 @@ fn stratified_lines_converge_at_a_higher_order_than_points() {
         let order = slopes(&renderer, &points, (estimator, sampler));
         // An interval as wide as what it is to tell apart would let anything pass.
         let error = order.standard_error();
-        println!("{estimator}, {sampler}: {:.3} +- {error:.3}", order.mean());
         assert!(error < 0.02, "{estimator} {sampler}: +- {error}");
         order
     };

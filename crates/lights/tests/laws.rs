@@ -294,7 +294,7 @@ fn points_on_polygons_fit_their_pdf_long() {
 
 #[test]
 fn points_on_polygons_invert() {
-    let mut rng = SplitMix64::new(3);
+    let mut rng = linelit_testkit::cases::rng(3);
     for case in &cases() {
         // Rounded coordinates move the place; the density per area over its mean, at most 1e3 here, scales it to ξ. The
         // CDF of the line techniques adds its own ε times the full turn.
@@ -322,7 +322,7 @@ fn points_on_polygons_invert() {
 
 #[test]
 fn perfect_techniques_have_no_variance() {
-    let mut rng = SplitMix64::new(5);
+    let mut rng = linelit_testkit::cases::rng(5);
     for case in &cases() {
         let lines = AngularLines::by_projected_solid_angle(&case.polygon, 0.3, case.x, case.n);
         let tolerance = 1e3 * resolution(case);

@@ -505,7 +505,7 @@ fn profiles_fit(samples: u32) {
 #[test]
 fn single_precision_inverts_everywhere() {
     use linelit_lights::linear::ProjectedLine;
-    let mut rng = SplitMix64::new(47);
+    let mut rng = linelit_testkit::cases::rng(47);
     let mut seen = 0;
     while seen < 20_000 {
         #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]

@@ -7,6 +7,7 @@ use linelit_lights::{
     AngularLines, AreaSampler, Disk, LineSampler, OffsetDensity, ProxySampler, SolidAngleSampler,
     Sphere, SphereCap, SphereCone,
 };
+use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::{finite, unit_interval, unit_vector};
 use proptest::prelude::*;
 
@@ -39,7 +40,7 @@ fn point_is_sound(point: DVec3, pdf: f64, polygon: &ConvexPolygon) -> Result<(),
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4000))]
+    #![proptest_config(ProptestConfig::with_cases(cases(4000)))]
 
     #[test]
     fn polygons(

@@ -400,7 +400,7 @@ fn degenerate_disks_have_no_density() {
 /// Hostile positions: tiny solid angles, points within 1e-9 of the disk, of its plane and of its rim.
 #[test]
 fn hostile_disks_stay_finite() {
-    let mut rng = SplitMix64::new(23);
+    let mut rng = linelit_testkit::cases::rng(23);
     for _ in 0..20_000 {
         let mut log = |lo: f64, hi: f64| 10_f64.powf(lo + (hi - lo) * rng.next_f64());
         let disk = Disk {

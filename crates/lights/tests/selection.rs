@@ -124,7 +124,7 @@ fn frequencies_fit_probabilities() {
 #[test]
 fn zeros_are_true() {
     let lights = mixed(200, 3);
-    let mut rng = SplitMix64::new(4);
+    let mut rng = linelit_testkit::cases::rng(4);
     let trees = [Importance::Bounds, Importance::Moments, Importance::Cut]
         .map(|i| LightTree::new(&lights, i));
     for (x, n) in receivers(50) {

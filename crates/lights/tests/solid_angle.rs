@@ -3,7 +3,6 @@
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AngularLines, SolidAngleSampler};
 use linelit_testkit::assert_close;
-use linelit_testkit::rng::SplitMix64;
 
 /// A rectangle with its corner over x: Ω = atan(a b/(d √(a² + b² + d²))).
 fn corner(a: f64, b: f64, d: f64) -> f64 {
@@ -51,7 +50,7 @@ fn rectangles_beside_the_point() {
 
 #[test]
 fn inverse_at_every_distance() {
-    let mut rng = SplitMix64::new(19);
+    let mut rng = linelit_testkit::cases::rng(19);
     for exponent in -60..65 {
         let d = 10_f64.powf(f64::from(exponent) / 10.0);
         let light = ConvexPolygon::triangle(

@@ -8,6 +8,7 @@ use linelit_mis::{
     Heuristic, OptimalSystem, average, balance, balance_density, clamped_optimal, cutoff, maximum,
     optimal_contribution, optimal_weight, power, visibility_optimal_contribution, weighted_balance,
 };
+use linelit_testkit::cases::cases;
 use proptest::prelude::*;
 
 const HEURISTICS: [Heuristic; 8] = [
@@ -62,7 +63,7 @@ fn assert_sums_to_one(weights: impl Iterator<Item = f64>, any: bool, name: &str)
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(2000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn weights_sum_to_one((ns, ps) in techniques()) {

@@ -236,7 +236,7 @@ fn optimal_weights_are_unbiased_and_best() {
 fn exact_parts_have_no_variance() {
     let parts = [1.25, 0.5];
     let f = |ps: &[f64; 2]| parts[0] * ps[0] + parts[1] * ps[1];
-    let mut rng = SplitMix64::new(5);
+    let mut rng = linelit_testkit::cases::rng(5);
     for _ in 0..1000 {
         let x = rng.next_f64();
         let ps = [1.0, 2.0 * x];

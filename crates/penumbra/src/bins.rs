@@ -176,11 +176,10 @@ impl Query<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linelit_testkit::rng::SplitMix64;
 
     #[test]
     fn no_box_that_meets_is_missed() {
-        let mut rng = SplitMix64::new(7);
+        let mut rng = linelit_testkit::cases::rng(7);
         let area = Bounds {
             low: [0.0, 0.0],
             high: [1.0, 2.0],

@@ -63,7 +63,6 @@ fn exactly(a: Point, b: Point, c: Point) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linelit_testkit::rng::SplitMix64;
 
     /// Coordinates on a grid of 2⁻⁴⁰ below 2: the determinant needs 84 bits, which i128 holds.
     fn by_integers(p: [Point; 3]) -> i128 {
@@ -74,7 +73,7 @@ mod tests {
 
     #[test]
     fn sign_is_exact() {
-        let mut rng = SplitMix64::new(1);
+        let mut rng = linelit_testkit::cases::rng(1);
         let grid = |x: f64| (x * 2f64.powi(40)).round() / 2f64.powi(40);
         let mut zeros = 0;
         for case in 0..200_000 {

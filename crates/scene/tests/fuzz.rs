@@ -4,6 +4,7 @@
 //! be an error. The long test does the same for a million inputs.
 
 use linelit_scene::{Format, LoadOptions, Scene};
+use linelit_testkit::cases::cases;
 use proptest::prelude::*;
 
 /// A scene that has something of everything.
@@ -166,7 +167,7 @@ fn formats() -> impl Strategy<Value = Format> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(2000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn random_bytes_are_handled(format in formats(), bytes in prop::collection::vec(any::<u8>(), 0..300)) {

@@ -174,7 +174,7 @@ fn invert_facets(wi: DVec3, wo: DVec3, [a, b]: [f64; 2]) -> [f64; 2] {
 /// Phong's lobe at 1e-5 from its axis.
 #[test]
 fn samples_invert() {
-    let mut random = SplitMix64::new(31);
+    let mut random = linelit_testkit::cases::rng(31);
     let grey = DVec3::splat(0.5);
     for cosine in VIEWS {
         let wo = view(cosine);

@@ -1,28 +1,32 @@
 //! How many random cases a property is tried on, and the seed of random loops.
 //!
 //! A property says what it costs: `cases(64)` is for one that runs a renderer, `cases(4000)` for one of a few
-//! multiplications. That number is for a usual run, for which proptest itself takes [`USUAL`]; `PROPTEST_CASES` then
-//! scales all of them by the same factor, so that a long run is long for every property.
+//! multiplications. That number is for a usual run, for which proptest by itself takes [`USUAL`]; `PROPTEST_CASES` then
+//! scales all of them by the same factor, so that a long run is long for every property. `cargo xtask test --long` sets it
+//! to 4,096, sixteen times the usual, with a new `PROPTEST_RNG_SEED`.
+//!
+//! ```
+//! use linelit_testkit::cases::{cases, rng};
+//! use proptest::prelude::*;
+//! let config = ProptestConfig { cases: cases(64), ..ProptestConfig::default() };
+//! # assert!(config.cases > 0);
+//! let mut numbers = rng(7);
+//! for _ in 0..cases(1000) {
+//!     assert!(numbers.next_f64() < 1.0);
+//! }
+//! ```
 
 use crate::rng::SplitMix64;
+use proptest::test_runner::{Config, RngSeed};
 
 /// The cases that proptest takes without being told; as `PROPTEST_CASES`, it changes nothing.
 pub const USUAL: u32 = 256;
 
-/// The variable that sets how many cases are run, relative to [`USUAL`].
-const CASES: &str = "PROPTEST_CASES";
-/// The variable that sets which.
-const SEED: &str = "PROPTEST_RNG_SEED";
-
 /// The number of cases of a property that usually takes `usual`: `usual` × `PROPTEST_CASES` / [`USUAL`], at least one.
-///
-/// # Panics
-///
-/// If the variable is set to what is not a number: a long run that is not long must not pass for one.
 #[must_use]
 pub fn cases(usual: u32) -> u32 {
-    let set = variable(CASES).map(|cases| u32::try_from(cases).unwrap_or(u32::MAX));
-    scaled(usual, set.unwrap_or(USUAL))
+    // Proptest reads the variables; nobody else has to.
+    scaled(usual, Config::default().cases)
 }
 
 fn scaled(usual: u32, cases: u32) -> u32 {
@@ -30,29 +34,28 @@ fn scaled(usual: u32, cases: u32) -> u32 {
     u32::try_from(product).unwrap_or(u32::MAX).max(1)
 }
 
-/// Random numbers for a loop of a test's own: the stream `usual` on every run, unless `PROPTEST_RNG_SEED` says another,
-/// from which each `usual` makes a stream of its own.
+/// The seed of a test's own loop over random cases: `usual` itself in a usual run, the same every time; in a longer one, with
+/// more than [`USUAL`] cases and `PROPTEST_RNG_SEED`, one made of both.
 ///
-/// # Panics
-///
-/// If the variable is set to what is not a number.
+/// For what must hold in every case. A statistical test keeps its seed: it errs once in 1/α seeds, and would do so.
+#[must_use]
+pub fn seed(usual: u64) -> u64 {
+    let config = Config::default();
+    match config.rng_seed {
+        RngSeed::Fixed(run) if config.cases > USUAL => mixed(usual, run),
+        RngSeed::Fixed(_) | RngSeed::Random => usual,
+    }
+}
+
+/// Random numbers from that [`seed`].
 #[must_use]
 pub fn rng(usual: u64) -> SplitMix64 {
-    SplitMix64::new(mixed(usual, variable(SEED)))
+    SplitMix64::new(seed(usual))
 }
 
-/// The seed of a stream: `usual` itself without a seed of the run.
-fn mixed(usual: u64, run: Option<u64>) -> u64 {
-    run.map_or(usual, |run| {
-        usual ^ SplitMix64::new(run ^ SplitMix64::new(usual).next_u64()).next_u64()
-    })
-}
-
-fn variable(name: &str) -> Option<u64> {
-    let text = std::env::var(name).ok()?;
-    let number = text.parse();
-    assert!(number.is_ok(), "{name}={text} is not a whole number");
-    number.ok()
+/// The seed of the stream `usual` in the run `run`.
+fn mixed(usual: u64, run: u64) -> u64 {
+    SplitMix64::new(run ^ SplitMix64::new(usual).next_u64()).next_u64()
 }
 
 #[cfg(test)]
@@ -72,11 +75,10 @@ mod tests {
 
     #[test]
     fn seeds_make_streams() {
-        assert_eq!(mixed(7, None), 7);
-        let all = [mixed(7, Some(1)), mixed(8, Some(1)), mixed(7, Some(2)), 7];
+        let all = [mixed(7, 1), mixed(8, 1), mixed(7, 2), mixed(8, 2), 7, 8];
         for (i, a) in all.iter().enumerate() {
             assert!(!all[..i].contains(a));
         }
-        assert_eq!(mixed(7, Some(1)), all[0]);
+        assert_eq!(mixed(7, 1), all[0]);
     }
 }

@@ -4,6 +4,7 @@ mod common;
 
 use common::{NONE, Rng, chord, light, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_testkit::cases::cases;
 use linelit_visibility::{
     InstructionSet, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, measure,
 };
@@ -54,7 +55,7 @@ fn case(seed: u64) -> (common::Mesh, Vec<DVec3>, DVec3, Vec<Segment>) {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 96,
+        cases: cases(96),
         failure_persistence: None,
         ..ProptestConfig::default()
     })]

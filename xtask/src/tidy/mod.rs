@@ -3,6 +3,7 @@
 //! Each rule is a function from the [`House`] to a list of problems, each with its place.
 
 mod manifests;
+mod properties;
 mod repository;
 mod sources;
 
@@ -53,6 +54,7 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         sources::unfinished_work,
         sources::size,
         sources::crate_pages,
+        properties::cases_are_scaled,
         repository::machine_paths,
         repository::documents,
         repository::links,
