@@ -12,15 +12,14 @@ pub enum Importance {
     /// Conservative bounds of distance and angles (Conty & Kulla 2018).
     Bounds,
     /// The moments of the group, as a blurred light, with a twentieth of the bound added as a defence against groups that
-    /// are better than they look on average; the bound alone decides what is zero. Less noise: a bound overrates whatever
-    /// is near and spread out. With 10,000 lamps of which half are shadowed, the standard deviation is 1.33 times that of
-    /// choosing by the true unshadowed contribution (2.1 times by bounds, 2.7 without the defence).
+    /// are better than they look on average. Less noise: a bound overrates whatever is near and spread out. With 10,000
+    /// lamps of which half are shadowed, the standard deviation is 1.19 times that of choosing by the true unshadowed
+    /// contribution (1.88 times by bounds).
     Moments,
     /// By moments, too, but of groups that are small for their distance: whatever is near is first opened (the cut of
     /// Barnes & Hut 1986, of a size that grows with the logarithm of the number of lights), one group of the cut is taken
-    /// in proportion to its moments, and in it a light as above. With the 10,000 lamps above the standard deviation is at most 1.06
-    /// times that of choosing by the true unshadowed contribution; in a hall of 10,000 lamps with few shadows 1.1 times,
-    /// where moments alone give 3.5 times. A pick costs about fourteen times that by moments: 15 µs among 16,000 lamps, 10
+    /// in proportion to its moments, and in it a light as above. With the 10,000 lamps above the standard deviation is 1.03
+    /// times that of choosing by the true unshadowed contribution. A pick costs about fourteen times that by moments: 15 µs among 16,000 lamps, 10
     /// among 1,600.
     #[default]
     Cut,
