@@ -34,6 +34,7 @@
 
 mod closed_form;
 mod curved;
+mod differential;
 mod estimator;
 mod exact;
 mod hybrid;

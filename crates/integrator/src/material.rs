@@ -5,8 +5,9 @@
 //! (total reflection beyond 41.8°), glass scales transmitted radiance by the square of the relative
 //! index, roughness is α after the material's remapping.
 
-use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::{MaterialKind, Roughness, Scene, Surface, Texture};
+use crate::differential::Change;
+use linelit_geometry::DVec3;
+use linelit_scene::{Footprint, MaterialKind, RayDifferential, Roughness, Scene, Surface, Texture};
 use linelit_shading::bsdf::{Bsdf, Fresnel, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate};
 use linelit_shading::microfacet::TrowbridgeReitz;
 
@@ -17,6 +18,8 @@ pub struct Bounce {
     pub direction: DVec3,
     /// What is left of the light from there, by channel.
     pub weight: DVec3,
+    /// The rays beside it, if the ray that met the surface had some.
+    pub beside: Option<RayDifferential>,
 }
 
 /// What a surface does with light.
@@ -28,18 +31,21 @@ pub(crate) struct Response {
 }
 
 /// What the material of a surface does with light towards `outgoing`, about the shading normal
-/// `normal` on the viewer's side.
+/// `normal` on the viewer's side; `beside` are the rays beside the one that met it.
 pub(crate) fn response(
     scene: &Scene,
     surface: &Surface,
     outgoing: DVec3,
     normal: DVec3,
+    beside: Option<&RayDifferential>,
 ) -> Response {
     let mut builder = Builder {
         scene,
         surface,
+        at: surface.footprint(),
         outgoing,
         normal,
+        beside,
         layers: Layers::new(DVec3::ZERO),
         anisotropic: false,
         bounces: Vec::new(),
@@ -58,22 +64,20 @@ pub(crate) fn response(
 struct Builder<'a> {
     scene: &'a Scene,
     surface: &'a Surface,
+    at: Footprint,
     outgoing: DVec3,
     normal: DVec3,
+    beside: Option<&'a RayDifferential>,
     layers: Layers,
     anisotropic: bool,
     bounces: Vec<Bounce>,
 }
 
 impl Builder<'_> {
-    const fn uv(&self) -> DVec2 {
-        self.surface.uv
-    }
-
     /// Adds a material, scaled.
     fn material(&mut self, index: u32, scale: DVec3) {
-        let uv = self.uv();
-        let colour = |t: &Texture| t.evaluate(uv).clamp(DVec3::ZERO, DVec3::ONE);
+        let at = self.at;
+        let colour = |t: &Texture| t.evaluate(at).clamp(DVec3::ZERO, DVec3::ONE);
         match &self.scene.materials[index as usize].kind {
             // The parts of a mixture have smaller indices, so this ends.
             MaterialKind::Mix { materials, amount } => {
@@ -82,7 +86,7 @@ impl Builder<'_> {
                 self.material(materials[1], scale * share);
             }
             MaterialKind::Matte { kd, sigma } => {
-                let degrees = sigma.evaluate_number(uv).clamp(0.0, 90.0);
+                let degrees = sigma.evaluate_number(at).clamp(0.0, 90.0);
                 if degrees > 0.0 {
                     let rough = OrenNayar::new(colour(kd), degrees.to_radians());
                     self.lobe(scale, Lobe::OrenNayar(rough));
@@ -93,8 +97,8 @@ impl Builder<'_> {
             MaterialKind::Phong { kd, ks, exponent } => {
                 self.layers.add_diffuse(scale * colour(kd));
                 let phong = Phong {
-                    specular: ks.evaluate(uv),
-                    exponent: exponent.evaluate_number(uv).max(0.0),
+                    specular: ks.evaluate(at),
+                    exponent: exponent.evaluate_number(at).max(0.0),
                 };
                 self.lobe(scale, Lobe::Phong(phong));
             }
@@ -116,8 +120,8 @@ impl Builder<'_> {
             }
             MaterialKind::Conductor { eta, k, roughness } => {
                 let fresnel = Fresnel::Conductor {
-                    eta: eta.evaluate(uv).max(DVec3::ZERO),
-                    k: k.evaluate(uv).max(DVec3::ZERO),
+                    eta: eta.evaluate(at).max(DVec3::ZERO),
+                    k: k.evaluate(at).max(DVec3::ZERO),
                 };
                 self.reflector(scale, roughness, fresnel);
             }
@@ -141,7 +145,7 @@ impl Builder<'_> {
                 opacity,
             } => {
                 let opaque = colour(opacity);
-                let eta = index_of_refraction(eta.evaluate_number(uv));
+                let eta = index_of_refraction(eta.evaluate_number(at));
                 self.straight_on(scale * (DVec3::ONE - opaque));
                 let scale = scale * opaque;
                 self.layers.add_diffuse(scale * colour(kd));
@@ -157,11 +161,11 @@ impl Builder<'_> {
                 roughness,
                 thin,
             } => {
-                let eta = index_of_refraction(eta.evaluate_number(uv));
+                let eta = index_of_refraction(eta.evaluate_number(at));
                 let (kr, kt) = (scale * colour(kr), scale * colour(kt));
                 if *thin {
                     self.thin(kr, kt, eta);
-                } else if is_zero(&roughness.u, uv) && is_zero(&roughness.v, uv) {
+                } else if is_zero(&roughness.u, at) && is_zero(&roughness.v, at) {
                     self.dielectric(kr, kt, eta);
                 } else {
                     // Light from behind is not asked for.
@@ -171,7 +175,7 @@ impl Builder<'_> {
             }
             // Their diffuse part only: see `Material::is_drawn_in_full`.
             MaterialKind::CoatedDiffuse { .. } | MaterialKind::DiffuseTransmission { .. } => {
-                let albedo = self.scene.diffuse_reflectance(index, uv);
+                let albedo = self.scene.diffuse_reflectance(index, at);
                 self.layers.add_diffuse(scale * albedo);
             }
         }
@@ -184,14 +188,14 @@ impl Builder<'_> {
     }
 
     fn facets(&mut self, roughness: &Roughness) -> TrowbridgeReitz {
-        let facets = TrowbridgeReitz::new(roughness.alpha(self.uv()));
+        let facets = TrowbridgeReitz::new(roughness.alpha(self.at));
         self.anisotropic |= !facets.is_isotropic();
         facets
     }
 
     /// A rough mirror, or a perfect one.
     fn reflector(&mut self, reflectance: DVec3, roughness: &Roughness, fresnel: Fresnel) {
-        if roughness.alpha(self.uv()).iter().all(|a| *a <= 0.0) {
+        if roughness.alpha(self.at).iter().all(|a| *a <= 0.0) {
             let cosine = self.normal.dot(self.outgoing).abs();
             self.mirror(reflectance * fresnel.at(cosine));
         } else {
@@ -207,26 +211,50 @@ impl Builder<'_> {
         }
     }
 
-    fn bounce(&mut self, direction: DVec3, weight: DVec3) {
-        let Some(direction) = direction.try_normalize() else {
+    /// Adds a direction, with the differences to it of the rays beside.
+    fn bounce(&mut self, direction: DVec3, weight: DVec3, changes: Option<[DVec3; 2]>) {
+        let Some(unit) = direction.try_normalize() else {
             return;
         };
         if weight == DVec3::ZERO {
             return;
         }
-        match self.bounces.iter_mut().find(|b| b.direction == direction) {
+        let point = self.surface.point;
+        let beside = changes.map(|changes| RayDifferential {
+            origins: self.surface.covered.point.map(|change| point + change),
+            directions: changes.map(|change| unit + change),
+        });
+        match self.bounces.iter_mut().find(|b| b.direction == unit) {
             Some(same) => same.weight += weight,
-            None => self.bounces.push(Bounce { direction, weight }),
+            None => self.bounces.push(Bounce {
+                direction: unit,
+                weight,
+                beside,
+            }),
         }
+    }
+
+    /// How the view's direction and the normal change, if the view has rays beside it.
+    fn changes(&self) -> Option<[Change; 2]> {
+        let beside = self.beside?;
+        let turned = self.normal.dot(self.surface.shading_normal) < 0.0;
+        let side = if turned { -1.0 } else { 1.0 };
+        Some([0, 1].map(|k| Change {
+            direction: beside.directions[k] + self.outgoing,
+            normal: side * self.surface.covered.normal[k],
+        }))
     }
 
     fn mirror(&mut self, weight: DVec3) {
         let (n, wo) = (self.normal, self.outgoing);
-        self.bounce(n * (2.0 * n.dot(wo)) - wo, weight);
+        let changes = self.changes();
+        let changes = changes.map(|two| two.map(|change| change.reflected(n, wo)));
+        self.bounce(n * (2.0 * n.dot(wo)) - wo, weight, changes);
     }
 
     fn straight_on(&mut self, weight: DVec3) {
-        self.bounce(-self.outgoing, weight);
+        let changes = self.changes().map(|two| two.map(|change| change.direction));
+        self.bounce(-self.outgoing, weight, changes);
     }
 
     /// A smooth interface; η is the index of what is behind the outside.
@@ -241,7 +269,10 @@ impl Builder<'_> {
             let n = self.normal;
             let refracted = n * (cosine / relative - inner) - self.outgoing / relative;
             let weight = kt * (DVec3::ONE - reflected) / (relative * relative);
-            self.bounce(refracted, weight);
+            let changes = self.changes();
+            let changes =
+                changes.map(|two| two.map(|c| c.refracted(n, self.outgoing, [relative, inner])));
+            self.bounce(refracted, weight, changes);
         }
     }
 
@@ -255,8 +286,8 @@ impl Builder<'_> {
     }
 }
 
-fn is_zero(roughness: &Texture, uv: DVec2) -> bool {
-    roughness.evaluate_number(uv) <= 0.0
+fn is_zero(roughness: &Texture, at: Footprint) -> bool {
+    roughness.evaluate_number(at) <= 0.0
 }
 
 /// A usable index of refraction; pbrt-v4 writes 0 for the default.

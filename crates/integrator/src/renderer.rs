@@ -1,7 +1,7 @@
 //! From a pixel to its direct light.
 
 use crate::hybrid;
-use crate::material::{Response, response};
+use crate::material::{Bounce, Response, response};
 use crate::pair::Pair;
 use crate::point::SURFACE_OFFSET;
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::{Scene, Surface};
+use linelit_scene::{RayDifferential, Scene, Surface};
 use linelit_visibility::{Hit, Occluders, Ray};
 
 /// Sample dimensions of one (point, light) pair.
@@ -81,10 +81,12 @@ pub struct Renderer<'s> {
     scene: &'s Scene,
     occluders: Occluders,
     plan: Plan,
+    /// Whether it matters what a pixel covers.
+    has_textures: bool,
 }
 
 impl<'s> Renderer<'s> {
-    /// Builds the occluders and the plan of a scene.
+    /// Builds the occluders and the plan of a scene, and the smaller copies of its images.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
@@ -92,7 +94,9 @@ impl<'s> Renderer<'s> {
             scene,
             occluders,
             plan: Plan::new(scene),
+            has_textures: scene.has_textures(),
         };
+        scene.prepare_textures();
         let crowds = hybrid::crowds(&renderer);
         renderer.plan.set_crowds(&crowds);
         renderer
@@ -124,10 +128,15 @@ impl<'s> Renderer<'s> {
 
     /// The radiance of a pixel, W/(m²·sr), linear RGB. A pure function of the settings and the
     /// pixel.
+    ///
+    /// Of n samples in a pixel each sees textures over 1/√n of its width and height, as in pbrt-v3:
+    /// together they cover it once, and what many samples converge to has no blur but the film's.
+    /// (pbrt-v4 keeps an eighth of the pixel from 64 samples on.)
     #[must_use]
     pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
         let count = settings.pixel_samples.max(1);
         let camera = Sampler::new(settings.sampler, settings.seed).points(pixel, 0, count);
+        let spacing = f64::from(count).sqrt().recip();
         let mut sum = DVec3::ZERO;
         for i in 0..count {
             let jitter = if count == 1 {
@@ -136,7 +145,7 @@ impl<'s> Renderer<'s> {
                 camera.get_2d(i)
             };
             let place = self.film_offset(jitter);
-            if let Some(point) = self.shading_point_at(pixel, place, workspace) {
+            if let Some(point) = self.shading_point_at(pixel, place, spacing, workspace) {
                 if settings.show_lights {
                     sum += point.emitted;
                 }
@@ -166,7 +175,7 @@ impl<'s> Renderer<'s> {
         }
         for bounce in &point.bounces {
             path.repetition = path.repetition.wrapping_add(path.stride);
-            if let Some(next) = self.follow(point, bounce.direction, workspace) {
+            if let Some(next) = self.follow(point, bounce, workspace) {
                 let seen = self.reflected(path, &next, bounces - 1, workspace);
                 sum += bounce.weight * (next.emitted + seen);
             }
@@ -178,9 +187,10 @@ impl<'s> Renderer<'s> {
     fn follow(
         &self,
         point: &ShadingPoint,
-        direction: DVec3,
+        bounce: &Bounce,
         workspace: &mut Workspace,
     ) -> Option<ShadingPoint> {
+        let direction = bounce.direction;
         // Points are lifted to the viewer's side; what goes through leaves on the other.
         let behind = direction.dot(point.geometric_normal) < 0.0;
         let lift = if behind { 2.0 * point.lift } else { 0.0 };
@@ -191,7 +201,7 @@ impl<'s> Renderer<'s> {
             t_max: f64::INFINITY,
         };
         let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
-        Some(self.surface_point(&hit, direction))
+        Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
     }
 
     /// Where the camera ray through the centre of a pixel meets the scene.
@@ -201,32 +211,18 @@ impl<'s> Renderer<'s> {
         pixel: [u32; 2],
         workspace: &mut Workspace,
     ) -> Option<ShadingPoint> {
-        self.shading_point_at(pixel, [0.5, 0.5], workspace)
-    }
-
-    /// The material (an index into the scene's) that the ray through the centre of a pixel meets.
-    #[must_use]
-    pub fn material_at(&self, pixel: [u32; 2], workspace: &mut Workspace) -> Option<u32> {
-        let [x, y] = pixel.map(f64::from);
-        let camera = self.scene.camera.ray(x + 0.5, y + 0.5);
-        let ray = Ray {
-            origin: camera.origin,
-            direction: camera.direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        };
-        let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
-        Some(self.scene.material_of(hit.triangle))
+        self.shading_point_at(pixel, [0.5, 0.5], 1.0, workspace)
     }
 
     fn shading_point_at(
         &self,
         pixel: [u32; 2],
         place: [f64; 2],
+        spacing: f64,
         workspace: &mut Workspace,
     ) -> Option<ShadingPoint> {
-        let [x, y] = pixel.map(f64::from);
-        let camera = self.scene.camera.ray(x + place[0], y + place[1]);
+        let [x, y] = [0, 1].map(|k| f64::from(pixel[k]) + place[k]);
+        let camera = self.scene.camera.ray(x, y);
         let ray = Ray {
             origin: camera.origin,
             direction: camera.direction,
@@ -234,16 +230,22 @@ impl<'s> Renderer<'s> {
             t_max: f64::INFINITY,
         };
         let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
-        Some(self.surface_point(&hit, camera.direction))
+        let beside = (self.has_textures).then(|| self.scene.camera.differential(x, y, spacing));
+        Some(self.surface_point(&hit, camera.direction, beside.as_ref()))
     }
 
-    fn surface_point(&self, hit: &Hit, direction: DVec3) -> ShadingPoint {
-        let surface = self.scene.surface(hit.triangle, hit.barycentric, direction);
+    fn surface_point(
+        &self,
+        hit: &Hit,
+        direction: DVec3,
+        beside: Option<&RayDifferential>,
+    ) -> ShadingPoint {
+        let surface = (self.scene).surface_over(hit.triangle, hit.barycentric, direction, beside);
         let outgoing = -direction.normalize_or_zero();
         let geometric_normal = towards(surface.geometric_normal, outgoing);
         let normal = towards(surface.shading_normal, geometric_normal);
         let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + self.extent(hit.triangle));
-        let Response { bsdf, bounces } = response(self.scene, &surface, outgoing, normal);
+        let Response { bsdf, bounces } = response(self.scene, &surface, outgoing, normal, beside);
         ShadingPoint {
             position: surface.point + geometric_normal * lift,
             lift,
@@ -260,7 +262,7 @@ impl<'s> Renderer<'s> {
         let light = surface.light.map(|i| &self.scene.lights[i as usize]);
         match light.map(|l| (l, &l.light)) {
             Some((light, Light::Area(area))) => {
-                light.shown(surface.uv, area.polygon.normal().dot(outgoing))
+                light.shown(surface.footprint(), area.polygon.normal().dot(outgoing))
             }
             // Lines have no surface to look at; spheres and disks of a scene are triangles.
             Some((_, Light::Linear(_) | Light::Sphere(_) | Light::Disk(_))) | None => DVec3::ZERO,

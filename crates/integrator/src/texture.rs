@@ -169,7 +169,9 @@ fn whole(number: f64) -> usize {
 mod tests {
     use super::*;
     use linelit_geometry::DVec2;
-    use linelit_scene::{ImageData, ImageTexture, PlaneUv, Texture, UvMapping, Wrap};
+    use linelit_scene::{
+        ImageData, ImageTexture, PlaneUv, Texture, TextureFilter, UvMapping, Wrap,
+    };
     use std::sync::Arc;
 
     /// An image that is white in its first pixels and black in the others, repeated over the unit square.
@@ -190,6 +192,7 @@ mod tests {
             data: ImageData::new(side, side, pixels, false).unwrap().into(),
             mapping,
             wrap: [Wrap::Repeat; 2],
+            filter: TextureFilter::default(),
             scale: 1.0,
             invert: false,
             filename: String::new(),

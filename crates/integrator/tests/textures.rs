@@ -7,7 +7,7 @@ use linelit_geometry::{DVec2, DVec3};
 use linelit_integrator::Renderer;
 use linelit_lights::Light;
 use linelit_scene::{
-    EmissionMap, ImageData, ImageTexture, PlaneUv, Scene, Texture, UvMapping, Wrap,
+    EmissionMap, ImageData, ImageTexture, PlaneUv, Scene, Texture, TextureFilter, UvMapping, Wrap,
 };
 use std::sync::Arc;
 
@@ -59,6 +59,7 @@ fn image() -> Texture {
         data: ImageData::new(8, 8, pixels, false).unwrap().into(),
         mapping: UvMapping::IDENTITY,
         wrap: [Wrap::Clamp; 2],
+        filter: TextureFilter::default(),
         scale: 1.0,
         invert: false,
         filename: String::new(),

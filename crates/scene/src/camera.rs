@@ -1,5 +1,6 @@
 //! Cameras: from a place on the film to a ray.
 
+use crate::footprint::RayDifferential;
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 
@@ -162,6 +163,30 @@ impl Camera {
         CameraRay {
             origin: self.camera_to_world.transform_point3(origin),
             direction: direction.normalize_or(DVec3::Z),
+        }
+    }
+
+    /// The rays `spacing` pixels further right and further down of [`Camera::ray`], to first order
+    /// in the spacing: the differences are those over a whole pixel, scaled, as in pbrt.
+    ///
+    /// ```
+    /// use linelit_geometry::{DVec3, glam::DAffine3};
+    /// use linelit_scene::{Camera, Projection};
+    ///
+    /// let camera = Camera::new(DAffine3::IDENTITY, Projection::Orthographic, None, None, [2, 2]);
+    /// let beside = camera.differential(1.0, 1.0, 0.5);
+    /// assert_eq!(beside.origins, [DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, -0.5, 0.0)]);
+    /// assert_eq!(beside.directions, [DVec3::Z; 2]);
+    /// ```
+    pub fn differential(&self, film_x: f64, film_y: f64, spacing: f64) -> RayDifferential {
+        let ray = self.ray(film_x, film_y);
+        let next = [
+            self.ray(film_x + 1.0, film_y),
+            self.ray(film_x, film_y + 1.0),
+        ];
+        RayDifferential {
+            origins: next.map(|r| ray.origin.lerp(r.origin, spacing)),
+            directions: next.map(|r| ray.direction.lerp(r.direction, spacing)),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What shapes emit: the same everywhere, or a texture over them.
 
+use crate::footprint::Footprint;
 use crate::texture::Texture;
 use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
@@ -83,9 +84,9 @@ impl PlaneUv {
 }
 
 impl EmissionMap {
-    /// The radiance at texture coordinates.
-    pub fn evaluate(&self, uv: DVec2) -> DVec3 {
-        (self.radiance * self.factor.evaluate(uv)).max(DVec3::ZERO)
+    /// The radiance at texture coordinates, or over a footprint.
+    pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
+        (self.radiance * self.factor.evaluate(at)).max(DVec3::ZERO)
     }
 
     /// The radiance at a point of the light.
@@ -155,7 +156,7 @@ pub(crate) fn mean(texture: &Texture, uv: [DVec2; 3], budget: f64) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ImageData, ImageTexture, UvMapping, Wrap};
+    use crate::{ImageData, ImageTexture, TextureFilter, UvMapping, Wrap};
 
     #[test]
     fn the_mean_of_a_ramp_is_its_middle() {
@@ -164,6 +165,7 @@ mod tests {
             data: ImageData::new(256, 1, pixels, false).unwrap().into(),
             mapping: UvMapping::IDENTITY,
             wrap: [Wrap::Clamp; 2],
+            filter: TextureFilter::default(),
             scale: 1.0,
             invert: false,
             filename: String::new(),

@@ -1,6 +1,8 @@
 //! Pixels of textures, and the readers of their files.
 
 use crate::color::{LUMINANCE, srgb_to_linear};
+use crate::mipmap::{Mipmap, Pyramids};
+use crate::texture::Wrap;
 use linelit_geometry::DVec3;
 use std::fmt;
 use std::sync::LazyLock;
@@ -30,6 +32,7 @@ pub struct ImageData {
     width: u32,
     height: u32,
     pixels: Pixels,
+    pyramids: Pyramids,
 }
 
 /// Pixels, the top row first.
@@ -72,6 +75,7 @@ impl ImageData {
             width,
             height,
             pixels,
+            pyramids: Pyramids::default(),
         })
     }
 
@@ -118,6 +122,28 @@ impl ImageData {
         match &self.pixels {
             Pixels::Bytes { rgb, .. } => 3 * rgb.len(),
             Pixels::Linear(rgb) => 12 * rgb.len(),
+        }
+    }
+
+    /// Bytes of the smaller copies that were made of it.
+    pub(crate) fn pyramid_memory(&self) -> usize {
+        self.pyramids.memory()
+    }
+
+    /// The image and its smaller copies, which the first call makes.
+    pub(crate) fn mipmap(&self, wrap: [Wrap; 2]) -> Mipmap<'_> {
+        Mipmap {
+            image: self,
+            pyramid: self.pyramids.of(self, wrap),
+            wrap,
+        }
+    }
+
+    /// Whether red, green and blue are the same everywhere.
+    pub(crate) fn is_grey(&self) -> bool {
+        match &self.pixels {
+            Pixels::Bytes { rgb, .. } => rgb.iter().all(|[r, g, b]| r == g && g == b),
+            Pixels::Linear(rgb) => rgb.iter().all(|[r, g, b]| r == g && g == b),
         }
     }
 

@@ -1,7 +1,8 @@
 //! Materials with the parameters of the files, whether or not the renderer uses all of them.
 
+use crate::footprint::Footprint;
 use crate::texture::{ImageTexture, Texture};
-use linelit_geometry::{DVec2, DVec3};
+use linelit_geometry::DVec3;
 
 /// A material with its name in the file (or its type, if it has none).
 #[derive(Clone, Debug)]
@@ -87,8 +88,9 @@ impl Roughness {
     }
 
     /// α along u and v.
-    pub fn alpha(&self, uv: DVec2) -> [f64; 2] {
-        [&self.u, &self.v].map(|r| self.remap.alpha(r.evaluate_number(uv)))
+    pub fn alpha(&self, at: impl Into<Footprint>) -> [f64; 2] {
+        let at = at.into();
+        [&self.u, &self.v].map(|r| self.remap.alpha(r.evaluate_number(at)))
     }
 }
 
@@ -304,15 +306,16 @@ impl Material {
     /// let red = Material::matte("red", DVec3::new(0.5, 0.0, 0.0));
     /// assert_eq!(red.diffuse_reflectance(DVec2::ZERO).x, 0.5);
     /// ```
-    pub fn diffuse_reflectance(&self, uv: DVec2) -> DVec3 {
+    pub fn diffuse_reflectance(&self, at: impl Into<Footprint>) -> DVec3 {
+        let at = at.into();
         let value = match &self.kind {
             MaterialKind::Matte { kd, .. }
             | MaterialKind::Plastic { kd, .. }
             | MaterialKind::Substrate { kd, .. }
-            | MaterialKind::Phong { kd, .. } => kd.evaluate(uv),
-            MaterialKind::Uber { kd, opacity, .. } => kd.evaluate(uv) * opacity.evaluate(uv),
+            | MaterialKind::Phong { kd, .. } => kd.evaluate(at),
+            MaterialKind::Uber { kd, opacity, .. } => kd.evaluate(at) * opacity.evaluate(at),
             MaterialKind::CoatedDiffuse { reflectance, .. }
-            | MaterialKind::DiffuseTransmission { reflectance, .. } => reflectance.evaluate(uv),
+            | MaterialKind::DiffuseTransmission { reflectance, .. } => reflectance.evaluate(at),
             MaterialKind::Conductor { .. }
             | MaterialKind::ColoredConductor { .. }
             | MaterialKind::Mirror { .. }
@@ -322,16 +325,24 @@ impl Material {
         value.clamp(DVec3::ZERO, DVec3::ONE)
     }
 
-    /// Calls a function with every image of the material's textures.
-    pub(crate) fn for_each_image(&self, f: &mut dyn FnMut(&ImageTexture)) {
-        for texture in self.kind.textures() {
-            texture.for_each_image(f);
-        }
+    /// All textures: of the model's parameters, and of bump and normal maps.
+    fn textures(&self) -> impl Iterator<Item = &Texture> {
         let relief = self.normal_map.as_ref().map(|map| &map.texture);
         let height = self.bump.as_ref().map(|map| &map.height);
-        for texture in height.into_iter().chain(relief) {
+        let kind = self.kind.textures().into_iter();
+        kind.chain(height).chain(relief)
+    }
+
+    /// Calls a function with every image of the material's textures.
+    pub(crate) fn for_each_image(&self, f: &mut dyn FnMut(&ImageTexture)) {
+        for texture in self.textures() {
             texture.for_each_image(f);
         }
+    }
+
+    /// Whether a texture is not the same everywhere, so that it matters what a pixel covers.
+    pub(crate) fn varies(&self) -> bool {
+        self.textures().any(Texture::varies)
     }
 
     /// Whether the estimators draw all of the material: no coat is missing, nor light from behind. Of a

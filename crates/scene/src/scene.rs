@@ -3,9 +3,11 @@
 use crate::camera::Camera;
 use crate::emission::EmissionMap;
 use crate::film::FilmSettings;
+use crate::footprint::Footprint;
 use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
-use linelit_geometry::{DVec2, DVec3};
+use crate::texture::ImageTexture;
+use linelit_geometry::DVec3;
 use linelit_lights::{Emission, Light};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -42,15 +44,15 @@ pub struct SceneLight {
 }
 
 impl SceneLight {
-    /// Radiance that an area light shows at texture coordinates, towards a place on the side that
-    /// `side` is the sign of (positive: where the polygon's normal points); zero for other lights.
-    pub fn shown(&self, uv: DVec2, side: f64) -> DVec3 {
+    /// Radiance that an area light shows at texture coordinates or over a footprint, towards a place on the side that `side`
+    /// is the sign of (positive: where the polygon's normal points); zero for other lights.
+    pub fn shown(&self, at: impl Into<Footprint>, side: f64) -> DVec3 {
         let Light::Area(area) = &self.light else {
             return DVec3::ZERO;
         };
         let mean = area.emission.towards(side);
         match &self.map {
-            Some(map) if mean != DVec3::ZERO => map.evaluate(uv),
+            Some(map) if mean != DVec3::ZERO => map.evaluate(at),
             _ => mean,
         }
     }
@@ -126,7 +128,8 @@ impl Scene {
     }
 
     /// Reflectance of the diffuse part of a material, with mixtures resolved.
-    pub fn diffuse_reflectance(&self, material: u32, uv: DVec2) -> DVec3 {
+    pub fn diffuse_reflectance(&self, material: u32, at: impl Into<Footprint>) -> DVec3 {
+        let at = at.into();
         let material = &self.materials[material as usize];
         match &material.kind {
             // The parts of a mixture have smaller indices, so this ends.
@@ -134,23 +137,31 @@ impl Scene {
                 materials: [a, b],
                 amount,
             } => {
-                let t = amount.evaluate(uv).clamp(DVec3::ZERO, DVec3::ONE);
-                self.diffuse_reflectance(*a, uv) * (DVec3::ONE - t)
-                    + self.diffuse_reflectance(*b, uv) * t
+                let t = amount.evaluate(at).clamp(DVec3::ZERO, DVec3::ONE);
+                self.diffuse_reflectance(*a, at) * (DVec3::ONE - t)
+                    + self.diffuse_reflectance(*b, at) * t
             }
-            _ => material.diffuse_reflectance(uv),
+            _ => material.diffuse_reflectance(at),
         }
     }
 
-    /// Whether a material, or a part of a mixture, has images: as a value, as relief or as normals.
-    pub fn has_images(&self, material: u32) -> bool {
-        let material = &self.materials[material as usize];
-        let mut found = false;
-        material.for_each_image(&mut |_| found = true);
-        // The parts of a mixture have smaller indices, so this ends.
-        found
-            || matches!(&material.kind, MaterialKind::Mix { materials, .. }
-                if materials.iter().any(|m| self.has_images(*m)))
+    /// Whether a texture is not the same everywhere, so that it matters what a pixel covers.
+    pub fn has_textures(&self) -> bool {
+        self.materials.iter().any(Material::varies) || self.lights.iter().any(|l| l.map.is_some())
+    }
+
+    /// Makes the smaller copies of the images that pixels are looked up in, which the first lookup
+    /// would else do.
+    pub fn prepare_textures(&self) {
+        let mut make = |image: &ImageTexture| {
+            image.data.mipmap(image.wrap);
+        };
+        for material in &self.materials {
+            material.for_each_image(&mut make);
+        }
+        for map in self.lights.iter().filter_map(|light| light.map.as_ref()) {
+            map.factor.for_each_image(&mut make);
+        }
     }
 
     /// The corners of the smallest box that holds all triangles and linear lights; `None` if there
@@ -181,12 +192,14 @@ impl Scene {
             + size_of_val(&self.lights[..])
     }
 
-    /// Bytes that the images of the textures take, each counted once.
+    /// Bytes that the images of the textures take, each counted once, with the smaller copies that
+    /// were made of them.
     pub fn texture_memory(&self) -> usize {
         let mut images: HashMap<*const ImageData, usize> = HashMap::new();
         for material in &self.materials {
             material.for_each_image(&mut |image| {
-                images.insert(Arc::as_ptr(&image.data), image.data.memory());
+                let bytes = image.data.memory() + image.data.pyramid_memory();
+                images.insert(Arc::as_ptr(&image.data), bytes);
             });
         }
         images.values().sum()

@@ -4,6 +4,7 @@
 //! derivatives of the point by its texture coordinates, and bump and normal maps turn the shading
 //! normal here, so that nobody downstream needs to know of them.
 
+use crate::footprint::{Footprint, RayDifferential};
 use crate::material::NormalMap;
 use crate::scene::{Mesh, Scene, outward, to_f64};
 use crate::texture::Texture;
@@ -21,6 +22,8 @@ pub struct Surface {
     pub shading_normal: DVec3,
     /// Texture coordinates.
     pub uv: DVec2,
+    /// What the pixel covers around the point; nothing if it was not asked for.
+    pub covered: Covered,
     /// Derivative of the point by the first texture coordinate; where the coordinates of the
     /// triangle are degenerate, a unit vector in its plane.
     pub dp_du: DVec3,
@@ -34,11 +37,34 @@ pub struct Surface {
     pub outside: bool,
 }
 
+/// How a surface changes from one pixel to the next, across and down.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Covered {
+    /// The point, on the plane of the triangle.
+    pub point: [DVec3; 2],
+    /// The unit shading normal, without bump and normal maps.
+    pub normal: [DVec3; 2],
+    /// The texture coordinates.
+    pub uv: [DVec2; 2],
+}
+
+impl Surface {
+    /// Where to look a texture up, and over what.
+    pub const fn footprint(&self) -> Footprint {
+        let [dx, dy] = self.covered.uv;
+        Footprint {
+            uv: self.uv,
+            dx,
+            dy,
+        }
+    }
+}
+
 /// Texture coordinates of the corners of a triangle whose mesh has none, as in pbrt.
 const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 
-/// How far texture coordinates move to ask a bump map for its slope: pbrt's, without ray
-/// differentials.
+/// How far texture coordinates move to ask a bump map for its slope where the pixel has no extent
+/// along them: pbrt's.
 const BUMP_STEP: f64 = 0.0005;
 
 impl Scene {
@@ -48,9 +74,28 @@ impl Scene {
     /// Orientation follows pbrt: the outside is where the vertex normals point, or for a mesh
     /// without them the right-hand normal of the vertex order unless [`Mesh::flipped`].
     ///
+    /// Textures, and bump and normal maps, are looked up without extent.
+    ///
     /// # Panics
     /// If there is no such triangle.
-    pub fn surface(&self, triangle: u32, [b1, b2]: [f64; 2], ray_direction: DVec3) -> Surface {
+    pub fn surface(&self, triangle: u32, barycentric: [f64; 2], ray_direction: DVec3) -> Surface {
+        self.surface_over(triangle, barycentric, ray_direction, None)
+    }
+
+    /// As [`Scene::surface`], over the pixel that the rays beside the ray show.
+    ///
+    /// The points of those rays lie where they meet the plane of the triangle; coordinates and
+    /// normals there go on as they do within the triangle.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn surface_over(
+        &self,
+        triangle: u32,
+        [b1, b2]: [f64; 2],
+        ray_direction: DVec3,
+        beside: Option<&RayDifferential>,
+    ) -> Surface {
         let mesh = &self.meshes[self.mesh_of(triangle) as usize];
         let indices = self.triangles[triangle as usize].map(|i| i as usize);
         let weights = [1.0 - b1 - b2, b1, b2];
@@ -77,12 +122,22 @@ impl Scene {
                 .try_normalize()
                 .unwrap_or(geometric_normal),
             uv: uvs[0] * weights[0] + uvs[1] * b1 + uvs[2] * b2,
+            covered: Covered::default(),
             dp_du,
             dp_dv,
             material: mesh.material,
             light: self.light_of(triangle),
             outside,
         };
+        if let Some(beside) = beside {
+            let vertex_normals = if mesh.has_normals {
+                indices.map(|i| side * to_f64(self.normals[i]))
+            } else {
+                [DVec3::ZERO; 3]
+            };
+            let normals = (vertex_normals, interpolated.length());
+            surface.covered = covered(&surface, [p0, p1, p2], uvs, normals, beside);
+        }
         let material = &self.materials[mesh.material as usize];
         if material.bump.is_none() && material.normal_map.is_none() {
             return surface;
@@ -98,7 +153,7 @@ impl Scene {
                     (surface.dp_du, surface.dp_dv)
                 };
                 let change = normal_change(normals, uvs);
-                bumped(&map.height, surface.uv, speed, outer, change)
+                bumped(&map.height, &surface.footprint(), speed, outer, change)
             }
             (None, Some(map)) => mapped(map, &surface, outer),
             (None, None) => outer,
@@ -157,23 +212,75 @@ fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<(DVec3, DVec3)> {
     (regular && du.is_finite() && dv.is_finite()).then_some((du, dv))
 }
 
+/// What the pixel covers of a triangle around a point of it; with the vertex normals is the length
+/// of what they are interpolated to.
+fn covered(
+    surface: &Surface,
+    [p, q, r]: [DVec3; 3],
+    uvs: [DVec2; 3],
+    ([n0, n1, n2], length): ([DVec3; 3], f64),
+    beside: &RayDifferential,
+) -> Covered {
+    let plane = surface.geometric_normal;
+    let [point_x, point_y] = [0, 1].map(|k| {
+        let (origin, direction) = (beside.origins[k], beside.directions[k]);
+        let distance = plane.dot(surface.point - origin) / plane.dot(direction);
+        let change = origin + direction * distance - surface.point;
+        // Parallel to the plane.
+        if change.is_finite() {
+            change
+        } else {
+            DVec3::ZERO
+        }
+    });
+    // The weights of the second and third corner along the plane: the dual basis of the edges.
+    let (e, f) = (q - p, r - p);
+    let normal = e.cross(f);
+    let square = normal.length_squared();
+    let (by_e, by_f) = (f.cross(normal) / square, normal.cross(e) / square);
+    let weights = [point_x, point_y].map(|change| {
+        let weights = DVec2::new(by_e.dot(change), by_f.dot(change));
+        if weights.is_finite() {
+            weights
+        } else {
+            DVec2::ZERO
+        }
+    });
+    let uv = |w: DVec2| (uvs[1] - uvs[0]) * w.x + (uvs[2] - uvs[0]) * w.y;
+    // Of the sum of weighted vertex normals, made a unit vector.
+    let unit = surface.shading_normal;
+    let turned = |w: DVec2| {
+        let change = (n1 - n0) * w.x + (n2 - n0) * w.y;
+        change - unit * unit.dot(change)
+    };
+    let normals = weights.map(|w| turned(w) / length);
+    Covered {
+        point: [point_x, point_y],
+        normal: normals.map(|n| if n.is_finite() { n } else { DVec3::ZERO }),
+        uv: weights.map(uv),
+    }
+}
+
 /// The normal of the surface moved by a height along its normal (Blinn 1978; Pharr, Jakob and
 /// Humphreys, *Physically Based Rendering*, 3rd edition, §9.3):
-/// ∂p'/∂u = ∂p/∂u + n ∂d/∂u + d ∂n/∂u, likewise v.
+/// ∂p'/∂u = ∂p/∂u + n ∂d/∂u + d ∂n/∂u, likewise v. Slopes are those over half the pixel, by pbrt's
+/// forward differences of the heights' means over the footprint.
 fn bumped(
     height: &Texture,
-    uv: DVec2,
+    at: &Footprint,
     (dp_du, dp_dv): (DVec3, DVec3),
     normal: DVec3,
     (dn_du, dn_dv): (DVec3, DVec3),
 ) -> DVec3 {
-    let at = |du: f64, dv: f64| height.evaluate_number(uv + DVec2::new(du, dv));
-    let step = 0.5 * BUMP_STEP;
-    let slope_u = (at(step, 0.0) - at(-step, 0.0)) / BUMP_STEP;
-    let slope_v = (at(0.0, step) - at(0.0, -step)) / BUMP_STEP;
-    let here = at(0.0, 0.0);
-    let u = dp_du + normal * slope_u + dn_du * here;
-    let v = dp_dv + normal * slope_v + dn_dv * here;
+    /// Below it, rounding of the difference of two heights would show.
+    const LEAST: f64 = 1e-8;
+    let step = 0.5 * (at.dx.abs() + at.dy.abs());
+    let step = [step.x, step.y].map(|step| if step > LEAST { step } else { BUMP_STEP });
+    let here = height.evaluate_number(*at);
+    let slope =
+        |by: DVec2, step: f64| (height.evaluate_number(at.shifted(by * step)) - here) / step;
+    let u = dp_du + normal * slope(DVec2::X, step[0]) + dn_du * here;
+    let v = dp_dv + normal * slope(DVec2::Y, step[1]) + dn_dv * here;
     let cross = u.cross(v);
     if cross.dot(normal) < 0.0 {
         -cross
@@ -196,7 +303,7 @@ fn v3_tangents(dp_du: DVec3, normal: DVec3) -> (DVec3, DVec3) {
 
 /// The normal that a normal map says: x along ∂p/∂u, y along ∂p/∂v, z along the normal.
 fn mapped(map: &NormalMap, surface: &Surface, normal: DVec3) -> DVec3 {
-    let value = 2.0 * map.texture.evaluate(surface.uv) - DVec3::ONE;
+    let value = 2.0 * map.texture.evaluate(surface.footprint()) - DVec3::ONE;
     let Some(x) = (surface.dp_du - normal * normal.dot(surface.dp_du)).try_normalize() else {
         return normal;
     };
@@ -236,6 +343,7 @@ mod tests {
             geometric_normal: DVec3::Z,
             shading_normal: DVec3::Z,
             uv: DVec2::new(0.25, 0.5),
+            covered: Covered::default(),
             dp_du,
             dp_dv,
             material: 0,
@@ -252,14 +360,23 @@ mod tests {
             data: crate::ImageData::new(256, 1, pixels, false).unwrap().into(),
             mapping: crate::UvMapping::IDENTITY,
             wrap: [crate::Wrap::Clamp; 2],
+            filter: crate::TextureFilter::default(),
             scale: 255.0 / 256.0,
             invert: false,
             filename: String::new(),
         };
         let surface = flat(2.0 * DVec3::X, 2.0 * DVec3::Y);
         let ramp = Texture::Image(ramp.into());
-        let bump =
-            |speed| bumped(&ramp, surface.uv, speed, DVec3::Z, Default::default()).normalize();
+        let bump = |speed| {
+            bumped(
+                &ramp,
+                &surface.footprint(),
+                speed,
+                DVec3::Z,
+                Default::default(),
+            )
+            .normalize()
+        };
         let normal = bump((surface.dp_du, surface.dp_dv));
         let want = DVec3::new(-0.5, 0.0, 1.0).normalize();
         // Differences of values of about 1/4 over a step of 5e-4: a few 2^-54 / 5e-4.

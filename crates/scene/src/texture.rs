@@ -1,7 +1,9 @@
 //! Textures: values over the surface.
 
 use crate::color::LUMINANCE;
+use crate::footprint::Footprint;
 use crate::image::ImageData;
+use crate::mipmap::{MAX_ANISOTROPY, bilinear};
 use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -16,6 +18,38 @@ pub enum Wrap {
     Black,
     /// The colour of the edge.
     Clamp,
+}
+
+/// How an image is looked up over a pixel's footprint, in smaller copies of itself. A lookup
+/// without extent is bilinear in the image, or by `Point` that of its nearest pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TextureFilter {
+    /// The nearest texel of the coarsest copy whose texels are no wider than the footprint.
+    Point,
+    /// Bilinear in that copy.
+    Bilinear,
+    /// Bilinear in the two copies around the footprint's width, and linear between the two.
+    Trilinear,
+    /// Means over an ellipse with the weights of a Gaussian (elliptically weighted average).
+    Ewa {
+        /// How many times as long as wide an ellipse may be, from 1 to
+        /// [`TextureFilter::MAX_ANISOTROPY`]; longer ones are widened.
+        max_anisotropy: f64,
+    },
+}
+
+impl TextureFilter {
+    /// Most that [`TextureFilter::Ewa`] is long over wide, so that a lookup stays bounded.
+    pub const MAX_ANISOTROPY: f64 = MAX_ANISOTROPY;
+}
+
+impl Default for TextureFilter {
+    /// pbrt-v3's: ellipses up to eight times as long as wide.
+    fn default() -> Self {
+        Self::Ewa {
+            max_anisotropy: 8.0,
+        }
+    }
 }
 
 /// Scales, turns and shifts texture coordinates: `(u, v)` becomes
@@ -46,6 +80,15 @@ impl UvMapping {
         }
         DVec2::from_angle(self.rotation).rotate(scaled) + self.offset
     }
+
+    /// The change of mapped coordinates by a change of coordinates.
+    pub fn apply_to_change(&self, change: DVec2) -> DVec2 {
+        let scaled = self.scale * change;
+        if self.rotation == 0.0 {
+            return scaled;
+        }
+        DVec2::from_angle(self.rotation).rotate(scaled)
+    }
 }
 
 /// An image that is looked up by texture coordinates; (0, 0) is its lower left corner.
@@ -57,6 +100,8 @@ pub struct ImageTexture {
     pub mapping: UvMapping,
     /// What lies beyond the edges, across and up.
     pub wrap: [Wrap; 2],
+    /// How it is looked up over a pixel's footprint.
+    pub filter: TextureFilter,
     /// Factor on every value.
     pub scale: f64,
     /// One minus the value instead of the value.
@@ -89,6 +134,9 @@ pub enum Texture {
     Checkerboard {
         /// From surface to checkerboard coordinates.
         mapping: UvMapping,
+        /// Whether a footprint sees the mean over the rectangle that reaches a pixel to each side,
+        /// as pbrt-v3's does, or the square in its middle.
+        filtered: bool,
         /// Where the sum of the cell numbers is even.
         even: Arc<Self>,
         /// Where it is odd.
@@ -102,33 +150,55 @@ impl Texture {
         Self::Constant(DVec3::splat(value))
     }
 
-    /// The value at texture coordinates.
-    pub fn evaluate(&self, uv: DVec2) -> DVec3 {
+    /// The value at texture coordinates, or over a footprint. Products and mixtures are those of
+    /// their parts' means, as in pbrt.
+    pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
+        let at = at.into();
         match self {
             Self::Constant(value) => *value,
-            Self::Image(image) => image.evaluate(uv),
-            Self::Product(a, b) => a.evaluate(uv) * b.evaluate(uv),
+            Self::Image(image) => image.evaluate(at),
+            Self::Product(a, b) => a.evaluate(at) * b.evaluate(at),
             Self::Mix { a, b, amount } => {
-                let t = amount.evaluate(uv);
-                a.evaluate(uv) * (DVec3::ONE - t) + b.evaluate(uv) * t
+                let t = amount.evaluate(at);
+                a.evaluate(at) * (DVec3::ONE - t) + b.evaluate(at) * t
             }
-            Self::Checkerboard { mapping, even, odd } => {
-                let cell = mapping.apply(uv).floor();
-                let is_even = (cell.x + cell.y).rem_euclid(2.0) < 0.5;
-                if is_even {
-                    even.evaluate(uv)
+            Self::Checkerboard {
+                mapping,
+                filtered,
+                even,
+                odd,
+            } => {
+                let mut place = at.mapped(mapping);
+                if !filtered {
+                    place = place.uv.into();
+                }
+                let share = odd_share(&place);
+                if share == 0.0 {
+                    even.evaluate(at)
+                } else if share == 1.0 {
+                    odd.evaluate(at)
                 } else {
-                    odd.evaluate(uv)
+                    even.evaluate(at).lerp(odd.evaluate(at), share)
                 }
             }
         }
     }
 
     /// The value as a number: the luminance, which for a number is the number.
-    pub fn evaluate_number(&self, uv: DVec2) -> f64 {
+    pub fn evaluate_number(&self, at: impl Into<Footprint>) -> f64 {
         match self {
             Self::Constant(value) if value.x.to_bits() == value.y.to_bits() => value.x,
-            _ => self.evaluate(uv).dot(LUMINANCE),
+            _ => self.evaluate(at).dot(LUMINANCE),
+        }
+    }
+
+    /// Whether it is looked up over footprints: not constant.
+    pub(crate) fn varies(&self) -> bool {
+        match self {
+            Self::Constant(_) => false,
+            Self::Image(_) | Self::Checkerboard { .. } => true,
+            Self::Product(a, b) => a.varies() || b.varies(),
+            Self::Mix { a, b, amount } => a.varies() || b.varies() || amount.varies(),
         }
     }
 
@@ -165,31 +235,73 @@ impl Texture {
 }
 
 impl ImageTexture {
-    /// The bilinearly interpolated value at surface coordinates.
-    pub fn evaluate(&self, uv: DVec2) -> DVec3 {
-        let st = self.mapping.apply(uv);
-        if !st.is_finite() {
+    /// The value at surface coordinates, or over a footprint: as [`ImageTexture::filter`] says.
+    pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
+        let at: Footprint = at.into();
+        let at = at.mapped(&self.mapping);
+        if !at.uv.is_finite() {
             return DVec3::ZERO;
         }
-        let (w, h) = (self.data.width(), self.data.height());
-        // Pixel centres are at half-integers; rows count from the top.
-        let x = st.x * f64::from(w) - 0.5;
-        let y = (1.0 - st.y) * f64::from(h) - 0.5;
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let texel = |x: f64, y: f64| match (place(self.wrap[0], x, w), place(self.wrap[1], y, h)) {
-            (Some(i), Some(j)) => self.data.pixel(i, j),
-            _ => DVec3::ZERO,
-        };
-        let top = texel(x0, y0) * (1.0 - fx) + texel(x0 + 1.0, y0) * fx;
-        let bottom = texel(x0, y0 + 1.0) * (1.0 - fx) + texel(x0 + 1.0, y0 + 1.0) * fx;
-        let value = (top * (1.0 - fy) + bottom * fy) * self.scale;
+        let value = self.scale * self.looked_up(&at);
         if self.invert {
             (DVec3::ONE - value).max(DVec3::ZERO)
         } else {
             value
         }
     }
+
+    fn looked_up(&self, at: &Footprint) -> DVec3 {
+        if at.is_point() {
+            // The image itself: pyramids hold it resampled to powers of two.
+            let (w, h) = (self.data.width(), self.data.height());
+            // Pixel centres are at half-integers; rows count from the top.
+            let x = at.uv.x * f64::from(w) - 0.5;
+            let y = (1.0 - at.uv.y) * f64::from(h) - 0.5;
+            let pixel = |x, y| match (place(self.wrap[0], x, w), place(self.wrap[1], y, h)) {
+                (Some(i), Some(j)) => self.data.pixel(i, j),
+                _ => DVec3::ZERO,
+            };
+            return match self.filter {
+                TextureFilter::Point => pixel(x.round(), y.round()),
+                TextureFilter::Bilinear | TextureFilter::Trilinear | TextureFilter::Ewa { .. } => {
+                    bilinear([x, y], pixel)
+                }
+            };
+        }
+        let mipmap = self.data.mipmap(self.wrap);
+        match self.filter {
+            TextureFilter::Point => mipmap.nearest(at),
+            TextureFilter::Bilinear => mipmap.bilinear(at),
+            TextureFilter::Trilinear => mipmap.trilinear(at),
+            TextureFilter::Ewa { max_anisotropy } => {
+                mipmap.ellipse(at, max_anisotropy.clamp(1.0, MAX_ANISOTROPY))
+            }
+        }
+    }
+}
+
+/// The share of odd squares in the rectangle that a footprint reaches.
+///
+/// Squares are even where s(x) s(y) = 1, with s the square wave of period two that begins with 1;
+/// the mean of a product over a rectangle is the product of the means.
+fn odd_share(at: &Footprint) -> f64 {
+    let reach = at.reach();
+    0.5 - 0.5 * mean_of_wave(at.uv.x, reach.x) * mean_of_wave(at.uv.y, reach.y)
+}
+
+/// The mean over [x − r, x + r] of the wave that is 1 in [0, 1), −1 in [1, 2), and so on: the
+/// difference of its integral, a triangle wave, over 2 r.
+fn mean_of_wave(x: f64, r: f64) -> f64 {
+    let (from, to) = (x - r, x + r);
+    if from.floor() == to.floor() {
+        let is_even = x.floor().rem_euclid(2.0) < 0.5;
+        return if is_even { 1.0 } else { -1.0 };
+    }
+    let integral = |x: f64| {
+        let x = x.rem_euclid(2.0);
+        x.min(2.0 - x)
+    };
+    (integral(to) - integral(from)) / (to - from)
 }
 
 /// The index of a row or column after wrapping; `None` outside.
@@ -198,7 +310,7 @@ impl ImageTexture {
     clippy::cast_sign_loss,
     reason = "wrapped into [0, n) before the cast"
 )]
-fn place(wrap: Wrap, i: f64, n: u32) -> Option<u32> {
+pub(crate) fn place(wrap: Wrap, i: f64, n: u32) -> Option<u32> {
     let n = f64::from(n);
     let wrapped = match wrap {
         Wrap::Repeat => i.rem_euclid(n),

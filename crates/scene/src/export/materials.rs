@@ -2,7 +2,7 @@
 
 use super::{Quoted, Triple, Writer};
 use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
-use crate::texture::{ImageTexture, Texture, Wrap};
+use crate::texture::{ImageTexture, Texture, TextureFilter, Wrap};
 use std::fmt::{self, Write as _};
 
 impl Writer<'_> {
@@ -43,13 +43,24 @@ impl Writer<'_> {
                 let amount = self.parameter("amount", amount, true)?;
                 format!("\"mix\"{a}{b}{amount}")
             }
-            Texture::Checkerboard { mapping, even, odd } => {
+            Texture::Checkerboard {
+                mapping,
+                filtered,
+                even,
+                odd,
+            } => {
                 let even = self.parameter("tex1", even, is_number)?;
                 let odd = self.parameter("tex2", odd, is_number)?;
                 let (s, o) = (mapping.scale, mapping.offset);
+                // pbrt-v4 has no other mode.
+                let own = if self.options.extensions && !filtered {
+                    " \"string aamode\" \"none\""
+                } else {
+                    ""
+                };
                 format!(
                     "\"checkerboard\"{even}{odd} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
-                     \"float udelta\" [ {} ] \"float vdelta\" [ {} ]",
+                     \"float udelta\" [ {} ] \"float vdelta\" [ {} ]{own}",
                     s.x, s.y, o.x, o.y
                 )
             }
@@ -77,6 +88,14 @@ impl Writer<'_> {
         if self.options.extensions && wrap != v_wrap {
             own += &format!(" \"string vwrap\" \"{v_wrap}\"");
         }
+        let filter = match image.filter {
+            TextureFilter::Point => "\"point\"".to_owned(),
+            TextureFilter::Bilinear => "\"bilinear\"".to_owned(),
+            TextureFilter::Trilinear => "\"trilinear\"".to_owned(),
+            TextureFilter::Ewa { max_anisotropy } => {
+                format!("\"ewa\" \"float maxanisotropy\" [ {max_anisotropy} ]")
+            }
+        };
         let (s, o) = (image.mapping.scale, image.mapping.offset);
         let encoding = if image.data.is_srgb() {
             "sRGB"
@@ -84,7 +103,7 @@ impl Writer<'_> {
             "linear"
         };
         format!(
-            "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string encoding\" \"{encoding}\" \
+            "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string filter\" {filter} \"string encoding\" \"{encoding}\" \
              \"float scale\" [ {} ] \"bool invert\" {} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
              \"float udelta\" [ {} ] \"float vdelta\" [ {} ]{own}",
             Quoted(&(self.options.image_name)(image)),

@@ -6,7 +6,7 @@ use super::document::Document;
 use super::json::Node;
 use crate::error::{ErrorKind, Result, SceneError};
 use crate::image::ImageData;
-use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
+use crate::texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use linelit_geometry::DVec2;
 use std::sync::Arc;
 
@@ -58,9 +58,12 @@ impl Reader {
             self.warn(doc, ErrorKind::Unsupported, message, node, "left out")?;
             return Ok(None);
         };
-        let wrap = match doc.index(node, "sampler", "samplers")? {
-            Some(sampler) => wraps(doc, &doc.list("samplers")?[sampler])?,
-            None => [Wrap::Repeat; 2],
+        let (wrap, filter) = match doc.index(node, "sampler", "samplers")? {
+            Some(sampler) => {
+                let sampler = &doc.list("samplers")?[sampler];
+                (wraps(doc, sampler)?, filter(doc, sampler)?)
+            }
+            None => ([Wrap::Repeat; 2], TextureFilter::default()),
         };
         let mapping = match transform {
             Some(transform) => mapping(doc, transform)?,
@@ -72,6 +75,7 @@ impl Reader {
                 data,
                 mapping,
                 wrap,
+                filter,
                 scale,
                 invert: false,
                 filename,
@@ -173,6 +177,22 @@ fn wraps(doc: &Document<'_>, sampler: &Node) -> Result<[Wrap; 2]> {
         })
     };
     Ok([wrap("wrapS")?, wrap("wrapT")?])
+}
+
+/// How an image is looked up where it is smaller than on the screen: `minFilter`, which names the
+/// copies too. Where it names none, or nothing (then it is the renderer's choice), the footprint is
+/// still averaged. `magFilter` is not asked: magnified images are bilinear.
+fn filter(doc: &Document<'_>, sampler: &Node) -> Result<TextureFilter> {
+    Ok(match doc.size(sampler, "minFilter")? {
+        // NEAREST, NEAREST_MIPMAP_NEAREST, NEAREST_MIPMAP_LINEAR.
+        Some(9728 | 9984 | 9986) => TextureFilter::Point,
+        // LINEAR_MIPMAP_NEAREST.
+        Some(9985) => TextureFilter::Bilinear,
+        // LINEAR_MIPMAP_LINEAR.
+        Some(9987) => TextureFilter::Trilinear,
+        // LINEAR, and what the format does not know.
+        Some(_) | None => TextureFilter::default(),
+    })
 }
 
 /// `KHR_texture_transform`. glTF counts v from the top: the mesh reader turns it over, and the

@@ -9,7 +9,7 @@ use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
 use crate::material::{Material, MaterialKind, NormalMap};
 use crate::source::{Source, Span};
-use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
+use crate::texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use linelit_geometry::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -225,6 +225,7 @@ fn image(
             data,
             mapping,
             wrap: [wrap; 2],
+            filter: TextureFilter::default(),
             scale: 1.0,
             invert: false,
             filename: name,

@@ -7,7 +7,7 @@ use super::state::Target;
 use crate::color;
 use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError};
-use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
+use crate::texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use linelit_geometry::DVec3;
 use std::sync::Arc;
 
@@ -71,6 +71,7 @@ impl Loader {
             data,
             mapping: UvMapping::IDENTITY,
             wrap: [Wrap::Clamp; 2],
+            filter: TextureFilter::default(),
             scale: 1.0,
             invert: false,
             filename: name,

@@ -8,7 +8,7 @@ use crate::color;
 use crate::error::{ErrorKind, Result, SceneError};
 use crate::material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 use crate::suggest::nearest;
-use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
+use crate::texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use linelit_geometry::DVec3;
 use std::sync::Arc;
 
@@ -140,6 +140,7 @@ impl Loader {
                 data,
                 mapping: UvMapping::IDENTITY,
                 wrap: [Wrap::Repeat; 2],
+                filter: TextureFilter::default(),
                 scale: 1.0,
                 invert: false,
                 filename: name,

@@ -6,7 +6,7 @@ use super::state::Target;
 use super::{Loader, unknown};
 use crate::error::{ErrorKind, Result, SceneError};
 use crate::suggest::nearest;
-use crate::texture::{ImageTexture, Texture, UvMapping, Wrap};
+use crate::texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -96,9 +96,18 @@ impl Loader {
                         "drawn over u and v",
                     )?;
                 }
-                params.ignore(&["aamode"]);
+                // v3's; v4 always averages.
+                let filtered = match params.string("aamode")? {
+                    None | Some("closedform") => true,
+                    Some("none") => false,
+                    Some(other) => {
+                        let known = ["closedform", "none"];
+                        return Err(unknown(params, "antialiasing mode", other, known));
+                    }
+                };
                 Ok(Texture::Checkerboard {
                     mapping: self.mapping(params)?,
+                    filtered,
                     even: Arc::new(even),
                     odd: Arc::new(odd),
                 })
@@ -146,7 +155,7 @@ impl Loader {
             .require("filename", params.string("filename")?)?
             .to_owned();
         let mapping = self.mapping(params)?;
-        params.ignore(&["trilinear", "maxanisotropy", "filter"]);
+        let filter = self.texture_filter(params)?;
         let wrap = self.wrap(params, "wrap", Wrap::Repeat)?;
         let wrap = [wrap, self.wrap(params, "vwrap", wrap)?];
         // v3: gamma; v4: encoding. Files of eight bits are sRGB unless said otherwise.
@@ -169,10 +178,41 @@ impl Loader {
             data,
             mapping,
             wrap,
+            filter,
             scale,
             invert,
             filename: name,
         })))
+    }
+
+    /// v3: `trilinear`, else ellipses no longer than `maxanisotropy`; v4: `filter`.
+    fn texture_filter(&mut self, params: &Params) -> Result<TextureFilter> {
+        let mut max_anisotropy = params.float_or("maxanisotropy", 8.0)?;
+        if max_anisotropy.is_nan() || max_anisotropy < 1.0 {
+            let message = format!("a `maxanisotropy` of {max_anisotropy}");
+            return Err(params.error(ErrorKind::OutOfRange, message, "must be 1 or more"));
+        }
+        if max_anisotropy > TextureFilter::MAX_ANISOTROPY {
+            max_anisotropy = TextureFilter::MAX_ANISOTROPY;
+            let message = format!("`maxanisotropy` above {max_anisotropy} is not supported");
+            let label = format!("taken as {max_anisotropy}");
+            self.warn_at(params, ErrorKind::Unsupported, message, &label)?;
+        }
+        let ellipses = TextureFilter::Ewa { max_anisotropy };
+        let is_trilinear = params.bool_or("trilinear", false)?;
+        Ok(match params.string("filter")? {
+            Some("point") => TextureFilter::Point,
+            Some("bilinear") => TextureFilter::Bilinear,
+            Some("trilinear") => TextureFilter::Trilinear,
+            Some("ewa" | "EWA") => ellipses,
+            Some(other) => {
+                let known = ["point", "bilinear", "trilinear", "ewa"];
+                return Err(unknown(params, "texture filter", other, known));
+            }
+            None if is_trilinear => TextureFilter::Trilinear,
+            None if self.view.is_v4 => TextureFilter::Bilinear,
+            None => ellipses,
+        })
     }
 
     /// What lies beyond the edges; `vwrap` and `mirror` are ours.

@@ -20,6 +20,8 @@ pub(super) struct View {
     camera: Option<CameraSettings>,
     film: Option<FilmSettings>,
     filter: Filter,
+    /// The film is one that only pbrt-v4 knows.
+    pub(super) is_v4: bool,
 }
 
 #[derive(Debug)]
@@ -202,10 +204,11 @@ impl Loader {
             "lambdamax",
         ]);
         // pbrt-v3's only film is `image`; its default size differs from v4's.
-        let default = if name == "image" {
-            [640, 480]
-        } else {
+        self.view.is_v4 = name != "image";
+        let default = if self.view.is_v4 {
             [1280, 720]
+        } else {
+            [640, 480]
         };
         let width = self.side(&params, "xresolution", default[0])?;
         let height = self.side(&params, "yresolution", default[1])?;

@@ -37,8 +37,6 @@ pub(super) struct Row {
     pub(super) unexplained: Vec<[u32; 2]>,
     /// Rays a hundredth of a pixel apart meet other surfaces.
     pub(super) edges: Vec<[u32; 2]>,
-    /// The material has images: pbrt-v3 blurs them over the pixel, we do not.
-    pub(super) textures: Vec<[u32; 2]>,
     /// The light lies between the horizons of the surface and of its smooth normal: pbrt-v3 takes
     /// the absolute cosine there, we take zero.
     pub(super) horizon: Vec<[u32; 2]>,
@@ -60,7 +58,6 @@ pub(super) struct Comparison {
 enum Reason {
     Edge,
     Light,
-    Texture,
     Horizon,
 }
 
@@ -103,7 +100,6 @@ pub(super) fn judge(
         match visible_reason(renderer, place(p), rounded) {
             Some(Reason::Edge) => row.edges.push(place(p)),
             Some(Reason::Light) => row.lights.push(place(p)),
-            Some(Reason::Texture) => row.textures.push(place(p)),
             Some(Reason::Horizon) => row.horizon.push(place(p)),
             None => to_decide.push(p),
         }
@@ -161,10 +157,6 @@ fn visible_reason(renderer: &Renderer<'_>, pixel: [u32; 2], rounded: bool) -> Op
         return Some(Reason::Edge);
     }
     let mut workspace = Workspace::new();
-    let material = renderer.material_at(pixel, &mut workspace)?;
-    if renderer.scene().has_images(material) {
-        return Some(Reason::Texture);
-    }
     let point = renderer.shading_point(pixel, &mut workspace)?;
     if rounded && point.emitted != DVec3::ZERO {
         return Some(Reason::Light);
@@ -232,7 +224,6 @@ fn empty_row(entry: &Entry, pixels: usize) -> Row {
         passing: 0.0,
         unexplained: Vec::new(),
         edges: Vec::new(),
-        textures: Vec::new(),
         horizon: Vec::new(),
         lights: Vec::new(),
         wrong: Vec::new(),

@@ -204,14 +204,14 @@ fn estimator(effort: Effort) -> Result<Estimator> {
 
 fn print_header() {
     println!(
-        "{:<20} {:>6} {:>11} {:>11} {:>20} {:>9} {:>9} {:>8} {:>6}  left out: edges textures horizon lights wrong",
+        "{:<20} {:>6} {:>11} {:>11} {:>20} {:>9} {:>9} {:>8} {:>6}  left out: edges horizon lights wrong",
         "reference", "pixels", "mean", "theirs", "ratio", "of all", "MRSE", "passing", "differ",
     );
 }
 
 fn print_row(r: &Row) {
     println!(
-        "{:<20} {:>6} {:>11.7} {:>11.7} {:>9.6} ± {:.6} {:>9.6} {:>9.2e} {:>7.3}% {:>6}  {:>15} {:>8} {:>7} {:>6} {:>5}  {}",
+        "{:<20} {:>6} {:>11.7} {:>11.7} {:>9.6} ± {:.6} {:>9.6} {:>9.2e} {:>7.3}% {:>6}  {:>15} {:>7} {:>6} {:>5}  {}",
         r.name,
         r.pixels,
         r.mean,
@@ -223,7 +223,6 @@ fn print_row(r: &Row) {
         100.0 * r.passing,
         r.unexplained.len(),
         r.edges.len(),
-        r.textures.len(),
         r.horizon.len(),
         r.lights.len(),
         r.wrong.len(),

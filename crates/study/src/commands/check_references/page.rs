@@ -99,7 +99,6 @@ fn reasons(all: &[Comparison]) -> Table {
         "reference",
         "no reason",
         "edges",
-        "textures",
         "horizon",
         "lights",
         "theirs wrong",
@@ -110,7 +109,6 @@ fn reasons(all: &[Comparison]) -> Table {
             Cell::text(r.name),
             count(&r.unexplained),
             count(&r.edges),
-            count(&r.textures),
             count(&r.horizon),
             count(&r.lights),
             count(&r.wrong),
@@ -118,8 +116,7 @@ fn reasons(all: &[Comparison]) -> Table {
     };
     Table {
         caption: "Pixels that differ, by reason. Edges: rays a hundredth of a pixel apart meet other \
-                  surfaces. Textures: images are blurred over the pixel there, not here. Horizon: \
-                  light below the smooth normal's horizon counts there, not here. Lights: the light \
+                  surfaces. Horizon: light below the smooth normal's horizon counts there, not here. Lights: the light \
                   itself, rounded by sums in single precision. Theirs wrong: a brute-force estimate \
                   gives our value and not theirs."
             .to_owned(),

@@ -1,0 +1,40 @@
+//! How the rays beside the view leave a mirror or glass (Igehy 1999, *Tracing ray differentials*).
+
+use linelit_geometry::DVec3;
+
+/// How the direction of the view, away from the viewer, and the unit normal on the viewer's side
+/// change from one pixel to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Change {
+    pub(crate) direction: DVec3,
+    pub(crate) normal: DVec3,
+}
+
+impl Change {
+    /// The change of the reflected direction d − 2 (n·d) n, with d = −`outgoing`.
+    pub(crate) fn reflected(&self, normal: DVec3, outgoing: DVec3) -> DVec3 {
+        let cosine = -normal.dot(outgoing);
+        self.direction - 2.0 * (self.of_cosine(normal, outgoing) * normal + cosine * self.normal)
+    }
+
+    /// The change of the refracted direction d/η − (n·d/η + c) n, with d = −`outgoing`, relative
+    /// index η and c, the cosine behind the interface: c² = 1 − (1 − (n·d)²)/η².
+    pub(crate) fn refracted(
+        &self,
+        normal: DVec3,
+        outgoing: DVec3,
+        [eta, inner]: [f64; 2],
+    ) -> DVec3 {
+        let cosine = -normal.dot(outgoing);
+        let of_cosine = self.of_cosine(normal, outgoing);
+        let of_inner = of_cosine * cosine / (eta * eta * inner);
+        self.direction / eta
+            - (of_cosine / eta + of_inner) * normal
+            - (cosine / eta + inner) * self.normal
+    }
+
+    /// The change of n·d.
+    fn of_cosine(&self, normal: DVec3, outgoing: DVec3) -> f64 {
+        self.direction.dot(normal) - outgoing.dot(self.normal)
+    }
+}

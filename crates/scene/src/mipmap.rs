@@ -1,0 +1,495 @@
+//! Images in smaller and smaller copies, to look a footprint up in a few texels.
+//!
+//! The pyramid is pbrt's (*Physically Based Rendering*, 3rd edition, §10.4): sizes are powers of
+//! two, to which other images are resampled with a Lanczos window of two texels; each level is the
+//! mean of two by two texels of the finer one, in linear light. Levels from the second on are kept
+//! in `f32`, which rounds by 6e-8; the first is the image itself, or what its few neighbours say.
+
+use crate::footprint::Footprint;
+use crate::image::ImageData;
+use crate::texture::{Wrap, place};
+use linelit_geometry::{DVec2, DVec3};
+use std::collections::VecDeque;
+use std::sync::{LazyLock, OnceLock};
+
+/// The pyramids of an image, each built when it is first asked for: how images of other sizes
+/// than powers of two are resampled depends on what lies beyond their edges.
+#[derive(Default)]
+pub(crate) struct Pyramids([OnceLock<Box<Pyramid>>; 16]);
+
+impl Clone for Pyramids {
+    /// None: pixels are cloned to be changed.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Pyramids {
+    /// Pyramids follow from the pixels.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Pyramids {
+    /// The pyramid of the image that this belongs to.
+    pub(crate) fn of(&self, image: &ImageData, wrap: [Wrap; 2]) -> &Pyramid {
+        let index = if is_whole(image) {
+            0
+        } else {
+            4 * wrap[0] as usize + wrap[1] as usize
+        };
+        self.0[index].get_or_init(|| Box::new(Pyramid::new(image, wrap)))
+    }
+
+    /// Bytes of those that were built.
+    pub(crate) fn memory(&self) -> usize {
+        let built = self.0.iter().filter_map(OnceLock::get);
+        built.map(|pyramid| pyramid.memory()).sum()
+    }
+}
+
+/// Whether the sides of an image are powers of two.
+fn is_whole(image: &ImageData) -> bool {
+    image.width().is_power_of_two() && image.height().is_power_of_two()
+}
+
+/// The levels of an image. Rows count from the top, as the image's do.
+pub(crate) struct Pyramid {
+    /// Columns and rows of the first level.
+    size: [u32; 2],
+    /// How the image makes the first level, if it is not the first level itself: by columns and
+    /// by rows.
+    resampled: Option<[Vec<Taps>; 2]>,
+    /// The levels from the second on.
+    coarser: Vec<Level>,
+}
+
+struct Level {
+    size: [u32; 2],
+    texels: Texels,
+}
+
+enum Texels {
+    Grey(Vec<f32>),
+    Colour(Vec<[f32; 3]>),
+}
+
+/// The pixels that a texel between them is made of.
+#[derive(Clone, Copy)]
+struct Taps {
+    pixels: [u32; 4],
+    /// Zero beyond a black edge.
+    weights: [f64; 4],
+}
+
+impl Pyramid {
+    fn new(image: &ImageData, wrap: [Wrap; 2]) -> Self {
+        let (w, h) = (image.width(), image.height());
+        // At most 2^31: images have at most 2^28 pixels.
+        let size = [w, h].map(u32::next_power_of_two);
+        let resampled =
+            (!is_whole(image)).then(|| [taps(w, size[0], wrap[0]), taps(h, size[1], wrap[1])]);
+        let mut pyramid = Self {
+            size,
+            resampled,
+            coarser: Vec::new(),
+        };
+        let is_grey = image.is_grey();
+        while pyramid.top().0 != [1, 1] {
+            let level = match pyramid.coarser.last() {
+                Some(finer) => finer.halved(),
+                None => pyramid.second(image, is_grey),
+            };
+            pyramid.coarser.push(level);
+        }
+        pyramid
+    }
+
+    /// Size and number of the coarsest level.
+    fn top(&self) -> ([u32; 2], usize) {
+        let last = self.coarser.last();
+        (
+            last.map_or(self.size, |level| level.size),
+            self.coarser.len(),
+        )
+    }
+
+    /// The second level, row by row.
+    fn second(&self, image: &ImageData, is_grey: bool) -> Level {
+        let mut rows = Rows {
+            pyramid: self,
+            image,
+            kept: VecDeque::new(),
+        };
+        let mut level = Level::sized(self.size, is_grey);
+        let finer = self.size[1];
+        for y in 0..level.size[1] {
+            let top = rows.first_level(2 * y);
+            let bottom = rows.first_level((2 * y + 1).min(finer - 1));
+            for x in 0..level.size[0] as usize {
+                let right = (2 * x + 1).min(top.len() - 1);
+                level.push(0.25 * (top[2 * x] + top[right] + bottom[2 * x] + bottom[right]));
+            }
+        }
+        level
+    }
+
+    /// A texel of a level, by column and row within it.
+    fn texel(&self, image: &ImageData, level: usize, x: u32, y: u32) -> DVec3 {
+        if let Some(level) = level.checked_sub(1).and_then(|k| self.coarser.get(k)) {
+            return level.texel(x, y);
+        }
+        let Some([columns, rows]) = &self.resampled else {
+            return image.pixel(x, y);
+        };
+        let (across, down) = (&columns[x as usize], &rows[y as usize]);
+        let mut sum = DVec3::ZERO;
+        for (row, weight) in down.terms() {
+            let terms = across.terms().map(|(x, w)| w * image.pixel(x, row));
+            sum += weight * terms.sum::<DVec3>();
+        }
+        sum.max(DVec3::ZERO)
+    }
+
+    /// Bytes of what was added to the image.
+    fn memory(&self) -> usize {
+        let levels = self.coarser.iter().map(|level| match &level.texels {
+            Texels::Grey(texels) => size_of_val(&texels[..]),
+            Texels::Colour(texels) => size_of_val(&texels[..]),
+        });
+        let taps = self
+            .resampled
+            .iter()
+            .flatten()
+            .map(|taps| size_of_val(&taps[..]));
+        levels.chain(taps).sum()
+    }
+}
+
+/// Rows of the first level, in order, with what they share kept.
+struct Rows<'a> {
+    pyramid: &'a Pyramid,
+    image: &'a ImageData,
+    /// Rows of the image that were resampled across.
+    kept: VecDeque<(u32, Vec<DVec3>)>,
+}
+
+impl Rows<'_> {
+    fn first_level(&mut self, y: u32) -> Vec<DVec3> {
+        let columns = self.pyramid.size[0];
+        let Some([_, rows]) = &self.pyramid.resampled else {
+            return (0..columns).map(|x| self.image.pixel(x, y)).collect();
+        };
+        let down = rows[y as usize];
+        let mut sum = vec![DVec3::ZERO; columns as usize];
+        for (row, weight) in down.terms() {
+            for (sum, value) in sum.iter_mut().zip(self.across(row)) {
+                *sum += weight * *value;
+            }
+        }
+        for value in &mut sum {
+            *value = value.max(DVec3::ZERO);
+        }
+        sum
+    }
+
+    /// A row of the image, resampled across.
+    fn across(&mut self, row: u32) -> &[DVec3] {
+        /// Two rows of the first level take five rows of the image at most.
+        const KEPT: usize = 5;
+        if let Some(k) = self.kept.iter().position(|(kept, _)| *kept == row) {
+            return &self.kept[k].1;
+        }
+        let columns = self
+            .pyramid
+            .resampled
+            .as_ref()
+            .map(|[columns, _]| &columns[..]);
+        let image = self.image;
+        let value = |taps: &Taps| taps.terms().map(|(x, w)| w * image.pixel(x, row)).sum();
+        let values = columns.unwrap_or(&[]).iter().map(value).collect();
+        self.kept.truncate(KEPT - 1);
+        self.kept.push_front((row, values));
+        &self.kept[0].1
+    }
+}
+
+impl Taps {
+    /// Pixels and their weights.
+    fn terms(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.pixels.into_iter().zip(self.weights)
+    }
+}
+
+/// How `to` texels are made of `from` pixels in a row: by a Lanczos window of two pixels to either
+/// side, with weights that sum to one.
+fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Taps> {
+    const RADIUS: f64 = 2.0;
+    let scale = f64::from(from) / f64::from(to);
+    let one = |i: u32| {
+        let centre = (f64::from(i) + 0.5) * scale;
+        let first = (centre - RADIUS + 0.5).floor();
+        let at = [0.0, 1.0, 2.0, 3.0].map(|k| first + k);
+        let weights = at.map(|x| lanczos((x + 0.5 - centre) / RADIUS));
+        let sum: f64 = weights.iter().sum();
+        let pixels = at.map(|x| place(wrap, x, from));
+        Taps {
+            pixels: pixels.map(|pixel| pixel.unwrap_or(0)),
+            weights: [0, 1, 2, 3].map(|k| match pixels[k] {
+                Some(_) => weights[k] / sum,
+                None => 0.0,
+            }),
+        }
+    };
+    (0..to).map(one).collect()
+}
+
+/// sinc(2 x) sinc(x) within [−1, 1], where sinc x = sin(π x) / (π x).
+fn lanczos(x: f64) -> f64 {
+    let x = std::f64::consts::PI * x.abs();
+    if x < 1e-5 {
+        1.0
+    } else if x > std::f64::consts::PI {
+        0.0
+    } else {
+        ((2.0 * x).sin() / (2.0 * x)) * (x.sin() / x)
+    }
+}
+
+impl Level {
+    /// The empty level above one of some size.
+    fn sized(finer: [u32; 2], is_grey: bool) -> Self {
+        let size = finer.map(|n| (n / 2).max(1));
+        let count = size[0] as usize * size[1] as usize;
+        let texels = if is_grey {
+            Texels::Grey(Vec::with_capacity(count))
+        } else {
+            Texels::Colour(Vec::with_capacity(count))
+        };
+        Self { size, texels }
+    }
+
+    /// Adds the next texel, row by row.
+    fn push(&mut self, value: DVec3) {
+        // Resampling may overshoot the largest number.
+        let value = value.min(DVec3::splat(f64::from(f32::MAX))).as_vec3();
+        match &mut self.texels {
+            Texels::Grey(texels) => texels.push(value.x),
+            Texels::Colour(texels) => texels.push(value.to_array()),
+        }
+    }
+
+    fn texel(&self, x: u32, y: u32) -> DVec3 {
+        let index = y as usize * self.size[0] as usize + x as usize;
+        match &self.texels {
+            Texels::Grey(texels) => DVec3::splat(f64::from(texels[index])),
+            Texels::Colour(texels) => DVec3::from(texels[index].map(f64::from)),
+        }
+    }
+
+    /// Means of two by two; where only one is left across or down, of two.
+    fn halved(&self) -> Self {
+        let mut coarser = Self::sized(self.size, matches!(self.texels, Texels::Grey(_)));
+        let [w, h] = self.size;
+        for y in 0..coarser.size[1] {
+            let rows = [2 * y, (2 * y + 1).min(h - 1)];
+            for x in 0..coarser.size[0] {
+                let columns = [2 * x, (2 * x + 1).min(w - 1)];
+                let row = |y: u32| self.texel(columns[0], y) + self.texel(columns[1], y);
+                coarser.push(0.25 * (row(rows[0]) + row(rows[1])));
+            }
+        }
+        coarser
+    }
+}
+
+/// Most that a footprint may be longer than wide: what a file asks beyond is cut off, so that a
+/// lookup stays bounded.
+pub(crate) const MAX_ANISOTROPY: f64 = 64.0;
+
+/// An image with its pyramid and edges.
+#[derive(Clone, Copy)]
+pub(crate) struct Mipmap<'a> {
+    pub(crate) image: &'a ImageData,
+    pub(crate) pyramid: &'a Pyramid,
+    pub(crate) wrap: [Wrap; 2],
+}
+
+impl Mipmap<'_> {
+    /// The level whose texels are as wide as `width`, which is in units of the image; the finest
+    /// is 0, finer ones are negative.
+    fn level(&self, width: f64) -> f64 {
+        self.pyramid.top().1 as f64 + width.max(1e-8).log2()
+    }
+
+    /// The texel that holds a place, on the coarsest level whose texels are no wider than the
+    /// footprint.
+    pub(crate) fn nearest(&self, at: &Footprint) -> DVec3 {
+        let level = self.below(at);
+        let [x, y] = self.on_level(level, at.uv);
+        self.texel(level, x.round(), y.round())
+    }
+
+    /// Bilinear on the coarsest level whose texels are no wider than the footprint.
+    pub(crate) fn bilinear(&self, at: &Footprint) -> DVec3 {
+        self.on(self.below(at), at.uv)
+    }
+
+    /// Bilinear on the two levels around the footprint's width, and linear between them. The width
+    /// is that of a square of twice the larger change of the coordinates.
+    pub(crate) fn trilinear(&self, at: &Footprint) -> DVec3 {
+        let level = self.level(2.0 * at.reach().max_element());
+        self.between(level, |k| self.on(k, at.uv))
+    }
+
+    /// The mean over an ellipse with a Gaussian's weights (Heckbert 1989, *Fundamentals of Texture
+    /// Mapping and Image Warping*): the footprint's, with each level's texels of one texel's
+    /// radius; no longer than `max_anisotropy` times its width, of whose levels the two around are
+    /// mixed.
+    pub(crate) fn ellipse(&self, at: &Footprint, max_anisotropy: f64) -> DVec3 {
+        let (mut major, mut minor) = (at.dx, at.dy);
+        if major.length_squared() < minor.length_squared() {
+            (major, minor) = (minor, major);
+        }
+        let least = major.length() / max_anisotropy;
+        let width = minor.length();
+        if width < least {
+            minor = if width > 0.0 {
+                minor * (least / width)
+            } else {
+                major.perp() / max_anisotropy
+            };
+        }
+        let level = self.level(minor.length()).max(0.0);
+        self.between(level, |k| self.ellipse_on(k, at.uv, [major, minor]))
+    }
+
+    /// The mean over an ellipse on one level.
+    fn ellipse_on(&self, level: usize, uv: DVec2, axes: [DVec2; 2]) -> DVec3 {
+        if level >= self.pyramid.top().1 {
+            return self.on(level, uv);
+        }
+        let [x, y] = self.on_level(level, uv);
+        let [w, h] = self.size(level).map(f64::from);
+        // Rows count from the top.
+        let [p, q] = axes.map(|axis| axis * DVec2::new(w, -h));
+        // a x² + b x y + c y² < 1 inside; one texel is added in quadrature.
+        let (a, b, c) = (
+            p.y * p.y + q.y * q.y + 1.0,
+            -2.0 * (p.x * p.y + q.x * q.y),
+            p.x * p.x + q.x * q.x + 1.0,
+        );
+        let discriminant = a * c - 0.25 * b * b;
+        let (reach_x, reach_y) = (c.sqrt(), a.sqrt());
+        let (a, b, c) = (a / discriminant, b / discriminant, c / discriminant);
+        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+        for row in whole_numbers(y, reach_y) {
+            let dy = row - y;
+            for column in whole_numbers(x, reach_x) {
+                let dx = column - x;
+                let square = a * dx * dx + b * dx * dy + c * dy * dy;
+                if square < 1.0 {
+                    let weight = gaussian(square);
+                    sum += weight * self.texel(level, column, row);
+                    weights += weight;
+                }
+            }
+        }
+        sum / weights
+    }
+
+    /// Linear between the two whole levels around one; below the finest, the finest.
+    fn between(&self, level: f64, on: impl Fn(usize) -> DVec3) -> DVec3 {
+        let top = self.pyramid.top().1;
+        if level <= 0.0 {
+            return on(0);
+        }
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "positive, and saturating"
+        )]
+        let lower = level as usize;
+        if lower >= top {
+            return on(top);
+        }
+        on(lower).lerp(on(lower + 1), level - lower as f64)
+    }
+
+    /// The coarsest whole level whose texels are no wider than the footprint.
+    fn below(&self, at: &Footprint) -> usize {
+        let level = self.level(2.0 * at.reach().max_element());
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "saturates at zero, which is meant"
+        )]
+        let whole = level as usize;
+        whole.min(self.pyramid.top().1)
+    }
+
+    /// Bilinear on a level.
+    fn on(&self, level: usize, uv: DVec2) -> DVec3 {
+        bilinear(self.on_level(level, uv), |x, y| self.texel(level, x, y))
+    }
+
+    /// Coordinates in texels of a level, whose centres are whole numbers; rows count from the top.
+    fn on_level(&self, level: usize, uv: DVec2) -> [f64; 2] {
+        let [w, h] = self.size(level).map(f64::from);
+        [uv.x * w - 0.5, (1.0 - uv.y) * h - 0.5]
+    }
+
+    fn size(&self, level: usize) -> [u32; 2] {
+        let coarser = level.checked_sub(1).map(|k| &self.pyramid.coarser[k]);
+        coarser.map_or(self.pyramid.size, |level| level.size)
+    }
+
+    /// A texel of a level, or what lies beyond its edges.
+    fn texel(&self, level: usize, x: f64, y: f64) -> DVec3 {
+        let [w, h] = self.size(level);
+        match (place(self.wrap[0], x, w), place(self.wrap[1], y, h)) {
+            (Some(x), Some(y)) => self.pyramid.texel(self.image, level, x, y),
+            _ => DVec3::ZERO,
+        }
+    }
+}
+
+/// Linear in both directions between the values at whole numbers.
+pub(crate) fn bilinear([x, y]: [f64; 2], at: impl Fn(f64, f64) -> DVec3) -> DVec3 {
+    let (x0, y0) = (x.floor(), y.floor());
+    let (fx, fy) = (x - x0, y - y0);
+    let top = at(x0, y0) * (1.0 - fx) + at(x0 + 1.0, y0) * fx;
+    let bottom = at(x0, y0 + 1.0) * (1.0 - fx) + at(x0 + 1.0, y0 + 1.0) * fx;
+    top * (1.0 - fy) + bottom * fy
+}
+
+/// The whole numbers within a distance: finitely many even where their spacing is above one.
+fn whole_numbers(centre: f64, distance: f64) -> impl Iterator<Item = f64> {
+    let first = (centre - distance).ceil();
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the reach of an ellipse: at most the texels of a level times the anisotropy"
+    )]
+    let count = ((centre + distance).floor() - first) as u32;
+    (0..=count).map(move |k| first + f64::from(k))
+}
+
+/// exp(−2 r²) − exp(−2) for squares of radii within [0, 1), from pbrt's table of 128 values.
+fn gaussian(square: f64) -> f64 {
+    const COUNT: usize = 128;
+    static TABLE: LazyLock<[f64; COUNT]> = LazyLock::new(|| {
+        std::array::from_fn(|i| {
+            let square = i as f64 / (COUNT - 1) as f64;
+            (-2.0 * square).exp() - (-2.0f64).exp()
+        })
+    });
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "within [0, 128]"
+    )]
+    let index = (square * COUNT as f64) as usize;
+    TABLE[index.min(COUNT - 1)]
+}
