@@ -32,6 +32,7 @@ pub(crate) struct Response {
 
 /// What the material of a surface does with light towards `outgoing`, about the shading normal
 /// `normal` on the viewer's side; `beside` are the rays beside the one that met it.
+#[inline]
 pub(crate) fn response(
     scene: &Scene,
     surface: &Surface,

@@ -152,15 +152,22 @@ impl Texture {
 
     /// The value at texture coordinates, or over a footprint. Products and mixtures are those of
     /// their parts' means, as in pbrt.
+    #[inline]
     pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
-        let at = at.into();
+        if let Self::Constant(value) = self {
+            return *value;
+        }
+        self.over(&at.into())
+    }
+
+    fn over(&self, at: &Footprint) -> DVec3 {
         match self {
             Self::Constant(value) => *value,
-            Self::Image(image) => image.evaluate(at),
-            Self::Product(a, b) => a.evaluate(at) * b.evaluate(at),
+            Self::Image(image) => image.evaluate(*at),
+            Self::Product(a, b) => a.over(at) * b.over(at),
             Self::Mix { a, b, amount } => {
-                let t = amount.evaluate(at);
-                a.evaluate(at) * (DVec3::ONE - t) + b.evaluate(at) * t
+                let t = amount.over(at);
+                a.over(at) * (DVec3::ONE - t) + b.over(at) * t
             }
             Self::Checkerboard {
                 mapping,
@@ -174,17 +181,18 @@ impl Texture {
                 }
                 let share = odd_share(&place);
                 if share == 0.0 {
-                    even.evaluate(at)
+                    even.over(at)
                 } else if share == 1.0 {
-                    odd.evaluate(at)
+                    odd.over(at)
                 } else {
-                    even.evaluate(at).lerp(odd.evaluate(at), share)
+                    even.over(at).lerp(odd.over(at), share)
                 }
             }
         }
     }
 
     /// The value as a number: the luminance, which for a number is the number.
+    #[inline]
     pub fn evaluate_number(&self, at: impl Into<Footprint>) -> f64 {
         match self {
             Self::Constant(value) if value.x.to_bits() == value.y.to_bits() => value.x,
