@@ -6,8 +6,8 @@ use common::world;
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{
-    Camera, Footprint, ImageData, ImageTexture, PlaneUv, Projection, RayDifferential, Texture,
-    TextureFilter, UvMapping, Wrap,
+    Camera, Footprint, ImageData, ImageTexture, LoadOptions, MaterialKind, PlaneUv, Projection,
+    RayDifferential, Scene, Texture, TextureFilter, UvMapping, Warning, Wrap,
 };
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -393,6 +393,88 @@ fn ellipses_are_gaussian_means_of_waves() {
             (least - 0.01..most + 0.01).contains(&got),
             "{least} {got} {most}"
         );
+    }
+}
+
+/// What a file asks for, by its version: pbrt-v4's films are not pbrt-v3's.
+#[test]
+fn files_say_how_to_filter() {
+    let text = |film: &str, parameters: &str| {
+        format!(
+            "Film \"{film}\"\nCamera \"perspective\"\nWorldBegin\n\
+             Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"tests/images/ramp.png\" \
+             {parameters}\nMaterial \"matte\" \"texture Kd\" \"t\"\n\
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0  1 0 0  0 1 0]\n"
+        )
+    };
+    let read = |film, parameters| {
+        let loaded =
+            Scene::from_pbrt_str(&text(film, parameters), "a.pbrt", &LoadOptions::default());
+        loaded.map(|loaded| {
+            let scene = loaded.scene;
+            let MaterialKind::Matte {
+                kd: Texture::Image(image),
+                ..
+            } = &scene.materials[scene.material_of(0) as usize].kind
+            else {
+                panic!("an image");
+            };
+            let about = |w: &&Warning| w.to_string().contains("maxanisotropy");
+            (image.filter, loaded.warnings.iter().filter(about).count())
+        })
+    };
+    let ellipses = |max_anisotropy| TextureFilter::Ewa { max_anisotropy };
+    let cases = [
+        ("image", "", ellipses(8.0), 0),
+        ("image", "\"float maxanisotropy\" 3", ellipses(3.0), 0),
+        ("image", "\"float maxanisotropy\" 100", ellipses(64.0), 1),
+        ("image", "\"bool trilinear\" \"false\"", ellipses(8.0), 0),
+        (
+            "image",
+            "\"bool trilinear\" \"true\"",
+            TextureFilter::Trilinear,
+            0,
+        ),
+        ("rgb", "", TextureFilter::Bilinear, 0),
+        (
+            "rgb",
+            "\"string filter\" \"point\"",
+            TextureFilter::Point,
+            0,
+        ),
+        (
+            "rgb",
+            "\"string filter\" \"bilinear\"",
+            TextureFilter::Bilinear,
+            0,
+        ),
+        (
+            "rgb",
+            "\"string filter\" \"trilinear\"",
+            TextureFilter::Trilinear,
+            0,
+        ),
+        (
+            "rgb",
+            "\"string filter\" \"ewa\" \"float maxanisotropy\" 4",
+            ellipses(4.0),
+            0,
+        ),
+        ("rgb", "\"string filter\" \"EWA\"", ellipses(8.0), 0),
+    ];
+    for (film, parameters, filter, warnings) in cases {
+        assert_eq!(
+            read(film, parameters).unwrap(),
+            (filter, warnings),
+            "{film} {parameters}"
+        );
+    }
+    for wrong in [
+        "\"float maxanisotropy\" 0.5",
+        "\"string filter\" \"bilinaer\"",
+    ] {
+        let error = read("rgb", wrong).unwrap_err();
+        assert!(error.to_string().contains("a.pbrt:4"), "{error}");
     }
 }
 

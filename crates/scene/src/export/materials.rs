@@ -5,6 +5,21 @@ use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
 use crate::texture::{ImageTexture, Texture, TextureFilter, Wrap};
 use std::fmt::{self, Write as _};
 
+/// The parameters of a filter.
+pub(super) fn filter(filter: TextureFilter) -> String {
+    let name = match filter {
+        TextureFilter::Point => "point",
+        TextureFilter::Bilinear => "bilinear",
+        TextureFilter::Trilinear => "trilinear",
+        TextureFilter::Ewa { max_anisotropy } => {
+            return format!(
+                " \"string filter\" \"ewa\" \"float maxanisotropy\" [ {max_anisotropy} ]"
+            );
+        }
+    };
+    format!(" \"string filter\" \"{name}\"")
+}
+
 impl Writer<'_> {
     /// Writes the textures that a parameter needs and gives the parameter.
     fn parameter(
@@ -88,14 +103,7 @@ impl Writer<'_> {
         if self.options.extensions && wrap != v_wrap {
             own += &format!(" \"string vwrap\" \"{v_wrap}\"");
         }
-        let filter = match image.filter {
-            TextureFilter::Point => "\"point\"".to_owned(),
-            TextureFilter::Bilinear => "\"bilinear\"".to_owned(),
-            TextureFilter::Trilinear => "\"trilinear\"".to_owned(),
-            TextureFilter::Ewa { max_anisotropy } => {
-                format!("\"ewa\" \"float maxanisotropy\" [ {max_anisotropy} ]")
-            }
-        };
+        let filter = filter(image.filter);
         let (s, o) = (image.mapping.scale, image.mapping.offset);
         let encoding = if image.data.is_srgb() {
             "sRGB"
@@ -103,7 +111,7 @@ impl Writer<'_> {
             "linear"
         };
         format!(
-            "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string filter\" {filter} \"string encoding\" \"{encoding}\" \
+            "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string encoding\" \"{encoding}\"{filter} \
              \"float scale\" [ {} ] \"bool invert\" {} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
              \"float udelta\" [ {} ] \"float vdelta\" [ {} ]{own}",
             Quoted(&(self.options.image_name)(image)),

@@ -318,7 +318,8 @@ impl Writer<'_> {
                 write!(out, " \"string filename\" {}", Quoted(&name))?;
                 // pbrt-v4 takes either an image or a radiance.
                 if self.options.extensions {
-                    write!(out, " \"rgb L\" [ {} ]", Triple(radiance))?;
+                    let filter = materials::filter(image.filter);
+                    write!(out, " \"rgb L\" [ {} ]{filter}", Triple(radiance))?;
                 } else {
                     write!(out, " \"float scale\" [ {} ]", radiance.x)?;
                 }

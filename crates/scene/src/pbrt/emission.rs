@@ -67,11 +67,16 @@ impl Loader {
         let Some(data) = self.base.image(&name, true, &at)? else {
             return Ok(None);
         };
+        // How a view of the light filters it is ours to say: pbrt-v4 does not.
+        let filter = match params.string("filter")? {
+            Some(_) => self.texture_filter(params)?,
+            None => TextureFilter::default(),
+        };
         let texture = Texture::Image(Arc::new(ImageTexture {
             data,
             mapping: UvMapping::IDENTITY,
             wrap: [Wrap::Clamp; 2],
-            filter: TextureFilter::default(),
+            filter,
             scale: 1.0,
             invert: false,
             filename: name,

@@ -186,7 +186,7 @@ impl Loader {
     }
 
     /// v3: `trilinear`, else ellipses no longer than `maxanisotropy`; v4: `filter`.
-    fn texture_filter(&mut self, params: &Params) -> Result<TextureFilter> {
+    pub(super) fn texture_filter(&mut self, params: &Params) -> Result<TextureFilter> {
         let mut max_anisotropy = params.float_or("maxanisotropy", 8.0)?;
         if max_anisotropy.is_nan() || max_anisotropy < 1.0 {
             let message = format!("a `maxanisotropy` of {max_anisotropy}");
