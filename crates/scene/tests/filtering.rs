@@ -508,13 +508,10 @@ fn bumps_are_as_flat_as_they_look() {
     let flat = normal(1000.0, 0.1);
     let slope = 2.0 * 0.1 / (200.0 * 200.0) / 0.05;
     assert!(flat.x.abs() <= slope && flat.y.abs() <= slope, "{flat}");
-    // A pixel's width from an edge at u = 0.31, a step of half a pixel sees a quarter of the
-    // height 0.2: a slope of ten.
-    let steep = normal(1.0 / 0.31, 0.01);
-    assert!(
-        (steep.x.abs() - 10.0 / 101f64.sqrt()).abs() < 1e-6,
-        "{steep}"
-    );
+    // The pixel around u = 0.3 reaches to 0.31, a step of half a pixel further: past an edge at
+    // 0.312 with 0.003 of 0.02, which is a height of 0.03 over 0.005: a slope of six.
+    let steep = normal(1.0 / 0.312, 0.01);
+    assert!((steep.x.abs() - 6.0 / 37f64.sqrt()).abs() < 1e-6, "{steep}");
     // Far from all edges it is flat again.
     assert_eq!(normal(1.0, 0.01), DVec3::Z);
 }
