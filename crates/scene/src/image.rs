@@ -143,7 +143,10 @@ impl ImageData {
     pub(crate) fn is_grey(&self) -> bool {
         match &self.pixels {
             Pixels::Bytes { rgb, .. } => rgb.iter().all(|[r, g, b]| r == g && g == b),
-            Pixels::Linear(rgb) => rgb.iter().all(|[r, g, b]| r == g && g == b),
+            Pixels::Linear(rgb) => {
+                let is_grey = |[r, g, b]: [u32; 3]| r == g && g == b;
+                rgb.iter().all(|rgb| is_grey(rgb.map(f32::to_bits)))
+            }
         }
     }
 

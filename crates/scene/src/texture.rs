@@ -180,9 +180,9 @@ impl Texture {
                     place = place.uv.into();
                 }
                 let share = odd_share(&place);
-                if share == 0.0 {
+                if share <= 0.0 {
                     even.over(at)
-                } else if share == 1.0 {
+                } else if share >= 1.0 {
                     odd.over(at)
                 } else {
                     even.over(at).lerp(odd.over(at), share)
@@ -299,6 +299,7 @@ fn odd_share(at: &Footprint) -> f64 {
 
 /// The mean over [x − r, x + r] of the wave that is 1 in [0, 1), −1 in [1, 2), and so on: the
 /// difference of its integral, a triangle wave, over 2 r.
+#[allow(clippy::float_cmp, reason = "asks whether whole numbers are the same")]
 fn mean_of_wave(x: f64, r: f64) -> f64 {
     let (from, to) = (x - r, x + r);
     if from.floor() == to.floor() {
