@@ -10,6 +10,7 @@ use crate::image::ImageData;
 use crate::texture::{Wrap, place};
 use linelit_geometry::{DVec2, DVec3};
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::{LazyLock, OnceLock};
 
 /// The pyramids of an image, each built when it is first asked for: how images of other sizes
@@ -58,9 +59,9 @@ fn is_whole(image: &ImageData) -> bool {
 pub(crate) struct Pyramid {
     /// Columns and rows of the first level.
     size: [u32; 2],
-    /// How the image makes the first level, if it is not the first level itself: by columns and
-    /// by rows.
-    resampled: Option<[Vec<Taps>; 2]>,
+    /// What lies beyond the edges of the image that the first level is resampled from, if it is
+    /// not the image itself.
+    resampled: Option<[Wrap; 2]>,
     /// The levels from the second on.
     coarser: Vec<Level>,
 }
@@ -85,14 +86,9 @@ struct Taps {
 
 impl Pyramid {
     fn new(image: &ImageData, wrap: [Wrap; 2]) -> Self {
-        let (w, h) = (image.width(), image.height());
-        // At most 2^31: images have at most 2^28 pixels.
-        let size = [w, h].map(u32::next_power_of_two);
-        let resampled =
-            (!is_whole(image)).then(|| [taps(w, size[0], wrap[0]), taps(h, size[1], wrap[1])]);
         let mut pyramid = Self {
-            size,
-            resampled,
+            size: [image.width(), image.height()].map(u32::next_power_of_two),
+            resampled: (!is_whole(image)).then_some(wrap),
             coarser: Vec::new(),
         };
         let is_grey = image.is_grey();
@@ -115,22 +111,36 @@ impl Pyramid {
         )
     }
 
-    /// The second level, row by row.
+    /// The second level, in blocks of columns: what is kept meanwhile does not grow with the image.
     fn second(&self, image: &ImageData, is_grey: bool) -> Level {
-        let mut rows = Rows {
-            pyramid: self,
-            image,
-            kept: VecDeque::new(),
-        };
+        const BLOCK: u32 = 4096;
         let mut level = Level::sized(self.size, is_grey);
-        let finer = self.size[1];
-        for y in 0..level.size[1] {
-            let top = rows.first_level(2 * y);
-            let bottom = rows.first_level((2 * y + 1).min(finer - 1));
-            for x in 0..level.size[0] as usize {
-                let right = (2 * x + 1).min(top.len() - 1);
-                level.push(0.25 * (top[2 * x] + top[right] + bottom[2 * x] + bottom[right]));
+        let [columns, finer] = self.size;
+        let mut from = 0;
+        while from < columns {
+            let to = (from + BLOCK).min(columns);
+            let mut rows = Rows {
+                pyramid: self,
+                image,
+                columns: from..to,
+                across: match self.resampled {
+                    Some([wrap, _]) => (from..to)
+                        .map(|x| Taps::new(x, [image.width(), columns], wrap))
+                        .collect(),
+                    None => Vec::new(),
+                },
+                kept: VecDeque::new(),
+            };
+            for y in 0..level.size[1] {
+                let top = rows.first_level(2 * y);
+                let bottom = rows.first_level((2 * y + 1).min(finer - 1));
+                for (x, left) in (from / 2..).zip((0..top.len()).step_by(2)) {
+                    let right = (left + 1).min(top.len() - 1);
+                    let sum = top[left] + top[right] + bottom[left] + bottom[right];
+                    level.set(x, y, 0.25 * sum);
+                }
             }
+            from = to;
         }
         level
     }
@@ -140,10 +150,11 @@ impl Pyramid {
         if let Some(level) = level.checked_sub(1).and_then(|k| self.coarser.get(k)) {
             return level.texel(x, y);
         }
-        let Some([columns, rows]) = &self.resampled else {
+        let Some(wrap) = self.resampled else {
             return image.pixel(x, y);
         };
-        let (across, down) = (&columns[x as usize], &rows[y as usize]);
+        let across = Taps::new(x, [image.width(), self.size[0]], wrap[0]);
+        let down = Taps::new(y, [image.height(), self.size[1]], wrap[1]);
         let mut sum = DVec3::ZERO;
         for (row, weight) in down.terms() {
             let terms = across.terms().map(|(x, w)| w * image.pixel(x, row));
@@ -158,31 +169,29 @@ impl Pyramid {
             Texels::Grey(texels) => size_of_val(&texels[..]),
             Texels::Colour(texels) => size_of_val(&texels[..]),
         });
-        let taps = self
-            .resampled
-            .iter()
-            .flatten()
-            .map(|taps| size_of_val(&taps[..]));
-        levels.chain(taps).sum()
+        levels.sum()
     }
 }
 
-/// Rows of the first level, in order, with what they share kept.
+/// Rows of some columns of the first level, in order, with what they share kept.
 struct Rows<'a> {
     pyramid: &'a Pyramid,
     image: &'a ImageData,
+    columns: Range<u32>,
+    /// How the columns are resampled; empty if they are not.
+    across: Vec<Taps>,
     /// Rows of the image that were resampled across.
     kept: VecDeque<(u32, Vec<DVec3>)>,
 }
 
 impl Rows<'_> {
     fn first_level(&mut self, y: u32) -> Vec<DVec3> {
-        let columns = self.pyramid.size[0];
-        let Some([_, rows]) = &self.pyramid.resampled else {
-            return (0..columns).map(|x| self.image.pixel(x, y)).collect();
+        let Some([_, wrap]) = self.pyramid.resampled else {
+            let columns = self.columns.clone();
+            return columns.map(|x| self.image.pixel(x, y)).collect();
         };
-        let down = rows[y as usize];
-        let mut sum = vec![DVec3::ZERO; columns as usize];
+        let down = Taps::new(y, [self.image.height(), self.pyramid.size[1]], wrap);
+        let mut sum = vec![DVec3::ZERO; self.across.len()];
         for (row, weight) in down.terms() {
             for (sum, value) in sum.iter_mut().zip(self.across(row)) {
                 *sum += weight * *value;
@@ -201,14 +210,9 @@ impl Rows<'_> {
         if let Some(k) = self.kept.iter().position(|(kept, _)| *kept == row) {
             return &self.kept[k].1;
         }
-        let columns = self
-            .pyramid
-            .resampled
-            .as_ref()
-            .map(|[columns, _]| &columns[..]);
         let image = self.image;
         let value = |taps: &Taps| taps.terms().map(|(x, w)| w * image.pixel(x, row)).sum();
-        let values = columns.unwrap_or(&[]).iter().map(value).collect();
+        let values = self.across.iter().map(value).collect();
         self.kept.truncate(KEPT - 1);
         self.kept.push_front((row, values));
         &self.kept[0].1
@@ -216,72 +220,77 @@ impl Rows<'_> {
 }
 
 impl Taps {
-    /// Pixels and their weights.
-    fn terms(&self) -> impl Iterator<Item = (u32, f64)> {
-        self.pixels.into_iter().zip(self.weights)
-    }
-}
-
-/// How `to` texels are made of `from` pixels in a row: by a Lanczos window of two pixels to either
-/// side, with weights that sum to one.
-fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Taps> {
-    const RADIUS: f64 = 2.0;
-    let scale = f64::from(from) / f64::from(to);
-    let one = |i: u32| {
-        let centre = (f64::from(i) + 0.5) * scale;
-        let first = (centre - RADIUS + 0.5).floor();
-        let at = [0.0, 1.0, 2.0, 3.0].map(|k| first + k);
-        let weights = at.map(|x| lanczos((x + 0.5 - centre) / RADIUS));
+    /// How texel `index` of `to` is made of `from` pixels in a row: by a Lanczos window of two
+    /// pixels to either side, sinc(2 x) sinc(x) with x from −1 to 1 and sinc x = sin(π x) / (π x),
+    /// with weights that sum to one.
+    fn new(index: u32, [from, to]: [u32; 2], wrap: Wrap) -> Self {
+        use std::f64::consts::PI;
+        let centre = (f64::from(index) + 0.5) * (f64::from(from) / f64::from(to));
+        let first = (centre - 1.5).floor();
+        // From one pixel to the next, π x grows by a quarter turn: one sine and cosine for all.
+        let start = 0.5 * PI * (first + 0.5 - centre);
+        let (sin, cos) = start.sin_cos();
+        let sines = [sin, cos, -sin, -cos];
+        let double = 2.0 * sin * cos;
+        let doubles = [double, -double, double, -double];
+        let at = [0, 1, 2, 3].map(|k| {
+            let x = start + 0.5 * PI * f64::from(k);
+            (first + f64::from(k), x)
+        });
+        let weights = [0, 1, 2, 3].map(|k| {
+            let x = at[k].1;
+            if x.abs() < 1e-5 {
+                1.0
+            } else {
+                doubles[k] * sines[k] / (2.0 * x * x)
+            }
+        });
         let sum: f64 = weights.iter().sum();
-        let pixels = at.map(|x| place(wrap, x, from));
-        Taps {
+        let pixels = at.map(|(pixel, _)| place(wrap, pixel, from));
+        Self {
             pixels: pixels.map(|pixel| pixel.unwrap_or(0)),
             weights: [0, 1, 2, 3].map(|k| match pixels[k] {
                 Some(_) => weights[k] / sum,
                 None => 0.0,
             }),
         }
-    };
-    (0..to).map(one).collect()
-}
+    }
 
-/// sinc(2 x) sinc(x) within [−1, 1], where sinc x = sin(π x) / (π x).
-fn lanczos(x: f64) -> f64 {
-    let x = std::f64::consts::PI * x.abs();
-    if x < 1e-5 {
-        1.0
-    } else if x > std::f64::consts::PI {
-        0.0
-    } else {
-        ((2.0 * x).sin() / (2.0 * x)) * (x.sin() / x)
+    /// Pixels and their weights.
+    fn terms(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.pixels.into_iter().zip(self.weights)
     }
 }
 
 impl Level {
-    /// The empty level above one of some size.
+    /// A black level above one of some size.
     fn sized(finer: [u32; 2], is_grey: bool) -> Self {
         let size = finer.map(|n| (n / 2).max(1));
         let count = size[0] as usize * size[1] as usize;
         let texels = if is_grey {
-            Texels::Grey(Vec::with_capacity(count))
+            Texels::Grey(vec![0.0; count])
         } else {
-            Texels::Colour(Vec::with_capacity(count))
+            Texels::Colour(vec![[0.0; 3]; count])
         };
         Self { size, texels }
     }
 
-    /// Adds the next texel, row by row.
-    fn push(&mut self, value: DVec3) {
+    fn set(&mut self, x: u32, y: u32, value: DVec3) {
+        let index = self.index(x, y);
         // Resampling may overshoot the largest number.
         let value = value.min(DVec3::splat(f64::from(f32::MAX))).as_vec3();
         match &mut self.texels {
-            Texels::Grey(texels) => texels.push(value.x),
-            Texels::Colour(texels) => texels.push(value.to_array()),
+            Texels::Grey(texels) => texels[index] = value.x,
+            Texels::Colour(texels) => texels[index] = value.to_array(),
         }
     }
 
+    const fn index(&self, x: u32, y: u32) -> usize {
+        y as usize * self.size[0] as usize + x as usize
+    }
+
     fn texel(&self, x: u32, y: u32) -> DVec3 {
-        let index = y as usize * self.size[0] as usize + x as usize;
+        let index = self.index(x, y);
         match &self.texels {
             Texels::Grey(texels) => DVec3::splat(f64::from(texels[index])),
             Texels::Colour(texels) => DVec3::from(texels[index].map(f64::from)),
@@ -297,7 +306,7 @@ impl Level {
             for x in 0..coarser.size[0] {
                 let columns = [2 * x, (2 * x + 1).min(w - 1)];
                 let row = |y: u32| self.texel(columns[0], y) + self.texel(columns[1], y);
-                coarser.push(0.25 * (row(rows[0]) + row(rows[1])));
+                coarser.set(x, y, 0.25 * (row(rows[0]) + row(rows[1])));
             }
         }
         coarser
