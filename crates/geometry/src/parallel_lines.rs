@@ -2,8 +2,8 @@
 
 use crate::{ConvexPolygon, DVec2, DVec3, PlaneFrame, Segment};
 
-/// Knots: at most one per vertex of a polygon that has been clipped to the full.
-const CAPACITY: usize = crate::MAX_VERTICES + 8;
+/// Knots: at most one per vertex.
+const CAPACITY: usize = ConvexPolygon::CAPACITY;
 
 /// All the segments in which lines of one direction cut a convex polygon.
 ///

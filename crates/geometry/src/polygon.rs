@@ -6,9 +6,6 @@ use std::fmt;
 /// The most vertices that [`ConvexPolygon::try_new`] takes.
 pub const MAX_VERTICES: usize = 16;
 
-/// Room for the vertices that clipping adds.
-const CAPACITY: usize = MAX_VERTICES + 8;
-
 /// How far a vertex may stand off the plane or inside the hull, relative to the size of the
 /// polygon and the size of its coordinates: model files hold `f32`, whose unit roundoff is 6e-8,
 /// and a cross product of two differences of rounded points adds up a few of them.
@@ -21,7 +18,7 @@ const FILE_PRECISION: f64 = 16.0 * 5.96e-8;
 /// what is planar only to the precision of a model file.
 #[derive(Clone, Copy)]
 pub struct ConvexPolygon {
-    vertices: [DVec3; CAPACITY],
+    vertices: [DVec3; ConvexPolygon::CAPACITY],
     count: usize,
     normal: DVec3,
     area: f64,
@@ -75,6 +72,10 @@ impl PartialEq for ConvexPolygon {
 }
 
 impl ConvexPolygon {
+    /// The most vertices that a polygon can have: [`MAX_VERTICES`], and one for each of eight
+    /// clips. What holds the vertices of a polygon, or a number for each, has this much room.
+    pub const CAPACITY: usize = MAX_VERTICES + 8;
+
     /// A polygon from its vertices, either way round; the order gives the normal by the
     /// right-hand rule.
     ///
@@ -121,7 +122,7 @@ impl ConvexPolygon {
     }
 
     fn from_raw(points: &[DVec3], normal: DVec3, area: f64) -> Self {
-        let mut vertices = [DVec3::ZERO; CAPACITY];
+        let mut vertices = [DVec3::ZERO; Self::CAPACITY];
         vertices[..points.len()].copy_from_slice(points);
         Self {
             vertices,
@@ -190,7 +191,7 @@ impl ConvexPolygon {
     fn mean(&self) -> DVec3 {
         let first = self.vertices[0];
         let sum: DVec3 = self.vertices().iter().map(|&p| p - first).sum();
-        #[allow(clippy::cast_precision_loss, reason = "at most 24 vertices")]
+        #[allow(clippy::cast_precision_loss, reason = "a few vertices")]
         let n = self.count as f64;
         first + sum / n
     }
@@ -294,8 +295,8 @@ impl ConvexPolygon {
 
     /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` where nothing is left.
     ///
-    /// A corner is added at most; when 8 clips of a polygon of [`MAX_VERTICES`] have filled the
-    /// room, corners beyond it are dropped.
+    /// A corner is added at most; when 8 clips of a polygon of [`MAX_VERTICES`] have filled
+    /// [`ConvexPolygon::CAPACITY`], corners beyond it are dropped.
     #[must_use]
     pub fn clip(&self, point: DVec3, direction: DVec3) -> Option<Self> {
         let side = |p: DVec3| direction.dot(p - point);
@@ -320,7 +321,7 @@ impl ConvexPolygon {
     }
 
     fn push(&mut self, p: DVec3) {
-        if self.count < CAPACITY {
+        if self.count < Self::CAPACITY {
             self.vertices[self.count] = p;
             self.count += 1;
         }

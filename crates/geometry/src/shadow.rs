@@ -43,13 +43,14 @@ pub struct ShadowTriangle {
 
 impl ShadowTriangle {
     /// The shadow triangle between the shading point and `line`; `None` where it has no area (the
-    /// line has no length, or points at the shading point): such a line has measure zero.
+    /// line has no length, or points at the shading point): such a line has measure zero. Also
+    /// where the square of its area is no normal number, below 1e-308 or beyond 1e308.
     #[must_use]
     pub fn new(point: DVec3, line: &Segment) -> Option<Self> {
         let Segment { p0, p1 } = line.relative_to(point);
         let normal = predicates::cross(p0, p1);
         let square = normal.length_squared();
-        if !(square > 0.0 && square.is_finite()) {
+        if !square.is_normal() {
             return None;
         }
         Some(Self {

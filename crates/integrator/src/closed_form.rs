@@ -1,7 +1,7 @@
 //! Light in closed form: along the visible parts of a line, and over a whole light.
 
 use crate::ShadingPoint;
-use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LinearLight};
 use linelit_shading::bsdf::{Bsdf, Phong};
 use linelit_shading::{batch, cylinder, horizon, phong, phong_polygon, polygon};
@@ -97,7 +97,7 @@ pub(crate) fn whole_light(
     let Some(polygon) = clipped else {
         return Some(DVec3::ZERO);
     };
-    let mut relative = [DVec3::ZERO; 24];
+    let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
     let vertices = polygon.vertices();
     for (to, from) in relative.iter_mut().zip(vertices) {
         *to = *from - point.position;

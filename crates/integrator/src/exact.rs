@@ -3,7 +3,7 @@
 use crate::hybrid::Way;
 use crate::options::pairs;
 use crate::{ParseEstimatorError, ShadingPoint, closed_form};
-use linelit_geometry::DVec3;
+use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::AreaLight;
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::bsdf::Bsdf;
@@ -86,8 +86,8 @@ impl fmt::Display for ExactOptions {
 /// the boundary; for smaller ones it would lose more than two digits.
 const WIDE: f64 = 1e-4;
 
-/// Room for the light's corners after a clip.
-const CORNERS: usize = 24;
+/// Room for the light's corners after a clip, even if rounding has it cross each second side.
+const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
 
 /// The light over what a shading point sees of an area light past triangles.
 ///

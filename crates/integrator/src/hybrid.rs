@@ -121,7 +121,7 @@ impl Census {
     ) {
         let query = ShaftQuery {
             point: point.position,
-            light: area.polygon.vertices(),
+            light: (&area.polygon).into(),
             exclude: light.triangles.clone(),
         };
         let shaft = renderer.occluders().shaft(query, &mut workspace.scratch);

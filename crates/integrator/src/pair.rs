@@ -136,7 +136,7 @@ impl Pair<'_> {
     pub(crate) fn query<'b>(&self, area: &'b AreaLight) -> ShaftQuery<'b> {
         ShaftQuery {
             point: self.point.position,
-            light: area.polygon.vertices(),
+            light: (&area.polygon).into(),
             exclude: self.light.triangles.clone(),
         }
     }
@@ -176,7 +176,7 @@ impl Pair<'_> {
         let ends = [linear.segment.p0, linear.segment.p1];
         let query = ShaftQuery {
             point: self.point.position,
-            light: &ends,
+            light: (&ends).into(),
             exclude: self.light.triangles.clone(),
         };
         let mut shaft = self.occluders.shaft(query, &mut workspace.scratch);

@@ -1,7 +1,7 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
-use linelit_geometry::DVec3;
+use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::Light;
 use linelit_lights::selection::{
     Discrete, Estimated, Importance, LightTree, Picked, can_contribute, unshadowed,
@@ -186,7 +186,7 @@ fn irradiance(light: &Light, point: &ShadingPoint) -> f64 {
     }
     let value = match light {
         Light::Area(area) => {
-            let mut relative = [DVec3::ZERO; 24];
+            let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
             let vertices = area.polygon.vertices();
             for (to, from) in relative.iter_mut().zip(vertices) {
                 *to = *from - x;

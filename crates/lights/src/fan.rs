@@ -3,10 +3,10 @@
 //! All triangles share the first vertex. The random number that picks a triangle is stretched and goes on to pick the
 //! point on that triangle's outer edge, so the map from random numbers to the polygon is continuous over the whole fan.
 
-use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, predicates};
+use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
-/// The most triangles that a fan can have: clipping adds up to 8 vertices to a polygon.
-const MAX_TRIANGLES: usize = MAX_VERTICES + 8 - 2;
+/// The most triangles that a fan can have.
+const MAX_TRIANGLES: usize = ConvexPolygon::CAPACITY - 2;
 
 /// The largest f64 below one.
 pub(crate) const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;

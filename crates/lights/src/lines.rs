@@ -5,7 +5,7 @@ use crate::fan::ONE_MINUS;
 use crate::pdf::{Area, Length, Offset, Pdf};
 use core::f64::consts::PI;
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, ParallelLines, Segment};
+use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
 
 /// How the direction of the lines on a light is chosen (Billen & Dutré 2016, Fig. 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +84,7 @@ pub struct LineSampler {
     lines: ParallelLines,
     density: OffsetDensity,
     /// Area below each knot.
-    cumulative: [f64; MAX_VERTICES + 8],
+    cumulative: [f64; ConvexPolygon::CAPACITY],
 }
 
 impl LineSampler {
@@ -92,7 +92,7 @@ impl LineSampler {
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, angle_rad: f64, density: OffsetDensity) -> Self {
         let lines = ParallelLines::new(polygon, angle_rad);
-        let mut cumulative = [0.0; MAX_VERTICES + 8];
+        let mut cumulative = [0.0; ConvexPolygon::CAPACITY];
         let mut out = Self {
             lines,
             density,

@@ -15,7 +15,7 @@
 
 use crate::ltc_table::{SIZE, TABLE};
 use crate::{cylinder, horizon, polygon};
-use linelit_geometry::{DMat3, DVec3, Frame};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use std::f64::consts::PI;
 
 pub use crate::ltc_table::FIT_ERROR;
@@ -58,13 +58,13 @@ impl Ltc {
     }
 
     /// The radiance reflected for each unit of radiance of a polygon (vertices relative to the
-    /// shading point, in world space; at most 16).
+    /// shading point, in world space; at most [`ConvexPolygon::CAPACITY`]).
     ///
     /// **Formula**: albedo/π times [`polygon::irradiance`] of the polygon mapped by M⁻¹, clipped to
     /// the horizon before the map (and to the cosine's own after).
     #[must_use]
     pub fn polygon(&self, frame: &Frame, vertices: &[DVec3]) -> f64 {
-        let mut mapped = [DVec3::ZERO; 20];
+        let mut mapped = [DVec3::ZERO; ConvexPolygon::CAPACITY + 2];
         let count = polygon::clip_to_horizon(vertices, frame.z, &mut mapped);
         for v in &mut mapped[..count] {
             *v = self.to_cosine * frame.to_local(*v);

@@ -5,11 +5,11 @@ use crate::horizon::crossing;
 use crate::phong_polygon::triangles;
 use crate::span::power_of_two_unit;
 use crate::special::{arc, arc_excess};
-use linelit_geometry::{DVec3, predicates};
+use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 use std::f64::consts::PI;
 
 /// The most vertices taken at once, before clipping; larger polygons are fanned out.
-const CHUNK: usize = 24;
+const CHUNK: usize = ConvexPolygon::CAPACITY;
 const CAPACITY: usize = CHUNK + 2;
 /// A sum of less than this share of its terms' magnitudes has lost too many digits.
 const CANCELLED: f64 = 2e-3;

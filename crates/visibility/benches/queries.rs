@@ -3,7 +3,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use linelit_geometry::DVec3;
 use linelit_visibility::{
-    Occluders, Scratch, VisibleLines,
+    LightCorners, Occluders, Scratch, VisibleLines,
     measure::{self, Workload},
 };
 use std::hint::black_box;
@@ -28,7 +28,7 @@ fn lines(c: &mut Criterion) {
                 let work = Workload {
                     positions: &scene.positions,
                     triangles: &scene.triangles,
-                    light,
+                    light: LightCorners::new(light).unwrap(),
                     exclude: 0..0,
                     points,
                 };

@@ -53,7 +53,7 @@ const PQW: [usize; 3] = [5, 6, 7];
 )]
 impl ShaftBounds {
     /// The shaft from `point` to a light between `lo` and `hi`, all in the hierarchy's
-    /// coordinates.
+    /// coordinates; the frame must [fit](LightFrame::fits) their [`size`].
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         s: S,
@@ -63,8 +63,8 @@ impl ShaftBounds {
         frame: &LightFrame,
         exclude: (u32, u32),
     ) -> Self {
+        let size = size(occluders, point, (lo, hi));
         let (lo, hi) = (lo.min(point), hi.max(point));
-        let size = lo.abs().max(hi.abs()).max_element().max(occluders.extent);
         let room = ROOM * size;
         let (k, j) = frame.shape.upper();
         let (p, q, w) = (frame.p, frame.q, frame.w);
@@ -279,8 +279,10 @@ impl ShaftBounds {
         let (ab, bc, ca) = (plane(s, a, b), plane(s, b, c), plane(s, c, a));
         let det = s.fma(ab.0, c.0, s.fma(ab.1, c.1, s.mul(ab.2, c.2)));
         let det_room = s.mul(room, s.mul(reach, s.splat(3.0)));
-        let left = s.lt(det_room, det);
-        let right = s.lt(det, s.sub(zero, det_room));
+        // Of products of three that do not overflow.
+        let finite = s.lt(reach, s.splat(1e12));
+        let left = finite & s.lt(det_room, det);
+        let right = finite & s.lt(det, s.sub(zero, det_room));
         let (x, y, z) = (
             self.over_light(s, ab),
             self.over_light(s, bc),
@@ -351,6 +353,13 @@ impl ShaftBounds {
         let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
         s.sub(s.mul(k, v.2), s.fma(j, v.1, v.0))
     }
+}
+
+/// The largest coordinate of a scene, a point and a light between `lo` and `hi`.
+#[inline(always)]
+pub(crate) fn size(occluders: &Occluders, point: DVec3, (lo, hi): (DVec3, DVec3)) -> f64 {
+    let (lo, hi) = (lo.min(point), hi.max(point));
+    lo.abs().max(hi.abs()).max_element().max(occluders.extent)
 }
 
 /// The plane through the shading point and two vertices: their cross product.

@@ -1,7 +1,8 @@
 //! The oracle: every triangle against every line in `f64`, without a hierarchy.
 //!
-//! Slow and plain, for tests.
+//! Slow and plain, for tests, and for what kernels cannot hold in their numbers.
 
+use crate::Occluders;
 use linelit_geometry::{
     DVec3, Segment, ShadowTriangle,
     intervals::{Interval, IntervalTree, VisibleSet},
@@ -31,7 +32,51 @@ pub fn visible(
             }
         }
     }
+    pieces(&set)
+}
+
+fn pieces(set: &IntervalTree) -> Vec<Interval> {
     let mut out = Vec::new();
     set.for_each(|i| out.push(i));
     out
+}
+
+/// A line shorter than this for its distance: coordinates along its shadow triangle would cancel
+/// to more than 1e-10.
+const POINT_LIKE: f64 = 1e-6;
+
+/// The same past all triangles of a hierarchy, wherever the line is; `None` for a line that the
+/// point lies on, is at the end of, or sees as [a point](POINT_LIKE).
+pub(crate) fn past_all(
+    occluders: &Occluders,
+    point: DVec3,
+    line: &Segment,
+    exclude: &Range<u32>,
+) -> Option<Vec<Interval>> {
+    let seen = line.relative_to(point);
+    let largest = seen.p0.abs().max(seen.p1.abs()).max_element();
+    // By a power of two: nothing is rounded, and nothing near one overflows.
+    let unit = largest.log2().floor().exp2().recip();
+    let scaled = Segment::new(seen.p0 * unit, seen.p1 * unit);
+    if scaled.length() < POINT_LIKE {
+        return None;
+    }
+    let shadow = ShadowTriangle::new(DVec3::ZERO, &scaled)?;
+    let mut set = IntervalTree::full();
+    for leaf in &occluders.hierarchy.leaves {
+        for (lane, id) in leaf.id.iter().enumerate() {
+            // Lanes that are not in use repeat the first, under no number.
+            if exclude.contains(id) || *id == u32::MAX {
+                continue;
+            }
+            let corner = |v: [f32; 3]| {
+                let world = DVec3::from(v.map(f64::from)) + occluders.origin;
+                (world - point) * unit
+            };
+            if let Some(blocked) = shadow.blocked_by(&leaf.triangle(lane).map(corner)) {
+                set.clip(blocked.lo, blocked.hi);
+            }
+        }
+    }
+    Some(pieces(&set))
 }

@@ -1,6 +1,9 @@
 //! The projective frame of a light as seen from a shading point.
 
-use linelit_geometry::{DMat3, DVec3};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
+
+/// The most corners of a light.
+const CORNERS: usize = ConvexPolygon::CAPACITY;
 
 /// Homogeneous coordinates (P, Q, W) of a point relative to the shading point.
 ///
@@ -17,9 +20,17 @@ pub(crate) struct LightFrame {
     pub(crate) w: DVec3,
     pub(crate) shape: Shape,
     /// The light's corners in (p, q); two for a linear light.
-    pub(crate) corners: [[f64; 2]; 16],
+    pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
 }
+
+/// Numbers that are normal in `f32` even times 2⁻²⁰, which rounding is bounded by, and finite even
+/// if a few of them are added up.
+const F32: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
+
+/// Places in units of the light: images of triangles as far
+/// as this are off by half of it.
+const LIGHTS: std::ops::RangeInclusive<f64> = 1e-30..=1e15;
 
 /// Which part of the (p, q) plane holds the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,22 +61,32 @@ impl LightFrame {
         q: DVec3::ZERO,
         w: DVec3::ZERO,
         shape: Shape::Square,
-        corners: [[0.0; 2]; 16],
+        corners: [[0.0; 2]; CORNERS],
         corner_count: 0,
     };
 
-    /// Becomes the frame of a light seen from a point; false if the light is seen edge on, has no
-    /// area or length, or is not finite: then it sheds no light that way.
+    /// Becomes the frame of a light seen from a point; false if there is none that bounds could be
+    /// computed in, and nothing may be concluded from it: the light is seen edge on, has no area
+    /// or length, is not finite, or beyond what `f32` holds in a scene of this size.
     #[inline(always)]
-    pub(crate) fn set(&mut self, light: &Light, point: DVec3) -> bool {
+    pub(crate) fn set(&mut self, light: &Light, point: DVec3, size: f64) -> bool {
         let found = match &light.kind {
             Kind::None => false,
             Kind::Line => self.set_line(light.corners[0] - point, light.corners[1] - point),
             Kind::Polygon(plane) => self.set_polygon(plane, point),
         };
-        // Not finite if any of them is not.
-        let sum = self.p + self.q + self.w;
-        found && sum.element_sum().is_finite()
+        found && self.fits(size)
+    }
+
+    /// Whether P, Q and W of everything in a scene whose coordinates are at most `size` say
+    /// something: their coefficients and their rounding errors are finite and normal numbers in
+    /// `f32`, and they are known to less than the light is large in `f64`. False for what is not
+    /// finite.
+    #[inline(always)]
+    pub(crate) fn fits(&self, size: f64) -> bool {
+        let sums = [self.p, self.q, self.w].map(|n| n.abs().element_sum());
+        sums.into_iter()
+            .all(|sum| F32.contains(&sum) && LIGHTS.contains(&(sum * size)))
     }
 
     fn set_line(&mut self, p0: DVec3, p1: DVec3) -> bool {
@@ -146,7 +167,7 @@ impl LightFrame {
             (across - self.w * (low[0] - room)) / (width + 2.0 * room)
         };
         let q = (forward - self.w * (low[1] - 1e-6 * length)) / (length * (1.0 + 2e-6));
-        let mut corners = [[0.0; 2]; 16];
+        let mut corners = [[0.0; 2]; CORNERS];
         corners[1] = [0.0, 1.0];
         corners[2] = [1.0, 1.0];
         corners[3] = [1.0, 0.0];
@@ -161,11 +182,63 @@ impl LightFrame {
     }
 }
 
+/// The corners of a light that a [`ShaftQuery`](crate::ShaftQuery) asks about: two ends of a line,
+/// or 3 to [`ConvexPolygon::CAPACITY`] corners of a polygon, so that no query can be asked that is
+/// too large to answer.
+///
+/// ```
+/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_visibility::LightCorners;
+/// let square = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y).unwrap();
+/// assert_eq!(LightCorners::from(&square).corners().len(), 4);
+/// assert_eq!(LightCorners::from(&[DVec3::X, DVec3::Y]).corners().len(), 2);
+/// assert!(LightCorners::new(&[DVec3::X; ConvexPolygon::CAPACITY]).is_some());
+/// assert!(LightCorners::new(&[DVec3::X; ConvexPolygon::CAPACITY + 1]).is_none());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightCorners<'a>(&'a [DVec3]);
+
+impl<'a> LightCorners<'a> {
+    /// The corners of a convex polygon, either way round, or the two ends of a linear light;
+    /// `None` for fewer than two or more than [`ConvexPolygon::CAPACITY`].
+    #[must_use]
+    pub fn new(corners: &'a [DVec3]) -> Option<Self> {
+        (2..=CORNERS)
+            .contains(&corners.len())
+            .then_some(Self(corners))
+    }
+
+    /// The corners.
+    #[must_use]
+    pub const fn corners(self) -> &'a [DVec3] {
+        self.0
+    }
+}
+
+impl<'a> From<&'a ConvexPolygon> for LightCorners<'a> {
+    fn from(polygon: &'a ConvexPolygon) -> Self {
+        Self(polygon.vertices())
+    }
+}
+
+impl<'a, const N: usize> From<&'a [DVec3; N]> for LightCorners<'a> {
+    /// Does not compile for arrays that [`LightCorners::new`] would not take.
+    fn from(corners: &'a [DVec3; N]) -> Self {
+        const {
+            assert!(
+                2 <= N && N <= CORNERS,
+                "2 to ConvexPolygon::CAPACITY corners"
+            )
+        };
+        Self(corners)
+    }
+}
+
 /// What is known of a light from wherever it is seen: kept from one shading point to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Light {
     /// In world space.
-    corners: [DVec3; 16],
+    corners: [DVec3; CORNERS],
     count: usize,
     kind: Kind,
     /// The box around it.
@@ -195,7 +268,7 @@ struct LightPlane {
 
 impl Light {
     pub(crate) const NONE: Self = Self {
-        corners: [DVec3::ZERO; 16],
+        corners: [DVec3::ZERO; CORNERS],
         count: 0,
         kind: Kind::None,
         lo: DVec3::ZERO,
@@ -204,17 +277,14 @@ impl Light {
 
     /// Whether these are the light's corners.
     #[inline(always)]
-    pub(crate) fn is(&self, light: &[DVec3]) -> bool {
-        self.corners[..self.count] == *light
+    pub(crate) fn is(&self, light: LightCorners<'_>) -> bool {
+        self.corners[..self.count] == *light.0
     }
 
     /// Becomes the light with these corners; the frame learns what does not depend on where it is
     /// seen from.
-    pub(crate) fn set(&mut self, light: &[DVec3], frame: &mut LightFrame) {
+    pub(crate) fn set(&mut self, LightCorners(light): LightCorners<'_>, frame: &mut LightFrame) {
         *self = Self::NONE;
-        if !(2..=16).contains(&light.len()) {
-            return;
-        }
         self.count = light.len();
         self.corners[..light.len()].copy_from_slice(light);
         self.lo = light[0];

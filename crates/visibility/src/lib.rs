@@ -57,7 +57,7 @@
 //! let line = Segment::new(DVec3::new(-0.5, 0.0, 2.0), DVec3::new(0.5, 0.0, 2.0));
 //!
 //! let mut scratch = Scratch::new();
-//! let query = ShaftQuery { point: DVec3::ZERO, light: &light, exclude: 0..0 };
+//! let query = ShaftQuery { point: DVec3::ZERO, light: (&light).into(), exclude: 0..0 };
 //! let mut shaft = occluders.shaft(query, &mut scratch);
 //! assert_eq!(shaft.class(), ShaftClass::Partial);
 //!
@@ -94,6 +94,7 @@ mod watertight;
 
 pub use counters::Counters;
 pub use dispatch::InstructionSet;
+pub use frame::LightCorners;
 pub use images::Images;
 pub use lines::VisibleLines;
 pub use occluders::Occluders;

@@ -439,7 +439,7 @@ pub(crate) fn finish<S: Simd>(
                 .iter()
                 .map(|r| (r.lo[lane], r.hi[lane], r.found >> lane & 1 != 0));
             if !(block.from[lane] < block.to[lane]) {
-                out.put_whole(number);
+                // No length: nothing of it.
             } else if block.reversed >> lane & 1 != 0 {
                 out.put(
                     number,

@@ -1,7 +1,7 @@
 //! Shafts: everything between a shading point and a light.
 
 use crate::{
-    Occluders, Ray, Scratch, VisibleLines, block,
+    LightCorners, Occluders, Ray, Scratch, VisibleLines, block, bounds, brute,
     dense::{self, DenseQuery},
     images::Images,
     sweep,
@@ -15,9 +15,8 @@ use std::ops::Range;
 pub struct ShaftQuery<'a> {
     /// The shading point, already off its own surface.
     pub point: DVec3,
-    /// The light: the 3 to 16 corners of a convex polygon, either way round, or the two ends of a
-    /// linear light.
-    pub light: &'a [DVec3],
+    /// The light: a polygon, or the two ends of a linear light.
+    pub light: LightCorners<'a>,
     /// The light's own triangles, which do not hide it.
     pub exclude: Range<u32>,
 }
@@ -25,12 +24,12 @@ pub struct ShaftQuery<'a> {
 /// How much of a light its occluders may hide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShaftClass {
-    /// Nothing is between the point and the light: every line and point of it is visible. Also
-    /// for a light seen edge on or without extent, which sheds no light that way.
+    /// Nothing is between the point and the light: every line and point of it is visible.
     Empty,
     /// The light is hidden as a whole.
     Blocked,
-    /// Something is in between.
+    /// Something is in between, or may be: also for a light seen edge on, without extent, or not
+    /// finite, towards which nothing can be looked for as a whole.
     Partial,
 }
 
@@ -45,8 +44,18 @@ pub struct Shaft<'a> {
     /// First and number of the light's own triangles.
     exclude: (u32, u32),
     class: ShaftClass,
-    /// Too many triangles to keep.
-    dense: bool,
+    known: Known,
+}
+
+/// What the walk has found out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Known {
+    /// All triangles that matter.
+    All,
+    /// That there are too many to keep.
+    Dense,
+    /// Nothing: each line and point has to be looked at by itself.
+    Nothing,
 }
 
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
@@ -63,29 +72,32 @@ impl Occluders {
         let Range { start, end } = query.exclude;
         let exclude = (start, end.saturating_sub(start));
         let found = walk::find(self.isa, self, query.point, exclude, DENSE, scratch);
-        let dense = found == Found::Many;
-        let counters = &mut scratch.counters;
-        let class = if found == Found::All {
-            counters.blocked_shafts += 1;
-            ShaftClass::Blocked
-        } else if scratch.flat.count == 0 && !dense {
-            counters.empty_shafts += 1;
-            ShaftClass::Empty
-        } else {
-            counters.partial_shafts += 1;
-            counters.dense_shafts += u64::from(dense);
-            if !dense {
-                counters.candidates += scratch.flat.count as u64;
-            }
-            ShaftClass::Partial
+        let (class, known) = match found {
+            Found::All => (ShaftClass::Blocked, Known::All),
+            Found::Few if scratch.flat.count == 0 => (ShaftClass::Empty, Known::All),
+            Found::Few => (ShaftClass::Partial, Known::All),
+            Found::Many => (ShaftClass::Partial, Known::Dense),
+            Found::Unknown => (ShaftClass::Partial, Known::Nothing),
         };
+        let counters = &mut scratch.counters;
+        match class {
+            ShaftClass::Blocked => counters.blocked_shafts += 1,
+            ShaftClass::Empty => counters.empty_shafts += 1,
+            ShaftClass::Partial => {
+                counters.partial_shafts += 1;
+                counters.dense_shafts += u64::from(known != Known::All);
+                if known == Known::All {
+                    counters.candidates += scratch.flat.count as u64;
+                }
+            }
+        }
         Shaft {
             occluders: self,
             scratch,
             point: query.point,
             exclude,
             class,
-            dense,
+            known,
         }
     }
 }
@@ -102,17 +114,18 @@ impl Shaft<'_> {
     #[must_use]
     pub fn candidates(&self) -> usize {
         match self.class {
-            ShaftClass::Partial if self.dense => DENSE.max(self.scratch.flat.count),
+            ShaftClass::Partial if self.known != Known::All => DENSE.max(self.scratch.flat.count),
             ShaftClass::Partial => self.scratch.flat.count,
             ShaftClass::Empty | ShaftClass::Blocked => 0,
         }
     }
 
-    /// Whether there are too many triangles in between to keep them: then [`Self::candidates`] is
-    /// a lower bound, and every few lines cost a walk of their own.
+    /// Whether there are too many triangles in between to keep them (or nothing is known of them,
+    /// which is as dear): then [`Self::candidates`] is no upper bound, and every few lines cost a
+    /// walk of their own.
     #[must_use]
     pub fn is_dense(&self) -> bool {
-        self.dense && self.class == ShaftClass::Partial
+        self.known != Known::All
     }
 
     /// The triangles that may hide a part of the light, by their numbers in the list the
@@ -148,14 +161,14 @@ impl Shaft<'_> {
     /// few enough triangles to keep.
     #[must_use]
     pub fn images(&self) -> Option<Images<'_>> {
-        (self.class == ShaftClass::Partial && !self.dense)
+        (self.class == ShaftClass::Partial && self.known == Known::All)
             .then(|| Images::new(&self.scratch.frame, &self.scratch.flat))
     }
 
     /// Where the candidates are: leaf × 8 + lane.
     fn candidate_slots(&self) -> Option<&[u32]> {
         match self.class {
-            ShaftClass::Partial if self.dense => None,
+            ShaftClass::Partial if self.known != Known::All => None,
             ShaftClass::Partial => Some(self.scratch.corners.slots()),
             ShaftClass::Empty | ShaftClass::Blocked => Some(&[]),
         }
@@ -164,19 +177,32 @@ impl Shaft<'_> {
     /// The visible intervals of lines on the light, replacing what `out` held.
     ///
     /// Lines of one direction that follow each other are answered together. A line without
-    /// length is visible.
+    /// length, or that is not finite, has no visible part.
     pub fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         out.reset(lines.len());
         self.scratch.counters.line_queries += lines.len() as u64;
-        match self.class {
-            ShaftClass::Partial => {
+        match (self.class, self.known) {
+            (ShaftClass::Blocked, _) => {}
+            (ShaftClass::Empty, _) => {
+                for (i, line) in lines.iter().enumerate() {
+                    if has_length(line) {
+                        out.put_whole(i);
+                    }
+                }
+            }
+            (ShaftClass::Partial, Known::Nothing) => {
+                for (i, line) in lines.iter().enumerate() {
+                    if has_length(line) {
+                        self.one(lines, i, out);
+                    }
+                }
+            }
+            (ShaftClass::Partial, Known::All | Known::Dense) => {
                 let mut first = 0;
                 while first < lines.len() {
                     first += self.group(lines, first, out);
                 }
             }
-            ShaftClass::Blocked => {}
-            ShaftClass::Empty => (0..lines.len()).for_each(|i| out.put_whole(i)),
         }
         self.scratch.counters.intervals += out.interval_count() as u64;
     }
@@ -184,26 +210,73 @@ impl Shaft<'_> {
     /// Answers the lines from `first` on that share a direction and tells how many they are.
     fn group(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) -> usize {
         let isa = self.occluders.isa;
-        let which = (first, self.dense);
+        let dense = self.known == Known::Dense;
+        let which = (first, dense);
         let count = sweep::sweep(isa, self.point, &lines[first..], which, self.scratch, out);
-        if count == 0 {
-            // A line that is not finite.
-            out.put_whole(first);
-            return 1;
+        if dense {
+            self.visible_dense(lines, first, out);
         }
-        if self.dense {
-            self.visible_dense(first, out);
+        // None for a line that is not finite.
+        count.max(1)
+    }
+
+    /// Answers a line as a light of its own.
+    #[cold]
+    fn one(&mut self, lines: &[Segment], i: usize, out: &mut VisibleLines) {
+        let ends = [lines[i].p0, lines[i].p1];
+        let query = ShaftQuery {
+            point: self.point,
+            light: (&ends).into(),
+            exclude: self.excluded(),
+        };
+        let mut own = self.occluders.shaft(query, self.scratch);
+        match (own.class, own.known) {
+            (ShaftClass::Blocked, _) => {}
+            (ShaftClass::Empty, _) => out.put_whole(i),
+            (ShaftClass::Partial, Known::Nothing) => own.by_all(&lines[i], i, out),
+            (ShaftClass::Partial, Known::All | Known::Dense) => {
+                own.group(&lines[..=i], i, out);
+            }
         }
-        count
+    }
+
+    /// Answers a line by all triangles of the scene: right where nothing is quick.
+    #[cold]
+    fn by_all(&mut self, line: &Segment, i: usize, out: &mut VisibleLines) {
+        let exclude = self.excluded();
+        if let Some(parts) = brute::past_all(self.occluders, self.point, line, &exclude) {
+            out.put(i, parts.iter().map(|part| (part.lo, part.hi, true)));
+        } else if self.ray_reaches(line.p0) && self.ray_reaches(line.p1) {
+            // Seen end on, or as a point: what is in the way of a part is in the way of an end.
+            out.put_whole(i);
+        }
+    }
+
+    fn excluded(&self) -> Range<u32> {
+        self.exclude.0..self.exclude.0 + self.exclude.1
+    }
+
+    /// Whether nothing is before a point.
+    fn ray_reaches(&mut self, target: DVec3) -> bool {
+        let ray = Ray {
+            origin: self.point,
+            direction: target - self.point,
+            t_min: POINT_MARGIN,
+            t_max: 1.0 - LIGHT_MARGIN,
+        };
+        !self.occluders.any_hit(&ray, &self.excluded(), self.scratch)
     }
 
     /// Answers the lines of a dense shaft, a few at a time.
-    fn visible_dense(&mut self, first: usize, out: &mut VisibleLines) {
+    fn visible_dense(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) {
         let point = self.point - self.occluders.origin;
         let mut start = 0;
         while start < self.scratch.ends.count {
             let Scratch {
-                frame, ends, lines, ..
+                frame,
+                ends,
+                lines: few_lines,
+                ..
             } = &mut *self.scratch;
             let few = start..ends.count.min(start + dense::GROUP);
             start = few.end;
@@ -215,15 +288,12 @@ impl Shaft<'_> {
             }
             let across = (ends.u[ends.nth(few.start)], ends.u[ends.nth(few.end - 1)]);
             if !(low < high) {
-                for k in few {
-                    out.put_whole(first + ends.nth(k));
-                }
                 continue;
             }
             let along = ends.along;
             let around = frame.around_lines(along, [across.0, low], [across.1, high]);
             // In the coordinates of the few: q along, so that across is −p.
-            lines.clear([0.0, 1.0]);
+            few_lines.clear([0.0, 1.0]);
             let width = across.1 - across.0;
             let length = high - low;
             let to_p = |u: f64| {
@@ -234,10 +304,10 @@ impl Shaft<'_> {
                 }
             };
             let to_q = |v: f64| (v - (low - 1e-6 * length)) / (length * (1.0 + 2e-6));
-            for k in few.rev() {
+            for k in few.clone().rev() {
                 let i = ends.nth(k);
                 let stretch = (to_q(ends.a[i]), to_q(ends.b[i]));
-                lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
+                few_lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
             }
             let corners = frame.corners_in_space(along, [across.0, low], [across.1, high]);
             let (mut lo, mut hi) = (corners[0], corners[0]);
@@ -251,6 +321,13 @@ impl Shaft<'_> {
                 hi: hi + point,
                 exclude: self.exclude,
             };
+            if !around.fits(bounds::size(self.occluders, point, (query.lo, query.hi))) {
+                for k in few {
+                    let i = first + self.scratch.ends.nth(k);
+                    self.by_all(&lines[i], i, out);
+                }
+                continue;
+            }
             dense::dense(
                 self.occluders.isa,
                 self.occluders,
@@ -262,25 +339,25 @@ impl Shaft<'_> {
         }
     }
 
-    /// Whether a point of the light is visible.
+    /// Whether a point of the light is visible; a point that is not finite is not.
     pub fn point_visible(&mut self, light_point: DVec3) -> bool {
         self.scratch.counters.shaft_points += 1;
-        match self.class {
-            ShaftClass::Partial if self.dense => {
-                let ray = Ray {
-                    origin: self.point,
-                    direction: light_point - self.point,
-                    t_min: POINT_MARGIN,
-                    t_max: 1.0 - LIGHT_MARGIN,
-                };
-                let exclude = self.exclude.0..self.exclude.0 + self.exclude.1;
-                !self.occluders.any_hit(&ray, &exclude, self.scratch)
-            }
-            ShaftClass::Partial => {
+        if !light_point.is_finite() {
+            return false;
+        }
+        match (self.class, self.known) {
+            (ShaftClass::Blocked, _) => false,
+            (ShaftClass::Empty, _) => true,
+            (ShaftClass::Partial, Known::Dense | Known::Nothing) => self.ray_reaches(light_point),
+            (ShaftClass::Partial, Known::All) => {
                 let at = self.scratch.frame.project(light_point - self.point);
                 !sweep::hidden_point(self.occluders.isa, &self.scratch.flat, at)
             }
-            class => class != ShaftClass::Blocked,
         }
     }
+}
+
+/// Whether there is anything of a line to be seen.
+fn has_length(line: &Segment) -> bool {
+    line.p0 != line.p1 && line.p0.is_finite() && line.p1.is_finite()
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     Occluders, Scratch,
-    bounds::ShaftBounds,
+    bounds::{self, ShaftBounds},
     dispatch::dispatch,
     frame::LightFrame,
     node::{Child, Leaf},
@@ -21,6 +21,8 @@ pub(crate) enum Found {
     Many,
     /// A triangle that hides the light as a whole.
     All,
+    /// There is no frame to look for anything in ([`LightFrame::set`]).
+    Unknown,
 }
 
 /// Leaves that are looked into in one go.
@@ -92,12 +94,15 @@ fn find_kernel<S: Simd>(
     corners.clear();
     flat.clear();
     let hierarchy = &occluders.hierarchy;
-    let lit = frame.set(light, point);
-    let point = point - occluders.origin;
-    if !lit || hierarchy.nodes.is_empty() {
+    if hierarchy.nodes.is_empty() {
         return Found::Few;
     }
     let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+    let relative = point - occluders.origin;
+    if !frame.set(light, point, bounds::size(occluders, relative, around)) {
+        return Found::Unknown;
+    }
+    let point = relative;
     let mut query = Query {
         bounds: ShaftBounds::new(s, occluders, point, around, frame, exclude),
         backs: Backs::new(hierarchy.shells(), clear, point, around, exclude),

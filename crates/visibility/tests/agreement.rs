@@ -4,7 +4,7 @@ mod common;
 
 use common::{NONE, Rng, chord, light, soup};
 use linelit_geometry::{DVec3, intervals::Interval};
-use linelit_visibility::{Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
+use linelit_visibility::{LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
 
 /// Visible measure that differs between two interval lists, on a grid of their ends.
 fn difference(a: &[Interval], b: &[Interval]) -> f64 {
@@ -54,7 +54,7 @@ fn lines_agree_with_brute_force() {
             .collect();
         let query = ShaftQuery {
             point,
-            light: &light,
+            light: LightCorners::new(&light).unwrap(),
             exclude: 0..2,
         };
         let mut shaft = occluders.shaft(query, &mut scratch);
@@ -132,7 +132,7 @@ fn lines_from_surfaces_agree_with_brute_force() {
         let lines: Vec<_> = (0..8).map(|_| chord(&mut rng, &light, Some(0.0))).collect();
         let query = ShaftQuery {
             point,
-            light: &light,
+            light: LightCorners::new(&light).unwrap(),
             exclude: NONE,
         };
         let mut shaft = occluders.shaft(query, &mut scratch);
@@ -170,7 +170,7 @@ fn dense_shafts_agree_with_brute_force() {
             .collect();
         let query = ShaftQuery {
             point,
-            light: &light,
+            light: LightCorners::new(&light).unwrap(),
             exclude: NONE,
         };
         let mut shaft = occluders.shaft(query, &mut scratch);

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{NONE, Rng};
-use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines, brute, measure};
+use linelit_visibility::{
+    LightCorners, Occluders, Scratch, ShaftQuery, VisibleLines, brute, measure,
+};
 
 /// Ends of intervals are `f64` in the light's frame, whose coordinates of a vertex are off by a
 /// few ε times its distance over the light's size (at most 1e2 here); a side nearly along the
@@ -26,7 +28,7 @@ fn builtin_scenes_agree_with_brute_force() {
             for &point in &points {
                 let query = ShaftQuery {
                     point,
-                    light,
+                    light: LightCorners::new(light).unwrap(),
                     exclude: NONE,
                 };
                 let mut shaft = occluders.shaft(query, &mut scratch);
@@ -75,7 +77,7 @@ fn colonnade_agrees_with_brute_force() {
             let lines = measure::stratified_lines(light, 8, &mut || rng.unit());
             let query = ShaftQuery {
                 point,
-                light,
+                light: LightCorners::new(light).unwrap(),
                 exclude: NONE,
             };
             let mut shaft = occluders.shaft(query, &mut scratch);

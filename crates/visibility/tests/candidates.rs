@@ -4,7 +4,9 @@ mod common;
 
 use common::{Rng, chord, light, soup};
 use linelit_geometry::DVec3;
-use linelit_visibility::{Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute};
+use linelit_visibility::{
+    LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
+};
 
 #[test]
 fn candidates_are_all_that_hides_anything() {
@@ -27,7 +29,7 @@ fn candidates_are_all_that_hides_anything() {
         let exclude = 0..2;
         let query = ShaftQuery {
             point,
-            light: &light,
+            light: LightCorners::new(&light).unwrap(),
             exclude: exclude.clone(),
         };
         let mut shaft = occluders.shaft(query, &mut scratch);
@@ -96,7 +98,7 @@ fn dense_shafts_name_nothing() {
     let mut scratch = Scratch::new();
     let query = ShaftQuery {
         point: DVec3::Z * -1.4,
-        light: &light,
+        light: LightCorners::new(&light).unwrap(),
         exclude: 0..0,
     };
     let shaft = occluders.shaft(query, &mut scratch);

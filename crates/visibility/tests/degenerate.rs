@@ -4,7 +4,9 @@ mod common;
 
 use common::{Mesh, NONE, Rng, soup};
 use linelit_geometry::{DVec3, Segment};
-use linelit_visibility::{Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute};
+use linelit_visibility::{
+    LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
+};
 
 /// A unit square light at height two, and three lines on it.
 fn square() -> (Vec<DVec3>, Vec<Segment>) {
@@ -24,7 +26,7 @@ fn fractions(mesh: &Mesh, point: DVec3) -> (ShaftClass, Vec<f64>) {
     let mut out = VisibleLines::new();
     let query = ShaftQuery {
         point,
-        light: &light,
+        light: LightCorners::new(&light).unwrap(),
         exclude: NONE,
     };
     let mut shaft = occluders.shaft(query, &mut scratch);
@@ -102,6 +104,7 @@ fn the_point_in_the_lights_plane() {
     let mesh = soup(&mut rng, 50, 0.5, DVec3::new(0.0, 0.0, 1.5), 1.0);
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
     let (light, lines) = square();
+    let mut hidden = 0;
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
     // In it, in the light itself, and a hair off.
@@ -113,16 +116,25 @@ fn the_point_in_the_lights_plane() {
     ] {
         let query = ShaftQuery {
             point,
-            light: &light,
+            light: LightCorners::new(&light).unwrap(),
             exclude: NONE,
         };
         let mut shaft = occluders.shaft(query, &mut scratch);
         shaft.visible(&lines, &mut out);
-        for i in 0..lines.len() {
-            let f = out.fraction(i);
-            assert!((0.0..=1.0).contains(&f), "{f}");
+        for (i, line) in lines.iter().enumerate() {
+            let got = out.fraction(i);
+            if (line.p0 - point).cross(line.p1 - point) == DVec3::ZERO {
+                // Seen end on: no shadow triangle.
+                assert!([0.0, 1.0].contains(&got), "{got}");
+                continue;
+            }
+            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
+            let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
+            assert!((got - want).abs() < 1e-9, "{got} {want} from {point}");
+            hidden += usize::from(want < 1.0);
         }
     }
+    assert!(hidden >= 3, "{hidden}");
 }
 
 #[test]
@@ -134,18 +146,40 @@ fn lights_and_lines_without_extent() {
     let p = DVec3::new(0.0, 0.0, 2.0);
     let towards = [p, p * 2.0];
     let nan = [p, DVec3::NAN, DVec3::X];
-    for light in [&[p, p][..], &[p, p, p], &towards, &nan, &[p], &[]] {
+    assert_eq!(LightCorners::new(&[]), None);
+    assert_eq!(LightCorners::new(&[p]), None);
+    // Nothing is found for such a light as a whole; what is asked of it is answered all the same:
+    // a triangle is before `p`, and none before what is below it.
+    let below = DVec3::new(0.3, 0.2, 0.5);
+    for light in [&[p, p][..], &[p, p, p], &towards, &nan] {
         let query = ShaftQuery {
             point: DVec3::ZERO,
-            light,
+            light: LightCorners::new(light).unwrap(),
             exclude: NONE,
         };
         let mut shaft = occluders.shaft(query, &mut scratch);
-        assert_eq!(shaft.class(), ShaftClass::Empty, "{light:?}");
-        shaft.visible(&[Segment::new(p, p)], &mut out);
-        assert_eq!(out.fraction(0).to_bits(), 1.0_f64.to_bits());
+        assert_eq!(shaft.class(), ShaftClass::Partial, "{light:?}");
+        assert!(shaft.is_dense() && shaft.images().is_none());
+        let asked = [
+            (Segment::new(p, p), 0.0),
+            (Segment::new(p, p * 2.0), 0.0),
+            (Segment::new(p * 0.2, p * 0.3), 1.0),
+            (Segment::new(p, p + DVec3::X), 0.0),
+            (Segment::new(below, below + DVec3::X), 1.0),
+            (Segment::new(below, DVec3::NAN), 0.0),
+        ];
+        shaft.visible(&asked.map(|a| a.0), &mut out);
+        for (i, (line, want)) in asked.iter().enumerate() {
+            let got = out.fraction(i);
+            assert!(
+                (got - want).abs() < 1e-12,
+                "{light:?} {line:?}: {got} {want}"
+            );
+        }
+        assert!(!shaft.point_visible(p) && !shaft.point_visible(DVec3::NAN));
+        assert!(shaft.point_visible(below));
     }
-    // A line without length on a good light, among others.
+    // A line without length on a good light, among others: nothing of it is visible.
     let half = one([-9.0, 0.0, 1.0], [9.0, 0.0, 1.0], [0.0, 20.0, 1.0]);
     let occluders = Occluders::build(&half.positions, &half.triangles);
     let (light, mut lines) = square();
@@ -153,13 +187,13 @@ fn lights_and_lines_without_extent() {
     lines.push(Segment::new(p, DVec3::NAN));
     let query = ShaftQuery {
         point: DVec3::ZERO,
-        light: &light,
+        light: LightCorners::new(&light).unwrap(),
         exclude: NONE,
     };
     let mut shaft = occluders.shaft(query, &mut scratch);
     shaft.visible(&lines, &mut out);
     let got: Vec<f64> = (0..lines.len()).map(|i| out.fraction(i)).collect();
-    for (got, want) in got.iter().zip([0.5, 1.0, 0.5, 0.5, 1.0]) {
+    for (got, want) in got.iter().zip([0.5, 0.0, 0.5, 0.5, 0.0]) {
         assert!((got - want).abs() < 1e-12, "{got} {want}");
     }
 }
@@ -322,7 +356,7 @@ fn scaled_scenes_look_the_same() {
                 .collect();
             let query = ShaftQuery {
                 point: point * scale,
-                light: &light,
+                light: LightCorners::new(&light).unwrap(),
                 exclude: NONE,
             };
             let mut out = VisibleLines::new();

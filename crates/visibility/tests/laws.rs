@@ -6,7 +6,8 @@ use common::{NONE, Rng, chord, light, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_testkit::cases::cases;
 use linelit_visibility::{
-    InstructionSet, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, measure,
+    InstructionSet, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
+    measure,
 };
 use proptest::prelude::*;
 
@@ -20,7 +21,7 @@ fn view(
     let mut out = VisibleLines::new();
     let query = ShaftQuery {
         point,
-        light,
+        light: LightCorners::new(light).unwrap(),
         exclude: NONE,
     };
     let mut shaft = occluders.shaft(query, &mut scratch);
@@ -137,7 +138,7 @@ proptest! {
         let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         let mut rays = Scratch::new();
         let mut scratch = Scratch::new();
-        let query = ShaftQuery { point, light: &light, exclude: 0..3 };
+        let query = ShaftQuery { point, light: LightCorners::new(&light).unwrap(), exclude: 0..3 };
         let mut shaft = occluders.shaft(query, &mut scratch);
         for line in &lines {
             let target = line.at(0.618);

@@ -5,7 +5,9 @@ mod common;
 
 use common::{NONE, Rng, chord, closed, light};
 use linelit_geometry::DVec3;
-use linelit_visibility::{Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines};
+use linelit_visibility::{
+    LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
+};
 
 const PLACES: [(DVec3, f64); 4] = [
     (DVec3::ZERO, 1.0),
@@ -64,7 +66,7 @@ fn look_out(seed: u64, pairs: u64) {
             tried += edges * lines.len() as u64;
             let query = ShaftQuery {
                 point,
-                light: &light,
+                light: LightCorners::new(&light).unwrap(),
                 exclude: NONE,
             };
             let mut shaft = occluders.shaft(query, &mut scratch);

@@ -5,7 +5,7 @@ mod common;
 use common::{Mesh, NONE, Rng, chord, closed, light};
 use linelit_geometry::DVec3;
 use linelit_visibility::{
-    InstructionSet, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
+    InstructionSet, LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
 };
 
 const PLACES: [(DVec3, f64); 4] = [
@@ -73,7 +73,7 @@ fn lines_past_bodies_agree_with_brute_force() {
         };
         let query = || ShaftQuery {
             point,
-            light: &light,
+            light: LightCorners::new(&light).unwrap(),
             exclude: exclude.clone(),
         };
         let mut shaft = scalar.shaft(query(), &mut scratch);
@@ -134,7 +134,7 @@ fn bodies_in_between_hide_everything() {
         for exclude in [NONE, 0..half, half..all] {
             let query = ShaftQuery {
                 point,
-                light: &light,
+                light: LightCorners::new(&light).unwrap(),
                 exclude,
             };
             let mut shaft = occluders.shaft(query, &mut scratch);

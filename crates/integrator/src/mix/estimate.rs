@@ -135,7 +135,7 @@ impl Pair<'_> {
         };
         let query = ShaftQuery {
             point: self.point.position,
-            light: lit.light.vertices(),
+            light: (&lit.light).into(),
             exclude: self.light.triangles.clone(),
         };
         let Workspace {

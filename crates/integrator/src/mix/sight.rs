@@ -62,7 +62,7 @@ impl<'a> Sight<'a> {
             let ends = [line.p0, line.p1];
             let query = ShaftQuery {
                 point: apart.point,
-                light: &ends,
+                light: (&ends).into(),
                 exclude: apart.exclude.clone(),
             };
             let mut shaft = apart.occluders.shaft(query, apart.scratch);

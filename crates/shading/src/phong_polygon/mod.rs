@@ -16,10 +16,10 @@ use crate::horizon::crossing;
 use crate::lobe::log_axis_length;
 use crate::polygon::clip_with;
 use crate::span::power_of_two_unit;
-use linelit_geometry::DVec3;
+use linelit_geometry::{ConvexPolygon, DVec3};
 
 /// The most vertices taken at once, before clipping; larger polygons are fanned out.
-const CHUNK: usize = 24;
+const CHUNK: usize = ConvexPolygon::CAPACITY;
 const CAPACITY: usize = CHUNK + 4;
 
 /// The sum over the edges is good enough with that error relative to itself.

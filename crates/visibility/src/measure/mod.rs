@@ -13,7 +13,7 @@ pub use rivals::Rivals;
 pub use scenes::{Scene, colonnade, grid, shading_points, soup};
 pub use verify::{Verified, verify};
 
-use crate::{Counters, Occluders, Ray, Scratch, ShaftQuery, VisibleLines};
+use crate::{Counters, LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines};
 use linelit_geometry::{DVec3, Segment};
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ pub struct Workload<'a> {
     pub triangles: &'a [[u32; 3]],
     /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
     /// that reach beyond them.
-    pub light: &'a [DVec3],
+    pub light: LightCorners<'a>,
     /// The light's own triangles.
     pub exclude: Range<u32>,
     /// Shading points, off their surfaces.
@@ -106,18 +106,19 @@ fn hash_unit(state: &mut u64) -> f64 {
 fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
     let mut state = 7;
     let mut rays = Vec::with_capacity(work.points.len() * per_point);
+    let corners = work.light.corners();
     for &point in work.points {
         for _ in 0..per_point {
             let (mut s, mut t) = (hash_unit(&mut state), hash_unit(&mut state));
-            if work.light.len() == 3 && s + t > 1.0 {
+            if corners.len() == 3 && s + t > 1.0 {
                 (s, t) = (1.0 - s, 1.0 - t);
             }
-            let o = work.light[0];
-            let last = work.light[work.light.len() - 1];
-            if work.light.len() == 2 {
+            let o = corners[0];
+            let last = corners[corners.len() - 1];
+            if corners.len() == 2 {
                 s = 0.0;
             }
-            let target = o + (work.light[1] - o) * s + (last - o) * t;
+            let target = o + (corners[1] - o) * s + (last - o) * t;
             rays.push(Ray {
                 origin: point,
                 direction: target - point,
@@ -190,7 +191,7 @@ pub fn time(
     let mut state = 11;
     let sets: Vec<Vec<Segment>> = lines
         .iter()
-        .map(|&n| stratified_lines(work.light, n, &mut || hash_unit(&mut state)))
+        .map(|&n| stratified_lines(work.light.corners(), n, &mut || hash_unit(&mut state)))
         .collect();
     let mut ray_times: [Fastest; 3] = Default::default();
     let mut line_times: Vec<[Fastest; 2]> = lines.iter().map(|_| Default::default()).collect();
@@ -254,7 +255,7 @@ pub fn time(
 #[inline(never)]
 pub fn repeat(occluders: &Occluders, work: &Workload<'_>, count: usize, times: usize) {
     let mut state = 11;
-    let lines = stratified_lines(work.light, count, &mut || hash_unit(&mut state));
+    let lines = stratified_lines(work.light.corners(), count, &mut || hash_unit(&mut state));
     let rays = shadow_rays(work, 8);
     let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
     for _ in 0..times {

@@ -1,7 +1,7 @@
 //! The table of `cargo xtask bench visibility`.
 
 use super::{Rivals, Scene, Timings, Workload, repeat, shading_points, time, verify};
-use crate::{InstructionSet, Occluders};
+use crate::{InstructionSet, LightCorners, Occluders};
 use linelit_geometry::DVec3;
 use std::fmt::Write;
 
@@ -111,10 +111,13 @@ fn run(
         // Not those in the light's plane.
         let off = |p: &DVec3| normal.dot(*p - light[0]).abs() > 1e-4 * normal.length();
         let points: Vec<DVec3> = all.iter().copied().filter(off).collect();
+        let Some(corners) = LightCorners::new(light) else {
+            continue;
+        };
         let work = Workload {
             positions: &scene.positions,
             triangles: &scene.triangles,
-            light,
+            light: corners,
             exclude: 0..0,
             points: &points,
         };

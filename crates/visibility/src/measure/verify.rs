@@ -34,7 +34,7 @@ pub fn verify(occluders: &Occluders, work: &Workload<'_>, least: usize) -> Verif
         let Some(&point) = work.points.get(k * work.points.len() / count) else {
             break;
         };
-        let lines = stratified_lines(work.light, LINES, &mut || hash_unit(&mut state));
+        let lines = stratified_lines(work.light.corners(), LINES, &mut || hash_unit(&mut state));
         let query = ShaftQuery {
             point,
             light: work.light,
@@ -60,7 +60,7 @@ pub fn verify(occluders: &Occluders, work: &Workload<'_>, least: usize) -> Verif
 
 /// The triangles that may be between a point and the light.
 fn between(work: &Workload<'_>, point: DVec3) -> Vec<[u32; 3]> {
-    let corners = work.light;
+    let corners = work.light.corners();
     let centre = corners.iter().sum::<DVec3>() / corners.iter().map(|_| 1.0).sum::<f64>() - point;
     let mut planes = Vec::new();
     for i in 0..corners.len() {
