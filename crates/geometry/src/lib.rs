@@ -42,6 +42,7 @@
 
 mod frame;
 pub mod intervals;
+pub mod isa;
 mod parallel_lines;
 mod plane_frame;
 mod polygon;

@@ -4,9 +4,9 @@
 //! ordinary (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
 //! evaluated by the twin itself.
 
-use crate::simd::{self, BLOCK, LANES, Level, Model};
+use crate::simd::{self, BLOCK, LANES, Model};
 use crate::{cylinder, point_line, ribbon};
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{DVec3, Segment, isa::Isa};
 
 /// Segments in columns, all of one length (the shortest counts): what vector registers load at once.
 #[derive(Clone, Copy, Debug)]
@@ -72,14 +72,14 @@ pub fn point_lines_columns(columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
 
 fn in_columns(model: Model, columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
     let count = columns.len().min(out.len());
-    let level = Level::best();
+    let isa = Isa::best();
     let mut at = 0;
     while count - at >= LANES {
         let size = (count - at).min(BLOCK) / LANES * LANES;
         let [a, b, c] = columns.p0.map(|c| &c[at..at + size]);
         let [d, e, f] = columns.p1.map(|c| &c[at..at + size]);
         let block = [a, b, c, d, e, f];
-        evaluate(model, &block, n, &mut out[at..at + size], level);
+        evaluate(model, &block, n, &mut out[at..at + size], isa);
         at += size;
     }
     // What is left does not fill the lanes.
@@ -89,7 +89,7 @@ fn in_columns(model: Model, columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
         for (column, from) in store.iter_mut().zip(columns.p0.iter().chain(&columns.p1)) {
             column[..rest].copy_from_slice(&from[at..count]);
         }
-        padded(model, &store, n, &mut out[at..count], level);
+        padded(model, &store, n, &mut out[at..count], isa);
     }
 }
 
@@ -97,7 +97,7 @@ fn in_columns(model: Model, columns: &Columns<'_>, n: DVec3, out: &mut [f64]) {
 const ROWS: usize = 256;
 
 fn rows(model: Model, segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    let level = Level::best();
+    let isa = Isa::best();
     for (segments, out) in segments.chunks(ROWS).zip(out.chunks_mut(ROWS)) {
         let count = segments.len().min(out.len());
         let mut store = [[0.0; ROWS]; 6];
@@ -107,7 +107,7 @@ fn rows(model: Model, segments: &[Segment], n: DVec3, out: &mut [f64]) {
                 column[i] = x;
             }
         }
-        padded(model, &store, n, &mut out[..count], level);
+        padded(model, &store, n, &mut out[..count], isa);
     }
 }
 
@@ -117,22 +117,22 @@ fn padded<const N: usize>(
     store: &[[f64; N]; 6],
     n: DVec3,
     out: &mut [f64],
-    level: Level,
+    isa: Isa,
 ) {
     let size = out.len().next_multiple_of(LANES);
     let block = store.each_ref().map(|c| &c[..size]);
     if out.len() == size {
-        evaluate(model, &block, n, out, level);
+        evaluate(model, &block, n, out, isa);
         return;
     }
     let mut values = [0.0; N];
-    evaluate(model, &block, n, &mut values[..size], level);
+    evaluate(model, &block, n, &mut values[..size], isa);
     out.copy_from_slice(&values[..out.len()]);
 }
 
-fn evaluate(model: Model, block: &simd::Columns<'_>, n: DVec3, out: &mut [f64], level: Level) {
+fn evaluate(model: Model, block: &simd::Columns<'_>, n: DVec3, out: &mut [f64], isa: Isa) {
     let mut trusted = [0; BLOCK / 8];
-    simd::lines(model, block, n, out, level, &mut trusted);
+    simd::lines(model, block, n, out, isa, &mut trusted);
     for (round, bits) in trusted.iter().enumerate().take(out.len() / 8) {
         if *bits != u8::MAX {
             mend(model, block, n, 8 * round, *bits, out);

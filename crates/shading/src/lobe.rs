@@ -6,8 +6,8 @@ use crate::gauss::{
     FEW, FEW_NODES, FEW_WEIGHTS, NARROW, NODE, NODES, WEIGHT, atanh_ratio, atanh_ratio_narrow,
     exp_bounded,
 };
-use crate::simd::{self, Level};
-use linelit_geometry::{DVec3, predicates};
+use crate::simd;
+use linelit_geometry::{DVec3, isa::Isa, predicates};
 
 /// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
 pub(crate) const DEPTH: f64 = 40.0;
@@ -173,7 +173,7 @@ impl<const COUNT: usize> Panel<COUNT> {
         let last = end * (end + self.slope) / (1.0 - self.slope * end);
         if (0.0..=0.2).contains(&last) {
             let mut terms = [0.0; NODES];
-            simd::panel(self, k, &mut terms, Level::best());
+            simd::panel(self, k, &mut terms, Isa::best());
             2.0 * end * total(&terms)
         } else {
             self.sum_wide(k)
@@ -187,7 +187,7 @@ impl<const COUNT: usize> Panel<COUNT> {
         let (over, under) = (end * (end + self.slope), 1.0 - self.slope * end);
         if over <= 0.2 * under {
             let narrow = over <= NARROW * under;
-            2.0 * end * simd::few(self, k, offset, narrow, Level::best())
+            2.0 * end * simd::few(self, k, offset, narrow, Isa::best())
         } else {
             self.sum_wide(k) * offset.exp()
         }

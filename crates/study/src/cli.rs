@@ -1,6 +1,7 @@
 //! The command line: what can be said, and what the words mean.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use linelit_geometry::isa::InstructionSet;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
 use std::path::PathBuf;
@@ -16,6 +17,27 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+    /// No vector instructions beyond scalar, avx2 or avx512: for tests, as results do not depend
+    /// on it.
+    #[arg(long, global = true, hide = true, value_name = "SET", value_parser = instruction_set)]
+    pub isa: Option<InstructionSet>,
+}
+
+/// An instruction set that this processor has.
+fn instruction_set(text: &str) -> Result<InstructionSet, String> {
+    let set: InstructionSet = text.parse().map_err(|e| format!("{e}"))?;
+    if set.is_available() {
+        return Ok(set);
+    }
+    let all = InstructionSet::ALL.into_iter();
+    let names: Vec<_> = all
+        .filter(|s| s.is_available())
+        .map(|s| s.to_string())
+        .collect();
+    Err(format!(
+        "this processor has no {set}; it has {}",
+        names.join(", ")
+    ))
 }
 
 /// The commands.

@@ -11,6 +11,9 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     // clap prints usage errors itself and exits with 2.
     let cli = Cli::parse();
+    if let Some(set) = cli.isa {
+        set.limit();
+    }
     let result = match &cli.command {
         Command::Render(args) => commands::render(args),
         Command::Converge(args) => commands::converge(args),

@@ -31,10 +31,8 @@
 //! nothing.
 //!
 //! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time
-//! ([`InstructionSet`]). Intervals, hits and classes are the same bits on all of them (a shaft with
-//! just as many triangles as make it dense excepted); the work [`Counters`] may differ by a few,
-//! since bounds are rounded differently with fused multiply–adds. There are no kernels for NEON:
-//! those processors run the plain ones.
+//! ([`InstructionSet`]). Intervals, hits, classes and work [`Counters`] are the same on all of them,
+//! to the bit. There are no kernels for NEON: those processors run the plain ones.
 //!
 //! # Example
 //!
@@ -93,9 +91,9 @@ mod walk;
 mod watertight;
 
 pub use counters::Counters;
-pub use dispatch::InstructionSet;
 pub use frame::LightCorners;
 pub use images::Images;
+pub use linelit_geometry::isa::InstructionSet;
 pub use lines::VisibleLines;
 pub use occluders::Occluders;
 pub use ray::{Hit, Ray};

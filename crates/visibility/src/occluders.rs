@@ -2,11 +2,13 @@
 
 use crate::{
     build::{self, Hierarchy},
-    dispatch::{InstructionSet, Isa},
     node::Child,
     shells::Shells,
 };
-use linelit_geometry::DVec3;
+use linelit_geometry::{
+    DVec3,
+    isa::{InstructionSet, Isa},
+};
 
 /// The triangles of a scene, ready for ray and line queries.
 ///
@@ -57,7 +59,7 @@ impl Occluders {
             origin: DVec3::new(origin[0].into(), origin[1].into(), origin[2].into()),
             extent: extent.into(),
             stack_size,
-            isa: Isa::detect(InstructionSet::Avx512),
+            isa: Isa::best(),
             triangle_count: ids.len(),
             left_out: triangles.len() - ids.len(),
         }

@@ -17,14 +17,23 @@ fn view(
     light: &[DVec3],
     lines: &[Segment],
 ) -> (ShaftClass, Vec<Vec<Interval>>) {
-    let mut scratch = Scratch::new();
+    look(occluders, point, light, lines, &mut Scratch::new())
+}
+
+fn look(
+    occluders: &Occluders,
+    point: DVec3,
+    light: &[DVec3],
+    lines: &[Segment],
+    scratch: &mut Scratch,
+) -> (ShaftClass, Vec<Vec<Interval>>) {
     let mut out = VisibleLines::new();
     let query = ShaftQuery {
         point,
         light: LightCorners::new(light).unwrap(),
         exclude: NONE,
     };
-    let mut shaft = occluders.shaft(query, &mut scratch);
+    let mut shaft = occluders.shaft(query, scratch);
     shaft.visible(lines, &mut out);
     let lines = (0..lines.len()).map(|i| out.line(i).to_vec()).collect();
     (shaft.class(), lines)
@@ -61,18 +70,20 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Intervals, classes, hits: the same bits on every instruction set.
+    /// Intervals, classes, hits: the same bits on every instruction set, and the same work.
     #[test]
     fn instruction_sets_agree_to_the_bit(seed in any::<u64>()) {
         let (mesh, light, point, lines) = case(seed);
         let build = |limit| Occluders::build(&mesh.positions, &mesh.triangles).limited_to(limit);
         let scalar = build(InstructionSet::Scalar);
         prop_assert_eq!(scalar.instruction_set(), InstructionSet::Scalar);
-        let want = view(&scalar, point, &light, &lines);
-        let mut scratch = Scratch::new();
         for limit in [InstructionSet::Avx2, InstructionSet::Avx512] {
             let other = build(limit);
-            prop_assert_eq!(&view(&other, point, &light, &lines), &want);
+            let [mut theirs, mut ours] = [Scratch::new(), Scratch::new()];
+            prop_assert_eq!(
+                look(&other, point, &light, &lines, &mut theirs),
+                look(&scalar, point, &light, &lines, &mut ours)
+            );
             for line in &lines {
                 let ray = Ray {
                     origin: point,
@@ -81,10 +92,15 @@ proptest! {
                     t_max: f64::INFINITY,
                 };
                 prop_assert_eq!(
-                    other.closest_hit(&ray, &mut scratch),
-                    scalar.closest_hit(&ray, &mut scratch)
+                    other.closest_hit(&ray, &mut theirs),
+                    scalar.closest_hit(&ray, &mut ours)
+                );
+                prop_assert_eq!(
+                    other.any_hit(&ray, &(0..2), &mut theirs),
+                    scalar.any_hit(&ray, &(0..2), &mut ours)
                 );
             }
+            prop_assert_eq!(theirs.counters, ours.counters);
         }
     }
 

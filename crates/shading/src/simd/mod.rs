@@ -15,7 +15,7 @@ mod x86;
 use crate::gauss::NODES;
 use crate::lobe::Panel;
 use crate::ordinary;
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, isa::Isa};
 
 pub(crate) use pair::side_by_side;
 
@@ -56,13 +56,13 @@ pub(crate) fn lines(
     columns: &Columns<'_>,
     n: DVec3,
     out: &mut [f64],
-    level: Level,
+    isa: Isa,
     trusted: &mut [u8; BLOCK / 8],
 ) {
-    match level {
+    match isa {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        Level::Avx512 => unsafe {
+        // SAFETY: the token proves that the processor has these instructions.
+        Isa::Avx512(_) => unsafe {
             match model {
                 Model::Ribbon => x86::avx512::ribbons(columns, n, out, trusted),
                 Model::Cylinder => x86::avx512::cylinders(columns, n, out, trusted),
@@ -70,15 +70,15 @@ pub(crate) fn lines(
             }
         },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        Level::Avx2 => unsafe {
+        // SAFETY: the token proves that the processor has these instructions.
+        Isa::Avx2(_) => unsafe {
             match model {
                 Model::Ribbon => x86::avx2::ribbons(columns, n, out, trusted),
                 Model::Cylinder => x86::avx2::cylinders(columns, n, out, trusted),
                 Model::PointLine => x86::avx2::point_lines(columns, n, out, trusted),
             }
         },
-        Level::Scalar => one_by_one(model, columns, n, out, trusted),
+        Isa::Scalar => one_by_one(model, columns, n, out, trusted),
     }
 }
 
@@ -113,18 +113,18 @@ pub(crate) fn panel<const COUNT: usize>(
     panel: &Panel<COUNT>,
     k: f64,
     terms: &mut [f64; NODES],
-    level: Level,
+    isa: Isa,
 ) {
     #[cfg(target_arch = "x86_64")]
     let (shape, factors) = ([panel.half_tan, panel.slope], panel.factors);
-    match level {
+    match isa {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        Level::Avx512 => unsafe { x86::avx512::panel(shape, factors, k, terms) },
+        // SAFETY: the token proves that the processor has these instructions.
+        Isa::Avx512(_) => unsafe { x86::avx512::panel(shape, factors, k, terms) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        Level::Avx2 => unsafe { x86::avx2::panel(shape, factors, k, terms) },
-        Level::Scalar => panel.terms(k, terms),
+        // SAFETY: the token proves that the processor has these instructions.
+        Isa::Avx2(_) => unsafe { x86::avx2::panel(shape, factors, k, terms) },
+        Isa::Scalar => panel.terms(k, terms),
     }
 }
 
@@ -139,7 +139,7 @@ pub(crate) fn few<const COUNT: usize>(
     k: f64,
     offset: f64,
     narrow: bool,
-    level: Level,
+    isa: Isa,
 ) -> f64 {
     // One by one, in registers: what is stored by halves and read in pairs stalls the processor.
     #[cfg(target_arch = "x86_64")]
@@ -148,82 +148,46 @@ pub(crate) fn few<const COUNT: usize>(
         panel.slope,
         [panel.factors[0], panel.factors[COUNT - 1]],
     );
-    match (level, narrow) {
+    match (isa, narrow) {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        (Level::Avx512, true) => unsafe {
+        // SAFETY: the token proves that the processor has these instructions.
+        (Isa::Avx512(_), true) => unsafe {
             x86::avx512::few::<COUNT, true>(t, slope, a, b, c, d, k, offset)
         },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        (Level::Avx512, false) => unsafe {
+        // SAFETY: the token proves that the processor has these instructions.
+        (Isa::Avx512(_), false) => unsafe {
             x86::avx512::few::<COUNT, false>(t, slope, a, b, c, d, k, offset)
         },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        (Level::Avx2, true) => unsafe {
+        // SAFETY: the token proves that the processor has these instructions.
+        (Isa::Avx2(_), true) => unsafe {
             x86::avx2::few::<COUNT, true>(t, slope, a, b, c, d, k, offset)
         },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the level was found by detecting its features.
-        (Level::Avx2, false) => unsafe {
+        // SAFETY: the token proves that the processor has these instructions.
+        (Isa::Avx2(_), false) => unsafe {
             x86::avx2::few::<COUNT, false>(t, slope, a, b, c, d, k, offset)
         },
-        (Level::Scalar, _) => panel.few_sum(k, offset, narrow),
-    }
-}
-
-/// Which vector instructions to use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Level {
-    /// None beyond the compiler's baseline.
-    Scalar,
-    /// Four lanes.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    /// Eight lanes.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Level {
-    /// The best that this machine has (remembered by the standard library after the first call).
-    #[inline]
-    pub(crate) fn best() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if std::arch::is_x86_feature_detected!("avx512f") {
-                return Self::Avx512;
-            }
-            if std::arch::is_x86_feature_detected!("avx2") {
-                return Self::Avx2;
-            }
-        }
-        Self::Scalar
+        (Isa::Scalar, _) => panel.few_sum(k, offset, narrow),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linelit_geometry::isa::InstructionSet;
     use linelit_testkit::rng::SplitMix64;
 
-    fn levels() -> Vec<Level> {
-        let mut levels = vec![Level::Scalar];
-        #[cfg(target_arch = "x86_64")]
-        {
-            if std::arch::is_x86_feature_detected!("avx2") {
-                levels.push(Level::Avx2);
-            }
-            if std::arch::is_x86_feature_detected!("avx512f") {
-                levels.push(Level::Avx512);
-            }
-        }
-        levels
+    /// Every instruction set that this machine has.
+    fn all() -> Vec<Isa> {
+        let mut all: Vec<_> = InstructionSet::ALL.into_iter().map(Isa::detect).collect();
+        all.dedup();
+        all
     }
 
     #[test]
-    fn panels_have_the_same_bits_at_every_level() {
+    fn panels_have_the_same_bits_on_every_instruction_set() {
         let mut rng = SplitMix64::new(5);
         for _ in 0..2000 {
             let mut random = || rng.next_f64();
@@ -234,12 +198,12 @@ mod tests {
             };
             let k = 10f64.powf(5.0 * random());
             let (offset, narrow) = (-50.0 * random(), random() < 0.5);
-            let results: Vec<([u64; NODES], u64)> = levels()
+            let results: Vec<([u64; NODES], u64)> = all()
                 .into_iter()
-                .map(|level| {
+                .map(|isa| {
                     let mut terms = [0.0; NODES];
-                    panel(&panel_data, k, &mut terms, level);
-                    let sum = few(&panel_data, k, offset, narrow, level);
+                    panel(&panel_data, k, &mut terms, isa);
+                    let sum = few(&panel_data, k, offset, narrow, isa);
                     (terms.map(f64::to_bits), sum.to_bits())
                 })
                 .collect();
@@ -251,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_have_the_same_bits_at_every_level() {
+    fn lines_have_the_same_bits_on_every_instruction_set() {
         let mut rng = SplitMix64::new(6);
         for _ in 0..300 {
             let columns: [[f64; BLOCK]; 6] =
@@ -259,11 +223,11 @@ mod tests {
             let block: Columns<'_> = std::array::from_fn(|j| &columns[j][..]);
             let n = DVec3::from_array(rng.unit_vector());
             for model in [Model::Ribbon, Model::Cylinder, Model::PointLine] {
-                let results: Vec<([u64; BLOCK], [u8; BLOCK / 8])> = levels()
+                let results: Vec<([u64; BLOCK], [u8; BLOCK / 8])> = all()
                     .into_iter()
-                    .map(|level| {
+                    .map(|isa| {
                         let (mut out, mut bits) = ([0.0; BLOCK], [0; BLOCK / 8]);
-                        lines(model, &block, n, &mut out, level, &mut bits);
+                        lines(model, &block, n, &mut out, isa, &mut bits);
                         for (i, value) in out.iter_mut().enumerate() {
                             if bits[i / 8] >> (i % 8) & 1 == 0 {
                                 *value = 0.0;

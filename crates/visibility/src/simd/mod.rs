@@ -1,17 +1,15 @@
 //! Eight lanes of `f32` and `f64` on whatever the processor has.
 //!
 //! A kernel is written once, generic over [`Simd`], and instantiated per instruction set in
-//! [`dispatch`](crate::dispatch). Every operation but [`Simd::fma`] and [`Simd::fms`] rounds the
-//! same way everywhere, so kernels without them give the same bits on every machine; those two are
-//! only used where results are bounds.
+//! [`dispatch`](crate::dispatch). Every operation rounds the same way everywhere, so kernels give
+//! the same bits on every machine, and do the same work. [`Simd::fma`] and [`Simd::fms`] are slow
+//! without an instruction for them, and used only for the bounds of culling.
 
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub(crate) use scalar::Scalar;
-#[cfg(target_arch = "x86_64")]
-pub(crate) use x86::{Avx2, Avx512};
 
 /// An instruction set; a value of it is proof that the processor has it.
 pub(crate) trait Simd: Copy {
@@ -32,9 +30,9 @@ pub(crate) trait Simd: Copy {
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
-    /// `a·b + c`, rounded once or twice.
+    /// `a·b + c`, rounded once.
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `a·b − c`, rounded once or twice.
+    /// `a·b − c`, rounded once.
     fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `b` where either is NaN.
     fn min(self, a: Self::F, b: Self::F) -> Self::F;

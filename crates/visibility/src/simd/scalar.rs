@@ -20,6 +20,31 @@ fn pack(a: [bool; 8]) -> u8 {
     bits
 }
 
+/// `a·b + c` rounded once, whether or not the processor has an instruction for it: culling then
+/// keeps the same boxes and triangles everywhere, and counters agree.
+#[inline(always)]
+#[allow(clippy::cast_possible_truncation, reason = "rounded")]
+fn fused(a: f32, b: f32, c: f32) -> f32 {
+    if cfg!(any(target_arch = "aarch64", target_feature = "fma")) {
+        return a.mul_add(b, c);
+    }
+    // The product is exact in `f64`; the sum is rounded to odd (Boldo & Melquiond 2008), so that
+    // rounding it once more gives what rounding once would have.
+    let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
+    let sum = product + c;
+    let part = sum - product;
+    let lost = (product - (sum - part)) + (c - part);
+    let bits = sum.to_bits();
+    let even = bits & 1 == 0;
+    // Nothing is lost of what is exact, nor (a NaN) of what is not finite.
+    let odd = match (lost.abs() > 0.0 && even, (lost > 0.0) == (sum > 0.0)) {
+        (false, _) => bits,
+        (true, true) => bits + 1,
+        (true, false) => bits - 1,
+    };
+    f64::from_bits(odd) as f32
+}
+
 impl Simd for Scalar {
     type F = [f32; 8];
     type D = [f64; 8];
@@ -58,11 +83,11 @@ impl Simd for Scalar {
     }
     #[inline(always)]
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| a[i] * b[i] + c[i])
+        std::array::from_fn(|i| fused(a[i], b[i], c[i]))
     }
     #[inline(always)]
     fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| a[i] * b[i] - c[i])
+        std::array::from_fn(|i| fused(a[i], b[i], -c[i]))
     }
     #[inline(always)]
     fn min(self, a: Self::F, b: Self::F) -> Self::F {
@@ -197,5 +222,43 @@ fn squeeze<T: Copy>(m: u8, a: &[T; 8], out: &mut [T]) {
         }
         *slot = a[m.trailing_zeros() as usize];
         m &= m - 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fused;
+    use proptest::prelude::*;
+
+    /// Numbers of all sizes, and such as cancel nearly or are next to halfway.
+    fn numbers() -> impl Strategy<Value = [f32; 3]> {
+        let all = prop::array::uniform3(any::<f32>());
+        let near =
+            (any::<f32>(), any::<f32>(), -4..4_i32, 0..60_i32).prop_map(|(a, b, off, down)| {
+                let c = -(a * b);
+                let c = f32::from_bits(c.to_bits().wrapping_add_signed(off));
+                [a, b, c * 2.0_f32.powi(-down / 2)]
+            });
+        // Few digits: sums that end halfway between two numbers.
+        let short = prop::array::uniform3((-4096..4096_i16, -30..30_i32))
+            .prop_map(|x| x.map(|(m, e)| f32::from(m) * 2.0_f32.powi(e)));
+        prop_oneof![all, near, short]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            cases: 20_000,
+            failure_persistence: None,
+            ..ProptestConfig::default()
+        })]
+
+        #[test]
+        fn sums_are_rounded_once([a, b, c] in numbers()) {
+            let (got, want) = (fused(a, b, c), a.mul_add(b, c));
+            prop_assert!(
+                got.to_bits() == want.to_bits() || (got.is_nan() && want.is_nan()),
+                "{a:e} {b:e} {c:e}: {got:e} {want:e}"
+            );
+        }
     }
 }

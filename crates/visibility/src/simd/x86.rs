@@ -5,39 +5,8 @@
 )]
 
 use super::Simd;
+use linelit_geometry::isa::{Avx2, Avx512};
 use std::arch::x86_64::*;
-
-/// AVX-512 F, VL, DQ and BW, with AVX2 and FMA.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx512(());
-
-impl Avx512 {
-    /// The token, if the processor has the instructions.
-    pub(crate) fn detect() -> Option<Self> {
-        let found = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512bw");
-        (found && Avx2::detect().is_some()).then_some(Self(()))
-    }
-}
-
-/// AVX2 and FMA.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx2(());
-
-impl Avx2 {
-    /// The token, if the processor has the instructions.
-    pub(crate) fn detect() -> Option<Self> {
-        let found = is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt");
-        found.then_some(Self(()))
-    }
-}
 
 /// The eight lanes of a move-mask.
 #[inline(always)]

@@ -1,0 +1,220 @@
+//! Which vector instructions kernels may use: found once, at run time.
+//!
+//! Kernels for an instruction set are called with its token, [`Avx2`] or [`Avx512`], of which this
+//! module alone makes values: to hold one is proof that the processor has the instructions.
+//!
+//! ```
+//! use linelit_geometry::isa::{InstructionSet, Isa};
+//! assert!(Isa::detect(InstructionSet::Scalar).name() == InstructionSet::Scalar);
+//! assert!(Isa::detect(InstructionSet::Avx2).name() <= InstructionSet::Avx2);
+//! ```
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+/// The instruction sets that kernels exist for, in ascending order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InstructionSet {
+    /// Plain Rust, on every processor.
+    Scalar = 1,
+    /// x86-64 with AVX2, FMA, BMI1, BMI2, LZCNT and POPCNT.
+    Avx2 = 2,
+    /// Those and AVX-512 F, VL, DQ and BW.
+    Avx512 = 3,
+}
+
+impl InstructionSet {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Scalar, Self::Avx2, Self::Avx512];
+
+    /// Whether the processor has it, and [`InstructionSet::limit`] allows it.
+    #[must_use]
+    pub fn is_available(self) -> bool {
+        self as u8 <= best()
+    }
+
+    /// Keeps the whole process from using more than this, from the next query on; what was built
+    /// with more ([`Isa`] values) keeps it. Can only be lowered.
+    ///
+    /// For tests and measurements: no result depends on it, to the bit. It is the one thing that
+    /// this crate remembers, next to what the standard library remembers of the processor.
+    pub fn limit(self) {
+        best();
+        BEST.fetch_min(self as u8, Ordering::Relaxed);
+    }
+}
+
+impl fmt::Display for InstructionSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Scalar => "scalar",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+        })
+    }
+}
+
+/// Why a text names no instruction set.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ParseInstructionSetError(String);
+
+impl fmt::Display for ParseInstructionSetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(text) = self;
+        write!(
+            f,
+            "instruction set `{text}`; expected scalar, avx2 or avx512"
+        )
+    }
+}
+
+impl std::error::Error for ParseInstructionSetError {}
+
+impl FromStr for InstructionSet {
+    type Err = ParseInstructionSetError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let named = Self::ALL.into_iter().find(|set| set.to_string() == text);
+        named.ok_or_else(|| ParseInstructionSetError(text.to_owned()))
+    }
+}
+
+/// Not looked for yet, or the number of the best that there is.
+static BEST: AtomicU8 = AtomicU8::new(0);
+
+/// The number of the best that there is.
+#[inline]
+fn best() -> u8 {
+    match BEST.load(Ordering::Relaxed) {
+        0 => find(),
+        best => best,
+    }
+}
+
+#[cold]
+fn find() -> u8 {
+    let found = processor() as u8;
+    // Whoever was quicker has found the same, or lowered it.
+    match BEST.compare_exchange(0, found, Ordering::Relaxed, Ordering::Relaxed) {
+        Ok(_) => found,
+        Err(best) => best,
+    }
+}
+
+/// The best that the processor has.
+fn processor() -> InstructionSet {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::is_x86_feature_detected as has;
+        let avx2 = has!("avx2")
+            && has!("fma")
+            && has!("bmi1")
+            && has!("bmi2")
+            && has!("lzcnt")
+            && has!("popcnt");
+        let avx512 = has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw");
+        if avx2 && avx512 {
+            return InstructionSet::Avx512;
+        }
+        if avx2 {
+            return InstructionSet::Avx2;
+        }
+    }
+    InstructionSet::Scalar
+}
+
+/// Proof that the processor has what [`InstructionSet::Avx2`] names.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Avx2(());
+
+/// Proof that the processor has what [`InstructionSet::Avx512`] names.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Avx512(());
+
+/// An instruction set with the proof that the processor has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Isa {
+    /// [`InstructionSet::Scalar`]
+    Scalar,
+    /// [`InstructionSet::Avx2`]
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+    /// [`InstructionSet::Avx512`]
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
+}
+
+impl Isa {
+    /// The best that there is.
+    #[inline]
+    #[must_use]
+    pub fn best() -> Self {
+        Self::numbered(best())
+    }
+
+    /// The best up to `limit`.
+    #[must_use]
+    pub fn detect(limit: InstructionSet) -> Self {
+        Self::numbered(best().min(limit as u8))
+    }
+
+    /// The one with a number that is no more than [`best`].
+    #[inline]
+    fn numbered(number: u8) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if number >= InstructionSet::Avx512 as u8 {
+                return Self::Avx512(Avx512(()));
+            }
+            if number >= InstructionSet::Avx2 as u8 {
+                return Self::Avx2(Avx2(()));
+            }
+        }
+        let _ = number;
+        Self::Scalar
+    }
+
+    /// Without the proof.
+    #[must_use]
+    pub const fn name(self) -> InstructionSet {
+        match self {
+            Self::Scalar => InstructionSet::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => InstructionSet::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => InstructionSet::Avx512,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for set in InstructionSet::ALL {
+            assert_eq!(set.to_string().parse(), Ok(set));
+            assert!(Isa::detect(set).name() <= set);
+        }
+        let wrong = "sse9".parse::<InstructionSet>().unwrap_err();
+        assert_eq!(
+            wrong.to_string(),
+            "instruction set `sse9`; expected scalar, avx2 or avx512"
+        );
+    }
+
+    /// In a process of its own it would stay so; here it is lowered to what there is.
+    #[test]
+    fn limits_are_never_raised() {
+        let best = Isa::best().name();
+        InstructionSet::Avx512.limit();
+        assert_eq!(Isa::best().name(), best);
+        best.limit();
+        assert_eq!(Isa::best().name(), best);
+        assert!(best.is_available() && InstructionSet::Scalar.is_available());
+    }
+}
