@@ -539,8 +539,10 @@ fn cross<S: Simd>(s: S, ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
 /// Cuts a triangle at the margins and the guard and adds what is left.
 #[inline(never)]
 fn cut_triangle(triangle: [[f64; 3]; 3], flat: &mut FlatTriangles) {
-    // Seven planes add at most a vertex each.
-    let mut polygon = [[0.0; 3]; 10];
+    // Rounding may have a plane cross each second edge of what lies along it: half as many more each
+    // time, 28 after six.
+    let mut polygon = [[0.0; 3]; 32];
+    let mut next = polygon;
     let mut count = 3;
     polygon[..3].copy_from_slice(&triangle);
     let planes: [([f64; 3], f64); 6] = [
@@ -552,7 +554,6 @@ fn cut_triangle(triangle: [[f64; 3]; 3], flat: &mut FlatTriangles) {
         ([0.0, -1.0, GUARD], 0.0),
     ];
     for (normal, offset) in planes {
-        let mut next = [[0.0; 3]; 10];
         let mut kept = 0;
         let height = |v: &[f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2] + offset;
         for i in 0..count {
@@ -577,14 +578,16 @@ fn cut_triangle(triangle: [[f64; 3]; 3], flat: &mut FlatTriangles) {
         if kept < 3 {
             return;
         }
-        polygon = next;
+        (polygon, next) = (next, polygon);
         count = kept;
     }
     // As in [`place`].
-    let image = polygon.map(|v| [v[0] * (1.0 / v[2]), v[1] * (1.0 / v[2])]);
-    let image = &image[..count];
+    let image = |i: usize| {
+        let v = polygon[i];
+        [v[0] * (1.0 / v[2]), v[1] * (1.0 / v[2])]
+    };
     for i in 1..count - 1 {
-        let [a, b, c] = [image[0], image[i], image[i + 1]];
+        let [a, b, c] = [image(0), image(i), image(i + 1)];
         flat.push([a[0], a[1], b[0], b[1], c[0], c[1]]);
     }
 }

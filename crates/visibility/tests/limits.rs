@@ -37,6 +37,16 @@ fn by_hand(mesh: &Mesh, point: DVec3, line: &Segment) -> f64 {
     parts.iter().map(|part| part.hi - part.lo).sum()
 }
 
+/// Coordinates up to 1e18, many of them alike, in the plane of the point, the light's, or next to
+/// it.
+fn coordinate() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => -2.0..2.0_f32,
+        2 => prop::sample::select(vec![0.0, 1.0, 0.999_999, 1e-10, -1e-10, 0.5, 4096.0, 1e-38]),
+        1 => (-1.0..1.0_f32, -40..18).prop_map(|(m, e)| m * 10.0_f32.powi(e)),
+    ]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig {
         cases: 96,
@@ -79,6 +89,28 @@ proptest! {
             prop_assert!((got - want).abs() <= 1e-9, "{} {} {:?}", got, want, class);
             prop_assert!(!wall || got == 0.0);
         }
+    }
+
+    /// A wall hides the light whatever else is there: triangles of any size, slivers, and such as
+    /// lie along the planes that kernels cut at.
+    #[test]
+    fn nothing_opens_a_wall(
+        corners in prop::collection::vec(prop::array::uniform3(coordinate()), 3..60),
+        number in 2..=MAX_VERTICES,
+        seed in any::<u64>(),
+    ) {
+        let mut rng = Rng(seed);
+        let mut mesh = Mesh::default();
+        for triangle in corners.chunks_exact(3) {
+            let at = |k: usize| DVec3::from(triangle[k].map(f64::from));
+            mesh.triangle(at(0), at(1), at(2));
+        }
+        let corner = |x: f64, y: f64| DVec3::new(x, y, 0.5);
+        mesh.triangle(corner(-90.0, -90.0), corner(90.0, -90.0), corner(0.0, 90.0));
+        let whole = light(&mut rng, number, DVec3::Z, 0.4);
+        let lines: Vec<_> = (0..9).map(|_| chord(&mut rng, &whole, Some(0.7))).collect();
+        let (_, seen) = ask(&mesh, rng.in_cube(0.05), &whole, &lines);
+        prop_assert_eq!(seen, vec![(0.0, false); 9]);
     }
 
     /// Lights seen edge on to the last digits, from outside and from within, and lights far
