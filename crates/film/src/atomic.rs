@@ -74,6 +74,12 @@ impl Drop for RemoveOnDrop {
     }
 }
 
+/// The bytes of a regular file; opening a pipe would wait, and a device has no end.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, FilmError> {
+    let found = fs::metadata(path).map_err(|e| FilmError::io(path, "read", e))?;
+    if !found.is_file() {
+        let reason = io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file");
+        return Err(FilmError::io(path, "read", reason));
+    }
     fs::read(path).map_err(|e| FilmError::io(path, "read", e))
 }

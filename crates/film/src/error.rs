@@ -13,6 +13,8 @@ pub struct FormatError {
     pub expected: String,
     /// What stands there instead.
     pub found: String,
+    /// Whether the file may be whole, but asks for more memory than is allowed.
+    pub too_large: bool,
 }
 
 impl FormatError {
@@ -25,6 +27,22 @@ impl FormatError {
             format,
             expected: expected.into(),
             found: found.into(),
+            too_large: false,
+        }
+    }
+
+    /// A picture that takes more bytes of memory than allowed.
+    pub(crate) fn too_large(
+        format: &'static str,
+        [width, height]: [u32; 2],
+        needed: impl std::fmt::Display,
+        limit: usize,
+    ) -> Self {
+        Self {
+            format,
+            expected: format!("a picture that takes at most {limit} bytes"),
+            found: format!("{width} × {height} pixels that take {needed}"),
+            too_large: true,
         }
     }
 }

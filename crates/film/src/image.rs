@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::{FilmError, FormatError, document, pfm};
+use crate::picture::Picture;
+use crate::{FilmError, FormatError, pfm};
 
 /// A picture of linear radiance, W/(m²·sr) per channel, rows from top to bottom.
 ///
@@ -91,7 +92,9 @@ impl Image {
     /// Reads an EXR or PFM file, told apart by its first bytes, not its name.
     ///
     /// From an EXR file it takes the layer without a name, or else the one named `estimate`, or
-    /// else the first that has colour or luminance; [`Image::read_layer`] picks another.
+    /// else the first that has colour or luminance; [`Image::read_layer`] picks another. Colours of
+    /// other primaries than Rec. 709's (the attribute `chromaticities`) are converted by way of CIE
+    /// XYZ, without chromatic adaptation.
     ///
     /// # Errors
     /// When the file cannot be read or is neither.
@@ -106,7 +109,7 @@ impl Image {
     pub fn read_layer(path: &Path, layer: Option<&str>) -> Result<Self, FilmError> {
         let bytes = crate::atomic::read(path)?;
         if bytes.starts_with(b"P") {
-            let image = pfm::decode(&bytes).map_err(|e| FilmError::format(path, e))?;
+            let image = pfm::decode(&bytes, usize::MAX).map_err(|e| FilmError::format(path, e))?;
             return match layer {
                 None | Some("") => Ok(image),
                 Some(wanted) => Err(FilmError::MissingLayer {
@@ -116,34 +119,29 @@ impl Image {
                 }),
             };
         }
-        let document = document::decode(&bytes).map_err(|e| FilmError::format(path, e))?;
-        let found = match layer {
-            Some(name) => document.image(name),
-            None => document.main_image(),
-        };
+        let picture = Picture::open(&bytes).map_err(|e| FilmError::format(path, e))?;
+        let available = picture.layers();
+        let found = picture.decode(layer, usize::MAX);
+        let found = found.map_err(|e| FilmError::format(path, e))?;
         found.ok_or_else(|| FilmError::MissingLayer {
             path: path.to_owned(),
             wanted: layer.unwrap_or("estimate").to_owned(),
-            available: document
-                .layers
-                .iter()
-                .map(|layer| layer.name.clone())
-                .collect(),
+            available,
         })
     }
 
-    /// The image in the bytes of an EXR file (the layer that [`Image::read`] takes) or a PFM file.
+    /// The image in the bytes of an EXR file (the layer that [`Image::read`] takes) or a PFM file,
+    /// if it takes at most `limit` bytes of memory, 12 for each pixel: asked before anything is
+    /// unpacked.
     ///
     /// # Errors
-    /// When the bytes are neither, or hold no colour.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, FormatError> {
+    /// When the bytes are neither, hold no colour, or ask for more memory.
+    pub fn from_bytes(bytes: &[u8], limit: usize) -> Result<Self, FormatError> {
         if bytes.starts_with(b"P") {
-            return pfm::decode(bytes);
+            return pfm::decode(bytes, limit);
         }
-        let document = document::decode(bytes)?;
-        document
-            .main_image()
-            .ok_or_else(|| FormatError::new("EXR", "a layer with colour or luminance", "none"))
+        let found = Picture::open(bytes)?.decode(None, limit)?;
+        found.ok_or_else(|| FormatError::new("EXR", "a layer with colour or luminance", "none"))
     }
 
     pub(crate) fn check(&self) -> Result<(), FilmError> {

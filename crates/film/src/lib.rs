@@ -37,6 +37,8 @@ mod image;
 mod moments;
 mod openexr;
 mod pfm;
+mod picture;
+mod primaries;
 mod tiles;
 
 pub use atomic::write_atomically;

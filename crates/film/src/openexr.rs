@@ -14,7 +14,7 @@ use crate::header_order;
 use crate::{FilmError, FormatError, Moments};
 
 const PREFIX: &str = "linelit:";
-const FORMAT: &str = "OpenEXR";
+pub(crate) const FORMAT: &str = "OpenEXR";
 
 pub(crate) fn encode(document: &Document) -> Result<Vec<u8>, FilmError> {
     let invalid = |e: exr::error::Error| FilmError::Invalid(e.to_string());
@@ -86,21 +86,27 @@ fn string(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-pub(crate) fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
-    let broken = |e: exr::error::Error| FormatError::new(FORMAT, "a whole file", e.to_string());
-    if !bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        let found = match bytes.get(..4) {
-            Some(start) => format!("{start:02x?}"),
-            None => format!("{} bytes", bytes.len()),
-        };
-        return Err(FormatError::new(
-            FORMAT,
-            "the magic number [76, 2f, 31, 01]",
-            found,
-        ));
+pub(crate) fn broken(error: &exr::error::Error) -> FormatError {
+    FormatError::new(FORMAT, "a whole file", error.to_string())
+}
+
+pub(crate) fn check_magic(bytes: &[u8]) -> Result<(), FormatError> {
+    if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        return Ok(());
     }
-    let chunks = exr::block::read(Cursor::new(bytes), false).map_err(broken)?;
-    check_headers(chunks.headers(), bytes.len())?;
+    let found = format!("another file of {} bytes", bytes.len());
+    Err(FormatError::new(
+        FORMAT,
+        "the magic number [76, 2f, 31, 01]",
+        found,
+    ))
+}
+
+pub(crate) fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
+    check_magic(bytes)?;
+    let chunks = exr::block::read(Cursor::new(bytes), false).map_err(|e| broken(&e))?;
+    check_headers(chunks.headers())?;
+    check_memory(chunks.headers(), bytes.len())?;
     let image = exr::image::read::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -109,19 +115,17 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
         .all_attributes()
         .non_parallel()
         .from_chunks(chunks)
-        .map_err(broken)?;
+        .map_err(|e| broken(&e))?;
     gather(&image)
 }
 
 type AnyImage = exr::image::FlatImage;
 
-/// Refuses what would not fit our document, and sizes that such a short file cannot fill: a
-/// damaged header must not make us ask for terabytes.
-fn check_headers(headers: &[Header], file_size: usize) -> Result<(), FormatError> {
+/// Refuses what would not fit our document.
+pub(crate) fn check_headers(headers: &[Header]) -> Result<(), FormatError> {
     let first = headers
         .first()
         .ok_or_else(|| FormatError::new(FORMAT, "a part", "none"))?;
-    let mut decoded = 0_usize;
     for header in headers {
         if header.deep {
             return Err(FormatError::new(FORMAT, "flat pixels", "deep pixels"));
@@ -136,21 +140,45 @@ fn check_headers(headers: &[Header], file_size: usize) -> Result<(), FormatError
                 return Err(FormatError::new(FORMAT, "a value per pixel", found));
             }
         }
-        let pixels = header.layer_size.0.saturating_mul(header.layer_size.1);
-        let bytes = pixels.saturating_mul(header.channels.bytes_per_pixel);
-        decoded = decoded.saturating_add(bytes);
     }
+    Ok(())
+}
+
+/// Refuses sizes that such a short file cannot fill: a damaged header must not make us ask for
+/// terabytes.
+fn check_memory(headers: &[Header], file_size: usize) -> Result<(), FormatError> {
+    let decoded = headers.iter().fold(0_usize, |sum, header| {
+        let pixels = header.layer_size.0.saturating_mul(header.layer_size.1);
+        sum.saturating_add(pixels.saturating_mul(header.channels.bytes_per_pixel))
+    });
     // Deflate shrinks at most 1032 to 1, the others less on real pictures.
     let limit = file_size.saturating_mul(2000).max(1 << 20);
     if decoded > limit {
-        let found = format!("{decoded} bytes of pixels in a file of {file_size} bytes");
         return Err(FormatError::new(
             FORMAT,
-            "as many pixels as the header says",
-            found,
+            format!("at most {limit} bytes of pixels in a file of {file_size} bytes"),
+            format!("{decoded} bytes"),
         ));
     }
     Ok(())
+}
+
+/// The layer of a channel and its name there: `diffuse.R` is `R` of `diffuse`; in a file of
+/// several parts, of `part.diffuse`.
+pub(crate) fn layer_and_name(
+    part: Option<&Text>,
+    channel: &Text,
+    several: bool,
+) -> (String, String) {
+    let part_name = part.filter(|_| several).map_or_else(String::new, string);
+    let full = string(channel);
+    let (group, name) = full.rsplit_once('.').unwrap_or(("", &full));
+    let layer = match (part_name.is_empty(), group.is_empty()) {
+        (true, _) => group.to_owned(),
+        (false, true) => part_name,
+        (false, false) => format!("{part_name}.{group}"),
+    };
+    (layer, name.to_owned())
 }
 
 fn gather(image: &AnyImage) -> Result<Document, FormatError> {
@@ -176,20 +204,11 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
     }
     let mut layers: BTreeMap<String, Vec<Channel>> = BTreeMap::new();
     for part in parts {
-        let part_name = match &part.attributes.layer_name {
-            Some(name) if parts.len() > 1 => string(name),
-            _ => String::new(),
-        };
+        let part_name = part.attributes.layer_name.as_ref();
         for channel in &part.channel_data.list {
-            let full = string(&channel.name);
-            let (group, name) = full.rsplit_once('.').unwrap_or(("", &full));
-            let key = match (part_name.is_empty(), group.is_empty()) {
-                (true, _) => group.to_owned(),
-                (false, true) => part_name.clone(),
-                (false, false) => format!("{part_name}.{group}"),
-            };
-            layers.entry(key).or_default().push(Channel {
-                name: name.to_owned(),
+            let (layer, name) = layer_and_name(part_name, &channel.name, parts.len() > 1);
+            layers.entry(layer).or_default().push(Channel {
+                name,
                 samples: decode_samples(&channel.sample_data),
             });
         }

@@ -14,7 +14,7 @@ const FORMAT: &str = "PFM";
 /// # Errors
 /// [`FilmError::Io`], or [`FilmError::Format`] with what was expected and found.
 pub fn read_pfm(path: &Path) -> Result<Image, FilmError> {
-    decode(&crate::atomic::read(path)?).map_err(|e| FilmError::format(path, e))
+    decode(&crate::atomic::read(path)?, usize::MAX).map_err(|e| FilmError::format(path, e))
 }
 
 /// Writes a colour PFM file, little-endian.
@@ -32,14 +32,14 @@ pub fn write_pfm(path: &Path, image: &Image) -> Result<(), FilmError> {
     crate::write_atomically(path, &bytes)
 }
 
-pub(crate) fn decode(bytes: &[u8]) -> Result<Image, FormatError> {
+/// The picture in the bytes of a file, if it takes at most `limit` bytes of memory.
+pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
     let channels = match bytes.get(..2) {
         Some(b"PF") => 3,
         Some(b"Pf") => 1,
+        // What other files hold is nobody's business.
         other => {
-            let found = other.map_or("end of file".to_owned(), |b| {
-                format!("`{}`", b.escape_ascii())
-            });
+            let found = other.map_or("end of file", |_| "other bytes");
             return Err(FormatError::new(FORMAT, "`PF` or `Pf`", found));
         }
     };
@@ -68,6 +68,15 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Image, FormatError> {
             FORMAT,
             format!("{expected} bytes of pixels for {width} × {height}"),
             format!("{} bytes", data.len()),
+        ));
+    }
+    let needed = u128::from(width) * u128::from(height) * 12;
+    if needed > limit as u128 {
+        return Err(FormatError::too_large(
+            FORMAT,
+            [width, height],
+            needed,
+            limit,
         ));
     }
     let float = |chunk: &[u8]| {
@@ -152,6 +161,10 @@ impl<'a> Header<'a> {
 mod tests {
     use super::*;
 
+    fn decode_all(bytes: &[u8]) -> Result<Image, FormatError> {
+        decode(bytes, usize::MAX)
+    }
+
     fn pfm(header: &str, values: &[f32], little: bool) -> Vec<u8> {
         let mut bytes = header.as_bytes().to_vec();
         for value in values {
@@ -173,15 +186,18 @@ mod tests {
             rgb: vec![[4.0, 5.0, 6.0], [1.0, 2.0, 3.0]],
         };
         assert_eq!(
-            decode(&pfm("PF\n1 2\n-1.0\n", &values, true)).unwrap(),
+            decode_all(&pfm("PF\n1 2\n-1.0\n", &values, true)).unwrap(),
             want
         );
-        assert_eq!(decode(&pfm("PF 1 2 1\r\n", &values, false)).unwrap(), want);
+        assert_eq!(
+            decode_all(&pfm("PF 1 2 1\r\n", &values, false)).unwrap(),
+            want
+        );
     }
 
     #[test]
     fn grey_becomes_three_channels() {
-        let image = decode(&pfm("Pf\n2 1\n-1\n", &[0.5, 7.0], true)).unwrap();
+        let image = decode_all(&pfm("Pf\n2 1\n-1\n", &[0.5, 7.0], true)).unwrap();
         assert_eq!(image.rgb, [[0.5; 3], [7.0; 3]]);
     }
 
@@ -189,7 +205,7 @@ mod tests {
     fn errors_say_what_was_expected_and_found() {
         let cases: [(&[u8], &str); 9] = [
             (b"", "expected `PF` or `Pf`, found end of file"),
-            (b"P6\n1 1\n", "expected `PF` or `Pf`, found `P6`"),
+            (b"P6\n1 1\n", "expected `PF` or `Pf`, found other bytes"),
             (
                 b"PF\n-1 1\n-1\n",
                 "expected the width, a positive integer, found `-1`",
@@ -217,15 +233,25 @@ mod tests {
             ),
         ];
         for (bytes, message) in cases {
-            let error = decode(bytes).unwrap_err().to_string();
+            let error = decode_all(bytes).unwrap_err().to_string();
             let message = format!("not a readable PFM file: {message}");
             assert_eq!(error.as_bytes(), message.as_bytes(), "{error}");
         }
     }
 
     #[test]
+    fn sizes_are_asked_before_memory() {
+        let whole = pfm("Pf\n2 1\n-1\n", &[0.5, 7.0], true);
+        assert!(decode(&whole, 24).is_ok());
+        let error = decode(&whole, 23).unwrap_err().to_string();
+        let want =
+            "expected a picture that takes at most 23 bytes, found 2 × 1 pixels that take 24";
+        assert!(error.ends_with(want), "{error}");
+    }
+
+    #[test]
     fn a_huge_announced_size_is_refused_without_allocating() {
-        let error = decode(b"PF\n4294967295 4294967295\n-1\n1234").unwrap_err();
+        let error = decode_all(b"PF\n4294967295 4294967295\n-1\n1234").unwrap_err();
         assert!(error.expected.starts_with("221360928"), "{error}");
     }
 }

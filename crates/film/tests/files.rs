@@ -214,7 +214,7 @@ fn errors_name_the_file() {
     fs::write(&text, "hello").unwrap();
     let error = Image::read(&text).unwrap_err().to_string();
     assert!(error.ends_with(
-        "text.exr: not a readable OpenEXR file: expected the magic number [76, 2f, 31, 01], found [68, 65, 6c, 6c]"
+        "text.exr: not a readable OpenEXR file: expected the magic number [76, 2f, 31, 01], found another file of 5 bytes"
     ), "{error}");
 }
 
@@ -236,9 +236,32 @@ fn a_header_that_promises_terabytes_is_refused() {
     bytes[at + 8..at + 12].copy_from_slice(&900_000_000_i32.to_le_bytes());
     let error = decode_exr(&bytes).unwrap_err();
     assert!(
-        error.found.contains("bytes of pixels in a file of"),
+        error.expected.contains("bytes of pixels in a file of"),
         "{error}"
     );
+}
+
+/// What a picture takes is asked before it is unpacked: 12 bytes a pixel, and the largest block.
+#[test]
+fn pictures_beyond_the_limit_are_refused_with_the_numbers() {
+    let mut document = Document::new(100, 50);
+    document.add_image("", &Image::new(100, 50)).unwrap();
+    document.add_scalar("depth", vec![0.0; 5000]).unwrap();
+    let bytes = document.encode().unwrap();
+    // Blocks of 16 rows of four channels.
+    let needed = 5000 * 12 + 100 * 16 * 4 * 4;
+    assert_eq!(
+        Image::from_bytes(&bytes, needed).unwrap(),
+        Image::new(100, 50)
+    );
+    let error = Image::from_bytes(&bytes, needed - 1)
+        .unwrap_err()
+        .to_string();
+    let want = format!(
+        "expected a picture that takes at most {} bytes, found 100 × 50 pixels that take {needed}",
+        needed - 1
+    );
+    assert!(error.ends_with(&want), "{error}");
 }
 
 proptest! {
@@ -259,6 +282,7 @@ proptest! {
             bytes[index.index(reach)] = value;
         }
         let _ = decode_exr(&bytes);
+        let _ = Image::from_bytes(&bytes, 1 << 24);
     }
 
     #[test]
