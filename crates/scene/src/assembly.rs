@@ -1,14 +1,16 @@
 //! What all readers share: putting meshes into the scene, reading images, finishing.
 
 use crate::camera::{Camera, Projection};
+use crate::decode::{self, Decoded};
 use crate::emission::EmissionSpec;
 use crate::error::{ErrorKind, Result, SceneError, Warnings};
 use crate::film::FilmSettings;
 use crate::framing;
-use crate::image::{self, ImageData};
-use crate::inflate;
+use crate::gzip;
+use crate::image::ImageData;
 use crate::load::{LoadOptions, Loaded};
-use crate::mesh::{Builder, MeshData, Placement, Refusal};
+use crate::mesh::{self, Builder, MeshData, Placement};
+use crate::source::{Files, Refusal};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use std::collections::{HashMap, HashSet};
@@ -18,19 +20,30 @@ use std::sync::Arc;
 /// Gives an error its place; the text is the label beside the caret.
 pub(crate) type At<'a> = &'a dyn Fn(SceneError, &str) -> SceneError;
 
+/// A file that the scene names.
+pub(crate) struct Opened {
+    /// Its path, for messages.
+    pub(crate) path: String,
+    /// The same, links followed.
+    pub(crate) whole: PathBuf,
+    pub(crate) bytes: Vec<u8>,
+}
+
 /// A scene in the making.
 pub(crate) struct Assembly {
     pub(crate) builder: Builder,
     pub(crate) warnings: Warnings,
     pub(crate) max_triangles: usize,
-    /// Where the file names in the scene start.
-    pub(crate) folder: PathBuf,
-    images: HashMap<(PathBuf, bool), Arc<ImageData>>,
+    files: Files,
+    /// By the name in the scene and whether bytes are sRGB.
+    images: HashMap<(String, bool), Arc<ImageData>>,
+    /// Their luminance, as far as it was asked for.
+    greys: HashMap<(String, bool), Arc<ImageData>>,
     /// Files that were opened, and bytes read: of each once, and in all.
     opened: HashSet<PathBuf>,
     distinct_bytes: u64,
     read_bytes: u64,
-    pixels: u64,
+    pixel_bytes: u64,
 }
 
 /// Bytes that a scene may read again and again: files that name each other many times would
@@ -39,10 +52,10 @@ const FREE_REREADS: u64 = 1 << 26;
 /// How often, on the average, files may be read beyond that.
 const REREADS: u64 = 16;
 
-/// Pixels that all images together may have, whatever their size in files.
-const FREE_PIXELS: u64 = 1 << 27;
-/// Pixels that all images together may have for each byte of their files.
-const PIXELS_PER_BYTE: u64 = 16;
+/// Bytes that the pixels of all images together may take, whatever the size of their files.
+const FREE_PIXEL_BYTES: u64 = 1 << 29;
+/// Bytes that the pixels may take for each byte of the files.
+const PIXEL_BYTES_PER_BYTE: u64 = 64;
 
 impl Assembly {
     /// An empty scene; `path` is that of the scene file, which is `bytes` long.
@@ -51,15 +64,13 @@ impl Assembly {
             builder: Builder::new(options.max_triangles),
             warnings: Warnings::new(options.strict),
             max_triangles: options.max_triangles,
-            folder: path
-                .and_then(Path::parent)
-                .unwrap_or(Path::new(""))
-                .to_owned(),
+            files: Files::new(path, options),
             images: HashMap::new(),
+            greys: HashMap::new(),
             opened: HashSet::new(),
             distinct_bytes: bytes as u64,
             read_bytes: bytes as u64,
-            pixels: 0,
+            pixel_bytes: 0,
         }
     }
 
@@ -90,19 +101,19 @@ impl Assembly {
                 self.warn(ErrorKind::Suspicious, message, &label, at)
             }
             Ok(_) => Ok(()),
-            Err(Refusal::Singular) => {
+            Err(mesh::Refusal::Singular) => {
                 let message = format!("{what} is flattened by its transform");
                 self.warn(ErrorKind::BadTransform, message, "left out", at)
             }
-            Err(Refusal::Vertex(k)) => {
+            Err(mesh::Refusal::Vertex(k)) => {
                 let message = format!("vertex {k} of {what} is beyond the range of f32");
                 Err(at(
                     SceneError::new(ErrorKind::OutOfRange, message),
                     "after its transform",
                 ))
             }
-            Err(Refusal::TooManyLights) => Err(self.too_many_lights(at)),
-            Err(Refusal::TooMany) => {
+            Err(mesh::Refusal::TooManyLights) => Err(self.too_many_lights(at)),
+            Err(mesh::Refusal::TooMany) => {
                 let message = format!("more than {} triangles", self.max_triangles);
                 let error = at(
                     SceneError::new(ErrorKind::Limit, message),
@@ -144,43 +155,73 @@ impl Assembly {
     }
 
     /// A file that the scene names, read into memory.
-    pub(crate) fn open(&mut self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
-        let path = self.folder.join(name);
-        match std::fs::read(&path) {
-            Ok(bytes) => {
-                let count = bytes.len() as u64;
-                if self.opened.insert(path.clone()) {
-                    self.distinct_bytes += count;
-                }
-                self.read_bytes += count;
-                if self.read_bytes > FREE_REREADS.saturating_add(REREADS * self.distinct_bytes) {
-                    let message = format!("`{name}` and others are read too often");
-                    let error = at(SceneError::new(ErrorKind::Limit, message), "read again");
-                    return Err(error.note(format!(
-                        "{} bytes of files have been read as {} bytes",
-                        self.distinct_bytes, self.read_bytes
-                    )));
-                }
-                Ok((path, bytes))
+    pub(crate) fn open(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+        let refuse = |refusal: Refusal| {
+            let message = format!("cannot read `{name}`: {}", refusal.message);
+            let error = at(SceneError::new(refusal.kind, message), "named here");
+            if refusal.kind == ErrorKind::Outside {
+                return error
+                    .help("`--root DIR` or `--allow-outside` lets a scene name such files");
             }
-            Err(error) => {
-                let message = format!("cannot read `{name}`: {}", describe(&error));
-                Err(at(SceneError::new(ErrorKind::Io, message), "named here"))
-            }
+            error
+        };
+        let (path, whole) = self.files.find(name).map_err(refuse)?;
+        let bytes = self.files.read(&whole).map_err(refuse)?;
+        let count = bytes.len() as u64;
+        if self.opened.insert(whole.clone()) {
+            self.distinct_bytes += count;
         }
+        self.read_bytes += count;
+        let limit = FREE_REREADS.saturating_add(REREADS * self.distinct_bytes);
+        if self.read_bytes > limit {
+            let message = format!("`{name}` and others are read too often");
+            let error = at(SceneError::new(ErrorKind::Limit, message), "read again");
+            return Err(error.note(format!(
+                "{} bytes of files have been read as {} bytes, {limit} are allowed",
+                self.distinct_bytes, self.read_bytes
+            )));
+        }
+        let path = path.display().to_string();
+        Ok(Opened { path, whole, bytes })
+    }
+
+    /// Whether the scene may name such a file, and it is there.
+    pub(crate) fn has_file(&self, name: &str) -> bool {
+        self.files
+            .find(name)
+            .is_ok_and(|(_, whole)| whole.is_file())
     }
 
     /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.
-    pub(crate) fn open_unpacked(&mut self, name: &str, at: At<'_>) -> Result<(PathBuf, Vec<u8>)> {
-        let (path, bytes) = self.open(name, at)?;
-        if !name.ends_with(".gz") {
-            return Ok((path, bytes));
+    pub(crate) fn open_unpacked(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+        let mut file = self.open(name, at)?;
+        if name.ends_with(".gz") {
+            file.bytes = gzip::unpack(&file.bytes).map_err(|refusal| {
+                let message = format!("cannot unpack `{name}`: {}", refusal.message);
+                at(SceneError::new(refusal.kind, message), "named here")
+            })?;
         }
-        let unpacked = inflate::gunzip(&bytes).map_err(|message| {
-            let message = format!("cannot unpack `{name}`: {message}");
-            at(SceneError::new(ErrorKind::Syntax, message), "named here")
-        })?;
-        Ok((path, unpacked))
+        Ok(file)
+    }
+
+    /// The luminance of an image file, once for all that ask; `None` as for [`Assembly::image`].
+    pub(crate) fn luminance(
+        &mut self,
+        name: &str,
+        srgb: bool,
+        at: At<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
+        let key = (name.to_owned(), srgb);
+        if let Some(grey) = self.greys.get(&key) {
+            return Ok(Some(Arc::clone(grey)));
+        }
+        let Some(image) = self.image(name, srgb, at)? else {
+            return Ok(None);
+        };
+        self.add_pixels(image.memory(), at)?;
+        let grey = Arc::new(image.to_luminance());
+        self.greys.insert(key, Arc::clone(&grey));
+        Ok(Some(grey))
     }
 
     /// An image file, read once; `None` after a warning if its format is not supported.
@@ -190,16 +231,31 @@ impl Assembly {
         srgb: bool,
         at: At<'_>,
     ) -> Result<Option<Arc<ImageData>>> {
-        let key = (self.folder.join(name), srgb);
+        let key = (name.to_owned(), srgb);
         if let Some(image) = self.images.get(&key) {
             return Ok(Some(Arc::clone(image)));
         }
-        let (_, bytes) = self.open(name, at)?;
-        let image = self.decode(name, &bytes, srgb, at)?;
+        let file = self.open(name, at)?;
+        let image = self.decode(name, &file.bytes, srgb, at)?;
         if let Some(image) = &image {
             self.images.insert(key, Arc::clone(image));
         }
         Ok(image)
+    }
+
+    /// Counts what the images of the scene take.
+    fn add_pixels(&mut self, bytes: usize, at: At<'_>) -> Result<()> {
+        self.pixel_bytes += bytes as u64;
+        let limit = FREE_PIXEL_BYTES.saturating_add(PIXEL_BYTES_PER_BYTE * self.distinct_bytes);
+        if self.pixel_bytes <= limit {
+            return Ok(());
+        }
+        let message = format!(
+            "the images take {} bytes in all, {limit} are allowed",
+            self.pixel_bytes
+        );
+        let error = SceneError::new(ErrorKind::Limit, message);
+        Err(at(error, "too many for the size of their files"))
     }
 
     /// An image from memory; `None` after a warning if its format is not supported.
@@ -210,22 +266,18 @@ impl Assembly {
         srgb: bool,
         at: At<'_>,
     ) -> Result<Option<Arc<ImageData>>> {
-        match image::read(name, bytes, srgb) {
-            Some(Ok(image)) => {
-                self.pixels += u64::from(image.width()) * u64::from(image.height());
-                if self.pixels > FREE_PIXELS.saturating_add(PIXELS_PER_BYTE * self.distinct_bytes) {
-                    let message = format!("the images have {} pixels in all", self.pixels);
-                    let error = SceneError::new(ErrorKind::Limit, message);
-                    return Err(at(error, "too many for the size of their files"));
+        match decode::read(name, bytes, srgb) {
+            Some(Ok(Decoded { image, warning })) => {
+                if let Some(warning) = warning {
+                    let message = format!("`{name}`: {warning}");
+                    self.warn(ErrorKind::OutOfRange, message, "named here", at)?;
                 }
+                self.add_pixels(image.memory(), at)?;
                 Ok(Some(Arc::new(image)))
             }
-            Some(Err(message)) => {
-                let message = format!("cannot read `{name}`: {message}");
-                Err(at(
-                    SceneError::new(ErrorKind::Syntax, message),
-                    "named here",
-                ))
+            Some(Err(refusal)) => {
+                let message = format!("cannot read `{name}`: {}", refusal.message);
+                Err(at(SceneError::new(refusal.kind, message), "named here"))
             }
             None => {
                 let extension: String = name
@@ -275,15 +327,5 @@ impl Assembly {
             scene,
             warnings: self.warnings.into_list(),
         })
-    }
-}
-
-/// What an I/O error means, without the system's error number.
-pub(crate) fn describe(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".into(),
-        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
-        std::io::ErrorKind::IsADirectory => "it is a folder".into(),
-        _ => error.to_string(),
     }
 }

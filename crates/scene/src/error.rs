@@ -11,6 +11,8 @@ pub(crate) type Result<T> = std::result::Result<T, SceneError>;
 pub enum ErrorKind {
     /// A file could not be read.
     Io,
+    /// A file lies outside of the folder whose files the scene may name.
+    Outside,
     /// The text does not follow the grammar of its format.
     Syntax,
     /// A directive, parameter, material, texture or object that nobody defined.
@@ -44,6 +46,7 @@ impl ErrorKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Io => "io",
+            Self::Outside => "outside",
             Self::Syntax => "syntax",
             Self::UnknownName => "unknown-name",
             Self::BadParameter => "bad-parameter",

@@ -2,14 +2,16 @@
 //!
 //! The decoder is used without its SIMD code, so that pixels are the same on every machine.
 
-use crate::image::{ImageData, check_size};
+use crate::decode::check_size;
+use crate::image::ImageData;
+use crate::source::Refusal;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// Reads an image; the error is a message without a place.
-pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
+pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, Refusal> {
     let options = DecoderOptions::new_safe()
         .set_max_width(usize::from(u16::MAX))
         .set_max_height(usize::from(u16::MAX))
@@ -19,7 +21,7 @@ pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
     let (width, height) = decoder.dimensions().ok_or("the JPEG file has no size")?;
     let side = |n: usize| u32::try_from(n).map_err(|e| e.to_string());
     let (width, height) = (side(width)?, side(height)?);
-    check_size("a JPEG", width, height, bytes.len())?;
+    check_size("a JPEG", [width, height], 3, bytes.len())?;
     let pixels = decoder.decode().map_err(|e| message(&e))?;
     let rgb = match decoder.output_colorspace() {
         Some(ColorSpace::Luma) => pixels.iter().map(|grey| [*grey; 3]).collect(),

@@ -37,6 +37,7 @@
 mod assembly;
 mod camera;
 mod color;
+mod decode;
 mod emission;
 mod error;
 mod export;
@@ -45,8 +46,8 @@ mod footprint;
 mod framing;
 #[cfg(feature = "gltf")]
 mod gltf;
+mod gzip;
 mod image;
-mod inflate;
 #[cfg(feature = "jpeg")]
 mod jpeg;
 mod load;
@@ -54,6 +55,7 @@ mod material;
 mod merge;
 mod mesh;
 mod mipmap;
+mod monotone;
 mod obj;
 mod pbrt;
 mod ply;
@@ -65,6 +67,7 @@ mod suggest;
 mod surface;
 mod tessellate;
 mod texture;
+mod tga;
 
 pub use camera::{Camera, CameraRay, Projection};
 pub use emission::{EmissionMap, PlaneUv};
@@ -73,7 +76,7 @@ pub use export::ExportOptions;
 pub use film::{FilmSettings, Filter, FilterKind};
 pub use footprint::{Footprint, RayDifferential};
 pub use image::ImageData;
-pub use load::{Format, LoadOptions, Loaded};
+pub use load::{Format, LoadOptions, Loaded, Root};
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 pub use scene::{EmissiveSphere, Mesh, Scene, SceneLight};
 pub use surface::{Covered, Surface};

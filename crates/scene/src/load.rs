@@ -1,13 +1,12 @@
 //! Loading a scene from a file.
 
-use crate::assembly::describe;
 use crate::error::{ErrorKind, Result, SceneError, Warning};
 #[cfg(feature = "gltf")]
 use crate::gltf;
 use crate::scene::Scene;
-use crate::source::Source;
+use crate::source::{self, Source};
 use crate::{obj, pbrt, ply};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// How to load.
@@ -17,14 +16,35 @@ pub struct LoadOptions {
     pub strict: bool,
     /// More triangles than this, instances expanded, are an error.
     pub max_triangles: usize,
+    /// Files with more bytes than this, the scene's own or those it names, are an error; so are
+    /// folders, pipes and devices.
+    pub max_file_bytes: u64,
+    /// Where the files that the scene names must lie.
+    pub root: Root,
+}
+
+/// Where the files that a scene names must lie, links followed: a scene from elsewhere shall not
+/// read what it was not shipped with.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Root {
+    /// In the folder of the scene's file and below; for a scene in memory, in the working folder.
+    #[default]
+    SceneFolder,
+    /// In this folder and below.
+    Folder(PathBuf),
+    /// Anywhere.
+    Anywhere,
 }
 
 impl Default for LoadOptions {
-    /// Lenient, at most 32 million triangles (about 1.5 GiB with the renderer's structures).
+    /// Lenient, at most 32 million triangles (about 1.5 GiB with the renderer's structures), files
+    /// of at most 4 GiB, in the scene's folder and below.
     fn default() -> Self {
         Self {
             strict: false,
             max_triangles: 32 << 20,
+            max_file_bytes: 4 << 30,
+            root: Root::SceneFolder,
         }
     }
 }
@@ -108,9 +128,9 @@ impl Scene {
                 .in_file(&name)
                 .help("scenes end in .pbrt, .obj, .ply, .gltf or .glb"));
         };
-        let bytes = std::fs::read(path).map_err(|e| {
-            let message = format!("cannot read the scene: {}", describe(&e));
-            SceneError::new(ErrorKind::Io, message).in_file(&name)
+        let bytes = source::read(path, options.max_file_bytes).map_err(|refusal| {
+            let message = format!("cannot read the scene: {}", refusal.message);
+            SceneError::new(refusal.kind, message).in_file(&name)
         })?;
         format.read(Source::new(name, bytes), Some(path), options)
     }

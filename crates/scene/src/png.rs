@@ -1,219 +1,92 @@
-//! Reading PNG textures: all colour types and depths, reduced to eight bits.
-//!
-//! A reader of our own, because textures need no more than this; pictures are written by the film
-//! crate.
+//! Reading PNG textures: all colour types and depths, reduced to eight bits, their checksums
+//! verified.
 
-use crate::image::{ImageData, check_size};
-use crate::inflate;
-
-const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
-
-/// What the header says.
-struct Header {
-    width: usize,
-    height: usize,
-    depth: usize,
-    colour: u8,
-    interlaced: bool,
-}
-
-/// Every how many pixels a pass over an image has one, and from where: across, down.
-type Pass = ([usize; 2], [usize; 2]);
-
-/// Rows one after another.
-const PLAIN: &[Pass] = &[([0, 0], [1, 1])];
-/// Adam7: coarse pixels first.
-const INTERLACED: &[Pass] = &[
-    ([0, 0], [8, 8]),
-    ([4, 0], [8, 8]),
-    ([0, 4], [4, 8]),
-    ([2, 0], [4, 4]),
-    ([0, 2], [2, 4]),
-    ([1, 0], [2, 2]),
-    ([0, 1], [1, 2]),
-];
-
-impl Header {
-    fn parse(chunk: &[u8], file: usize) -> Result<Self, String> {
-        let data: &[u8; 13] = chunk.first_chunk().ok_or("the PNG header is too short")?;
-        let number =
-            |i: usize| u32::from_be_bytes([data[i], data[i + 1], data[i + 2], data[i + 3]]);
-        let (width, height) = (number(0), number(4));
-        check_size("a PNG", width, height, file)?;
-        let (depth, colour) = (data[8], data[9]);
-        let known = matches!(
-            (colour, depth),
-            (0, 1 | 2 | 4 | 8 | 16) | (3, 1 | 2 | 4 | 8) | (2 | 4 | 6, 8 | 16)
-        );
-        if !known {
-            return Err(format!(
-                "PNG colour type {colour} with {depth} bits does not exist"
-            ));
-        }
-        if data[12] > 1 {
-            return Err(format!("PNG interlacing {} does not exist", data[12]));
-        }
-        Ok(Self {
-            width: width as usize,
-            height: height as usize,
-            depth: usize::from(depth),
-            colour,
-            interlaced: data[12] == 1,
-        })
-    }
-
-    const fn channels(&self) -> usize {
-        match self.colour {
-            2 => 3,
-            4 => 2,
-            6 => 4,
-            _ => 1,
-        }
-    }
-
-    /// Bytes of a row of so many pixels without its filter byte.
-    const fn row(&self, width: usize) -> usize {
-        (width * self.channels() * self.depth).div_ceil(8)
-    }
-
-    /// The passes that have any pixels, with their sizes.
-    fn passes(&self) -> Vec<(Pass, [usize; 2])> {
-        let all = if self.interlaced { INTERLACED } else { PLAIN };
-        let size = |&([x, y], [dx, dy]): &Pass| {
-            [
-                self.width.saturating_sub(x).div_ceil(dx),
-                self.height.saturating_sub(y).div_ceil(dy),
-            ]
-        };
-        all.iter()
-            .map(|pass| (*pass, size(pass)))
-            .filter(|(_, [w, h])| w * h > 0)
-            .collect()
-    }
-
-    /// Bytes from a pixel to its left neighbour, for the filters.
-    const fn step(&self) -> usize {
-        let bits = self.channels() * self.depth;
-        if bits < 8 { 1 } else { bits / 8 }
-    }
-}
+use crate::decode::check_size;
+use crate::image::ImageData;
+use crate::source::Refusal;
+use flate2::Crc;
+use png::{ColorType, DecodeOptions, Decoder, DecodingError, Limits, Transformations};
+use std::io::Cursor;
 
 /// Reads an image; the error is a message without a place.
-pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, String> {
-    let mut rest = bytes
-        .strip_prefix(&SIGNATURE)
-        .ok_or("it is not a PNG file")?;
-    let (mut header, mut palette, mut data) = (None, Vec::new(), Vec::new());
-    while let Some((length, tail)) = rest.split_first_chunk::<4>() {
-        let length = u32::from_be_bytes(*length) as usize;
-        let cut = || "the PNG file ends early".to_owned();
-        let (kind, tail) = tail.split_first_chunk::<4>().ok_or_else(cut)?;
-        let chunk = tail.get(..length).ok_or_else(cut)?;
-        match kind {
-            b"IHDR" => header = Some(Header::parse(chunk, bytes.len())?),
-            b"PLTE" => palette = chunk.as_chunks::<3>().0.to_vec(),
-            b"IDAT" => data.extend_from_slice(chunk),
-            b"IEND" => break,
-            _ => {}
-        }
-        // Four bytes of checksum follow.
-        rest = tail.get(length + 4..).unwrap_or(&[]);
-    }
-    let header = header.ok_or("the PNG file has no header")?;
-    // Deflate packs at most about 1032 to 1, so that small files cannot ask for large images.
-    let passes = header.passes();
-    let bytes = |[w, h]: [usize; 2]| h * (header.row(w) + 1);
-    let size: usize = passes.iter().map(|(_, s)| bytes(*s)).sum();
-    if size / 1040 > data.len() {
-        return Err("the PNG file ends early".into());
-    }
-    let mut raw = inflate::zlib(&data, size)?;
-    if raw.len() != size {
-        return Err("the PNG file ends early".into());
-    }
-    let mut rgb = vec![[0; 3]; header.width * header.height];
-    let mut rest = &mut raw[..];
-    for (([x0, y0], [dx, dy]), [w, h]) in passes {
-        let (pass, tail) = rest.split_at_mut(bytes([w, h]));
-        unfilter(pass, header.row(w), header.step())?;
-        for (y, row) in pass.chunks_exact(header.row(w) + 1).enumerate() {
-            let line = &mut rgb[(y0 + y * dy) * header.width..][..header.width];
-            for x in 0..w {
-                line[x0 + x * dx] = pixel(&header, &palette, &row[1..], x);
-            }
-        }
-        rest = tail;
-    }
-    let side = |n: usize| u32::try_from(n).map_err(|e| e.to_string());
-    ImageData::new(side(header.width)?, side(header.height)?, rgb, srgb)
-        .ok_or_else(|| "an empty PNG image".into())
+pub(crate) fn read(bytes: &[u8], srgb: bool) -> Result<ImageData, Refusal> {
+    check_chunks(bytes)?;
+    let mut options = DecodeOptions::default();
+    options.set_ignore_checksums(false);
+    // Texts and profiles are for others.
+    options.set_ignore_text_chunk(true);
+    options.set_ignore_iccp_chunk(true);
+    let mut decoder = Decoder::new_with_options(Cursor::new(bytes), options);
+    let info = decoder.read_header_info().map_err(|e| message(&e))?;
+    let (width, height) = (info.width, info.height);
+    let size = check_size("a PNG", [width, height], 3, bytes.len())?;
+    // A row before and after it is unpacked, of four channels of 16 bits at most, beside the image.
+    decoder.set_limits(Limits {
+        bytes: 2 * size + 32 * width as usize + (1 << 16),
+    });
+    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+    let mut reader = decoder.read_info().map_err(|e| message(&e))?;
+    let mut pixels = vec![0; reader.output_buffer_size().ok_or("a PNG image too large")?];
+    let frame = reader.next_frame(&mut pixels).map_err(|e| message(&e))?;
+    // What follows the rows holds the last checksums.
+    reader.finish().map_err(|e| message(&e))?;
+    pixels.truncate(frame.buffer_size());
+    let channels = match frame.color_type {
+        ColorType::Grayscale => 1,
+        ColorType::GrayscaleAlpha => 2,
+        ColorType::Rgb => 3,
+        ColorType::Rgba => 4,
+        ColorType::Indexed => return Err("a PNG image whose palette is missing".into()),
+    };
+    let colour = |p: &[u8]| match *p {
+        [r, g, b, ..] => [r, g, b],
+        [grey, ..] => [grey; 3],
+        [] => [0; 3],
+    };
+    let rgb = pixels.chunks_exact(channels).map(colour).collect();
+    ImageData::new(width, height, rgb, srgb).ok_or_else(|| "an empty PNG image".into())
 }
 
-/// Undoes the prediction of each row.
-fn unfilter(raw: &mut [u8], row: usize, step: usize) -> Result<(), String> {
-    let zeros = vec![0; row];
-    let mut above: &[u8] = &zeros;
-    for line in raw.chunks_exact_mut(row + 1) {
-        let (filter, line) = line.split_first_mut().ok_or("an empty row")?;
-        for i in 0..row {
-            let left = if i >= step { line[i - step] } else { 0 };
-            let corner = if i >= step { above[i - step] } else { 0 };
-            let up = above[i];
-            let prediction = match *filter {
-                0 => 0,
-                1 => left,
-                2 => up,
-                3 => left.midpoint(up),
-                4 => paeth(left, up, corner),
-                other => return Err(format!("PNG filter {other} does not exist")),
-            };
-            line[i] = line[i].wrapping_add(prediction);
+/// Checks the frames and checksums of the chunks that hold the picture, so that the message can
+/// say which one and where; the decoder drops others that are broken.
+fn check_chunks(bytes: &[u8]) -> Result<(), String> {
+    let mut at = b"\x89PNG\r\n\x1a\n".len();
+    while let Some(start) = bytes.get(at..).filter(|rest| !rest.is_empty()) {
+        let word = |i: usize| start.get(i..).and_then(<[u8]>::first_chunk::<4>);
+        let cut = || format!("the PNG file ends within the chunk at byte {at}");
+        let (length, kind) = (word(0).ok_or_else(cut)?, word(4).ok_or_else(cut)?);
+        let length = u32::from_be_bytes(*length) as usize;
+        let covered = start.get(4..8 + length).ok_or_else(cut)?;
+        let written = u32::from_be_bytes(*word(8 + length).ok_or_else(cut)?);
+        let mut crc = Crc::new();
+        crc.update(covered);
+        if kind[0].is_ascii_uppercase() && crc.sum() != written {
+            return Err(format!(
+                "chunk `{}` at byte {at}: its CRC-32 is {written:08x}, that of its data {:08x}",
+                kind.escape_ascii(),
+                crc.sum()
+            ));
         }
-        above = line;
+        at += 12 + length;
+        if kind == b"IEND" {
+            break;
+        }
     }
     Ok(())
 }
 
-fn paeth(a: u8, b: u8, c: u8) -> u8 {
-    let [ia, ib, ic] = [a, b, c].map(i32::from);
-    let p = ia + ib - ic;
-    let [da, db, dc] = [ia, ib, ic].map(|v| (p - v).abs());
-    if da <= db && da <= dc {
-        a
-    } else if db <= dc {
-        b
-    } else {
-        c
+/// The decoder's message; it has no name for the one checksum that is not a chunk's.
+fn message(error: &DecodingError) -> String {
+    let text = format!("{error:?}");
+    if text.contains("WrongChecksum") {
+        return "the Adler-32 checksum does not match the pixels".into();
     }
-}
-
-fn pixel(header: &Header, palette: &[[u8; 3]], row: &[u8], x: usize) -> [u8; 3] {
-    let sample = |k: usize| {
-        let i = x * header.channels() + k;
-        match header.depth {
-            8 => row[i],
-            16 => row[2 * i],
-            bits => {
-                let bit = i * bits;
-                (row[bit / 8] >> (8 - bits - bit % 8)) & ((1 << bits) - 1)
-            }
+    match error {
+        DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
+            "the PNG file ends early".into()
         }
-    };
-    // Grey of fewer bits is stretched to the whole range.
-    let grey = |v: u8| {
-        if header.depth < 8 {
-            v * (255 / ((1 << header.depth) - 1))
-        } else {
-            v
-        }
-    };
-    match header.colour {
-        2 | 6 => [sample(0), sample(1), sample(2)],
-        3 => palette
-            .get(usize::from(sample(0)))
-            .copied()
-            .unwrap_or([0; 3]),
-        _ => [grey(sample(0)); 3],
+        DecodingError::LimitsExceeded => "the PNG file asks for more memory than its image".into(),
+        _ => format!("the PNG data are broken: {error}"),
     }
 }
 
@@ -221,24 +94,33 @@ fn pixel(header: &Header, palette: &[[u8; 3]], row: &[u8], x: usize) -> [u8; 3] 
 mod tests {
     use super::*;
 
-    /// A PNG file of stored blocks; the checksums are not looked at.
+    /// A chunk with its checksum.
+    fn chunk(kind: &[u8], data: &[u8]) -> Vec<u8> {
+        let mut crc = Crc::new();
+        crc.update(kind);
+        crc.update(data);
+        let length = u32::try_from(data.len()).unwrap().to_be_bytes();
+        [&length[..], kind, data, &crc.sum().to_be_bytes()].concat()
+    }
+
+    /// A PNG file of one stored block.
     fn file(width: u8, height: u8, depth: u8, colour: u8, raw: &[u8]) -> Vec<u8> {
-        let chunk = |kind: &[u8], data: &[u8]| {
-            let length = u32::try_from(data.len()).unwrap().to_be_bytes();
-            [&length[..], kind, data, &[0; 4]].concat()
-        };
         let header = [0, 0, 0, width, 0, 0, 0, height, depth, colour, 0, 0, 0];
         let n = u16::try_from(raw.len()).unwrap();
+        let (a, b) = raw.iter().fold((1_u32, 0_u32), |(a, b), byte| {
+            let a = (a + u32::from(*byte)) % 65521;
+            (a, (b + a) % 65521)
+        });
         let block = [
             &[0x78, 1, 1],
             &n.to_le_bytes()[..],
             &(!n).to_le_bytes(),
             raw,
-            &[0; 4],
+            &((b << 16) | a).to_be_bytes(),
         ]
         .concat();
         [
-            &SIGNATURE[..],
+            &b"\x89PNG\r\n\x1a\n"[..],
             &chunk(b"IHDR", &header),
             &chunk(b"IDAT", &block),
             &chunk(b"IEND", &[]),
@@ -246,36 +128,63 @@ mod tests {
         .concat()
     }
 
+    fn row(image: &ImageData, y: u32) -> Vec<f64> {
+        let scaled = |x| (image.pixel(x, y) * 255.0).round().to_array();
+        (0..image.width()).flat_map(scaled).collect()
+    }
+
     #[test]
-    fn undoes_every_filter() {
-        // Two columns of RGB; the second row of each pair predicts from the first.
-        for (filter, row, want) in [
-            (0, [1, 2, 3, 4, 5, 6], [1, 2, 3, 4, 5, 6]),
-            (1, [1, 2, 3, 4, 5, 6], [1, 2, 3, 5, 7, 9]),
-            (2, [1, 2, 3, 4, 5, 6], [11, 22, 33, 44, 55, 66]),
-            (3, [1, 2, 3, 4, 5, 6], [6, 12, 18, 27, 36, 45]),
-            (4, [1, 2, 3, 4, 5, 6], [11, 22, 33, 44, 55, 66]),
+    fn all_kinds_become_eight_bits_of_colour() {
+        let grey = |v: &[f64]| v.iter().flat_map(|v| [*v; 3]).collect::<Vec<_>>();
+        for (depth, colour, raw, want) in [
+            (
+                2,
+                0,
+                &[0, 0b00_01_10_11][..],
+                grey(&[0.0, 85.0, 170.0, 255.0]),
+            ),
+            (
+                16,
+                0,
+                &[0, 10, 255, 20, 0, 30, 1, 40, 128],
+                grey(&[10.0, 20.0, 30.0, 40.0]),
+            ),
+            (
+                8,
+                4,
+                &[0, 10, 9, 20, 9, 30, 9, 40, 9],
+                grey(&[10.0, 20.0, 30.0, 40.0]),
+            ),
         ] {
-            let raw = [&[0, 10, 20, 30, 40, 50, 60][..], &[filter], &row].concat();
-            let image = read(&file(2, 2, 8, 2, &raw), false).unwrap();
-            let got: Vec<f64> = (0..2)
-                .flat_map(|x| (image.pixel(x, 1) * 255.0).round().to_array())
-                .collect();
-            assert_eq!(got, want.map(f64::from), "filter {filter}");
+            let image = read(&file(4, 1, depth, colour, raw), false).unwrap();
+            assert_eq!(row(&image, 0), want, "{depth} {colour}");
         }
     }
 
     #[test]
-    fn bits_are_stretched_and_cuts_are_errors() {
+    fn every_cut_is_an_error() {
         let whole = file(4, 1, 2, 0, &[0, 0b00_01_10_11]);
-        let image = read(&whole, false).unwrap();
-        let got: Vec<f64> = (0..4).map(|x| image.pixel(x, 0).x * 3.0).collect();
-        assert_eq!(
-            got.iter().map(|v| v.round()).collect::<Vec<_>>(),
-            [0.0, 1.0, 2.0, 3.0]
-        );
-        for cut in 0..whole.len() - 20 {
+        for cut in 0..whole.len() - 12 {
             assert!(read(&whole[..cut], true).is_err(), "{cut}");
         }
+    }
+
+    #[test]
+    fn checksums_are_verified_and_named() {
+        let whole = file(4, 1, 8, 0, &[0, 1, 2, 3, 4]);
+        let data = 8 + 25 + 8;
+        let mut changed = whole.clone();
+        changed[data + 8] ^= 1; // a pixel
+        let error = read(&changed, true).unwrap_err().message;
+        assert!(
+            error.starts_with("chunk `IDAT` at byte 33: its CRC-32 is "),
+            "{error}"
+        );
+        // The chunk's own checksum made good again: the pixels' remains.
+        let length = 2 + 5 + 5 + 4;
+        let again = chunk(b"IDAT", &changed[data..data + length]);
+        changed.splice(33..33 + again.len(), again);
+        let error = read(&changed, true).unwrap_err().message;
+        assert!(error.starts_with("the Adler-32 checksum"), "{error}");
     }
 }

@@ -1,15 +1,17 @@
 //! Cutting polygons into triangles.
 
+use crate::monotone;
 use linelit_geometry::{DVec2, DVec3, Frame};
 
-/// Polygons with more corners than this are cut as fans without looking at their shape: ears cost
-/// time in proportion to the square of the corners.
+/// Polygons with more corners than this are swept over: ears cost time in proportion to the square
+/// of the corners, but do something for every polygon that crosses itself.
 const MAX_EARS: usize = 256;
 
 /// Appends the triangles of a polygon given by its corners, all in range.
 ///
 /// Convex polygons become fans from the first corner (a quad `0 1 2 3` becomes `0 1 2`, `0 2 3`,
-/// as in pbrt); others lose ears, in their mean plane.
+/// as in pbrt); others are cut in their mean plane. Polygons of more than 256 corners that cross
+/// themselves there become fans, too.
 pub(crate) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u32; 3]>) {
     let n = corners.len();
     if n < 3 {
@@ -18,7 +20,7 @@ pub(crate) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u
     let fan = |out: &mut Vec<[u32; 3]>| {
         out.extend((1..n - 1).map(|k| [corners[0], corners[k], corners[k + 1]]));
     };
-    if n == 3 || n > MAX_EARS {
+    if n == 3 {
         fan(out);
         return;
     }
@@ -36,7 +38,12 @@ pub(crate) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u
         .map(|p| *p - points[0])
         .map(|p| DVec2::new(p.dot(frame.x), p.dot(frame.y)))
         .collect();
-    if (0..n).all(|i| turn(flat[(i + n - 1) % n], flat[i], flat[(i + 1) % n]) >= 0.0) {
+    if n > MAX_EARS {
+        match monotone::triangulate(&flat) {
+            Some(triangles) => out.extend(triangles.iter().map(|t| t.map(|k| corners[k]))),
+            None => fan(out),
+        }
+    } else if (0..n).all(|i| turn(flat[(i + n - 1) % n], flat[i], flat[(i + 1) % n]) >= 0.0) {
         fan(out);
     } else {
         cut_ears(&flat, corners, out);

@@ -1,6 +1,165 @@
-//! The text of a file and places in it.
+//! Opening files (all that a scene is made of are opened here), their text, and places in it.
 
+use crate::error::ErrorKind;
+use crate::load::{LoadOptions, Root};
+use std::fs::{self, File, Metadata};
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
+
+/// Why a file was not read; the place is for those to add who know who names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Refusal {
+    pub(crate) kind: ErrorKind,
+    pub(crate) message: String,
+}
+
+impl Refusal {
+    fn io(error: &io::Error) -> Self {
+        let message = match error.kind() {
+            io::ErrorKind::NotFound => "there is no such file".into(),
+            io::ErrorKind::PermissionDenied => "permission denied".into(),
+            _ => error.to_string(),
+        };
+        let kind = ErrorKind::Io;
+        Self { kind, message }
+    }
+
+    pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Self { kind, message }
+    }
+}
+
+/// The message of a reader about what is wrong with the bytes.
+impl From<String> for Refusal {
+    fn from(message: String) -> Self {
+        Self::new(ErrorKind::Syntax, message)
+    }
+}
+
+impl From<&str> for Refusal {
+    fn from(message: &str) -> Self {
+        Self::new(ErrorKind::Syntax, message)
+    }
+}
+
+/// The bytes of a regular file of at most `limit` bytes.
+pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Refusal> {
+    let check = |found: &Metadata| {
+        if found.is_dir() {
+            return Err(Refusal::new(ErrorKind::Io, "it is a folder"));
+        }
+        if !found.is_file() {
+            let message = "it is a pipe, a socket or a device, not a regular file";
+            return Err(Refusal::new(ErrorKind::Io, message));
+        }
+        within(found.len(), limit)
+    };
+    // Asked before the file is opened, because opening a pipe waits for its writer; and again of
+    // what has been opened, because names can change hands.
+    check(&fs::metadata(path).map_err(|e| Refusal::io(&e))?)?;
+    let file = File::open(path).map_err(|e| Refusal::io(&e))?;
+    let found = file.metadata().map_err(|e| Refusal::io(&e))?;
+    check(&found)?;
+    let mut bytes = Vec::new();
+    let size = usize::try_from(found.len()).unwrap_or(usize::MAX);
+    if bytes.try_reserve_exact(size).is_err() {
+        let message = format!("its {size} bytes do not fit into memory");
+        return Err(Refusal::new(ErrorKind::Limit, message));
+    }
+    // Some files are longer than they say.
+    let mut file = file.take(limit.saturating_add(1));
+    file.read_to_end(&mut bytes).map_err(|e| Refusal::io(&e))?;
+    within(bytes.len() as u64, limit)?;
+    Ok(bytes)
+}
+
+fn within(bytes: u64, limit: u64) -> Result<(), Refusal> {
+    if bytes <= limit {
+        return Ok(());
+    }
+    let message = format!("it has {bytes} bytes or more, {limit} are allowed");
+    Err(Refusal::new(ErrorKind::Limit, message))
+}
+
+/// The files that a scene names: where they are looked up, where they must lie, how long they may
+/// be.
+#[derive(Clone, Debug)]
+pub(crate) struct Files {
+    /// Where names start.
+    folder: PathBuf,
+    /// The folder that must hold them, links followed, and what messages call it; `None`: any.
+    root: Option<(PathBuf, String)>,
+    max_bytes: u64,
+}
+
+impl Files {
+    /// For the scene in the file at `path`, or in memory.
+    pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
+        let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
+        let root = match &options.root {
+            Root::Anywhere => None,
+            Root::SceneFolder => Some((folder, "the scene's folder".to_owned())),
+            Root::Folder(root) => Some((root.as_path(), format!("`{}`", root.display()))),
+        };
+        let root = root.map(|(root, shown)| {
+            let named = if root.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                root
+            };
+            // A folder that cannot be found holds no file.
+            let whole = named.canonicalize().unwrap_or_else(|_| named.to_owned());
+            (whole, shown)
+        });
+        Self {
+            folder: folder.to_owned(),
+            root,
+            max_bytes: options.max_file_bytes,
+        }
+    }
+
+    /// The path of a file by its name in the scene, and the same with links followed; refused
+    /// outside of the root, whether or not there is such a file.
+    pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf), Refusal> {
+        let path = self.folder.join(name);
+        let found = path.canonicalize();
+        if let Some((root, shown)) = &self.root {
+            let inside = match &found {
+                Ok(whole) => whole.starts_with(root),
+                // Nothing to follow: the name alone decides.
+                Err(_) => stays_below(Path::new(name)),
+            };
+            if !inside {
+                let message = format!("it lies outside of {shown}");
+                return Err(Refusal::new(ErrorKind::Outside, message));
+            }
+        }
+        let whole = found.map_err(|e| Refusal::io(&e))?;
+        Ok((path, whole))
+    }
+
+    /// The bytes of a file that [`Files::find`] has found.
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, Refusal> {
+        read(path, self.max_bytes)
+    }
+}
+
+/// Whether a name leads to where it starts or below, taken as it is written.
+fn stays_below(name: &Path) -> bool {
+    use std::path::Component;
+    let mut depth = 0_i64;
+    name.components().all(|part| {
+        match part {
+            Component::Normal(_) => depth += 1,
+            Component::ParentDir => depth -= 1,
+            Component::CurDir => {}
+            Component::RootDir | Component::Prefix(_) => return false,
+        }
+        depth >= 0
+    })
+}
 
 /// A half-open range of bytes in a [`Source`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

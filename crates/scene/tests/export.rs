@@ -4,7 +4,7 @@ mod common;
 
 use common::{area, load};
 use linelit_geometry::DVec2;
-use linelit_scene::{ExportOptions, ImageData, LoadOptions, Scene};
+use linelit_scene::{ExportOptions, ImageData, Scene};
 
 fn written(scene: &Scene) -> Scene {
     let mut text = Vec::new();
@@ -14,10 +14,7 @@ fn written(scene: &Scene) -> Scene {
     };
     scene.write_pbrt(&mut text, &options).unwrap();
     let text = String::from_utf8(text).unwrap();
-    match Scene::from_pbrt_str(&text, "written.pbrt", &LoadOptions::default()) {
-        Ok(loaded) => loaded.scene,
-        Err(error) => panic!("{error}\n{text}"),
-    }
+    load(&text).scene
 }
 
 /// The same without extensions.
@@ -155,4 +152,50 @@ fn emissive_spheres_with_images_are_facets() {
     let scene = lit_by_image("sphere", "", "Shape \"sphere\"");
     assert!(scene.spheres.is_empty() && scene.lights.len() > 10);
     assert!(scene.lights.iter().all(|light| light.map.is_some()));
+}
+
+/// What the program says that other materials become, they become.
+#[test]
+fn plain_materials_are_the_nearest_that_pbrt_v4_has() {
+    let mut text = "Camera \"perspective\" WorldBegin\n".to_owned();
+    for material in [
+        "\"matte\" \"float sigma\" 20",
+        "\"plastic\"",
+        "\"substrate\" \"rgb Ks\" [ .1 .1 .1 ]",
+        "\"uber\" \"float eta\" 1.25",
+        "\"phong\"",
+        "\"mirror\" \"rgb Kr\" [ .5 .5 .5 ]",
+        "\"glass\" \"rgb Kr\" [ .5 .5 .5 ]",
+    ] {
+        text += &format!("Material {material} Shape \"sphere\"\n");
+    }
+    let scene = load(&text).scene;
+    let back = plainly(&scene);
+    let is_used = |m: &&linelit_scene::Mesh| m.material > 0;
+    let meshes = scene.meshes.iter().zip(&back.meshes);
+    let mut compared = 0;
+    for (ours, theirs) in meshes.filter(|(m, _)| is_used(m)) {
+        let nearest = scene.materials[ours.material as usize].nearest_in_pbrt_v4();
+        let nearest = nearest.expect("none of these is pbrt-v4's");
+        let read = &back.materials[theirs.material as usize];
+        let (want, got) = (format!("{:?}", nearest.kind), format!("{:?}", read.kind));
+        // How a roughness of zero is remapped is all one.
+        let strip = |s: &str| {
+            s.replace("remap: V3", "")
+                .replace("remap: V4", "")
+                .replace("remap: None", "")
+        };
+        let numbers = |s: &str| {
+            strip(s)
+                .chars()
+                .filter(|c| !c.is_whitespace())
+                .collect::<String>()
+        };
+        if !want.contains("roughness") {
+            assert_eq!(numbers(&got), numbers(&want));
+        }
+        assert_eq!(read.kind.name(), nearest.kind.name());
+        compared += 1;
+    }
+    assert_eq!(compared, 7);
 }

@@ -1,7 +1,15 @@
 //! Image files of every kind that textures come in.
 
 use linelit_geometry::{DVec2, DVec3};
-use linelit_scene::{ErrorKind, LoadOptions, MaterialKind, Scene, Texture};
+use linelit_scene::{ErrorKind, LoadOptions, MaterialKind, Root, Scene, Texture};
+
+/// Images of the system's temporary folder may be named.
+fn anywhere() -> LoadOptions {
+    LoadOptions {
+        root: Root::Anywhere,
+        ..LoadOptions::default()
+    }
+}
 
 /// The texture of an image file: (15 x, 31 y, 128) at pixel x, y of 17 × 9, the top row first.
 fn texture(name: &str, encoding: &str) -> Texture {
@@ -87,7 +95,7 @@ fn exr_and_pfm_files_are_read_exactly() {
     write_pfm(&pfm, &image).unwrap();
     for path in [exr, pfm] {
         let text = lit_by(&path);
-        let loaded = Scene::from_pbrt_str(&text, "hdr.pbrt", &LoadOptions::default());
+        let loaded = Scene::from_pbrt_str(&text, "hdr.pbrt", &anywhere());
         let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
         let map = scene.lights[0].map.as_ref().unwrap();
         for (x, y) in [(0, 0), (16, 8), (3, 7)] {
@@ -102,31 +110,45 @@ fn exr_and_pfm_files_are_read_exactly() {
         }
         // A value that is no light is an error with its file.
         std::fs::write(&path, &std::fs::read(&path).unwrap()[..60]).unwrap();
-        assert!(Scene::from_pbrt_str(&text, "hdr.pbrt", &LoadOptions::default()).is_err());
+        assert!(Scene::from_pbrt_str(&text, "hdr.pbrt", &anywhere()).is_err());
     }
 }
 
-/// What resampling leaves below zero is zero; other values below zero are no light.
+/// Values below zero are zero: what resampling leaves there without a word, others with a warning
+/// that names the pixel; what is not finite is refused by the pixel's name.
 #[cfg(feature = "hdr")]
 #[test]
-fn ringing_is_not_an_error() {
+fn values_below_zero_are_zero() {
     use linelit_film::{Image, write_pfm};
     let folder = std::env::temp_dir().join(format!("linelit-ringing-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("a.pfm");
     let text = lit_by(&path);
-    for (value, fine) in [(-0.01, true), (-0.02, false), (f32::NAN, false)] {
-        let image = Image::from_fn(2, 1, |x, _| [if x == 0 { value } else { 10.0 }; 3]);
+    let load = |value: f32| {
+        let image = Image::from_fn(2, 1, |x, _| [if x == 1 { value } else { 10.0 }; 3]);
         write_pfm(&path, &image).unwrap();
-        match Scene::from_pbrt_str(&text, "hdr.pbrt", &LoadOptions::default()) {
-            Ok(loaded) => {
-                assert!(fine, "{value}");
-                let map = loaded.scene.lights[0].map.as_ref().unwrap();
-                assert_eq!(map.evaluate(DVec2::new(0.25, 0.5)), DVec3::ZERO);
-            }
-            Err(error) => assert!(!fine && error.to_string().contains("a.pfm"), "{error}"),
+        Scene::from_pbrt_str(&text, "hdr.pbrt", &anywhere())
+    };
+    for (value, warnings) in [(-0.01, 0), (-0.02, 1), (-50.0, 1)] {
+        let loaded = load(value).unwrap();
+        let map = loaded.scene.lights[0].map.as_ref().unwrap();
+        assert_eq!(map.evaluate(DVec2::new(0.75, 0.5)), DVec3::ZERO);
+        assert_eq!(loaded.warnings.len(), warnings, "{value}");
+        for warning in &loaded.warnings {
+            let want = format!(
+                "1 pixels are below zero and read as zero; the least is {value} at pixel (1, 0)"
+            );
+            assert!(warning.message().ends_with(&want), "{warning}");
         }
     }
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let error = load(value).unwrap_err();
+        assert!(
+            error.message().contains("a.pfm`: pixel (1, 0) is ["),
+            "{error}"
+        );
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
@@ -161,7 +183,7 @@ fn broken_images_are_errors() {
         );
         let attempt = |bytes: &[u8]| {
             std::fs::write(&file, bytes).unwrap();
-            Scene::from_pbrt_str(&text, "image.pbrt", &LoadOptions::default()).err()
+            Scene::from_pbrt_str(&text, "image.pbrt", &anywhere()).err()
         };
         for cut in (0..whole.len()).step_by(7) {
             attempt(&whole[..cut]);
@@ -192,12 +214,75 @@ fn sizes_beyond_reason_are_refused() {
         "Camera \"perspective\" WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" {:?}",
         file.to_str().unwrap()
     );
-    let error = Scene::from_pbrt_str(&text, "image.pbrt", &LoadOptions::default()).unwrap_err();
+    let error = Scene::from_pbrt_str(&text, "image.pbrt", &anywhere()).unwrap_err();
     std::fs::remove_file(&file).unwrap();
     assert!(
         error
             .message()
-            .ends_with("a TGA image of 60000 x 60000 pixels in 4018 bytes"),
+            .ends_with("a TGA image of 60000 x 60000 pixels takes 10800000000 bytes, 268692608 are allowed for a file of 4018"),
         "{error}"
     );
+}
+
+/// An attribute is put into the header of an EXR file.
+#[cfg(feature = "hdr")]
+fn with_chromaticities(exr: &[u8], values: [f32; 8]) -> Vec<u8> {
+    let mut attribute = b"chromaticities\0chromaticities\0".to_vec();
+    attribute.extend(32_u32.to_le_bytes());
+    attribute.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    // Behind the magic number and the version; the offsets of the blocks move along.
+    let name = b"linelit\0";
+    let end = exr.windows(name.len()).position(|w| w == name);
+    assert!(end.is_none_or(|e| e > 8));
+    let mut bytes = [&exr[..8], &attribute, &exr[8..]].concat();
+    let table = exr_table(&bytes);
+    let offset = u64::from_le_bytes(*bytes[table..].first_chunk().unwrap());
+    let moved = offset + u64::try_from(attribute.len()).unwrap();
+    bytes[table..table + 8].copy_from_slice(&moved.to_le_bytes());
+    bytes
+}
+
+/// Where the table of offsets begins: behind the header.
+#[cfg(feature = "hdr")]
+fn exr_table(bytes: &[u8]) -> usize {
+    let end_of_text = |at: usize| at + bytes[at..].iter().position(|b| *b == 0).unwrap() + 1;
+    let mut at = 8;
+    while bytes[at] != 0 {
+        let size = end_of_text(end_of_text(at));
+        let length = u32::from_le_bytes(*bytes[size..].first_chunk().unwrap());
+        at = size + 4 + length as usize;
+    }
+    at + 1
+}
+
+/// A picture in XYZ: D65 white, and the tristimulus values of Rec. 709's red, which is then red.
+#[cfg(feature = "hdr")]
+#[test]
+fn primaries_of_exr_files_are_converted() {
+    use linelit_film::{Document, Image};
+    let folder = std::env::temp_dir().join(format!("linelit-primaries-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let xyz = [
+        [0.950_456, 1.0, 1.089_058],
+        [0.412_391, 0.212_639, 0.019_331],
+    ];
+    let image = Image::from_fn(2, 1, |x, _| xyz[x as usize]);
+    let mut document = Document::new(2, 1);
+    document.add_image("", &image).unwrap();
+    let path = folder.join("xyz.exr");
+    let third = 1.0 / 3.0;
+    let xyz = with_chromaticities(
+        &document.encode().unwrap(),
+        [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, third, third],
+    );
+    std::fs::write(&path, xyz).unwrap();
+    let loaded = Scene::from_pbrt_str(&lit_by(&path), "hdr.pbrt", &anywhere());
+    let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+    let map = loaded.scene.lights[0].map.as_ref().unwrap();
+    for (u, want) in [(0.25, DVec3::ONE), (0.75, DVec3::X)] {
+        let got = map.evaluate(DVec2::new(u, 0.5));
+        // The values above have six digits, the matrix enlarges them by at most 3.3.
+        assert!((got - want).abs().max_element() < 4e-6, "{got}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -1,7 +1,7 @@
 //! Small files cannot ask for much time or memory: each of these is refused by its first limit, or
 //! is done soon.
 
-use linelit_scene::{ErrorKind, Format, LoadOptions, Scene, SceneError};
+use linelit_scene::{ErrorKind, Format, LoadOptions, Root, Scene, SceneError};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -200,4 +200,137 @@ fn ten_million_triangles() {
         let kib: u64 = mark.parse().unwrap();
         assert!(kib < 4 << 20, "{kib} KiB");
     }
+}
+
+/// Pipes would wait, devices have no end, and what lies elsewhere is nobody's business: by every
+/// way that a scene has of naming a file, and as the scene itself.
+#[cfg(unix)]
+#[test]
+fn only_regular_files_below_the_root_are_opened() {
+    use std::os::unix::fs::symlink;
+    let dir = folder("files");
+    let mut mkfifo = std::process::Command::new("mkfifo");
+    let made = mkfifo.arg(dir.join("pipe")).status();
+    assert!(made.is_ok_and(|s| s.success()), "mkfifo");
+    let _ = std::fs::remove_file(dir.join("link"));
+    symlink("/dev/zero", dir.join("link")).unwrap();
+    std::fs::create_dir_all(dir.join("inner")).unwrap();
+    std::fs::write(dir.join("outer.pbrt"), "Shape \"sphere\"\n").unwrap();
+    let anywhere = LoadOptions {
+        root: Root::Anywhere,
+        ..LoadOptions::default()
+    };
+    let forms: [(&str, fn(&str) -> String); 5] = [
+        ("a.pbrt", |f| format!("WorldBegin Include \"{f}\"")),
+        ("b.pbrt", |f| {
+            format!("WorldBegin Shape \"plymesh\" \"string filename\" \"{f}\"")
+        }),
+        ("c.pbrt", |f| {
+            format!(
+                "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{f}\""
+            )
+        }),
+        ("d.obj", |f| format!("mtllib {f}\nv 0 0 0\n")),
+        ("e.gltf", |f| {
+            format!(
+                "{{\"asset\":{{\"version\":\"2.0\"}},\"buffers\":[{{\"byteLength\":10,\"uri\":\"{f}\"}}],
+                \"bufferViews\":[{{\"buffer\":0,\"byteLength\":10}}],\"accessors\":[{{\"bufferView\":0,
+                \"componentType\":5126,\"type\":\"VEC3\",\"count\":3}}],\"meshes\":[{{\"primitives\":
+                [{{\"attributes\":{{\"POSITION\":0}}}}]}}],\"nodes\":[{{\"mesh\":0}}]}}"
+            )
+        }),
+    ];
+    let strict = |options: &LoadOptions| LoadOptions {
+        strict: true,
+        ..options.clone()
+    };
+    for (main, text) in forms {
+        let main = dir.join("inner").join(main);
+        let is_read = cfg!(feature = "gltf") || !main.ends_with("e.gltf");
+        if !is_read {
+            continue;
+        }
+        let pipe = dir.join("pipe");
+        for (name, options, part) in [
+            (
+                pipe.to_str().unwrap(),
+                &anywhere,
+                "it is a pipe, a socket or a device",
+            ),
+            ("/dev/zero", &anywhere, "it is a pipe, a socket or a device"),
+            ("..", &anywhere, "it is a folder"),
+            (
+                "/dev/zero",
+                &LoadOptions::default(),
+                "it lies outside of the scene's folder",
+            ),
+            (
+                "../outer.pbrt",
+                &LoadOptions::default(),
+                "it lies outside of the scene's folder",
+            ),
+            (
+                "../nothing",
+                &LoadOptions::default(),
+                "it lies outside of the scene's folder",
+            ),
+        ] {
+            std::fs::write(&main, text(name)).unwrap();
+            let error = soon(|| Scene::load(&main, &strict(options))).unwrap_err();
+            assert!(
+                error.message().ends_with(part) || error.message().contains(part),
+                "{error}"
+            );
+        }
+    }
+    // Links are followed before the root is asked.
+    let main = dir.join("link.pbrt");
+    std::fs::write(&main, "WorldBegin Include \"link\"").unwrap();
+    let error = Scene::load(&main, &LoadOptions::default()).unwrap_err();
+    assert!(error.message().contains("outside"), "{error}");
+    // A folder may be named in place of the scene's.
+    let main = dir.join("inner/up.pbrt");
+    std::fs::write(&main, "WorldBegin Include \"../outer.pbrt\"").unwrap();
+    let wider = LoadOptions {
+        root: Root::Folder(dir.clone()),
+        ..LoadOptions::default()
+    };
+    assert!(Scene::load(&main, &wider).is_ok());
+    // The scene itself, and the limit on bytes.
+    symlink("pipe", dir.join("pipe.pbrt")).unwrap_or(());
+    let error = soon(|| Scene::load(dir.join("pipe.pbrt"), &anywhere)).unwrap_err();
+    assert!(error.message().contains("it is a pipe"), "{error}");
+    let short = LoadOptions {
+        max_file_bytes: 10,
+        ..wider
+    };
+    let error = Scene::load(&main, &short).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Limit);
+    let want = "it has 34 bytes or more, 10 are allowed";
+    assert!(error.message().ends_with(want), "{error}");
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+/// A picture of 4,194,304 × 16 pixels in a few bytes, of which a texture takes 805 megabytes.
+#[cfg(feature = "hdr")]
+#[test]
+fn pictures_that_unpack_to_much_memory_are_refused_before() {
+    let dir = folder("exr");
+    let mut document = linelit_film::Document::new(16, 16);
+    let small = linelit_film::Image::new(16, 16);
+    document.add_image("", &small).unwrap();
+    let mut bytes = document.encode().unwrap();
+    let name = b"dataWindow\0box2i\0";
+    let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
+    bytes[at + 8..at + 12].copy_from_slice(&4_194_303_i32.to_le_bytes());
+    std::fs::write(dir.join("a.exr"), &bytes).unwrap();
+    let main = dir.join("main.pbrt");
+    let text = "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\"";
+    std::fs::write(&main, text).unwrap();
+    let result = soon(|| Scene::load(&main, &LoadOptions::default()));
+    // The pixels, and a block of sixteen rows of three channels.
+    let needed = 4_194_304_u64 * 16 * 12 * 2;
+    let part = format!("found 4194304 × 16 pixels that take {needed}");
+    refused(result, &part);
+    std::fs::remove_dir_all(&dir).unwrap();
 }

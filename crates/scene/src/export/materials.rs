@@ -3,6 +3,7 @@
 use super::{Quoted, Triple, Writer};
 use crate::material::{Material, MaterialKind, NormalMap, Remap, Roughness};
 use crate::texture::{ImageTexture, Texture, TextureFilter, Wrap};
+use linelit_geometry::DVec3;
 use std::fmt::{self, Write as _};
 
 /// The parameters of a filter.
@@ -18,6 +19,82 @@ pub(super) fn filter(filter: TextureFilter) -> String {
         }
     };
     format!(" \"string filter\" \"{name}\"")
+}
+
+/// The refractive index of a coat: its own, or what reflects as much at normal incidence.
+fn coat_index(kind: &MaterialKind) -> f64 {
+    const USUAL: f64 = 1.5;
+    match kind {
+        MaterialKind::Uber { eta, .. } => eta.as_constant().map_or(USUAL, |eta| eta.x),
+        MaterialKind::Substrate { ks, .. } => match ks.as_constant() {
+            Some(ks) if ks.max_element() < 1.0 => {
+                let root = ks.element_sum().max(0.0).sqrt() / 3.0_f64.sqrt();
+                (1.0 + root) / (1.0 - root)
+            }
+            _ => USUAL,
+        },
+        _ => USUAL,
+    }
+}
+
+impl Material {
+    /// What [`Scene::write_pbrt`](crate::Scene::write_pbrt) writes in place of a material that
+    /// pbrt-v4 does not have, as linelit reads it; `None` for those that it has.
+    #[must_use]
+    pub fn nearest_in_pbrt_v4(&self) -> Option<Self> {
+        let one = || Texture::number(1.0);
+        let kind = match &self.kind {
+            MaterialKind::Matte { kd, sigma } if sigma.as_constant() != Some(DVec3::ZERO) => {
+                matte(kd)
+            }
+            MaterialKind::Plastic { kd, roughness, .. }
+            | MaterialKind::Substrate { kd, roughness, .. }
+            | MaterialKind::Uber { kd, roughness, .. } => MaterialKind::CoatedDiffuse {
+                reflectance: kd.clone(),
+                roughness: roughness.clone(),
+                eta: Texture::number(coat_index(&self.kind)),
+                thickness: 0.01,
+            },
+            MaterialKind::Phong { kd, .. } => matte(kd),
+            MaterialKind::Mirror { kr } => MaterialKind::ColoredConductor {
+                reflectance: kr.clone(),
+                roughness: Roughness::isotropic(0.0, Remap::None),
+            },
+            MaterialKind::Dielectric {
+                kr,
+                kt,
+                eta,
+                roughness,
+                thin,
+            } if [kr, kt].iter().any(|k| k.as_constant() != Some(DVec3::ONE)) => {
+                MaterialKind::Dielectric {
+                    kr: one(),
+                    kt: one(),
+                    eta: eta.clone(),
+                    roughness: roughness.clone(),
+                    thin: *thin,
+                }
+            }
+            MaterialKind::Matte { .. }
+            | MaterialKind::CoatedDiffuse { .. }
+            | MaterialKind::Conductor { .. }
+            | MaterialKind::ColoredConductor { .. }
+            | MaterialKind::Dielectric { .. }
+            | MaterialKind::DiffuseTransmission { .. }
+            | MaterialKind::Mix { .. } => return None,
+        };
+        Some(Self {
+            kind,
+            ..self.clone()
+        })
+    }
+}
+
+fn matte(kd: &Texture) -> MaterialKind {
+    MaterialKind::Matte {
+        kd: kd.clone(),
+        sigma: Texture::number(0.0),
+    }
 }
 
 impl Writer<'_> {
@@ -256,9 +333,11 @@ impl Writer<'_> {
             | MaterialKind::Substrate { kd, roughness, .. }
             | MaterialKind::Uber { kd, roughness, .. } => {
                 *comment = "the nearest that pbrt-v4 has";
+                let eta = Texture::number(coat_index(kind));
                 let kd = self.parameter("reflectance", kd, false)?;
+                let eta = self.parameter("eta", &eta, true)?;
                 format!(
-                    "\"coateddiffuse\"{kd}{}",
+                    "\"coateddiffuse\"{kd}{}{eta}",
                     self.roughness(roughness, Remap::V4)?
                 )
             }

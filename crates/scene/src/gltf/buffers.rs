@@ -321,7 +321,7 @@ pub(super) fn load_uri(
 ) -> Result<Vec<u8>> {
     let at = |e: crate::SceneError, label: &str| e.at(doc.source, place.span, label);
     let Some(data) = uri.strip_prefix("data:") else {
-        return base.open(&percent_decode(uri), &at).map(|(_, bytes)| bytes);
+        return base.open(&percent_decode(uri), &at).map(|file| file.bytes);
     };
     let decoded = match data.split_once(',') {
         Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()),

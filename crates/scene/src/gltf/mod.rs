@@ -47,20 +47,31 @@ pub(crate) fn load(
     path: Option<&Path>,
     options: &LoadOptions,
 ) -> Result<Loaded> {
-    let base = Assembly::new(path, source.bytes().len(), options);
+    let mut base = Assembly::new(path, source.bytes().len(), options);
     if source.bytes().starts_with(b"glTF") {
-        let (json, binary) = chunks(source)?;
+        let chunks = chunks(source)?;
+        let behind = source.bytes().len() - chunks.end;
+        if behind > 0 {
+            let message = format!("{behind} bytes behind the end of the GLB file are left out");
+            let at = |e: SceneError, _: &str| e.at_byte(source, chunks.end);
+            base.warn(ErrorKind::Suspicious, message, "", &at)?;
+        }
         let name = format!("{} (its JSON)", source.name());
-        return read(&Source::new(name, json), binary, base);
+        return read(&Source::new(name, chunks.json), chunks.binary, base);
     }
     read(source, None, base)
 }
 
-/// The binary chunk of a GLB file.
-type Binary = Arc<[u8]>;
+/// What a GLB file holds.
+struct Chunks {
+    json: Vec<u8>,
+    binary: Option<Arc<[u8]>>,
+    /// Where the last chunk ends.
+    end: usize,
+}
 
 /// The JSON and the binary chunk of a GLB file.
-fn chunks(source: &Source) -> Result<(Vec<u8>, Option<Binary>)> {
+fn chunks(source: &Source) -> Result<Chunks> {
     let bytes = source.bytes();
     let cut = |at: usize| {
         SceneError::new(ErrorKind::Truncated, "the GLB file ends early").at_byte(source, at)
@@ -74,8 +85,13 @@ fn chunks(source: &Source) -> Result<(Vec<u8>, Option<Binary>)> {
         let message = format!("GLB version {} is not supported", number(4)?);
         return Err(SceneError::new(ErrorKind::Unsupported, message).at_byte(source, 4));
     }
+    // The header says where the file ends. Some writers leave that zero.
+    let end = match number(8)? {
+        length if (12..bytes.len()).contains(&length) => length,
+        _ => bytes.len(),
+    };
     let (mut json, mut binary, mut at) = (None, None, 12);
-    while at < bytes.len() {
+    while at < end {
         let length = number(at)?;
         let kind = number(at + 4)?;
         let chunk = bytes
@@ -92,7 +108,11 @@ fn chunks(source: &Source) -> Result<(Vec<u8>, Option<Binary>)> {
     let json = json.ok_or_else(|| {
         SceneError::new(ErrorKind::Syntax, "the GLB file has no JSON chunk").in_file(source.name())
     })?;
-    Ok((json, binary))
+    Ok(Chunks {
+        json,
+        binary,
+        end: end.max(at),
+    })
 }
 
 fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Result<Loaded> {

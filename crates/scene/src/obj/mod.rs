@@ -267,18 +267,41 @@ impl Reader {
             })
     }
 
-    fn corner(&self, source: &Source, span: Span) -> Result<Corner> {
+    fn corner(&mut self, source: &Source, span: Span) -> Result<Corner> {
         let text = &source.bytes()[span.start..span.end];
         let mut parts = text.split(|b| *b == b'/');
         let first = parts.next().unwrap_or(&[]);
         let position = Self::resolve(source, span, first, self.positions.len(), "vertex")?;
-        let mut optional = |count: usize, what: &str| match parts.next() {
-            None | Some([]) => Ok(None),
-            Some(part) => Self::resolve(source, span, part, count, what).map(Some),
-        };
-        let uv = optional(self.uvs.len(), "texture coordinate")?;
-        let normal = optional(self.normals.len(), "normal")?;
+        let (uv, normal) = (parts.next(), parts.next());
+        let uv = self.optional(source, span, uv, self.uvs.len(), "texture coordinate")?;
+        let normal = self.optional(source, span, normal, self.normals.len(), "normal")?;
         Ok((position, uv, normal))
+    }
+
+    /// An index that may be left out; a warning where there is no such thing, as other readers
+    /// draw such faces without.
+    fn optional(
+        &mut self,
+        source: &Source,
+        span: Span,
+        text: Option<&[u8]>,
+        count: usize,
+        what: &str,
+    ) -> Result<Option<u32>> {
+        let Some(text) = text.filter(|t| !t.is_empty()) else {
+            return Ok(None);
+        };
+        match Self::resolve(source, span, text, count, what) {
+            Ok(index) => Ok(Some(index)),
+            Err(error) if error.kind() == ErrorKind::BadMesh => {
+                let message = format!("faces with a {what} that does not exist");
+                let at = |e: SceneError, _: &str| e.at(source, span, error.message());
+                self.base
+                    .warn(ErrorKind::BadMesh, message, "drawn without", &at)?;
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
     }
 
     fn face(&mut self, source: &Source, line: Span, rest: &[Span]) -> Result<()> {
@@ -381,7 +404,7 @@ impl Reader {
     /// `mtllib a.mtl b.mtl` names two libraries, or one whose name holds a blank.
     fn libraries(&mut self, source: &Source, keyword: Span, line: &Line) -> Result<()> {
         let (whole, span) = line.rest(source);
-        if line.words.len() > 2 && !self.base.folder.join(&whole).is_file() {
+        if line.words.len() > 2 && !self.base.has_file(&whole) {
             for word in &line.words[1..] {
                 self.library(source, *word, &source.text(*word))?;
             }
@@ -401,15 +424,21 @@ impl Reader {
             return Ok(());
         }
         match self.base.open(name, &at) {
-            Ok((path, bytes)) => {
-                let library = Source::new(path.display().to_string(), bytes);
+            Ok(file) => {
+                let library = Source::new(file.path, file.bytes);
+                if !mtl::begins(&library) {
+                    // What other files hold is nobody's business.
+                    let message = format!("`{name}` is no material library");
+                    let error = SceneError::new(ErrorKind::Syntax, message);
+                    return Err(at(error, "does not begin with a statement of the format"));
+                }
                 let materials = mtl::read(&mut self.base, &library)
                     .map_err(|e| e.note(format!("read for {}", source.short(place))))?;
                 self.materials.extend(materials);
                 Ok(())
             }
             // A missing library is common; the shapes are still worth seeing.
-            Err(error) => {
+            Err(error) if error.kind() == ErrorKind::Io => {
                 let message = error.message().to_owned();
                 self.base.warn(
                     ErrorKind::Io,
@@ -418,6 +447,7 @@ impl Reader {
                     &at,
                 )
             }
+            Err(error) => Err(error),
         }
     }
 

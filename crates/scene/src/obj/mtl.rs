@@ -48,6 +48,18 @@ struct Draft {
 /// Index in the scene and emission of a material.
 type Entry = (u32, Option<EmissionSpec>);
 
+/// Statements that a library may begin with.
+const FIRST: &[&str] = &[
+    "newmtl", "Kd", "Ks", "Ke", "Ns", "d", "Tr", "map_Kd", "norm",
+];
+
+/// Whether a file is empty or begins with a statement of a material library.
+pub(super) fn begins(source: &Source) -> bool {
+    let first = Lines::new(source).next();
+    let word = first.and_then(|line| line.words.first().map(|w| source.text(*w)));
+    word.is_none_or(|w| FIRST.iter().chain(SILENT).any(|known| *known == w))
+}
+
 /// Reads a library into the scene and gives index and emission of its materials by name.
 pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<String, Entry>> {
     let mut materials = HashMap::new();
@@ -214,11 +226,13 @@ fn image(
     let at = |e: SceneError, label: &str| e.at(source, span, label);
     let data = match base.image(&name, srgb, &at) {
         Ok(data) => data,
-        Err(error) => {
+        // Missing and broken images are common; the shapes are still worth seeing.
+        Err(error) if matches!(error.kind(), ErrorKind::Io | ErrorKind::Syntax) => {
             let message = error.message().to_owned();
-            base.warn(ErrorKind::Io, message, "replaced by its colour", &at)?;
+            base.warn(error.kind(), message, "replaced by its colour", &at)?;
             None
         }
+        Err(error) => return Err(error),
     };
     Ok(data.map(|data| {
         Texture::Image(Arc::new(ImageTexture {

@@ -5,6 +5,7 @@ use super::params::Params;
 use super::state::Target;
 use super::{Block, Loader, unknown};
 use crate::error::{ErrorKind, Result, SceneError};
+use crate::source::Source;
 use crate::suggest::nearest;
 use linelit_geometry::glam::DAffine3;
 use std::rc::Rc;
@@ -58,6 +59,16 @@ const DIRECTIVES: &[&str] = &[
 
 /// Blocks that may be open at once.
 const MAX_BLOCKS: usize = 10_000;
+
+/// Whether a file is empty or its first word is a directive.
+pub(super) fn begin(source: &Arc<Source>) -> bool {
+    let mut lexer = Lexer::new(Arc::clone(source));
+    match lexer.next() {
+        Ok(None) => true,
+        Ok(Some(token)) => DIRECTIVES.contains(&source.text(token.span).as_str()),
+        Err(_) => false,
+    }
+}
 
 impl Loader {
     /// Carries out one directive.

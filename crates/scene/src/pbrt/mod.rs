@@ -56,17 +56,15 @@ pub(crate) fn load(
         object: None,
         view: view::View::default(),
         in_world: false,
-        includes: path.map(canonical).into_iter().collect(),
+        includes: path
+            .and_then(|p| p.canonicalize().ok())
+            .into_iter()
+            .collect(),
         includes_in_all: 0,
         shapes: 0,
     };
     loader.read(&source)?;
     loader.finish(&source)
-}
-
-/// The file that a path leads to, links followed; the path itself if that fails.
-fn canonical(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 /// A shape inside `ObjectBegin` … `ObjectEnd`, waiting for its instances.
@@ -107,6 +105,7 @@ struct Loader {
     object: Option<(String, Vec<ObjectShape>)>,
     view: view::View,
     in_world: bool,
+    /// The files that are open, links followed.
     includes: Vec<PathBuf>,
     includes_in_all: usize,
     shapes: usize,
@@ -214,17 +213,9 @@ impl Loader {
     fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {
         let (name, token) = self.name(lexer, directive, "a file name")?;
         let outer = Arc::clone(lexer.source());
-        let path = self.base.folder.join(&name);
         let fail = |kind, message: String, label: &str| {
             Err(SceneError::new(kind, message).at(&outer, token.span, label))
         };
-        if self.includes.contains(&canonical(&path)) {
-            return fail(
-                ErrorKind::Recursion,
-                format!("`{name}` includes itself"),
-                "already open",
-            );
-        }
         if self.includes.len() > MAX_INCLUDES {
             let message = format!("files are included more than {MAX_INCLUDES} deep");
             return fail(ErrorKind::Limit, message, "one too many");
@@ -235,9 +226,18 @@ impl Loader {
             return fail(ErrorKind::Limit, message, "one too many");
         }
         let at = |e: SceneError, label: &str| e.at(&outer, token.span, label);
-        let (path, bytes) = self.base.open_unpacked(&name, &at)?;
-        self.includes.push(canonical(&path));
-        let inner = Source::new(path.display().to_string(), bytes);
+        let file = self.base.open_unpacked(&name, &at)?;
+        if self.includes.contains(&file.whole) {
+            let message = format!("`{name}` includes itself");
+            return fail(ErrorKind::Recursion, message, "already open");
+        }
+        let inner = Source::new(file.path, file.bytes);
+        if !directives::begin(&inner) {
+            // What other files hold is nobody's business.
+            let message = format!("`{name}` does not begin with a directive: it is no pbrt file");
+            return fail(ErrorKind::Syntax, message, "named here");
+        }
+        self.includes.push(file.whole);
         // What an imported file sets does not reach the file that imports it.
         let is_import = outer.text(directive.span) == "Import";
         let saved = is_import.then(|| self.state.clone());

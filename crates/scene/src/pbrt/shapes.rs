@@ -264,8 +264,8 @@ impl Loader {
         let param = params.require("filename", params.find("filename", &[Type::String])?)?;
         let span = param.value_span(0);
         let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
-        let (path, bytes) = self.base.open_unpacked(name, &at)?;
-        let source = Source::new(path.display().to_string(), bytes);
+        let file = self.base.open_unpacked(name, &at)?;
+        let source = Source::new(file.path, file.bytes);
         if params.find("displacement", &[Type::Texture])?.is_some() {
             let message = "displacement is not supported".to_owned();
             self.warn_at(params, ErrorKind::Unsupported, message, "ignored")?;

@@ -166,13 +166,13 @@ impl Loader {
         let param = params.require("filename", params.find("filename", &[Type::String])?)?;
         let span = param.value_span(0);
         let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
-        let Some(data) = self.base.image(&name, srgb, &at)? else {
-            return Ok(Texture::number(0.5 * scale));
-        };
         let data = if is_number {
-            Arc::new(data.to_luminance())
+            self.base.luminance(&name, srgb, &at)
         } else {
-            data
+            self.base.image(&name, srgb, &at)
+        };
+        let Some(data) = data? else {
+            return Ok(Texture::number(0.5 * scale));
         };
         Ok(Texture::Image(Arc::new(ImageTexture {
             data,

@@ -123,14 +123,11 @@ impl Header {
         let mut lines = Lines { source, at: 0 };
         let first = lines.next().map(|span| source.text(span));
         if first.as_deref().map(str::trim_end) != Some("ply") {
-            let span = Span::new(0, 3.min(source.bytes().len()));
-            return Err(
-                SceneError::new(ErrorKind::Syntax, "this is no PLY file").at(
-                    source,
-                    span,
-                    "expected `ply` on the first line",
-                ),
-            );
+            // What other files hold is nobody's business.
+            let error = SceneError::new(ErrorKind::Syntax, "this is no PLY file");
+            return Err(error
+                .in_file(source.name())
+                .note("expected `ply` on the first line"));
         }
         let mut format = None;
         let mut elements: Vec<Element> = Vec::new();
@@ -154,6 +151,23 @@ impl Header {
                                 .suggest(nearest(name, names)));
                         }
                     });
+                }
+                ["format", ..] => {
+                    let label = "expected `format`, one of `ascii`, `binary_little_endian` and \
+                                 `binary_big_endian`, and the version `1.0`";
+                    let what = match words.get(2) {
+                        None => "has no version".to_owned(),
+                        Some(version) => {
+                            let version: String = version.chars().take(20).collect();
+                            format!("is of version `{version}`, which is not supported")
+                        }
+                    };
+                    return Err(bad(format!("the `format` of the PLY file {what}"), label));
+                }
+                ["element", name, _] if elements.iter().any(|e| e.name == *name) => {
+                    let name: String = name.chars().take(40).collect();
+                    let message = format!("element `{name}` is described twice");
+                    return Err(bad(message, "the second time"));
                 }
                 ["element", name, count] => {
                     let count = count.parse().map_err(|_| {

@@ -3,11 +3,15 @@
 
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, LinearLight};
-use linelit_scene::{LoadOptions, Loaded, Scene};
+use linelit_scene::{LoadOptions, Loaded, Root, Scene};
 
-/// Loads pbrt text that must load.
+/// Loads pbrt text that must load; it may name files of the system's temporary folder.
 pub(crate) fn load(text: &str) -> Loaded {
-    match Scene::from_pbrt_str(text, "test.pbrt", &LoadOptions::default()) {
+    let options = LoadOptions {
+        root: Root::Anywhere,
+        ..LoadOptions::default()
+    };
+    match Scene::from_pbrt_str(text, "test.pbrt", &options) {
         Ok(loaded) => loaded,
         Err(error) => panic!("{error}"),
     }
