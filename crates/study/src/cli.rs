@@ -4,6 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use linelit_geometry::isa::InstructionSet;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
+use linelit_scene::{LoadOptions, Root};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -65,12 +66,43 @@ pub enum Command {
     Bench(BenchArgs),
 }
 
-/// Flags that every command that reads a scene takes.
-#[derive(Args, Clone, Debug)]
-pub struct SceneArgs {
+/// How a scene is read.
+#[derive(Args, Clone, Debug, Default)]
+pub struct ReadArgs {
     /// Treat warnings about a scene as errors.
     #[arg(long)]
     pub strict: bool,
+    /// The folder that must hold, itself or below it, the files that a scene names; unless told,
+    /// that of the scene's file.
+    #[arg(long, value_name = "DIR", conflicts_with = "allow_outside")]
+    pub root: Option<PathBuf>,
+    /// Let a scene name files anywhere.
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl ReadArgs {
+    /// What the loader is told.
+    #[must_use]
+    pub fn options(&self) -> LoadOptions {
+        LoadOptions {
+            strict: self.strict,
+            root: match &self.root {
+                Some(folder) => Root::Folder(folder.clone()),
+                None if self.allow_outside => Root::Anywhere,
+                None => Root::SceneFolder,
+            },
+            ..LoadOptions::default()
+        }
+    }
+}
+
+/// Flags that every command that reads a scene takes.
+#[derive(Args, Clone, Debug)]
+pub struct SceneArgs {
+    /// How scenes are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
     /// Threads; 0 for one per core.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
@@ -102,9 +134,9 @@ pub struct BenchArgs {
     /// Times that everything is run, in alternation.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub rounds: u32,
-    /// Treat warnings about a scene as errors.
-    #[arg(long)]
-    pub strict: bool,
+    /// How scenes are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
     /// Print machine-readable results on standard output.
     #[arg(long)]
     pub json: bool,
@@ -245,9 +277,9 @@ pub struct ConvertArgs {
     /// Also write what linelit alone reads: linear lights, and materials as they were.
     #[arg(long)]
     pub extensions: bool,
-    /// Treat warnings about the scene as errors.
-    #[arg(long)]
-    pub strict: bool,
+    /// How the scene is read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 }
 
 /// `load-all`.

@@ -7,7 +7,7 @@
 //! ```no_run
 //! use linelit_integrator::{Renderer, Settings, Workspace};
 //!
-//! let loaded = linelit_study::scenes::load("cornell-box", false)?;
+//! let loaded = linelit_study::scenes::load("cornell-box", &Default::default())?;
 //! let renderer = Renderer::new(&loaded.scene);
 //! let mut workspace = Workspace::new();
 //! let radiance = renderer.pixel(&Settings::default(), [256, 400], &mut workspace);

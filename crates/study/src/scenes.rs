@@ -1,8 +1,9 @@
 //! Finding scenes: files, and the built-in ones by name.
 
+use crate::cli::ReadArgs;
 use crate::procedural;
 use anyhow::{Context, Result, bail};
-use linelit_scene::{LoadOptions, Loaded, Scene};
+use linelit_scene::{Loaded, Scene};
 use std::path::{Path, PathBuf};
 
 /// Scenes that are made by a generator on first use rather than kept in the repository.
@@ -90,15 +91,8 @@ fn workspace() -> PathBuf {
 ///
 /// # Errors
 /// If the scene cannot be found or read.
-pub fn load(name: &str, strict: bool) -> Result<Loaded> {
-    let path = locate(name)?;
-    let loaded = Scene::load(
-        &path,
-        &LoadOptions {
-            strict,
-            ..LoadOptions::default()
-        },
-    )?;
+pub fn load(name: &str, read: &ReadArgs) -> Result<Loaded> {
+    let loaded = Scene::load(locate(name)?, &read.options())?;
     for warning in &loaded.warnings {
         eprintln!("{warning}");
     }

@@ -116,6 +116,71 @@ fn converted_scenes_give_the_same_picture() {
     std::fs::remove_dir_all(&dir).unwrap();
 }
 
+/// A dielectric of glTF becomes a coated one, which is drawn without its coat: as bright as its
+/// colour, where it was darker. The diffuse part alone reflects 28/23 · 0.96 · 0.5 · M² = 0.394 of
+/// light from everywhere, with M = 23/28; the coat adds at most its 4 % to that, and less than 4 %
+/// in the mean over directions where Fresnel's term rises.
+#[test]
+fn what_a_conversion_changes_is_said_with_its_number() {
+    let dir = folder("changes");
+    let (scene, copy) = (dir.join("a.gltf"), dir.join("copy.pbrt"));
+    let json = r#"{"asset":{"version":"2.0"},"materials":[{"name":"clay","pbrMetallicRoughness":
+        {"baseColorFactor":[0.5,0.5,0.5,1],"metallicFactor":0}}]}"#;
+    std::fs::write(&scene, json).unwrap();
+    let output = linelit(&["convert", path(&scene), "-o", path(&copy)]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = text(&output.stderr);
+    let line = said
+        .lines()
+        .find(|l| l.contains("`clay` reflects 0.500"))
+        .unwrap();
+    let (_, rest) = line.split_once("where it reflects ").unwrap();
+    let before: f64 = rest.split(' ').next().unwrap().parse().unwrap();
+    assert!((0.394..0.394 + 0.08).contains(&before), "{line}");
+    assert!(line.contains("as `substrate` (+"), "{line}");
+    // With extensions nothing changes, and nothing is said.
+    let output = linelit(&["convert", path(&scene), "-o", path(&copy), "--extensions"]);
+    assert!(!text(&output.stderr).contains("reflects"));
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
+/// Images elsewhere are copied: a scene may name only files of its folder.
+#[test]
+fn converted_scenes_have_their_images_beside_them() {
+    let dir = folder("copies");
+    let inner = dir.join("inner");
+    std::fs::create_dir_all(&inner).unwrap();
+    let image = "../scene/tests/images/ramp.png";
+    std::fs::copy(image, inner.join("a.png")).unwrap();
+    let scene = inner.join("a.pbrt");
+    let words = "Camera \"perspective\" WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \
+                 \"string filename\" \"a.png\" Material \"diffuse\" \"texture reflectance\" \"t\" \
+                 Shape \"sphere\"";
+    std::fs::write(&scene, words).unwrap();
+    let copy = dir.join("copy.pbrt");
+    let output = linelit(&["convert", path(&scene), "-o", path(&copy)]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = linelit(&["info", path(&copy)]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let same = std::fs::read(dir.join("copy-0-a.png")).unwrap();
+    assert_eq!(same, std::fs::read(image).unwrap());
+    // From another folder, only if it is allowed.
+    std::fs::write(dir.join("part.pbrt"), "Shape \"sphere\"").unwrap();
+    let outer = dir.join("inner/outer.pbrt");
+    std::fs::write(&outer, "WorldBegin Include \"../part.pbrt\"").unwrap();
+    for (more, code) in [
+        (&[][..], 1),
+        (&["--allow-outside"], 0),
+        (&["--root", path(&dir)], 0),
+        (&["--root", path(&dir), "--allow-outside"], 2),
+    ] {
+        let output = linelit(&[&["info", path(&outer)][..], more].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{more:?} {said}");
+    }
+    std::fs::remove_dir_all(&dir).unwrap();
+}
+
 #[test]
 fn every_file_of_a_folder_is_loaded_and_rendered() {
     let dir = folder("load-all");

@@ -4,6 +4,7 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
+use linelit_study::cli::ReadArgs;
 use linelit_study::engine::{Cell, CellRun, Targets, run_cell};
 use linelit_study::scenes;
 use linelit_study::stats::student::quantile;
@@ -14,6 +15,14 @@ const TRIALS: u32 = 16;
 const ALPHA: f64 = 0.01;
 /// The share of pixels that must pass: a guard against trials that are not normally distributed.
 const PASS_SHARE: f64 = 0.9975;
+
+/// Warnings about the built-in scenes are errors.
+fn strict() -> ReadArgs {
+    ReadArgs {
+        strict: true,
+        ..ReadArgs::default()
+    }
+}
 
 fn grid(side: u32) -> Vec<[u32; 2]> {
     (0..side)
@@ -61,7 +70,7 @@ fn agree(scene_name: &str, side: u32, points: u32, lines: u32) {
 
 /// The same for any estimators with their numbers of samples.
 fn agree_with(scene_name: &str, side: u32, points: u32, others: &[(&str, u32)]) {
-    let mut scene = scenes::load(scene_name, true).unwrap().scene;
+    let mut scene = scenes::load(scene_name, &strict()).unwrap().scene;
     scene.set_resolution(side, side);
     let renderer = Renderer::new(&scene);
     let targets = Targets::find(&renderer, &grid(side));
@@ -163,7 +172,7 @@ fn differing(fast: &[DVec3], slow: &[DVec3]) -> usize {
 /// The fast queries against every triangle in f64, line by line the same samples.
 fn brute(scene_name: &str, side: u32, lines: u32) {
     const SEED: u64 = 5;
-    let mut scene = scenes::load(scene_name, true).unwrap().scene;
+    let mut scene = scenes::load(scene_name, &strict()).unwrap().scene;
     scene.set_resolution(side, side);
     let fast = by_lines(&scene, side, lines, SEED);
     let slow = by_triangles((&scene, &scene), side, lines, SEED);
@@ -249,7 +258,9 @@ fn colonnade_by_brute_force() {
 /// Any number of threads gives the same bits.
 #[test]
 fn threads_change_nothing() {
-    let mut scene = scenes::load("triangle-soup-large", true).unwrap().scene;
+    let mut scene = scenes::load("triangle-soup-large", &strict())
+        .unwrap()
+        .scene;
     scene.set_resolution(16, 16);
     let renderer = Renderer::new(&scene);
     let values = |threads: usize| {

@@ -40,7 +40,7 @@ fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
         let progress = bar(&view.label);
         progress
             .set_length((spec.samples.len() * spec.estimators.len() * spec.samplers.len()) as u64);
-        let result = run_scene(spec, view, args.common.strict, deadline, &progress)?;
+        let result = run_scene(spec, view, &args.common.read, deadline, &progress)?;
         progress.finish_and_clear();
         append(&mut record, spec, &view.pixels, &result);
         results.push(result);
@@ -280,7 +280,7 @@ fn print_gallery(gallery: &[GalleryRow]) {
 }
 
 fn table1(args: &ConvergeArgs) -> Result<()> {
-    let rows = studies::billen_table1(args.common.strict, args.seed)?;
+    let rows = studies::billen_table1(&args.common.read, args.seed)?;
     let json = serde_json::to_string_pretty(&rows)?;
     write(&args.out.join("billen-table1.json"), json.as_bytes())?;
     let text = studies::billen_table1_text(&rows);
@@ -291,7 +291,7 @@ fn table1(args: &ConvergeArgs) -> Result<()> {
 }
 
 fn figures(args: &ConvergeArgs) -> Result<()> {
-    let figures = studies::billen_figures(args.common.strict, args.seed, &bar("figures"))?;
+    let figures = studies::billen_figures(&args.common.read, args.seed, &bar("figures"))?;
     page::write_figures(&args.out, &figures, &command())?;
     for figure in &figures {
         let rmse = figure
@@ -313,7 +313,7 @@ fn exhibition(
 ) -> Result<()> {
     let start = Instant::now();
     let exhibition = make(&studies::Context {
-        strict: args.common.strict,
+        read: args.common.read.clone(),
         seed: args.seed,
         progress: &bar(name),
     })?;

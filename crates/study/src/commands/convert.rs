@@ -3,8 +3,10 @@
 use crate::cli::ConvertArgs;
 use crate::scenes;
 use anyhow::{Context, Result, bail};
+use linelit_geometry::{DVec3, Frame};
+use linelit_integrator::{Renderer, Workspace};
 use linelit_lights::Light;
-use linelit_scene::{ExportOptions, ImageData, ImageTexture, Scene};
+use linelit_scene::{ExportOptions, ImageData, ImageTexture, LoadOptions, Material, Scene};
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -22,11 +24,12 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
             args.output.display()
         );
     }
-    let scene = scenes::load(&args.scene, args.strict)?.scene;
+    let scene = scenes::load(&args.scene, &args.read)?.scene;
     let images = Images {
         from: parent(&scenes::locate(&args.scene)?),
         to: &args.output,
         written: RefCell::default(),
+        copied: RefCell::default(),
     };
     let options = ExportOptions {
         extensions: args.extensions,
@@ -38,7 +41,119 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     file.flush().with_context(failed)?;
     images.write()?;
     say_what_is_lost(&scene, &options);
+    if !options.extensions
+        && let Some(change) = Change::largest(&scene)
+    {
+        eprintln!("{change}");
+    }
     Ok(())
+}
+
+/// How much the replacement of a material changes.
+struct Change {
+    /// Materials that are replaced.
+    count: usize,
+    name: String,
+    kinds: [&'static str; 2],
+    /// What they reflect of light from all directions alike.
+    albedos: [f64; 2],
+}
+
+impl Change {
+    /// Of the materials that pbrt-v4 does not have, the one that its replacement changes most.
+    fn largest(scene: &Scene) -> Option<Self> {
+        let replaced = scene.materials.iter().zip(0_u32..);
+        let replaced = replaced.filter_map(|(m, k)| Some((m, k, m.nearest_in_pbrt_v4()?)));
+        let changes = replaced.map(|(material, k, nearest)| {
+            let mut materials = scene.materials.clone();
+            let before = albedo(&materials, k);
+            materials[k as usize] = nearest.clone();
+            Self {
+                count: 0,
+                name: material.name.clone(),
+                kinds: [material.kind.name(), nearest.kind.name()],
+                albedos: [before, albedo(&materials, k)],
+            }
+        });
+        let mut changes: Vec<Self> = changes.collect();
+        let count = changes.len();
+        changes.sort_by(|a, b| b.ratio().abs().total_cmp(&a.ratio().abs()));
+        let largest = changes.into_iter().next()?;
+        Some(Self { count, ..largest })
+    }
+
+    /// The logarithm of the ratio of the albedos.
+    fn ratio(&self) -> f64 {
+        let [before, after] = self.albedos.map(|a| a.max(1e-6));
+        (after / before).ln()
+    }
+}
+
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [before, after] = self.albedos;
+        let [ours, theirs] = self.kinds;
+        let several = if self.count == 1 {
+            "material is"
+        } else {
+            "materials are"
+        };
+        let percent = 100.0 * self.ratio().exp_m1();
+        write!(
+            f,
+            "warning: {} {several} written as the nearest that pbrt-v4 has; read back by linelit, `{}` reflects \
+             {after:.3} of the light as `{theirs}` where it reflects {before:.3} as `{ours}` ({percent:+.0} %; \
+             --extensions writes it as it is)",
+            self.count, self.name
+        )
+    }
+}
+
+/// What a material reflects, in the mean over the channels, of light from all directions alike (its
+/// bihemispherical reflectance), where the texture coordinates are ½: 32 × 8 × 8 directions drawn
+/// by the material itself, good to about a percent.
+fn albedo(materials: &[Material], material: u32) -> f64 {
+    const VIEWS: u32 = 32;
+    const DRAWN: u32 = 8;
+    let text = "Camera \"orthographic\" WorldBegin Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ] \
+                \"point3 P\" [ -1 -1 1 1 -1 1 1 1 1 -1 1 1 ] \"point2 uv\" [ 0 0 1 0 1 1 0 1 ]";
+    let Ok(probe) = Scene::from_pbrt_str(text, "probe", &LoadOptions::default()) else {
+        return 0.0;
+    };
+    let mut probe = probe.scene;
+    probe.materials = materials.to_vec();
+    probe.meshes[0].material = material;
+    probe.set_resolution(1, 1);
+    let renderer = Renderer::new(&probe);
+    let Some(point) = renderer.shading_point([0, 0], &mut Workspace::new()) else {
+        return 0.0;
+    };
+    let frame = Frame::from_normal(point.normal);
+    let half = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+    let mut sum = DVec3::ZERO;
+    for view in 0..VIEWS {
+        // By the cosine.
+        let cosine = (1.0 - half(view, VIEWS)).sqrt();
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let outgoing = frame.x * sine + point.normal * cosine;
+        for u in 0..DRAWN {
+            for v in 0..DRAWN {
+                let drawn = [half(u, DRAWN), half(v, DRAWN)];
+                let Some(wi) = point.bsdf.sample(drawn, outgoing, point.normal) else {
+                    continue;
+                };
+                let density = point.bsdf.pdf(wi, outgoing, point.normal);
+                let cosine = point.cosine(wi);
+                if density > 0.0 && cosine > 0.0 {
+                    let value = point.bsdf.eval(wi, outgoing, point.normal);
+                    sum += value * (cosine / density);
+                }
+            }
+        }
+    }
+    let reflected = sum / f64::from(VIEWS * DRAWN * DRAWN);
+    let mirrored: DVec3 = point.bounces.iter().map(|b| b.weight).sum();
+    (reflected + mirrored).element_sum() / 3.0
 }
 
 fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
@@ -74,11 +189,14 @@ struct Images<'a> {
     to: &'a Path,
     /// Images that have no file yet.
     written: RefCell<Vec<Arc<ImageData>>>,
+    /// Files of images to copy beside the new file, and their names there.
+    copied: RefCell<Vec<(PathBuf, String)>>,
 }
 
 impl Images<'_> {
-    /// The name to write: the old one within the same folder, the whole path of an image
-    /// elsewhere, and a new file for what was inside the scene file.
+    /// The name to write: the old one within the same folder, that of a copy of an image
+    /// elsewhere (scenes may name only files below their folder), and a new file for what was
+    /// inside the scene file.
     fn name(&self, image: &ImageTexture) -> String {
         if image.filename.is_empty() {
             let mut written = self.written.borrow_mut();
@@ -94,7 +212,16 @@ impl Images<'_> {
             return image.filename.clone();
         }
         let path = whole(&self.from.join(&image.filename));
-        path.to_string_lossy().into_owned()
+        let mut copied = self.copied.borrow_mut();
+        if let Some((_, name)) = copied.iter().find(|(from, _)| *from == path) {
+            return name.clone();
+        }
+        let stem = self.to.file_stem().unwrap_or_default().to_string_lossy();
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        // Files of several folders may have one name.
+        let name = format!("{stem}-{}-{file}", copied.len());
+        copied.push((path, name.clone()));
+        name
     }
 
     /// The file of an image that was inside the scene file.
@@ -105,6 +232,11 @@ impl Images<'_> {
     }
 
     fn write(&self) -> Result<()> {
+        for (from, name) in self.copied.borrow().iter() {
+            let to = parent(self.to).join(name);
+            let failed = || format!("copying {} to {}", from.display(), to.display());
+            std::fs::copy(from, &to).with_context(failed)?;
+        }
         for (number, image) in self.written.borrow().iter().enumerate() {
             let path = parent(self.to).join(self.file_name(number, image));
             let failed = || format!("writing {}", path.display());

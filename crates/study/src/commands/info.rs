@@ -65,7 +65,7 @@ struct PlanInfo {
 /// # Errors
 /// If the scene cannot be read.
 pub fn run(args: &InfoArgs) -> Result<()> {
-    let mut loaded = scenes::load(&args.scene, args.common.strict)?;
+    let mut loaded = scenes::load(&args.scene, &args.common.read)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];
     let plan = pool(&args.common)?.install(|| look(&mut loaded.scene));
     let info = describe(&loaded, &args.scene, resolution, plan);

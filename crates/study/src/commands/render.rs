@@ -17,7 +17,7 @@ use std::time::Instant;
 pub fn run(args: &RenderArgs) -> Result<()> {
     check_extension(&args.output)?;
     let start = Instant::now();
-    let loaded = scenes::load(&args.scene, args.common.strict)?;
+    let loaded = scenes::load(&args.scene, &args.common.read)?;
     let mut scene = loaded.scene;
     if scene.lights.is_empty() && scene.add_framing_light() {
         eprintln!("note: the scene is lit by a square beside the camera, which is not in the file");

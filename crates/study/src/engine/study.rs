@@ -3,7 +3,7 @@
 use super::gallery::{GalleryPicture, gallery};
 use super::image::{self, Window};
 use super::{Cell, CellRun, Reference, Score, Targets, reference, run_cell, score};
-use crate::cli::Pixels;
+use crate::cli::{Pixels, ReadArgs};
 use crate::scenes;
 use crate::studies::StudySpec;
 use anyhow::{Result, bail};
@@ -85,13 +85,13 @@ pub struct View {
 pub fn run_scene(
     spec: &StudySpec,
     view: &View,
-    strict: bool,
+    read: &ReadArgs,
     deadline: Option<Instant>,
     progress: &ProgressBar,
 ) -> Result<SceneResult> {
     let start = Instant::now();
     let name = &view.scene;
-    let mut scene = scenes::load(name, strict)?.scene;
+    let mut scene = scenes::load(name, read)?.scene;
     let load_seconds = start.elapsed().as_secs_f64();
     let picture_size = picture_size(&scene);
     let pixels = pixels(&mut scene, &view.pixels)?;

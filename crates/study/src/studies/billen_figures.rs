@@ -1,5 +1,6 @@
 //! Billen & Dutré 2016, Figs. 2, 3 and 5: orientations, offset densities, visible pieces.
 
+use crate::cli::ReadArgs;
 use crate::engine::image::{self, Window};
 use crate::scenes;
 use anyhow::Result;
@@ -41,7 +42,7 @@ const COUNTED: u32 = 64;
 ///
 /// # Errors
 /// If a built-in scene cannot be loaded.
-pub fn run(strict: bool, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure>> {
+pub fn run(read: &ReadArgs, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
     let orientations = [
         ("fixed direction", "line-analytic[orientation=fixed:0]"),
@@ -55,7 +56,7 @@ pub fn run(strict: bool, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure
         "Fig. 2",
         "cornell-box-large",
         &orientations,
-        strict,
+        read,
         seed,
         progress,
         &mut figures,
@@ -68,7 +69,7 @@ pub fn run(strict: bool, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure
         "Fig. 3",
         "triangle-soup-large",
         &densities,
-        strict,
+        read,
         seed,
         progress,
         &mut figures,
@@ -78,7 +79,7 @@ pub fn run(strict: bool, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure
         "triangle-soup-large",
         "colonnade-large",
     ] {
-        figures.push(pieces(scene, strict, seed, progress)?);
+        figures.push(pieces(scene, read, seed, progress)?);
     }
     Ok(figures)
 }
@@ -100,12 +101,12 @@ fn compare(
     figure: &'static str,
     scene_name: &'static str,
     variants: &[(&str, &str)],
-    strict: bool,
+    read: &ReadArgs,
     seed: u64,
     progress: &ProgressBar,
     out: &mut Vec<Figure>,
 ) -> Result<()> {
-    let mut scene = scenes::load(scene_name, strict)?.scene;
+    let mut scene = scenes::load(scene_name, read)?.scene;
     scene.set_resolution(SIZE, SIZE);
     let renderer = Renderer::new(&scene);
     let window = Window::whole(SIZE, SIZE);
@@ -177,11 +178,11 @@ fn about(figure: &str) -> &'static str {
 /// The mean number of visible pieces of a line, pixel by pixel.
 fn pieces(
     scene_name: &'static str,
-    strict: bool,
+    read: &ReadArgs,
     seed: u64,
     progress: &ProgressBar,
 ) -> Result<Figure> {
-    let mut scene = scenes::load(scene_name, strict)?.scene;
+    let mut scene = scenes::load(scene_name, read)?.scene;
     scene.set_resolution(SIZE, SIZE);
     let renderer = Renderer::new(&scene);
     let settings = settings("line-analytic", COUNTED, seed)?;

@@ -1,5 +1,6 @@
 //! Billen & Dutré 2016, Table 1: what the visibility of 1024 lines a point costs.
 
+use crate::cli::ReadArgs;
 use crate::engine::{Cell, Targets, run_cell};
 use crate::scenes;
 use anyhow::Result;
@@ -102,12 +103,12 @@ pub struct Row {
 ///
 /// # Errors
 /// If a built-in scene cannot be loaded.
-pub fn run(strict: bool, seed: u64) -> Result<Vec<Row>> {
-    PAPER.iter().map(|paper| row(paper, strict, seed)).collect()
+pub fn run(read: &ReadArgs, seed: u64) -> Result<Vec<Row>> {
+    PAPER.iter().map(|paper| row(paper, read, seed)).collect()
 }
 
-fn row(paper: &Paper, strict: bool, seed: u64) -> Result<Row> {
-    let mut scene = scenes::load(paper.ours, strict)?.scene;
+fn row(paper: &Paper, read: &ReadArgs, seed: u64) -> Result<Row> {
+    let mut scene = scenes::load(paper.ours, read)?.scene;
     scene.set_resolution(SIZE, SIZE);
     let renderer = Renderer::new(&scene);
     let pixels: Vec<[u32; 2]> = (0..SIZE)

@@ -1,5 +1,6 @@
 //! Studies that are shown rather than fitted: pictures, tables and the numbers behind them.
 
+use crate::cli::ReadArgs;
 use crate::engine::image::{self, Window};
 use crate::report::{Cell, Picture, Plot, Section, Table, scientific};
 use anyhow::Result;
@@ -13,8 +14,8 @@ use std::collections::BTreeMap;
 /// What an exhibition study is told.
 #[derive(Debug)]
 pub struct Context<'a> {
-    /// Whether warnings about scenes are errors.
-    pub strict: bool,
+    /// How scenes are read.
+    pub read: ReadArgs,
     /// The first seed.
     pub seed: u64,
     /// Where progress is shown.

@@ -50,7 +50,7 @@ fn source(technique: LinearTechnique) -> &'static str {
 /// # Errors
 /// If the scene cannot be loaded.
 pub(super) fn figure_6(context: &Context<'_>) -> Result<Exhibition> {
-    let mut scene = scenes::load(SCENE, context.strict)?.scene;
+    let mut scene = scenes::load(SCENE, &context.read)?.scene;
     scene.set_resolution(SIZE, SIZE);
     let renderer = Renderer::new(&scene);
     let size = [SIZE; 2];
@@ -167,7 +167,7 @@ fn clear_error(images: &[Image], exact: &Image, marked: &[bool]) -> (f64, f64) {
 /// # Errors
 /// If the scene cannot be loaded.
 pub(super) fn figure_4(context: &Context<'_>) -> Result<Exhibition> {
-    let mut scene = scenes::load(SCENE, context.strict)?.scene;
+    let mut scene = scenes::load(SCENE, &context.read)?.scene;
     scene.set_resolution(SIZE, SIZE);
     let Some(Light::Linear(light)) = scene.lights.first().map(|l| l.light) else {
         bail!("`{SCENE}` has no linear light");

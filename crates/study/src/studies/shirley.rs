@@ -58,7 +58,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Exhibition> {
 
 fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
     let options = LoadOptions {
-        strict: context.strict,
+        strict: context.read.strict,
         ..LoadOptions::default()
     };
     Ok(Scene::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene)

@@ -44,7 +44,7 @@ fn default_estimators() -> Result<Vec<Estimator>> {
 }
 
 fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
-    let mut scene = scenes::load(name, args.strict)?.scene;
+    let mut scene = scenes::load(name, &args.read)?.scene;
     let Resolution { width, height } = args.resolution;
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);

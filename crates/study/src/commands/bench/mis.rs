@@ -56,7 +56,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     };
     let mut rows = Vec::new();
     for name in scenes(args) {
-        let mut scene = crate::scenes::load(name, args.strict)?.scene;
+        let mut scene = crate::scenes::load(name, &args.read)?.scene;
         let Resolution { width, height } = args.resolution;
         scene.set_resolution(width, height);
         let renderer = Renderer::new(&scene);

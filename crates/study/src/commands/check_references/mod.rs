@@ -184,7 +184,7 @@ fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Comparison> {
     let name = path
         .to_str()
         .with_context(|| format!("{} is not UTF-8", path.display()))?;
-    let mut scene = scenes::load(name, args.common.strict)?.scene;
+    let mut scene = scenes::load(name, &args.common.read)?.scene;
     scene.set_resolution(reference.width, reference.height);
     let renderer = Renderer::new(&scene);
     let pool = pool(&args.common)?;
