@@ -39,6 +39,8 @@ the workshop:
   vectors DIR               hold the closed forms to the reference vectors in DIR
   check-references DIR      hold renders to the reference images below DIR
   load-all DIR              load and render every scene file below DIR
+  fuzz [--minutes N] [--seed S]
+                            mutated scenes of all formats for N minutes (30), on a new seed unless told
   fit-ltc [--verify | FILE] fit linearly transformed cosines afresh and verify the table (or write FILE)
 
 exit status: 0 done, 1 failed, 2 usage";
@@ -80,6 +82,10 @@ fn main() -> ExitCode {
             rest,
         )),
         "fit-ltc" => cargo::example("shading", command, rest),
+        "fuzz" => match suite::fuzz(rest) {
+            Ok(status) => status,
+            Err(unknown) => return usage(&unknown),
+        },
         "test" => match suite::Selection::parse(rest) {
             Ok(selection) => suite::run(&selection),
             Err(unknown) => return usage(&unknown),

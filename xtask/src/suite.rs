@@ -169,6 +169,29 @@ fn new_cases(mut command: Command, seed: u64) -> Command {
     command
 }
 
+/// Mutated scenes for some minutes: the long test of fuzzing, with the assertions of other tests.
+pub(crate) fn fuzz(words: &[String]) -> Result<u8, String> {
+    let mut minutes = "30".to_owned();
+    let mut seed = None;
+    let mut rest = words.iter();
+    while let Some(word) = rest.next() {
+        let number = rest.next().filter(|n| n.parse::<u64>().is_ok());
+        let number = number.ok_or_else(|| format!("`{word}` of fuzz takes a number"))?;
+        match word.as_str() {
+            "--minutes" => minutes.clone_from(number),
+            "--seed" => seed = Some(number),
+            other => return Err(format!("fuzz has no `{other}`")),
+        }
+    }
+    let mut command = cargo::cargo(["test", "--package", "linelit-study", "--test", "fuzz"]);
+    command
+        .args(["--", "--ignored", "--nocapture"])
+        .current_dir(cargo::root())
+        .env("LINELIT_FUZZ_MINUTES", minutes)
+        .envs(seed.map(|seed| ("LINELIT_FUZZ_SEED", seed)));
+    Ok(cargo::status(&mut command))
+}
+
 /// `cargo ARGUMENTS --quiet -- AFTER` on the whole workspace.
 fn quiet(arguments: &[&str], after: &[&str]) -> Command {
     let mut command = cargo::cargo(arguments.iter().copied());
@@ -373,5 +396,7 @@ mod tests {
         assert!(parse(&["--seed", "7"]).is_err() && parse(&["--seed", "7", "test"]).is_err());
         assert_eq!(parse(&["long"]).unwrap(), ["long"]);
         assert!(parse(&["--fast"]).is_err());
+        assert!(fuzz(&["--minutes".to_owned()]).is_err());
+        assert!(fuzz(&["--hours".to_owned(), "1".to_owned()]).is_err());
     }
 }

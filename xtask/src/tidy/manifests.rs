@@ -16,7 +16,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 13] = [
     (
         "scene",
         &["geometry", "lights", "shading", "film"],
-        &["thiserror", "zune-jpeg"],
+        &["flate2", "png", "thiserror", "zune-jpeg"],
     ),
     (
         "integrator",
