@@ -9,7 +9,7 @@ use crate::framing;
 use crate::gzip;
 use crate::image::ImageData;
 use crate::load::{LoadOptions, Loaded};
-use crate::mesh::{self, Builder, MeshData, Placement};
+use crate::mesh::{self, Builder, MAX_COORDINATE, MeshData, Placement};
 use crate::source::{Files, Refusal};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
@@ -106,7 +106,8 @@ impl Assembly {
                 self.warn(ErrorKind::BadTransform, message, "left out", at)
             }
             Err(mesh::Refusal::Vertex(k)) => {
-                let message = format!("vertex {k} of {what} is beyond the range of f32");
+                let message =
+                    format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
                 Err(at(
                     SceneError::new(ErrorKind::OutOfRange, message),
                     "after its transform",

@@ -51,25 +51,29 @@ impl Facet {
     }
 }
 
-/// Groups facets into lights; `same` says whether two facets, by number, emit the same.
-pub(crate) fn merge(facets: &[Facet], same: impl Fn(usize, usize) -> bool) -> Vec<Group> {
+/// Groups facets into lights and hands over one after the other; `same` says whether two facets,
+/// by number, emit the same.
+pub(crate) fn merge<E>(
+    facets: &[Facet],
+    same: impl Fn(usize, usize) -> bool,
+    mut each: impl FnMut(Group) -> Result<(), E>,
+) -> Result<(), E> {
     let mesh = Topology::new(facets);
-    let mut groups = Vec::new();
     for patch in mesh.patches(facets, &same) {
-        if patch.len() > 1 {
-            if let Some(polygon) = mesh.union(facets, &patch) {
-                groups.push(Group {
-                    polygon: Some(polygon),
-                    facets: patch,
-                });
-                continue;
-            }
-            groups.extend(mesh.greedy(facets, patch));
-            continue;
+        if let [alone] = patch[..] {
+            each(single(facets, alone))?;
+        } else if let Some(polygon) = mesh.union(facets, &patch) {
+            each(Group {
+                polygon: Some(polygon),
+                facets: patch,
+            })?;
+        } else {
+            mesh.greedy(facets, patch)
+                .into_iter()
+                .try_for_each(&mut each)?;
         }
-        groups.extend(patch.into_iter().map(|k| single(facets, k)));
     }
-    groups
+    Ok(())
 }
 
 fn single(facets: &[Facet], k: usize) -> Group {

@@ -45,7 +45,7 @@ pub(crate) struct Added {
 /// Why a mesh was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Refusal {
-    /// The vertex is not finite in world space as `f32`.
+    /// The vertex is beyond [`MAX_COORDINATE`] in world space.
     Vertex(usize),
     /// The transform flattens space.
     Singular,
@@ -54,6 +54,10 @@ pub(crate) enum Refusal {
     /// More lights than allowed.
     TooManyLights,
 }
+
+/// The largest coordinate that a vertex may have in world space, 2⁶⁰: products of two differences
+/// of such are finite in `f32`, in which visibility sorts out what needs a closer look.
+pub(crate) const MAX_COORDINATE: f32 = 1_152_921_504_606_846_976.0;
 
 /// Lights that a scene may have: each takes half a kilobyte.
 const MAX_LIGHTS: usize = 1 << 20;
@@ -180,7 +184,7 @@ impl Builder {
         self.positions.reserve(mesh.positions.len());
         for (k, p) in mesh.positions.iter().enumerate() {
             let rounded = to_f32(place.to_world.transform_point3(*p));
-            if !rounded.iter().all(|c| c.is_finite()) {
+            if !rounded.iter().all(|c| c.abs() <= MAX_COORDINATE) {
                 self.positions.truncate(base);
                 return Err(Refusal::Vertex(k));
             }
@@ -239,14 +243,10 @@ impl Builder {
             (x - y).abs().max_element() <= 1e-5 * x.max_element()
                 && texture.as_ref().is_none_or(|t| t.continues(a, b))
         };
-        let groups = merge::merge(&facets, same);
-        if self.lights.len() + groups.len() > self.max_lights {
-            return Err(Refusal::TooManyLights);
-        }
         let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
         let mut next = first;
         let lights_before = self.lights.len();
-        for group in groups {
+        merge::merge(&facets, same, |group| {
             let start = next;
             for &k in &group.facets {
                 self.triangles[next] = old[k];
@@ -264,6 +264,9 @@ impl Builder {
             if let Some(polygon) = group.polygon
                 && (spec.map.is_none() || emission.radiance != DVec3::ZERO)
             {
+                if self.lights.len() >= self.max_lights {
+                    return Err(Refusal::TooManyLights);
+                }
                 let map = spec
                     .map
                     .zip(texture.as_ref())
@@ -274,7 +277,8 @@ impl Builder {
                     });
                 self.push_area_light(polygon, emission, map, start, next);
             }
-        }
+            Ok(())
+        })?;
         Ok(self.lights.len() - lights_before)
     }
 

@@ -6,7 +6,7 @@ use crate::engine::image::{self, Window};
 use crate::scenes;
 use anyhow::Result;
 use indicatif::ProgressBar;
-use linelit_integrator::{Plan, Renderer, Settings};
+use linelit_integrator::{Renderer, Settings};
 use linelit_lights::Light;
 use linelit_scene::{Loaded, Projection, Scene, SceneLight};
 use serde::Serialize;
@@ -90,7 +90,7 @@ fn look(scene: &mut Scene) -> PlanInfo {
     let window = Window::whole(side, side);
     let (_, counts) = image::render(&renderer, &settings, window, &ProgressBar::hidden());
     PlanInfo {
-        dark_lights: Plan::new(scene).dark_lights(),
+        dark_lights: renderer.plan().dark_lights(),
         pixels: [side, side],
         counts: counts.plan.rows().into_iter().collect(),
     }
