@@ -80,6 +80,7 @@ pub mod measure;
 mod merge;
 mod node;
 mod occluders;
+mod pool;
 mod project;
 mod ray;
 mod scratch;

@@ -99,6 +99,11 @@ pub(crate) struct Leaf {
 }
 
 impl Leaf {
+    pub(crate) const EMPTY: Self = Self {
+        vertices: [[0.0; 8]; 9],
+        id: [u32::MAX; 8],
+    };
+
     /// The vertices of one triangle.
     #[inline(always)]
     pub(crate) fn triangle(&self, lane: usize) -> [[f32; 3]; 3] {

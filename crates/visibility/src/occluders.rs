@@ -1,7 +1,7 @@
 //! The occluders of a scene: triangles under a hierarchy of boxes.
 
 use crate::{
-    build::{self, Hierarchy},
+    build::{self, Geometry, Hierarchy},
     node::Child,
     shells::Shells,
 };
@@ -32,26 +32,36 @@ pub struct Occluders {
 
 impl Occluders {
     /// Builds the hierarchy over triangles given by their corners' positions.
+    ///
+    /// Called in a thread of a rayon pool, it uses that pool's threads; the result is the same to
+    /// the bit. Time is n log n for any input, and memory at the peak 96 bytes a triangle beside
+    /// what is passed. Building works for all finite corners; answers are right for coordinates up
+    /// to 2⁶⁰, which are all that scene files may have, and those of rays up to 1e30 along them.
+    ///
+    /// # Panics
+    /// If there are more than 2²⁸ leaves, which takes as many triangles at least.
     #[must_use]
     pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        let mut vertices = Vec::with_capacity(triangles.len());
-        let mut ids = Vec::with_capacity(triangles.len());
-        for (id, corners) in (0_u32..).zip(triangles) {
-            if let Some(t) = occluding(positions, corners) {
-                vertices.push(t);
-                ids.push(id);
-            }
-        }
-        let origin = exact_origin(&vertices);
+        let kept: Vec<bool> = triangles.iter().map(|t| occludes(positions, t)).collect();
+        let triangle_count = kept.iter().filter(|kept| **kept).count();
+        let vertices = || {
+            let corners = triangles.iter().zip(&kept).filter(|(_, kept)| **kept);
+            corners.flat_map(|(t, _)| t.map(|corner| positions[corner as usize]))
+        };
+        let geometry = Geometry {
+            positions,
+            triangles,
+            origin: exact_origin(vertices()),
+        };
+        let origin = geometry.origin;
         let mut extent = 0.0_f32;
-        for v in vertices.iter_mut().flatten() {
+        for v in vertices() {
             for axis in 0..3 {
-                v[axis] -= origin[axis];
-                extent = extent.max(v[axis].abs());
+                extent = extent.max((v[axis] - origin[axis]).abs());
             }
         }
-        let shells = Shells::find(positions, triangles, &ids, origin);
-        let hierarchy = build::build(&vertices, &ids, shells);
+        let shells = Shells::find(&geometry, &kept);
+        let hierarchy = build::build(&geometry, &kept, shells);
         // Eight more places, as packed stores write eight at a time.
         let stack_size = 16 * depth(&hierarchy) + 32;
         Self {
@@ -60,8 +70,8 @@ impl Occluders {
             extent: extent.into(),
             stack_size,
             isa: Isa::best(),
-            triangle_count: ids.len(),
-            left_out: triangles.len() - ids.len(),
+            triangle_count,
+            left_out: triangles.len() - triangle_count,
         }
     }
 
@@ -107,25 +117,28 @@ impl Occluders {
     }
 }
 
-/// The vertices of a triangle, unless it can hide nothing.
-fn occluding(positions: &[[f32; 3]], corners: &[u32; 3]) -> Option<[[f32; 3]; 3]> {
+/// Whether a triangle can hide something.
+fn occludes(positions: &[[f32; 3]], corners: &[u32; 3]) -> bool {
     let mut t = [[0.0; 3]; 3];
     for (v, &c) in t.iter_mut().zip(corners) {
-        *v = *positions.get(c as usize)?;
+        match positions.get(c as usize) {
+            Some(position) => *v = *position,
+            None => return false,
+        }
     }
     let finite = t.as_flattened().iter().all(|x| x.is_finite());
     #[allow(clippy::float_cmp, reason = "vertices in the very same place")]
     let distinct = t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-    (finite && distinct).then_some(t)
+    finite && distinct
 }
 
 /// A point near the middle of the scene from which every coordinate has an `f32` difference
 /// without rounding: on an axis where all coordinates are within a factor of two of each other
 /// (Sterbenz), their middle; else zero. Keeps boxes tight far from the world's origin.
-fn exact_origin(triangles: &[[[f32; 3]; 3]]) -> [f32; 3] {
+fn exact_origin(vertices: impl Iterator<Item = [f32; 3]>) -> [f32; 3] {
     let mut lo = [f32::INFINITY; 3];
     let mut hi = [f32::NEG_INFINITY; 3];
-    for v in triangles.iter().flatten() {
+    for v in vertices {
         for axis in 0..3 {
             lo[axis] = lo[axis].min(v[axis]);
             hi[axis] = hi[axis].max(v[axis]);

@@ -184,8 +184,8 @@ impl RayQuery {
         let room = s.mul(e, s.fma(r, s.splat(6.0), s.mul(e, s.splat(2.0))));
         let low = s.min(s.min(u, v), w);
         let high = s.max(s.max(u, v), w);
-        // low ≥ −room or high ≤ room
-        s.le(s.sub(s.splat(0.0), room), low) | s.le(high, room)
+        // low ≥ −room or high ≤ room, or NaN, where far vertices overflow.
+        !(s.lt(low, s.sub(s.splat(0.0), room)) & s.lt(room, high))
     }
 }
 

@@ -8,7 +8,7 @@
 //! mesh's shape, whether it intersects itself or is inside out. So the images of one sign may be
 //! left out, once neither the shading point nor the light is in the shell's box.
 
-use crate::simd::Simd;
+use crate::{build::Geometry, pool, simd::Simd};
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 
 /// A connected closed mesh.
@@ -26,30 +26,33 @@ pub(crate) struct Shell {
 #[derive(Debug, Default)]
 pub(crate) struct Shells {
     pub(crate) shells: Vec<Shell>,
-    /// For each triangle, zero or its shell's index plus one, with [`TURNED`] if it is turned.
+    /// For each triangle of the caller's, zero or its shell's index plus one, with [`TURNED`] if it
+    /// is turned; empty without shells.
     pub(crate) of: Vec<u16>,
 }
 
 /// The bit of a triangle that is turned against the first of its shell.
 const TURNED: u16 = 1 << 15;
 
-/// Triangles that are connected, and whether they are turned against the first among them.
-struct Connected(Vec<(u32, bool)>);
+/// Triangles that are connected, each with an earlier one, and in the last bit whether it is turned
+/// against that.
+struct Connected(Vec<u32>);
 
 impl Connected {
     /// The first triangle connected to `i`, and whether `i` is turned against it.
     fn root(&mut self, i: u32) -> (u32, bool) {
-        let (mut at, mut turned) = (i, false);
+        let (mut at, mut turned) = (i, 0);
         loop {
-            let (next, turn) = self.0[at as usize];
+            let step = self.0[at as usize];
+            let next = step >> 1;
             if next == at {
-                return (at, turned);
+                return (at, turned != 0);
             }
             // Halves the way for those who come later.
-            let (after, turn_after) = self.0[next as usize];
-            self.0[at as usize] = (after, turn ^ turn_after);
-            turned ^= turn ^ turn_after;
-            at = after;
+            let after = self.0[next as usize] ^ step & 1;
+            self.0[at as usize] = after;
+            turned ^= after & 1;
+            at = after >> 1;
         }
     }
 
@@ -59,7 +62,7 @@ impl Connected {
         if i == j {
             return ti ^ tj == turned;
         }
-        self.0[i.max(j) as usize] = (i.min(j), ti ^ tj ^ turned);
+        self.0[i.max(j) as usize] = i.min(j) << 1 | u32::from(ti ^ tj ^ turned);
         true
     }
 }
@@ -68,70 +71,122 @@ impl Connected {
 fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     // Zero has two signs.
     let bits = |i: u32| positions[i as usize].map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<u32> = (0..).take(positions.len()).collect();
-    order.sort_unstable_by_key(|&i| (bits(i), i));
+    // Sorted by a hash first: neighbours in the list are compared far more often than looked up.
+    let hash = |i: u32| {
+        let mix = |h: u64, x: u32| (h ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let h = bits(i)
+            .into_iter()
+            .fold(0, |h, x| mix(h, x).rotate_left(29));
+        (h, i)
+    };
+    let mut order: Vec<(u64, u32)> = (0..).map(hash).take(positions.len()).collect();
+    pool::sort_distinct(&mut order);
     let mut weld = vec![0; positions.len()];
-    let mut first = order.first().copied().unwrap_or(0);
-    for i in order {
-        if bits(first) != bits(i) {
-            first = i;
+    for same in order.chunk_by_mut(|a, b| a.0 == b.0) {
+        let first = same[0].1;
+        if same.iter().any(|(_, i)| bits(*i) != bits(first)) {
+            same.sort_unstable_by_key(|(_, i)| (bits(*i), *i));
         }
-        weld[i as usize] = first;
+        for here in same.chunk_by(|a, b| bits(a.1) == bits(b.1)) {
+            for (_, i) in here {
+                weld[*i as usize] = here[0].1;
+            }
+        }
     }
     weld
 }
 
+/// Edges by their lesser corner.
+struct Edges {
+    /// Where each corner's edges begin.
+    first: Vec<u32>,
+    /// The other corner, with the edge's direction in the last bit, and the triangle.
+    edges: Vec<(u32, u32)>,
+}
+
+impl Edges {
+    fn new(corners: impl Iterator<Item = (u32, [u32; 3])> + Clone, places: usize) -> Self {
+        let sides = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
+        let mut first = vec![0_u32; places + 1];
+        for (_, triangle) in corners.clone() {
+            for (v, w) in sides(triangle) {
+                first[v.min(w) as usize + 1] += 1;
+            }
+        }
+        let mut sum = 0;
+        for count in &mut first {
+            sum += *count;
+            *count = sum;
+        }
+        let mut edges = vec![(0, 0); sum as usize];
+        for (id, triangle) in corners {
+            for (v, w) in sides(triangle) {
+                let next = &mut first[v.min(w) as usize];
+                edges[*next as usize] = (v.max(w) << 1 | u32::from(v > w), id);
+                *next += 1;
+            }
+        }
+        // Each entry has moved to where the next corner's edges begin.
+        Self { first, edges }
+    }
+
+    /// Calls `f` with the triangles of each edge, in ascending order for either direction.
+    fn for_each(mut self, mut f: impl FnMut(&[(u32, u32)])) {
+        let mut begin = 0;
+        for end in self.first {
+            let here = &mut self.edges[begin..end as usize];
+            here.sort_unstable();
+            here.chunk_by(|a, b| a.0 >> 1 == b.0 >> 1).for_each(&mut f);
+            begin = end as usize;
+        }
+    }
+}
+
 impl Shells {
-    /// Finds the closed meshes among triangles given by the numbers of their corners; `ids` are
-    /// the numbers of the triangles themselves, `origin` is that of the hierarchy.
-    pub(crate) fn find(
-        positions: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        ids: &[u32],
-        origin: [f32; 3],
-    ) -> Self {
-        if positions.len() >= 1 << 31 {
+    /// Finds the closed meshes among the triangles that `kept` has.
+    pub(crate) fn find(geometry: &Geometry<'_>, kept: &[bool]) -> Self {
+        let places = geometry.positions.len();
+        // Numbers take a bit with them, and edges are counted in 32 bits.
+        if places >= 1 << 31 || kept.len() >= 1 << 30 {
             return Self::default();
         }
-        let place = weld(positions);
-        let corners = |&id: &u32| triangles[id as usize].map(|c| place[c as usize]);
-        // Each edge with its direction in the last bit, and its triangle.
-        let mut edges = Vec::with_capacity(3 * ids.len());
-        for (triangle, [a, b, c]) in (0_u32..).zip(ids.iter().map(corners)) {
-            for (v, w) in [(a, b), (b, c), (c, a)] {
-                let key = u64::from(v.min(w)) << 32 | u64::from(v.max(w)) << 1;
-                edges.push((key | u64::from(v > w), triangle));
-            }
-        }
-        edges.sort_unstable();
-        let mut connected = Connected((0..).map(|i| (i, false)).take(ids.len()).collect());
-        let mut open = Vec::new();
-        for same in edges.chunk_by(|a, b| a.0 >> 1 == b.0 >> 1) {
+        let place = weld(geometry.positions);
+        let ids = || {
+            (0_u32..)
+                .zip(kept)
+                .filter(|(_, kept)| **kept)
+                .map(|(id, _)| id)
+        };
+        let corners = |id: u32| geometry.triangles[id as usize].map(|c| place[c as usize]);
+        let edges = Edges::new(ids().map(|id| (id, corners(id))), places);
+        let mut connected = Connected((0..).map(|i| i << 1).take(kept.len()).collect());
+        let mut open = vec![false; kept.len()];
+        edges.for_each(|same| {
             let (first, i) = same[0];
+            let mut fits = same.len() == 2;
             for &(edge, j) in &same[1..] {
-                if !connected.join(i, j, first & 1 == edge & 1) {
-                    open.push(i);
-                }
+                fits &= connected.join(i, j, first & 1 == edge & 1);
             }
-            if same.len() != 2 {
-                open.push(i);
+            if !fits {
+                open[i as usize] = true;
             }
-        }
+        });
         let mut found = Self::default();
         // The shell of each first triangle; none if it is open.
-        let mut number = vec![0_u16; ids.len()];
-        for i in open {
+        let mut number = vec![0_u16; kept.len()];
+        for (i, _) in (0_u32..).zip(open).filter(|(_, open)| *open) {
             number[connected.root(i).0 as usize] = u16::MAX;
         }
-        for (i, id) in (0_u32..).zip(ids) {
-            let (root, turned) = connected.root(i);
+        let mut of = vec![0; kept.len()];
+        for id in ids() {
+            let (root, turned) = connected.root(id);
             let root = root as usize;
             if number[root] == 0 {
                 found.shells.push(Shell {
                     lo: [f32::INFINITY; 3],
                     hi: [f32::NEG_INFINITY; 3],
-                    first: *id,
-                    last: *id,
+                    first: id,
+                    last: id,
                 });
                 number[root] = u16::try_from(found.shells.len()).unwrap_or(u16::MAX);
                 if number[root] >= TURNED {
@@ -141,26 +196,21 @@ impl Shells {
                 }
             }
             if number[root] == u16::MAX {
-                found.of.push(0);
                 continue;
             }
-            found
-                .of
-                .push(number[root] | if turned { TURNED } else { 0 });
+            of[id as usize] = number[root] | if turned { TURNED } else { 0 };
             let shell = &mut found.shells[usize::from(number[root]) - 1];
-            shell.last = shell.last.max(*id);
-            shell.first = shell.first.min(*id);
-            for v in corners(id) {
-                for axis in 0..3 {
-                    // Exact, as for the hierarchy's vertices.
-                    let x = positions[v as usize][axis] - origin[axis];
+            shell.last = shell.last.max(id);
+            shell.first = shell.first.min(id);
+            for v in geometry.vertices(id) {
+                for (axis, x) in v.into_iter().enumerate() {
                     shell.lo[axis] = shell.lo[axis].min(x);
                     shell.hi[axis] = shell.hi[axis].max(x);
                 }
             }
         }
-        if found.shells.is_empty() {
-            found.of.clear();
+        if !found.shells.is_empty() {
+            found.of = of;
         }
         found
     }
@@ -288,7 +338,7 @@ impl<'a> Backs<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Shells, TURNED};
+    use super::{Geometry, Shells, TURNED};
 
     /// The triangles of a cube, or all but the last of them, some turned; every triangle with
     /// corners of its own.
@@ -334,8 +384,12 @@ mod tests {
     }
 
     fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Shells {
-        let ids: Vec<u32> = (0..).take(triangles.len()).collect();
-        Shells::find(positions, triangles, &ids, [0.0; 3])
+        let geometry = Geometry {
+            positions,
+            triangles,
+            origin: [0.0; 3],
+        };
+        Shells::find(&geometry, &vec![true; triangles.len()])
     }
 
     #[test]

@@ -380,3 +380,118 @@ fn scaled_scenes_look_the_same() {
         }
     }
 }
+
+/// A thousand copies of a triangle, and a row of triangles in one plane.
+#[test]
+fn copies_and_rows() {
+    let mut rng = Rng(11);
+    let mut copies = Mesh::default();
+    let mut row = Mesh::default();
+    for k in 0..1000 {
+        copies.triangle(
+            DVec3::new(-0.4, -0.3, 1.0),
+            DVec3::new(0.5, -0.2, 1.0),
+            DVec3::new(0.0, 0.6, 1.0),
+        );
+        let x = 0.01 * f64::from(k - 500);
+        row.triangle(
+            DVec3::new(x, -0.2, 1.0),
+            DVec3::new(x + 0.01, -0.2, 1.0),
+            DVec3::new(x, 0.3, 1.0),
+        );
+    }
+    for mesh in [copies, row] {
+        let mut seen = [false; 2];
+        for _ in 0..100 {
+            let (_, f) = fractions(&mesh, rng.in_cube(0.5) - DVec3::Z * 0.2);
+            seen[0] |= f.iter().any(|f| *f < 0.99);
+            seen[1] |= f.iter().any(|f| *f > 0.01);
+        }
+        assert_eq!(seen, [true; 2]);
+    }
+}
+
+/// Where a ray meets the nearest triangle, by determinants in `f64`; `None` for a ray that passes
+/// an edge within rounding.
+fn nearest(mesh: &Mesh, ray: &Ray) -> Option<Option<f64>> {
+    let d = ray.direction;
+    let mut nearest: Option<f64> = None;
+    for k in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(k).map(|v| v - ray.origin);
+        let mut sides = [0.0; 3];
+        for (side, (v, w)) in sides.iter_mut().zip([(a, b), (b, c), (c, a)]) {
+            *side = d.dot(v.cross(w));
+            if side.abs() <= 16.0 * f64::EPSILON * d.length() * v.length() * w.length() {
+                return None;
+            }
+        }
+        if sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0) {
+            let t = a.dot(b.cross(c)) / sides.iter().sum::<f64>();
+            if t >= 0.0 && nearest.is_none_or(|n| t < n) {
+                nearest = Some(t);
+            }
+        }
+    }
+    Some(nearest)
+}
+
+/// A strip of which a few corners are far away: farther than areas fit into `f32` from 2e19 on.
+#[test]
+fn corners_far_away() {
+    let mut rng = Rng(12);
+    let mut scratch = Scratch::new();
+    for far in [1e15_f32, 1e18, 1e19, 1e20, 1e25, 1e30, f32::MAX] {
+        let mut mesh = Mesh::default();
+        for k in 0..30_u8 {
+            let x = 0.2 * f64::from(k) - 3.0;
+            mesh.triangle(
+                DVec3::new(x, -1.0, 1.0),
+                DVec3::new(x + 0.2, -1.0, 1.0),
+                DVec3::new(x, 1.0, 1.1),
+            );
+        }
+        for (axis, k) in [(2, 0), (0, 40), (1, 80)] {
+            mesh.positions[k][axis] = far;
+        }
+        // Two of a triangle: the product of one's coordinates and the other's overflows.
+        mesh.positions[45] = [far, far, 1.0];
+        mesh.positions[46] = [0.5 * far, far, 1.0];
+        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+        assert_eq!(occluders.left_out(), 0);
+        let mut hits = 0;
+        for _ in 0..300 {
+            let origin = rng.in_cube(0.5) - DVec3::Z;
+            let ray = Ray {
+                origin,
+                direction: rng.in_cube(1.0) + DVec3::Z * 0.7,
+                t_min: 0.0,
+                t_max: f64::INFINITY,
+            };
+            let Some(want) = nearest(&mesh, &ray) else {
+                continue;
+            };
+            let hit = occluders.closest_hit(&ray, &mut scratch);
+            // Of the volume and the area that t is the quotient of, a slanting plane keeps all
+            // but 1e6 roundings.
+            let same = match (hit, want) {
+                (Some(hit), Some(t)) => (hit.t - t).abs() <= 1e6 * f64::EPSILON * t,
+                (None, None) => true,
+                (Some(_), None) | (None, Some(_)) => false,
+            };
+            assert!(same, "{far:e}, {ray:?}: {hit:?}, {want:?}");
+            assert_eq!(
+                occluders.any_hit(&ray, &NONE, &mut scratch),
+                want.is_some(),
+                "{far:e}, {ray:?}"
+            );
+            hits += u32::from(hit.is_some());
+        }
+        assert!(hits > 50, "{far:e}: {hits}");
+        // Scenes have no corners beyond 2^60.
+        if far <= 1e18 {
+            for _ in 0..100 {
+                fractions(&mesh, rng.in_cube(0.5) - DVec3::Z);
+            }
+        }
+    }
+}

@@ -11,7 +11,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 13] = [
     ("lights", &["geometry"], &[]),
     ("shading", &["geometry"], &[]),
     ("penumbra", &["geometry"], &[]),
-    ("visibility", &["geometry"], &["obvhs"]),
+    ("visibility", &["geometry"], &["obvhs", "rayon"]),
     ("mis", &[], &[]),
     (
         "scene",

@@ -130,7 +130,7 @@ fn without_use_items(code: &str) -> String {
 }
 
 /// Words that mean an effect, who may have it, and why others may not.
-const EFFECTS: [(&[&str], &[&str], &str); 5] = [
+const EFFECTS: [(&[&str], &[&str], &str); 6] = [
     (
         &[
             "std::fs",
@@ -148,9 +148,21 @@ const EFFECTS: [(&[&str], &[&str], &str); 5] = [
         "only study knows clocks",
     ),
     (
-        &["std::thread", "thread::spawn", "rayon", "thread_local!"],
+        &[
+            "std::thread",
+            "thread::spawn",
+            "thread::scope",
+            "ThreadPool",
+            "ThreadPoolBuilder",
+            "thread_local!",
+        ],
         &["study"],
-        "only study knows threads",
+        "only study starts threads",
+    ),
+    (
+        &["rayon"],
+        &["study", "visibility"],
+        "only study and visibility share out work among threads",
     ),
     (
         &[
@@ -179,6 +191,9 @@ const EFFECTS: [(&[&str], &[&str], &str); 5] = [
     ),
 ];
 
+/// The one file of a library that may name rayon: outside of a pool it runs everything where it is called.
+const POOL: &str = "crates/visibility/src/pool.rs";
+
 pub(super) fn effects(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for file in house.shipped(&LIBRARIES) {
@@ -187,6 +202,13 @@ pub(super) fn effects(house: &House) -> Vec<String> {
                 problems.extend(words.iter().flat_map(|word| file.complain(word, why)));
             }
         }
+    }
+    for file in house
+        .shipped(&["visibility"])
+        .filter(|file| file.path != POOL)
+    {
+        let why = "work is shared out by crate::pool, which starts no pool of its own";
+        problems.extend(file.complain("rayon", why));
     }
     // What is known of the processor is all that is shared.
     let stateless = |file: &&Source| file.path != "crates/geometry/src/isa.rs";
@@ -457,7 +479,7 @@ mod tests {
     #[test]
     fn rules_bite() {
         type Rule = fn(&House) -> Vec<String>;
-        let cases: [(Rule, &str, &str); 13] = [
+        let cases: [(Rule, &str, &str); 15] = [
             (foreign_names, "crates/scene/src/x.rs", "use glam::DVec3;"),
             (
                 foreign_names,
@@ -476,6 +498,16 @@ mod tests {
                 "use std::time::Instant;",
             ),
             (effects, "crates/lights/src/x.rs", "use std::fs;"),
+            (
+                effects,
+                "crates/visibility/src/x.rs",
+                "fn a() { rayon::join(b, c); }",
+            ),
+            (
+                effects,
+                "crates/visibility/src/pool.rs",
+                "fn a() { ThreadPoolBuilder::new(); }",
+            ),
             (
                 fallibility,
                 "crates/shading/src/x.rs",
@@ -507,7 +539,7 @@ mod tests {
         for (i, (rule, path, text)) in cases.into_iter().enumerate() {
             assert_eq!(rule(&House::of(path, text)).len(), 1, "case {i}: {text}");
             // Unsafe and unfinished work count in tests as well.
-            if i < 10 {
+            if i < 12 {
                 let quoted = text.replace('"', "");
                 let hidden = format!(
                     "// {text}\nconst A: &str = \"{quoted}\";\n#[cfg(test)]\nmod tests {{ {text} }}"
@@ -556,6 +588,7 @@ mod tests {
                 .is_empty()
         );
         assert!(effects(&House::of("crates/mis/tests/x.rs", "println!()")).is_empty());
+        assert!(effects(&House::of(POOL, "rayon::join(a, b);")).is_empty());
     }
 
     #[test]

@@ -27,7 +27,8 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     }
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
-    let mut renderer = Renderer::new(&scene);
+    let pool = pool(&args.common)?;
+    let mut renderer = pool.install(|| Renderer::new(&scene));
     set_light_estimators(&mut renderer, &args.light_estimator)?;
     let build_seconds = built.elapsed().as_secs_f64();
     let settings = Settings {
@@ -45,8 +46,8 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     };
     let window = window(&scene, args.crop);
     let drawn = Instant::now();
-    let (image, counts) = pool(&args.common)?
-        .install(|| image::render(&renderer, &settings, window, &bar("rendering")));
+    let (image, counts) =
+        pool.install(|| image::render(&renderer, &settings, window, &bar("rendering")));
     let seconds = drawn.elapsed().as_secs_f64();
     write(&args.output, &image, args, &settings)?;
     let times = [load_seconds, build_seconds, seconds];

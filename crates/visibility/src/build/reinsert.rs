@@ -1,0 +1,308 @@
+//! Improving a binary tree: subtrees are taken out and put where they make boxes smaller.
+//!
+//! **Source**: Meister & Bittner 2018, "Parallel reinsertion for bounding volume hierarchy
+//! optimization"; candidates are the nodes with the largest boxes, as in Bittner, Hapala & Havran
+//! 2013. A search looks at a bounded number of nodes, so that time is n log n where boxes lie on
+//! top of each other, too.
+
+use super::{binary::Binary, index};
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+/// Shares of the nodes that the passes look at: many at first, then fewer and fewer.
+const SHARES: [f64; 2] = [0.05, 0.1];
+const PASSES: u32 = 16;
+
+/// Nodes that the search for one place looks at.
+const MOST_VISITS: u32 = 512;
+
+/// Levels of a tree, in logarithms of its nodes, beyond which nothing is put.
+const LEVELS: u32 = 4;
+
+/// Subtrees at which the top of a large tree ends that is improved by itself.
+const TOP: usize = 1 << 16;
+
+/// A place for a subtree, and how much smaller boxes get.
+#[derive(Clone, Copy)]
+struct Move {
+    gain: f64,
+    from: u32,
+    to: u32,
+}
+
+/// The node beside another one; nodes are numbered as in [`Binary`].
+#[inline(always)]
+const fn sibling(node: u32) -> u32 {
+    ((node - 1) ^ 1) + 1
+}
+
+/// A tree, and the parent of each of its nodes but the root.
+struct Tree<'a> {
+    nodes: &'a mut [Binary],
+    parents: Vec<u32>,
+    /// Levels below each node.
+    heights: Vec<u16>,
+    /// Levels that the tree may have: so many that searching and moving take n log n.
+    most_levels: u32,
+    /// For the search: places to look at, with what would be gained above them.
+    todo: Vec<(f64, u32)>,
+}
+
+/// Improves a tree with root 0 and fewer than 2³¹ nodes.
+pub(super) fn improve(nodes: &mut [Binary]) {
+    if nodes.len() < 7 {
+        return;
+    }
+    let mut parents = vec![0; nodes.len()];
+    for (i, node) in (0..).zip(&*nodes) {
+        if !node.is_leaf() {
+            parents[node.first as usize] = i;
+            parents[node.first as usize + 1] = i;
+        }
+    }
+    let mut tree = Tree {
+        heights: heights(nodes),
+        most_levels: LEVELS * (usize::BITS - nodes.len().leading_zeros()),
+        nodes,
+        parents,
+        todo: Vec::new(),
+    };
+    let mut candidates: Vec<(f64, u32)> = Vec::new();
+    let mut moves = Vec::new();
+    let mut touched = vec![0_u32; tree.nodes.len()];
+    let mut pass_number = 0;
+    for share in SHARES {
+        for pass in 0..PASSES {
+            #[allow(
+                clippy::cast_precision_loss,
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a share of the nodes"
+            )]
+            let count = (tree.nodes.len() as f64 * share / f64::from(2 * pass + 1)) as usize + 1;
+            candidates.clear();
+            let all = (1..).zip(&tree.nodes[1..]);
+            candidates.extend(all.map(|(i, node)| (node.bounds.half_area(), i)));
+            let largest_first =
+                |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+            if count < candidates.len() {
+                candidates.select_nth_unstable_by(count, largest_first);
+                candidates.truncate(count);
+            }
+            moves.clear();
+            moves.extend(candidates.iter().filter_map(|c| tree.search(c.1)));
+            moves.sort_unstable_by(|a: &Move, b| {
+                b.gain.total_cmp(&a.gain).then(a.from.cmp(&b.from))
+            });
+            pass_number += 1;
+            for m in &moves {
+                tree.apply(*m, &mut touched, pass_number);
+            }
+        }
+    }
+}
+
+/// The levels below each node.
+fn heights(nodes: &[Binary]) -> Vec<u16> {
+    let mut heights = vec![0_u16; nodes.len()];
+    // Parents before their children, and back.
+    let mut order = vec![0_u32];
+    let mut next = 0;
+    while let Some(&at) = order.get(next) {
+        let node = &nodes[at as usize];
+        if !node.is_leaf() {
+            order.extend([node.first, node.first + 1]);
+        }
+        next += 1;
+    }
+    for at in order.into_iter().rev() {
+        let node = &nodes[at as usize];
+        if !node.is_leaf() {
+            heights[at as usize] = above(&heights, node.first);
+        }
+    }
+    heights
+}
+
+/// The levels below the parent of a pair.
+fn above(heights: &[u16], pair: u32) -> u16 {
+    let pair = pair as usize;
+    heights[pair].max(heights[pair + 1]).saturating_add(1)
+}
+
+impl Tree<'_> {
+    fn area(&self, node: u32) -> f64 {
+        self.nodes[node as usize].bounds.half_area()
+    }
+
+    /// The best place for a subtree other than where it is.
+    fn search(&mut self, from: u32) -> Option<Move> {
+        let bounds = self.nodes[from as usize].bounds;
+        let area = bounds.half_area();
+        let parent = self.parents[from as usize];
+        let mut best = Move {
+            gain: 0.0,
+            from,
+            to: 0,
+        };
+        // Without the subtree its parent goes, and the boxes above shrink to what is left.
+        let mut gain = self.area(parent);
+        let mut beside = sibling(from);
+        let mut left = self.nodes[beside as usize].bounds;
+        let mut pivot = parent;
+        let mut visits = 0;
+        self.todo.clear();
+        loop {
+            self.todo.push((gain, beside));
+            while let Some((gain, to)) = self.todo.pop() {
+                if gain - area <= best.gain {
+                    continue;
+                }
+                visits += 1;
+                let node = &self.nodes[to as usize];
+                let here = gain - node.bounds.union(&bounds).half_area();
+                if here > best.gain {
+                    best.gain = here;
+                    best.to = to;
+                }
+                if !node.is_leaf() && visits < MOST_VISITS {
+                    let below = here + node.bounds.half_area();
+                    self.todo.push((below, node.first));
+                    self.todo.push((below, node.first + 1));
+                }
+            }
+            if pivot == 0 || visits >= MOST_VISITS {
+                break;
+            }
+            if pivot != parent {
+                left.extend(&self.nodes[beside as usize].bounds);
+                gain += self.area(pivot) - left.half_area();
+            }
+            beside = sibling(pivot);
+            pivot = self.parents[pivot as usize];
+        }
+        let stays = best.to == 0 || best.to == sibling(from) || best.to == parent;
+        (!stays).then_some(best)
+    }
+
+    /// Moves a subtree, unless a move of this pass has touched what is around it.
+    fn apply(&mut self, Move { from, to, .. }: Move, touched: &mut [u32], pass: u32) {
+        let parent = self.parents[from as usize];
+        let around = [to, from, sibling(from), self.parents[to as usize], parent];
+        if around.iter().any(|&n| touched[n as usize] == pass) {
+            return;
+        }
+        // Another move may have put the place into the subtree.
+        let mut levels = 1;
+        let mut above = to;
+        while above != 0 {
+            if above == from {
+                return;
+            }
+            levels += 1;
+            above = self.parents[above as usize];
+        }
+        let below = self.heights[from as usize].max(self.heights[to as usize]);
+        if levels + u32::from(below) > self.most_levels {
+            return;
+        }
+        for n in around {
+            touched[n as usize] = pass;
+        }
+        // The parent's pair of nodes becomes that of the new one, whose second child is what was
+        // there; what is left of the parent takes its place.
+        let beside = sibling(from);
+        let other = self.nodes[beside as usize];
+        let there = self.nodes[to as usize];
+        let heights = [beside, to].map(|n| self.heights[n as usize]);
+        self.nodes[to as usize].first = from.min(beside);
+        self.nodes[to as usize].tag &= !Binary::LEAF;
+        self.put(beside, there, heights[1]);
+        self.put(parent, other, heights[0]);
+        self.parents[from as usize] = to;
+        self.parents[beside as usize] = to;
+        self.refit(to);
+        // What took the parent's place fits, but may be smaller.
+        if parent != 0 {
+            self.refit(self.parents[parent as usize]);
+        }
+    }
+
+    /// Puts a node in a place and tells its children.
+    fn put(&mut self, at: u32, node: Binary, height: u16) {
+        self.nodes[at as usize] = node;
+        self.heights[at as usize] = height;
+        if !node.is_leaf() {
+            self.parents[node.first as usize] = at;
+            self.parents[node.first as usize + 1] = at;
+        }
+    }
+
+    /// Makes boxes and heights from an inner node upwards fit their children, as far as they
+    /// change.
+    fn refit(&mut self, mut node: u32) {
+        loop {
+            let Binary { bounds, first, .. } = self.nodes[node as usize];
+            let children = &self.nodes[first as usize..first as usize + 2];
+            let fit = children[0].bounds.union(&children[1].bounds);
+            let height = above(&self.heights, first);
+            if fit == bounds && height == self.heights[node as usize] {
+                return;
+            }
+            self.nodes[node as usize].bounds = fit;
+            self.heights[node as usize] = height;
+            if node == 0 {
+                return;
+            }
+            node = self.parents[node as usize];
+        }
+    }
+}
+
+/// Improves the top of a tree that has been improved in parts.
+pub(super) fn improve_top(nodes: &mut [Binary]) {
+    // Opened are the nodes with the largest boxes; the places of pairs are kept for the result.
+    let mut top = vec![nodes[0]];
+    let mut pairs = Vec::new();
+    let area = |node: &Binary| node.bounds.half_area().to_bits();
+    let mut open = BinaryHeap::from([(area(&nodes[0]), Reverse(0_usize))]);
+    // Nodes at which the part ends; what is in them stands in a list meanwhile.
+    let mut ends: Vec<(u32, u32)> = Vec::new();
+    while let Some((_, Reverse(at))) = open.pop() {
+        let node = top[at];
+        if node.is_leaf() || pairs.len() >= TOP {
+            top[at].first = index(ends.len());
+            top[at].tag = Binary::LEAF;
+            ends.push((node.first, node.tag));
+            continue;
+        }
+        let pair = node.first as usize;
+        top[at].first = index(2 * pairs.len() + 1);
+        pairs.push(pair);
+        for child in &nodes[pair..pair + 2] {
+            open.push((area(child), Reverse(top.len())));
+            top.push(*child);
+        }
+    }
+    improve(&mut top);
+    for node in &mut top {
+        if node.is_leaf() {
+            (node.first, node.tag) = ends[node.first as usize];
+        } else {
+            node.first = index(pairs[(node.first as usize - 1) / 2]);
+        }
+    }
+    nodes[0] = top[0];
+    for (k, pair) in pairs.into_iter().enumerate() {
+        nodes[pair..pair + 2].copy_from_slice(&top[2 * k + 1..2 * k + 3]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn siblings() {
+        assert_eq!([1, 2, 3, 4, 9].map(sibling), [2, 1, 4, 3, 10]);
+    }
+}

@@ -1,0 +1,230 @@
+//! What building costs, counted: the depth of the tree and the triangles looked at on the way down.
+
+use super::{Geometry, Hierarchy, LEAF_SIZE, binary::Binary, build, split};
+use crate::{node::Child, shells::Shells};
+
+/// Triangles in lists of their own corners.
+#[derive(Default)]
+struct Mesh {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    fn push(&mut self, triangle: [[f32; 3]; 3]) {
+        let first = u32::try_from(self.positions.len()).unwrap();
+        self.positions.extend(triangle);
+        self.triangles.push([first, first + 1, first + 2]);
+    }
+
+    fn of(count: u32, triangle: impl Fn(u32) -> [[f32; 3]; 3]) -> Self {
+        let mut mesh = Self::default();
+        (0..count).for_each(|k| mesh.push(triangle(k)));
+        mesh
+    }
+
+    fn geometry(&self) -> Geometry<'_> {
+        Geometry {
+            positions: &self.positions,
+            triangles: &self.triangles,
+            origin: [0.0; 3],
+        }
+    }
+
+    fn tree(&self) -> Vec<Binary> {
+        let ids = 0..u32::try_from(self.triangles.len()).unwrap();
+        let mut references: Vec<_> = ids.map(|id| self.geometry().reference(id)).collect();
+        split::grow(&mut references)
+    }
+
+    fn hierarchy(&self) -> Hierarchy {
+        let kept = vec![true; self.triangles.len()];
+        build(&self.geometry(), &kept, Shells::default())
+    }
+}
+
+#[allow(clippy::cast_precision_loss, reason = "whole numbers below 2²⁴")]
+fn float(k: u32) -> f32 {
+    k as f32
+}
+
+/// Evenly spread numbers between 0 and 1.
+fn random(k: u32) -> f32 {
+    float(k.wrapping_mul(2_654_435_769) >> 8) / 16_777_216.0
+}
+
+/// What builders are known to take quadratic time for, with `count` triangles.
+fn hard(count: u32) -> Vec<(&'static str, Mesh)> {
+    let corner =
+        |x: f32, y: f32, z: f32, size: f32| [[x, y, z], [x + size, y, z], [x, y + size, z]];
+    // The sizes of `count` triangles from one up to 1e6.
+    let geometric = move |k: u32| 1e6_f32.powf(float(k) / float(count));
+    vec![
+        ("copies", Mesh::of(count, |_| corner(0.0, 0.0, 0.0, 1.0))),
+        (
+            "copies that differ by an ulp or so",
+            Mesh::of(count, |k| corner(0.0, 1e-7 * random(k), 0.0, 1.0)),
+        ),
+        (
+            "a row",
+            Mesh::of(count, |k| corner(float(k), 0.0, 0.0, 1.0)),
+        ),
+        (
+            "a row on a line",
+            Mesh::of(count, |k| [0.0, 0.3, 1.0].map(|x| [float(k) + x, 0.0, 0.0])),
+        ),
+        (
+            "a row of growing triangles",
+            Mesh::of(count, |k| {
+                corner(geometric(k), 0.0, 0.0, geometric(k) * 1e-3)
+            }),
+        ),
+        (
+            "nested triangles",
+            Mesh::of(count, |k| {
+                let s = geometric(k);
+                [[-s, -s, 0.0], [s, -s, 0.0], [0.0, s, 0.0]]
+            }),
+        ),
+        (
+            "a fan of slivers",
+            Mesh::of(count, |k| {
+                let (sin, cos) = (6.3 * random(k)).sin_cos();
+                [
+                    [0.0; 3],
+                    [1e3 * cos, 1e3 * sin, 1.0],
+                    [1e3 * cos, 1e3 * sin, -1.0],
+                ]
+            }),
+        ),
+        (
+            "a soup within a few giants",
+            Mesh::of(count, |k| {
+                let at = [0, 1, 2].map(|axis| random(3 * k + axis));
+                corner(at[0], at[1], at[2], if k % 97 == 0 { 1e5 } else { 1e-3 })
+            }),
+        ),
+        (
+            "corners as far as f32 goes",
+            Mesh::of(count, |k| {
+                let mut t = corner(float(k), 0.0, 0.0, 1.0);
+                t[k as usize % 3] =
+                    [[1e19, 0.0, 0.0], [0.0, -f32::MAX, 1e30], [f32::MAX; 3]][k as usize / 3 % 3];
+                t
+            }),
+        ),
+        (
+            "triangles as small as f32 goes",
+            Mesh::of(count, |k| corner(1e-45 * float(k), 0.0, 0.0, 1e-45)),
+        ),
+    ]
+}
+
+/// The triangles of a tree, each once, in order; and the depths at which they stand, largest and
+/// summed up.
+fn walk(tree: &[Binary]) -> (Vec<u32>, usize, usize) {
+    let (mut ids, mut deepest, mut sum) = (Vec::new(), 0, 0);
+    let mut todo = vec![(0_usize, 0_usize)];
+    while let Some((at, depth)) = todo.pop() {
+        let node = &tree[at];
+        if node.is_leaf() {
+            ids.push(node.first);
+            deepest = deepest.max(depth);
+            sum += depth;
+            continue;
+        }
+        let first = node.first as usize;
+        let fit = tree[first].bounds.union(&tree[first + 1].bounds);
+        assert_eq!(node.bounds, fit, "a box that does not fit its children");
+        todo.extend([(first, depth + 1), (first + 1, depth + 1)]);
+    }
+    ids.sort_unstable();
+    (ids, deepest, sum)
+}
+
+/// A triangle is looked at once for each level above it. Beyond four times the logarithm of their
+/// number, branches are halved, which takes another logarithm, and nothing is put by reinsertion;
+/// there are twice as many nodes, a level more.
+#[test]
+fn growing_looks_at_n_log_n_triangles() {
+    for levels in [10_u32, 13] {
+        let count = 1 << levels;
+        for (name, mesh) in hard(count) {
+            let tree = mesh.tree();
+            let (ids, deepest, sum) = walk(&tree);
+            assert!(ids.into_iter().eq(0..count), "{name}");
+            let levels = levels as usize;
+            assert!(
+                deepest <= 8 * levels,
+                "{name}: {deepest} levels of {levels}"
+            );
+            let mean = sum as f64 / f64::from(count);
+            assert!(
+                mean <= 5.0 * levels as f64,
+                "{name}: {mean} levels of {levels}"
+            );
+        }
+    }
+}
+
+/// Blocks are built one by one: their seams must not show.
+#[test]
+fn large_trees_hold_every_triangle_once() {
+    let count = 3 * u32::try_from(split::BLOCK).unwrap() + 17;
+    for (name, mesh) in hard(count).into_iter().take(3) {
+        let (ids, deepest, _) = walk(&mesh.tree());
+        assert!(ids.into_iter().eq(0..count), "{name}");
+        assert!(deepest <= 10 * 18, "{name}: {deepest} levels");
+    }
+}
+
+/// The same bits for any number of threads, and without a pool.
+#[test]
+fn threads_do_not_matter() {
+    let count = 2 * u32::try_from(split::BLOCK).unwrap();
+    let mesh = hard(count).remove(7).1;
+    let bits = |tree: Vec<Binary>| -> Vec<(u32, u32, [u32; 6])> {
+        let corners = |n: &Binary| {
+            let (lo, hi) = (n.bounds.lo, n.bounds.hi);
+            std::array::from_fn(|k| if k < 3 { lo[k] } else { hi[k - 3] }.to_bits())
+        };
+        tree.iter().map(|n| (n.first, n.tag, corners(n))).collect()
+    };
+    let alone = bits(mesh.tree());
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let shared = pool.build().unwrap().install(|| bits(mesh.tree()));
+        assert!(alone == shared, "{threads} threads");
+    }
+}
+
+/// Leaves hold a few triangles each, whatever the input, and nodes have few levels.
+#[test]
+fn wide_nodes_are_filled() {
+    let count = 1 << 13;
+    for (name, mesh) in hard(count) {
+        let hierarchy = mesh.hierarchy();
+        let mut ids: Vec<u32> = Vec::new();
+        let mut deepest = 0;
+        let mut todo = vec![(0_usize, 1_usize)];
+        while let Some((at, depth)) = todo.pop() {
+            deepest = deepest.max(depth);
+            let node = &hierarchy.nodes[at];
+            for lane in (0..8).filter(|lane| node.valid >> lane & 1 != 0) {
+                let child = Child(node.child[lane]);
+                if child.is_leaf() {
+                    let leaf = &hierarchy.leaves[child.index()];
+                    assert!(child.count() <= LEAF_SIZE);
+                    ids.extend(&leaf.id[..child.count() as usize]);
+                } else {
+                    todo.push((child.index(), depth + 1));
+                }
+            }
+        }
+        ids.sort_unstable();
+        assert!(ids.into_iter().eq(0..count), "{name}");
+        assert!(deepest <= 4 * 13, "{name}: {deepest} levels");
+        let filled = f64::from(count) / hierarchy.leaves.len() as f64;
+        assert!(filled >= 2.0, "{name}: {filled} triangles a leaf");
+    }
+}
