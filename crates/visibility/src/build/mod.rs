@@ -1,13 +1,14 @@
-//! Building the hierarchy: a binary tree, grown from its root and improved, is collapsed into nodes
-//! of eight.
+//! Building the hierarchy: a binary tree, split from its root, its small subtrees joined by obvhs,
+//! and improved, is collapsed into nodes of eight.
 //!
 //! Costs are computed in `f64`, where no box of `f32` vertices overflows or vanishes, and time is
-//! n log n for any input: rows, copies, nests. (The builder of obvhs, which did this before, joins
-//! neighbours that are each other's nearest, of which a row has one pair at a time; and
-//! it took 250 bytes a triangle.)
+//! n log n for any input: rows, copies, nests. (Over all triangles at once, obvhs joins neighbours
+//! that are each other's nearest, of which a row has one pair at a time; it took 250 bytes
+//! a triangle.)
 
 mod binary;
 mod collapse;
+mod join;
 mod reinsert;
 mod split;
 #[cfg(test)]

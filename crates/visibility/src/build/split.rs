@@ -1,13 +1,13 @@
 //! Growing the binary tree from its root: triangles are split where the surface area heuristic
 //! expects the least work.
 //!
-//! **Source**: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies" (bins);
-//! for few triangles every split is tried. Time is n log n whatever the input: a branch that gets
-//! deeper than four times the logarithm goes on by halving.
+//! **Source**: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies" (bins).
+//! Few triangles are joined from their leaves instead ([`join`]). Time is n log n whatever the
+//! input: a branch that gets deeper than four times the logarithm goes on by halving.
 
 use super::{
     binary::{Binary, Bounds, least, most},
-    index, reinsert,
+    index, join, reinsert,
 };
 use crate::pool;
 
@@ -20,9 +20,6 @@ pub(super) struct Reference {
 
 /// Bins along each axis.
 const BINS: usize = 16;
-
-/// With no more triangles than this, every split is tried.
-const FEW: usize = 20;
 
 /// Triangles of a subtree that is grown and improved in one piece, in the caches of one core.
 pub(super) const BLOCK: usize = 1 << 16;
@@ -63,9 +60,11 @@ fn branch<const BLOCKS: bool>(
         root.tag = Binary::LEAF;
         return;
     }
+    if references.len() <= join::FEW && join::join(references, root, nodes, at) {
+        return;
+    }
     let middle = match levels {
         0 => halve(references, &extent),
-        _ if references.len() <= FEW => try_all(references),
         _ => by_bins(references, &extent).unwrap_or_else(|| halve(references, &extent)),
     };
     root.first = index(at);
@@ -177,39 +176,6 @@ impl Judged {
             larger: left.1.max(right.1),
         }
     }
-}
-
-/// The best of all splits; the triangles stand in its order afterwards.
-fn try_all(references: &mut [Reference]) -> usize {
-    let count = references.len();
-    if count == 2 {
-        return 1;
-    }
-    let mut best = (Judged::WORST, 2, count / 2);
-    let mut behind = [Bounds::EMPTY; FEW];
-    let mut sorted = 3;
-    for axis in 0..3 {
-        references.sort_unstable_by(|a, b| order(a, b, axis));
-        sorted = axis;
-        let mut bounds = Bounds::EMPTY;
-        for (k, r) in references.iter().enumerate().rev() {
-            bounds.extend(&r.bounds);
-            behind[k] = bounds;
-        }
-        let mut bounds = Bounds::EMPTY;
-        for k in 1..count {
-            bounds.extend(&references[k - 1].bounds);
-            let judged = Judged::new((&bounds, k), (&behind[k], count - k));
-            if judged < best.0 {
-                best = (judged, axis, k);
-            }
-        }
-    }
-    let (_, axis, middle) = best;
-    if axis != sorted {
-        references.sort_unstable_by(|a, b| order(a, b, axis));
-    }
-    middle
 }
 
 /// Which bin a middle is in.
