@@ -321,6 +321,15 @@ impl Document {
     /// # Errors
     /// [`FilmError::Invalid`] as for [`Document::write`].
     pub fn encode(&self) -> Result<Vec<u8>, FilmError> {
+        self.clone().into_bytes()
+    }
+
+    /// The bytes of the EXR file, for a document that is needed no more: beside its values memory
+    /// is taken for at most as many bytes as they have, and the metadata.
+    ///
+    /// # Errors
+    /// [`FilmError::Invalid`] as for [`Document::write`].
+    pub fn into_bytes(self) -> Result<Vec<u8>, FilmError> {
         if self.layers.iter().all(|layer| layer.channels.is_empty()) {
             return Err(FilmError::Invalid("there is no layer".to_owned()));
         }

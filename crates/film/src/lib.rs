@@ -41,7 +41,7 @@ mod picture;
 mod primaries;
 mod tiles;
 
-pub use atomic::write_atomically;
+pub use atomic::{try_place, write_atomically, write_atomically_with};
 pub use display::{
     Exposure, HeatMap, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
 };

@@ -16,13 +16,15 @@ use crate::{FilmError, FormatError, Moments};
 const PREFIX: &str = "linelit:";
 pub(crate) const FORMAT: &str = "OpenEXR";
 
-pub(crate) fn encode(document: &Document) -> Result<Vec<u8>, FilmError> {
+pub(crate) fn encode(document: Document) -> Result<Vec<u8>, FilmError> {
     let invalid = |e: exr::error::Error| FilmError::Invalid(e.to_string());
     let size = Vec2(document.width as usize, document.height as usize);
     let mut channels = SmallVec::new();
-    for layer in &document.layers {
-        for channel in &layer.channels {
-            channels.push(encode_channel(layer, channel));
+    let mut values = 0;
+    for layer in document.layers {
+        for channel in layer.channels {
+            values += channel.samples.len();
+            channels.push(encode_channel(&layer.name, channel));
         }
     }
     let mut attributes = LayerAttributes {
@@ -50,7 +52,9 @@ pub(crate) fn encode(document: &Document) -> Result<Vec<u8>, FilmError> {
         AnyChannels::sort(channels),
     );
     let image = exr::image::Image::new(ImageAttributes::new(display), layer);
-    let mut bytes = Cursor::new(Vec::new());
+    // Rows that do not shrink are stored as they are: 4 bytes a value are the most, and growing
+    // would take twice that.
+    let mut bytes = Cursor::new(Vec::with_capacity(4 * values));
     image
         .write()
         .non_parallel()
@@ -61,15 +65,15 @@ pub(crate) fn encode(document: &Document) -> Result<Vec<u8>, FilmError> {
     Ok(bytes)
 }
 
-fn encode_channel(layer: &Layer, channel: &Channel) -> AnyChannel<FlatSamples> {
-    let name = if layer.name.is_empty() {
-        channel.name.clone()
+fn encode_channel(layer: &str, channel: Channel) -> AnyChannel<FlatSamples> {
+    let name = if layer.is_empty() {
+        channel.name
     } else {
-        format!("{}.{}", layer.name, channel.name)
+        format!("{layer}.{}", channel.name)
     };
-    let samples = match &channel.samples {
-        Samples::Float(values) => FlatSamples::F32(values.clone()),
-        Samples::Count(values) => FlatSamples::U32(values.clone()),
+    let samples = match channel.samples {
+        Samples::Float(values) => FlatSamples::F32(values),
+        Samples::Count(values) => FlatSamples::U32(values),
     };
     AnyChannel::new(text(&name), samples)
 }
