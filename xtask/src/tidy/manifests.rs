@@ -52,6 +52,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 13] = [
             "indicatif",
             "maud",
             "rayon",
+            "rustix",
             "serde",
             "serde_json",
             "toml",
