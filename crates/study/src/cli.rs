@@ -1,15 +1,65 @@
 //! The command line: what can be said, and what the words mean.
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use linelit_geometry::isa::InstructionSet;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_scene::{LoadOptions, Root};
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 /// The most samples of a light for one shading point: they are all in memory at once.
 pub const MOST_SAMPLES: i64 = 1 << 24;
+
+/// The most threads for a core, beyond [`ALWAYS_THREADS`]: more than one of each only wait.
+const THREADS_OF_CORE: usize = 4;
+/// Threads that any machine may start.
+const ALWAYS_THREADS: usize = 64;
+
+/// What was asked for makes no sense, whatever the files say: the program exits with 2.
+#[derive(Debug)]
+pub struct UsageError(pub String);
+
+impl fmt::Display for UsageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for UsageError {}
+
+/// A path whose name must end in one of these.
+fn path_ending(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(move |path| {
+        let ending = path.extension().and_then(|e| e.to_str());
+        if ending.is_some_and(|e| endings.contains(&e)) {
+            return Ok(path);
+        }
+        let list: Vec<String> = endings.iter().map(|e| format!(".{e}")).collect();
+        Err(format!("the name must end in {}", list.join(" or ")))
+    })
+}
+
+/// A number of threads that the machine has any use for.
+fn threads(text: &str) -> Result<usize, String> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = ALWAYS_THREADS.max(THREADS_OF_CORE * cores);
+    match text.parse::<usize>() {
+        Ok(threads) if threads <= most => Ok(threads),
+        Ok(_) => Err(format!("at most {most} threads on {cores} cores")),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+/// Seconds, more than none.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(seconds),
+        _ => Err("expected a positive number of seconds".to_owned()),
+    }
+}
 
 /// Direct light with line samples, and studies of how fast it converges.
 #[derive(Debug, Parser)]
@@ -103,8 +153,8 @@ pub struct SceneArgs {
     /// How scenes are read.
     #[command(flatten)]
     pub read: ReadArgs,
-    /// Threads; 0 for one per core.
-    #[arg(long, default_value_t = 0)]
+    /// Threads, at most 64 or 4 per core; 0 for one per core.
+    #[arg(long, default_value_t = 0, value_parser = threads)]
     pub threads: usize,
     /// Print machine-readable results on standard output.
     #[arg(long)]
@@ -124,7 +174,7 @@ pub struct BenchArgs {
     pub estimators: Option<List<Estimator>>,
     /// Numbers of samples, in ascending order; powers of two unless told. `mis` takes the first.
     #[arg(long, value_name = "N,N…")]
-    pub samples: Option<List<u32>>,
+    pub samples: Option<SampleCounts>,
     /// Resolution of the image whose pixels are measured.
     #[arg(long, value_name = "WxH", default_value = "32x24")]
     pub resolution: Resolution,
@@ -157,7 +207,7 @@ pub struct RenderArgs {
     /// Scene file, or the name of a built-in scene.
     pub scene: String,
     /// Image to write: .exr (linear, with metadata) or .png.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = path_ending(&["exr", "png"]))]
     pub output: PathBuf,
     /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; a wrong name lists
     /// all, docs/estimators.md says what they do.
@@ -223,7 +273,7 @@ pub struct ConvergeArgs {
     pub lights: LightChoice,
     /// Light samples per shading point, ascending.
     #[arg(long, value_name = "1,4,16…")]
-    pub samples: Option<List<u32>>,
+    pub samples: Option<SampleCounts>,
     /// Independent trials per estimator, pattern and number of samples.
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
     pub trials: Option<u32>,
@@ -231,7 +281,7 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "WxH|x,y;…")]
     pub pixels: Option<Pixels>,
     /// Stop adding samples once this much time has gone, in seconds.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time_budget: Option<f64>,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
@@ -239,6 +289,9 @@ pub struct ConvergeArgs {
     /// Folder for the report.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
+    /// Run every step at the smallest size, whatever comes out: for tests.
+    #[arg(long, hide = true)]
+    pub smallest: bool,
     /// Common flags.
     #[command(flatten)]
     pub common: SceneArgs,
@@ -272,7 +325,7 @@ pub struct ConvertArgs {
     /// Scene file, or the name of a built-in scene.
     pub scene: String,
     /// Text to write; its name must end in .pbrt.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = path_ending(&["pbrt"]))]
     pub output: PathBuf,
     /// Also write what linelit alone reads: linear lights, and materials as they were.
     #[arg(long)]
@@ -288,7 +341,7 @@ pub struct LoadAllArgs {
     /// The folder.
     pub dir: PathBuf,
     /// Seconds on the processor that a file may take.
-    #[arg(long, default_value_t = 5.0)]
+    #[arg(long, default_value_t = 5.0, value_parser = seconds)]
     pub seconds: f64,
     /// Print a line of JSON per file.
     #[arg(long)]
@@ -430,8 +483,8 @@ impl FromStr for Pixels {
     }
 }
 
-impl std::fmt::Display for Pixels {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for Pixels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Grid(r) => write!(f, "{}x{}", r.width, r.height),
             Self::List(list) => {
@@ -446,23 +499,30 @@ impl std::fmt::Display for Pixels {
 #[derive(Clone, Debug, PartialEq)]
 pub struct List<T>(pub Vec<T>);
 
-impl List<u32> {
-    /// Numbers of samples: positive, ascending, none above [`MOST_SAMPLES`].
-    pub fn samples(&self) -> anyhow::Result<Vec<u32>> {
-        let rising = self.0.windows(2).all(|w| w[0] < w[1]);
-        anyhow::ensure!(
-            rising && self.0.first() != Some(&0),
-            "--samples must be positive and ascending"
-        );
-        let fits = self.0.last().is_none_or(|n| i64::from(*n) <= MOST_SAMPLES);
-        anyhow::ensure!(fits, "--samples must be at most {MOST_SAMPLES}");
-        Ok(self.0.clone())
+/// Numbers of samples: positive, ascending, none above [`MOST_SAMPLES`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SampleCounts(pub Vec<u32>);
+
+impl FromStr for SampleCounts {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let List(counts) = text.parse::<List<u32>>()?;
+        if counts.first() == Some(&0) || !counts.windows(2).all(|w| w[0] < w[1]) {
+            return Err("the numbers must be positive and ascending".to_owned());
+        }
+        match counts.last() {
+            Some(most) if i64::from(*most) > MOST_SAMPLES => {
+                Err(format!("{most} is more than {MOST_SAMPLES}"))
+            }
+            _ => Ok(Self(counts)),
+        }
     }
 }
 
 impl<T: FromStr> FromStr for List<T>
 where
-    T::Err: std::fmt::Display,
+    T::Err: fmt::Display,
 {
     type Err = String;
 
@@ -522,11 +582,7 @@ mod tests {
             ("4,1", false),
             ("16777217", false),
         ] {
-            assert_eq!(
-                list.parse::<List<u32>>().unwrap().samples().is_ok(),
-                fine,
-                "{list}"
-            );
+            assert_eq!(list.parse::<SampleCounts>().is_ok(), fine, "{list}");
         }
         assert!("1,x".parse::<List<u32>>().unwrap_err().contains("`x`"));
     }
@@ -547,6 +603,21 @@ mod tests {
             "0,0.5,0,1".parse::<Crop>().unwrap(),
             Crop([0.0, 0.5, 0.0, 1.0])
         );
+    }
+
+    #[test]
+    fn threads_have_a_limit() {
+        assert_eq!((threads("0"), threads("64")), (Ok(0), Ok(64)));
+        assert!(threads("1000000").unwrap_err().starts_with("at most "));
+        assert!(threads("-1").is_err() && threads("99999999999999999999").is_err());
+    }
+
+    #[test]
+    fn seconds_are_positive_numbers() {
+        assert!(seconds("0.5").is_ok());
+        for text in ["0", "-1", "nan", "inf", "x"] {
+            assert!(seconds(text).is_err(), "{text}");
+        }
     }
 
     #[test]

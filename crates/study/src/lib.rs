@@ -15,16 +15,13 @@
 //! # anyhow::Ok(())
 //! ```
 
-#![allow(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "this is the crate of the command line"
-)]
-
 pub mod cli;
 pub mod commands;
 pub mod compare;
 pub mod engine;
+pub mod folder;
+pub mod memory;
+pub mod output;
 pub mod plots;
 pub mod procedural;
 pub mod report;

@@ -1,6 +1,7 @@
 //! Finding scenes: files, and the built-in ones by name.
 
 use crate::cli::ReadArgs;
+use crate::output::note;
 use crate::procedural;
 use anyhow::{Context, Result, bail};
 use linelit_scene::{Loaded, Scene};
@@ -94,7 +95,25 @@ fn workspace() -> PathBuf {
 pub fn load(name: &str, read: &ReadArgs) -> Result<Loaded> {
     let loaded = Scene::load(locate(name)?, &read.options())?;
     for warning in &loaded.warnings {
-        eprintln!("{warning}");
+        note(format_args!("{warning}"));
+    }
+    Ok(loaded)
+}
+
+/// Loads a scene, and gives one without lights a square beside the camera, which is said.
+///
+/// # Errors
+/// If the scene cannot be found or read, or has no lights and nothing to be lit.
+pub fn load_lit(name: &str, read: &ReadArgs) -> Result<Loaded> {
+    let mut loaded = load(name, read)?;
+    if loaded.scene.lights.is_empty() {
+        if !loaded.scene.add_framing_light() {
+            bail!("`{name}` has no lights, and nothing that one could stand beside");
+        }
+        note(format_args!(
+            "note: `{name}` has no lights: it is lit by a square beside the camera, which is not \
+             in the file"
+        ));
     }
     Ok(loaded)
 }

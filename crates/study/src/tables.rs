@@ -1,18 +1,17 @@
 //! What a study found, as data: `results.csv`, `slopes.csv`, `results.json`.
 //!
 //! Numbers are written so that reading them gives the same bits (the shortest such decimals); what
-//! is not a number is an empty field in CSV and `null` in JSON. Files are whole or absent.
+//! is not a number is an empty field in CSV and `null` in JSON.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use linelit_film::{FilmError, write_atomically};
+use linelit_film::FilmError;
 use serde::Serialize;
 
 use crate::stats::slopes::Order;
 
 /// The columns of `results.csv`, in order.
-pub const RESULT_COLUMNS: [&str; 18] = [
+pub const RESULT_COLUMNS: [&str; 19] = [
     "scene",
     "pixels",
     "estimator",
@@ -25,6 +24,7 @@ pub const RESULT_COLUMNS: [&str; 18] = [
     "bias",
     "bias_stderr",
     "cpu_seconds",
+    "cpu_error",
     "wall_seconds",
     "rays",
     "line_queries",
@@ -72,6 +72,8 @@ pub struct ResultRow {
     pub bias_stderr: f64,
     /// Processor seconds of one trial, without set-up.
     pub cpu_seconds: f64,
+    /// Its error: the standard deviation over passes of 10 ms or more, of which it is the mean.
+    pub cpu_error: f64,
     /// Wall seconds of one trial, without set-up.
     pub wall_seconds: f64,
     /// Rays of all trials.
@@ -183,6 +185,19 @@ pub struct GalleryRow {
     pub mrse: f64,
 }
 
+/// What was asked for and not measured, as the time budget was spent.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LeftOutRow {
+    /// Short name of the scene.
+    pub scene: String,
+    /// The estimator with its options.
+    pub estimator: String,
+    /// The sampler.
+    pub sampler: String,
+    /// Light samples of a shading point.
+    pub samples: u32,
+}
+
 /// A whole study: what `results.json` holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StudyRecord {
@@ -208,6 +223,8 @@ pub struct StudyRecord {
     pub scenes: Vec<SceneRecord>,
     /// All errors.
     pub rows: Vec<ResultRow>,
+    /// What the time budget left out.
+    pub left_out: Vec<LeftOutRow>,
     /// All orders.
     pub slopes: Vec<SlopeRow>,
     /// Pictures by several estimators.
@@ -215,20 +232,58 @@ pub struct StudyRecord {
 }
 
 impl StudyRecord {
-    /// Writes `results.csv`, `slopes.csv` and `results.json` into `folder`.
+    /// The files `results.csv`, `slopes.csv` and `results.json`: names and texts.
     ///
     /// # Errors
-    /// [`FilmError::Io`] with the file and the reason.
-    pub fn write(&self, folder: &Path) -> Result<(), FilmError> {
-        write_atomically(
-            &folder.join("results.csv"),
-            results_csv(&self.rows).as_bytes(),
-        )?;
-        write_atomically(
-            &folder.join("slopes.csv"),
-            slopes_csv(&self.slopes).as_bytes(),
-        )?;
-        write_atomically(&folder.join("results.json"), self.to_json()?.as_bytes())
+    /// As [`StudyRecord::to_json`].
+    pub fn files(&self) -> Result<[(&'static str, String); 3], FilmError> {
+        Ok([
+            ("results.csv", results_csv(&self.rows)),
+            ("slopes.csv", slopes_csv(&self.slopes)),
+            ("results.json", self.to_json()?),
+        ])
+    }
+
+    /// What the time budget left out of one scene, in a sentence.
+    #[must_use]
+    pub fn left_out_of(&self, scene: &str) -> Option<String> {
+        let left_out: Vec<&LeftOutRow> = self
+            .left_out
+            .iter()
+            .filter(|cell| cell.scene == scene)
+            .collect();
+        let measured = self.rows.iter().filter(|row| row.scene == scene).count();
+        let mut series: Vec<(String, Vec<String>)> = Vec::new();
+        for cell in &left_out {
+            let name = format!("{} ({})", cell.estimator, cell.sampler);
+            let samples = cell.samples.to_string();
+            match series.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, list)) => list.push(samples),
+                None => series.push((name, vec![samples])),
+            }
+        }
+        let list = series
+            .iter()
+            .map(|(name, samples)| format!("{name} with {} samples", samples.join(", ")))
+            .collect::<Vec<_>>()
+            .join("; ");
+        (!left_out.is_empty()).then(|| {
+            format!(
+                "The time budget was spent before {} of {} measurements on {scene}, which are \
+                 left out: {list}.",
+                left_out.len(),
+                left_out.len() + measured
+            )
+        })
+    }
+
+    /// What the time budget left out, a sentence for each scene.
+    #[must_use]
+    pub fn left_out_sentences(&self) -> Vec<String> {
+        let scenes = self.scenes.iter();
+        scenes
+            .filter_map(|scene| self.left_out_of(&scene.scene))
+            .collect()
     }
 
     /// The text of `results.json`.
@@ -261,6 +316,7 @@ pub fn results_csv(rows: &[ResultRow]) -> String {
             number(row.bias),
             number(row.bias_stderr),
             number(row.cpu_seconds),
+            number(row.cpu_error),
             number(row.wall_seconds),
             row.rays.to_string(),
             row.line_queries.to_string(),
@@ -371,6 +427,7 @@ mod tests {
             mse: 1.25e-7,
             bias_stderr: f64::NAN,
             cpu_seconds: 0.1 + 0.2,
+            cpu_error: 0.01,
             rays: u64::MAX,
             ..ResultRow::default()
         }
@@ -383,12 +440,12 @@ mod tests {
         assert_eq!(
             lines[0],
             "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,bias,bias_stderr,\
-             cpu_seconds,wall_seconds,rays,line_queries,node_tests,triangle_tests,intervals"
+             cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,intervals"
         );
         assert_eq!(
             lines[1],
             "grid,32x32,\"line-area[orientation=fixed:0.25,offset=length]\",sobol,16,8,1.25e-7,0,0,0,,\
-             0.30000000000000004,0,18446744073709551615,0,0,0,0"
+             0.30000000000000004,0.01,0,18446744073709551615,0,0,0,0"
         );
         let slope = SlopeRow {
             scene: "a\"b".to_owned(),
@@ -440,23 +497,5 @@ mod tests {
         for column in SLOPE_COLUMNS {
             assert!(value["slopes"][0].get(column).is_some(), "{column}");
         }
-    }
-
-    #[test]
-    fn files_are_written_together() {
-        let folder = std::env::temp_dir().join(format!("linelit-tables-{}", std::process::id()));
-        StudyRecord {
-            rows: vec![row()],
-            ..StudyRecord::default()
-        }
-        .write(&folder)
-        .unwrap();
-        let mut names: Vec<_> = std::fs::read_dir(&folder)
-            .unwrap()
-            .map(|e| e.unwrap().file_name())
-            .collect();
-        names.sort();
-        assert_eq!(names, ["results.csv", "results.json", "slopes.csv"]);
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -187,7 +187,9 @@ fn brute(scene_name: &str, side: u32, lines: u32) {
 #[test]
 fn brute_force_has_power() {
     let (side, lines) = (16, 16);
-    let mut scene = scenes::load("triangle-soup-large", &strict()).unwrap().scene;
+    let mut scene = scenes::load("triangle-soup-large", &strict())
+        .unwrap()
+        .scene;
     scene.set_resolution(side, side);
     let fast = by_lines(&scene, side, lines, 5);
     let mut wrong = fast.clone();

@@ -2,62 +2,75 @@
 
 use super::{bar, page, pool};
 use crate::cli::{ConvergeArgs, Pixels};
-use crate::engine::{CellResult, SceneResult, run_scene};
+use crate::engine::{CellResult, SceneResult, open_all, run_scene};
+use crate::folder::OutputFolder;
+use crate::output::{Output, OutputError, note};
 use crate::stats::slopes::{Bootstrap, Order, SlopePoint, fit_trials};
 use crate::studies::{self, Study, StudySpec};
-use crate::tables::{GalleryRow, ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
-use anyhow::{Context, Result};
+use crate::tables::{
+    GalleryRow, LeftOutRow, ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name,
+};
+use anyhow::Result;
+use indicatif::ProgressBar;
 use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Runs a study and writes its report.
 ///
 /// # Errors
-/// If a scene cannot be read or the report cannot be written.
-pub fn run(args: &ConvergeArgs) -> Result<()> {
+/// If a scene cannot be read, the folder is not to be had, or the report cannot be written.
+pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
     let study = studies::resolve(args)?;
-    std::fs::create_dir_all(&args.out)
-        .with_context(|| format!("creating the folder {}", args.out.display()))?;
+    let folder = OutputFolder::open(&args.out)?;
     let pool = pool(&args.common)?;
-    match study {
-        Study::Convergence(spec) => pool.install(|| converge(args, &spec)),
-        Study::BillenTable1 => pool.install(|| table1(args)),
-        Study::BillenFigures => pool.install(|| figures(args)),
-        Study::Exhibition(name, make) => pool.install(|| exhibition(args, name, make)),
-    }
+    pool.install(|| match study {
+        Study::Convergence(spec) => converge(args, &spec, folder, out),
+        Study::BillenTable1 => table1(args, folder, out),
+        Study::BillenFigures => figures(args, folder, out),
+        Study::Exhibition(name, make) => exhibition(args, (name, make), folder, out),
+    })
 }
 
-fn converge(args: &ConvergeArgs, spec: &StudySpec) -> Result<()> {
+fn converge(
+    args: &ConvergeArgs,
+    spec: &StudySpec,
+    mut folder: OutputFolder,
+    out: &mut Output,
+) -> Result<()> {
     let start = Instant::now();
     let deadline = spec
         .time_budget
         .map(|s| start + Duration::from_secs_f64(s.min(1e9)));
     let mut record = new_record(spec);
     let mut results = Vec::new();
-    for view in &spec.views() {
+    for opened in open_all(spec, &args.common.read)? {
+        let view = opened.view().clone();
         let progress = bar(&view.label);
         progress
             .set_length((spec.samples.len() * spec.estimators.len() * spec.samplers.len()) as u64);
-        let result = run_scene(spec, view, &args.common.read, deadline, &progress)?;
+        let result = run_scene(spec, opened, deadline, &progress)?;
         progress.finish_and_clear();
         append(&mut record, spec, &view.pixels, &result);
         results.push(result);
     }
     record.seconds = start.elapsed().as_secs_f64();
-    record.write(&args.out)?;
-    page::write_study(&args.out, &record, &results)?;
+    for (name, text) in record.files()? {
+        folder.add(name, text);
+    }
+    page::add_study(&mut folder, &record, &results)?;
+    let report = folder.place("report.html");
+    folder.finish()?;
+    for sentence in record.left_out_sentences() {
+        note(format_args!("note: {sentence}"));
+    }
     if args.common.json {
-        print!("{}", record.to_json()?);
+        write!(out, "{}", record.to_json()?)?;
     } else {
-        print_slopes(&record.slopes);
-        print_gallery(&record.gallery);
-        println!(
-            "{:.1} s; report: {}",
-            record.seconds,
-            args.out.join("report.html").display()
-        );
+        print_slopes(&record.slopes, out)?;
+        print_gallery(&record.gallery, out)?;
+        let seconds = record.seconds;
+        writeln!(out, "{seconds:.1} s; report: {}", report.display())?;
     }
     Ok(())
 }
@@ -104,6 +117,10 @@ fn new_record(spec: &StudySpec) -> StudyRecord {
         ("trials", spec.trials.to_string()),
         ("lights", spec.lights.to_string()),
         ("skip", spec.skip.to_string()),
+        (
+            "time budget",
+            spec.time_budget.map_or(String::new(), |s| format!("{s} s")),
+        ),
     ];
     StudyRecord {
         title: spec.title.clone(),
@@ -146,6 +163,14 @@ fn append(record: &mut StudyRecord, spec: &StudySpec, pixels: &Pixels, result: &
     record
         .rows
         .extend(result.cells.iter().map(|cell| row(pixels, result, cell)));
+    record
+        .left_out
+        .extend(result.left_out.iter().map(|cell| LeftOutRow {
+            scene: result.scene.clone(),
+            estimator: cell.estimator.to_string(),
+            sampler: cell.sampler.to_string(),
+            samples: cell.samples,
+        }));
     for estimator in &spec.estimators {
         for &sampler in &spec.samplers {
             record
@@ -169,8 +194,9 @@ fn row(pixels: &Pixels, result: &SceneResult, cell: &CellResult) -> ResultRow {
         mrse: cell.score.mrse,
         bias: cell.score.bias,
         bias_stderr: cell.score.bias_stderr,
-        cpu_seconds: cell.cpu_seconds,
-        wall_seconds: cell.wall_seconds,
+        cpu_seconds: cell.times.seconds(),
+        cpu_error: cell.times.error(),
+        wall_seconds: cell.times.wall_seconds(),
         rays: visibility.rays,
         line_queries: visibility.line_queries,
         node_tests: visibility.node_tests,
@@ -243,96 +269,110 @@ fn remark(points: &[SlopePoint], fit: &Order) -> String {
     )
 }
 
-fn print_slopes(slopes: &[SlopeRow]) {
-    println!(
+fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError> {
+    writeln!(
+        out,
         "{:<22} {:<20} {:<12} {:>7} {:>17} {:>11}  paper",
         "scene", "estimator", "sampler", "order", "95 %", "N"
-    );
+    )?;
     for s in slopes {
         let paper = match (s.paper_order, &s.paper_source) {
             (Some(order), Some(source)) => format!("{order:.3} ({source})"),
             _ => String::new(),
         };
-        println!(
+        writeln!(
+            out,
             "{:<22} {:<20} {:<12} {:>7.3} {:>8.3} {:>8.3} {:>5}–{:<5}  {paper}",
             s.scene, s.estimator, s.sampler, s.order, s.ci_low, s.ci_high, s.n_min, s.n_max
-        );
+        )?;
         if let Some(remark) = &s.remark {
-            println!("{:>24}{remark}", "");
+            writeln!(out, "{:>24}{remark}", "")?;
         }
     }
-}
-
-fn print_gallery(gallery: &[GalleryRow]) {
-    if gallery.is_empty() {
-        return;
-    }
-    println!(
-        "\n{:<22} {:>8} {:>9} {:>11}  estimator",
-        "picture of", "samples", "CPU s", "MRSE"
-    );
-    for g in gallery {
-        println!(
-            "{:<22} {:>8} {:>9.3} {:>11.3e}  {}",
-            g.scene, g.samples, g.cpu_seconds, g.mrse, g.estimator
-        );
-    }
-}
-
-fn table1(args: &ConvergeArgs) -> Result<()> {
-    let rows = studies::billen_table1(&args.common.read, args.seed)?;
-    let json = serde_json::to_string_pretty(&rows)?;
-    write(&args.out.join("billen-table1.json"), json.as_bytes())?;
-    let text = studies::billen_table1_text(&rows);
-    write(&args.out.join("billen-table1.txt"), text.as_bytes())?;
-    page::write_table1(&args.out, &rows, &command())?;
-    println!("{}", if args.common.json { &json } else { &text });
     Ok(())
 }
 
-fn figures(args: &ConvergeArgs) -> Result<()> {
-    let figures = studies::billen_figures(&args.common.read, args.seed, &bar("figures"))?;
-    page::write_figures(&args.out, &figures, &command())?;
+fn print_gallery(gallery: &[GalleryRow], out: &mut Output) -> Result<(), OutputError> {
+    if gallery.is_empty() {
+        return Ok(());
+    }
+    writeln!(
+        out,
+        "\n{:<22} {:>8} {:>9} {:>11}  estimator",
+        "picture of", "samples", "CPU s", "MRSE"
+    )?;
+    for g in gallery {
+        writeln!(
+            out,
+            "{:<22} {:>8} {:>9.3} {:>11.3e}  {}",
+            g.scene, g.samples, g.cpu_seconds, g.mrse, g.estimator
+        )?;
+    }
+    Ok(())
+}
+
+/// What studies that are shown rather than fitted are told.
+fn context<'a>(args: &ConvergeArgs, progress: &'a ProgressBar) -> studies::Context<'a> {
+    studies::Context {
+        read: args.common.read.clone(),
+        seed: args.seed,
+        smallest: args.smallest,
+        progress,
+    }
+}
+
+fn table1(args: &ConvergeArgs, mut folder: OutputFolder, out: &mut Output) -> Result<()> {
+    let rows = studies::billen_table1(&context(args, &bar("table")))?;
+    let json = serde_json::to_string_pretty(&rows)?;
+    let text = studies::billen_table1_text(&rows);
+    folder.add("billen-table1.json", json.as_str());
+    folder.add("billen-table1.txt", text.as_str());
+    page::add_table1(&mut folder, &rows, &command());
+    folder.finish()?;
+    writeln!(out, "{}", if args.common.json { &json } else { &text })?;
+    Ok(())
+}
+
+fn figures(args: &ConvergeArgs, mut folder: OutputFolder, out: &mut Output) -> Result<()> {
+    let figures = studies::billen_figures(&context(args, &bar("figures")))?;
+    page::add_figures(&mut folder, &figures, &command())?;
+    let report = folder.place("report.html");
+    folder.finish()?;
     for figure in &figures {
         let rmse = figure
             .rmse
             .map_or(String::new(), |r| format!("  RMSE {r:.5}"));
-        println!(
+        writeln!(
+            out,
             "{} {}: {}{rmse}",
             figure.figure, figure.scene, figure.caption
-        );
+        )?;
     }
-    println!("report: {}", args.out.join("report.html").display());
+    writeln!(out, "report: {}", report.display())?;
     Ok(())
 }
 
 fn exhibition(
     args: &ConvergeArgs,
-    name: &str,
-    make: fn(&studies::Context<'_>) -> Result<studies::Exhibition>,
+    (name, make): (
+        &str,
+        fn(&studies::Context<'_>) -> Result<studies::Exhibition>,
+    ),
+    mut folder: OutputFolder,
+    out: &mut Output,
 ) -> Result<()> {
     let start = Instant::now();
-    let exhibition = make(&studies::Context {
-        read: args.common.read.clone(),
-        seed: args.seed,
-        progress: &bar(name),
-    })?;
+    let exhibition = make(&context(args, &bar(name)))?;
     let json = serde_json::to_string_pretty(&exhibition.rows)?;
-    write(&args.out.join(format!("{name}.json")), json.as_bytes())?;
     let text = exhibition.text();
-    page::write_exhibition(&args.out, name, exhibition, &command())?;
-    println!("{}", if args.common.json { &json } else { &text });
+    folder.add(&format!("{name}.json"), json.as_str());
+    page::add_exhibition(&mut folder, name, exhibition, &command());
+    let report = folder.place("report.html");
+    folder.finish()?;
+    writeln!(out, "{}", if args.common.json { &json } else { &text })?;
     if !args.common.json {
         let seconds = start.elapsed().as_secs_f64();
-        println!(
-            "{seconds:.1} s; report: {}",
-            args.out.join("report.html").display()
-        );
+        writeln!(out, "{seconds:.1} s; report: {}", report.display())?;
     }
-    Ok(())
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    linelit_film::write_atomically(path, bytes)?;
     Ok(())
 }

@@ -1,15 +1,17 @@
 //! `linelit convert`: a scene as pbrt-v4 text.
 
 use crate::cli::ConvertArgs;
+use crate::output::note;
 use crate::scenes;
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
+use linelit_film::{FilmError, write_atomically_with};
 use linelit_geometry::{DVec3, Frame};
 use linelit_integrator::{Renderer, Workspace};
 use linelit_lights::Light;
 use linelit_scene::{ExportOptions, ImageData, ImageTexture, LoadOptions, Material, Scene};
 use std::cell::RefCell;
 use std::fs::File;
-use std::io::{BufWriter, Write as _};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,12 +20,8 @@ use std::sync::Arc;
 /// # Errors
 /// If the scene cannot be read or a file cannot be written.
 pub fn run(args: &ConvertArgs) -> Result<()> {
-    if args.output.extension().is_none_or(|e| e != "pbrt") {
-        bail!(
-            "cannot write {}: the name must end in .pbrt",
-            args.output.display()
-        );
-    }
+    // Before the work, lest that be lost.
+    linelit_film::try_place(&args.output)?;
     let scene = scenes::load(&args.scene, &args.read)?.scene;
     let images = Images {
         from: parent(&scenes::locate(&args.scene)?),
@@ -35,16 +33,17 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
         extensions: args.extensions,
         image_name: &|image| images.name(image),
     };
-    let failed = || format!("writing {}", args.output.display());
-    let mut file = BufWriter::new(File::create(&args.output).with_context(failed)?);
-    scene.write_pbrt(&mut file, &options).with_context(failed)?;
-    file.flush().with_context(failed)?;
-    images.write()?;
+    // A file that is there already stays whole until the new one is; the images that the text
+    // names are known, and written, before it appears.
+    write_atomically_with(&args.output, |mut file| {
+        scene.write_pbrt(&mut file, &options)?;
+        images.write().map_err(io::Error::other)
+    })?;
     say_what_is_lost(&scene, &options);
     if !options.extensions
         && let Some(change) = Change::largest(&scene)
     {
-        eprintln!("{change}");
+        note(format_args!("{change}"));
     }
     Ok(())
 }
@@ -160,7 +159,9 @@ fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
     let maps = scene.lights.iter().filter_map(|l| l.map.as_ref());
     let maps = maps.filter(|map| !options.writes(map)).count();
     if maps > 0 {
-        eprintln!("warning: the textured emission of {maps} lights is written as its means");
+        note(format_args!(
+            "warning: the textured emission of {maps} lights is written as its means"
+        ));
     }
     let is_line = |light: &&Light| matches!(light, Light::Linear(_));
     let lines = scene
@@ -170,9 +171,10 @@ fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
         .filter(is_line)
         .count();
     if lines > 0 && !options.extensions {
-        eprintln!(
-            "warning: pbrt-v4 has no linear lights: {lines} are written as comments (--extensions writes them for linelit)"
-        );
+        note(format_args!(
+            "warning: pbrt-v4 has no linear lights: {lines} are written as comments \
+             (--extensions writes them for linelit)"
+        ));
     }
 }
 
@@ -231,22 +233,19 @@ impl Images<'_> {
         format!("{stem}-image{number}.{kind}")
     }
 
-    fn write(&self) -> Result<()> {
+    fn write(&self) -> Result<(), FilmError> {
         for (from, name) in self.copied.borrow().iter() {
-            let to = parent(self.to).join(name);
-            let failed = || format!("copying {} to {}", from.display(), to.display());
-            std::fs::copy(from, &to).with_context(failed)?;
+            write_atomically_with(&parent(self.to).join(name), |mut file| {
+                io::copy(&mut File::open(from)?, &mut file).map(|_| ())
+            })?;
         }
         for (number, image) in self.written.borrow().iter().enumerate() {
             let path = parent(self.to).join(self.file_name(number, image));
-            let failed = || format!("writing {}", path.display());
             if image.is_linear() {
-                linelit_film::write_pfm(&path, &numbers(image)).with_context(failed)?;
-                continue;
+                linelit_film::write_pfm(&path, &numbers(image))?;
+            } else {
+                write_atomically_with(&path, |mut file| image.write_tga(&mut file))?;
             }
-            let mut file = BufWriter::new(File::create(&path).with_context(failed)?);
-            image.write_tga(&mut file).with_context(failed)?;
-            file.flush().with_context(failed)?;
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use super::pool;
 use crate::cli::InfoArgs;
 use crate::engine::image::{self, Window};
+use crate::output::{Output, OutputError};
 use crate::scenes;
 use anyhow::Result;
 use indicatif::ProgressBar;
@@ -64,15 +65,15 @@ struct PlanInfo {
 ///
 /// # Errors
 /// If the scene cannot be read.
-pub fn run(args: &InfoArgs) -> Result<()> {
+pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     let mut loaded = scenes::load(&args.scene, &args.common.read)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];
     let plan = pool(&args.common)?.install(|| look(&mut loaded.scene));
     let info = describe(&loaded, &args.scene, resolution, plan);
     if args.common.json {
-        println!("{}", serde_json::to_string(&info)?);
+        writeln!(out, "{}", serde_json::to_string(&info)?)?;
     } else {
-        print(&info);
+        print(&info, out)?;
     }
     Ok(())
 }
@@ -165,16 +166,16 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &SceneLight
     group.power += light.light.power();
 }
 
-fn print(info: &Info) {
-    let row = |key: &str, value: String| println!("{key:>20}  {value}");
-    row("scene", info.scene.clone());
+fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
+    let mut row = |key: &str, value: String| writeln!(out, "{key:>20}  {value}");
+    row("scene", info.scene.clone())?;
     row(
         "triangles",
         format!("{} in {} meshes", info.triangles, info.meshes),
-    );
-    row("vertices", info.vertices.to_string());
+    )?;
+    row("vertices", info.vertices.to_string())?;
     if let Some([lo, hi]) = info.bounds {
-        row("bounds", format!("{} to {}", triple(lo), triple(hi)));
+        row("bounds", format!("{} to {}", triple(lo), triple(hi)))?;
     }
     row(
         "memory",
@@ -183,10 +184,10 @@ fn print(info: &Info) {
             mebibytes(info.geometry_bytes),
             mebibytes(info.texture_bytes)
         ),
-    );
-    row("camera", info.camera.clone());
+    )?;
+    row("camera", info.camera.clone())?;
     let [width, height] = info.resolution;
-    row("film", format!("{width} x {height} pixels"));
+    row("film", format!("{width} x {height} pixels"))?;
     for (kind, group) in &info.lights {
         let size = if *kind == "linear" {
             format!("length {:.4} m", group.length)
@@ -197,26 +198,26 @@ fn print(info: &Info) {
         row(
             "lights",
             format!("{lights}, {size}, power {:.4} W", group.power),
-        );
+        )?;
     }
     if info.lights.is_empty() {
-        row("lights", "none".into());
+        row("lights", "none".into())?;
     }
     for (kind, group) in &info.materials {
         let text = format!(
             "{} {kind}, on {} triangles",
             group.materials, group.triangles
         );
-        row("materials", text);
+        row("materials", text)?;
     }
     row(
         "the plan skips",
         format!("{} lights that emit nothing", info.plan.dark_lights),
-    );
+    )?;
     let [width, height] = info.plan.pixels;
-    row("", format!("and through {width} x {height} pixels:"));
+    row("", format!("and through {width} x {height} pixels:"))?;
     for (what, count) in info.plan.counts.iter().filter(|(_, n)| **n > 0) {
-        row(&count.to_string(), (*what).to_owned());
+        row(&count.to_string(), (*what).to_owned())?;
     }
     row(
         "warnings",
@@ -224,7 +225,7 @@ fn print(info: &Info) {
             0 => "none".into(),
             n => format!("{n}, printed above"),
         },
-    );
+    )
 }
 
 #[allow(clippy::cast_precision_loss, reason = "for people")]

@@ -6,6 +6,8 @@
 
 use crate::cli::LoadAllArgs;
 use crate::engine::image::{self, Window};
+use crate::memory::kib;
+use crate::output::{Output, note};
 use anyhow::{Context, Result, bail};
 use indicatif::ProgressBar;
 use linelit_integrator::{Renderer, Settings};
@@ -53,9 +55,9 @@ struct Counts {
 ///
 /// # Errors
 /// If a file fails (see the module), or there is none.
-pub fn run(args: &LoadAllArgs) -> Result<()> {
+pub fn run(args: &LoadAllArgs, out: &mut Output) -> Result<()> {
     if args.one {
-        println!("{}", serde_json::to_string(&attempt(&args.dir))?);
+        writeln!(out, "{}", serde_json::to_string(&attempt(&args.dir))?)?;
         return Ok(());
     }
     let mut files = Vec::new();
@@ -68,18 +70,18 @@ pub fn run(args: &LoadAllArgs) -> Result<()> {
     for file in &files {
         let name = file.strip_prefix(&args.dir).unwrap_or(file).display();
         match in_child(file, args.seconds) {
-            Ok(outcome) if args.json => println!("{}", serde_json::to_string(&outcome)?),
-            Ok(outcome) => println!("{name}: {}", line(&outcome.result)),
+            Ok(outcome) if args.json => writeln!(out, "{}", serde_json::to_string(&outcome)?)?,
+            Ok(outcome) => writeln!(out, "{name}: {}", line(&outcome.result))?,
             Err(problem) => {
                 failures += 1;
-                println!("{name}: FAILED: {problem:#}");
+                writeln!(out, "{name}: FAILED: {problem:#}")?;
             }
         }
     }
     if failures > 0 {
         bail!("{failures} of {} files failed", files.len());
     }
-    eprintln!("{} files, none failed", files.len());
+    note(format_args!("{} files, none failed", files.len()));
     Ok(())
 }
 
@@ -171,12 +173,6 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
         lights,
         warnings: loaded.warnings.len(),
     })
-}
-
-/// The number behind a key of `/proc/PID/status`.
-fn kib(status: &str, key: &str) -> Option<u64> {
-    let line = status.lines().find_map(|l| l.strip_prefix(key))?;
-    line.split_ascii_whitespace().next()?.parse().ok()
 }
 
 /// What the child says of a file; an error for what must not happen.

@@ -18,6 +18,7 @@ pub use load_all::run as load_all;
 pub use render::run as render;
 
 use crate::cli::{CompareArgs, SceneArgs};
+use crate::output::Output;
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPool;
@@ -25,13 +26,13 @@ use rayon::ThreadPool;
 /// `compare`: prints how two images differ.
 ///
 /// # Errors
-/// If an image cannot be read, or the two differ in size.
-pub fn compare(args: &CompareArgs) -> Result<()> {
+/// If an image cannot be read, the two differ in size, or nothing can be printed.
+pub fn compare(args: &CompareArgs, out: &mut Output) -> Result<()> {
     let comparison = crate::compare::run(&args.image, &args.reference)?;
     if args.json {
-        println!("{}", serde_json::to_string(&comparison)?);
+        writeln!(out, "{}", serde_json::to_string(&comparison)?)?;
     } else {
-        println!("{comparison}");
+        writeln!(out, "{comparison}")?;
     }
     Ok(())
 }

@@ -1,21 +1,22 @@
-//! From results to report pages on disk.
+//! From results to report pages.
 
 use crate::engine::SceneResult;
+use crate::folder::OutputFolder;
 use crate::report::{Cell, Picture, Report, Section, Table, plot_files, scientific};
 use crate::studies::{Exhibition, Figure, Table1Row};
 use crate::tables::{StudyRecord, commit, cpu_name};
-use anyhow::{Context, Result};
-use linelit_film::{Exposure, HeatMap, Image, write_atomically};
+use anyhow::Result;
+use linelit_film::{Exposure, HeatMap, Image};
 use std::collections::BTreeMap;
-use std::path::Path;
 
-/// Writes `report.html` and `plots/*.svg` of a convergence study.
-pub(super) fn write_study(out: &Path, record: &StudyRecord, results: &[SceneResult]) -> Result<()> {
-    let plots = out.join("plots");
-    std::fs::create_dir_all(&plots)
-        .with_context(|| format!("creating the folder {}", plots.display()))?;
+/// Adds `report.html` and `plots/*.svg` of a convergence study.
+pub(super) fn add_study(
+    out: &mut OutputFolder,
+    record: &StudyRecord,
+    results: &[SceneResult],
+) -> Result<()> {
     for (name, svg) in plot_files(record) {
-        write_atomically(&plots.join(name), svg.as_bytes())?;
+        out.add(&format!("plots/{name}"), svg);
     }
     let mut pictures = BTreeMap::new();
     for result in results {
@@ -38,11 +39,12 @@ pub(super) fn write_study(out: &Path, record: &StudyRecord, results: &[SceneResu
         }
         pictures.insert(result.scene.clone(), shown);
     }
-    write_report(out, &Report::of_study(record, pictures))
+    add_report(out, &Report::of_study(record, pictures));
+    Ok(())
 }
 
-/// Writes `report.html` of figures, and each of them as a PNG.
-pub(super) fn write_figures(out: &Path, figures: &[Figure], command: &str) -> Result<()> {
+/// Adds `report.html` of figures, and each of them as a PNG.
+pub(super) fn add_figures(out: &mut OutputFolder, figures: &[Figure], command: &str) -> Result<()> {
     let mut sections: Vec<Section> = Vec::new();
     for (index, figure) in figures.iter().enumerate() {
         let picture = figure_picture(figure)?;
@@ -52,7 +54,7 @@ pub(super) fn write_figures(out: &Path, figures: &[Figure], command: &str) -> Re
             figure.scene,
             index + 1
         );
-        write_atomically(&out.join(name), &picture.png)?;
+        out.add(&name, picture.png.clone());
         let title = format!("{}: {}", figure.figure, figure.scene);
         match sections.last_mut() {
             Some(section) if section.title == title => section.pictures.push(picture),
@@ -71,10 +73,9 @@ pub(super) fn write_figures(out: &Path, figures: &[Figure], command: &str) -> Re
          the estimator that made it."
             .to_owned(),
     ];
-    write_report(
-        out,
-        &page("Figures of Billen & Dutré 2016", summary, sections, command),
-    )
+    let title = "Figures of Billen & Dutré 2016";
+    add_report(out, &page(title, summary, sections, command));
+    Ok(())
 }
 
 fn figure_picture(figure: &Figure) -> Result<Picture> {
@@ -105,8 +106,8 @@ fn exposure(image: &Image) -> Exposure {
     Exposure::fitting(image, 0.9)
 }
 
-/// Writes `report.html` of Table 1.
-pub(super) fn write_table1(out: &Path, rows: &[Table1Row], command: &str) -> Result<()> {
+/// Adds `report.html` of Table 1.
+pub(super) fn add_table1(out: &mut OutputFolder, rows: &[Table1Row], command: &str) {
     let columns = [
         "scene",
         "points",
@@ -128,7 +129,10 @@ pub(super) fn write_table1(out: &Path, rows: &[Table1Row], command: &str) -> Res
             Cell::text(r.scene.clone()),
             Cell::number(r.points.to_string()),
             Cell::number(r.lines.to_string()),
-            Cell::number(format!("{:.3}", r.seconds)),
+            Cell::number(format!("{:.3}", r.seconds)).hover(format!(
+                "± {:.3}, standard deviation of two runs",
+                r.seconds_error
+            )),
             number(r.ns_per_line),
             number(r.box_tests_m),
             number(r.triangle_tests_m),
@@ -162,19 +166,19 @@ pub(super) fn write_table1(out: &Path, rows: &[Table1Row], command: &str) -> Res
         ],
     };
     let title = "Cost of visibility: Billen & Dutré 2016, Table 1";
-    write_report(out, &page(title, Vec::new(), vec![section], command))
+    add_report(out, &page(title, Vec::new(), vec![section], command));
 }
 
-/// Writes `report.html` of an exhibition, and each of its pictures as a PNG.
-pub(super) fn write_exhibition(
-    out: &Path,
+/// Adds `report.html` of an exhibition, and each of its pictures as a PNG.
+pub(super) fn add_exhibition(
+    out: &mut OutputFolder,
     name: &str,
     exhibition: Exhibition,
     command: &str,
-) -> Result<()> {
+) {
     let pictures = exhibition.sections.iter().flat_map(|s| &s.pictures);
     for (picture, number) in pictures.zip(1u32..) {
-        write_atomically(&out.join(format!("{name}-{number}.png")), &picture.png)?;
+        out.add(&format!("{name}-{number}.png"), picture.png.clone());
     }
     let Exhibition {
         title,
@@ -182,7 +186,7 @@ pub(super) fn write_exhibition(
         sections,
         ..
     } = exhibition;
-    write_report(out, &page(&title, summary, sections, command))
+    add_report(out, &page(&title, summary, sections, command));
 }
 
 fn page(title: &str, summary: Vec<String>, sections: Vec<Section>, command: &str) -> Report {
@@ -199,7 +203,6 @@ fn page(title: &str, summary: Vec<String>, sections: Vec<Section>, command: &str
     }
 }
 
-fn write_report(out: &Path, report: &Report) -> Result<()> {
-    write_atomically(&out.join("report.html"), report.render().as_bytes())?;
-    Ok(())
+fn add_report(out: &mut OutputFolder, report: &Report) {
+    out.add("report.html", report.render());
 }

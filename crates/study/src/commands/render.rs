@@ -3,31 +3,30 @@
 use super::{bar, pool};
 use crate::cli::{Crop, LightEstimator, RenderArgs};
 use crate::engine::image::{self, Window};
+use crate::output::{Output, OutputError};
 use crate::{scenes, version};
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image};
 use linelit_integrator::{Counts, Renderer, Settings};
-use std::path::Path;
 use std::time::Instant;
 
 /// Renders a scene to an image.
 ///
 /// # Errors
 /// If the scene cannot be read or the image cannot be written.
-pub fn run(args: &RenderArgs) -> Result<()> {
-    check_extension(&args.output)?;
+pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
+    // Before the work, lest that be lost.
+    linelit_film::try_place(&args.output)?;
+    let pool = pool(&args.common)?;
     let start = Instant::now();
-    let loaded = scenes::load(&args.scene, &args.common.read)?;
-    let mut scene = loaded.scene;
-    if scene.lights.is_empty() && scene.add_framing_light() {
-        eprintln!("note: the scene is lit by a square beside the camera, which is not in the file");
-    }
+    let mut scene = scenes::load_lit(&args.scene, &args.common.read)?.scene;
     if let Some(resolution) = args.resolution {
         scene.set_resolution(resolution.width, resolution.height);
     }
+    let window = window(&scene, args.crop);
+    pool.install(|| image::check_memory(window))?;
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
-    let pool = pool(&args.common)?;
     let mut renderer = pool.install(|| Renderer::new(&scene));
     set_light_estimators(&mut renderer, &args.light_estimator)?;
     let build_seconds = built.elapsed().as_secs_f64();
@@ -44,17 +43,17 @@ pub fn run(args: &RenderArgs) -> Result<()> {
         skip: true,
         share: true,
     };
-    let window = window(&scene, args.crop);
     let drawn = Instant::now();
     let (image, counts) =
         pool.install(|| image::render(&renderer, &settings, window, &bar("rendering")));
     let seconds = drawn.elapsed().as_secs_f64();
-    write(&args.output, &image, args, &settings)?;
     let times = [load_seconds, build_seconds, seconds];
-    if args.common.json {
-        println!("{}", json(args, &image, &counts, times));
+    let result = args.common.json.then(|| json(args, &image, &counts, times));
+    write(image, args, &settings)?;
+    if let Some(result) = result {
+        writeln!(out, "{result}")?;
     } else if args.explain {
-        explain(&renderer, &counts, times);
+        explain(&renderer, &counts, times, out)?;
     }
     Ok(())
 }
@@ -71,16 +70,6 @@ fn set_light_estimators(renderer: &mut Renderer<'_>, list: &[LightEstimator]) ->
         renderer.set_light_estimator(own.light, Some(own.estimator));
     }
     Ok(())
-}
-
-fn check_extension(path: &Path) -> Result<()> {
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("exr" | "png") => Ok(()),
-        _ => bail!(
-            "cannot write {}: the name must end in .exr or .png",
-            path.display()
-        ),
-    }
 }
 
 fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Window {
@@ -105,13 +94,16 @@ fn span(lo: f64, hi: f64, size: u32) -> (u32, u32) {
     (first, pixel(hi).max(first + 1))
 }
 
-fn write(path: &Path, image: &Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
+/// Takes the image, whose memory the file's text needs.
+fn write(image: Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
+    let path = &args.output;
     if path.extension().is_some_and(|e| e == "png") {
-        linelit_film::write_png(path, image, Exposure::default())?;
+        linelit_film::write_png(path, &image, Exposure::default())?;
         return Ok(());
     }
     let mut document = Document::new(image.width, image.height);
-    document.add_image("", image)?;
+    document.add_image("", &image)?;
+    drop(image);
     document.set("scene", scenes::short_name(&args.scene));
     document.set("estimator", settings.estimator);
     for own in &args.light_estimator {
@@ -123,30 +115,45 @@ fn write(path: &Path, image: &Image, args: &RenderArgs, settings: &Settings) -> 
     document.set("pixelSamples", settings.pixel_samples);
     document.set("seed", settings.seed);
     document.set("linelit", version());
-    document.write(path)?;
+    linelit_film::write_atomically(path, &document.into_bytes()?)?;
     Ok(())
 }
 
-fn explain(renderer: &Renderer<'_>, counts: &Counts, times: [f64; 3]) {
-    println!(
+fn explain(
+    renderer: &Renderer<'_>,
+    counts: &Counts,
+    times: [f64; 3],
+    out: &mut Output,
+) -> Result<(), OutputError> {
+    writeln!(
+        out,
         "{:>14}  lights, {} of them dark",
         renderer.plan().lights().len(),
         renderer.plan().dark_lights()
-    );
-    print!("{}", counts.plan);
-    println!("{:>14}  rays", counts.visibility.rays);
-    println!(
+    )?;
+    write!(out, "{}", counts.plan)?;
+    writeln!(out, "{:>14}  rays", counts.visibility.rays)?;
+    writeln!(
+        out,
         "{:>14}  shafts, {} of them too dense to keep",
         counts.visibility.shafts, counts.visibility.dense_shafts
-    );
-    println!("{:>14}  box tests", counts.visibility.node_tests);
-    println!("{:>14}  triangle tests", counts.visibility.triangle_tests);
-    println!(
+    )?;
+    writeln!(out, "{:>14}  box tests", counts.visibility.node_tests)?;
+    writeln!(
+        out,
+        "{:>14}  triangle tests",
+        counts.visibility.triangle_tests
+    )?;
+    writeln!(
+        out,
         "{:>14}  visible pieces of {} lines",
         counts.segments.pieces, counts.segments.lines
-    );
+    )?;
     let [load, build, render] = times;
-    println!("load {load:.3} s, build {build:.3} s, render {render:.3} s");
+    writeln!(
+        out,
+        "load {load:.3} s, build {build:.3} s, render {render:.3} s"
+    )
 }
 
 fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> serde_json::Value {

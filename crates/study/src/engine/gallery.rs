@@ -6,7 +6,6 @@ use indicatif::ProgressBar;
 use linelit_film::Image;
 use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_scene::Scene;
-use std::time::Duration;
 
 /// One picture of a gallery.
 #[derive(Clone, Debug)]
@@ -23,8 +22,6 @@ pub struct GalleryPicture {
     pub image: Image,
 }
 
-/// The longest that a gallery's reference may take beyond its first round, in seconds.
-const REFERENCE_SECONDS: u64 = 40;
 /// Lines in each replicate of the reference.
 const REFERENCE_SAMPLES: u32 = 256;
 /// Samples by which the cost of a picture is found: what each adds, and what comes before the first.
@@ -43,7 +40,7 @@ pub(super) fn gallery(
         .flat_map(|y| (0..gallery.width).map(move |x| [x, y]))
         .collect();
     let targets = Targets::find(&renderer, &pixels);
-    let limit = Duration::from_secs(REFERENCE_SECONDS);
+    let limit = gallery.reference_limit;
     let reference = super::reference(&renderer, &targets, REFERENCE_SAMPLES, 0.0, limit);
     let one = |estimator: &Estimator| {
         progress.inc(1);
@@ -75,7 +72,7 @@ fn picture(
     let samples = match gallery.budget {
         Budget::Samples(samples) => samples,
         Budget::Seconds(seconds) => {
-            let cost = |n| run_cell(renderer, targets, cell(n)).cpu_seconds;
+            let cost = |n| run_cell(renderer, targets, cell(n)).times.seconds();
             fitting(seconds, PROBES.map(cost))
         }
     };
@@ -88,7 +85,7 @@ fn picture(
     GalleryPicture {
         estimator,
         samples,
-        cpu_seconds: run.cpu_seconds,
+        cpu_seconds: run.times.seconds(),
         mrse: score(&run, reference, targets).mrse,
         image,
     }

@@ -1,5 +1,7 @@
 //! Renders whole images.
 
+use crate::memory;
+use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
@@ -44,6 +46,21 @@ impl Window {
     }
 }
 
+/// Bytes that a pixel takes while a picture is rendered and written: 12 of the image, and as many
+/// of the file's text beside its values, or of those beside the image.
+const BYTES_PER_PIXEL: u64 = 24;
+
+/// Refuses a picture that does not fit into memory.
+///
+/// # Errors
+/// If the memory it takes is not available.
+pub fn check_memory(window: Window) -> Result<()> {
+    let (width, height) = (window.width(), window.height());
+    let pixels = u64::from(width).saturating_mul(height.into());
+    let what = format!("a picture of {width} x {height} pixels");
+    memory::check(&what, pixels.saturating_mul(BYTES_PER_PIXEL))
+}
+
 /// Renders a window of an image, row by row over the threads of the current pool. The pixels do
 /// not depend on the number of threads.
 #[must_use]
@@ -65,25 +82,26 @@ pub fn map(
     shade: impl Fn([u32; 2], &mut Workspace) -> DVec3 + Sync,
 ) -> (Image, Counts) {
     progress.set_length(u64::from(window.height()));
-    let rows: Vec<_> = (window.y0..window.y1)
+    let mut image = Image::new(window.width(), window.height());
+    let rows = image.rgb.par_chunks_mut(window.width().max(1) as usize);
+    let counts: Vec<Counts> = (window.y0..window.y1)
         .into_par_iter()
-        .map_init(Workspace::new, |workspace, y| {
-            let row: Vec<DVec3> = (window.x0..window.x1)
-                .map(|x| shade([x, y], workspace))
-                .collect();
+        .zip(rows)
+        .map_init(Workspace::new, |workspace, (y, row)| {
+            for (pixel, x) in row.iter_mut().zip(window.x0..) {
+                let value = shade([x, y], workspace).to_array();
+                #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
+                let stored = value.map(|v| v as f32);
+                *pixel = stored;
+            }
             progress.inc(1);
-            (row, workspace.take_counts())
+            workspace.take_counts()
         })
         .collect();
     progress.finish_and_clear();
-    let mut counts = Counts::default();
-    let mut image = Image::new(window.width(), window.height());
-    for ((row, row_counts), y) in rows.into_iter().zip(0u32..) {
-        counts += row_counts;
-        for (value, x) in row.into_iter().zip(0u32..) {
-            #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
-            image.set(x, y, value.to_array().map(|v| v as f32));
-        }
+    let mut sum = Counts::default();
+    for row in counts {
+        sum += row;
     }
-    (image, counts)
+    (image, sum)
 }

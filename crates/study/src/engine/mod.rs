@@ -13,6 +13,6 @@ pub use clock::CpuClock;
 pub use equal_time::{Contest, Curve, Point as ContestPoint, Truth, contest};
 pub use gallery::GalleryPicture;
 pub use reference::{Reference, reference};
-pub use run::{Cell, CellRun, Targets, run_cell};
+pub use run::{CELL_SECONDS, Cell, CellRun, Targets, Times, run_cell};
 pub use score::{Score, score};
-pub use study::{CellResult, SceneResult, View, run_scene};
+pub use study::{CellResult, LeftOut, Opened, SceneResult, View, open_all, run_scene};

@@ -2,17 +2,18 @@
 
 use super::gallery::{GalleryPicture, gallery};
 use super::image::{self, Window};
-use super::{Cell, CellRun, Reference, Score, Targets, reference, run_cell, score};
+use super::{Cell, CellRun, Reference, Score, Targets, Times, reference, run_cell, score};
 use crate::cli::{Pixels, ReadArgs};
-use crate::scenes;
 use crate::studies::StudySpec;
+use crate::{memory, scenes};
 use anyhow::{Result, bail};
 use indicatif::ProgressBar;
 use linelit_film::Image;
-use linelit_integrator::{Counts, Estimator, Renderer, Settings};
+use linelit_geometry::DVec3;
+use linelit_integrator::{Counts, Estimator, Renderer, Settings, ShadingPoint};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// What was measured on one scene.
 #[derive(Clone, Debug)]
@@ -35,6 +36,8 @@ pub struct SceneResult {
     pub reference: Reference,
     /// All cells, in the order they were run.
     pub cells: Vec<CellResult>,
+    /// What was not run, as the time was over.
+    pub left_out: Vec<LeftOut>,
     /// A picture of the scene.
     pub picture: Image,
     /// Pictures by several estimators.
@@ -54,16 +57,22 @@ pub struct CellResult {
     pub trials: u32,
     /// Errors.
     pub score: Score,
-    /// Processor seconds of one trial.
-    pub cpu_seconds: f64,
-    /// Wall seconds of one trial.
-    pub wall_seconds: f64,
+    /// Seconds of one trial.
+    pub times: Times,
     /// Counts of one trial (all trials divided by their number).
     pub counts: Counts,
 }
 
-/// The longest that a reference may take beyond its first round, in seconds.
-const REFERENCE_SECONDS: u64 = 60;
+/// An estimator, a pattern and a number of samples for which there was no time.
+#[derive(Clone, Copy, Debug)]
+pub struct LeftOut {
+    /// The estimator.
+    pub estimator: Estimator,
+    /// The pattern.
+    pub sampler: SamplerKind,
+    /// Samples.
+    pub samples: u32,
+}
 
 /// Where a study looks: a scene, and which of its pixels.
 #[derive(Clone, Debug)]
@@ -78,31 +87,115 @@ pub struct View {
     pub with_gallery: bool,
 }
 
+/// A view whose scene is in memory, checked as far as that goes without measuring.
+#[derive(Debug)]
+pub struct Opened {
+    view: View,
+    scene: Scene,
+    pixels: Vec<[u32; 2]>,
+    picture_size: [u32; 2],
+    load_seconds: f64,
+}
+
+impl Opened {
+    /// What is looked at.
+    #[must_use]
+    pub const fn view(&self) -> &View {
+        &self.view
+    }
+}
+
+/// Opens everything a study looks at, so that what is wrong with the last scene is found before
+/// the first is measured.
+///
+/// # Errors
+/// If a scene cannot be loaded or has nothing to light, a pixel is outside it, the camera sees
+/// nothing at the pixels, or the study does not fit into memory.
+pub fn open_all(spec: &StudySpec, read: &ReadArgs) -> Result<Vec<Opened>> {
+    let views = spec.views().into_iter();
+    let opened: Vec<Opened> = views
+        .map(|view| open(spec, view, read))
+        .collect::<Result<_>>()?;
+    // The first is looked at next anyway, when nothing can be lost yet.
+    for later in opened.iter().skip(1) {
+        let renderer = Renderer::new(&later.scene);
+        find(&renderer, &later.view, &later.pixels)?;
+    }
+    Ok(opened)
+}
+
+fn open(spec: &StudySpec, view: View, read: &ReadArgs) -> Result<Opened> {
+    let start = Instant::now();
+    let mut scene = scenes::load_lit(&view.scene, read)?.scene;
+    let load_seconds = start.elapsed().as_secs_f64();
+    let picture_size = picture_size(&scene);
+    check_memory(spec, &view.pixels)?;
+    let pixels = pixels(&mut scene, &view.pixels)?;
+    Ok(Opened {
+        view,
+        scene,
+        pixels,
+        picture_size,
+        load_seconds,
+    })
+}
+
+/// Bytes of what is kept of a trial for its score and for the fits, beside its estimates.
+const BYTES_PER_TRIAL: u64 = 48;
+
+/// Refuses what does not fit: the shading points, and all estimates of all cells, which are kept
+/// until the reference is known.
+fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
+    let count = match pixels {
+        Pixels::Grid(r) => u64::from(r.width) * u64::from(r.height),
+        Pixels::List(list) => list.len() as u64,
+    };
+    let trials = spec.samplers.iter().map(|s| u64::from(spec.trials_of(*s)));
+    let cells = spec.samples.len() as u64 * spec.estimators.len() as u64;
+    let most = trials.clone().max().unwrap_or(0);
+    let trials = trials.sum::<u64>().saturating_mul(cells);
+    let point = size_of::<([u32; 2], ShadingPoint)>() as u64;
+    let estimate = size_of::<DVec3>() as u64;
+    // Those of the cell that is running are there twice.
+    let values = estimate.saturating_mul(trials.saturating_add(most));
+    let bytes = count
+        .saturating_mul(point.saturating_add(values))
+        .saturating_add(trials.saturating_mul(BYTES_PER_TRIAL));
+    let what = format!("a study of {count} pixels and {trials} trials of each");
+    memory::check(&what, bytes)
+}
+
+fn find(renderer: &Renderer<'_>, view: &View, pixels: &[[u32; 2]]) -> Result<Targets> {
+    let targets = Targets::find(renderer, pixels);
+    if targets.points.is_empty() {
+        let label = &view.label;
+        bail!("`{label}`: the camera sees nothing at the pixels of the study");
+    }
+    Ok(targets)
+}
+
 /// Runs a study on one view of a scene.
 ///
 /// # Errors
-/// If the scene cannot be loaded or a pixel is outside it.
+/// If the camera sees nothing at the pixels.
 pub fn run_scene(
     spec: &StudySpec,
-    view: &View,
-    read: &ReadArgs,
+    opened: Opened,
     deadline: Option<Instant>,
     progress: &ProgressBar,
 ) -> Result<SceneResult> {
-    let start = Instant::now();
-    let name = &view.scene;
-    let mut scene = scenes::load(name, read)?.scene;
-    let load_seconds = start.elapsed().as_secs_f64();
-    let picture_size = picture_size(&scene);
-    let pixels = pixels(&mut scene, &view.pixels)?;
+    let Opened {
+        view,
+        mut scene,
+        pixels,
+        picture_size,
+        load_seconds,
+    } = opened;
     let built = Instant::now();
     let renderer = Renderer::new(&scene);
     let build_seconds = built.elapsed().as_secs_f64();
-    let targets = Targets::find(&renderer, &pixels);
-    if targets.points.is_empty() {
-        bail!("`{name}`: the camera sees nothing at the pixels of the study");
-    }
-    let runs = run_cells(spec, &renderer, &targets, deadline, progress);
+    let targets = find(&renderer, &view, &pixels)?;
+    let (runs, left_out) = run_cells(spec, &renderer, &targets, deadline, progress);
     let reference = best_reference(spec, &renderer, &targets, &runs);
     let cells = runs
         .iter()
@@ -116,7 +209,7 @@ pub fn run_scene(
         _ => Vec::new(),
     };
     Ok(SceneResult {
-        scene: view.label.clone(),
+        scene: view.label,
         triangles,
         hierarchy_bytes,
         pixels: pixels.len(),
@@ -125,6 +218,7 @@ pub fn run_scene(
         build_seconds,
         reference,
         cells,
+        left_out,
         picture,
         gallery,
     })
@@ -154,17 +248,23 @@ fn run_cells(
     targets: &Targets,
     deadline: Option<Instant>,
     progress: &ProgressBar,
-) -> Vec<CellRun> {
-    let mut runs = Vec::new();
+) -> (Vec<CellRun>, Vec<LeftOut>) {
+    let over = || deadline.is_some_and(|d| Instant::now() > d);
+    let (mut runs, mut left_out) = (Vec::new(), Vec::new());
     for &samples in &spec.samples {
-        for estimator in &spec.estimators {
+        for &estimator in &spec.estimators {
             for &sampler in &spec.samplers {
                 progress.inc(1);
-                if deadline.is_some_and(|d| Instant::now() > d) {
+                if over() {
+                    left_out.push(LeftOut {
+                        estimator,
+                        sampler,
+                        samples,
+                    });
                     continue;
                 }
                 let settings = Settings {
-                    estimator: *estimator,
+                    estimator,
                     sampler,
                     samples,
                     seed: spec.seed,
@@ -172,18 +272,20 @@ fn run_cells(
                     skip: spec.skip,
                     ..Settings::default()
                 };
-                runs.push(run_cell(
-                    renderer,
-                    targets,
-                    Cell {
-                        settings,
-                        trials: spec.trials_of(sampler),
-                    },
-                ));
+                let trials = spec.trials_of(sampler);
+                runs.push(run_cell(renderer, targets, Cell { settings, trials }));
             }
         }
     }
-    runs
+    // Short ones are measured again and again, in turns.
+    let mut known = false;
+    while !known && !over() {
+        known = true;
+        for run in &mut runs {
+            known &= run.time_again(renderer, targets, spec.cell_seconds);
+        }
+    }
+    (runs, left_out)
 }
 
 /// A reference whose own error is below a tenth of the smallest variance found: the variance needs
@@ -210,21 +312,19 @@ fn best_reference(
         targets,
         samples,
         0.1 * smallest,
-        Duration::from_secs(REFERENCE_SECONDS),
+        spec.reference_limit,
     )
 }
 
 fn cell_result(run: &CellRun, reference: &Reference, targets: &Targets) -> CellResult {
     let settings = &run.cell.settings;
-    let trials = f64::from(run.cell.trials);
     CellResult {
         estimator: settings.estimator,
         sampler: settings.sampler,
         samples: settings.samples,
         trials: run.cell.trials,
         score: score(run, reference, targets),
-        cpu_seconds: run.cpu_seconds / trials,
-        wall_seconds: run.wall_seconds / trials,
+        times: run.times.clone(),
         counts: run.counts,
     }
 }

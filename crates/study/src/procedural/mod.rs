@@ -11,9 +11,10 @@ mod mesh;
 mod rooms;
 mod window;
 
+use anyhow::{Result, ensure};
+use linelit_film::write_atomically;
 use mesh::Mesh;
 use std::fmt::Write as _;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// A scene as files: names and contents.
@@ -65,32 +66,18 @@ pub fn kept() -> Files {
 ///
 /// # Errors
 /// If the folder cannot be written.
-pub fn generate(name: &str, dir: &Path) -> io::Result<PathBuf> {
+pub fn generate(name: &str, dir: &Path) -> Result<PathBuf> {
     let main = dir.join(format!("{name}.pbrt"));
     let stamp = dir.join(format!("colonnade-{}.stamp", colonnade::VERSION));
     if stamp.is_file() && main.is_file() {
         return Ok(main);
     }
-    std::fs::create_dir_all(dir)?;
     for (file, bytes) in colonnade::colonnade() {
-        write_whole(&dir.join(file), &bytes)?;
+        write_atomically(&dir.join(file), &bytes)?;
     }
-    write_whole(&stamp, b"")?;
-    if main.is_file() {
-        Ok(main)
-    } else {
-        Err(io::Error::new(
-            io::ErrorKind::NotFound,
-            format!("no generated scene `{name}`"),
-        ))
-    }
-}
-
-/// Writes under a temporary name, then renames.
-fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let temporary = path.with_extension(format!("tmp-{}", std::process::id()));
-    std::fs::write(&temporary, bytes)?;
-    std::fs::rename(&temporary, path)
+    write_atomically(&stamp, b"")?;
+    ensure!(main.is_file(), "no generated scene `{name}`");
+    Ok(main)
 }
 
 /// A main file for each size of light: camera, `Include` of the geometry, light.

@@ -197,7 +197,7 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow]) -> Table {
                     scientific(row.mse_stderr)
                 )),
             Cell::number(scientific(row.mrse)).strong(best(row.mrse, least_mrse)),
-            Cell::number(seconds(row.cpu_seconds.max(1e-9))),
+            time(row),
             Cell::number(if cost > 0.0 {
                 short(least_cost / cost)
             } else {
@@ -232,6 +232,19 @@ fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow]) -> Table {
     }
 }
 
+fn time(row: &ResultRow) -> Cell {
+    Cell::number(seconds(row.cpu_seconds)).hover(format!("± {}", error_of_time(row)))
+}
+
+/// A dash where it is not known.
+fn error_of_time(row: &ResultRow) -> String {
+    if row.cpu_error > 0.0 {
+        seconds(row.cpu_error)
+    } else {
+        "–".to_owned()
+    }
+}
+
 fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
     let body = rows.iter().map(|row| {
         let test = bias_test(row, Some(scene));
@@ -245,7 +258,8 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
             Cell::number(scientific(row.bias)),
             Cell::number(test.map_or("–".to_owned(), |(z, _)| signed(z, 1)))
                 .hover(test.map_or(String::new(), |(_, p)| format!("p = {}", scientific(p)))),
-            Cell::number(seconds(row.cpu_seconds.max(1e-9))),
+            time(row),
+            Cell::number(error_of_time(row)),
             Cell::number(scientific(row.rays as f64)),
             Cell::number(scientific(row.line_queries as f64)),
             Cell::number(scientific(row.node_tests as f64)),
@@ -262,6 +276,7 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
         "bias",
         "bias / s.e.",
         "time",
+        "± (s.d.)",
         "rays",
         "line queries",
         "node tests",
@@ -276,7 +291,10 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
 }
 
 fn notes(record: &StudyRecord, scene: &SceneRecord, slopes: &[&SlopeRow]) -> Vec<String> {
-    let mut notes = Vec::new();
+    let mut notes = record
+        .left_out_of(&scene.scene)
+        .into_iter()
+        .collect::<Vec<_>>();
     if !scene.reference.is_empty() {
         let share = reference_share(record, scene).map_or(String::new(), |share| {
             format!(

@@ -7,7 +7,7 @@ use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 /// Over all rows of a study, unbiased estimators are suspected this rarely.
 const ALPHA: f64 = 0.01;
 
-/// What the study found: one paragraph of results, one of how far to trust them.
+/// What the study left out, if anything; what it found; how far to trust that.
 pub(super) fn paragraphs(record: &StudyRecord) -> Vec<String> {
     let found: Vec<Comparison<'_>> = record
         .scenes
@@ -18,7 +18,8 @@ pub(super) fn paragraphs(record: &StudyRecord) -> Vec<String> {
     results.extend(orders(&record.slopes));
     let mut trust = vec![bias(record)];
     trust.extend(references(record));
-    [results.join(" "), trust.join(" ")]
+    let left_out = record.left_out_sentences();
+    [left_out.join(" "), results.join(" "), trust.join(" ")]
         .into_iter()
         .filter(|text| !text.is_empty())
         .collect()
@@ -291,6 +292,7 @@ pub(super) fn reference_share(record: &StudyRecord, scene: &SceneRecord) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tables::LeftOutRow;
 
     fn row(estimator: &str, samples: u32, mse: f64, cpu_seconds: f64) -> ResultRow {
         ResultRow {
@@ -388,6 +390,22 @@ mod tests {
                 None
             )
             .is_none()
+        );
+    }
+
+    #[test]
+    fn what_was_left_out_comes_first() {
+        let mut record = record();
+        record.left_out = vec![LeftOutRow {
+            scene: "room".to_owned(),
+            estimator: "point-area".to_owned(),
+            sampler: "stratified".to_owned(),
+            samples: 64,
+        }];
+        assert_eq!(
+            paragraphs(&record)[0],
+            "The time budget was spent before 1 of 5 measurements on room, which are left out: \
+             point-area (stratified) with 64 samples."
         );
     }
 

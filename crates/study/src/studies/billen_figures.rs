@@ -1,14 +1,14 @@
 //! Billen & Dutré 2016, Figs. 2, 3 and 5: orientations, offset densities, visible pieces.
 
-use crate::cli::ReadArgs;
+use super::exhibition::Context;
 use crate::engine::image::{self, Window};
 use crate::scenes;
 use anyhow::Result;
-use indicatif::ProgressBar;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
 
 /// One picture of the figures.
 #[derive(Clone, Debug)]
@@ -42,8 +42,7 @@ const COUNTED: u32 = 64;
 ///
 /// # Errors
 /// If a built-in scene cannot be loaded.
-pub fn run(read: &ReadArgs, seed: u64, progress: &ProgressBar) -> Result<Vec<Figure>> {
-    let mut figures = Vec::new();
+pub fn run(context: &Context<'_>) -> Result<Vec<Figure>> {
     let orientations = [
         ("fixed direction", "line-analytic[orientation=fixed:0]"),
         (
@@ -52,34 +51,29 @@ pub fn run(read: &ReadArgs, seed: u64, progress: &ProgressBar) -> Result<Vec<Fig
         ),
         ("parallel for each shading point", "line-analytic"),
     ];
-    compare(
-        "Fig. 2",
-        "cornell-box-large",
-        &orientations,
-        read,
-        seed,
-        progress,
-        &mut figures,
-    )?;
     let densities = [
         ("offsets uniform", "line-analytic[offset=uniform]"),
         ("offsets in proportion to length", "line-analytic"),
     ];
-    compare(
-        "Fig. 3",
-        "triangle-soup-large",
-        &densities,
-        read,
-        seed,
-        progress,
-        &mut figures,
-    )?;
-    for scene in [
+    let counted = [
         "grid-planes-large",
         "triangle-soup-large",
         "colonnade-large",
-    ] {
-        figures.push(pieces(scene, read, seed, progress)?);
+    ];
+    // All scenes are opened before the first is rendered.
+    let [width, height] = context.size([SIZE; 2]);
+    let open = |name: &'static str| -> Result<(&'static str, Scene)> {
+        let mut scene = scenes::load(name, &context.read)?.scene;
+        scene.set_resolution(width, height);
+        Ok((name, scene))
+    };
+    let (cornell, soup) = (open("cornell-box-large")?, open("triangle-soup-large")?);
+    let counted = counted.into_iter().map(open).collect::<Result<Vec<_>>>()?;
+    let mut figures = Vec::new();
+    compare("Fig. 2", &cornell, &orientations, context, &mut figures)?;
+    compare("Fig. 3", &soup, &densities, context, &mut figures)?;
+    for scene in &counted {
+        figures.push(pieces(scene, context)?);
     }
     Ok(figures)
 }
@@ -99,23 +93,19 @@ fn settings(estimator: &str, samples: u32, seed: u64) -> Result<Settings> {
 
 fn compare(
     figure: &'static str,
-    scene_name: &'static str,
+    (scene_name, scene): &(&'static str, Scene),
     variants: &[(&str, &str)],
-    read: &ReadArgs,
-    seed: u64,
-    progress: &ProgressBar,
+    context: &Context<'_>,
     out: &mut Vec<Figure>,
 ) -> Result<()> {
-    let mut scene = scenes::load(scene_name, read)?.scene;
-    scene.set_resolution(SIZE, SIZE);
-    let renderer = Renderer::new(&scene);
-    let window = Window::whole(SIZE, SIZE);
+    let renderer = Renderer::new(scene);
+    let window = Window::whole(scene.film.width, scene.film.height);
     let render = |estimator: &str, samples| -> Result<Image> {
         Ok(image::render(
             &renderer,
-            &settings(estimator, samples, seed)?,
+            &settings(estimator, samples, context.seed)?,
             window,
-            progress,
+            context.progress,
         )
         .0)
     };
@@ -176,16 +166,9 @@ fn about(figure: &str) -> &'static str {
 }
 
 /// The mean number of visible pieces of a line, pixel by pixel.
-fn pieces(
-    scene_name: &'static str,
-    read: &ReadArgs,
-    seed: u64,
-    progress: &ProgressBar,
-) -> Result<Figure> {
-    let mut scene = scenes::load(scene_name, read)?.scene;
-    scene.set_resolution(SIZE, SIZE);
-    let renderer = Renderer::new(&scene);
-    let settings = settings("line-analytic", COUNTED, seed)?;
+fn pieces((scene_name, scene): &(&'static str, Scene), context: &Context<'_>) -> Result<Figure> {
+    let renderer = Renderer::new(scene);
+    let settings = settings("line-analytic", COUNTED, context.seed)?;
     let count = |pixel: [u32; 2], workspace: &mut Workspace| {
         let Some(point) = renderer.shading_point(pixel, workspace) else {
             return DVec3::ZERO;
@@ -197,7 +180,8 @@ fn pieces(
         let mean = counts.segments.pieces as f64 / (counts.segments.lines.max(1)) as f64;
         DVec3::splat(mean)
     };
-    let (image, _) = image::map(Window::whole(SIZE, SIZE), progress, count);
+    let window = Window::whole(scene.film.width, scene.film.height);
+    let (image, _) = image::map(window, context.progress, count);
     let caption = format!("mean number of visible pieces of a line, {COUNTED} lines a point");
     Ok(Figure {
         figure: "Fig. 5",

@@ -131,5 +131,7 @@ pub(super) fn spec() -> StudySpec {
         papers: paper_orders(),
         spots: Vec::new(),
         gallery: None,
+        reference_limit: super::REFERENCE_LIMIT,
+        cell_seconds: crate::engine::CELL_SECONDS,
     }
 }

@@ -18,8 +18,24 @@ pub struct Context<'a> {
     pub read: ReadArgs,
     /// The first seed.
     pub seed: u64,
+    /// Whether only the steps matter, not what comes out.
+    pub smallest: bool,
     /// Where progress is shown.
     pub progress: &'a ProgressBar,
+}
+
+impl Context<'_> {
+    /// The resolution of a picture: the one given, unless the smallest is wanted.
+    #[must_use]
+    pub(super) fn size(&self, full: [u32; 2]) -> [u32; 2] {
+        full.map(|side| if self.smallest { side.min(8) } else { side })
+    }
+
+    /// One of two: the first, unless the smallest is wanted.
+    #[must_use]
+    pub(super) fn or_least<T>(&self, full: T, least: T) -> T {
+        if self.smallest { least } else { full }
+    }
 }
 
 /// An exhibition: what goes to the page, and its numbers.

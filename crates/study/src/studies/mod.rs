@@ -14,11 +14,12 @@ pub use billen_figures::{Figure, run as billen_figures};
 pub use billen_table1::{Row as Table1Row, run as billen_table1, text as billen_table1_text};
 pub use exhibition::{Context, Exhibition, Row};
 
-use crate::cli::{ConvergeArgs, Pixels, Resolution};
-use crate::engine::View;
-use anyhow::{Result, bail};
+use crate::cli::{ConvergeArgs, Pixels, Resolution, UsageError};
+use crate::engine::{CELL_SECONDS, View};
+use anyhow::Result;
 use linelit_integrator::{Estimator, LightChoice};
 use linelit_samplers::SamplerKind;
+use std::time::Duration;
 
 /// A convergence study.
 #[derive(Clone, Debug)]
@@ -54,7 +55,14 @@ pub struct StudySpec {
     pub spots: Vec<Spot>,
     /// Pictures to render of each scene.
     pub gallery: Option<Gallery>,
+    /// The longest that a reference may take beyond its first round.
+    pub reference_limit: Duration,
+    /// Processor seconds that each estimator, pattern and number of samples is measured for at least.
+    pub cell_seconds: f64,
 }
+
+/// The longest that the reference of a study may take beyond its first round, unless told.
+const REFERENCE_LIMIT: Duration = Duration::from_secs(60);
 
 /// A pixel with a name.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +86,8 @@ pub struct Gallery {
     pub sampler: SamplerKind,
     /// The estimators.
     pub estimators: Vec<Estimator>,
+    /// The longest that the reference may take beyond its first round.
+    pub reference_limit: Duration,
 }
 
 /// What a picture may cost.
@@ -117,6 +127,27 @@ impl StudySpec {
         views
     }
 
+    /// The same steps at the smallest size: two numbers of samples, two trials, few pixels,
+    /// references of one round, and times of two passes.
+    fn shrink(&mut self) {
+        self.samples.truncate(2);
+        self.trials = 2;
+        self.independent_trials = None;
+        self.pixels = Pixels::Grid(Resolution {
+            width: 4,
+            height: 4,
+        });
+        self.reference_limit = Duration::ZERO;
+        self.cell_seconds = 0.0;
+        if let Some(gallery) = &mut self.gallery {
+            (gallery.width, gallery.height) = (8, 8);
+            gallery.reference_limit = Duration::ZERO;
+            if let Budget::Seconds(seconds) = &mut gallery.budget {
+                *seconds = 0.01;
+            }
+        }
+    }
+
     /// Trials of a pattern.
     #[must_use]
     pub fn trials_of(&self, sampler: SamplerKind) -> u32 {
@@ -142,8 +173,8 @@ pub struct PaperOrder {
     pub source: &'static str,
 }
 
-/// The named studies.
-pub const NAMES: [&str; 10] = [
+/// The named studies, but for those of one paper.
+const NAMES: [&str; 10] = [
     "default",
     "billen-orders",
     "billen-table1",
@@ -155,6 +186,11 @@ pub const NAMES: [&str; 10] = [
     "peters-table1",
     "shirley",
 ];
+
+/// All named studies.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    NAMES.into_iter().chain(salesin::NAMES)
+}
 
 /// What `converge` was asked for.
 #[derive(Clone, Debug)]
@@ -172,7 +208,7 @@ pub enum Study {
 /// The study that the command line names, with its flags applied.
 ///
 /// # Errors
-/// If a study is named beside scenes, or the samples do not ascend.
+/// A [`UsageError`] if a study is named beside scenes, or lacks one.
 pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
     if let [name, scene @ ..] = args.what.as_slice()
         && salesin::NAMES.contains(&name.as_str())
@@ -181,10 +217,10 @@ pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
     }
     let named = args.what.iter().any(|w| NAMES.contains(&w.as_str()));
     if named && args.what.len() > 1 {
-        bail!(
+        return Err(usage(format!(
             "name one study, or any number of scenes, not both: {}",
             args.what.join(" ")
-        );
+        )));
     }
     let mut spec = match args.what.first().map(String::as_str) {
         None | Some("default") => default_study(),
@@ -208,34 +244,44 @@ pub fn resolve(args: &ConvergeArgs) -> Result<Study> {
             ..default_study()
         },
     };
-    apply_flags(&mut spec, args)?;
+    apply_flags(&mut spec, args);
     Ok(Study::Convergence(Box::new(spec)))
 }
 
 /// A figure of Salesin & Jarosz, on its own scene or on one that is given.
 fn salesin_study(name: &str, scene: &[String], args: &ConvergeArgs) -> Result<Study> {
     if scene.len() > 1 {
-        bail!("`{name}` takes one scene at most: {}", scene.join(" "));
+        let scenes = scene.join(" ");
+        return Err(usage(format!("`{name}` takes one scene at most: {scenes}")));
     }
     let Some(mut spec) = salesin::spec(name, scene.first().map(String::as_str)) else {
-        bail!("`{name}` needs a scene: converge {name} SCENE.pbrt");
+        return Err(usage(format!(
+            "`{name}` needs a scene: converge {name} SCENE.pbrt"
+        )));
     };
-    apply_flags(&mut spec, args)?;
+    apply_flags(&mut spec, args);
     if args.pixels.is_some() {
         spec.spots.clear();
     }
     Ok(Study::Convergence(Box::new(spec)))
 }
 
-fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
+fn usage(what: String) -> anyhow::Error {
+    UsageError(what).into()
+}
+
+fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) {
+    if args.smallest {
+        spec.shrink();
+    }
     if let Some(list) = &args.estimators {
         spec.estimators.clone_from(&list.0);
     }
     if let Some(list) = &args.samplers {
         spec.samplers.clone_from(&list.0);
     }
-    if let Some(list) = &args.samples {
-        spec.samples = list.samples()?;
+    if let Some(counts) = &args.samples {
+        spec.samples.clone_from(&counts.0);
     }
     if let Some(trials) = args.trials {
         spec.trials = trials;
@@ -244,15 +290,9 @@ fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) -> Result<()> {
     if let Some(pixels) = &args.pixels {
         spec.pixels.clone_from(pixels);
     }
-    if let Some(budget) = args.time_budget {
-        if budget.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
-            bail!("--time-budget must be positive");
-        }
-        spec.time_budget = Some(budget);
-    }
+    spec.time_budget = args.time_budget.or(spec.time_budget);
     spec.seed = args.seed;
     spec.lights = args.lights;
-    Ok(())
 }
 
 /// Points and lines by three patterns on two scenes, in about a minute on two cores.
@@ -291,5 +331,7 @@ fn default_study() -> StudySpec {
         papers: billen_orders::paper_orders(),
         spots: Vec::new(),
         gallery: None,
+        reference_limit: REFERENCE_LIMIT,
+        cell_seconds: CELL_SECONDS,
     }
 }

@@ -51,9 +51,9 @@ fn source(technique: LinearTechnique) -> &'static str {
 /// If the scene cannot be loaded.
 pub(super) fn figure_6(context: &Context<'_>) -> Result<Exhibition> {
     let mut scene = scenes::load(SCENE, &context.read)?.scene;
-    scene.set_resolution(SIZE, SIZE);
+    let size = context.size([SIZE; 2]);
+    scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);
-    let size = [SIZE; 2];
     let render =
         |settings: &Settings| render_with(&renderer, settings, size, context.progress, |_| {});
     let exact = render(&settings("line-analytic", 0)?);
@@ -120,7 +120,8 @@ fn outside_penumbrae(renderer: &Renderer<'_>, context: &Context<'_>) -> Result<V
         let all = (seen - whole).abs() <= 1e-10 * whole;
         DVec3::splat(f64::from(u8::from(all || seen <= 0.0)))
     };
-    let (image, _) = image::map(Window::whole(SIZE, SIZE), context.progress, shade);
+    let [width, height] = context.size([SIZE; 2]);
+    let (image, _) = image::map(Window::whole(width, height), context.progress, shade);
     Ok(image.rgb.iter().map(|p| p[0] > 0.5).collect())
 }
 
@@ -168,7 +169,8 @@ fn clear_error(images: &[Image], exact: &Image, marked: &[bool]) -> (f64, f64) {
 /// If the scene cannot be loaded.
 pub(super) fn figure_4(context: &Context<'_>) -> Result<Exhibition> {
     let mut scene = scenes::load(SCENE, &context.read)?.scene;
-    scene.set_resolution(SIZE, SIZE);
+    let size = context.size([SIZE; 2]);
+    scene.set_resolution(size[0], size[1]);
     let Some(Light::Linear(light)) = scene.lights.first().map(|l| l.light) else {
         bail!("`{SCENE}` has no linear light");
     };
@@ -184,7 +186,8 @@ pub(super) fn figure_4(context: &Context<'_>) -> Result<Exhibition> {
         let all = (0..PER_PIXEL).filter_map(|i| errors(&line, &point, set.get_1d(i)));
         all.fold(DVec3::ZERO, DVec3::max)
     };
-    let (image, _) = image::map(Window::whole(SIZE, SIZE), context.progress, measure);
+    let window = Window::whole(size[0], size[1]);
+    let (image, _) = image::map(window, context.progress, measure);
     let channel = |c: usize| -> Vec<f64> { image.rgb.iter().map(|p| f64::from(p[c])).collect() };
     let (printed, ours, bright) = (channel(0), channel(1), channel(2));
     let most = bright.iter().copied().fold(0.0, f64::max);
@@ -198,7 +201,7 @@ pub(super) fn figure_4(context: &Context<'_>) -> Result<Exhibition> {
     ];
     let (mut pictures, mut rows) = (Vec::new(), Vec::new());
     for (name, values) in &maps {
-        pictures.push(logarithmic([SIZE; 2], values, [1e-8, 1e-2], name)?);
+        pictures.push(logarithmic(size, values, [1e-8, 1e-2], name)?);
         rows.push(summary(name, values));
     }
     let lead = "The backward error, the change of the random number that explains the output, of diffuse \

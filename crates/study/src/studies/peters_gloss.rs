@@ -56,10 +56,11 @@ fn settings(estimator: &str, sampler: SamplerKind, samples: u32, seed: u64) -> R
 /// If the scene cannot be loaded.
 pub(super) fn figure_1(context: &Context<'_>) -> Result<Exhibition> {
     let mut scene = scenes::load("colonnade-line", &context.read)?.scene;
-    scene.set_resolution(SIZE[0], SIZE[1]);
+    let size = context.size(SIZE);
+    scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);
     let render = |s: &Settings| {
-        render_with(&renderer, s, SIZE, context.progress, |p| {
+        render_with(&renderer, s, size, context.progress, |p| {
             frostbite(p, puddle)
         })
     };
@@ -140,7 +141,7 @@ pub(super) fn figure_1(context: &Context<'_>) -> Result<Exhibition> {
 /// # Errors
 /// If the scene cannot be loaded.
 pub(super) fn figure_7(context: &Context<'_>) -> Result<Exhibition> {
-    let size = [224; 2];
+    let size = context.size([224; 2]);
     let mut scene = scenes::load("cornell-box-line", &context.read)?.scene;
     scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);

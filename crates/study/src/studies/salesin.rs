@@ -6,6 +6,7 @@ use super::{Budget, Gallery, PaperOrder, Spot, StudySpec};
 use crate::cli::{Pixels, Resolution};
 use linelit_integrator::{Estimator, LightChoice};
 use linelit_samplers::SamplerKind;
+use std::time::Duration;
 
 /// The studies' names.
 pub(super) const NAMES: [&str; 9] = [
@@ -90,6 +91,8 @@ pub(super) fn spec(name: &str, scene: Option<&str>) -> Option<StudySpec> {
             Vec::new()
         },
         gallery: figure.gallery.as_ref().map(Pictures::gallery),
+        reference_limit: super::REFERENCE_LIMIT,
+        cell_seconds: crate::engine::CELL_SECONDS,
     })
 }
 
@@ -121,6 +124,7 @@ impl Pictures<'_> {
             budget: self.budget,
             sampler: SamplerKind::MultiJitter,
             estimators: estimators(self.estimators),
+            reference_limit: Duration::from_secs(40),
         }
     }
 }

@@ -61,7 +61,10 @@ fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
         strict: context.read.strict,
         ..LoadOptions::default()
     };
-    Ok(Scene::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene)
+    let mut scene = Scene::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene;
+    let [width, height] = context.size(SIZE);
+    scene.set_resolution(width, height);
+    Ok(scene)
 }
 
 fn settings(lights: LightChoice, samples: u32, pixel_samples: u32, seed: u64) -> Result<Settings> {
@@ -79,13 +82,9 @@ fn settings(lights: LightChoice, samples: u32, pixel_samples: u32, seed: u64) ->
 
 /// Whole pixels, camera samples and all.
 fn pixels(renderer: &Renderer<'_>, settings: &Settings, progress: &ProgressBar) -> Image {
-    image::render(
-        renderer,
-        settings,
-        Window::whole(SIZE[0], SIZE[1]),
-        progress,
-    )
-    .0
+    let film = &renderer.scene().film;
+    let window = Window::whole(film.width, film.height);
+    image::render(renderer, settings, window, progress).0
 }
 
 /// The exact light of the pixels' centres: enough lines of each luminaire.
@@ -331,7 +330,8 @@ fn balls(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
 
 /// Ten thousand luminaires: the tree against the probabilities that are best without knowing shadows.
 fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
-    let mut scene = scene(&luminaires::hall(100), context)?;
+    let hall = luminaires::hall(context.or_least(100, 4));
+    let mut scene = scene(&hall, context)?;
     scene.set_resolution(64, 64);
     let renderer = Renderer::new(&scene);
     let across = || (0..64u32).step_by(4);
@@ -367,13 +367,14 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
         let values = [("RMSE", deviation), ("over ideal", deviation / ideal)];
         own.push(Row::new(format!("10,000 luminaires: {choice}"), &values));
     }
-    scene.set_resolution(SIZE[0], SIZE[1]);
+    let size = context.size(SIZE);
+    scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);
     let render = |choice| -> Result<Image> {
         Ok(render_with(
             &renderer,
             &settings(choice, 4, 1, context.seed)?,
-            SIZE,
+            size,
             context.progress,
             |_| {},
         ))
@@ -399,7 +400,7 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
 fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     let mut own = Vec::new();
     let mut costs = Vec::new();
-    for side in [4u32, 13, 40, 126] {
+    for &side in context.or_least(&[4u32, 13, 40, 126][..], &[4]) {
         let scene = scene(&luminaires::hall(side), context)?;
         let lights: Vec<Light> = scene.lights.iter().map(|l| l.light).collect();
         let tree = LightTree::new(&lights, Importance::default());

@@ -1,7 +1,8 @@
 //! `bench equal-time`: who reaches an error first.
 
-use crate::cli::{BenchArgs, List, Resolution};
+use crate::cli::{BenchArgs, Resolution};
 use crate::engine::{Contest, Curve, Targets, Truth, contest};
+use crate::output::{Output, OutputError};
 use crate::scenes;
 use anyhow::{Context, Result, bail};
 use linelit_film::Image;
@@ -22,18 +23,18 @@ const ESTIMATORS: [&str; 7] = [
 ];
 
 /// Prints the curves, and who wins.
-pub(super) fn run(args: &BenchArgs) -> Result<()> {
+pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     let mut rows = Vec::new();
     for name in super::scenes(args) {
         let curves = measure(name, args)?;
         if args.json {
             rows.extend(json_rows(name, &curves));
         } else {
-            print(name, args, &curves);
+            print(name, args, &curves, out)?;
         }
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
     }
     Ok(())
 }
@@ -44,7 +45,7 @@ fn default_estimators() -> Result<Vec<Estimator>> {
 }
 
 fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
-    let mut scene = scenes::load(name, &args.read)?.scene;
+    let mut scene = scenes::load_lit(name, &args.read)?.scene;
     let Resolution { width, height } = args.resolution;
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);
@@ -54,14 +55,14 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
         Some(list) => list.0.clone(),
         None => default_estimators()?,
     };
-    let asked = args.samples.as_ref().map(List::samples).transpose()?;
+    let asked = args.samples.as_ref().map(|counts| &counts.0);
     let entry = |estimator: &Estimator| {
         let most = if estimator.to_string().starts_with("point") {
             1024
         } else {
             256
         };
-        let samples = match &asked {
+        let samples = match asked {
             Some(list) => list.clone(),
             None => all.into_iter().filter(|&n| n <= most).collect(),
         };
@@ -112,54 +113,65 @@ fn worst(curves: &[Curve]) -> Option<(f64, u32)> {
     ratios.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-fn print(name: &str, args: &BenchArgs, curves: &[Curve]) {
+fn print(
+    name: &str,
+    args: &BenchArgs,
+    curves: &[Curve],
+    out: &mut Output,
+) -> Result<(), OutputError> {
     let error = if args.reference.is_some() {
         "mean relative squared error"
     } else {
         "relative mean squared error"
     };
-    println!("{name}: microseconds a point and {error}");
+    writeln!(out, "{name}: microseconds a point and {error}")?;
     let mut counts: Vec<u32> = [1, 4, 16, 64, 256, 1024].to_vec();
     if let Some(curve) = curves.first().filter(|_| args.samples.is_some()) {
         counts = curve.points.iter().map(|p| p.samples).collect();
     }
-    print!("{:38}", "samples");
-    counts.iter().for_each(|n| print!("{n:>18}"));
-    println!();
+    write!(out, "{:38}", "samples")?;
+    for n in &counts {
+        write!(out, "{n:>18}")?;
+    }
+    writeln!(out)?;
     for curve in curves {
-        print!("{:38}", curve.estimator.to_string());
+        write!(out, "{:38}", curve.estimator.to_string())?;
         for n in &counts {
             match curve.points.iter().find(|p| p.samples == *n) {
-                Some(p) if args.reference.is_some() => print!("{:9.2} {:8.1e}", p.time, p.mrse),
-                Some(p) => print!("{:9.2} {:8.1e}", p.time, p.mse),
-                None => print!("{:>18}", ""),
+                Some(p) if args.reference.is_some() => {
+                    write!(out, "{:9.2} {:8.1e}", p.time, p.mrse)?
+                }
+                Some(p) => write!(out, "{:9.2} {:8.1e}", p.time, p.mse)?,
+                None => write!(out, "{:>18}", "")?,
             }
         }
-        println!();
+        writeln!(out)?;
     }
     for samples in [16, 64] {
         for rays in curves.iter().filter(|c| is_rays(&c.estimator)) {
             let Some(at) = rays.points.iter().find(|p| p.samples == samples) else {
                 continue;
             };
-            print!(
+            write!(
+                out,
                 "  in the time of {samples} rays by {} ({:.2} us), error less than theirs by:",
                 rays.estimator, at.time
-            );
+            )?;
             for curve in curves.iter().filter(|c| !is_rays(&c.estimator)) {
                 if let Some(error) = curve.error_at(at.time) {
-                    print!("  {} {:.1e}", curve.estimator, at.mse / error);
+                    write!(out, "  {} {:.1e}", curve.estimator, at.mse / error)?;
                 }
             }
-            println!();
+            writeln!(out)?;
         }
     }
     if let Some((ratio, samples)) = worst(curves) {
-        println!(
+        writeln!(
+            out,
             "  hybrid: at most {ratio:.2} of the best of the others' time to equal error (N = {samples})"
-        );
+        )?;
     }
-    println!();
+    writeln!(out)
 }
 
 fn json_rows(name: &str, curves: &[Curve]) -> Vec<serde_json::Value> {

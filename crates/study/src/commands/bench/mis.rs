@@ -1,8 +1,9 @@
 //! `bench mis`: what it costs to know the density of one technique at another's samples.
 
 use super::{pixels, scenes};
-use crate::cli::{BenchArgs, Resolution};
+use crate::cli::{BenchArgs, Resolution, SampleCounts};
 use crate::engine::Targets;
+use crate::output::{Output, OutputError};
 use anyhow::{Context, Result, bail};
 use linelit_integrator::mix::Mix;
 use linelit_integrator::{Counts, Estimator, Renderer, Settings, Workspace};
@@ -42,9 +43,9 @@ impl Cost {
 }
 
 /// Prints the table.
-pub(super) fn run(args: &BenchArgs) -> Result<()> {
+pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     let samples = match &args.samples {
-        Some(list) => list.samples()?[0],
+        Some(SampleCounts(list)) => list[0],
         None => 16,
     };
     let mixes = match &args.estimators {
@@ -56,15 +57,16 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     };
     let mut rows = Vec::new();
     for name in scenes(args) {
-        let mut scene = crate::scenes::load(name, &args.read)?.scene;
+        let mut scene = crate::scenes::load_lit(name, &args.read)?.scene;
         let Resolution { width, height } = args.resolution;
         scene.set_resolution(width, height);
         let renderer = Renderer::new(&scene);
         let targets = Targets::find(&renderer, &pixels([width, height]));
         if !args.json {
-            println!(
+            writeln!(
+                out,
                 "{name}, N = {samples}; per shading point, one traversal a question | one shaft"
-            );
+            )?;
         }
         for mix in &mixes {
             let Estimator::Mix(mix) = mix else {
@@ -80,19 +82,20 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
                     "ns_question_apart": cost.each()[0], "ns_question_shared": cost.each()[1],
                 }));
             } else {
-                print(mix, &cost);
+                print(mix, &cost, out)?;
             }
         }
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
     }
     Ok(())
 }
 
-fn print(mix: &Mix, cost: &Cost) {
+fn print(mix: &Mix, cost: &Cost, out: &mut Output) -> Result<(), OutputError> {
     let [apart, shared] = cost.each();
-    println!(
+    writeln!(
+        out,
         "  {:70} {:5.1} densities, traversals {:5.1} | {:4.2}, us {:6.2} | {:5.2}, ns a question {:5.0} | {:4.0}",
         mix.to_string(),
         cost.densities,
@@ -102,7 +105,7 @@ fn print(mix: &Mix, cost: &Cost) {
         cost.time[1],
         apart,
         shared,
-    );
+    )
 }
 
 /// Runs both ways in alternation; each chunk's time is the least of all rounds.

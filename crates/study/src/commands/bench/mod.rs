@@ -4,16 +4,17 @@ mod equal_time;
 mod mis;
 
 use crate::cli::{Bench, BenchArgs};
+use crate::output::Output;
 use anyhow::Result;
 
 /// Runs a benchmark.
 ///
 /// # Errors
 /// If a scene cannot be read.
-pub fn run(args: &BenchArgs) -> Result<()> {
+pub fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     match args.what {
-        Bench::EqualTime => equal_time::run(args),
-        Bench::Mis => mis::run(args),
+        Bench::EqualTime => equal_time::run(args, out),
+        Bench::Mis => mis::run(args, out),
     }
 }
 

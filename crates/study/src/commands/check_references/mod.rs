@@ -6,6 +6,8 @@ mod replicate;
 
 use super::pool;
 use crate::cli::CheckArgs;
+use crate::folder::OutputFolder;
+use crate::output::{Output, OutputError, note};
 use crate::scenes;
 use anyhow::{Context, Result, bail};
 use judge::{Comparison, Row};
@@ -145,10 +147,11 @@ const ENTRIES: [Entry; 6] = [
 ///
 /// # Errors
 /// If nothing is found, something cannot be read, or a comparison fails.
-pub fn run(args: &CheckArgs) -> Result<()> {
+pub fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
+    let folder = args.out.as_deref().map(OutputFolder::open).transpose()?;
     let mut all = Vec::new();
     if !args.common.json {
-        print_header();
+        print_header(out)?;
     }
     let wanted = |e: &&Entry| args.only.as_ref().is_none_or(|only| e.name.contains(only));
     for entry in ENTRIES.iter().filter(wanted) {
@@ -156,22 +159,26 @@ pub fn run(args: &CheckArgs) -> Result<()> {
         if scene.is_file() {
             let found = check(args, entry, &scene)?;
             if !args.common.json {
-                print_row(&found.row);
+                print_row(&found.row, out)?;
             }
             all.push(found);
         } else {
-            eprintln!("skipped {}: no {}", entry.name, scene.display());
+            note(format_args!(
+                "skipped {}: no {}",
+                entry.name,
+                scene.display()
+            ));
         }
     }
     if all.is_empty() {
         bail!("no known scene below {}", args.dir.display());
     }
-    if let Some(out) = &args.out {
-        page::write(out, &all)?;
+    if let Some(folder) = folder {
+        page::write(folder, &all)?;
     }
     let rows: Vec<&Row> = all.iter().map(|found| &found.row).collect();
     if args.common.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
     }
     match rows.iter().filter(|r| !r.ok).count() {
         0 => Ok(()),
@@ -202,15 +209,17 @@ fn estimator(effort: Effort) -> Result<Estimator> {
     Ok(effort.estimator.parse()?)
 }
 
-fn print_header() {
-    println!(
+fn print_header(out: &mut Output) -> Result<(), OutputError> {
+    writeln!(
+        out,
         "{:<20} {:>6} {:>11} {:>11} {:>20} {:>9} {:>9} {:>8} {:>6}  left out: edges horizon lights wrong",
         "reference", "pixels", "mean", "theirs", "ratio", "of all", "MRSE", "passing", "differ",
-    );
+    )
 }
 
-fn print_row(r: &Row) {
-    println!(
+fn print_row(r: &Row, out: &mut Output) -> Result<(), OutputError> {
+    writeln!(
+        out,
         "{:<20} {:>6} {:>11.7} {:>11.7} {:>9.6} ± {:.6} {:>9.6} {:>9.2e} {:>7.3}% {:>6}  {:>15} {:>7} {:>6} {:>5}  {}",
         r.name,
         r.pixels,
@@ -227,14 +236,16 @@ fn print_row(r: &Row) {
         r.lights.len(),
         r.wrong.len(),
         if r.ok { "ok" } else { "DIFFERS" }
-    );
+    )?;
     if !r.wrong.is_empty() {
-        println!(
+        writeln!(
+            out,
             "    left out, a brute-force estimate gives our value and not theirs: {:?}",
             r.wrong
-        );
+        )?;
     }
     if !r.unexplained.is_empty() && r.unexplained.len() <= 40 {
-        println!("    differ: {:?}", r.unexplained);
+        writeln!(out, "    differ: {:?}", r.unexplained)?;
     }
+    Ok(())
 }

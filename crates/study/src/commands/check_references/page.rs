@@ -1,10 +1,10 @@
 //! The comparison as a page: ours, theirs, and the difference, side by side.
 
 use super::judge::{Comparison, Row};
+use crate::folder::OutputFolder;
 use crate::report::{Cell, Picture, Report, Section, Table, scientific};
-use anyhow::{Context, Result};
-use linelit_film::{Exposure, HeatMap, write_atomically};
-use std::path::Path;
+use anyhow::Result;
+use linelit_film::{Exposure, HeatMap};
 
 /// The scale of relative differences.
 const DIFFERENCES: HeatMap = HeatMap {
@@ -14,9 +14,7 @@ const DIFFERENCES: HeatMap = HeatMap {
 };
 
 /// Writes `report.html` and the pictures as PNG files.
-pub(super) fn write(out: &Path, all: &[Comparison]) -> Result<()> {
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("creating the folder {}", out.display()))?;
+pub(super) fn write(mut out: OutputFolder, all: &[Comparison]) -> Result<()> {
     let mut sections = vec![Section {
         title: "All references".to_owned(),
         lead: "Means leave out the pixels that differ for a reason found; “of all” does not."
@@ -32,7 +30,7 @@ pub(super) fn write(out: &Path, all: &[Comparison]) -> Result<()> {
             .zip(["ours", "theirs", "difference"])
         {
             let name = format!("{}-{kind}.png", found.row.name.replace('/', "-"));
-            write_atomically(&out.join(name), &picture.png)?;
+            out.add(&name, picture.png.clone());
         }
         sections.push(section);
     }
@@ -43,8 +41,8 @@ pub(super) fn write(out: &Path, all: &[Comparison]) -> Result<()> {
         facts: Vec::new(),
         command: "cargo xtask check-references FOLDER --out OUT".to_owned(),
     };
-    write_atomically(&out.join("report.html"), report.render().as_bytes())?;
-    Ok(())
+    out.add("report.html", report.render());
+    out.finish()
 }
 
 fn summary(all: &[Comparison]) -> String {

@@ -1,0 +1,250 @@
+//! The folder of a study: one process writes it at a time, and what is in it is of one study.
+
+use crate::output::note;
+use anyhow::{Context, Result, bail};
+use linelit_film::{try_place, write_atomically};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Read as _, Write as _};
+use std::path::{Component, Path, PathBuf};
+
+/// Locked, with the number of the process, while a study runs.
+const LOCK: &str = ".linelit-lock";
+/// The files that the last study wrote, a name a line.
+const LIST: &str = ".linelit-files";
+
+/// A folder that is ours until this value is dropped or the process ends, however it ends.
+///
+/// Files are kept until [`OutputFolder::finish`] writes them all at once: an earlier study stays
+/// whole until the new one is.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    files: BTreeMap<String, Vec<u8>>,
+    /// Held for its drop, which comes after the folder's own.
+    _lock: Option<Lock>,
+    /// Whether the folder was made for this study, and goes if that fails.
+    made: Option<RemoveEmpty>,
+}
+
+impl OutputFolder {
+    /// Makes the folder if there is none, locks it, and tries whether files can be written.
+    ///
+    /// # Errors
+    /// If that fails, or another process holds the folder.
+    pub fn open(path: &Path) -> Result<Self> {
+        let made = (!path.exists()).then(|| RemoveEmpty(path.to_owned()));
+        let failed = || format!("creating the folder {}", path.display());
+        fs::create_dir_all(path).with_context(failed)?;
+        let lock = Lock::acquire(path)?;
+        try_place(&path.join("report.html"))?;
+        Ok(Self {
+            path: path.to_owned(),
+            files: BTreeMap::new(),
+            _lock: lock,
+            made,
+        })
+    }
+
+    /// Where a file will stand.
+    #[must_use]
+    pub fn place(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Adds a file; `name` may be below a folder of its own, as `plots/a.svg`.
+    pub fn add(&mut self, name: &str, bytes: impl Into<Vec<u8>>) {
+        self.files.insert(name.to_owned(), bytes.into());
+    }
+
+    /// Writes all files, each whole or not at all, and removes those of the study before this one
+    /// that have no successor.
+    ///
+    /// # Errors
+    /// If a file cannot be written or removed.
+    pub fn finish(mut self) -> Result<()> {
+        let earlier = self.listed();
+        // Should the process end between two files, the next study knows of them all.
+        let names = || self.files.keys().map(String::as_str);
+        let all: BTreeSet<&str> = names().chain(earlier.iter().map(String::as_str)).collect();
+        self.list(&all)?;
+        for (name, bytes) in &self.files {
+            write_atomically(&self.place(name), bytes)?;
+        }
+        for name in earlier.iter().filter(|n| !self.files.contains_key(*n)) {
+            self.remove(name)?;
+        }
+        self.list(&names().collect())?;
+        if let Some(made) = &mut self.made {
+            made.0.clear();
+        }
+        Ok(())
+    }
+
+    fn list(&self, names: &BTreeSet<&str>) -> Result<()> {
+        let text: String = names.iter().map(|name| format!("{name}\n")).collect();
+        write_atomically(&self.place(LIST), text.as_bytes())?;
+        Ok(())
+    }
+
+    /// What the study before this one wrote.
+    fn listed(&self) -> BTreeSet<String> {
+        let text = fs::read_to_string(self.place(LIST)).unwrap_or_default();
+        let below = |name: &&str| {
+            let mut parts = Path::new(name).components();
+            !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))
+        };
+        text.lines().filter(below).map(str::to_owned).collect()
+    }
+
+    fn remove(&self, name: &str) -> Result<()> {
+        let path = self.place(name);
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(e).with_context(|| format!("removing {}", path.display()));
+            }
+            _ => {}
+        }
+        if let Some(folder) = path.parent().filter(|folder| **folder != *self.path) {
+            // Fails, as it should, while anything is left in it.
+            let _ = fs::remove_dir(folder);
+        }
+        Ok(())
+    }
+}
+
+/// An empty folder that goes, unless the path is cleared.
+#[derive(Debug)]
+struct RemoveEmpty(PathBuf);
+
+impl Drop for RemoveEmpty {
+    fn drop(&mut self) {
+        if !self.0.as_os_str().is_empty() {
+            let _ = fs::remove_dir(&self.0);
+        }
+    }
+}
+
+/// A locked file, removed when dropped.
+#[derive(Debug)]
+struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    /// The lock of a folder; none where the file system has no locks, which is said.
+    fn acquire(folder: &Path) -> Result<Option<Self>> {
+        let path = folder.join(LOCK);
+        let failed = || format!("opening {}", path.display());
+        loop {
+            let mut options = OpenOptions::new();
+            options.read(true).write(true).create(true).truncate(false);
+            let mut file = options.open(&path).with_context(failed)?;
+            match file.try_lock() {
+                Ok(()) if !is_at(&file, &path) => continue,
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    let mut holder = String::new();
+                    let _ = file.read_to_string(&mut holder);
+                    bail!(
+                        "process {} is writing to the folder {}: wait for it, or choose another \
+                         with --out",
+                        holder.trim(),
+                        folder.display()
+                    );
+                }
+                Err(TryLockError::Error(e)) => {
+                    note(format_args!(
+                        "note: {} cannot be locked ({e}): let no other study write there",
+                        folder.display()
+                    ));
+                    return Ok(None);
+                }
+            }
+            file.set_len(0).with_context(failed)?;
+            write!(file, "{}", std::process::id()).with_context(failed)?;
+            return Ok(Some(Self { path, _file: file }));
+        }
+    }
+}
+
+/// Whether the file that was locked is still the one of that name: who held it before may have
+/// removed it.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn write(path: &Path, files: &[&str]) {
+        let mut folder = OutputFolder::open(path).unwrap();
+        for file in files {
+            folder.add(file, *file);
+        }
+        folder.finish().unwrap();
+    }
+
+    #[test]
+    fn a_study_replaces_the_one_before_and_nothing_else() {
+        let path = std::env::temp_dir().join(format!("linelit-folder-{}", std::process::id()));
+        write(&path, &["report.html", "plots/a.svg", "old/b.svg"]);
+        fs::write(path.join("plots/mine.txt"), "notes").unwrap();
+        write(&path, &["report.html", "plots/c.svg"]);
+        assert_eq!(names(&path), [LIST, "plots", "report.html"]);
+        assert_eq!(names(&path.join("plots")), ["c.svg", "mine.txt"]);
+
+        // A list that leads elsewhere is not followed.
+        let outside = path.with_extension("outside");
+        fs::write(&outside, "kept").unwrap();
+        let up = format!("../{}\n", outside.file_name().unwrap().display());
+        fs::write(path.join(LIST), format!("{up}{}\n", outside.display())).unwrap();
+        write(&path, &["report.html"]);
+        assert_eq!(fs::read(&outside).unwrap(), b"kept");
+        fs::remove_file(outside).unwrap();
+        fs::remove_dir_all(path).unwrap();
+    }
+
+    #[test]
+    fn a_folder_has_one_writer() {
+        let path = std::env::temp_dir().join(format!("linelit-lock-{}", std::process::id()));
+        let first = OutputFolder::open(&path).unwrap();
+        let refused = OutputFolder::open(&path).unwrap_err().to_string();
+        let own = format!("process {} is writing", std::process::id());
+        assert!(refused.starts_with(&own), "{refused}");
+        drop(first);
+        assert!(!path.exists(), "a folder made for nothing goes");
+        fs::create_dir(&path).unwrap();
+        fs::write(path.join(LOCK), "left by a killed process").unwrap();
+        drop(OutputFolder::open(&path).unwrap());
+        assert!(names(&path).is_empty());
+        fs::remove_dir_all(path).unwrap();
+    }
+}
