@@ -58,7 +58,7 @@ fn main() -> anyhow::Result<()> {
     );
     if let Some(reference) = args.get(1) {
         let image = Image::read(Path::new(reference))?;
-        let theirs: f64 = image.mean().iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0;
+        let theirs: f64 = image.mean().iter().sum::<f64>() / 3.0;
         println!(
             "reference {theirs:.7}; closed form {:+.3e} of it, lifted {:+.3e}",
             exact / pixels / theirs - 1.0,

@@ -76,10 +76,7 @@ fn pictures_and_counters_are_the_same() {
                 &set.to_string(),
             ]);
             assert!(output.status.success(), "{scene}: {}", text(&output.stderr));
-            (
-                std::fs::read(&image).unwrap(),
-                counts(&text(&output.stdout)),
-            )
+            (pixels(&image), counts(&text(&output.stdout)))
         };
         let results: Vec<_> = available.iter().map(render).collect();
         for (set, (image, counts)) in available.iter().zip(&results) {

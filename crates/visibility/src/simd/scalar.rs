@@ -25,9 +25,6 @@ fn pack(a: [bool; 8]) -> u8 {
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "rounded")]
 fn fused(a: f32, b: f32, c: f32) -> f32 {
-    if cfg!(any(target_arch = "aarch64", target_feature = "fma")) {
-        return a.mul_add(b, c);
-    }
     // The product is exact in `f64`; the sum is rounded to odd (Boldo & Melquiond 2008), so that
     // rounding it once more gives what rounding once would have.
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
