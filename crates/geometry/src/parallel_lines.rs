@@ -24,7 +24,7 @@ pub struct ParallelLines {
 
 impl ParallelLines {
     /// The lines at `angle` radians from the polygon's first edge, counter-clockwise about the
-    /// normal.
+    /// normal. At an angle that is not finite there are none: one knot, a range of no width.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, angle: f64) -> Self {
         // The frame's x axis runs along the lines, so v = x and u = y.
@@ -43,6 +43,10 @@ impl ParallelLines {
             upper: [0.0; CAPACITY],
             count: 0,
         };
+        if !angle.is_finite() {
+            out.count = 1;
+            return out;
+        }
         let mut offsets = [0.0; CAPACITY];
         for (o, q) in offsets.iter_mut().zip(plane) {
             *o = q.y;

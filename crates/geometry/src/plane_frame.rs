@@ -13,10 +13,12 @@ pub struct PlaneFrame {
 
 impl PlaneFrame {
     /// The plane through `origin` with the unit normal `normal`; its x axis lies along `tangent`
-    /// turned by `angle` (radians, counter-clockwise about the normal).
+    /// turned by `angle` (radians, counter-clockwise about the normal; not at all if that is not
+    /// finite).
     #[must_use]
     pub fn new(origin: DVec3, normal: DVec3, tangent: DVec3, angle: f64) -> Self {
         let base = Frame::from_normal_and_tangent(normal, tangent);
+        let angle = if angle.is_finite() { angle } else { 0.0 };
         let (sin, cos) = angle.sin_cos();
         let axes = Frame {
             x: base.x * cos + base.y * sin,

@@ -11,6 +11,26 @@ pub const MAX_VERTICES: usize = 16;
 /// and a cross product of two differences of rounded points adds up a few of them.
 const FILE_PRECISION: f64 = 16.0 * 5.96e-8;
 
+/// The same relative to the size of the polygon alone, however far from the origin it lies: what
+/// is bent by more than a thousandth is bent, not rounded.
+const MOST_BENT: f64 = 1e-3;
+
+/// How far the third of three points stands off the line through the others when it was computed
+/// to lie on it, relative to the largest coordinate M: the difference of two coordinates, up to
+/// 2M, its product with a fraction and the sum are rounded, to 2.5 ε M in each coordinate, which
+/// is 4.4 ε M for three, and the line itself is off by as much again at its rounded ends.
+const COLLINEAR: f64 = 8.0 * f64::EPSILON;
+
+/// 2²⁰⁰ ≈ 1.6e60: the largest coordinate. Solid angles take products of up to four lengths (a
+/// light's and a shading point's), which must stay within 1e±292 to keep their digits.
+const LARGEST: f64 = pow2(200);
+/// 2⁻²⁰⁰ ≈ 6.2e-61: the smallest size.
+const SMALLEST: f64 = pow2(-200);
+
+const fn pow2(e: i64) -> f64 {
+    f64::from_bits(((1023 + e) as u64) << 52)
+}
+
 /// A convex planar polygon with 3 to [`MAX_VERTICES`] vertices, counter-clockwise about its
 /// normal, held in place (no heap).
 ///
@@ -33,8 +53,13 @@ pub enum PolygonError {
     Count(usize),
     /// The vertex with this index is NaN or infinite.
     NotFinite(usize),
-    /// The polygon has no area.
+    /// The polygon has no area, or none that the rounding of its coordinates would not give to
+    /// points of one line.
     Degenerate,
+    /// The vertex with this index has a coordinate beyond 1.6e60 (2²⁰⁰).
+    TooLarge(usize),
+    /// All vertices lie within 6.2e-61 (2⁻²⁰⁰).
+    TooSmall,
     /// The vertex with this index is off the plane of the others.
     NotPlanar(usize),
     /// The corner at the vertex with this index turns the wrong way.
@@ -47,6 +72,8 @@ impl fmt::Display for PolygonError {
             Self::Count(n) => write!(f, "{n} vertices; a polygon has 3 to {MAX_VERTICES}"),
             Self::NotFinite(i) => write!(f, "vertex {i} is not finite"),
             Self::Degenerate => write!(f, "the polygon has no area"),
+            Self::TooLarge(i) => write!(f, "vertex {i} has a coordinate beyond {LARGEST:.1e}"),
+            Self::TooSmall => write!(f, "the polygon is smaller than {SMALLEST:.1e}"),
             Self::NotPlanar(i) => write!(f, "vertex {i} is off the plane of the others"),
             Self::NotConvex(i) => write!(f, "the polygon is not convex at vertex {i}"),
         }
@@ -79,8 +106,14 @@ impl ConvexPolygon {
     /// A polygon from its vertices, either way round; the order gives the normal by the
     /// right-hand rule.
     ///
-    /// Vertices within the precision of a model file (16 units of `f32` roundoff relative to the
-    /// polygon's size and coordinates) of the plane are moved onto it.
+    /// **Domain**: coordinates up to 2²⁰⁰ ≈ 1.6e60, sizes from 2⁻²⁰⁰ ≈ 6.2e-61; what is larger or
+    /// smaller is refused as such.
+    ///
+    /// **Tolerances**. Vertices within the precision of a model file (16 units of `f32` roundoff
+    /// relative to the polygon's size and coordinates) of the plane are moved onto it, but by a
+    /// thousandth of the polygon's size and an eighth of its width at most, however far from the
+    /// origin it lies. A polygon no wider than points computed to lie on one line stand off it,
+    /// 8 ε times the largest coordinate, has no area: its width is rounding.
     ///
     /// # Errors
     /// See [`PolygonError`].
@@ -92,13 +125,24 @@ impl ConvexPolygon {
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
             return Err(PolygonError::NotFinite(i));
         }
+        if let Some(i) = points.iter().position(|p| p.abs().max_element() > LARGEST) {
+            return Err(PolygonError::TooLarge(i));
+        }
         let area_vector = area_vector(points);
-        let area = area_vector.length();
-        let normal = area_vector
-            .try_normalize()
-            .ok_or(PolygonError::Degenerate)?;
+        let area = predicates::length(area_vector);
+        let normal = predicates::normalize(area_vector).unwrap_or(DVec3::ZERO);
         let mut polygon = Self::from_raw(points, normal, area);
-        let tolerance = FILE_PRECISION * (polygon.diameter() + polygon.largest_coordinate());
+        let (size, largest) = (polygon.diameter(), polygon.largest_coordinate());
+        if size > 0.0 && size < SMALLEST {
+            return Err(PolygonError::TooSmall);
+        }
+        if 2.0 * area <= COLLINEAR * largest * size {
+            return Err(PolygonError::Degenerate);
+        }
+        // A shape that is not wider than the tolerance would not have to be convex.
+        let tolerance = (FILE_PRECISION * (size + largest))
+            .min(MOST_BENT * size)
+            .min(0.25 * area / size);
         polygon.check_convex(tolerance)?;
         polygon.flatten(tolerance)?;
         polygon.parallelogram = polygon.detect_parallelogram();
@@ -250,7 +294,7 @@ impl ConvexPolygon {
         2.0 * self
             .vertices()
             .iter()
-            .map(|&p| (p - first).length())
+            .map(|&p| predicates::length(p - first))
             .fold(0.0, f64::max)
     }
 
@@ -317,7 +361,7 @@ impl ConvexPolygon {
         }
         out.area = area_vector(out.vertices()).dot(self.normal);
         out.parallelogram = out.vertices() == self.vertices() && self.parallelogram;
-        (out.area > 0.0).then_some(out)
+        (out.area > 0.0 && out.area.is_finite()).then_some(out)
     }
 
     fn push(&mut self, p: DVec3) {

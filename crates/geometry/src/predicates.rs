@@ -112,6 +112,65 @@ pub fn dot(a: DVec3, b: DVec3) -> f64 {
     s2 + (((e0 + e1) + e2) + (r1 + r2))
 }
 
+/// The length of a vector of any finite size.
+///
+/// `DVec3::length` squares the coordinates, which leaves nothing below 1e-162 and ∞ above 1e154.
+/// The bits are the same where squares keep all their digits, and it costs two comparisons more.
+///
+/// **Error**: 2 ulp. ∞ or NaN only where a coordinate is, or where the length itself overflows.
+///
+/// ```
+/// use linelit_geometry::{DVec3, predicates::length};
+/// assert_eq!(length(DVec3::new(3e-200, 0.0, 4e-200)), 5e-200);
+/// ```
+#[inline]
+#[must_use]
+pub fn length(v: DVec3) -> f64 {
+    let square = v.length_squared();
+    if squares_are_safe(square) {
+        square.sqrt()
+    } else {
+        scaled_length(v)
+    }
+}
+
+/// The unit vector along `v`, of any finite size; `None` for zero and where a coordinate is not
+/// finite.
+///
+/// The bits are those of glam's `try_normalize` where squares keep all their digits.
+/// **Error**: 2 ulp in each coordinate.
+#[inline]
+#[must_use]
+pub fn normalize(v: DVec3) -> Option<DVec3> {
+    let square = v.length_squared();
+    if squares_are_safe(square) {
+        return Some(v * (1.0 / square.sqrt()));
+    }
+    let largest = v.abs().max_element();
+    if !(largest > 0.0 && v.is_finite()) {
+        return None;
+    }
+    let unit = v / largest;
+    Some(unit / unit.length())
+}
+
+/// Whether no square that matters to this sum of three has lost digits: one that underflows is
+/// below 1e-308, which is nothing next to 1e-270.
+#[inline]
+fn squares_are_safe(sum: f64) -> bool {
+    sum > 1e-270 && sum < f64::INFINITY
+}
+
+#[cold]
+fn scaled_length(v: DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest > 0.0 && v.is_finite() {
+        (v / largest).length() * largest
+    } else {
+        v.length()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

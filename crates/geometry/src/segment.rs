@@ -1,6 +1,6 @@
 //! Segments: the geometry of a line sample.
 
-use crate::DVec3;
+use crate::{DVec3, predicates};
 
 /// A segment from `p0` to `p1`; its parameter t runs from 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,14 +30,14 @@ impl Segment {
     #[inline]
     #[must_use]
     pub fn length(&self) -> f64 {
-        self.vector().length()
+        predicates::length(self.vector())
     }
 
-    /// Unit direction from `p0` to `p1`; zero for a segment of length zero.
+    /// Unit direction from `p0` to `p1`; zero for a segment of length zero or without an end.
     #[inline]
     #[must_use]
     pub fn direction(&self) -> DVec3 {
-        self.vector().normalize_or_zero()
+        predicates::normalize(self.vector()).unwrap_or(DVec3::ZERO)
     }
 
     /// The point at parameter `t`, measured from the nearer end so that both ends are exact.

@@ -30,13 +30,14 @@ impl Triangle {
     /// Unit normal by the right-hand rule; zero for a degenerate triangle.
     #[must_use]
     pub fn normal(&self) -> DVec3 {
-        self.area_vector().normalize_or_zero()
+        predicates::normalize(self.area_vector()).unwrap_or(DVec3::ZERO)
     }
 
-    /// Area in squared scene units.
+    /// Area in squared scene units; right for edges from 1e-140 to 1e140, whose products `f64` holds
+    /// with all their digits.
     #[must_use]
     pub fn area(&self) -> f64 {
-        0.5 * self.area_vector().length()
+        0.5 * predicates::length(self.area_vector())
     }
 
     /// The point with barycentric coordinates `(1 − b1 − b2, b1, b2)`.

@@ -7,6 +7,7 @@ pub mod dd;
 pub mod json;
 pub mod laws;
 pub mod precise;
+pub mod public;
 pub mod quadrature;
 pub mod real;
 pub mod rng;

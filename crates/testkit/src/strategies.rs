@@ -18,6 +18,92 @@ pub fn finite() -> impl Strategy<Value = f64> {
     POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
 }
 
+/// What a function must survive in any argument: NaN, infinities, zeros of both signs, subnormals, the largest and the
+/// smallest numbers, their square roots and fourth roots (where squares of lengths and areas end), any bits; and, half of
+/// the time, an [ordinary](moderate) number, so that an argument is hostile while the others are not.
+pub fn hostile() -> impl Strategy<Value = f64> {
+    let special = vec![
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        0.0,
+        -0.0,
+        1.0,
+        f64::from_bits(1),
+        -f64::from_bits(1),
+        1e-310,
+        f64::MIN_POSITIVE,
+        1e308,
+        -1e308,
+        f64::MAX,
+        f64::MIN,
+        1e154,
+        -1e155,
+        1e-154,
+        1e-162,
+        1e-170,
+        1e77,
+        -1e78,
+        1e-77,
+        1e-81,
+    ];
+    prop_oneof![
+        10 => moderate(),
+        7 => proptest::sample::select(special),
+        2 => across_exponents(-1022, 1022),
+        1 => any::<u64>().prop_map(f64::from_bits),
+    ]
+}
+
+/// A vector of [hostile] coordinates, or of ordinary ones, or one coordinate [hostile] among ordinary ones.
+pub fn hostile_vector() -> impl Strategy<Value = Vector> {
+    let one = ([moderate(), moderate(), moderate()], 0..3_usize, hostile());
+    prop_oneof![
+        2 => [hostile(), hostile(), hostile()],
+        3 => [moderate(), moderate(), moderate()],
+        2 => one.prop_map(|(mut v, k, x)| {
+            v[k] = x;
+            v
+        }),
+    ]
+}
+
+/// Several vectors that have more to do with each other than chance: each is [hostile](hostile_vector), or equal to an
+/// earlier one, within 10⁻¹⁷…10⁻¹ of it, a multiple of it, or ordinary, and all are scaled by one factor, often 1.
+pub fn hostile_vectors<const N: usize>() -> impl Strategy<Value = [Vector; N]> {
+    let each = proptest::collection::vec((hostile_vector(), 0..8_u32, small(), 0..N), N);
+    (
+        each,
+        prop_oneof![2 => Just(1.0), 1 => across_exponents(-1000, 1000)],
+    )
+        .prop_map(|(each, scale)| {
+            let mut out = [[0.0; 3]; N];
+            for k in 0..N {
+                let (v, kind, size, from) = each[k];
+                let earlier = out[from.min(k.saturating_sub(1))];
+                out[k] = match kind {
+                    _ if k == 0 => v,
+                    0 => earlier,
+                    1 => offset(earlier, v, size),
+                    2 => earlier.map(|c| c * v[0]),
+                    3 => v.map(|c| if c.is_finite() { c } else { size }),
+                    _ => v,
+                };
+            }
+            out.map(|v| v.map(|c| c * scale))
+        })
+}
+
+/// A vector that is unit for three in four, and else [hostile](hostile_vector): for normals and axes.
+pub fn hostile_direction() -> impl Strategy<Value = Vector> {
+    prop_oneof![3 => unit_vector(), 1 => hostile_vector()]
+}
+
+/// A number of [0, 1) for three in four, and else [hostile]: for random numbers.
+pub fn hostile_unit() -> impl Strategy<Value = f64> {
+    prop_oneof![3 => unit_interval(), 1 => hostile()]
+}
+
 /// Signed values with uniformly distributed binary exponent in `low..=high` (2^low ≤ |x| < 2^(high+1)).
 pub fn across_exponents(low: i32, high: i32) -> impl Strategy<Value = f64> {
     (low..=high, 1.0..2.0_f64, any::<bool>()).prop_map(|(exponent, mantissa, negative)| {

@@ -1,0 +1,337 @@
+//! Every public function with floats that attack it in any argument: none panics, and what is
+//! promised to be finite, positive or inside is.
+
+use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
+use linelit_geometry::{
+    ConvexPolygon, DVec2, DVec3, Frame, ParallelLines, PlaneFrame, PolygonError, Segment,
+    ShadowCoords, ShadowTriangle, Triangle, predicates,
+};
+use linelit_testkit::public;
+use linelit_testkit::rng::SplitMix64;
+use linelit_testkit::strategies::{
+    hostile, hostile_direction, hostile_unit, hostile_vector, hostile_vectors,
+};
+use proptest::prelude::*;
+use std::path::Path;
+
+#[test]
+fn every_public_function_is_called_here() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let missing = public::missing(&src, include_str!("hostile.rs"), &[]);
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+fn vector(v: [f64; 3]) -> DVec3 {
+    DVec3::from(v)
+}
+
+/// Unit to a few ε; orthogonal to 4 ε over the least angle, 1e-3, of the plain cross product.
+fn is_orthonormal(f: &Frame) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() < 4e3 * f64::EPSILON;
+    [f.x, f.y, f.z].iter().all(|a| near(a.length(), 1.0))
+        && [f.x.dot(f.y), f.y.dot(f.z), f.z.dot(f.x)]
+            .iter()
+            .all(|d| near(*d, 0.0))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 5_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn polygons(
+        points in hostile_vectors::<5>(),
+        count in 0..=5_usize,
+        x in hostile_vector(),
+        direction in hostile_direction(),
+        numbers in [hostile(), hostile(), hostile()],
+        unit in hostile_unit(),
+    ) {
+        let points = points.map(vector);
+        let _ = ConvexPolygon::parallelogram(points[0], points[1], points[2]).map(|p| sound(&p));
+        let _ = ConvexPolygon::triangle(points[0], points[1], points[2]).map(|p| sound(&p));
+        let Ok(polygon) = ConvexPolygon::try_new(&points[..count]) else {
+            return Ok(());
+        };
+        sound(&polygon)?;
+        sound(&polygon.flipped())?;
+        if let Some(part) = polygon.clip(vector(x), vector(direction)) {
+            prop_assert!(part.area() > 0.0 && part.area().is_finite());
+            prop_assert!(part.vertices().iter().all(|v| is_inside(&polygon, *v)), "{part:?}");
+            lines(&part, numbers, unit, vector(x))?;
+        }
+        lines(&polygon, numbers, unit, vector(x))?;
+    }
+
+    #[test]
+    fn frames(z in hostile_direction(), x in hostile_vector(), p in hostile_vector(), angle in hostile()) {
+        let [z, x, p] = [z, x, p].map(vector);
+        let plane = PlaneFrame::new(p, z, x, angle);
+        prop_assert!(is_orthonormal(&plane.axes), "{plane:?}");
+        prop_assert!(plane.turn_from(&plane).abs() < 32.0 * f64::EPSILON);
+        for x in [x, z, z + x * 1e-3, z + x * 1e-9, -z] {
+            let frame = Frame::from_normal_and_tangent(z, x);
+            prop_assert!(is_orthonormal(&frame), "{frame:?} {x}");
+        }
+        let frame = plane.axes;
+        // Unit as its domain wants it.
+        if let Some(z) = predicates::normalize(z) {
+            prop_assert!((z.length() - 1.0).abs() <= 4.0 * f64::EPSILON);
+            prop_assert!(is_orthonormal(&Frame::from_normal(z)));
+        }
+        let _ = Frame::from_normal(z);
+        // Sums of products of what may be anything.
+        let _ = (frame.to_local(p), frame.to_world(p), plane.to_plane(x), plane.height(x));
+        let _ = plane.from_plane(DVec2::new(p.x, p.y));
+    }
+
+    #[test]
+    fn segments_and_triangles(v in hostile_vectors::<3>(), numbers in [hostile(), hostile(), hostile()]) {
+        let [a, b, c] = v.map(vector);
+        let [s, t, u] = numbers;
+        let segment = Segment::new(a, b);
+        let _ = (segment.vector(), segment.at(s));
+        let length = segment.length();
+        prop_assert!(length >= 0.0 || length.is_nan());
+        prop_assert!(length.is_finite() || !(segment.vector() / 2.0).is_finite() || segment.vector().length().is_infinite());
+        let d = segment.direction();
+        prop_assert!(d == DVec3::ZERO || (d.length() - 1.0).abs() <= 4.0 * f64::EPSILON, "{d}");
+        let _ = (segment.piece(s, t), segment.reversed(), segment.relative_to(c));
+        let triangle = Triangle::new(a, b, c);
+        let area = triangle.area();
+        prop_assert!(area >= 0.0 || area.is_nan());
+        let n = triangle.normal();
+        prop_assert!(n == DVec3::ZERO || (n.length() - 1.0).abs() <= 4.0 * f64::EPSILON, "{n}");
+        let _ = (triangle.area_vector(), triangle.at(s, u), triangle.centroid());
+    }
+
+    #[test]
+    fn shadows(v in hostile_vectors::<6>()) {
+        let [x, p, q, a, b, c] = v.map(vector);
+        let Some(shadow) = ShadowTriangle::new(x, &Segment::new(p, q)) else {
+            return Ok(());
+        };
+        let inside = |i: &Interval| i.lo >= 0.0 && i.lo < i.hi && i.hi <= 1.0;
+        prop_assert!(shadow.blocked_by(&[a, b, c]).is_none_or(|i| inside(&i)));
+        let corners = [a, b, c].map(|p| shadow.vertex(p));
+        prop_assert!(ShadowTriangle::blocked(&corners).is_none_or(|i| inside(&i)));
+        let any = [a, b, c].map(|p| ShadowCoords { sigma: p.x, lam0: p.y, lam1: p.z });
+        prop_assert!(ShadowTriangle::blocked(&any).is_none_or(|i| inside(&i)));
+    }
+
+    /// Both sets stay sorted, disjoint, within [0, 1] and equal.
+    #[test]
+    fn intervals(clips in prop::collection::vec([hostile_unit(), hostile_unit()], 0..12)) {
+        let (mut set, mut tree) = (IntervalSet::full(), IntervalTree::full());
+        for [lo, hi] in clips {
+            set.clip(lo, hi);
+            tree.clip(lo, hi);
+            let _ = Interval::new(lo, hi).length();
+            let mut pieces = Vec::new();
+            tree.for_each(|p| pieces.push(p));
+            prop_assert_eq!(set.as_slice(), &pieces[..]);
+            prop_assert_eq!((set.count(), set.is_empty()), (tree.count(), tree.is_empty()));
+            prop_assert!((0.0..=1.0).contains(&set.measure()));
+            prop_assert!(pieces.iter().all(|p| p.lo >= 0.0 && p.hi <= 1.0 && p.length() >= MIN_LENGTH));
+            prop_assert!(pieces.windows(2).all(|w| w[0].hi <= w[1].lo));
+            prop_assert!(tree.depth() <= 6);
+        }
+        set.reset();
+        tree.reset();
+        prop_assert_eq!(set.measure().to_bits(), 1f64.to_bits());
+        prop_assert_eq!(tree.measure().to_bits(), 1f64.to_bits());
+    }
+
+    #[test]
+    fn exact_products(n in [hostile(), hostile(), hostile(), hostile()], v in hostile_vectors::<3>()) {
+        let [a, b, c, d] = n;
+        let _ = (predicates::two_product(a, b), predicates::two_sum(a, b));
+        let _ = (predicates::diff_of_products(a, b, c, d), predicates::sum_of_products(a, b, c, d));
+        let [x, y, z] = v.map(vector);
+        let _ = (predicates::cross(x, y), predicates::dot(x, y), predicates::determinant(x, y, z));
+        if x.is_finite() {
+            // Scaled to where squares are safe; the length of what is below 1e307 is finite.
+            let largest = x.abs().max_element();
+            let length = predicates::length(x);
+            prop_assert!(length >= largest && (length.is_finite() || largest > 1e307), "{x} {length}");
+            prop_assert!(length <= 2.0 * largest || largest > 1e307);
+            let unit = predicates::normalize(x);
+            prop_assert_eq!(unit.is_none(), x == DVec3::ZERO);
+            prop_assert!(unit.is_none_or(|u| (u.length() - 1.0).abs() <= 4.0 * f64::EPSILON));
+        } else {
+            prop_assert!(predicates::normalize(x).is_none());
+        }
+    }
+}
+
+/// What a polygon promises.
+fn sound(p: &ConvexPolygon) -> Result<(), TestCaseError> {
+    prop_assert!(p.area() > 0.0 && p.area().is_finite());
+    prop_assert!((p.normal().length() - 1.0).abs() <= 4.0 * f64::EPSILON);
+    prop_assert!(p.vertices().iter().all(|v| v.is_finite()));
+    prop_assert!(p.diameter() > 0.0 && p.diameter().is_finite());
+    prop_assert!(is_inside(p, p.centroid()), "{:?}", p.centroid());
+    prop_assert!(is_orthonormal(&p.plane_frame().axes));
+    if let Some((o, u, v)) = p.as_parallelogram() {
+        prop_assert!(is_inside(p, o + 0.5 * (u + v)));
+    }
+    Ok(())
+}
+
+/// Within the extent of a polygon, to a thousandth: that is how far vertices may have been moved onto
+/// its plane, and a thin polygon's centre of mass divides by an area that is little but rounding.
+fn is_inside(p: &ConvexPolygon, point: DVec3) -> bool {
+    let slack = 1e-3 * p.diameter() + 64.0 * f64::EPSILON * point.abs().max_element();
+    let bound = |least: bool| {
+        p.vertices()
+            .iter()
+            .copied()
+            .reduce(|a, b| if least { a.min(b) } else { a.max(b) })
+    };
+    let (Some(lo), Some(hi)) = (bound(true), bound(false)) else {
+        return false;
+    };
+    (0..3).all(|k| point[k] >= lo[k] - slack && point[k] <= hi[k] + slack)
+}
+
+/// What the lines of a polygon promise at any angle and offset.
+fn lines(
+    p: &ConvexPolygon,
+    [angle, offset, v]: [f64; 3],
+    unit: f64,
+    x: DVec3,
+) -> Result<(), TestCaseError> {
+    prop_assert!(is_orthonormal(&p.plane_frame_turned(angle).axes));
+    let lines = ParallelLines::new(p, angle);
+    let (a, b) = lines.range();
+    prop_assert!(a <= b && a.is_finite() && b.is_finite());
+    prop_assert!(lines.knots().windows(2).all(|w| w[0] < w[1]));
+    prop_assert_eq!(lines.lower().len(), lines.upper().len());
+    prop_assert!((lines.direction().length() - 1.0).abs() < 16.0 * f64::EPSILON);
+    prop_assert!((lines.across().length() - 1.0).abs() < 16.0 * f64::EPSILON);
+    prop_assert!(angle.is_finite() || a == b);
+    for u in [offset, a, b, a + unit * (b - a)] {
+        let length = lines.length(u);
+        prop_assert!(
+            length >= 0.0
+                && length
+                    <= p.diameter() * (1.0 + 64.0 * f64::EPSILON)
+                        + 64.0 * f64::EPSILON * x_scale(p)
+        );
+        match lines.segment(u) {
+            Some(s) if angle.is_finite() => {
+                prop_assert!(is_inside(p, s.p0) && is_inside(p, s.p1), "{s:?}");
+                prop_assert!(lines.extent(u).is_some());
+            }
+            Some(_) => prop_assert!(length.abs() < f64::MIN_POSITIVE),
+            None => prop_assert!(!(a..=b).contains(&u)),
+        }
+    }
+    let _ = (
+        lines.segment_between(offset, (v, offset)),
+        lines.coordinates(x),
+    );
+    let _ = lines.frame().height(x);
+    Ok(())
+}
+
+fn x_scale(p: &ConvexPolygon) -> f64 {
+    p.vertices()
+        .iter()
+        .map(|v| v.abs().max_element())
+        .fold(0.0, f64::max)
+}
+
+/// Points computed to lie on one line, at any distance from the origin: no polygon.
+#[test]
+fn rounding_gives_no_area() {
+    let mut rng = SplitMix64::new(12);
+    for k in 0..30_000 {
+        let mut v = || vector([0, 1, 2].map(|_| rng.in_range(-1.0, 1.0)));
+        let offset = v() * [0.0, 1.0, 1e5][k % 3];
+        let (a, b) = (offset + v(), offset + v());
+        let t = v().x;
+        let on_line = a + (b - a) * t;
+        for points in [[a, b, on_line], [on_line, b, a]] {
+            assert_eq!(
+                ConvexPolygon::try_new(&points),
+                Err(PolygonError::Degenerate),
+                "{points:?}"
+            );
+        }
+    }
+}
+
+/// A quad bent by a part of its size, wherever it is, and one rounded to `f32`.
+#[test]
+fn bends_are_told_from_rounding() {
+    for scale in [1e-40, 1e-3, 1.0, 1e5, 1e40] {
+        for offset in [0.0, 3.0, 1e5] {
+            let o = vector([1.0, -0.7, 0.9]) * offset;
+            let quad = |bend: f64| {
+                [
+                    [0.0, 0.0, bend],
+                    [1.0, 0.1, 0.0],
+                    [1.1, 1.0, bend],
+                    [0.0, 0.9, 0.0],
+                ]
+                .map(|v| (o + vector(v)) * scale)
+            };
+            for bend in [0.3, 0.02] {
+                assert!(
+                    matches!(
+                        ConvexPolygon::try_new(&quad(bend)),
+                        Err(PolygonError::NotPlanar(_))
+                    ),
+                    "{bend} at {offset}"
+                );
+            }
+            assert!(ConvexPolygon::try_new(&quad(0.0)).is_ok());
+            // As a model file holds it, up to a thousand sizes from the origin.
+            #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+            let rounded = quad(0.0).map(|p| vector(p.to_array().map(|c| f64::from(c as f32))));
+            if offset < 1e3 && (1e-30..1e30).contains(&scale) {
+                assert!(ConvexPolygon::try_new(&rounded).is_ok(), "{scale} {offset}");
+            }
+        }
+    }
+}
+
+/// The same polygon at every scale to the last bit, or the reason why not.
+#[test]
+fn scales_are_right_or_refused_with_the_reason() {
+    let points = [[-0.5, -0.5, 2.0], [0.5, -0.5, 2.0], [0.0, 0.5, 2.0]].map(vector);
+    let one = ConvexPolygon::try_new(&points).unwrap();
+    for e in -466..=466 {
+        let scale = 2f64.powi(e);
+        match ConvexPolygon::try_new(&points.map(|p| p * scale)) {
+            Ok(p) => {
+                assert_eq!(
+                    p.area().to_bits(),
+                    (one.area() * scale * scale).to_bits(),
+                    "2^{e}"
+                );
+                assert_eq!(p.normal(), one.normal());
+                assert!(
+                    (p.centroid() - one.centroid() * scale).length() < 4.0 * f64::EPSILON * scale
+                );
+            }
+            Err(PolygonError::TooLarge(0)) => assert!(e >= 200, "2^{e}"),
+            Err(PolygonError::TooSmall) => assert!(e < -200, "2^{e}"),
+            Err(other) => panic!("2^{e}: {other}"),
+        }
+    }
+    let reason = |p: [f64; 3]| {
+        ConvexPolygon::triangle(vector(p), DVec3::X, DVec3::Y)
+            .unwrap_err()
+            .to_string()
+    };
+    assert_eq!(
+        reason([1e78, 0.0, 0.0]),
+        "vertex 0 has a coordinate beyond 1.6e60"
+    );
+    let tiny = points.map(|p| p * 1e-100);
+    assert_eq!(
+        ConvexPolygon::try_new(&tiny).unwrap_err().to_string(),
+        "the polygon is smaller than 6.2e-61"
+    );
+}

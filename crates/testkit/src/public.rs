@@ -1,0 +1,78 @@
+//! The public functions of a crate, read from its sources: a test that claims to call every one of them is held to it.
+
+use std::path::{Path, PathBuf};
+
+/// Names of the public functions in the `.rs` files under a folder, each with its file: what follows `pub fn` or
+/// `pub const fn` at the beginning of a line.
+///
+/// # Panics
+/// If the folder or a file cannot be read.
+pub fn functions(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut out = Vec::new();
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    for entry in entries {
+        let path = entry.unwrap_or_else(|e| panic!("{e}")).path();
+        if path.is_dir() {
+            out.extend(functions(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&path)
+                .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            out.extend(names(&text).map(|name| (path.clone(), name)));
+        }
+    }
+    out.sort();
+    out
+}
+
+fn names(text: &str) -> impl Iterator<Item = String> + '_ {
+    text.lines().filter_map(|line| {
+        let line = line.trim_start();
+        let rest = ["pub fn ", "pub const fn "]
+            .into_iter()
+            .find_map(|start| line.strip_prefix(start))?;
+        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;
+        Some(rest[..end].to_owned())
+    })
+}
+
+/// The public functions under a folder that the text of a test names nowhere as `name(` or `name::<`, nor, for those handed
+/// on as values, as `::name`; but for those `exempt`.
+pub fn missing(folder: &Path, test: &str, exempt: &[&str]) -> Vec<String> {
+    let word = |c: char| c.is_alphanumeric() || c == '_';
+    let called = |name: &str| {
+        test.match_indices(name).any(|(at, _)| {
+            let (before, after) = (&test[..at], &test[at + name.len()..]);
+            let whole = !before.ends_with(word) && !after.starts_with(word);
+            whole
+                && (after.starts_with(['(']) || after.starts_with("::<") || before.ends_with("::"))
+        })
+    };
+    functions(folder)
+        .into_iter()
+        .filter(|(_, name)| !exempt.contains(&name.as_str()) && !called(name))
+        .map(|(path, name)| format!("{}: {name}", path.display()))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_what_is_public() {
+        let source = "pub fn one() {}\n    pub const fn two<T>(x: T) {}\npub(crate) fn three() {}\nfn four() {}";
+        assert_eq!(names(source).collect::<Vec<_>>(), ["one", "two"]);
+    }
+
+    #[test]
+    fn this_module_has_two() {
+        let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let here = |text: &str| {
+            let all = missing(&src, text, &[]);
+            all.iter().filter(|m| m.contains("public.rs")).count()
+        };
+        assert_eq!(here(""), 2);
+        assert_eq!(here("functions(x); not_missing(y)"), 1);
+        assert_eq!(here("map(public::functions); missing::<T>(y)"), 0);
+    }
+}
