@@ -44,7 +44,7 @@ pub fn weighted_balance(cs: &[f64], ps: &[f64], i: usize) -> f64 {
 /// unshadowed parts `cs`, clamped so that a blocked sample contributes nothing; the unclamped form is
 /// [`visibility_optimal_contribution`]. Peters recommends ν = ½.
 ///
-/// **Measure, domain, error bound** as for [`weighted_balance`]; `nu` is clamped to [0, 1]. Where all cₖpₖ vanish the
+/// **Measure, domain, error bound** as for [`weighted_balance`]; `nu` is clamped to [0, 1], NaN to 0. Where all cₖpₖ vanish the
 /// balance heuristic takes over, so that the weights still sum to 1 there.
 ///
 /// # Panics

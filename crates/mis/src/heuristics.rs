@@ -6,6 +6,12 @@ pub(crate) fn score(n: f64, p: f64) -> f64 {
     if n > 0.0 && p > 0.0 { n * p } else { 0.0 }
 }
 
+/// `x`, or zero where it is not finite.
+#[inline]
+pub(crate) fn finite(x: f64) -> f64 {
+    if x.is_finite() { x } else { 0.0 }
+}
+
 /// `part/whole` for `part` ≤ `whole`, with ∞/∞ = 1.
 #[inline]
 #[expect(
@@ -33,7 +39,7 @@ pub(crate) fn share(
     g(ratio(s(i), largest)) / sum
 }
 
-/// Σⱼ Nⱼpⱼ: the density of all samples together.
+/// Σⱼ Nⱼpⱼ: the density of all samples together; ∞ where a product is (a Dirac delta), never negative or NaN.
 ///
 /// Dividing f by it is the balance heuristic's whole contribution, wᵢf/(Nᵢpᵢ), for whichever technique drew the
 /// sample. Positive terms only. **Measure:** that of the densities.
@@ -86,8 +92,8 @@ pub fn balance(ns: &[f64], ps: &[f64], i: usize) -> f64 {
 /// The power heuristic.
 ///
 /// **Formula.** wᵢ = (Nᵢpᵢ)^β/Σⱼ (Nⱼpⱼ)^β; β = 2 is the usual choice, β = 1 the [`balance`] heuristic, β → ∞ the
-/// [`maximum`] heuristic. Measure, domain, error bound and panics as for [`balance`]; squares neither overflow nor
-/// underflow to 0/0.
+/// [`maximum`] heuristic; below 0, and for NaN, β counts as 0, the [`average`]. Measure, domain, error bound and panics as
+/// for [`balance`]; squares neither overflow nor underflow to 0/0.
 ///
 /// **Reference.** Veach & Guibas 1995, section 3.2.
 ///
@@ -114,6 +120,8 @@ pub fn power(ns: &[f64], ps: &[f64], beta: f64, i: usize) -> f64 {
     if beta == 2.0 {
         share(count, scores, |t| t * t, i)
     } else {
+        // A negative exponent would favour the worst, without bound; `max` takes 0 for NaN, too.
+        let beta = beta.max(0.0);
         // A technique that cannot draw the sample has no weight for any exponent, 0 included.
         share(
             count,
@@ -144,7 +152,8 @@ pub fn maximum(ns: &[f64], ps: &[f64], i: usize) -> f64 {
 
 /// The cutoff heuristic: balance among the techniques whose Nᵢpᵢ is at least α times the largest; the others get none.
 ///
-/// Measure, domain, error bound and panics as for [`balance`]; `alpha` in [0, 1) (larger values act as [`maximum`]).
+/// Measure, domain, error bound and panics as for [`balance`]; `alpha` in [0, 1) (larger values and NaN act as
+/// [`maximum`], negative ones as 0).
 /// **Reference.** Veach & Guibas 1995, section 3.2.
 ///
 /// ```
@@ -225,7 +234,7 @@ impl Heuristic {
     }
 
     /// The weighted contribution wᵢf/(Nᵢpᵢ) of one sample of technique `i` to the multi-sample estimator; 0 where the
-    /// technique cannot have drawn it.
+    /// technique cannot have drawn it, and where f or the result is not finite.
     ///
     /// In the one-sample model (`ns` are the probabilities of choosing each technique) it is the whole estimate.
     ///
@@ -236,7 +245,7 @@ impl Heuristic {
     pub fn contribution(self, ns: &[f64], ps: &[f64], f: f64, i: usize) -> f64 {
         let own = score(ns[i], ps[i]);
         if own > 0.0 && own.is_finite() {
-            self.weight(ns, ps, i) * (f / own)
+            finite(self.weight(ns, ps, i) * (f / own))
         } else {
             0.0
         }

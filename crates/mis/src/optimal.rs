@@ -1,6 +1,6 @@
 //! Optimal multiple importance sampling by a linear system (Kondapaneni et al. 2019).
 
-use crate::heuristics::{balance, balance_density, score};
+use crate::heuristics::{balance, balance_density, finite, score};
 
 /// The optimal weight of technique `i`, given the coefficients α.
 ///
@@ -8,7 +8,8 @@ use crate::heuristics::{balance, balance_density, score};
 /// α, which therefore affects variance alone. The minimising α solve the [`OptimalSystem`].
 ///
 /// **Domain.** f = 0 has no weights: then the [`balance`] weight is returned, whose product with f is right, but the
-/// constants αᵢ are not in it; use [`optimal_contribution`], which is defined everywhere. **Error bound.** The weights sum
+/// constants αᵢ are not in it; use [`optimal_contribution`], which is defined everywhere. So it is where some αₖpₖ/f is not
+/// finite (for all techniques, so that weights still sum to 1). **Error bound.** The weights sum
 /// to 1 within k·ε·(1 + Σ|αₖpₖ/f|).
 ///
 /// **Reference.** Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek & Křivánek 2019, *Optimal multiple importance
@@ -26,16 +27,21 @@ pub fn optimal_weight<const T: usize>(
     i: usize,
 ) -> f64 {
     let plain = balance(ns, ps, i);
-    if f == 0.0 {
+    let term = |k: usize| {
+        if score(ns[k], ps[k]) > 0.0 {
+            alphas[k] * (ps[k] / f)
+        } else {
+            0.0
+        }
+    };
+    // The sum of magnitudes: where it is finite, so is every partial sum in any order.
+    let size: f64 = (0..T).map(|k| term(k).abs()).sum();
+    if f == 0.0 || !size.is_finite() {
         return plain;
     }
     let controlled = control(alphas, ns, ps) / f;
-    let own = if score(ns[i], ps[i]) > 0.0 {
-        alphas[i] * (ps[i] / f)
-    } else {
-        0.0
-    };
-    own + plain * (1.0 - controlled)
+    let weight = term(i) + plain * (1.0 - controlled);
+    if weight.is_finite() { weight } else { plain }
 }
 
 /// One sample's contribution wᵢf/(Nᵢpᵢ) under the optimal heuristic.
@@ -45,7 +51,8 @@ pub fn optimal_weight<const T: usize>(
 /// heuristic.
 ///
 /// **Measure.** α in the unit of the integral, `ps` in one measure. **Domain.** Every technique with Nₖ > 0 must report its
-/// density; one with Nₖ = 0 is ignored. If no density is positive (the sample cannot exist) the result is 0.
+/// density; one with Nₖ = 0 is ignored. If no density is positive (the sample cannot exist), or the result is not finite,
+/// it is 0.
 ///
 /// **Reference.** Kondapaneni et al. 2019, eqs. 13 and 14.
 ///
@@ -71,7 +78,7 @@ pub fn optimal_contribution<const T: usize>(
     if density <= 0.0 || !density.is_finite() || ns[i] <= 0.0 {
         return 0.0;
     }
-    alphas[i] / ns[i] + (f - control(alphas, ns, ps)) / density
+    finite(alphas[i] / ns[i] + (f - control(alphas, ns, ps)) / density)
 }
 
 /// Σₖ αₖpₖ over the techniques that take samples.
@@ -123,7 +130,7 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
 
     /// Adds a sample of any technique: the densities of all techniques there, and the integrand's value.
     ///
-    /// A sample that no technique can draw, or whose numbers are not finite, is ignored.
+    /// A sample that no technique can draw, or whose numbers or their products are not finite, is ignored.
     pub fn add(&mut self, ns: &[f64; T], ps: &[f64; T], f: [f64; C]) {
         let density = balance_density(ns, ps);
         if density <= 0.0 || !density.is_finite() || !f.iter().all(|v| v.is_finite()) {
@@ -136,6 +143,12 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
                 0.0
             }
         });
+        // The largest of the products below, up to a factor of the number of terms.
+        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let most = largest(&w);
+        if !(most * most).is_finite() || !(largest(&f) / density * most).is_finite() {
+            return;
+        }
         for (row, wi) in self.a.iter_mut().zip(w) {
             for (entry, wk) in row.iter_mut().zip(w) {
                 *entry += wi * wk;
@@ -166,18 +179,27 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
     ///
     /// **Method.** Cholesky factorisation with diagonal scaling and complete pivoting. A technique whose scaled pivot is
     /// below √ε is a combination of the others as far as the samples tell (the system is a normal equation, which squares
-    /// the condition); it gets α = 0. Any α is unbiased, so this affects variance alone.
+    /// the condition); it gets α = 0. Any α is unbiased, so this affects variance alone. All are 0, too, where one is not finite:
+    /// sums of numbers near the largest that there are.
     #[must_use]
     pub fn alphas(&self) -> [[f64; T]; C] {
         self.damped_alphas(0.0)
     }
 
     /// As [`alphas`](Self::alphas), with `ridge` ≥ 0 added to the scaled diagonal (whose entries are one): pulls α towards
-    /// zero, the balance heuristic, the more so the less the samples determine it. Any ridge is unbiased.
+    /// zero, the balance heuristic, the more so the less the samples determine it. Any ridge is unbiased. NaN and what is
+    /// negative count as 0.
     #[must_use]
     pub fn damped_alphas(&self, ridge: f64) -> [[f64; T]; C] {
-        let factor = Factor::new(&self.a, ridge);
-        self.b.map(|side| factor.solve(&side))
+        let factor = Factor::new(&self.a, ridge.max(0.0));
+        self.b.map(|side| {
+            let alphas = factor.solve(&side);
+            if alphas.iter().all(|a| a.is_finite()) {
+                alphas
+            } else {
+                [0.0; T]
+            }
+        })
     }
 }
 
@@ -327,7 +349,7 @@ impl<const T: usize, const C: usize> OptimalEstimator<T, C> {
         self.alphas = self.system.damped_alphas(ridge);
     }
 
-    /// The mean over the batches ended so far; 0 before the first.
+    /// The mean over the batches ended so far; 0 before the first. (±∞ if the sum of their contributions overflows.)
     #[must_use]
     pub fn mean(&self) -> [f64; C] {
         if self.batches > 0.0 {

@@ -51,6 +51,7 @@ pub fn border(u: f64, lo: f64, hi: f64, d_m: f64) -> f64 {
 ///
 /// **Formula.** d_m·m(gap/d_m): the published eq. 24 lacks the factor d_m, without which it is not a length (the authors'
 /// code has it). It shrinks to 0 as the line slides off the occluder at a vertex, so that the factor has no jump there.
+/// 0 for a d_m that is not positive and finite.
 ///
 /// ```
 /// use linelit_mis::smoothing::occluder_width;
@@ -59,7 +60,7 @@ pub fn border(u: f64, lo: f64, hi: f64, d_m: f64) -> f64 {
 #[inline]
 #[must_use]
 pub fn occluder_width(gap: f64, d_m: f64) -> f64 {
-    if d_m > 0.0 {
+    if d_m > 0.0 && d_m.is_finite() {
         d_m * ease(gap / d_m)
     } else {
         0.0

@@ -8,7 +8,7 @@ use crate::hash::below_one;
 /// stratified set of u splits into stratified sets for each technique: the *split and rescale* of Salesin & Jarosz 2019,
 /// section 5, and Shirley & Wang's choice of a luminaire (1991, eq. 4).
 ///
-/// **Domain.** u in [0, 1); shares that are not positive (or NaN) are never chosen; `None` if none is positive or their
+/// **Domain.** u in [0, 1), else it counts as the nearer end, NaN as 0; shares that are not positive (or NaN) are never chosen; `None` if none is positive or their
 /// sum is not finite. **Error bound.** The stretched number keeps 53 + log₂(shares\[k\]/S) random bits; it is in [0, 1).
 ///
 /// ```
@@ -27,7 +27,8 @@ pub fn split(u: f64, shares: &[f64]) -> Option<(usize, f64)> {
     }
     // The last positive share takes what rounding leaves over.
     let last = (0..shares.len()).rfind(|&k| share(k) > 0.0)?;
-    let mut rest = u * sum;
+    // What is not in [0, 1) counts as the nearer end, NaN as 0.
+    let mut rest = if u > 0.0 { below_one(u) * sum } else { 0.0 };
     for k in 0..last {
         if rest < share(k) {
             return Some((k, below_one(rest / share(k))));

@@ -1,0 +1,69 @@
+//! Every public function with arguments that attack it: none panics, all numbers lie in [0, 1), and what is chosen has a
+//! share. Only [`split`] takes floats; the others take any bits of integers.
+
+use linelit_samplers::{
+    JointSobol, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64, owen_scramble,
+    sobol_02, split, van_der_corput,
+};
+use linelit_testkit::public;
+use linelit_testkit::strategies::{hostile, hostile_unit};
+use proptest::prelude::*;
+use std::path::Path;
+
+#[test]
+fn every_public_function_is_called_here() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let missing = public::missing(&src, include_str!("hostile.rs"), &[]);
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+fn is_unit(x: f64) -> bool {
+    (0.0..1.0).contains(&x)
+}
+
+/// Any bits, with the ends and powers of two, where carries and masks are.
+fn word() -> impl Strategy<Value = u32> {
+    prop_oneof![
+        any::<u32>(),
+        0..70_u32,
+        Just(u32::MAX),
+        (0..32_u32).prop_map(|b| 1 << b),
+        (1..32_u32).prop_map(|b| (1 << b) - 1)
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn choices(u in hostile_unit(), shares in prop::collection::vec(hostile(), 0..6)) {
+        let positive: f64 = shares.iter().filter(|s| **s > 0.0).sum();
+        match split(u, &shares) {
+            Some((k, v)) => prop_assert!(shares[k] > 0.0 && is_unit(v), "{k} {v}"),
+            None => prop_assert!(positive <= 0.0 || positive.is_infinite()),
+        }
+    }
+
+    #[test]
+    fn patterns(seed in any::<u64>(), pixel in [word(), word()], dimension in word(), count in word(), i in word()) {
+        for kind in SamplerKind::ALL {
+            let sampler = Sampler::new(kind, seed);
+            prop_assert_eq!(sampler.kind(), kind);
+            let _ = (kind.name(), kind.is_progressive(), kind.pixels_are_independent());
+            let set = sampler.points(pixel, dimension, count);
+            prop_assert_eq!(set.count(), count.max(1));
+            for i in [i, 0, set.count() - 1, u32::MAX] {
+                prop_assert!(is_unit(set.get_1d(i)), "{kind} {i}");
+                prop_assert!(set.get_2d(i).iter().all(|x| is_unit(*x)), "{kind} {i}");
+            }
+            let _ = (set.iter_1d().take(3).all(is_unit), set.iter_2d().next());
+        }
+        let joint = JointSobol::new(seed, pixel, dimension);
+        let [sample, at] = [i.to_le_bytes(), count.to_le_bytes()];
+        prop_assert!(is_unit(joint.get(u16::from_le_bytes([sample[0], sample[1]]), at[0])));
+        prop_assert!(is_unit(unit_f64(mix(seed))) && is_unit(unit_f64(seed)));
+        prop_assert!(blue_noise_rank(pixel) < 64 * 64);
+        prop_assert_eq!(sobol_02(i)[0], van_der_corput(i));
+        let _ = owen_scramble(i, seed);
+    }
+}
