@@ -3,7 +3,8 @@
 //!
 //! `accuracy_lights [--check] [--quick] [--cases N] [DIR]`: DIR is the folder of the documents, `docs` by default; N random
 //! starts of the search in `f64` (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with the
-//! committed table instead of writing and exits 1 when a row is worse; `--quick` takes a twentieth of the inputs.
+//! committed table instead of writing and exits 1 when a row is worse; `--quick` takes a twentieth of the inputs;
+//! `--keep-search` keeps the committed rows of the search in `f64`, which takes minutes, and writes the others anew.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -30,14 +31,28 @@ fn main() -> ExitCode {
         .find(|a| !a.starts_with("--") && Some(*a) != after("--cases"))
         .map_or("docs", String::as_str);
     let share = if flag("--quick") { 20 } else { 1 };
-    let mut rows = accuracy::in_double(cases / share);
+    let path = Path::new(folder).join("accuracy-lights.md");
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    let keep = flag("--keep-search");
+    let mut rows = if keep {
+        Vec::new()
+    } else {
+        accuracy::in_double(cases / share)
+    };
     rows.extend(accuracy::in_single(1_000_000 / share));
     rows.extend(accuracy::solid_angles(100_000 / share));
-    let table = accuracy::table(&rows);
+    rows.extend(accuracy::near_the_plane(1_000 / share));
+    let mut table = accuracy::table(&rows);
+    if keep {
+        let searched = committed
+            .lines()
+            .filter(|l| l.starts_with("| projected solid angle, f64"));
+        let kept: String = searched.map(|l| format!("{l}\n")).collect();
+        let head_end = table.match_indices('\n').nth(1).map_or(0, |(at, _)| at + 1);
+        table.insert_str(head_end, &kept);
+    }
     println!("{table}");
-    let path = Path::new(folder).join("accuracy-lights.md");
     if flag("--check") {
-        let committed = std::fs::read_to_string(&path).unwrap_or_default();
         let worse = accuracy::regressions(&rows, &committed);
         for line in &worse {
             eprintln!("{line}");

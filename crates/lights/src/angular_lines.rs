@@ -14,16 +14,19 @@
 //! Peters 2021, "BRDF importance sampling for polygonal lights"), of relative accuracy for lights of any size.
 
 use crate::area::PointSample;
-use crate::fan::{ONE_MINUS, Pieces};
+use crate::fan::{ONE_MINUS, Pieces, below_one, unit};
 use crate::irradiance::Trapezoid;
 use crate::linear::{ArcPoint, LineView, ProjectedLine};
-use crate::lines::{self, LineSample, linear_warp};
+use crate::lines::{self, LineSample, linear_warp, within};
 use crate::pdf::{Offset, Pdf, SolidAngle};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
 /// After a step this small, relative to the piece, the next one would be rounding.
 const LAST_STEP: f64 = 2e-9;
+/// Nearer to the light's plane than this, relative to the way to the farthest of the light, Lambert's sum has less than
+/// five digits, and soon none: there the projected measure counts as the plane's own, zero.
+const NEAREST: f64 = 1e-9;
 /// Newton steps at most; the bracket halves at least every second one.
 const MOST_STEPS: u32 = 64;
 
@@ -34,9 +37,10 @@ const MOST_STEPS: u32 = 64;
 /// [`AngularLines::joint_pdf`]; unoccluded it is 1/Ω, or (n·ω)/E for the projected measure: zero variance for a diffuse
 /// receiver.
 ///
-/// **Domain**: any shading point; in the light's plane every density is 0. Lines run at `angle_rad` from the polygon's
-/// first edge. **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence or a shading point nearer
-/// than 1e-4 of the size limits the CDF itself to ε r/z.
+/// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is not finite. Lines run at
+/// `angle_rad` from the polygon's first edge. **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence or a shading point nearer
+/// than 1e-4 of the size limits the CDF itself to ε r/z: so it is of the projected measure, which is 0 nearer to the plane
+/// than 1e-9 of the light's reach (`docs/accuracy-lights.md` has the rows); the plain one keeps its digits to 1e-300.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
@@ -149,6 +153,10 @@ impl AngularLines {
             pieces: Pieces::new(core::iter::empty()),
             warped,
         };
+        let reach = predicates::length(polygon.vertices()[0] - x) + polygon.diameter();
+        if normal.is_some() && out.z < NEAREST * reach {
+            return out;
+        }
         let count = out.lines.knots().len() - 1;
         let measures = (0..count).map(|k| {
             let piece = out.piece(k);
@@ -166,7 +174,11 @@ impl AngularLines {
     /// Solid angle Ω in sr, or projected solid angle (the irradiance of unit radiance).
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.pieces.total()
+        if self.pieces.is_usable() {
+            self.pieces.total()
+        } else {
+            0.0
+        }
     }
 
     /// The parametrisation by lines: of the part above the horizon for the projected measure.
@@ -254,11 +266,11 @@ impl AngularLines {
         let (offset, pdf) = if self.warped {
             let warp = self.warp(&piece);
             let t = linear_warp(place, warp.first, warp.last);
-            let offset = at(warp.angles.fraction(t * warp.angles.end));
+            let offset = at(unit(warp.angles.fraction(t * warp.angles.end)));
             (offset, self.warped_pdf(offset, warp.at(t)))
         } else {
             let whole = self.pieces.weight(k);
-            let offset = at(self.find(&piece, place * whole, whole));
+            let offset = at(unit(self.find(&piece, place * whole, whole)));
             (offset, self.pdf(offset))
         };
         self.lines
@@ -292,7 +304,7 @@ impl AngularLines {
     /// The piece that an offset of the range falls into.
     fn piece_at(&self, offset: f64) -> usize {
         let knots = self.lines.knots();
-        let last = knots.len() - 2;
+        let last = knots.len().saturating_sub(2);
         (0..last).find(|&k| offset < knots[k + 1]).unwrap_or(last)
     }
 
@@ -337,7 +349,11 @@ impl AngularLines {
     /// The marginal density of the line at `offset`: `S z/(z² + u²)/Ω`, or with the ribbon integral in place of S.
     #[must_use]
     pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
-        let Some((lo, hi)) = self.lines.extent(offset) else {
+        let Some((lo, hi)) = self
+            .lines
+            .extent(offset)
+            .filter(|_| self.pieces.is_usable())
+        else {
             return Pdf::ZERO;
         };
         if self.warped {
@@ -365,13 +381,12 @@ impl AngularLines {
             let t = warp.place(offset - knots[k], self.z);
             let below = t * (warp.first + 0.5 * t * (warp.last - warp.first));
             let place = 2.0 * below / (warp.first + warp.last);
-            return Some(self.pieces.unpick(k, place.clamp(0.0, 1.0)));
+            return Some(self.pieces.unpick(k, unit(place)));
         }
         let s = (offset - knots[k]) / (knots[k + 1] - knots[k]);
         let whole = self.pieces.weight(k);
-        let below = self.measure(&self.piece(k).part(s.clamp(0.0, 1.0), self.z));
-        let place = if whole > 0.0 { below / whole } else { 0.0 };
-        Some(self.pieces.unpick(k, place.min(1.0)))
+        let below = self.measure(&self.piece(k).part(unit(s), self.z));
+        Some(self.pieces.unpick(k, unit(below / whole)))
     }
 
     /// A point of the visible part of a line that [`AngularLines::sample`] gave, uniform in the measure; `visible` holds the visible intervals of the line's
@@ -383,17 +398,14 @@ impl AngularLines {
         visible: &[Interval],
         xi: f64,
     ) -> PointSample<SolidAngle> {
-        let Some((part, thin, place, seen)) = self.choose(line.offset, visible, xi) else {
+        let Some((part, thin, place, seen)) = self.choose(line.offset, visible, unit(xi)) else {
             return PointSample::none(line.segment.p0);
         };
         let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
         let t = part.lo + (part.hi - part.lo) * lambda;
         let point = line.segment.at(t);
         let measures = self.line_measure(line.offset, line.pdf, seen);
-        PointSample {
-            point,
-            pdf: self.joint_value(point, &measures),
-        }
+        PointSample::at(point, self.joint_value(point, &measures))
     }
 
     /// The visible interval that `xi` falls into, the place in it, and the measure of all of them.
@@ -404,16 +416,20 @@ impl AngularLines {
         xi: f64,
     ) -> Option<(Interval, Thin, f64, f64)> {
         if let [part] = visible {
-            let thin = self.interval(offset, *part)?;
-            return Some((*part, thin, xi, thin.measure()));
+            let part = within(part);
+            let thin = self.interval(offset, part)?;
+            return Some((part, thin, xi, thin.measure()));
         }
-        let measure = |part: &Interval| self.interval(offset, *part).map_or(0.0, |t| t.measure());
+        let measure = |part: &Interval| {
+            self.interval(offset, within(part))
+                .map_or(0.0, |t| t.measure())
+        };
         let seen: f64 = visible.iter().map(measure).sum();
         let (mut rest, mut chosen) = (xi * seen, None);
         for part in visible {
             let w = measure(part);
             if w > 0.0 {
-                chosen = Some((*part, (rest / w).min(ONE_MINUS)));
+                chosen = Some((within(part), (rest / w).min(ONE_MINUS)));
                 if rest < w {
                     break;
                 }
@@ -445,15 +461,15 @@ impl AngularLines {
         let (offset, t) = self.locate(point)?;
         let total = self.visible_measure(offset, visible)?.visible;
         let mut below = 0.0;
-        for &part in visible {
+        for part in visible.iter().map(within) {
             let Some(thin) = self.interval(offset, part) else {
                 continue;
             };
             if t <= part.hi {
-                let lambda = ((t - part.lo) / (part.hi - part.lo)).max(0.0);
+                let lambda = unit((t - part.lo) / (part.hi - part.lo));
                 let lambda = thin.view().clipped_fraction(lambda)?;
                 let u = (below + thin.invert(lambda) * thin.measure()) / total;
-                return Some([self.invert(offset)?, u.clamp(0.0, ONE_MINUS)]);
+                return Some([self.invert(offset)?, below_one(u)]);
             }
             below += thin.measure();
         }
@@ -480,7 +496,7 @@ impl AngularLines {
     fn visible_measure(&self, offset: f64, visible: &[Interval]) -> Option<LineMeasure> {
         let seen: f64 = visible
             .iter()
-            .filter_map(|&part| self.interval(offset, part))
+            .filter_map(|part| self.interval(offset, within(part)))
             .map(|thin| thin.measure())
             .sum();
         (seen > 0.0).then(|| self.line_measure(offset, self.pdf(offset), seen))
@@ -612,7 +628,7 @@ impl Warp {
     fn place(&self, offset: f64, z: f64) -> f64 {
         let from = self.angles.first;
         let v = (z * offset).atan2(z * z + from * (from + offset));
-        (v / self.angles.end).clamp(0.0, 1.0)
+        unit(v / self.angles.end)
     }
 }
 
@@ -636,10 +652,6 @@ impl Angles {
     /// The fraction of the width at the angle `v`: both weights positive.
     fn fraction(&self, v: f64) -> f64 {
         let (w1, w0) = (v.sin() / self.r[1], (self.end - v).sin() / self.r[0]);
-        if w0 + w1 > 0.0 {
-            (w1 / (w0 + w1)).clamp(0.0, 1.0)
-        } else {
-            0.0
-        }
+        unit(w1 / (w0 + w1))
     }
 }

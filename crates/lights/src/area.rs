@@ -1,6 +1,6 @@
 //! Uniform by area: the classic point technique.
 
-use crate::fan::{self, ONE_MINUS, Pieces};
+use crate::fan::{self, Pieces, below_one, unit};
 use crate::pdf::{Area, Measure, Pdf};
 use linelit_geometry::{ConvexPolygon, DVec3};
 
@@ -14,6 +14,13 @@ pub struct PointSample<M: Measure> {
 }
 
 impl<M: Measure> PointSample<M> {
+    /// A point with its density, which is zero where the point has a coordinate that is not finite.
+    #[inline(always)]
+    pub(crate) fn at(point: DVec3, pdf: Pdf<M>) -> Self {
+        let pdf = if point.is_finite() { pdf } else { Pdf::ZERO };
+        Self { point, pdf }
+    }
+
     /// The answer for degenerate input.
     pub(crate) fn none(point: DVec3) -> Self {
         Self {
@@ -66,6 +73,7 @@ impl AreaSampler {
     /// A point from two random numbers in [0, 1).
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+        let u = u.map(unit);
         let point = if let Some((o, a, b)) = self.parallelogram {
             o + a * u[0] + b * u[1]
         } else {
@@ -101,6 +109,6 @@ impl AreaSampler {
                 place.kappa * place.kappa,
             ]
         };
-        Some(u.map(|x| x.clamp(0.0, ONE_MINUS)))
+        Some(u.map(below_one))
     }
 }

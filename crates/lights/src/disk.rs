@@ -1,7 +1,8 @@
 //! Disks, uniform by area through the concentric map.
 
 use crate::area::PointSample;
-use crate::fan::ONE_MINUS;
+use crate::fan::{below_one, unit};
+use crate::light::power;
 use crate::pdf::{Area, Pdf};
 use core::f64::consts::{FRAC_PI_4, PI};
 use linelit_geometry::{DVec3, Frame};
@@ -18,17 +19,17 @@ pub struct Disk {
 }
 
 impl Disk {
-    /// πR².
+    /// πR²; zero where that is not finite.
     #[must_use]
     pub fn area(&self) -> f64 {
-        PI * self.radius * self.radius
+        power(PI * self.radius * self.radius)
     }
 
     /// A point from two random numbers in [0, 1): Shirley & Chiu's concentric map (1997), which keeps neighbours and
     /// shapes, so that stratified numbers stay stratified.
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
-        let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
+        let [a, b] = u.map(|u| 2.0 * unit(u) - 1.0);
         let (r, (s, c)) = if a.abs() > b.abs() {
             (a, (FRAC_PI_4 * (b / a)).sin_cos())
         } else if b.abs() > 0.0 {
@@ -38,10 +39,8 @@ impl Disk {
             (0.0, (0.0, 1.0))
         };
         let frame = Frame::from_normal(self.normal);
-        PointSample {
-            point: self.center + (frame.x * c + frame.y * s) * (r * self.radius),
-            pdf: self.pdf(self.center),
-        }
+        let point = self.center + (frame.x * c + frame.y * s) * (r * self.radius);
+        PointSample::at(point, self.pdf(self.center))
     }
 
     /// The density at a point, which is taken to lie on the disk: 1/(πR²).
@@ -58,7 +57,7 @@ impl Disk {
         let (x, y) = (v.dot(frame.x), v.dot(frame.y));
         let r = x.hypot(y);
         let slack = 64.0 * f64::EPSILON * (1.0 + point.abs().max_element() / self.radius);
-        if r > 1.0 + slack || r.is_nan() {
+        if !(r <= 1.0 + slack && slack < f64::INFINITY) {
             return None;
         }
         let (a, b) = if x.abs() > y.abs() {
@@ -70,6 +69,6 @@ impl Disk {
         } else {
             (0.0, 0.0)
         };
-        Some([a, b].map(|t| (0.5 * (t + 1.0)).clamp(0.0, ONE_MINUS)))
+        Some([a, b].map(|t| below_one(0.5 * (t + 1.0))))
     }
 }

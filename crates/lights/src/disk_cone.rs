@@ -2,11 +2,11 @@
 
 use crate::area::PointSample;
 use crate::disk::Disk;
-use crate::fan::{ONE_MINUS, Pieces};
+use crate::fan::{ONE_MINUS, Pieces, below_one, unit};
 use crate::lines::linear_warp;
 use crate::pdf::{Pdf, SolidAngle};
 use core::f64::consts::FRAC_PI_2;
-use linelit_geometry::{DVec3, Frame};
+use linelit_geometry::{DVec3, Frame, predicates};
 
 /// Pieces of a quarter turn on which the density of the turn is linear.
 const PIECES: usize = 8;
@@ -25,7 +25,8 @@ const PIECES: usize = 8;
 /// whose integral is elliptic, but which varies by less than a factor of two for any disk: s is drawn by its linear
 /// interpolation between eighths of a quarter turn, and `1 − cos θ` uniformly up to the rim. The density is that of what is drawn.
 ///
-/// **Units**: densities in 1/sr. **Domain**: any x off the disk's plane; in it the density is zero. Both sides are sampled.
+/// **Units**: densities in 1/sr. **Domain**: any x off the disk's plane; in it the density is zero, and so it is within its
+/// rounding: where the cone is 1e14 times as wide as high, and nearer to the plane than 1e-150 radii. Both sides are sampled.
 /// **Accuracy**: the density is within 1 % of 1/Ω; it is what the sample is drawn by to a few ε times 1 + R/h, h the
 /// distance from the plane.
 ///
@@ -54,6 +55,10 @@ pub struct DiskCone {
     pieces: Pieces,
 }
 
+/// A cone this many times flatter than wide is the plane itself: heights are differences of coordinates, whose rounding is
+/// of this size, and directions of its samples are rounded to it.
+const FLAT: f64 = 32.0 * f64::EPSILON;
+
 /// Sine and cosine of the ends of the pieces.
 #[allow(clippy::cast_precision_loss, reason = "few pieces")]
 fn quarter(k: usize) -> (f64, f64) {
@@ -68,7 +73,7 @@ impl DiskCone {
         let r = disk.radius;
         let along = to.dot(disk.normal);
         let (h, lateral) = (along.abs(), to - disk.normal * along);
-        let rho = lateral.length();
+        let rho = predicates::length(lateral);
         // The nearest and farthest points of the rim, and the tangent of half the angle between them from its side that
         // does not cancel.
         let (near, far) = ((rho - r).hypot(h), (rho + r).hypot(h));
@@ -81,9 +86,8 @@ impl DiskCone {
         };
         let sec_b = (1.0 + b * b).sqrt();
         let a = r * sec_b / product.sqrt();
-        let outwards = lateral
-            .try_normalize()
-            .unwrap_or_else(|| Frame::from_normal(disk.normal).x);
+        let outwards =
+            predicates::normalize(lateral).unwrap_or_else(|| Frame::from_normal(disk.normal).x);
         // In the plane of symmetry: the axis bisects the two directions.
         let direction =
             |offset: f64, length: f64| (disk.normal * along + outwards * (rho + offset)) / length;
@@ -100,7 +104,7 @@ impl DiskCone {
             density: [0.0; PIECES + 1],
             pieces: Pieces::new(core::iter::empty()),
         };
-        if h > 0.0 && a.is_finite() && b.is_finite() {
+        if h > 0.0 && r > 0.0 && b > FLAT * a && a.is_finite() && b.is_finite() {
             out.density = core::array::from_fn(|k| out.per_turn(out.rim(quarter(k))));
             let width = 0.5 * FRAC_PI_2 / PIECES as f64;
             let density = out.density;
@@ -137,9 +141,10 @@ impl DiskCone {
     /// A point from two random numbers in [0, 1): the turn about the axis, and the way to the rim.
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
-        if self.pieces.total() <= 0.0 {
+        if !self.pieces.is_usable() {
             return PointSample::none(self.disk.center);
         }
+        let u = u.map(unit);
         // The quarters that run backwards, so that the turn is continuous, mirror those that run forwards.
         let scaled = 4.0 * u[0];
         let (within, [sx, sy]) = match scaled {
@@ -148,7 +153,7 @@ impl DiskCone {
             t if t < 3.0 => (t - 2.0, [-1.0, -1.0]),
             t => (4.0 - t, [1.0, -1.0]),
         };
-        let (piece, share) = self.pieces.pick(within.clamp(0.0, ONE_MINUS));
+        let (piece, share) = self.pieces.pick(within.min(ONE_MINUS));
         let place = linear_warp(share, self.density[piece], self.density[piece + 1]);
         #[allow(clippy::cast_precision_loss, reason = "few pieces")]
         let turn = (piece as f64 + place) * (FRAC_PI_2 / PIECES as f64);
@@ -160,10 +165,8 @@ impl DiskCone {
         let direction = self.axes[0] * (sine * sx * across[0])
             + self.axes[1] * (sine * sy * across[1])
             + self.axes[2] * (1.0 - m);
-        PointSample {
-            point: self.hit(direction),
-            pdf: Pdf::new(self.turn_density(piece, place) / self.per_turn(p)),
-        }
+        let density = self.turn_density(piece, place) / self.per_turn(p);
+        PointSample::at(self.hit(direction), Pdf::new(density))
     }
 
     /// Where a direction meets the disk, kept on it against rounding at grazing directions.
@@ -172,8 +175,10 @@ impl DiskCone {
         let to = self.disk.center - self.x;
         let t = to.dot(n) / direction.dot(n);
         let v = direction * t - to;
+        // Twice: what rounding has left along n of a disk far away may be more than the disk.
         let v = v - n * v.dot(n);
-        let r = v.length();
+        let v = v - n * v.dot(n);
+        let r = predicates::length(v);
         let scale = if r > self.disk.radius {
             self.disk.radius / r
         } else {
@@ -185,7 +190,7 @@ impl DiskCone {
     /// Random number of the turn, the turn's density and dΩ/ds, and the way to the rim.
     fn locate(&self, point: DVec3) -> Option<([f64; 2], f64)> {
         self.disk.invert(point)?;
-        if self.pieces.total() <= 0.0 {
+        if !self.pieces.is_usable() {
             return None;
         }
         let v = point - self.x;
@@ -225,7 +230,7 @@ impl DiskCone {
         } else {
             1.0 - z / r
         };
-        let numbers = [0.25 * u, m / k].map(|u| u.clamp(0.0, ONE_MINUS));
+        let numbers = [0.25 * u, m / k].map(below_one);
         let density = self.turn_density(piece, place) / self.per_turn(p);
         Some((numbers, density))
     }

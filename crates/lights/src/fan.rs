@@ -11,6 +11,20 @@ const MAX_TRIANGLES: usize = ConvexPolygon::CAPACITY - 2;
 /// The largest f64 below one.
 pub(crate) const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
 
+/// A random number or a parameter of [0, 1]: what is not in it counts as the nearer end, NaN as 0.
+#[inline(always)]
+pub(crate) fn unit(x: f64) -> f64 {
+    let x = if x > 0.0 { x } else { 0.0 };
+    if x < 1.0 { x } else { 1.0 }
+}
+
+/// [`unit`] below one: for random numbers that an inversion gives back.
+#[inline(always)]
+pub(crate) fn below_one(x: f64) -> f64 {
+    let x = if x > 0.0 { x } else { 0.0 };
+    if x < ONE_MINUS { x } else { ONE_MINUS }
+}
+
 /// A piecewise constant distribution over at most 23 pieces: triangles of a fan, or trapezoids between vertices, in place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pieces {
@@ -50,7 +64,7 @@ impl Pieces {
 
     /// The piece that `u` in [0, 1) falls into and the place in it in [0, 1].
     pub(crate) fn pick(&self, u: f64) -> (usize, f64) {
-        let mut rest = u * self.total;
+        let mut rest = unit(u) * self.total;
         let mut last = 0;
         for (i, &w) in self.weight[..self.count].iter().enumerate() {
             if w > 0.0 {
@@ -67,11 +81,7 @@ impl Pieces {
     /// The inverse of [`Pieces::pick`], clamped to [0, 1).
     pub(crate) fn unpick(&self, piece: usize, place: f64) -> f64 {
         let before: f64 = self.weight[..piece].iter().sum();
-        if self.total > 0.0 {
-            ((before + place * self.weight[piece]) / self.total).clamp(0.0, ONE_MINUS)
-        } else {
-            0.0
-        }
+        below_one((before + place * self.weight[piece]) / self.total)
     }
 }
 
@@ -108,7 +118,8 @@ pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> 
     let [a, b, c] = triangle(v, i);
     let twice_area = predicates::cross(b - a, c - a).dot(polygon.normal());
     let (wb, wc) = (-side(i + 2), side(i + 1));
-    if wb < -slack || wc < -slack || wb + wc > twice_area + slack {
+    let inside = wb >= -slack && wc >= -slack && wb + wc <= twice_area + slack;
+    if !(inside && slack < f64::INFINITY) {
         return None;
     }
     let (wb, wc) = (wb.max(0.0), wc.max(0.0));

@@ -1,8 +1,9 @@
 //! Textured quads: images as densities.
 
 use crate::area::PointSample;
-use crate::fan::ONE_MINUS;
+use crate::fan::{below_one, unit};
 use crate::pdf::{Area, Pdf};
+use crate::real::power_of_two_over;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
 /// Which way a line runs over a texture.
@@ -67,7 +68,7 @@ pub struct ImportanceImage {
 /// The place in [0, 1) where the fraction `u` of the last of the running sums is reached: a cell of positive share, and the
 /// place in it.
 pub(crate) fn pick(sums: &[f64], u: f64) -> (usize, f64) {
-    pick_mass(sums, u * sums[sums.len() - 1])
+    pick_mass(sums, unit(u) * sums[sums.len() - 1])
 }
 
 /// [`pick`] by mass instead of fraction.
@@ -85,13 +86,13 @@ fn pick_mass(sums: &[f64], target: f64) -> (usize, f64) {
     } else {
         0.0
     };
-    (i, place.clamp(0.0, ONE_MINUS))
+    (i, below_one(place))
 }
 
 /// The inverse of [`pick`].
 pub(crate) fn unpick(sums: &[f64], i: usize, place: f64) -> f64 {
     let last = sums.len() - 1;
-    (below(sums, i, place) / sums[last]).clamp(0.0, ONE_MINUS)
+    below_one(below(sums, i, place) / sums[last])
 }
 
 /// The running sum at a place in a cell.
@@ -107,15 +108,15 @@ fn below(sums: &[f64], i: usize, place: f64) -> f64 {
     reason = "image sizes are far below 2^53, the cast saturates and the minimum follows"
 )]
 pub(crate) fn cell(x: f64, n: usize) -> (usize, f64) {
-    let scaled = x.clamp(0.0, 1.0) * n as f64;
+    let scaled = unit(x) * n as f64;
     let i = (scaled as usize).min(n - 1);
-    (i, (scaled - i as f64).clamp(0.0, ONE_MINUS))
+    (i, below_one(scaled - i as f64))
 }
 
 /// The coordinate of a place in a cell, which [`cell`] finds in that cell again.
 #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
 fn coordinate(i: usize, place: f64, n: usize) -> f64 {
-    let mut x = ((i as f64 + place) / n as f64).min(ONE_MINUS);
+    let mut x = below_one((i as f64 + place) / n as f64);
     // Quotient and product each round: next to a border the cell may be the neighbour's, which may be black. One or two
     // steps bring it back.
     while cell(x, n).0 > i {
@@ -127,8 +128,12 @@ fn coordinate(i: usize, place: f64, n: usize) -> f64 {
     x
 }
 
+/// What counts as zero next to a largest value of one.
+const LEAST: f64 = 1e-280;
+
 impl ImportanceImage {
-    /// An image of `width × height` values ≥ 0 (luminance, say), first row at v = 0. `None` if the count is wrong, a value
+    /// An image of `width × height` values ≥ 0 (luminance, say), first row at v = 0; a value below 1e-280 of the largest
+    /// counts as zero, since the density of a row of them would not be a number. `None` if the count is wrong, a value
     /// is negative or not finite, or all are zero.
     #[must_use]
     pub fn new(width: usize, height: usize, values: &[f64]) -> Option<Self> {
@@ -136,12 +141,21 @@ impl ImportanceImage {
         if width == 0 || width.checked_mul(height)? != values.len() || !usable {
             return None;
         }
-        let image = Self {
-            rows: Rows::new(height, width, |i, j| values[j * width + i]),
-            columns: Rows::new(width, height, |j, i| values[j * width + i]),
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        if largest <= 0.0 {
+            return None;
+        }
+        // Sums and densities of the largest numbers are numbers, too.
+        let scale = power_of_two_over(largest);
+        let value = |i: usize, j: usize| match values[j * width + i] * scale {
+            v if v > LEAST => v,
+            _ => 0.0,
         };
-        let total = image.total();
-        (total > 0.0 && total.is_finite()).then_some(image)
+        let image = Self {
+            rows: Rows::new(height, width, value),
+            columns: Rows::new(width, height, |j, i| value(i, j)),
+        };
+        Some(image)
     }
 
     /// Columns and rows of pixels.
@@ -311,10 +325,8 @@ impl<'i> TexturedSampler<'i> {
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let uv = self.image.sample(u);
-        PointSample {
-            point: self.origin + self.edges[0] * uv[0] + self.edges[1] * uv[1],
-            pdf: Pdf::new(self.image.density(uv) / self.area),
-        }
+        let point = self.origin + self.edges[0] * uv[0] + self.edges[1] * uv[1];
+        PointSample::at(point, Pdf::new(self.image.density(uv) / self.area))
     }
 
     /// Texture coordinates of a point of the light's plane.

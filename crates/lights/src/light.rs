@@ -55,7 +55,7 @@ impl AreaLight {
     #[must_use]
     pub fn power(&self) -> f64 {
         let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
-        sides * core::f64::consts::PI * self.polygon.area() * mean(self.emission.radiance)
+        power(sides * core::f64::consts::PI * self.polygon.area() * mean(self.emission.radiance))
     }
 }
 
@@ -74,7 +74,8 @@ impl LinearLight {
     /// Emitted power in W, averaged over the channels: the cylinder's surface 2πR l times πL.
     #[must_use]
     pub fn power(&self) -> f64 {
-        2.0 * core::f64::consts::PI.powi(2) * self.segment.length() * mean(self.radiance_radius)
+        let surface = 2.0 * core::f64::consts::PI.powi(2) * self.segment.length();
+        power(surface * mean(self.radiance_radius))
     }
 }
 
@@ -91,7 +92,7 @@ impl SphereLight {
     /// Emitted power in W, averaged over the channels: 4π² R² L.
     #[must_use]
     pub fn power(&self) -> f64 {
-        core::f64::consts::PI * self.sphere.area() * mean(self.radiance)
+        power(core::f64::consts::PI * self.sphere.area() * mean(self.radiance))
     }
 }
 
@@ -109,7 +110,7 @@ impl DiskLight {
     #[must_use]
     pub fn power(&self) -> f64 {
         let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
-        sides * core::f64::consts::PI * self.disk.area() * mean(self.emission.radiance)
+        power(sides * core::f64::consts::PI * self.disk.area() * mean(self.emission.radiance))
     }
 }
 
@@ -131,7 +132,7 @@ pub enum Light {
 }
 
 impl Light {
-    /// Emitted power in W, averaged over the channels.
+    /// Emitted power in W, averaged over the channels: zero, of every kind of light, where it is negative or not finite.
     #[must_use]
     pub fn power(&self) -> f64 {
         match self {
@@ -141,6 +142,11 @@ impl Light {
             Self::Disk(l) => l.power(),
         }
     }
+}
+
+/// A power or an area: zero where the number is none.
+pub(crate) fn power(x: f64) -> f64 {
+    if x > 0.0 && x < f64::INFINITY { x } else { 0.0 }
 }
 
 /// Mean of the three channels.

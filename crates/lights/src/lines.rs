@@ -1,7 +1,7 @@
 //! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
 
 use crate::area::PointSample;
-use crate::fan::ONE_MINUS;
+use crate::fan::{below_one, unit};
 use crate::pdf::{Area, Length, Offset, Pdf};
 use core::f64::consts::PI;
 use linelit_geometry::intervals::Interval;
@@ -127,8 +127,9 @@ impl LineSampler {
     #[must_use]
     pub fn sample(&self, u: f64) -> LineSample {
         let (a, b) = self.lines.range();
+        let u = unit(u);
         let offset = match self.density {
-            OffsetDensity::Uniform => a + u * (b - a),
+            OffsetDensity::Uniform => (a + u * (b - a)).min(b),
             OffsetDensity::Length => self.by_length(u),
         };
         let Some(ends) = self.lines.extent(offset) else {
@@ -175,11 +176,11 @@ impl LineSampler {
         }
     }
 
-    /// The random number that gives the line at `offset`; `None` outside the light.
+    /// The random number that gives the line at `offset`; `None` where the density is zero.
     #[must_use]
     pub fn invert(&self, offset: f64) -> Option<f64> {
         let (a, b) = self.lines.range();
-        if !(a..=b).contains(&offset) || a >= b {
+        if !(a..=b).contains(&offset) || !self.pdf(offset).is_positive() {
             return None;
         }
         let u = match self.density {
@@ -194,7 +195,7 @@ impl LineSampler {
                 (self.cumulative[k - 1] + below) / self.area()
             }
         };
-        Some(u.clamp(0.0, ONE_MINUS))
+        Some(below_one(u))
     }
 
     /// A point of the visible part of a line, uniform in length: the conditional that makes a line sample a point sample
@@ -205,9 +206,9 @@ impl LineSampler {
     #[must_use]
     pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
         let total = measure(visible);
-        let mut rest = xi * total;
+        let mut rest = unit(xi) * total;
         let mut t = None;
-        for part in visible {
+        for part in visible.iter().map(within) {
             t = Some((part.lo + rest).min(part.hi));
             if rest < part.length() {
                 break;
@@ -215,10 +216,10 @@ impl LineSampler {
             rest -= part.length();
         }
         match t {
-            Some(t) if total > 0.0 => PointSample {
-                point: line.segment.at(t),
-                pdf: Self::joint(line.pdf, line.segment.length() * total),
-            },
+            Some(t) if total > 0.0 => {
+                let pdf = Self::joint(line.pdf, line.segment.length() * total);
+                PointSample::at(line.segment.at(t), pdf)
+            }
             _ => PointSample::none(line.segment.p0),
         }
     }
@@ -243,9 +244,12 @@ impl LineSampler {
     #[must_use]
     pub fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
         let (u, t) = locate(&self.lines, point).filter(|(_, t)| is_visible(*t, visible))?;
-        let below: f64 = visible.iter().map(|i| (t.min(i.hi) - i.lo).max(0.0)).sum();
-        let xi = (below / measure(visible)).clamp(0.0, ONE_MINUS);
-        Some([self.invert(u)?, xi])
+        let below: f64 = visible
+            .iter()
+            .map(within)
+            .map(|i| (t.min(i.hi) - i.lo).max(0.0))
+            .sum();
+        Some([self.invert(u)?, below_one(below / measure(visible))])
     }
 }
 
@@ -255,16 +259,16 @@ pub(crate) fn locate(lines: &ParallelLines, point: DVec3) -> Option<(f64, f64)> 
     let (u, v) = lines.coordinates(point);
     let (a, b) = lines.range();
     let slack = 64.0 * f64::EPSILON * (b - a + point.abs().max_element());
-    if u < a - slack || u > b + slack {
+    if !(u >= a - slack && u <= b + slack && slack < f64::INFINITY) {
         return None;
     }
     let u = u.clamp(a, b);
     let (lo, hi) = lines.extent(u)?;
-    if v < lo - slack || v > hi + slack {
+    if !(v >= lo - slack && v <= hi + slack) {
         return None;
     }
     let t = if hi > lo {
-        ((v - lo) / (hi - lo)).clamp(0.0, 1.0)
+        unit((v - lo) / (hi - lo))
     } else {
         0.5
     };
@@ -279,9 +283,16 @@ pub(crate) fn is_visible(t: f64, visible: &[Interval]) -> bool {
         .any(|i| t >= i.lo - slack && t <= i.hi + slack)
 }
 
+/// The part of an interval in [0, 1]: empty where it is none.
+#[inline(always)]
+pub(crate) fn within(part: &Interval) -> Interval {
+    let (lo, hi) = (unit(part.lo), unit(part.hi));
+    Interval::new(lo, if hi > lo { hi } else { lo })
+}
+
 /// Total length of the intervals.
 fn measure(visible: &[Interval]) -> f64 {
-    visible.iter().map(Interval::length).sum()
+    visible.iter().map(|part| within(part).length()).sum()
 }
 
 /// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥ 0): the place with

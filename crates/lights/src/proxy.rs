@@ -1,7 +1,7 @@
 //! Shirley & Wang's imaginary triangle at unit distance.
 
 use crate::area::PointSample;
-use crate::fan::{self, FanPoint, ONE_MINUS, Pieces};
+use crate::fan::{self, FanPoint, Pieces, below_one, unit};
 use crate::pdf::{Pdf, SolidAngle};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
@@ -36,14 +36,14 @@ impl Proxy {
         let corners = fan::triangle(polygon.vertices(), i);
         let [a, b, c] = corners.map(|p| p - x);
         let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
-        let length = [a, b, c].map(DVec3::length);
+        let length = [a, b, c].map(predicates::length);
         let [la, lb, lc] = length;
         // b̂ − â = (b − a)/|b| + a (1/|b| − 1/|a|), the last difference formed from the edge.
         let chord = |p: DVec3, edge: DVec3, l: f64| {
             let shorter = -edge.dot(a + p) / (la + l);
             edge / l + a * (shorter / (la * l))
         };
-        let area = 0.5 * predicates::cross(chord(b, ab, lb), chord(c, ac, lc)).length();
+        let area = 0.5 * predicates::length(predicates::cross(chord(b, ab, lb), chord(c, ac, lc)));
         let det = predicates::dot(predicates::cross(ab, ac), a).abs() / (la * lb * lc);
         Self { length, area, det }
     }
@@ -80,7 +80,7 @@ impl ProxySampler {
             return PointSample::none(vertices[0]);
         }
         let (triangle, lambda) = self.pieces.pick(u[0]);
-        let kappa = u[1].sqrt();
+        let kappa = unit(u[1]).sqrt();
         let proxy = Proxy::new(&self.polygon, self.x, triangle);
         let corners = fan::triangle(vertices, triangle);
         // Barycentric coordinates on the proxy, divided by the distances, are those on the light.
@@ -89,10 +89,8 @@ impl ProxySampler {
         let [a, b, c] = corners;
         let point = a + (b - a) * w[1] + (c - a) * w[2];
         let distance = (point - self.x).length();
-        PointSample {
-            point,
-            pdf: Pdf::new(proxy.density(w, distance) / self.pieces.total()),
-        }
+        let density = proxy.density(w, distance) / self.pieces.total();
+        PointSample::at(point, Pdf::new(density))
     }
 
     /// The density at a point of the light; zero outside it.
@@ -116,7 +114,7 @@ impl ProxySampler {
         let lambda = if kappa > 0.0 { c / kappa } else { 0.0 };
         Some([
             self.pieces.unpick(at.triangle, lambda),
-            (kappa * kappa).clamp(0.0, ONE_MINUS),
+            below_one(kappa * kappa),
         ])
     }
 }

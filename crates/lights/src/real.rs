@@ -44,9 +44,15 @@ pub trait Real:
 
     /// The nearest number.
     fn from_f64(x: f64) -> Self;
+    /// A length below which the digits of [`Real::length`] go: where squares are below the normal numbers by less than
+    /// their precision, and the rounding of `f32`s themselves.
+    const LEAST: Self;
+
     /// √x.
     #[must_use]
     fn sqrt(self) -> Self;
+    /// The length of a vector; squares are sums of `f64`, in `f32`, too.
+    fn length(a: [Self; 3]) -> Self;
     /// |x|.
     #[must_use]
     fn abs(self) -> Self;
@@ -63,6 +69,9 @@ pub trait Real:
     fn atan2(self, x: Self) -> Self;
     /// `a·b − c·d`, accurate relative to the result.
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
+    /// Where the line p0 p1 crosses the horizon n·p = 0, from more digits than the precision has: of ends as they are given,
+    /// with the heights c0 and c1 of opposite signs.
+    fn on_horizon(ends: [[Self; 3]; 2], n: [Self; 3]) -> [Self; 3];
     /// The dot product; in `f32` accumulated in `f64` and rounded once.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
     /// The dot product in twice the precision, rounded once.
@@ -87,6 +96,26 @@ pub trait Real:
     fn is_usable(self) -> bool {
         self > Self::ZERO && self.to_f64() < f64::INFINITY
     }
+
+    /// Whether the number is positive, and its square has been a number of full digits.
+    #[inline]
+    fn has_square(self) -> bool {
+        self > Self::LEAST && self.to_f64() < f64::INFINITY
+    }
+
+    /// The nearest number in [0, 1]; 0 for NaN.
+    #[inline(always)]
+    #[must_use]
+    fn unit(self) -> Self {
+        self.at_least(Self::ZERO).at_most(Self::ONE)
+    }
+}
+
+/// A power of two that takes a number > 0 to [1, 2), subnormals and the largest as far as it goes: a factor that changes no
+/// bit of what does not depend on scale, so that squares and products are numbers.
+pub(crate) fn power_of_two_over(x: f64) -> f64 {
+    let exponent = (x.to_bits() >> 52) & 0x7FF;
+    f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
@@ -114,6 +143,7 @@ impl Real for f64 {
     const ONE: Self = 1.0;
     const EPSILON: Self = f64::EPSILON;
     const STEPS: u32 = 6;
+    const LEAST: Self = 1e-145;
     const CLOSE: Self = 5e-5;
     const PLAIN_CROSS: bool = true;
 
@@ -171,6 +201,28 @@ impl Real for f64 {
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     }
+    #[inline]
+    fn length(a: [Self; 3]) -> Self {
+        Self::dot(a, a).sqrt()
+    }
+    #[cold]
+    #[inline(never)]
+    fn on_horizon([p0, p1]: [[Self; 3]; 2], n: [Self; 3]) -> [Self; 3] {
+        // (n × (p0 × p1))/(n·(p1 − p0)) with the inner product in twice the precision: two parts by component.
+        let part = |i: usize, j: usize| {
+            let (p, ep) = predicates::two_product(p0[i], p1[j]);
+            let (q, eq) = predicates::two_product(p0[j], p1[i]);
+            let (s, es) = predicates::two_sum(p, -q);
+            (s, es + (ep - eq))
+        };
+        let x = [part(1, 2), part(2, 0), part(0, 1)];
+        let span = predicates::dot(n.into(), p1.into()) - predicates::dot(n.into(), p0.into());
+        let component = |i: usize, j: usize| {
+            let high = predicates::diff_of_products(n[i], x[j].0, n[j], x[i].0);
+            (high + (n[i] * x[j].1 - n[j] * x[i].1)) / span
+        };
+        [component(1, 2), component(2, 0), component(0, 1)]
+    }
     #[inline(never)]
     fn accurate_dot(a: [Self; 3], b: [Self; 3]) -> Self {
         predicates::dot(a.into(), b.into())
@@ -182,6 +234,7 @@ impl Real for f32 {
     const ONE: Self = 1.0;
     const EPSILON: Self = f32::EPSILON;
     const STEPS: u32 = 4;
+    const LEAST: Self = 1e-37;
     const CLOSE: Self = 9e-3;
     /// In `f64` they are exact and cheap.
     const PLAIN_CROSS: bool = false;
@@ -245,6 +298,20 @@ impl Real for f32 {
         Self::from_f64(product(0) + product(1) + product(2))
     }
     #[inline]
+    fn length(a: [Self; 3]) -> Self {
+        let [x, y, z] = a.map(f64::from);
+        Self::from_f64((x * x + y * y + z * z).sqrt())
+    }
+    #[cold]
+    #[inline(never)]
+    fn on_horizon([p0, p1]: [[Self; 3]; 2], n: [Self; 3]) -> [Self; 3] {
+        let [p, q, n] = [p0, p1, n].map(|v| v.map(f64::from));
+        let height = |v: [f64; 3]| n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
+        let (c0, c1) = (height(p), height(q));
+        let way = c0 / (c0 - c1);
+        [0, 1, 2].map(|k| Self::from_f64(p[k] + (q[k] - p[k]) * way))
+    }
+    #[inline]
     fn accurate_dot(a: [Self; 3], b: [Self; 3]) -> Self {
         Self::dot(a, b)
     }
@@ -274,7 +341,7 @@ pub(crate) fn dot<T: Real>(a: V3<T>, b: V3<T>) -> T {
 
 #[inline]
 pub(crate) fn length<T: Real>(a: V3<T>) -> T {
-    dot(a, a).sqrt()
+    T::length(a)
 }
 
 /// The cross product: its length and direction to a few ε, each component accurate relative to itself where the vectors are

@@ -1,7 +1,7 @@
 //! Uniform by solid angle on any convex polygon.
 
 use crate::area::PointSample;
-use crate::fan::{self, ONE_MINUS, Pieces};
+use crate::fan::{self, Pieces, below_one, unit};
 use crate::pdf::{Pdf, SolidAngle};
 use crate::spherical_triangle::SphericalTriangle;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
@@ -94,7 +94,7 @@ impl SolidAngleSampler {
             return PointSample::none(vertices[0]);
         }
         let (i, place) = self.pieces.pick(u[0]);
-        let (lambda, kappa) = self.triangle(i).sample([place, u[1]]);
+        let (lambda, kappa) = self.triangle(i).sample([place, unit(u[1])]);
         PointSample {
             point: fan::place(fan::triangle(vertices, i), lambda, kappa),
             pdf: self.pdf,
@@ -115,9 +115,6 @@ impl SolidAngleSampler {
         }
         let at = fan::locate(&self.polygon, point)?;
         let [place, v] = self.triangle(at.triangle).invert(at.lambda, at.kappa);
-        Some([
-            self.pieces.unpick(at.triangle, place),
-            v.clamp(0.0, ONE_MINUS),
-        ])
+        Some([self.pieces.unpick(at.triangle, place), below_one(v)])
     }
 }

@@ -1,10 +1,12 @@
 //! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap, solid angle.
 
 use crate::area::PointSample;
-use crate::fan::ONE_MINUS;
+use crate::fan::{below_one, unit};
+use crate::light::power;
 use crate::pdf::{Area, Pdf, SolidAngle};
+use crate::real::power_of_two_over;
 use core::f64::consts::PI;
-use linelit_geometry::{DVec3, Frame};
+use linelit_geometry::{DVec3, Frame, predicates};
 
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,16 +18,16 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// 4πR².
+    /// 4πR²; zero where that is not finite.
     #[must_use]
     pub fn area(&self) -> f64 {
-        4.0 * PI * self.radius * self.radius
+        power(4.0 * PI * self.radius * self.radius)
     }
 
     /// Unit outward normal at a point of the surface.
     #[must_use]
     pub fn normal(&self, point: DVec3) -> DVec3 {
-        (point - self.center).normalize_or_zero()
+        predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
     }
 
     /// The point with the unit normal `n`.
@@ -36,14 +38,15 @@ impl Sphere {
     /// Distance of `x` from the centre and the frame whose z axis points from the centre to x.
     fn seen_from(&self, x: DVec3) -> (f64, Frame) {
         let to_x = x - self.center;
-        let d = to_x.length();
-        let z = to_x.try_normalize().unwrap_or(DVec3::Z);
+        let d = predicates::length(to_x);
+        let z = predicates::normalize(to_x).unwrap_or(DVec3::Z);
         (d, Frame::from_normal(z))
     }
 
-    /// Whether a point of the surface faces `x`; inside the sphere all do.
-    pub(crate) fn faces(&self, point: DVec3, x: DVec3, d: f64) -> bool {
-        d < self.radius || (point - self.center).dot(x - point) >= 0.0
+    /// Whether a point of the surface faces `x` outside it; `scale` takes lengths to where their products are numbers.
+    pub(crate) fn faces(&self, point: DVec3, x: DVec3, scale: f64) -> bool {
+        let (out, to_x) = ((point - self.center) * scale, (x - point) * scale);
+        out.dot(to_x) >= 0.0
     }
 }
 
@@ -56,8 +59,7 @@ fn around(frame: &Frame, z: f64, sine: f64, u: f64) -> DVec3 {
 /// The azimuth of a direction as a fraction of 2π in [0, 1).
 fn azimuth(frame: &Frame, v: DVec3) -> f64 {
     let turn = v.dot(frame.y).atan2(v.dot(frame.x)) / (2.0 * PI);
-    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-    turn.clamp(0.0, ONE_MINUS)
+    below_one(if turn < 0.0 { turn + 1.0 } else { turn })
 }
 
 /// `1 − cos` of the angle between a direction of length `r` and the z axis, relatively accurate.
@@ -123,12 +125,10 @@ impl SphereCap {
     /// A point from two random numbers in [0, 1).
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+        let u = u.map(unit);
         let m = u[0] * self.k;
         let n = around(&self.frame, 1.0 - m, (m * (2.0 - m)).sqrt(), u[1]);
-        PointSample {
-            point: self.sphere.at(n),
-            pdf: self.value(),
-        }
+        PointSample::at(self.sphere.at(n), self.value())
     }
 
     fn value(&self) -> Pdf<Area> {
@@ -155,7 +155,7 @@ impl SphereCap {
         let m = one_minus_cos(&self.frame, v, v.length());
         self.pdf(point)
             .is_positive()
-            .then(|| [(m / self.k).clamp(0.0, ONE_MINUS), azimuth(&self.frame, v)])
+            .then(|| [below_one(m / self.k), azimuth(&self.frame, v)])
     }
 }
 
@@ -179,7 +179,10 @@ pub struct SphereCone {
     sphere: Sphere,
     x: DVec3,
     frame: Frame,
+    /// A power of two, and by it the distance of the centre and the radius, of which the larger is about one.
+    scale: f64,
     d: f64,
+    r: f64,
     /// 1 − cos θ_max; 2 from inside.
     k: f64,
 }
@@ -189,7 +192,8 @@ impl SphereCone {
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3) -> Self {
         let (d, frame) = sphere.seen_from(x);
-        let r = sphere.radius;
+        let scale = power_of_two_over(d.max(sphere.radius));
+        let (d, r) = (d * scale, sphere.radius * scale);
         let k = if d >= r {
             let s = r / d;
             s * s / (1.0 + ((d - r) * (d + r)).sqrt() / d)
@@ -200,7 +204,9 @@ impl SphereCone {
             sphere: *sphere,
             x,
             frame,
+            scale,
             d,
+            r,
             k,
         }
     }
@@ -212,13 +218,14 @@ impl SphereCone {
     }
 
     fn inside(&self) -> bool {
-        self.d < self.sphere.radius
+        self.d < self.r
     }
 
     /// A point from two random numbers in [0, 1).
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
-        let (r, d, k) = (self.sphere.radius, self.d, self.k);
+        let (r, d, k) = (self.r, self.d, self.k);
+        let u = u.map(unit);
         let m = u[0] * k;
         let (cos, sine) = (1.0 - m, (m * (2.0 - m)).sqrt());
         let n = if self.inside() {
@@ -232,16 +239,13 @@ impl SphereCone {
             let axial = (d * sine * sine + cos * root) / r;
             around(&self.frame, axial, t * sine / r, u[1])
         };
-        PointSample {
-            point: self.sphere.at(n),
-            pdf: Pdf::new(1.0 / self.solid_angle()),
-        }
+        PointSample::at(self.sphere.at(n), Pdf::new(1.0 / self.solid_angle()))
     }
 
     /// The density at a point of the surface; zero on the side that faces away.
     #[must_use]
     pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
-        if self.sphere.faces(point, self.x, self.d) {
+        if self.inside() || self.sphere.faces(point, self.x, self.scale) {
             Pdf::new(1.0 / self.solid_angle())
         } else {
             Pdf::ZERO
@@ -254,7 +258,7 @@ impl SphereCone {
         if !self.pdf(point).is_positive() {
             return None;
         }
-        let v = point - self.sphere.center;
+        let v = (point - self.sphere.center) * self.scale;
         // From x: across as from the centre; along, the distance to the centre minus the height of the point.
         let (across, along) = {
             let (a, b) = (v.dot(self.frame.x), v.dot(self.frame.y));
@@ -266,7 +270,6 @@ impl SphereCone {
         } else {
             1.0 - along / t
         };
-        let u = (m / self.k).clamp(0.0, ONE_MINUS);
-        Some([u, azimuth(&self.frame, v)])
+        Some([below_one(m / self.k), azimuth(&self.frame, v)])
     }
 }

@@ -1,8 +1,9 @@
 //! Spheres by projected solid angle.
 
 use crate::area::PointSample;
-use crate::fan::ONE_MINUS;
+use crate::fan::{below_one, unit};
 use crate::pdf::{Pdf, SolidAngle};
+use crate::real::power_of_two_over;
 use crate::sphere::Sphere;
 use core::f64::consts::PI;
 use linelit_geometry::{DVec3, predicates};
@@ -59,7 +60,10 @@ pub struct SphereProjected {
     normal: DVec3,
     /// Across the view in the plane of n and away from it, across that plane, and towards the centre.
     axes: [DVec3; 3],
+    /// A power of two, and by it the distance of the centre, about one, and the radius.
+    scale: f64,
     d: f64,
+    r: f64,
     sigma: f64,
     kappa: f64,
     /// cos β and sin β.
@@ -98,30 +102,39 @@ struct Slice {
 }
 
 impl SphereProjected {
-    /// The per-light part for the shading point `x` with unit normal `normal`. `None` if `x` is not outside the sphere, or
-    /// nothing of it is above the horizon.
+    /// The per-light part for the shading point `x` with unit normal `normal` (any other is made one). `None` if `x` is not
+    /// outside the sphere, the normal zero or not finite, or nothing of the sphere above the horizon.
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3, normal: DVec3) -> Option<Self> {
         let to_center = sphere.center - x;
-        let d = to_center.length();
+        let d = predicates::length(to_center);
         if !(d > sphere.radius && sphere.radius > 0.0 && d < f64::INFINITY) {
             return None;
         }
+        let normal = if (normal.length_squared() - 1.0).abs() < 1e-9 {
+            normal
+        } else {
+            predicates::normalize(normal)?
+        };
         let w = to_center / d;
+        let scale = power_of_two_over(d);
+        let (d, r) = (d * scale, sphere.radius * scale);
         let across = predicates::cross(normal, w);
         let (sin, cos) = (across.length(), predicates::dot(normal, w));
         let y = across
             .try_normalize()
             .unwrap_or_else(|| normal.any_orthonormal_vector());
-        let sigma = sphere.radius / d;
+        let sigma = r / d;
         let mut out = Self {
             sphere: *sphere,
             x,
             normal,
             axes: [predicates::cross(y, w), y, w],
+            scale,
             d,
+            r,
             sigma,
-            kappa: ((d - sphere.radius) * (d + sphere.radius)).sqrt() / d,
+            kappa: ((d - r) * (d + r)).sqrt() / d,
             cos,
             sin,
             area: PI * sigma * sigma * cos,
@@ -143,7 +156,7 @@ impl SphereProjected {
             out.area = 2.0 * cut.half;
             out.cut = Some(cut);
         }
-        (out.area > 0.0).then_some(out)
+        (out.area > 0.0 && out.area < f64::INFINITY).then_some(out)
     }
 
     /// ∫ n·ω dω over what is above the horizon, in sr: at most π.
@@ -155,6 +168,7 @@ impl SphereProjected {
     /// A point from two random numbers in [0, 1).
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        let u = u.map(unit);
         let seen = match &self.cut {
             None => {
                 let (s, c) = (2.0 * PI * u[1]).sin_cos();
@@ -163,18 +177,15 @@ impl SphereProjected {
             }
             Some(cut) => self.in_slice(cut, u),
         };
-        PointSample {
-            point: self.place(&seen),
-            pdf: Pdf::new(seen.cosine / self.area),
-        }
+        PointSample::at(self.place(&seen), Pdf::new(seen.cosine / self.area))
     }
 
     /// The density at a point of the surface; zero on the side that faces away and below the horizon.
     #[must_use]
     pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
-        let direction = (point - self.x).normalize_or_zero();
+        let direction = predicates::normalize(point - self.x).unwrap_or(DVec3::ZERO);
         let cosine = predicates::dot(self.normal, direction);
-        if cosine > 0.0 && self.sphere.faces(point, self.x, self.d) {
+        if cosine > 0.0 && self.sphere.faces(point, self.x, self.scale) {
             Pdf::new(cosine / self.area)
         } else {
             Pdf::ZERO
@@ -187,7 +198,7 @@ impl SphereProjected {
         if !self.pdf(point).is_positive() {
             return None;
         }
-        let v = point - self.sphere.center;
+        let v = (point - self.sphere.center) * self.scale;
         let [a, b, depth] = self.axes.map(|axis| axis.dot(v));
         let along = self.d + depth;
         let t = (a * a + b * b + along * along).sqrt();
@@ -199,7 +210,7 @@ impl SphereProjected {
         let Some(cut) = &self.cut else {
             let turn = q.atan2(p) / (2.0 * PI);
             let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-            return Some([p * p + q * q, turn].map(|u| u.clamp(0.0, ONE_MINUS)));
+            return Some([p * p + q * q, turn].map(below_one));
         };
         let height = q.abs().min(cut.last);
         let half = 0.5 * self.mass(cut, height) / cut.half;
@@ -212,7 +223,7 @@ impl SphereProjected {
             0.5 * (1.0 + p / slice.root)
         };
         let first = if q < 0.0 { 0.5 - half } else { 0.5 + half };
-        Some([first, second].map(|u| u.clamp(0.0, ONE_MINUS)))
+        Some([first, second].map(below_one))
     }
 
     /// The point (p, q) of the unit disk, with 1 − p² − q².
@@ -321,13 +332,18 @@ impl SphereProjected {
     }
 
     fn place(&self, seen: &Seen) -> DVec3 {
-        let (r, d) = (self.sphere.radius, self.d);
+        let (r, d) = (self.r, self.d);
         let [a, b] = seen.across;
         let cos = self.kappa + seen.excess;
         let root = d * (seen.excess.max(0.0) * (cos + self.kappa)).sqrt();
         let t = (d - r) * (d + r) / (d * cos + root) / r;
         let axial = (d * (a * a + b * b) + cos * root) / r;
         let normal = self.axes[0] * (t * a) + self.axes[1] * (t * b) - self.axes[2] * axial;
+        // A direction that rounding has taken past the rim: the point of the rim.
+        let off = (normal.length_squared() - 1.0).abs();
+        if off > 1e-14 {
+            return self.sphere.at(normal.normalize_or(-self.axes[2]));
+        }
         self.sphere.at(normal)
     }
 }

@@ -61,7 +61,7 @@ impl Side {
     }
 
     fn from_cross(cross: DVec3, dot: f64, product: f64) -> Self {
-        let length = cross.length();
+        let length = predicates::length(cross);
         if dot >= 0.0 {
             Self {
                 one_plus: 1.0 + dot / product,
@@ -98,7 +98,7 @@ fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     };
     let (long, next) = (&sides[i], &sides[(i + 1) % 3]);
     let (la, lb) = (len[i], len[(i + 1) % 3]);
-    let cross = next.cross.length();
+    let cross = predicates::length(next.cross);
     // a·t, t the unit tangent at b towards c; −(a × b) = b × a.
     let at = -long.cross.dot(next.cross) / (la * lb * cross);
     let d = det / (la * cross);
@@ -127,12 +127,12 @@ impl SphericalTriangle {
     /// was subtracted; `det` is the magnitude of its determinant, which the caller knows best (distance from the plane
     /// times twice the area).
     pub(crate) fn new(corners: [DVec3; 3], edges: [DVec3; 3], det: f64) -> Self {
-        let length = corners.map(DVec3::length);
+        let length = corners.map(predicates::length);
         let side =
             |i: usize, j: usize| Side::new(corners[i], corners[j], edges[i], length[i], length[j]);
         let sides = [side(0, 1), side(1, 2), side(2, 0)];
         let half = half_solid_angle(&sides, &length, det);
-        let d = det / (length[0] * sides[1].cross.length());
+        let d = det / (length[0] * predicates::length(sides[1].cross));
         let (p, tau_end) = (sides[0].one_plus, sides[1].tan_half);
         let mut out = Self {
             a: corners[0],
@@ -237,8 +237,8 @@ impl SphericalTriangle {
     }
 }
 
-/// `w/(w + other)`, 0 when both vanish.
+/// `w/(w + other)`, 0 when both vanish or one is no number.
 fn ratio(w: f64, other: f64) -> f64 {
-    let sum = w + other;
-    if sum > 0.0 { w / sum } else { 0.0 }
+    let share = w / (w + other);
+    if share >= 0.0 { share } else { 0.0 }
 }

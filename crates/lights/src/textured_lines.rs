@@ -1,9 +1,9 @@
 //! Line samples of a textured parallelogram: offsets by the texture's marginal, points by the texture along the line.
 
 use crate::area::PointSample;
-use crate::fan::ONE_MINUS;
+use crate::fan::{below_one, unit};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};
-use crate::lines::{LineSample, is_visible, locate};
+use crate::lines::{LineSample, is_visible, locate, within};
 use crate::pdf::{Area, Length, Offset, Pdf};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
@@ -53,13 +53,16 @@ const PARALLEL: f64 = 1e-12;
 
 impl<'i> TexturedLines<'i> {
     /// Lines at `angle_rad` from the polygon's first edge, counter-clockwise about its normal. `None` unless the polygon is
-    /// a parallelogram.
+    /// a parallelogram and the angle finite.
     #[must_use]
     pub fn new(
         polygon: &ConvexPolygon,
         image: &'i ImportanceImage,
         angle_rad: f64,
     ) -> Option<Self> {
+        if !angle_rad.is_finite() {
+            return None;
+        }
         let texture = TexturedSampler::new(polygon, image)?;
         let (_, a, b) = polygon.as_parallelogram()?;
         let lines = ParallelLines::new(polygon, angle_rad);
@@ -175,9 +178,9 @@ impl<'i> TexturedLines<'i> {
     pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
         let track = self.track(&line.segment, line.offset);
         let total = track.mass(visible);
-        let mut rest = xi * total;
+        let mut rest = unit(xi) * total;
         let mut t = None;
-        for part in visible {
+        for part in visible.iter().map(within) {
             let below = track.below(part.lo);
             let mass = track.below(part.hi) - below;
             if mass > 0.0 {
@@ -189,10 +192,11 @@ impl<'i> TexturedLines<'i> {
             rest -= mass;
         }
         match t {
-            Some(t) if total > 0.0 => PointSample {
-                point: line.segment.at(t),
-                pdf: Self::joint(line.pdf, track.value(t), line.segment.length() * total),
-            },
+            Some(t) if total > 0.0 => {
+                let mass = line.segment.length() * total;
+                let pdf = Self::joint(line.pdf, track.value(t), mass);
+                PointSample::at(line.segment.at(t), pdf)
+            }
             _ => PointSample::none(line.segment.p0),
         }
     }
@@ -224,10 +228,11 @@ impl<'i> TexturedLines<'i> {
         let track = self.track(&self.lines.segment(u)?, u);
         let below: f64 = visible
             .iter()
+            .map(within)
             .map(|i| (track.below(t.clamp(i.lo, i.hi)) - track.below(i.lo)).max(0.0))
             .sum();
         let total = track.mass(visible);
-        let xi = (below / total).clamp(0.0, ONE_MINUS);
+        let xi = below_one(below / total);
         (track.value(t) > 0.0 && total > 0.0).then_some([self.invert(u)?, xi])
     }
 
@@ -345,7 +350,7 @@ struct Track<'i> {
 impl Track<'_> {
     fn coordinate(&self, axis: TextureAxis, t: f64) -> f64 {
         let i = axis as usize;
-        (self.from[i] * (1.0 - t) + self.to[i] * t).clamp(0.0, 1.0)
+        unit(self.from[i] * (1.0 - t) + self.to[i] * t)
     }
 
     /// Integral of the image over the line's parameter from 0 to t.
@@ -384,7 +389,7 @@ impl Track<'_> {
                 start - mass
             };
             let x = self.image.place_of_mass(axis, j, target.max(0.0));
-            return ((x - from) / (to - from)).clamp(0.0, 1.0);
+            return unit((x - from) / (to - from));
         }
         let mut rest = mass;
         let mut found = 0.0;
@@ -415,6 +420,7 @@ impl Track<'_> {
     fn mass(&self, visible: &[Interval]) -> f64 {
         visible
             .iter()
+            .map(within)
             .map(|i| (self.below(i.hi) - self.below(i.lo)).max(0.0))
             .sum()
     }

@@ -4,8 +4,9 @@ use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
 use linelit_lights::linear::{LinearSampler, LinearTechnique, LtcSampler, ProjectedLine};
 use linelit_lights::{
-    AngularLines, AreaSampler, Disk, LineSampler, OffsetDensity, ProxySampler, SolidAngleSampler,
-    Sphere, SphereCap, SphereCone,
+    AngularLines, AreaSampler, Disk, DiskCone, ImportanceImage, LineSampler, OffsetDensity,
+    ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone, TextureAxis,
+    triangle_solid_angle,
 };
 use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::{finite, unit_interval, unit_vector};
@@ -128,5 +129,206 @@ proptest! {
         prop_assert!(!SphereCone::new(&sphere, v(1).into()).sample([xi, xi]).pdf.value().is_nan());
         let disk = Disk { center: v(0).into(), normal: DVec3::Z, radius: p[8] };
         prop_assert!(!disk.sample([xi, xi]).pdf.value().is_nan());
+    }
+}
+
+/// Lines at an angle that is none: no density, no point, no panic.
+#[test]
+fn angles_that_are_none() {
+    let square = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y).unwrap();
+    let on = DVec3::new(0.5, 0.5, 1.0);
+    for angle in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for density in [OffsetDensity::Uniform, OffsetDensity::Length] {
+            let lines = LineSampler::new(&square, angle, density);
+            assert!(!lines.joint_pdf(on, &[Interval::UNIT]).is_positive());
+            assert_eq!(lines.invert_point(on, &[Interval::UNIT]), None);
+            assert!(!lines.sample(0.5).pdf.is_positive());
+        }
+        for lines in [
+            AngularLines::by_solid_angle(&square, angle, DVec3::ZERO),
+            AngularLines::by_warped_solid_angle(&square, angle, DVec3::ZERO),
+            AngularLines::by_projected_solid_angle(&square, angle, DVec3::ZERO, DVec3::Z),
+        ] {
+            assert!(!lines.joint_pdf(on, &[Interval::UNIT]).is_positive());
+            assert_eq!(lines.invert_point(on, &[Interval::UNIT]), None);
+            assert!(!lines.sample(0.5).pdf.is_positive() && !lines.pdf(0.0).is_positive());
+            assert_eq!(lines.total().to_bits(), 0);
+        }
+    }
+}
+
+/// A sliver that was taken for a polygon, of one knot to its lines: refused now.
+#[test]
+fn slivers_have_no_lines() {
+    let p = [
+        DVec3::Z,
+        DVec3::Z,
+        DVec3::Z,
+        DVec3::new(
+            1.543_522_015_850_11,
+            0.550_444_750_253_984_4,
+            2.127_109_811_778_84,
+        ),
+        DVec3::new(
+            -6.123_345_878_323_881e-133,
+            -2.115_893_462_351_821e-133,
+            1.0,
+        ),
+    ];
+    assert_eq!(
+        ConvexPolygon::try_new(&p),
+        Err(linelit_geometry::PolygonError::Degenerate)
+    );
+}
+
+/// Outside a disk, in its plane to rounding.
+#[test]
+fn a_disk_edge_on_is_dark() {
+    let disk = Disk {
+        center: DVec3::new(
+            0.066_815_462_330_273_69,
+            0.824_716_233_504_868_8,
+            0.187_754_070_351_639_6,
+        ),
+        normal: DVec3::new(
+            0.908_517_389_379_443_9,
+            -0.132_335_373_204_215_65,
+            -0.396_337_611_379_577_2,
+        ),
+        radius: 0.160_459_697_283_262_48,
+    };
+    let x = DVec3::new(
+        -0.048_051_504_463_349_395,
+        0.336_987_332_858_674_77,
+        0.087_297_162_996_333_9,
+    );
+    let cone = DiskCone::new(&disk, x);
+    let s = cone.sample([0.022_187_126_407_314_794, 0.315_242_341_930_640_93]);
+    assert!(!s.pdf.is_positive() && s.point.is_finite());
+    assert!(!cone.pdf(disk.center).is_positive());
+}
+
+/// Solid angles, total and by lines, do not depend on the scale.
+#[test]
+fn samplers_are_right_at_every_scale_of_a_polygon() {
+    let corners = [[-0.5, -0.5, 2.0], [0.5, -0.5, 2.0], [0.0, 0.5, 2.0]].map(DVec3::from);
+    let n = DVec3::new(0.0, 0.6, 0.8);
+    let values = |scale: f64| -> Option<[f64; 5]> {
+        let polygon = ConvexPolygon::try_new(&corners.map(|p| p * scale)).ok()?;
+        let solid = SolidAngleSampler::new(&polygon, DVec3::ZERO);
+        let by = AngularLines::by_projected_solid_angle(&polygon, 0.3, DVec3::ZERO, n);
+        let point = solid.sample([0.3, 0.6]).point / scale;
+        let drawn = by.point(&by.sample(0.4), &[Interval::UNIT], 0.7);
+        let proxy = ProxySampler::new(&polygon, DVec3::ZERO).sample([0.3, 0.6]);
+        Some([
+            solid.solid_angle(),
+            by.total(),
+            point.x,
+            drawn.pdf.value(),
+            proxy.pdf.value(),
+        ])
+    };
+    let want = values(1.0).unwrap();
+    let mut held = 0;
+    for e in -70..=70 {
+        let Some(got) = values(10f64.powi(e)) else {
+            assert!(!(-60..60).contains(&e), "refused at 1e{e}");
+            continue;
+        };
+        held += 1;
+        for (got, want) in got.iter().zip(want) {
+            // Condition numbers of about one; the lines are inverted to 4 ε of a piece and more.
+            assert!((got / want - 1.0).abs() < 1e-13, "1e{e}: {got} {want}");
+        }
+    }
+    assert!(held >= 120, "{held}");
+    // A value known from elsewhere.
+    let up = |scale: f64| {
+        let polygon = ConvexPolygon::try_new(&corners.map(|p| p * scale)).unwrap();
+        AngularLines::by_projected_solid_angle(&polygon, 0.0, DVec3::ZERO, DVec3::Z).total()
+    };
+    assert!((up(1e59) / up(1.0) - 1.0).abs() < 1e-14);
+    assert!((up(1.0) - 0.11776).abs() < 1e-5, "{}", up(1.0));
+}
+
+/// Lines as far as they are long keep their projected solid angle, as `f64` and `f32` know it, and `None` comes beyond.
+#[test]
+fn line_kernels_have_the_scales_that_they_name() {
+    let (p0, p1, n) = ([0.3, -0.5, 1.0], [0.9, 0.6, 0.7], [0.0, 0.6, 0.8]);
+    let wide = |s: f64| ProjectedLine::new(p0.map(|x| x * s), p1.map(|x| x * s), n);
+    let want = wide(1.0).unwrap();
+    for e in -71..=75 {
+        let s = 10f64.powi(e);
+        let got = wide(s).unwrap();
+        let ratio = got.projected_solid_angle() * s / want.projected_solid_angle();
+        assert!((ratio - 1.0).abs() < 1e-14, "1e{e} {ratio}");
+        assert!((got.sample(0.3).lambda - want.sample(0.3).lambda).abs() < 1e-14);
+    }
+    #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+    let narrow = |s: f64| {
+        let f = |p: [f64; 3]| p.map(|x| (x * s) as f32);
+        ProjectedLine::new(f(p0), f(p1), n.map(|x| x as f32))
+    };
+    for e in -18..=18 {
+        let s = 10f64.powi(e);
+        let got = narrow(s).unwrap();
+        let ratio = f64::from(got.projected_solid_angle()) * s / want.projected_solid_angle();
+        // A few f32 roundings of the ends and of the result.
+        assert!((ratio - 1.0).abs() < 1e-5, "1e{e} {ratio}");
+    }
+    assert!(wide(1e80).is_none() && wide(1e-80).is_none());
+    assert!(narrow(1e20).is_none() && narrow(1e-20).is_none());
+}
+
+/// Numbers near the ends of the range: densities, not ∞, NaN or π.
+#[test]
+fn ends_of_the_range() {
+    let image = ImportanceImage::new(2, 1, &[f64::MAX, 0.5 * f64::MAX]).unwrap();
+    let (dark, bright) = (image.density([0.75, 0.5]), image.density([0.25, 0.5]));
+    assert!((bright - 4.0 / 3.0).abs() < 1e-15 && (dark - 2.0 / 3.0).abs() < 1e-15);
+    assert!((image.offset_density(TextureAxis::V, 0.1) - 4.0 / 3.0).abs() < 1e-15);
+    let tiny = ImportanceImage::new(2, 1, &[f64::from_bits(1), f64::from_bits(3)]).unwrap();
+    assert!((tiny.density([0.75, 0.5]) - 1.5).abs() < 1e-15);
+
+    for scale in [1e-300, 1e-170, 1.0, 1e170, 1e300] {
+        let sphere = Sphere {
+            center: DVec3::new(0.0, 0.0, 4.0) * scale,
+            radius: scale,
+        };
+        let cone = SphereCone::new(&sphere, DVec3::ZERO);
+        let s = cone.sample([0.3, 0.6]);
+        let [a, b] = cone.invert(s.point).unwrap();
+        assert!(
+            (a - 0.3).abs() < 1e-14 && (b - 0.6).abs() < 1e-14,
+            "{scale}"
+        );
+        assert!(s.pdf.is_positive());
+    }
+
+    // A vertex next to the shading point: its corner's solid angle, or nothing.
+    let near = |d: f64| triangle_solid_angle([[0.0, 0.0, d], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    for e in [-150, -162, -170, -300] {
+        assert_eq!(near(10f64.powi(e)).to_bits(), 0, "1e{e}");
+    }
+}
+
+/// Next to the light's plane: the plain measure to the last distance, the projected one dark before its digits are gone.
+#[test]
+fn next_to_the_plane() {
+    let n = DVec3::new(0.6, 0.0, 0.8);
+    for e in [-10, -12, -16, -100, -300] {
+        let z = 10f64.powi(e);
+        let corners = [[1.0, 0.0, z], [-0.5, 0.75, z], [-0.5, -0.75, z]].map(DVec3::from);
+        let light = ConvexPolygon::try_new(&corners).unwrap();
+        let by = AngularLines::by_projected_solid_angle(&light, 0.3, DVec3::ZERO, n);
+        assert_eq!(by.total().to_bits(), 0, "1e{e}");
+        assert!(!by.sample(0.5).pdf.is_positive());
+        let solid = SolidAngleSampler::new(&light, DVec3::ZERO).solid_angle();
+        // 2π less what passes below the rim: of the order of z.
+        let tau = std::f64::consts::TAU;
+        assert!(
+            (solid - tau).abs() < 32.0 * (f64::EPSILON + z),
+            "1e{e} {solid}"
+        );
     }
 }

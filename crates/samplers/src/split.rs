@@ -8,8 +8,9 @@ use crate::hash::below_one;
 /// stratified set of u splits into stratified sets for each technique: the *split and rescale* of Salesin & Jarosz 2019,
 /// section 5, and Shirley & Wang's choice of a luminaire (1991, eq. 4).
 ///
-/// **Domain.** u in [0, 1), else it counts as the nearer end, NaN as 0; shares that are not positive (or NaN) are never chosen; `None` if none is positive or their
-/// sum is not finite. **Error bound.** The stretched number keeps 53 + log₂(shares\[k\]/S) random bits; it is in [0, 1).
+/// **Domain.** u in [0, 1), else it counts as the nearer end, NaN as 0; shares that are not positive (or NaN) are never
+/// chosen; `None` if none is positive or their sum is not finite. **Error bound.** The stretched number keeps
+/// 53 + log₂(shares\[k\]/S) random bits; it is in [0, 1).
 ///
 /// ```
 /// use linelit_samplers::split;

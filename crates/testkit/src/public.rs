@@ -1,9 +1,10 @@
-//! The public functions of a crate, read from its sources: a test that claims to call every one of them is held to it.
+//! The public functions and types of a crate, read from its sources: a test that claims to call every one of them is held
+//! to it.
 
 use std::path::{Path, PathBuf};
 
-/// Names of the public functions in the `.rs` files under a folder, each with its file: what follows `pub fn` or
-/// `pub const fn` at the beginning of a line.
+/// Names of the public functions and types in the `.rs` files under a folder, each with its file: what follows `pub fn`,
+/// `pub const fn`, `pub struct` or `pub enum` at the beginning of a line.
 ///
 /// # Panics
 /// If the folder or a file cannot be read.
@@ -27,7 +28,7 @@ pub fn functions(folder: &Path) -> Vec<(PathBuf, String)> {
 fn names(text: &str) -> impl Iterator<Item = String> + '_ {
     text.lines().filter_map(|line| {
         let line = line.trim_start();
-        let rest = ["pub fn ", "pub const fn "]
+        let rest = ["pub fn ", "pub const fn ", "pub struct ", "pub enum "]
             .into_iter()
             .find_map(|start| line.strip_prefix(start))?;
         let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;
@@ -36,15 +37,17 @@ fn names(text: &str) -> impl Iterator<Item = String> + '_ {
 }
 
 /// The public functions under a folder that the text of a test names nowhere as `name(` or `name::<`, nor, for those handed
-/// on as values, as `::name`; but for those `exempt`.
+/// on as values, as `::name`, and the types that it does not name; but for those `exempt`. (Methods are told apart by their
+/// names alone.)
 pub fn missing(folder: &Path, test: &str, exempt: &[&str]) -> Vec<String> {
     let word = |c: char| c.is_alphanumeric() || c == '_';
     let called = |name: &str| {
         test.match_indices(name).any(|(at, _)| {
             let (before, after) = (&test[..at], &test[at + name.len()..]);
             let whole = !before.ends_with(word) && !after.starts_with(word);
-            whole
-                && (after.starts_with(['(']) || after.starts_with("::<") || before.ends_with("::"))
+            let is_type = name.starts_with(char::is_uppercase);
+            let is_call = after.starts_with('(') || after.starts_with("::<");
+            whole && (is_type || is_call || before.ends_with("::"))
         })
     };
     functions(folder)
@@ -60,8 +63,8 @@ mod tests {
 
     #[test]
     fn finds_what_is_public() {
-        let source = "pub fn one() {}\n    pub const fn two<T>(x: T) {}\npub(crate) fn three() {}\nfn four() {}";
-        assert_eq!(names(source).collect::<Vec<_>>(), ["one", "two"]);
+        let source = "pub fn one() {}\n pub const fn two<T>() {}\npub(crate) fn three() {}\npub struct Four<T>(T);";
+        assert_eq!(names(source).collect::<Vec<_>>(), ["one", "two", "Five"]);
     }
 
     #[test]

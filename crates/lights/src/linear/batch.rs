@@ -47,7 +47,9 @@ impl Batch {
     ) {
         let n = numbers.len().min(BLOCK);
         let mut xi = [0.0; BLOCK];
-        xi[..n].copy_from_slice(&numbers[..n]);
+        for (xi, number) in xi[..n].iter_mut().zip(numbers) {
+            *xi = number.unit();
+        }
         let mut at = start(arc, view, &xi, n);
         for _ in 0..f64::STEPS {
             if advance(arc, &xi, n, &mut at, close) {

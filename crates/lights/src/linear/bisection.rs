@@ -7,6 +7,7 @@
 //! so that the cost is compared at equal accuracy.
 
 use super::view::LineView;
+use crate::fan::unit;
 use linelit_geometry::DVec3;
 
 /// Iterations end when the CDF is hit to this, by default.
@@ -69,6 +70,7 @@ impl LineIntegral {
 
     /// The place on the clipped line with the fraction `xi` of the mass.
     pub(crate) fn sample(&self, xi: f64) -> f64 {
+        let xi = unit(xi);
         let (mut lo, mut hi) = (self.s0, self.s1);
         let mut s = 0.5 * (lo + hi);
         for _ in 0..MOST {
@@ -88,6 +90,6 @@ impl LineIntegral {
             let slope = (self.a + self.b * s) * self.h / (r2 * r2) / self.total;
             s -= excess / slope;
         }
-        ((s - self.s0) / (self.s1 - self.s0)).clamp(0.0, 1.0)
+        unit((s - self.s0) / (self.s1 - self.s0))
     }
 }

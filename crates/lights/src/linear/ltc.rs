@@ -3,8 +3,9 @@
 use super::batch::{BLOCK, Batch};
 use super::projected::ProjectedLine;
 use super::{LinearSample, seen};
-use crate::fan::ONE_MINUS;
+use crate::fan::below_one;
 use crate::pdf::{Pdf, ThinSolidAngle};
+use crate::real::Real;
 use core::f64::consts::PI;
 use linelit_geometry::{DMat3, DVec3, Segment};
 
@@ -33,7 +34,7 @@ pub struct LtcSampler {
 
 impl LtcSampler {
     /// The per-light part for the shading point `x` with unit normal `normal`. `None` if nothing of the line is above
-    /// both horizons, or `m` is singular.
+    /// both horizons, or `m` is singular, or the integral or its reciprocal no number.
     #[must_use]
     pub fn new(light: &Segment, x: DVec3, normal: DVec3, m: DMat3) -> Option<Self> {
         let determinant = m.determinant();
@@ -41,6 +42,9 @@ impl LtcSampler {
             return None;
         }
         let inverse = m.inverse();
+        if !inverse.is_finite() {
+            return None;
+        }
         let view = seen(light, x, Some(normal))?;
         let (p0, p1) = view.ends();
         let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));
@@ -61,7 +65,7 @@ impl LtcSampler {
             density: 0.0,
         };
         out.density = 1.0 / (PI * determinant.abs() * out.integral());
-        Some(out)
+        (out.density.is_usable() && out.integral().is_usable()).then_some(out)
     }
 
     /// `∫ p_M dω` over the light, per radius, in 1/m: the specular shading estimate for unit radiance × radius, before
@@ -118,7 +122,7 @@ impl LtcSampler {
     #[must_use]
     pub fn invert(&self, t: f64) -> Option<f64> {
         let (_, lambda) = self.locate(t)?;
-        Some(self.line.invert(lambda).clamp(0.0, ONE_MINUS))
+        Some(below_one(self.line.invert(lambda)))
     }
 
     /// Place above the surface's horizon and place in cosine space.

@@ -21,12 +21,12 @@ pub use profile::{AlongProfile, ProfiledLine, across_lambert};
 pub use projected::ProjectedLine;
 pub use view::{ArcPoint, LineView};
 
-use crate::fan::ONE_MINUS;
+use crate::fan::below_one;
 use crate::pdf::{Length, Pdf, ThinSolidAngle};
 use crate::real::Real;
 use batch::{BLOCK, Batch};
 use bisection::{LineIntegral, TOLERANCE};
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{DVec3, Segment, predicates};
 use projected::Inversion;
 use warps::Warp;
 
@@ -123,7 +123,7 @@ pub struct LinearSampler {
 
 impl LinearSampler {
     /// The per-light part. `None` if the technique can give no sample: the light has no length, the shading point is on
-    /// its infinite line, or (all but [`LinearTechnique::Area`] and [`LinearTechnique::SolidAngle`]) nothing of it is
+    /// its infinite line, either is beyond the domain of [`LineView`], or (all but [`LinearTechnique::Area`] and [`LinearTechnique::SolidAngle`]) nothing of it is
     /// above the horizon of the unit `normal`.
     #[inline]
     #[must_use]
@@ -150,7 +150,7 @@ impl LinearSampler {
             Kind::Bisection(integral) => integral.projected_solid_angle(),
             Kind::Projected(p) => p.projected_solid_angle(&view),
         };
-        Some(Self {
+        whole.is_usable().then_some(Self {
             kind,
             view,
             density: 1.0 / whole,
@@ -275,7 +275,7 @@ impl LinearSampler {
             Kind::Bisection(integral) => integral.cdf(lambda),
             Kind::Projected(p) => p.cdf(self.view.angle_of(lambda)),
         };
-        Some(xi.clamp(0.0, ONE_MINUS))
+        Some(below_one(xi))
     }
 
     fn at_place(&self, lambda: f64) -> LinearSample {
@@ -283,7 +283,7 @@ impl LinearSampler {
         LinearSample {
             t: self.view.whole_fraction(lambda),
             offset,
-            direction: offset.normalize_or_zero(),
+            direction: predicates::normalize(offset).unwrap_or(DVec3::ZERO),
             pdf: self.pdf_at(lambda),
         }
     }

@@ -2,9 +2,9 @@
 
 use super::projected::ProjectedLine;
 use super::{LinearSample, seen};
-use crate::fan::ONE_MINUS;
+use crate::fan::{ONE_MINUS, below_one, unit};
 use crate::pdf::{Pdf, ThinSolidAngle};
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{DVec3, Segment, predicates};
 
 /// Relative radiance along a linear light: constant on equal cells, each value ≥ 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,15 +47,17 @@ impl AlongProfile {
     }
 }
 
-/// A profile across the light: relative radiance `sin^k γ` for the angle γ between the light's axis and the emitted
-/// direction, `k = 0` a Lambertian surface, larger `k` a louvre that hides the lamp from along its axis.
+/// A profile across the light: relative radiance `sin^k γ` for the angle γ between the light's axis and the emitted unit
+/// direction, `k = 0` a Lambertian surface, larger `k` a louvre that hides the lamp from along its axis. In [0, 1]: `k` < 0,
+/// which would shine without bound along the axis, and NaN count as 0.
 ///
 /// It multiplies the radiance; no technique here samples by it, as Peters 2021, §3.1 recommends ("possibly at the cost of
 /// increased variance").
 #[must_use]
 pub fn across_lambert(axis: DVec3, direction: DVec3, k: f64) -> f64 {
-    let sine = linelit_geometry::predicates::cross(axis.normalize_or_zero(), direction).length();
-    sine.min(1.0).powf(k)
+    let axis = predicates::normalize(axis).unwrap_or(DVec3::ZERO);
+    let sine = predicates::length(predicates::cross(axis, direction));
+    unit(sine).powf(k.max(0.0))
 }
 
 /// Samples a linear light proportionally to cosine × profile: zero variance on a diffuse surface for any profile.
@@ -119,7 +121,7 @@ impl<'p> ProfiledLine<'p> {
     /// A point from one random number in [0, 1).
     #[must_use]
     pub fn sample(&self, xi: f64) -> LinearSample {
-        let mut rest = xi * self.total;
+        let mut rest = unit(xi) * self.total;
         let mut last = 0;
         for i in 0..self.profile.values.len() {
             let w = self.weight(i);
@@ -152,6 +154,9 @@ impl<'p> ProfiledLine<'p> {
     /// The density at the fraction `t` of the light.
     #[must_use]
     pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
+        if !(0.0..=1.0).contains(&t) {
+            return Pdf::ZERO;
+        }
         let p = self.light.at(t) - self.x;
         let cosine = self.normal.dot(p) / p.length();
         Pdf::new(cosine * self.profile.at(t) / self.total)
@@ -169,6 +174,6 @@ impl<'p> ProfiledLine<'p> {
         let line = self.cell(i).filter(|_| w > 0.0)?;
         let (a, b) = (self.profile.edge(i), self.profile.edge(i + 1));
         let lambda = line.view().clipped_fraction((t - a) / (b - a))?;
-        Some(((before + w * line.invert(lambda)) / self.total).clamp(0.0, ONE_MINUS))
+        Some(below_one((before + w * line.invert(lambda)) / self.total))
     }
 }

@@ -241,6 +241,7 @@ impl<T: Real> ProjectedLine<T> {
     /// The angle v from the first end after a number of steps from the solid-angle sample: the paper's, who takes 2.
     #[must_use]
     pub fn angle_steps(&self, xi: T, steps: u32) -> T {
+        let xi = xi.unit();
         let end = &self.arc.ends[0];
         let ends = self.view.solid_angle_end(false);
         let (a, b) = ends.half_tangent([xi, T::ONE - xi, T::ONE]);
@@ -268,11 +269,11 @@ impl<T: Real> ProjectedLine<T> {
     /// next to the second end of a line that runs away from the shading point keep their digits.
     #[must_use]
     pub fn invert_fractions(&self, lambda: T, rest: T) -> T {
-        if lambda <= rest {
-            self.invert(lambda)
-        } else {
+        if lambda > rest {
             self.arc
-                .cdf(self.arc.delta - self.view.angle_from_end(rest))
+                .cdf(self.arc.delta - self.view.angle_from_end(rest.unit()))
+        } else {
+            self.invert(lambda)
         }
     }
 
@@ -322,7 +323,10 @@ impl<T: Real> Inversion<T> {
             s: sin_delta,
             c: cos_delta,
         });
-        out.total.is_usable().then_some(out)
+        // Their quotient, the projected solid angle, and its reciprocal are numbers of full digits.
+        let h = view.line_distance();
+        let held = out.total * T::LEAST < h && h * T::LEAST < out.total;
+        (held && out.total.is_usable()).then_some(out)
     }
 
     pub(crate) fn projected_solid_angle(&self, view: &LineView<T>) -> T {
@@ -344,7 +348,7 @@ impl<T: Real> Inversion<T> {
     /// The angle from the end that it says, to the precision: two steps, more where the second was large.
     #[inline(always)]
     fn find(&self, view: &LineView<T>, xi: T) -> (bool, Angle<T>) {
-        let (second, xi) = nearer(xi);
+        let (second, xi) = nearer(xi.unit());
         let end = &self.ends[usize::from(second)];
         let target = xi * self.total;
         let start = end.start(xi, &view.solid_angle_end(second));
@@ -375,7 +379,7 @@ impl<T: Real> Inversion<T> {
     /// end.
     #[inline]
     fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> (bool, Angle<T>) {
-        let (second, xi) = nearer(xi);
+        let (second, xi) = nearer(xi.unit());
         let end = &self.ends[usize::from(second)];
         let target = xi * self.total;
         let mut at = end.start(xi, &view.solid_angle_end(second));
@@ -410,6 +414,7 @@ impl<T: Real> Inversion<T> {
     }
 
     pub(crate) fn cdf(&self, v: T) -> T {
+        let v = v.at_least(T::ZERO).at_most(self.delta);
         let (s, c) = v.sin_cos();
         (self.ends[0].mass(&Angle { v, s, c }) / self.total)
             .at_least(T::ZERO)

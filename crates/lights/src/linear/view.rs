@@ -9,6 +9,12 @@ use crate::real::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
 /// φ₀ … φ₁ of a great circle; v = φ − φ₀ runs over [0, δ]. All differences are formed so that nothing cancels for lines
 /// that are short, far, nearly collinear with the origin or passing close to it; cross products are accurate by
 /// component. Generic over `f32` and `f64`.
+///
+/// Places λ and random numbers are of [0, 1]; what is not counts as the nearer end, NaN as 0.
+///
+/// **Domain**: lengths of lines and of vectors to their ends, and products of the length with the distance h, whose squares
+/// `f64` holds with its digits: 1e-145 to 1e154; in `f32` that hold themselves as `f32`: 1e-37 to 1e38, so that lines as far as they are
+/// long may have sizes from 1e-18 to 1e18. Beyond, `None`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LineView<T> {
     /// The clipped ends.
@@ -59,7 +65,7 @@ struct Kept<T> {
 
 impl<T: Real> LineView<T> {
     /// The whole line between two points relative to the shading point. `None` if it has no length, if the shading point
-    /// is on the infinite line (its solid angle is zero or infinite), or if a coordinate is not finite.
+    /// is on the infinite line (its solid angle is zero or infinite), if a coordinate is not finite, or beyond the domain.
     #[must_use]
     pub fn new(p0: [T; 3], p1: [T; 3]) -> Option<Self> {
         Self::build(p0, p1, sub(p1, p0), cross(p0, p1), None)
@@ -90,7 +96,7 @@ impl<T: Real> LineView<T> {
     fn build(p0: V3<T>, p1: V3<T>, edge: V3<T>, x: V3<T>, normal: Option<V3<T>>) -> Option<Self> {
         let whole = length(edge);
         let area = length(x);
-        if !(whole.is_usable() && area.is_usable()) {
+        if !(whole.has_square() && area.has_square()) {
             return None;
         }
         let kept = match normal {
@@ -136,7 +142,17 @@ impl<T: Real> LineView<T> {
         } else {
             sine[1] - sine[0]
         };
-        if !(sine_range.is_usable() && cross.is_usable()) {
+        // Both distances, sin δ and the least sum of [`LineView::arc_point`], sin δ/r, by their reciprocals: a comparison
+        // that NaN fails.
+        let inverse_sine = product * per_area / kept;
+        let least_sum = inverse_sine * r[0].at_least(r[1]);
+        let smallest = T::LEAST
+            * inverse[0]
+                .at_least(inverse[1])
+                .at_least(inverse_sine)
+                .at_least(least_sum);
+        let sines = sine[0].abs() <= T::from_f64(2.0) && sine[1].abs() <= T::from_f64(2.0);
+        if !(sine_range.is_usable() && smallest < T::ONE && sines && h.has_square()) {
             return None;
         }
         let foot_inside = sine[0] < T::ZERO && sine[1] > T::ZERO;
@@ -159,7 +175,7 @@ impl<T: Real> LineView<T> {
             dot: dot01,
             cross,
             sin_delta,
-            inverse_sine: product * per_area / kept,
+            inverse_sine,
             cos_delta: dot01 * per_product,
             h,
             height,
@@ -252,6 +268,7 @@ impl<T: Real> LineView<T> {
     /// The place `lambda` in [0, 1] on the (clipped) line, relative to the shading point, from the nearer end.
     #[must_use]
     pub fn at(&self, lambda: T) -> [T; 3] {
+        let lambda = lambda.unit();
         let rest = T::ONE - lambda;
         let nearest = usize::from(rest < lambda);
         let way = self.kept[nearest] * lambda.at_most(rest);
@@ -261,6 +278,7 @@ impl<T: Real> LineView<T> {
     /// The fraction of the whole line at the place `lambda` of the clipped one.
     #[must_use]
     pub fn whole_fraction(&self, lambda: T) -> T {
+        let lambda = lambda.unit();
         self.range[0] * (T::ONE - lambda) + self.range[1] * lambda
     }
 
@@ -274,7 +292,7 @@ impl<T: Real> LineView<T> {
     /// The sample that is uniform in solid angle (Peters 2021, §3.1): sin φ runs linearly in ξ. No trigonometry.
     #[must_use]
     pub fn sample_solid_angle(&self, xi: T) -> ArcPoint<T> {
-        let (second, xi) = nearer(xi);
+        let (second, xi) = nearer(xi.unit());
         let (a, b) = self
             .solid_angle_end(second)
             .half_tangent([xi, T::ONE - xi, T::ONE]);
@@ -298,6 +316,7 @@ impl<T: Real> LineView<T> {
     /// The fraction of the solid angle below the place `lambda`: the inverse of [`LineView::sample_solid_angle`].
     #[must_use]
     pub fn invert_solid_angle(&self, lambda: T) -> T {
+        let lambda = lambda.unit();
         let (below, above) = (
             self.sine_step(0, lambda),
             self.sine_step(1, T::ONE - lambda),
@@ -321,6 +340,7 @@ impl<T: Real> LineView<T> {
 
     /// The angle v of the place `lambda`.
     pub(crate) fn angle_of(&self, lambda: T) -> T {
+        let lambda = lambda.unit();
         let p = self.at(lambda);
         (self.cross * lambda).atan2(dot(self.ends[0], p))
     }
@@ -333,6 +353,7 @@ impl<T: Real> LineView<T> {
 
     /// n·p at the place `lambda`, linear between the clipped ends.
     pub(crate) fn height(&self, lambda: T) -> T {
+        let lambda = lambda.unit();
         self.height[0] * (T::ONE - lambda) + self.height[1] * lambda
     }
 
@@ -536,7 +557,8 @@ fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Opti
 
 /// The point on the horizon: (n × x)/(n·e), whose error is that of x = p0 × p1, ε |x|/|n·e|; or from the nearer end, whose
 /// error is ε times its distance and the way from it. The first is right where the line passes close by, the second where
-/// it nearly lies in the horizon.
+/// it nearly lies in the horizon. Where both have lost more than six bits, the line passing close by *and* nearly in the
+/// horizon, it is formed from more digits.
 #[inline(always)]
 fn on_horizon<T: Real>(
     ends: [V3<T>; 2],
@@ -550,11 +572,16 @@ fn on_horizon<T: Real>(
         (ends[1], scale(edge, -after))
     };
     let reach2 = dot(end, end) + dot(way, way);
-    if area * area <= span * span * reach2 {
-        scale(cross(n, x), T::ONE / span)
+    let (area2, span2) = (area * area, span * span);
+    let (point, error2) = if area2 <= span2 * reach2 {
+        (scale(cross(n, x), T::ONE / span), area2 / span2)
     } else {
-        add(end, way)
+        (add(end, way), reach2)
+    };
+    if error2 > T::from_f64(4096.0) * dot(point, point) {
+        return T::on_horizon(ends, n);
     }
+    point
 }
 
 /// n·p, in twice the precision where the plain sum has lost more than a few digits.

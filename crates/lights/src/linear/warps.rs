@@ -6,6 +6,7 @@
 
 use super::view::LineView;
 use crate::lines::linear_warp;
+use crate::real::Real;
 
 /// A density on [0, 1] in Bernstein form of degree 2, coefficients ≥ 0: linear where the middle one is the mean.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +19,7 @@ impl Warp {
     /// The density that runs linearly between the cosines at the ends. `None` if both vanish.
     pub(crate) fn linear(view: &LineView<f64>) -> Option<Self> {
         let [c0, c1] = view.end_cosines();
-        (c0 + c1 > 0.0).then_some(Self {
+        (c0 + c1).is_usable().then_some(Self {
             b: [c0, 0.5 * (c0 + c1), c1],
             linear: true,
         })
@@ -32,7 +33,7 @@ impl Warp {
         let middle = view.sample_solid_angle(0.5).lambda;
         let m = view.cosine(middle);
         let b1 = (2.0 * m - 0.5 * (c0 + c1)).max(0.0);
-        (c0 + c1 + b1 > 0.0).then_some(Self {
+        (c0 + c1 + b1).is_usable().then_some(Self {
             b: [c0, b1, c1],
             linear: false,
         })
@@ -59,6 +60,7 @@ impl Warp {
 
     /// The warped number. Quadratic: Newton's method on the cubic CDF, kept in a bracket, to 4 ε.
     pub(crate) fn sample(&self, xi: f64) -> f64 {
+        let xi = xi.unit();
         let start = linear_warp(xi, self.b[0], self.b[2]);
         if self.linear {
             return start;

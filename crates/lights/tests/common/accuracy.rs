@@ -4,9 +4,11 @@
 //! The backward error of a sample is the change of the random number ξ that explains it: |CDF(sample) − ξ|, with the CDF
 //! evaluated in `f64` for the very same input.
 
-use linelit_geometry::DVec3;
+use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::linear::{ArcPoint, ProjectedLine, sample_as_printed};
-use linelit_lights::triangle_solid_angle;
+use linelit_lights::{AngularLines, SolidAngleSampler, triangle_solid_angle};
+use linelit_testkit::precise::Precise;
+use linelit_testkit::real::{self, Real as _};
 use std::f64::consts::FRAC_PI_2;
 
 /// A row of the table.
@@ -202,8 +204,19 @@ fn class(name: &str, rng: &mut Random) -> (DVec3, DVec3, DVec3) {
     if name.starts_with("log") {
         return log_spaced(rng);
     }
+    if let Some(h) = name.strip_suffix(", nearly in the horizon") {
+        return nearly_in_the_horizon(h, rng);
+    }
     let (p0, p1) = line_of(name, rng);
     let n = rng.direction();
+    if name.starts_with("sizes") {
+        let size = if name.contains('-') {
+            rng.log(-18.0, -3.0)
+        } else {
+            rng.log(3.0, 18.0)
+        };
+        return (p0 * size, p1 * size, n);
+    }
     if name != "grazing" {
         return (p0, p1, n);
     }
@@ -216,6 +229,15 @@ fn class(name: &str, rng: &mut Random) -> (DVec3, DVec3, DVec3) {
         p1,
         (across + axis * (rng.sign() * rng.log(-6.0, -1.0))).normalize(),
     )
+}
+
+/// A line through the shading point to a distance, and a normal that is perpendicular to its plane to an angle of 1e-7 to
+/// 0.1, so that the horizon is nearly the plane of the fan and crosses the line anywhere, often next to the point.
+fn nearly_in_the_horizon(h: &str, rng: &mut Random) -> (DVec3, DVec3, DVec3) {
+    let (p0, p1) = line_of(h, rng);
+    let across = p0.cross(p1).normalize();
+    let n = across * rng.sign() + rng.direction() * rng.log(-7.0, -1.0);
+    (p0, p1, n.normalize())
 }
 
 /// The searched cases of the plane, anywhere in space and of any scale.
@@ -240,7 +262,7 @@ fn line_of(name: &str, rng: &mut Random) -> (DVec3, DVec3) {
             let side = a.cross(b).normalize() * h;
             (a + side, a * rng.in_range(1.1, 3.0) + side)
         }
-        "through 0.1" | "through 0.01" | "through 0.001" => {
+        "through 0.1" | "through 0.01" | "through 0.001" | "through 0.0001" | "through 0.00001" => {
             let h: f64 = name[8..].parse().unwrap_or(1.0);
             let side = a.cross(b).normalize() * h;
             (
@@ -298,7 +320,7 @@ pub(crate) fn in_double(cases: u64) -> Vec<Row> {
 }
 
 /// Lines in general and in singular position.
-const CLASSES: [&str; 12] = [
+const CLASSES: [&str; 17] = [
     "random",
     "far 10",
     "far 100",
@@ -311,6 +333,11 @@ const CLASSES: [&str; 12] = [
     "through 0.001",
     "grazing",
     "log-spaced ends, h and normals",
+    "through 0.001, nearly in the horizon",
+    "through 0.0001, nearly in the horizon",
+    "through 0.00001, nearly in the horizon",
+    "sizes 1e-18 to 1e-3",
+    "sizes 1e3 to 1e18",
 ];
 
 /// Rows in `f32`, the printed algorithm beside ours.
@@ -452,6 +479,146 @@ fn van_oosterom(v: [[f32; 3]; 3]) -> f32 {
     }
 }
 
+/// Where the foot of the shading point is, and how far it is from the plane, in powers of ten.
+const FEET: [(&str, [i32; 2]); 7] = [
+    ("inside", [-30, -12]),
+    ("on an edge", [-30, -12]),
+    ("outside", [-30, -12]),
+    ("inside", [-300, -290]),
+    ("inside", [-8, -5]),
+    ("on an edge", [-8, -5]),
+    ("outside", [-8, -5]),
+];
+
+/// Relative errors of solid angles of triangles next to whose plane the shading point is, plain, and projected with a
+/// horizon that cuts, against 77 digits.
+pub(crate) fn near_the_plane(cases: u64) -> Vec<Row> {
+    let mut out = Vec::new();
+    for (foot, exponents) in FEET {
+        let mut rng = Random(41);
+        let (mut plain, mut projected) = (Vec::new(), Vec::new());
+        while (plain.len() as u64) < cases {
+            let z = rng.log(f64::from(exponents[0]), f64::from(exponents[1]));
+            let corners = triangle_about(foot, z, &mut rng);
+            let Ok(polygon) = ConvexPolygon::try_new(&corners) else {
+                continue;
+            };
+            // The polygon's own corners: moved onto its plane.
+            let corners: Vec<DVec3> = polygon.vertices().to_vec();
+            let omega = SolidAngleSampler::new(&polygon, DVec3::ZERO).solid_angle();
+            plain.push((omega / precise_solid_angle(&corners) - 1.0).abs());
+            let n = rng.direction();
+            let n = DVec3::new(n.x, n.y, 0.2 + n.z.abs()).normalize();
+            let e = AngularLines::by_projected_solid_angle(&polygon, 0.7, DVec3::ZERO, n).total();
+            let want = precise_irradiance(&corners, n);
+            // Zero nearer than 1e-9: a domain of its own, and a test.
+            if want > 0.0 && exponents[0] >= -8 {
+                projected.push((e / want - 1.0).abs());
+            }
+        }
+        let domain = |what: &str| {
+            let [a, b] = exponents;
+            format!("{what}, x at 1e{a} to 1e{b} of its plane, foot {foot}")
+        };
+        let row = |function, domain, errors: Vec<f64>| Row {
+            function,
+            domain,
+            inputs: errors.len() as u64,
+            ours: quantiles(errors),
+            printed: None,
+            goal: 1e-12,
+        };
+        out.push(row(
+            "polygons by solid angle, f64",
+            domain("triangle"),
+            plain,
+        ));
+        if projected.is_empty() {
+            continue;
+        }
+        out.push(row(
+            "lines by projected solid angle, f64",
+            domain("triangle cut by the horizon"),
+            projected,
+        ));
+    }
+    out
+}
+
+/// Corners in the plane at height z, of size one.
+fn triangle_about(foot: &str, z: f64, rng: &mut Random) -> [DVec3; 3] {
+    let turn = rng.in_range(0.0, std::f64::consts::TAU);
+    let corner =
+        |angle: f64, r: f64| DVec3::new(r * (turn + angle).cos(), r * (turn + angle).sin(), z);
+    let mut r = || rng.in_range(0.3, 1.5);
+    match foot {
+        "inside" => [corner(0.0, r()), corner(2.1, r()), corner(4.2, r())],
+        "on an edge" => {
+            // Exact negatives: the edge passes through the foot.
+            let a = corner(0.0, r());
+            [a, DVec3::new(-a.x, -a.y, z), corner(4.2, r())]
+        }
+        _ => {
+            let shift = DVec3::new(turn.cos(), turn.sin(), 0.0) * 2.5;
+            [
+                corner(0.0, r()) + shift,
+                corner(2.1, r()) + shift,
+                corner(4.2, r()) + shift,
+            ]
+        }
+    }
+}
+
+type Vector = [Precise; 3];
+
+/// The sum over edges of the angles at which they are seen, times what stands on them; the solid angle by van Oosterom &
+/// Strackee.
+fn precise_solid_angle(corners: &[DVec3]) -> f64 {
+    let p: Vec<Vector> = corners.iter().map(|c| real::vector(c.to_array())).collect();
+    let [a, b, c] = [0, 1, 2].map(|k| &p[k]);
+    let [la, lb, lc] = [a, b, c].map(real::length);
+    let det = real::dot(&real::cross(a, b), c);
+    let denominator = la.clone() * lb.clone() * lc.clone()
+        + real::dot(a, b) * lc
+        + real::dot(b, c) * la
+        + real::dot(c, a) * lb;
+    let half = det.atan2(&denominator).to_f64().abs();
+    2.0 * half
+}
+
+/// Lambert's sum over the part above the horizon.
+fn precise_irradiance(corners: &[DVec3], n: DVec3) -> f64 {
+    let n: Vector = real::vector(n.to_array());
+    let p: Vec<Vector> = corners.iter().map(|c| real::vector(c.to_array())).collect();
+    let zero = Precise::new(0.0);
+    let mut above: Vec<Vector> = Vec::new();
+    for (k, a) in p.iter().enumerate() {
+        let b = &p[(k + 1) % p.len()];
+        let (ca, cb) = (real::dot(&n, a), real::dot(&n, b));
+        if ca >= zero {
+            above.push(a.clone());
+        }
+        if (ca > zero && cb < zero) || (ca < zero && cb > zero) {
+            let t = ca.clone() / (ca - cb);
+            above.push([0, 1, 2].map(|i| a[i].clone() + (b[i].clone() - a[i].clone()) * t.clone()));
+        }
+    }
+    if above.len() < 3 {
+        return 0.0;
+    }
+    let mut sum = Precise::new(0.0);
+    for (k, a) in above.iter().enumerate() {
+        let b = &above[(k + 1) % above.len()];
+        let x = real::cross(a, b);
+        let length = real::length(&x);
+        if length > zero {
+            let angle = length.atan2(&real::dot(a, b));
+            sum = sum + angle * real::dot(&x, &n) / length;
+        }
+    }
+    0.5 * sum.to_f64().abs()
+}
+
 /// The number that a row is held to.
 fn measure(row: &Row) -> f64 {
     row.ours[if row.function.starts_with("solid") {
@@ -485,7 +652,9 @@ pub(crate) fn regressions(rows: &[Row], table: &str) -> Vec<String> {
         // Fewer inputs of the same stream cannot be worse; a quantile of fewer, and a search from fewer starts, can be by
         // chance: by a quarter at most, for the thousands of inputs that tests take.
         let got = measure(row);
-        if got > 1.25 * committed || got > row.goal {
+        // Where the table states that the goal is missed, it is held to what it states.
+        let missed = committed > row.goal;
+        if got > 1.25 * committed || (got > row.goal && !missed) {
             out.push(format!(
                 "{}, {}: {got:.2e}, was {committed:.2e}, goal {:.2e}",
                 row.function, row.domain, row.goal
@@ -509,8 +678,16 @@ pub(crate) fn table(rows: &[Row]) -> String {
         let [a, b, c, d] = row.ours.map(number);
         let [p, _, q, r] = row.printed.unwrap_or([f64::NAN; 4]).map(number);
         out += &format!(
-            "| {} | {} | {} | {a} | {b} | {c} | {d} | {:.2e} | {p} | {q} | {r} |\n",
-            row.function, row.domain, row.inputs, row.goal
+            "| {} | {} | {} | {a} | {b} | {c} | {d} | {:.2e}{} | {p} | {q} | {r} |\n",
+            row.function,
+            row.domain,
+            row.inputs,
+            row.goal,
+            if measure(row) > row.goal {
+                ", missed"
+            } else {
+                ""
+            }
         );
     }
     out

@@ -1,0 +1,548 @@
+//! Every public function with floats that attack it in any argument: none panics, densities are finite and not negative,
+//! numbers given back lie in [0, 1), and what is drawn with a positive density lies on the light.
+//!
+//! (`selection` has tests of its own.)
+
+use linelit_geometry::intervals::Interval;
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
+use linelit_lights::linear::{
+    AlongProfile, ArcPoint, AsPrinted, LineView, LinearSample, LinearSampler, LinearTechnique,
+    LtcSampler, ProfiledLine, ProjectedLine, across_lambert, sample_as_printed,
+};
+use linelit_lights::{
+    AngularLines, Area, AreaLight, AreaSampler, Disk, DiskCone, DiskLight, Emission,
+    ImportanceImage, Length, Light, LineSample, LineSampler, LinearLight, Measure, Offset,
+    OffsetDensity, Orientation, Pdf, PointSample, ProjectedSolidAngle, ProxySampler, Real,
+    SolidAngle, SolidAngleSampler, Sphere, SphereCap, SphereCone, SphereLight, SphereProjected,
+    TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle, triangle_solid_angle,
+};
+use linelit_testkit::public;
+use linelit_testkit::strategies::{
+    hostile, hostile_direction, hostile_unit, hostile_vector, hostile_vectors,
+};
+use proptest::prelude::*;
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+#[test]
+fn every_public_function_is_called_here() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut missing = public::missing(&src, include_str!("hostile.rs"), &[]);
+    missing.retain(|name| !name.contains("selection"));
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+type Check = Result<(), TestCaseError>;
+
+fn v(p: [f64; 3]) -> DVec3 {
+    DVec3::from(p)
+}
+
+/// A density: finite and not negative.
+fn density<M: Measure>(p: Pdf<M>) -> Check {
+    prop_assert!(
+        p.value() >= 0.0 && p.value().is_finite(),
+        "{p:?} {}",
+        M::UNIT
+    );
+    prop_assert_eq!(p.is_positive(), p.value() > 0.0);
+    Ok(())
+}
+
+fn numbers<const N: usize>(u: Option<[f64; N]>) -> Check {
+    prop_assert!(
+        u.is_none_or(|u| u.iter().all(|u| (0.0..1.0).contains(u))),
+        "{u:?}"
+    );
+    Ok(())
+}
+
+/// Numbers of [0, 1] that add up to at most so much.
+fn share(x: f64, most: f64) -> Check {
+    prop_assert!(x >= 0.0 && x <= most, "{x} of {most}");
+    Ok(())
+}
+
+/// A sample of positive density lies within the box of the polygon and in its plane, to 64 ε of its coordinates: points
+/// are interpolated between vertices, or placed in a frame with its origin at one.
+fn on_polygon<M: Measure>(s: PointSample<M>, p: &Shape) -> Check {
+    density(s.pdf)?;
+    if s.pdf.is_positive() {
+        prop_assert!(is_on(s.point, p), "{s:?} {p:?}");
+    }
+    Ok(())
+}
+
+fn is_on(point: DVec3, Shape { polygon: p, scale }: &Shape) -> bool {
+    let (lo, hi) = p
+        .vertices()
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| {
+            (lo.min(*v), hi.max(*v))
+        });
+    let slack = 64.0 * f64::EPSILON * scale;
+    point.is_finite()
+        && (0..3).all(|k| point[k] >= lo[k] - slack && point[k] <= hi[k] + slack)
+        && p.normal().dot(point - p.vertices()[0]).abs() <= slack
+}
+
+/// A polygon, and the size that its coordinates are rounded to: that of the whole which it is a part of.
+#[derive(Clone, Debug)]
+struct Shape {
+    polygon: ConvexPolygon,
+    scale: f64,
+}
+
+/// A polygon from hostile corners, its whole or what a plane leaves of it.
+fn polygon() -> impl Strategy<Value = Shape> {
+    let ordinary = (
+        hostile_vectors::<3>(),
+        any::<bool>(),
+        hostile_vector(),
+        hostile_direction(),
+    );
+    ordinary.prop_filter_map("no polygon", |(corners, four, x, n)| {
+        let [a, b, c] = corners.map(v);
+        let whole = if four {
+            ConvexPolygon::parallelogram(a, b, c).ok()?
+        } else {
+            ConvexPolygon::triangle(a, b, c).ok()?
+        };
+        let largest = whole.vertices().iter().map(|v| v.abs().max_element());
+        Some(Shape {
+            polygon: whole.clip(v(x), v(n)).unwrap_or(whole),
+            scale: largest.fold(whole.diameter(), f64::max),
+        })
+    })
+}
+
+fn parts() -> impl Strategy<Value = Vec<Interval>> {
+    let part = [hostile_unit(), hostile_unit()].prop_map(|[a, b]| Interval::new(a, b));
+    prop::collection::vec(part, 0..3)
+}
+
+fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        max_local_rejects: 10_000_000,
+        ..ProptestConfig::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(1_500))]
+
+    #[test]
+    fn points_of_polygons(shape in polygon(), x in hostile_vector(), u in [hostile_unit(), hostile_unit()], q in hostile_vector()) {
+        let p = shape.polygon;
+        let (x, q) = (v(x), v(q));
+        let by_area = AreaSampler::new(&p);
+        on_polygon(by_area.sample(u), &shape)?;
+        density(by_area.pdf(q))?;
+        let by_angle = SolidAngleSampler::new(&p, x);
+        // Roundings of the sum over the fan.
+        share(by_angle.solid_angle(), TAU * (1.0 + 32.0 * f64::EPSILON))?;
+        on_polygon(by_angle.sample(u), &shape)?;
+        density(by_angle.pdf(q))?;
+        let proxy = ProxySampler::new(&p, x);
+        on_polygon(proxy.sample(u), &shape)?;
+        density(proxy.pdf(q))?;
+        for at in [q, by_area.sample(u).point] {
+            numbers(by_area.invert(at))?;
+            numbers(by_angle.invert(at))?;
+            numbers(proxy.invert(at))?;
+        }
+    }
+
+    #[test]
+    fn lines_of_polygons(
+        shape in polygon(), angle in prop_oneof![-7.0..7.0f64, hostile()], u in [hostile_unit(), hostile_unit()],
+        visible in parts(), offset in hostile(), q in hostile_vector(),
+    ) {
+        let p = shape.polygon;
+        for by in [OffsetDensity::Uniform, OffsetDensity::Length] {
+            let lines = LineSampler::new(&p, angle, by);
+            let (a, b) = lines.lines().range();
+            let line = lines.sample(u[0]);
+            on_line(&line, &shape)?;
+            let s = lines.point(&line, &visible, u[1]);
+            on_polygon(s, &shape)?;
+            for at in [offset, a, b, line.offset] {
+                density(lines.pdf(at))?;
+                numbers(lines.invert(at).map(|u| [u]))?;
+            }
+            for at in [v(q), s.point] {
+                density(lines.joint_pdf(at, &visible))?;
+                numbers(lines.invert_point(at, &visible))?;
+            }
+        }
+        for o in [Orientation::Fixed(angle), Orientation::UniformPerLine, Orientation::ParallelPerPoint] {
+            let _ = (o.angle_rad(u[0]), o.varies_per_line(), o.varies_per_point());
+        }
+    }
+
+    #[test]
+    fn lines_by_angle(
+        shape in polygon(), angle in prop_oneof![-7.0..7.0f64, hostile()], x in hostile_vector(), n in hostile_direction(),
+        u in [hostile_unit(), hostile_unit()], visible in parts(), offset in hostile(), q in hostile_vector(),
+    ) {
+        let p = shape.polygon;
+        let (x, n) = (v(x), v(n));
+        for lines in [
+            AngularLines::by_solid_angle(&p, angle, x),
+            AngularLines::by_warped_solid_angle(&p, angle, x),
+            AngularLines::by_projected_solid_angle(&p, angle, x, n),
+        ] {
+            prop_assert!(lines.total() >= 0.0 && lines.total().is_finite());
+            let (a, b) = lines.lines().range();
+            let line = lines.sample(u[0]);
+            on_line(&line, &shape)?;
+            for parts in [&visible[..], &[Interval::UNIT]] {
+                let s = lines.point(&line, parts, u[1]);
+                on_polygon(s, &shape)?;
+                for at in [v(q), s.point] {
+                    density(lines.joint_pdf(at, parts))?;
+                    numbers(lines.invert_point(at, parts))?;
+                    let _ = lines.locate(at);
+                }
+            }
+            for at in [offset, a, b, line.offset] {
+                density(lines.pdf(at))?;
+                numbers(lines.invert(at).map(|u| [u]))?;
+            }
+        }
+    }
+
+    #[test]
+    fn pictures(
+        values in prop::collection::vec(hostile().prop_map(f64::abs), 6), shape in polygon(),
+        u in [hostile_unit(), hostile_unit()], at in [hostile(), hostile()], angle in prop_oneof![-7.0..7.0f64, hostile()],
+        visible in parts(), q in hostile_vector(),
+    ) {
+        let p = shape.polygon;
+        let finite: Vec<f64> = values.iter().map(|x| if x.is_finite() { *x } else { 0.0 }).collect();
+        let positive = finite.iter().any(|x| *x > 0.0);
+        prop_assert_eq!(ImportanceImage::new(3, 2, &values).is_some(), positive && values == finite);
+        let Some(image) = ImportanceImage::new(3, 2, &finite) else {
+            return Ok(());
+        };
+        prop_assert_eq!(image.size(), (3, 2));
+        let inside = |x: f64| (0.0..1.0).contains(&x);
+        let pixel_density = |x: f64| (0.0..=6.0 * (1.0 + 8.0 * f64::EPSILON)).contains(&x);
+        let uv = image.sample(u);
+        prop_assert!(uv.iter().all(|x| inside(*x)) && image.density(uv) > 0.0);
+        for at in [at, uv] {
+            prop_assert!(pixel_density(image.density(at)));
+            numbers(image.invert(at))?;
+            for axis in [TextureAxis::U, TextureAxis::V] {
+                let offset = image.sample_offset(axis, u[0]);
+                prop_assert!(inside(offset) && image.offset_density(axis, offset) > 0.0);
+                let place = image.sample_along(axis, offset, u[1]);
+                prop_assert!(inside(place) && image.along_density(axis, offset, place) > 0.0);
+                prop_assert!(inside(image.sample_along(axis, at[0], u[1])));
+                prop_assert!(pixel_density(image.offset_density(axis, at[0])) && pixel_density(image.along_density(axis, at[0], at[1])));
+                numbers(image.invert_offset(axis, at[0]).map(|u| [u]))?;
+                numbers(image.invert_along(axis, at[0], at[1]).map(|u| [u]))?;
+            }
+        }
+        let Some(texture) = TexturedSampler::new(&p, &image) else {
+            return Ok(());
+        };
+        on_polygon(texture.sample(u), &shape)?;
+        density(texture.pdf(v(q)))?;
+        numbers(texture.invert(v(q)))?;
+        let _ = texture.coordinates(v(q));
+        let all = [TexturedLines::new(&p, &image, angle), TexturedLines::along(&p, &image, TextureAxis::U), TexturedLines::along(&p, &image, TextureAxis::V)];
+        prop_assert!(all[0].is_some() == angle.is_finite() && all[1].is_some() && all[2].is_some());
+        for lines in all.iter().flatten() {
+            let (a, b) = lines.lines().range();
+            let line = lines.sample(u[0]);
+            on_line(&line, &shape)?;
+            let s = lines.point(&line, &visible, u[1]);
+            on_polygon(s, &shape)?;
+            for place in [at[0], a, b, line.offset] {
+                density(lines.pdf(place))?;
+                numbers(lines.invert(place).map(|u| [u]))?;
+            }
+            for place in [v(q), s.point] {
+                density(lines.joint_pdf(place, &visible))?;
+                numbers(lines.invert_point(place, &visible))?;
+            }
+        }
+    }
+}
+
+fn on_line(line: &LineSample, p: &Shape) -> Check {
+    density(line.pdf)?;
+    if line.pdf.is_positive() {
+        prop_assert!(
+            is_on(line.segment.p0, p) && is_on(line.segment.p1, p),
+            "{line:?} {p:?}"
+        );
+    }
+    Ok(())
+}
+
+/// On the sphere, to the rounding of its coordinates.
+fn on_sphere<M: Measure>(s: PointSample<M>, sphere: &Sphere) -> Check {
+    density(s.pdf)?;
+    if s.pdf.is_positive() {
+        // In radii: their squares need not be numbers.
+        let slack =
+            64.0 * f64::EPSILON * (sphere.center.abs().max_element() / sphere.radius.abs() + 1.0)
+                + 1e-323 / sphere.radius.abs();
+        let off = ((s.point - sphere.center) / sphere.radius).length() - 1.0;
+        prop_assert!(
+            s.point.is_finite() && off.abs() <= slack,
+            "{s:?} {sphere:?} {off}"
+        );
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(cases(4_000))]
+
+    #[test]
+    fn spheres(places in hostile_vectors::<3>(), radius in hostile(), n in hostile_direction(), u in [hostile_unit(), hostile_unit()]) {
+        let [center, x, q] = places.map(v);
+        let sphere = Sphere { center, radius };
+        prop_assert!(sphere.area() >= 0.0 && sphere.area().is_finite());
+        let normal = sphere.normal(q);
+        prop_assert!(normal == DVec3::ZERO || (normal.length() - 1.0).abs() <= 4.0 * f64::EPSILON);
+        for cap in [SphereCap::visible(&sphere, x), SphereCap::whole(&sphere)] {
+            let s = cap.sample(u);
+            on_sphere(s, &sphere)?;
+            density(cap.pdf(q))?;
+            numbers(cap.invert(q))?;
+            numbers(cap.invert(s.point))?;
+        }
+        let cone = SphereCone::new(&sphere, x);
+        prop_assert!(cone.solid_angle().is_nan() || (0.0..=2.0 * TAU).contains(&cone.solid_angle()), "{}", cone.solid_angle());
+        let s = cone.sample(u);
+        on_sphere(s, &sphere)?;
+        density(cone.pdf(q))?;
+        numbers(cone.invert(q))?;
+        numbers(cone.invert(s.point))?;
+        if let Some(projected) = SphereProjected::new(&sphere, x, v(n)) {
+            prop_assert!(projected.projected_solid_angle() > 0.0 && projected.projected_solid_angle().is_finite());
+            let s = projected.sample(u);
+            on_sphere(s, &sphere)?;
+            density(projected.pdf(q))?;
+            numbers(projected.invert(q))?;
+            numbers(projected.invert(s.point))?;
+        }
+    }
+
+    #[test]
+    fn disks(places in hostile_vectors::<3>(), radius in hostile(), n in hostile_direction(), u in [hostile_unit(), hostile_unit()]) {
+        let [center, x, q] = places.map(v);
+        let disk = Disk { center, normal: v(n), radius };
+        prop_assert!(disk.area() >= 0.0 && disk.area().is_finite());
+        let s = disk.sample(u);
+        density(s.pdf)?;
+        density(disk.pdf(q))?;
+        numbers(disk.invert(q))?;
+        let cone = DiskCone::new(&disk, x);
+        density(cone.sample(u).pdf)?;
+        density(cone.pdf(q))?;
+        for at in [q, s.point, cone.sample(u).point] {
+            numbers(cone.invert(at))?;
+            numbers(disk.invert(at))?;
+        }
+        // A normal as the disk's own domain wants it.
+        if (disk.normal.length() - 1.0).abs() <= 4.0 * f64::EPSILON {
+            for (point, drawn) in [(s.point, s.pdf.is_positive()), (cone.sample(u).point, cone.sample(u).pdf.is_positive())] {
+                let slack = 64.0 * f64::EPSILON * (center.abs().max_element() + radius.abs());
+                let off = point - center;
+                let inside = point.is_finite() && linelit_geometry::predicates::length(off) <= radius.abs() + slack && off.dot(disk.normal).abs() <= slack;
+                prop_assert!(inside || !drawn, "{point} {disk:?} from {x}");
+            }
+        }
+    }
+
+    /// Points in the plane of a disk to rounding, in it and outside.
+    #[test]
+    fn disks_edge_on(
+        center in hostile_vectors::<1>(), n in hostile_direction(), radius in 0.01..2.0f64, way in 0.0..4.0f64, turn in 0.0..7.0f64,
+        height in prop_oneof![Just(0.0), -1e-15..1e-15f64, (-320..-10_i32).prop_map(|e| 10f64.powi(e))],
+        u in [hostile_unit(), hostile_unit()],
+    ) {
+        let Some(normal) = linelit_geometry::predicates::normalize(v(n)) else {
+            return Ok(());
+        };
+        let center = v(center[0].map(|c| if c.abs() < 1e3 { c } else { 0.5 }));
+        let f = linelit_geometry::Frame::from_normal(normal);
+        let disk = Disk { center, normal, radius };
+        let x = center + (f.x * turn.cos() + f.y * turn.sin()) * way + normal * height;
+        let cone = DiskCone::new(&disk, x);
+        let s = cone.sample(u);
+        density(s.pdf)?;
+        if s.pdf.is_positive() {
+            // No cone is smaller than its width times what is left of its height.
+            prop_assert!((s.point - center).length() <= radius * (1.0 + 64.0 * f64::EPSILON) + 64.0 * f64::EPSILON * center.length());
+            let solid_angle = 1.0 / s.pdf.value();
+            prop_assert!(solid_angle <= TAU * 1.02, "{solid_angle}");
+            prop_assert!(cone.pdf(s.point).is_positive() || solid_angle < 1e-13, "{s:?}");
+        }
+    }
+
+    #[test]
+    fn linear_lights(
+        places in hostile_vectors::<3>(), n in hostile_direction(), u in hostile_unit(), t in hostile_unit(), tolerance in hostile(),
+        m in hostile_vectors::<3>(), values in prop::collection::vec(hostile(), 1..4),
+    ) {
+        let [p0, p1, x] = places.map(v);
+        let (light, n) = (Segment::new(p0, p1), v(n));
+        let sound = |s: &LinearSample| -> Check {
+            density(s.pdf)?;
+            if s.pdf.is_positive() {
+                share(s.t, 1.0)?;
+                prop_assert!(s.offset.is_finite() && s.direction.is_finite(), "{s:?}");
+            }
+            Ok(())
+        };
+        let set_up = LinearTechnique::ALL.map(|technique| (technique.name(), LinearSampler::new(technique, &light, x, n)));
+        let newton = ("tolerance", LinearSampler::newton_bisection(&light, x, n, tolerance));
+        for (name, sampler) in set_up.iter().chain([&newton]) {
+            let Some(sampler) = sampler else { continue };
+            sound(&sampler.sample(u)).map_err(|e| TestCaseError::fail(format!("{name}: {e}")))?;
+            let mut out = [LinearSample::default(); 3];
+            sampler.sample_into(&[u, t, 0.5], &mut out);
+            out.iter().try_for_each(sound)?;
+            density(sampler.pdf(t))?;
+            numbers(sampler.invert(t).map(|u| [u]))?;
+            prop_assert!(sampler.irradiance() >= 0.0 && sampler.irradiance().is_finite(), "{name}");
+            let _ = sampler.view();
+        }
+        let matrix = DMat3::from_cols(v(m[0]), v(m[1]), v(m[2]));
+        if let Some(ltc) = LtcSampler::new(&light, x, n, matrix) {
+            prop_assert!(ltc.integral() > 0.0 && ltc.integral().is_finite());
+            sound(&ltc.sample(u))?;
+            let mut out = [LinearSample::default(); 3];
+            ltc.sample_into(&[u, t, 0.5], &mut out);
+            out.iter().try_for_each(sound)?;
+            density(ltc.pdf(t))?;
+            numbers(ltc.invert(t).map(|u| [u]))?;
+        }
+        let magnitudes: Vec<f64> = values.iter().map(|x| if x.is_finite() { x.abs() } else { 0.0 }).collect();
+        let usable = values.iter().all(|x| x.is_finite() && *x >= 0.0) && values.iter().any(|x| *x > 0.0);
+        prop_assert_eq!(AlongProfile::new(&values).is_some(), usable);
+        if let Some(profile) = AlongProfile::new(&magnitudes) {
+            prop_assert!(magnitudes.contains(&profile.at(t)));
+            if let Some(line) = ProfiledLine::new(&light, x, n, &profile) {
+                prop_assert!(line.irradiance() > 0.0 && line.irradiance().is_finite());
+                sound(&line.sample(u))?;
+                density(line.pdf(t))?;
+                numbers(line.invert(t).map(|u| [u]))?;
+            }
+        }
+        share(across_lambert(p0, p1, tolerance), 1.0)?;
+    }
+
+    #[test]
+    fn kernels(p in hostile_vectors::<4>(), u in hostile_unit(), t in hostile_unit(), steps in 0..6_u32) {
+        kernel::<f64>(p, u, t, steps)?;
+        #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
+        let narrow = p.map(|p| p.map(|x| x as f32));
+        kernel::<f32>(narrow, f32::from_f64(u), f32::from_f64(t), steps)?;
+        // The printed algorithm promises nothing but to come back.
+        let [p0, p1, n, _] = narrow;
+        let _ = sample_as_printed(p0, p1, n, f32::from_f64(u));
+        if let Some(line) = AsPrinted::new(p0, p1, n) {
+            let _ = (line.projected_solid_angle(), line.sample(f32::from_f64(u)));
+        }
+    }
+
+    #[test]
+    fn plain_data(n in [hostile(), hostile(), hostile(), hostile()], places in hostile_vectors::<3>(), shape in polygon()) {
+        let p = shape.polygon;
+        let [a, b, c, d] = n;
+        let area = Pdf::<Area>::new(a);
+        density(area)?;
+        density(area.scaled(b))?;
+        density(area.to_solid_angle(b, c))?;
+        let solid = Pdf::<SolidAngle>::new(b);
+        density(solid.to_area(c, d))?;
+        density(solid.to_projected(c))?;
+        density(Pdf::<ProjectedSolidAngle>::new(a).to_solid_angle(b))?;
+        density(Pdf::<Offset>::new(a).joint(Pdf::<Length>::new(b)))?;
+        density(Pdf::<Length>::new(a).to_thin_solid_angle(b, c))?;
+        density(Pdf::<ThinSolidAngle>::new(a).to_length(b, c))?;
+        let [x, y, z] = places.map(v);
+        let one = Emission::one_sided(x);
+        let two = Emission { two_sided: true, ..one };
+        let _ = (one.towards(a), two.towards(a));
+        let disk = Disk { center: y, normal: z, radius: d };
+        let lights = [
+            Light::Area(AreaLight { polygon: p, emission: two }),
+            Light::Linear(LinearLight { segment: Segment::new(y, z), radiance_radius: x }),
+            Light::Sphere(SphereLight { sphere: Sphere { center: y, radius: d }, radiance: x }),
+            Light::Disk(DiskLight { disk, emission: one }),
+        ];
+        for light in lights {
+            prop_assert!(light.power() >= 0.0 && light.power().is_finite(), "{light:?}");
+        }
+        let _ = AreaLight { polygon: p, emission: one }.faces(y);
+    }
+}
+
+/// The kernels of lines and triangles in either precision.
+fn kernel<T: Real>([p0, p1, n, _]: [[T; 3]; 4], u: T, t: T, steps: u32) -> Check {
+    let finite = |x: T| x.to_f64().is_finite();
+    let not_negative = |x: T| finite(x) && x >= T::ZERO;
+    let unit = |x: T| not_negative(x) && x <= T::ONE;
+    let omega = triangle_solid_angle([p0, p1, n]);
+    prop_assert!(
+        not_negative(omega) && omega.to_f64() <= TAU * (1.0 + 1e-6),
+        "{omega:?}"
+    );
+    let place = |a: &ArcPoint<T>| {
+        unit(a.lambda) && unit(a.rest) && a.direction.into_iter().chain(a.point).all(finite)
+    };
+    let edge = [0, 1, 2].map(|k| p1[k] - p0[k]);
+    let views = [
+        LineView::new(p0, p1),
+        LineView::clipped(p0, p1, n),
+        LineView::with_edge(p0, p1, edge, Some(n)),
+        LineView::with_edge(p0, p1, n, None),
+    ];
+    for (k, view) in views.iter().enumerate() {
+        let Some(view) = view else { continue };
+        let (a, b) = view.ends();
+        prop_assert!(a.into_iter().chain(b).all(finite));
+        prop_assert!(view.range().into_iter().all(unit) || k == 3);
+        prop_assert!(not_negative(view.line_distance()) && not_negative(view.length()));
+        prop_assert!(not_negative(view.angle()) && view.angle().to_f64() <= PI * (1.0 + 1e-6));
+        prop_assert!(not_negative(view.solid_angle()), "{:?}", view.solid_angle());
+        prop_assert!(not_negative(view.distance(t)) && view.at(t).into_iter().all(finite));
+        prop_assert!(unit(view.whole_fraction(t)) || k == 3);
+        prop_assert!(view.clipped_fraction(t).is_none_or(unit));
+        prop_assert!(
+            unit(view.invert_solid_angle(t)),
+            "{:?}",
+            view.invert_solid_angle(t)
+        );
+        prop_assert!(
+            place(&view.sample_solid_angle(u)),
+            "{view:?} {:?}",
+            view.sample_solid_angle(u)
+        );
+        let _ = (view.cosine(t), view.is_short());
+        if let Some(line) = ProjectedLine::of(*view) {
+            prop_assert!(not_negative(line.projected_solid_angle()));
+        }
+    }
+    if let Some(line) = ProjectedLine::new(p0, p1, n) {
+        prop_assert!(place(&line.sample(u)), "{:?}", line.sample(u));
+        prop_assert!(place(&line.sample_coarse(u)), "{:?}", line.sample_coarse(u));
+        prop_assert!(not_negative(line.angle_steps(u, steps)));
+        prop_assert!(
+            unit(line.cdf(t)) && unit(line.invert(t)) && unit(line.invert_fractions(t, u))
+        );
+        prop_assert!(not_negative(line.pdf(t)), "{:?}", line.pdf(t));
+        let _ = line.view();
+    }
+    Ok(())
+}
