@@ -1,6 +1,7 @@
 //! Generalised cosine lobes (Lafortune): sums of them stand for glossy, retro-reflective and
 //! off-specular surfaces, and each is a Phong integral about a stretched axis.
 
+use crate::exact::settled;
 use crate::{phong, phong_polygon};
 use linelit_geometry::{DVec3, Frame};
 
@@ -36,7 +37,7 @@ impl CosineLobe {
         }
         let cosine = self.axis(frame, wo).dot(wi);
         if cosine > 0.0 {
-            self.weight * cosine.powf(self.exponent)
+            settled(self.weight * cosine.powf(self.exponent))
         } else {
             DVec3::ZERO
         }
@@ -47,20 +48,22 @@ impl CosineLobe {
     /// **Error**: as [`phong::ribbon`], to which it is a call.
     #[must_use]
     pub fn ribbon(&self, frame: &Frame, wo: DVec3, p0: DVec3, p1: DVec3) -> DVec3 {
-        self.weight * phong::ribbon(p0, p1, frame.z, self.axis(frame, wo), self.exponent)
+        let axis = self.axis(frame, wo);
+        settled(self.weight * phong::ribbon(p0, p1, frame.z, axis, self.exponent))
     }
 
     /// The radiance of a thin cylinder, for each unit of radiance × radius, 1/length.
     #[must_use]
     pub fn cylinder(&self, frame: &Frame, wo: DVec3, p0: DVec3, p1: DVec3) -> DVec3 {
-        self.weight * phong::cylinder(p0, p1, frame.z, self.axis(frame, wo), self.exponent)
+        let axis = self.axis(frame, wo);
+        settled(self.weight * phong::cylinder(p0, p1, frame.z, axis, self.exponent))
     }
 
     /// The radiance of a polygon, for each unit of radiance.
     #[must_use]
     pub fn polygon(&self, frame: &Frame, wo: DVec3, vertices: &[DVec3]) -> DVec3 {
         let axis = self.axis(frame, wo);
-        self.weight * phong_polygon::irradiance(vertices, frame.z, axis, self.exponent)
+        settled(self.weight * phong_polygon::irradiance(vertices, frame.z, axis, self.exponent))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Dot and cross products that pay for exactness only where it is needed.
 
+use crate::span::power_of_two_unit;
 use linelit_geometry::{DVec3, predicates};
 
 /// a·b, accurate relative to itself (8 ε): plain where the terms do not cancel, in twice the
@@ -38,6 +39,44 @@ pub(crate) fn area_vector(a: DVec3, b: DVec3) -> DVec3 {
     }
 }
 
+/// |v|, also where the squares of its components are beyond the range of numbers; zero for what is no
+/// number.
+#[inline(always)]
+pub(crate) fn length(v: DVec3) -> f64 {
+    let length = v.length();
+    if length > 1e-140 && length < 1e140 {
+        length
+    } else {
+        extreme_length(v)
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn extreme_length(v: DVec3) -> f64 {
+    power_of_two_unit(v.abs().max_element()).map_or(0.0, |unit| settle((v * unit).length() / unit))
+}
+
+/// v/|v|, also where the squares of its components are beyond the range of numbers; zero for zero and
+/// for what is no number.
+#[inline(always)]
+pub(crate) fn direction(v: DVec3) -> DVec3 {
+    let square = v.length_squared();
+    if square > 1e-280 && square < 1e280 {
+        v.normalize_or_zero()
+    } else {
+        extreme_direction(v)
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn extreme_direction(v: DVec3) -> DVec3 {
+    power_of_two_unit(v.abs().max_element())
+        .filter(|_| v.is_finite())
+        .map_or(DVec3::ZERO, |unit| (v * unit).normalize_or_zero())
+}
+
 /// a·b − c·d as an unevaluated sum of two numbers, to 2 ε² of its terms.
 #[inline]
 fn wide_difference(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
@@ -45,6 +84,33 @@ fn wide_difference(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
     let (q, eq) = predicates::two_product(c, d);
     let (s, es) = predicates::two_sum(p, -q);
     predicates::two_sum(s, es + (ep - eq))
+}
+
+/// a·b as an unevaluated sum of two numbers, to 10 ε² of its terms.
+fn wide_dot(a: DVec3, b: DVec3) -> (f64, f64) {
+    let (p0, e0) = predicates::two_product(a.x, b.x);
+    let (p1, e1) = predicates::two_product(a.y, b.y);
+    let (p2, e2) = predicates::two_product(a.z, b.z);
+    let (s1, r1) = predicates::two_sum(p0, p1);
+    let (s2, r2) = predicates::two_sum(s1, p2);
+    predicates::two_sum(s2, ((e0 + e1) + e2) + (r1 + r2))
+}
+
+/// k·q at the point q of the line through a and b where m·q = 0, for m·a and m·b of unlike sign:
+/// (k·a m·b − k·b m·a)/(m·b − m·a), in twice the working precision.
+///
+/// Where k·a and k·b are of unlike sign too, that is a difference of numbers that may agree in all
+/// their digits: 3 ε of the result, plus 50 ε² of |k||a||b|/(|a| + |b|).
+#[cold]
+#[inline(never)]
+pub(crate) fn value_at_crossing(k: DVec3, m: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let [ka, kb] = [wide_dot(k, a), wide_dot(k, b)];
+    let [ma, mb] = [wide_dot(m, a), wide_dot(m, b)];
+    let (p, ep) = predicates::two_product(ka.0, mb.0);
+    let (q, eq) = predicates::two_product(kb.0, ma.0);
+    let (s, es) = predicates::two_sum(p, -q);
+    let low = (ep - eq) + ((ka.0 * mb.1 + ka.1 * mb.0) - (kb.0 * ma.1 + kb.1 * ma.0));
+    (s + (es + low)) / (mb.0 - ma.0)
 }
 
 /// a × b as an unevaluated sum of two vectors.
@@ -91,4 +157,20 @@ fn wide_step(a: DVec3, b: DVec3) -> (DVec3, DVec3) {
 )]
 pub(crate) fn settle(value: f64) -> f64 {
     value.max(0.0).min(f64::MAX)
+}
+
+/// [`settle`] by component.
+#[inline(always)]
+pub(crate) fn settled(value: DVec3) -> DVec3 {
+    DVec3::new(settle(value.x), settle(value.y), settle(value.z))
+}
+
+/// Into [0, 1], NaN becoming 0.
+#[inline(always)]
+#[allow(
+    clippy::manual_clamp,
+    reason = "clamp would let NaN through; max replaces it by zero"
+)]
+pub(crate) fn fraction(value: f64) -> f64 {
+    value.max(0.0).min(1.0)
 }

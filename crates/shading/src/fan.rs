@@ -1,6 +1,6 @@
 //! The plane fan of directions from the shading point to a segment, clipped to several half-spaces.
 
-use crate::exact::{area_vector, dot};
+use crate::exact::{area_vector, direction, dot, length, value_at_crossing};
 use crate::horizon::crossing;
 use crate::span::power_of_two_unit;
 use linelit_geometry::{DVec3, predicates};
@@ -61,7 +61,7 @@ impl<const N: usize> Fan<N> {
                 value[end] = if value[0] * value[1] >= 0.0 {
                     value[0] * (c1 / span) + value[1] * (-c0 / span)
                 } else {
-                    dot(vectors[j], q)
+                    value_at_crossing(vectors[j], *k, whole[0], whole[1])
                 };
             }
             values[i][end] = 0.0;
@@ -77,15 +77,15 @@ impl<const N: usize> Fan<N> {
         unit: f64,
     ) -> Option<Self> {
         let radii = [ends[0].length(), ends[1].length()];
-        let length = (whole[1] - whole[0]).length() * fraction;
+        let span = length(whole[1] - whole[0]) * fraction;
         let product = radii[0] * radii[1];
-        if !(product > 0.0 && length > 0.0) {
+        if !(product > 0.0 && span > 0.0) {
             return None;
         }
         let area = area_vector(whole[0], whole[1]);
-        let sine = (area.length() * fraction / product).min(1.0);
+        let sine = (length(area) * fraction / product).min(1.0);
         let angle = sine.atan2((ends[0].dot(ends[1]) / product).clamp(-1.0, 1.0));
-        let normal = area.normalize_or_zero();
+        let normal = direction(area);
         if sine <= 0.0 && angle > 1.0 {
             return None;
         }
@@ -93,7 +93,7 @@ impl<const N: usize> Fan<N> {
             ends,
             radii,
             values,
-            length,
+            length: span,
             normal,
             sine,
             angle,

@@ -18,7 +18,8 @@ pub struct ClippedSegment {
     pub fraction: f64,
 }
 
-/// Clips the segment to the half-space `k·p ≥ 0`; `None` where nothing of it has `k·p > 0`.
+/// Clips the segment to the half-space `k·p ≥ 0`; `None` where nothing of it has `k·p > 0`, and for
+/// what is beyond the range of numbers.
 ///
 /// **Formula**: with `c = k·p` at the ends, the crossing is `Q = (p0 c1 − p1 c0)/(c1 − c0)`. Where
 /// the line passes so near the shading point that this cancels, it is
@@ -32,7 +33,7 @@ pub struct ClippedSegment {
 #[must_use]
 pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {
     let (c0, c1) = (dot(k, p0), dot(k, p1));
-    if c0 >= 0.0 && c1 >= 0.0 && c0 + c1 > 0.0 {
+    if c0 >= 0.0 && c1 >= 0.0 && c0 + c1 > 0.0 && c0 + c1 < f64::INFINITY {
         return Some(ClippedSegment {
             p0,
             p1,
@@ -52,6 +53,9 @@ fn cut(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> Option<ClippedSegmen
     let q = crossing(p0, p1, k, c0, c1);
     // The signs differ, so this difference adds magnitudes.
     let span = c1 - c0;
+    if !(q.is_finite() && span.is_finite()) || (c0 >= 0.0 && c1 >= 0.0) {
+        return None;
+    }
     Some(if c0 < 0.0 {
         ClippedSegment {
             p0: q,

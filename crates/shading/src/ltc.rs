@@ -13,6 +13,7 @@
 //!
 //! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq. 5.
 
+use crate::exact::{fraction, settle};
 use crate::ltc_table::{SIZE, TABLE};
 use crate::{cylinder, horizon, polygon};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
@@ -49,12 +50,13 @@ impl Ltc {
     }
 
     /// The density of the lobe in a unit direction of the local frame, per solid angle; it
-    /// integrates to one over the sphere. Times the albedo it stands for f cos.
+    /// integrates to one over the sphere. Times the albedo it stands for f cos. Zero for a map without
+    /// an inverse.
     #[must_use]
     pub fn density(&self, w: DVec3) -> f64 {
         let c = self.to_cosine * w;
         let r2 = c.length_squared();
-        (c.z.max(0.0) / (r2 * r2)) * self.to_cosine.determinant().abs() / PI
+        settle((c.z.max(0.0) / (r2 * r2)) * self.to_cosine.determinant().abs() / PI)
     }
 
     /// The radiance reflected for each unit of radiance of a polygon (vertices relative to the
@@ -69,7 +71,7 @@ impl Ltc {
         for v in &mut mapped[..count] {
             *v = self.to_cosine * frame.to_local(*v);
         }
-        self.albedo / PI * polygon::irradiance(&mapped[..count], DVec3::Z)
+        settle(self.albedo / PI * polygon::irradiance(&mapped[..count], DVec3::Z))
     }
 
     /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length.
@@ -84,11 +86,11 @@ impl Ltc {
         let local = |p: DVec3| frame.to_local(p);
         let side = local(crate::exact::area_vector(p0, p1)).normalize_or_zero();
         let width = (self.to_world.transpose() * side).length();
-        if width <= 0.0 {
+        if !(width > 0.0) {
             return 0.0;
         }
         let [a, b] = [clipped.p0, clipped.p1].map(|p| self.to_cosine * local(p));
-        self.albedo / PI * cylinder::irradiance(a, b, DVec3::Z) / width
+        settle(self.albedo / PI * cylinder::irradiance(a, b, DVec3::Z) / width)
     }
 }
 
@@ -115,7 +117,7 @@ impl GgxLobes {
     /// ```
     #[must_use]
     pub fn new(roughness: f64, cosine: f64, f0: f64) -> Self {
-        let row = lookup(roughness, cosine);
+        let (row, f0) = (lookup(roughness, cosine), fraction(f0));
         let lobe = |entries: &[f64], albedo: f64| {
             let to_world = DMat3::from_cols(
                 DVec3::new(entries[0], 0.0, entries[1]),
@@ -147,20 +149,20 @@ impl GgxLobes {
     /// What stands for f cos, 1/sr, in a unit direction of the local frame.
     #[must_use]
     pub fn value(&self, w: DVec3) -> f64 {
-        self.lobes.iter().map(|l| l.albedo * l.density(w)).sum()
+        settle(self.lobes.iter().map(|l| l.albedo * l.density(w)).sum())
     }
 
     /// The radiance reflected for each unit of radiance of a polygon; see [`Ltc::polygon`].
     #[must_use]
     pub fn polygon(&self, frame: &Frame, vertices: &[DVec3]) -> f64 {
-        self.lobes.iter().map(|l| l.polygon(frame, vertices)).sum()
+        settle(self.lobes.iter().map(|l| l.polygon(frame, vertices)).sum())
     }
 
     /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length; see
     /// [`Ltc::line`].
     #[must_use]
     pub fn line(&self, frame: &Frame, p0: DVec3, p1: DVec3) -> f64 {
-        self.lobes.iter().map(|l| l.line(frame, p0, p1)).sum()
+        settle(self.lobes.iter().map(|l| l.line(frame, p0, p1)).sum())
     }
 }
 
@@ -169,7 +171,7 @@ impl GgxLobes {
 fn lookup(roughness: f64, cosine: f64) -> [f64; 10] {
     let cells = f64::from(u16::try_from(SIZE - 1).unwrap_or(1));
     let place = |x: f64| {
-        let x = x.clamp(0.0, 1.0) * cells;
+        let x = fraction(x) * cells;
         let cell = x.floor().min(cells - 1.0);
         #[allow(
             clippy::cast_possible_truncation,
@@ -180,7 +182,7 @@ fn lookup(roughness: f64, cosine: f64) -> [f64; 10] {
         (index, x - cell)
     };
     let (i, s) = place((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS));
-    let (j, t) = place((1.0 - cosine.clamp(0.0, 1.0)).sqrt());
+    let (j, t) = place((1.0 - fraction(cosine)).sqrt());
     let at = |i: usize, j: usize, k: usize| f64::from(TABLE[i * SIZE + j][k]);
     std::array::from_fn(|k| {
         (at(i, j, k) * (1.0 - t) + at(i, j + 1, k) * t) * (1.0 - s)

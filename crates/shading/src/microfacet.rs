@@ -9,6 +9,7 @@
 //! masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy & Benyoub
 //! 2023 (a spherical cap); Schlick 1994.
 
+use crate::exact::{fraction, settle, settled};
 use linelit_geometry::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -39,10 +40,10 @@ pub struct DirectionSample {
     pub pdf: f64,
 }
 
-/// (1 − c)⁵, Schlick's interpolation between F0 and one.
+/// (1 − c)⁵, Schlick's interpolation between F0 and one; 0 for NaN.
 #[must_use]
 pub fn schlick(cosine: f64) -> f64 {
-    let m = (1.0 - cosine).clamp(0.0, 1.0);
+    let m = fraction(1.0 - cosine);
     let m2 = m * m;
     m2 * m2 * m
 }
@@ -97,7 +98,7 @@ impl TrowbridgeReitz {
         let [a, b] = self.alpha;
         let (x, y) = (h.x / a, h.y / b);
         let e = x * x + y * y + h.z * h.z;
-        1.0 / (PI * a * b * e * e)
+        settle(1.0 / (PI * a * b * e * e))
     }
 
     /// cos √(1 + α² tan²) = √(cos² + (αx wx)² + (αy wy)²): Smith's Λ is (this/cos − 1)/2.
@@ -117,7 +118,7 @@ impl TrowbridgeReitz {
     pub fn reflection(&self, h: DVec3, wi: DVec3, wo: DVec3) -> f64 {
         let below = 2.0 * (wo.z * self.reach(wi) + wi.z * self.reach(wo));
         if below > 0.0 {
-            self.density(h) / below
+            settle(self.density(h) / below)
         } else {
             0.0
         }
@@ -130,7 +131,7 @@ impl TrowbridgeReitz {
         let Some(h) = half(wi, wo) else {
             return 0.0;
         };
-        self.density(h) / (2.0 * (wo.z + self.reach(wo)))
+        settle(self.density(h) / (2.0 * (wo.z + self.reach(wo))))
     }
 
     /// Draws ω_i by reflecting ω_o at a visible normal; `None` where it falls below the surface (the
@@ -149,7 +150,7 @@ impl TrowbridgeReitz {
         let cap = DVec3::new(radius * c, radius * s, z) + stretched;
         let h = DVec3::new(a * cap.x, b * cap.y, cap.z.max(0.0)).try_normalize()?;
         let wi = (h * (2.0 * h.dot(wo)) - wo).try_normalize()?;
-        (wi.z > 0.0).then_some(wi)
+        (wi.z > 0.0 && wi.is_finite()).then_some(wi)
     }
 }
 
@@ -165,7 +166,7 @@ impl Ggx {
             return DVec3::ZERO;
         };
         let rise = schlick(wi.dot(h));
-        (self.f0 + (DVec3::ONE - self.f0) * rise) * self.facets().reflection(h, wi, wo)
+        settled((self.f0 + (DVec3::ONE - self.f0) * rise) * self.facets().reflection(h, wi, wo))
     }
 
     /// The density of [`sample`](Self::sample): D_visible(h)/(4 ω_o·h), per solid angle.

@@ -7,7 +7,8 @@
 //! f = c max(0, ω·(C ω_o))ᵏ is the same integral with the axis C ω_o, whose length is free.
 //!
 //! Symbols: n shading normal, R lobe axis, k its exponent, any real number ≥ 0; the rest as in
-//! [`ribbon`](crate::ribbon).
+//! [`ribbon`](crate::ribbon). max(0, x)⁰ is one for x > 0 and zero elsewhere, the limit for k → 0: a
+//! lobe without exponent ends where all others do.
 //!
 //! **Method** of all integrals here: over the angle along the line, with t = tan(x/2) as variable
 //! counted from the direction in which the lobe is highest, two panels of 24 Gauss–Legendre nodes,
@@ -15,7 +16,7 @@
 //! formed as exp(−2k atanh q) with q = t(t + τ)/(1 − τt), relative to the peak, whose own logarithm
 //! comes from what is missing from one; hence the error does not grow like ε k.
 //!
-//! **Domain**: any finite input; a line through the shading point gives 0.
+//! **Domain**: any input; a line through the shading point gives 0, and so does what is not finite.
 //!
 //! **Error**: below 1e-11 relative at any exponent from 0 to 1e5, also deep in the tails, down to
 //! results of 1e-280 (`docs/accuracy.md`).
@@ -35,7 +36,7 @@ use std::f64::consts::PI;
 /// (k + 2)/(2π), the factor of the modified Phong BRDF.
 #[must_use]
 pub fn normalisation(k: f64) -> f64 {
-    (k + 2.0) / (2.0 * PI)
+    settle((k + 2.0) / (2.0 * PI))
 }
 
 /// `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon, 1/length².
@@ -47,7 +48,7 @@ pub fn normalisation(k: f64) -> f64 {
 /// use linelit_geometry::DVec3;
 /// use linelit_shading::{phong, ribbon};
 /// let (p0, p1) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0));
-/// let diffuse = phong::ribbon(p0, p1, DVec3::Z, DVec3::Z, 0.0); // exponent 0: no lobe
+/// let diffuse = phong::ribbon(p0, p1, DVec3::Z, DVec3::Z, 0.0); // exponent 0
 /// assert!((diffuse / ribbon::irradiance(p0, p1, DVec3::Z) - 1.0).abs() < 1e-14);
 /// ```
 #[inline]
@@ -63,7 +64,7 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 #[inline(never)]
 fn ribbon_carefully(points: [Point; 4], k: f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let Some(fan) = Fan::new(p0, p1, &[n, axis]) else {
+    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
     };
     // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
@@ -86,7 +87,7 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 #[inline(never)]
 fn cylinder_carefully(points: [Point; 4], k: f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let Some(fan) = Fan::new(p0, p1, &[n, axis]) else {
+    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
     };
     let fan = fan.with_constant();
@@ -109,7 +110,7 @@ pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
 #[inline(never)]
 fn point_line_carefully(points: [Point; 4], k: f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let Some(fan) = Fan::new(p0, p1, &[n, axis]) else {
+    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
     };
     settle(integrate(&fan, axis, k) * fan.unit)
@@ -119,7 +120,7 @@ fn point_line_carefully(points: [Point; 4], k: f64) -> f64 {
 /// emission falls with the cosine to m, which need not be perpendicular to the line.
 #[must_use]
 pub fn half_space(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, axis: DVec3, k: f64) -> f64 {
-    let Some(fan) = Fan::new(p0, p1, &[n, m, axis]) else {
+    let Some(fan) = Fan::new(p0, p1, &[n, m, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
     };
     settle(integrate(&fan, axis, k) * fan.unit)

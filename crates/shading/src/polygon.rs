@@ -1,6 +1,6 @@
 //! A convex polygon, seen by a diffuse surface.
 
-use crate::exact::{area_vector, dot, settle};
+use crate::exact::{area_vector, direction, dot, length, settle};
 use crate::horizon::crossing;
 use crate::phong_polygon::triangles;
 use crate::span::power_of_two_unit;
@@ -13,6 +13,11 @@ const CHUNK: usize = ConvexPolygon::CAPACITY;
 const CAPACITY: usize = CHUNK + 2;
 /// A sum of less than this share of its terms' magnitudes has lost too many digits.
 const CANCELLED: f64 = 2e-3;
+/// Cosine of an edge's angle (179.7°) from where on cut ends do not know in which plane it is: over the
+/// light, from within its plane to rounding, they cannot even tell the way round.
+const NEARLY_STRAIGHT: f64 = -0.99999;
+/// No cosine is below: ends as they were given do know.
+const ANY: f64 = -2.0;
 
 /// `∫ max(0, n·ω) dω` over the polygon: the irradiance for each unit of radiance (times k_d/π, the
 /// radiance reflected by a diffuse surface).
@@ -55,7 +60,8 @@ const CANCELLED: f64 = 2e-3;
 /// ```
 #[must_use]
 pub fn irradiance(vertices: &[DVec3], n: DVec3) -> f64 {
-    settle(signed(vertices, n).abs())
+    // Of all directions above the horizon it is π; the last digit is rounding's.
+    settle(signed(vertices, n).abs()).min(PI * n.length())
 }
 
 /// [`irradiance`] with a sign: positive where the vertices are counter-clockwise seen from the
@@ -161,8 +167,9 @@ fn plain(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
     // Cut corners are rounded.
     let clipped_off = count != vertices.len() || clipped[..count] != *vertices;
     let (mut sum, mut size) = (0.0, if clipped_off { n.length() } else { 0.0 });
+    let straight = if clipped_off { NEARLY_STRAIGHT } else { ANY };
     for &v in &clipped[..count] {
-        let [value, error] = term(last, v, n);
+        let [value, error] = term(last, v, n, straight);
         sum += value;
         size += error;
         last = v;
@@ -176,14 +183,32 @@ fn plain(vertices: &[DVec3], n: DVec3) -> [f64; 2] {
 ///
 /// **Domain**: a and b relative to the shading point, not opposite each other; equal points and
 /// the shading point itself give 0. **Error**: 1e-15 of the angle Θ, so that a region that fills a
-/// small angle s loses ε/s relative to itself; [`irradiance`] does not.
+/// small angle s loses ε/s relative to itself; [`irradiance`] does not. Points that are not finite
+/// give 0.
 #[must_use]
 pub fn edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
-    term(a, b, n)[0]
+    let near = |p: DVec3| (1e-70..1e70).contains(&p.abs().max_element()) && p.is_finite();
+    if near(a) && near(b) && near(n) {
+        term(a, b, n, ANY)[0]
+    } else {
+        extreme_edge(a, b, n)
+    }
 }
 
-/// [`edge`], and what its rounding is relative to.
-fn term(a: DVec3, b: DVec3, n: DVec3) -> [f64; 2] {
+/// [`edge`] where products of lengths may be beyond the range: only directions matter.
+#[cold]
+fn extreme_edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
+    let size = n.abs().max_element();
+    let (a, b, unit) = (direction(a), direction(b), power_of_two_unit(size));
+    let Some(unit) = unit.filter(|_| n.is_finite()) else {
+        return 0.0;
+    };
+    (term(a, b, n * unit, ANY)[0] / unit).clamp(-f64::MAX, f64::MAX)
+}
+
+/// [`edge`], and what its rounding is relative to: infinite for a cosine of its angle below `straight`.
+#[inline]
+fn term(a: DVec3, b: DVec3, n: DVec3, straight: f64) -> [f64; 2] {
     let product = a.length() * b.length();
     if product <= 0.0 {
         return [0.0; 2];
@@ -191,9 +216,11 @@ fn term(a: DVec3, b: DVec3, n: DVec3) -> [f64; 2] {
     let cos = (a.dot(b) / product).clamp(-1.0, 1.0);
     let (x, factor) = if cos >= 0.0 {
         (predicates::cross(a, b), arc(cos))
+    } else if cos < straight {
+        return [0.0, f64::INFINITY];
     } else {
         let x = area_vector(a, b);
-        let sine = (x.length() / product).min(1.0);
+        let sine = (length(x) / product).min(1.0);
         if sine <= 0.0 {
             return [0.0; 2];
         }

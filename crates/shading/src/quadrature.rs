@@ -1,6 +1,7 @@
 //! Any reflection along a line: adaptive Gauss–Legendre quadrature with an error estimate, for what
 //! has no closed form.
 
+use crate::exact::settle;
 use crate::fan::Fan;
 use linelit_geometry::DVec3;
 
@@ -31,7 +32,8 @@ const STACK: usize = 48;
 ///
 /// **Error**: `tolerance` relative to the largest component of the integral of |f|, for integrands
 /// that the rule resolves somewhere (a peak that no node sees stays unseen); at most `budget`
-/// evaluations, after which the estimate is returned as it is, with its error.
+/// evaluations, after which the estimate is returned as it is, with its error. Nothing for ends that
+/// are not finite.
 ///
 /// ```
 /// use linelit_geometry::DVec3;
@@ -41,8 +43,11 @@ const STACK: usize = 48;
 /// ```
 #[must_use]
 pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget: u32) -> Estimate {
+    if !(a.is_finite() && b.is_finite()) {
+        return Estimate::default();
+    }
     let rule = |lo: f64, hi: f64| {
-        let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
+        let (middle, half) = (0.5 * lo + 0.5 * hi, 0.5 * hi - 0.5 * lo);
         let mut sum = DVec3::ZERO;
         for (x, w) in HALF_RULE {
             sum += (f(middle - half * x) + f(middle + half * x)) * w;
@@ -60,7 +65,7 @@ pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget
     while waiting > 0 {
         waiting -= 1;
         let (lo, hi, whole) = stack[waiting];
-        let middle = 0.5 * (lo + hi);
+        let middle = 0.5 * lo + 0.5 * hi;
         let (left, right) = (rule(lo, middle), rule(middle, hi));
         estimate.evaluations += 20;
         let both = left + right;
@@ -68,7 +73,7 @@ pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget
         let difference = (both - whole).abs().max_element();
         // An interval may err in proportion to the square root of its length: errors of different
         // intervals seldom add up.
-        let share = ((hi - lo) / (b - a)).abs().sqrt();
+        let share = ((0.5 * hi - 0.5 * lo) / (0.5 * b - 0.5 * a)).abs().sqrt();
         let done = difference <= tolerance * size * share
             || waiting + 2 > STACK
             || estimate.evaluations >= budget;
@@ -81,7 +86,36 @@ pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget
             waiting += 2;
         }
     }
-    estimate
+    estimate.scaled(1.0)
+}
+
+impl Estimate {
+    /// Times a number that is not negative; what is beyond the range of `f64` becomes its bounds.
+    fn scaled(self, factor: f64) -> Self {
+        let times = |x: f64| {
+            let product = if x == 0.0 { 0.0 } else { x * factor };
+            if product.is_infinite() {
+                f64::MAX.copysign(product)
+            } else {
+                product
+            }
+        };
+        // Of an infinite sum nothing is known.
+        let error = if self.error.is_nan() {
+            f64::MAX
+        } else {
+            times(self.error)
+        };
+        Self {
+            value: DVec3::new(
+                times(self.value.x),
+                times(self.value.y),
+                times(self.value.z),
+            ),
+            error,
+            ..self
+        }
+    }
 }
 
 /// Which line of light is integrated over; see [`cylinder`](crate::cylinder) for the three.
@@ -120,12 +154,14 @@ pub fn line(
     tolerance: f64,
     budget: u32,
 ) -> Estimate {
-    let Some(fan) = Fan::new(p0, p1, &[n]) else {
+    let finite = p0.is_finite() && p1.is_finite() && n.is_finite();
+    let Some(fan) = Fan::new(p0, p1, &[n]).filter(|_| finite) else {
         return Estimate::default();
     };
     let cosines = [fan.cosine(0, 0), fan.cosine(0, 1)];
     let closeness = [1.0 / fan.radii[0], 1.0 / fan.radii[1]];
     let start = fan.ends[0] / fan.radii[0];
+    let units = if model == Model::Ribbon { 2 } else { 1 };
     if fan.sine <= 0.0 {
         let inverse = if model == Model::Ribbon {
             0.5 * (closeness[0] + closeness[1])
@@ -135,19 +171,19 @@ pub fn line(
         let factor = if model == Model::Cylinder {
             0.0
         } else {
-            fan.reach() * cosines[0] * inverse
+            settle(fan.reach() * cosines[0] * inverse)
         };
-        return Estimate {
+        let flat = Estimate {
             value: f(start) * factor,
             error: 0.0,
             evaluations: 1,
         };
+        return (0..units).fold(flat, |estimate, _| estimate.scaled(fan.unit));
     }
     let tangent = fan.normal.cross(start);
-    let (factor, units) = match model {
-        Model::Ribbon => (fan.reach() / fan.sine, 2),
-        Model::Cylinder => (2.0, 1),
-        Model::PointLine => (fan.reach() / fan.sine, 1),
+    let factor = match model {
+        Model::Cylinder => 2.0,
+        Model::Ribbon | Model::PointLine => settle(fan.reach() / fan.sine),
     };
     let along = |v: f64| {
         let (s, c) = v.sin_cos();
@@ -156,11 +192,9 @@ pub fn line(
         } else {
             fan.cosine_at(closeness, v)
         };
-        f(start * c + tangent * s) * (fan.cosine_at(cosines, v) * emitted)
+        f(start * c + tangent * s) * settle(fan.cosine_at(cosines, v) * emitted)
     };
-    let mut estimate = adaptive(along, 0.0, fan.angle, tolerance, budget);
-    let factor = factor * fan.unit.powi(units);
-    estimate.value *= factor;
-    estimate.error *= factor;
-    estimate
+    let estimate = adaptive(along, 0.0, fan.angle, tolerance, budget).scaled(factor);
+    // One after the other: their product may be beyond the range, and the result within.
+    (0..units).fold(estimate, |estimate, _| estimate.scaled(fan.unit))
 }

@@ -91,10 +91,10 @@ pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
         p1
     };
     let height = -dot(m, near);
-    match sides {
-        Sides::One => height.max(0.0),
+    settle(match sides {
+        Sides::One => height,
         Sides::Both => height.abs(),
-    }
+    })
 }
 
 /// The radiance that a diffuse surface of albedo k_d reflects, for each unit of the ribbon's
@@ -112,7 +112,7 @@ pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
 pub fn reflected(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, sides: Sides, albedo: f64) -> f64 {
     let height = emitter(p0, p1, m, sides);
     if height > 0.0 {
-        albedo * std::f64::consts::FRAC_1_PI * height * irradiance(p0, p1, n)
+        settle(albedo * std::f64::consts::FRAC_1_PI * height * irradiance(p0, p1, n))
     } else {
         0.0
     }

@@ -1,6 +1,6 @@
 //! Solid angles: of triangles, rectangles, convex polygons and spheres.
 
-use crate::exact::{determinant, dot, settle};
+use crate::exact::{determinant, dot, length, settle};
 use crate::span::power_of_two_unit;
 use linelit_geometry::{DVec3, predicates};
 use std::f64::consts::PI;
@@ -27,7 +27,20 @@ pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let Some(unit) = power_of_two_unit(largest) else {
         return 0.0;
     };
-    settle(signed(a * unit, b * unit, c * unit).abs())
+    settle(scaled([a * unit, b * unit, c * unit]).abs())
+}
+
+/// [`signed`] of corners near one in magnitude, some of which may be as near to the shading point as
+/// numbers go: their distance does not matter, and products of three would be below the range.
+fn scaled(corners: [DVec3; 3]) -> f64 {
+    let sizes = corners.map(|p| p.abs().max_element());
+    let [a, b, c] = if sizes.iter().all(|s| *s > 1e-90) {
+        corners
+    } else {
+        let near = |i: usize| corners[i] * power_of_two_unit(sizes[i]).unwrap_or(0.0);
+        [near(0), near(1), near(2)]
+    };
+    signed(a, b, c)
 }
 
 /// The solid angle of a convex polygon, 0 to 2π sr, either way round; vertices relative to the
@@ -43,7 +56,7 @@ pub fn polygon(vertices: &[DVec3]) -> f64 {
     let Some(unit) = power_of_two_unit(largest) else {
         return 0.0;
     };
-    let fan = |pair: &[DVec3]| signed(vertices[0] * unit, pair[0] * unit, pair[1] * unit);
+    let fan = |pair: &[DVec3]| scaled([vertices[0] * unit, pair[0] * unit, pair[1] * unit]);
     settle(
         vertices
             .get(1..)
@@ -82,13 +95,18 @@ pub fn sphere_versine(distance: f64, radius: f64) -> f64 {
 /// The solid angle of a sphere with its centre at `centre`: `2π(1 − cos θ)`, 4π from within.
 #[must_use]
 pub fn sphere(centre: DVec3, radius: f64) -> f64 {
-    2.0 * PI * sphere_versine(centre.length(), radius)
+    2.0 * PI * sphere_versine(length(centre), radius)
 }
 
-/// The solid angle of a cap of directions within the half angle θ, from its versine 1 − cos θ.
+/// The solid angle of a cap of directions within the half angle θ, from its versine 1 − cos θ, which is
+/// brought into [0, 2] (NaN to 0).
 #[must_use]
+#[allow(
+    clippy::manual_clamp,
+    reason = "clamp would let NaN through; max replaces it by zero"
+)]
 pub fn cap(versine: f64) -> f64 {
-    2.0 * PI * versine.clamp(0.0, 2.0)
+    2.0 * PI * versine.max(0.0).min(2.0)
 }
 
 /// The projected solid angle `∫ max(0, n·ω) dω` of a sphere, from without; π from within.

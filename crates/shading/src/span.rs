@@ -1,6 +1,6 @@
 //! What every integral along a line needs to know of a segment above the horizon.
 
-use crate::exact::area_vector;
+use crate::exact::{area_vector, length};
 use crate::horizon::{ClippedSegment, clip_segment};
 use crate::special::lune;
 use linelit_geometry::DVec3;
@@ -57,15 +57,15 @@ impl Span {
     fn measured(clipped: ClippedSegment, whole: [DVec3; 2], unit: f64) -> Option<Self> {
         let (a, b) = (clipped.p0, clipped.p1);
         let radii = [a.length(), b.length()];
-        let length = (whole[1] - whole[0]).length() * clipped.fraction;
+        let span = length(whole[1] - whole[0]) * clipped.fraction;
         let product = radii[0] * radii[1];
-        if !(product > 0.0 && length > 0.0) {
+        if !(product > 0.0 && span > 0.0) {
             return None;
         }
         Some(Self {
             cosines: clipped.cosines,
             radii,
-            length,
+            length: span,
             cos: (a.dot(b) / product).clamp(-1.0, 1.0),
             fraction: clipped.fraction,
             whole,
@@ -100,7 +100,7 @@ impl Span {
     /// sin δ, accurate relative to itself for δ → 0 and δ → π.
     #[inline]
     pub(crate) fn sine(&self) -> f64 {
-        (self.area_vector().length() / self.radii[0] / self.radii[1]).min(1.0)
+        (length(self.area_vector()) / self.radii[0] / self.radii[1]).min(1.0)
     }
 
     /// sin δ where the cosine is known to be negative: from it where that is accurate.

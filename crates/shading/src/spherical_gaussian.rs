@@ -61,7 +61,7 @@ fn integrate(
     emitter: bool,
     scale: impl Fn(&Fan<1>) -> f64,
 ) -> f64 {
-    let Some(fan) = Fan::new(p0, p1, &[n]) else {
+    let Some(fan) = Fan::new(p0, p1, &[n]).filter(|_| lambda >= 0.0) else {
         return 0.0;
     };
     let start = fan.ends[0] / fan.radii[0];

@@ -1,5 +1,6 @@
 //! How much of the light an interface reflects.
 
+use crate::exact::{fraction, settled};
 use crate::microfacet::schlick;
 use linelit_geometry::DVec3;
 
@@ -45,8 +46,8 @@ impl Fresnel {
     /// ```
     #[must_use]
     pub fn at(&self, cosine: f64) -> DVec3 {
-        let c = cosine.clamp(0.0, 1.0);
-        match *self {
+        let c = fraction(cosine);
+        let share = match *self {
             Self::Full => DVec3::ONE,
             Self::Schlick { f0, f90 } => f0 + (DVec3::splat(f90) - f0) * schlick(c),
             Self::Dielectric { eta } => DVec3::splat(dielectric(c, eta)),
@@ -55,7 +56,8 @@ impl Fresnel {
                 conductor(c, eta.y, k.y),
                 conductor(c, eta.z, k.z),
             ),
-        }
+        };
+        settled(share)
     }
 }
 

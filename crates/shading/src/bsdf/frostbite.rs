@@ -1,6 +1,7 @@
 //! Frostbite's standard material.
 
 use super::Fresnel;
+use crate::exact::{fraction, settled};
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use linelit_geometry::DVec3;
 use std::f64::consts::FRAC_1_PI;
@@ -30,7 +31,7 @@ impl Frostbite {
     /// From the diffuse albedo, F0 and the linear roughness.
     #[must_use]
     pub fn new(diffuse: DVec3, f0: DVec3, roughness: f64) -> Self {
-        let roughness = roughness.clamp(0.0, 1.0);
+        let roughness = fraction(roughness);
         Self {
             diffuse,
             f0,
@@ -42,7 +43,7 @@ impl Frostbite {
     /// From a base colour and a metalness m: ρ = (1 − m) c, F0 = 0.04 (1 − m) + m c.
     #[must_use]
     pub fn from_base_color(color: DVec3, metalness: f64, roughness: f64) -> Self {
-        let m = metalness.clamp(0.0, 1.0);
+        let m = fraction(metalness);
         let f0 = DVec3::splat(0.04 * (1.0 - m)) + color * m;
         Self::new(color * (1.0 - m), f0, roughness)
     }
@@ -65,7 +66,8 @@ impl Frostbite {
         let scatter = |c: f64| 1.0 + (f90 - 1.0) * schlick(c);
         let renormalised = 1.0 - r * (0.51 / 1.51);
         let flat = scatter(wi.z) * scatter(wo.z) * renormalised * FRAC_1_PI;
-        self.diffuse * flat + self.fresnel().at(cosine) * self.facets.reflection(h, wi, wo)
+        let glossy = self.fresnel().at(cosine) * self.facets.reflection(h, wi, wo);
+        settled(self.diffuse * flat + glossy)
     }
 
     /// F.

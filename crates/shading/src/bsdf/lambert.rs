@@ -1,5 +1,6 @@
 //! Diffuse reflection.
 
+use crate::exact::settled;
 use linelit_geometry::DVec3;
 use std::f64::consts::FRAC_1_PI;
 
@@ -14,9 +15,12 @@ impl Lambert {
     /// The constant value k_d/π, 1/sr.
     #[must_use]
     pub fn value(&self) -> DVec3 {
-        self.albedo * FRAC_1_PI
+        settled(self.albedo * FRAC_1_PI)
     }
 }
+
+/// The greatest σ²: twice as much is still a number.
+const MOST: f64 = 1e300;
 
 /// A rough diffuse surface: f = k_d/π (A + B max(0, cos Δφ) sin α tan β), α the larger and β the
 /// smaller angle of the two directions with the normal.
@@ -38,7 +42,8 @@ impl OrenNayar {
     #[must_use]
     pub fn new(albedo: DVec3, sigma: f64) -> Self {
         let s = if sigma.is_finite() {
-            sigma * sigma
+            // Beyond, all is rough: the quotients are at their limits.
+            (sigma * sigma).min(MOST)
         } else {
             0.0
         };
@@ -58,7 +63,7 @@ impl OrenNayar {
         // sin α tan β cos Δφ = (sin_i sin_o cos Δφ)/max(cos_i, cos_o): no angle is formed.
         let tangential = (wi.x * wo.x + wi.y * wo.y).max(0.0);
         let rise = self.b * tangential / wi.z.max(wo.z);
-        self.albedo * ((self.a + rise) * FRAC_1_PI)
+        settled(self.albedo * ((self.a + rise) * FRAC_1_PI))
     }
 }
 

@@ -1,6 +1,7 @@
 //! A sum of reflections.
 
-use super::{Lobe, about};
+use super::{Lobe, about, numbers};
+use crate::exact::{settle, settled};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
 
@@ -108,8 +109,10 @@ impl Layers {
         let frame = self.frame(n);
         let (wi, wo) = (frame.to_local(wi), above(frame.to_local(wo)));
         let flat = self.diffuse * FRAC_1_PI;
-        self.lobes()
-            .fold(flat, |sum, (scale, lobe)| sum + scale * lobe.value(wi, wo))
+        settled(
+            self.lobes()
+                .fold(flat, |sum, (scale, lobe)| sum + scale * lobe.value(wi, wo)),
+        )
     }
 
     /// Draws ω_i by one of the lobes, for the choice of which `u[0]` is split and rescaled.
@@ -122,7 +125,7 @@ impl Layers {
         if rest < choice.diffuse || self.count == 0 {
             let [v, turn] = rescaled(rest, choice.diffuse);
             let wi = about(DVec3::Z, (1.0 - v).sqrt(), turn);
-            return Some(frame.to_world(wi));
+            return numbers(frame.to_world(wi));
         }
         rest -= choice.diffuse;
         let mut chosen = None;
@@ -136,7 +139,8 @@ impl Layers {
             }
         }
         let (lobe, u) = chosen?;
-        lobe.sample(wo, u).map(|wi| frame.to_world(wi))
+        lobe.sample(wo, u)
+            .and_then(|wi| numbers(frame.to_world(wi)))
     }
 
     /// The density of [`sample`](Self::sample), per solid angle.
@@ -147,12 +151,14 @@ impl Layers {
             return 0.0;
         };
         let diffuse = choice.diffuse * wi.z.max(0.0) * FRAC_1_PI;
-        self.lobes()
-            .zip(choice.lobes)
-            .filter(|(_, share)| *share > 0.0)
-            .fold(diffuse, |sum, ((_, lobe), share)| {
-                sum + share * lobe.pdf(wi, wo)
-            })
+        settle(
+            self.lobes()
+                .zip(choice.lobes)
+                .filter(|(_, share)| *share > 0.0)
+                .fold(diffuse, |sum, ((_, lobe), share)| {
+                    sum + share * lobe.pdf(wi, wo)
+                }),
+        )
     }
 
     /// In proportion to about what each reflects, with an even part; `None` for black.

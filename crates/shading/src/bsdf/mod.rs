@@ -31,6 +31,7 @@ pub use phong::Phong;
 pub use reflector::Reflector;
 pub use substrate::Substrate;
 
+use crate::exact::{settle, settled};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
@@ -77,7 +78,7 @@ impl Bsdf {
         match self {
             Self::Lambert(lambert) => lambert.value(),
             Self::Phong(lambert, phong) => {
-                lambert.value() + phong.value(Phong::axis(wo, n).dot(wi))
+                settled(lambert.value() + phong.value(Phong::axis(wo, n).dot(wi)))
             }
             Self::Layers(layers) => layers.eval(wi, wo, n),
         }
@@ -98,12 +99,12 @@ impl Bsdf {
         let share = self.diffuse_share()?;
         if u[0] < share {
             let u = [(u[0] / share).min(ONE_MINUS), u[1]];
-            return Some(about(n, (1.0 - u[0]).sqrt(), u[1]));
+            return numbers(about(n, (1.0 - u[0]).sqrt(), u[1]));
         }
         match self {
             Self::Phong(_, phong) => {
                 let v = ((u[0] - share) / (1.0 - share)).min(ONE_MINUS);
-                Some(about(Phong::axis(wo, n), phong.sample_cosine(v), u[1]))
+                numbers(about(Phong::axis(wo, n), phong.sample_cosine(v), u[1]))
             }
             _ => None,
         }
@@ -121,12 +122,12 @@ impl Bsdf {
             return 0.0;
         };
         let diffuse = share * n.dot(wi).max(0.0) * FRAC_1_PI;
-        match self {
+        settle(match self {
             Self::Phong(_, phong) => {
                 diffuse + (1.0 - share) * phong.pdf(Phong::axis(wo, n).dot(wi))
             }
             _ => diffuse,
-        }
+        })
     }
 
     /// The share of the diffuse part in the albedo at normal incidence; `None` for black.
@@ -163,4 +164,9 @@ fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
     let (s, c) = (TAU * turn).sin_cos();
     Frame::from_normal(axis).to_world(DVec3::new(sine * c, sine * s, cosine))
+}
+
+/// A direction, unless input that is no direction has made it one of no numbers.
+fn numbers(direction: DVec3) -> Option<DVec3> {
+    direction.is_finite().then_some(direction)
 }

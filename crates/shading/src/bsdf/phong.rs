@@ -1,9 +1,12 @@
 //! The modified Phong lobe.
 
+use crate::exact::{settle, settled};
+use crate::phong::normalisation;
 use linelit_geometry::DVec3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-/// The modified Phong lobe f = k_s (k + 2)/(2π) max(0, ω_i·R)ᵏ about the mirror direction R.
+/// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where
+/// ω_i·R > 0, and zero elsewhere: with k = 0 (its limit for k → 0) constant on the half-space of R.
 ///
 /// **Source**: Billen & Dutré 2016, eq. 9 (Lafortune & Willems 1994).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,22 +27,26 @@ impl Phong {
     /// k_s (k + 2)/(2π).
     #[must_use]
     pub fn scale(&self) -> DVec3 {
-        self.specular * ((self.exponent + 2.0) / (2.0 * PI))
+        settled(self.specular * normalisation(self.exponent))
     }
 
     /// f for a cosine ω_i·R.
     #[must_use]
     pub fn value(&self, cosine: f64) -> DVec3 {
-        self.scale() * cosine.max(0.0).powf(self.exponent)
+        // Asked first: nothing to the power of zero would be one.
+        if cosine <= 0.0 {
+            return DVec3::ZERO;
+        }
+        settled(self.scale() * cosine.powf(self.exponent))
     }
 
-    /// The density (k + 1)/(2π) max(0, ω_i·R)ᵏ, per solid angle.
+    /// The density (k + 1)/(2π) (ω_i·R)ᵏ, per solid angle; zero unless ω_i·R > 0.
     #[must_use]
     pub fn pdf(&self, cosine: f64) -> f64 {
         if cosine <= 0.0 {
             return 0.0;
         }
-        (self.exponent + 1.0) / TAU * cosine.powf(self.exponent)
+        settle((self.exponent + 1.0) / TAU * cosine.powf(self.exponent))
     }
 
     /// The cosine ω_i·R that belongs to a uniform number.

@@ -1,6 +1,7 @@
 //! A rough mirror.
 
 use super::Fresnel;
+use crate::exact::settled;
 use crate::microfacet::{TrowbridgeReitz, half};
 use linelit_geometry::DVec3;
 
@@ -24,6 +25,7 @@ impl Reflector {
         let Some(h) = half(wi, wo) else {
             return DVec3::ZERO;
         };
-        self.reflectance * self.fresnel.at(wi.dot(h)) * self.facets.reflection(h, wi, wo)
+        let share = self.fresnel.at(wi.dot(h)) * self.facets.reflection(h, wi, wo);
+        settled(self.reflectance * settled(share))
     }
 }

@@ -1,5 +1,6 @@
 //! A diffuse base under a glossy coat.
 
+use crate::exact::settled;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use linelit_geometry::DVec3;
 use std::f64::consts::PI;
@@ -31,7 +32,7 @@ impl Substrate {
             * (28.0 / (23.0 * PI) * through(wi.z) * through(wo.z));
         let cosine = wi.dot(h);
         let shape = self.facets.density(h) / (4.0 * cosine * wi.z.max(wo.z));
-        base + self.coat(cosine) * shape
+        settled(base + self.coat(cosine) * shape)
     }
 
     /// The coat's Fresnel reflectance.

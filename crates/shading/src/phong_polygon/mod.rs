@@ -1,7 +1,7 @@
 //! A Phong or cosine lobe over a convex polygon: Arvo's double-axis moment.
 //!
 //! Symbols: vertices relative to the shading point; n shading normal, w the lobe's axis, k its
-//! exponent (any real number ≥ 0), z = w·ω; the polygon is clipped to n·ω ≥ 0 and w·ω ≥ 0. For
+//! exponent (any real number ≥ 0; max(0, z)⁰ is one for z > 0 and zero elsewhere), z = w·ω; the polygon is clipped to n·ω ≥ 0 and w·ω ≥ 0. For
 //! each edge, G is the inward unit normal of its plane through the shading point, g = G·w, x the
 //! angle along the edge from the point nearest to the axis, ψ the azimuth about the axis. For a
 //! triangle, â, b̂, ĉ are the directions of its corners, v the angle along the side from b̂ to ĉ, which
@@ -24,6 +24,9 @@ const CAPACITY: usize = CHUNK + 4;
 
 /// The sum over the edges is good enough with that error relative to itself.
 const ENOUGH: f64 = 1e-11;
+
+/// Cut corners that are not nearer than one in so many of the greatest distance are right enough.
+const NEAR: f64 = 100.0;
 
 /// Over a smaller polygon that sum cancels unless the lobe is as narrow.
 const SMALL: f64 = 1e-3;
@@ -80,7 +83,7 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
         .iter()
         .map(|v| v.abs().max_element())
         .fold(0.0, f64::max);
-    let Some(unit) = power_of_two_unit(largest) else {
+    let Some(unit) = power_of_two_unit(largest).filter(|_| k >= 0.0) else {
         return 0.0;
     };
     // Pieces of as many vertices as are taken at once, all with the first one.
@@ -127,7 +130,8 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
 /// ```
 #[must_use]
 pub fn irradiance_to(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, tolerance: f64) -> f64 {
-    lines::integral(vertices, n, w, k, tolerance).unwrap_or_else(|| irradiance(vertices, n, w, k))
+    lines::integral(vertices, n, w, k, tolerance)
+        .map_or_else(|| irradiance(vertices, n, w, k), settle)
 }
 
 /// [`irradiance`] of at most `CHUNK` vertices near one in magnitude.
@@ -148,11 +152,12 @@ fn scaled(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     let size = extent(polygon);
     if count >= 3 && size > SMALL {
         let sum = boundary::integral(polygon, n, w.normalize_or_zero(), k);
-        // Cut corners are rounded, which turns the sides they end.
+        // Cut corners are rounded, which turns the sides they end: the more, the nearer they are to the
+        // shading point, as where both horizons cut a light from within its plane.
         let cut = if *polygon == *vertices {
             0.0
         } else {
-            f64::EPSILON * (k + 2.0)
+            f64::EPSILON * (k + 2.0) * (spread(polygon) / NEAR).max(1.0)
         };
         if boundary::error(k, size) * sum.size + 2.0 * cut < ENOUGH * sum.value {
             let length = (k * log_axis_length(w)).exp();
@@ -170,6 +175,15 @@ fn extent(polygon: &[DVec3]) -> f64 {
     let square = |p: &DVec3| (*p - *first).length_squared();
     let reach = polygon.iter().map(square).fold(0.0, f64::max);
     (reach / first.length_squared()).sqrt()
+}
+
+/// The greatest distance of a vertex over the least.
+fn spread(polygon: &[DVec3]) -> f64 {
+    let squares = polygon.iter().map(|p| p.length_squared());
+    let [least, most] = squares.fold([f64::INFINITY, 0.0], |[least, most], s| {
+        [s.min(least), s.max(most)]
+    });
+    (most / least).sqrt()
 }
 
 /// The greatest cosine with the axis of a vertex.

@@ -12,7 +12,7 @@
 //! nodes. What a cut leaves of a triangle is a product of quotients of its determinant, and n·ω and
 //! w·ω follow from their values at the corners: nothing cancels, however thin a sliver.
 
-use crate::exact::dot;
+use crate::exact::{dot, length, value_at_crossing};
 use crate::fan::Fan;
 use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
 use crate::horizon::crossing;
@@ -200,21 +200,13 @@ fn clip(
 impl Lobe {
     fn above_horizon(&self, triangle: Triangle) -> f64 {
         let c = triangle.corners;
-        let across = predicates::cross(self.w, self.n);
         let cut = |i: usize, j: usize| {
             let at = crossing(c[i].at, c[j].at, self.n, c[i].facing, c[j].facing);
             let span = c[j].facing - c[i].facing;
             let lobe = if c[i].lobe * c[j].lobe >= 0.0 {
                 c[i].lobe * (c[j].facing / span) + c[j].lobe * (-c[i].facing / span)
             } else {
-                // What that sum is by Lagrange's identity (zero for an axis along the normal), unless the
-                // point itself knows more.
-                let turned = predicates::cross(c[i].at, c[j].at);
-                if across.length() * turned.length() < span.abs() * at.length() {
-                    dot(across, turned) / span
-                } else {
-                    dot(self.w, at)
-                }
+                value_at_crossing(self.w, self.n, c[i].at, c[j].at)
             };
             Corner {
                 at,
@@ -330,7 +322,14 @@ impl Lobe {
         let corners = triangle.corners;
         let [a, b, c] = corners.map(|c| c.at);
         let normal = predicates::cross(b - a, c - a).normalize_or_zero();
-        let centre = self.corner(normal * 1f64.copysign(normal.dot(a)));
+        // Which pole is meant, and whether it is inside, rounded corners of (nearly) half a sphere do not
+        // know: the triangle's orientation and its sides do.
+        let turn = triangle.volume.signum();
+        let centre = self.corner(normal * turn);
+        let volumes = triangle.sides.map(|side| dot(centre.at, side));
+        if volumes.iter().any(|v| v * turn < 0.0) {
+            return self.halves(triangle, rounds);
+        }
         let third = |i: usize| {
             let (from, to) = (corners[i], corners[(i + 1) % 3]);
             let side = triangle.sides[(i + 2) % 3];
@@ -341,7 +340,7 @@ impl Lobe {
                     predicates::cross(to.at, centre.at),
                     predicates::cross(centre.at, from.at),
                 ],
-                volume: dot(centre.at, side).abs() * triangle.volume.signum(),
+                volume: volumes[(i + 2) % 3],
             };
             self.divided(part, rounds - 1)
         };
@@ -364,11 +363,11 @@ impl Lobe {
             sides: [across, left, right],
             volume: whole,
         } = triangle;
-        let sine = across.length().min(1.0);
+        let sine = length(across).min(1.0);
         let angle = sine.atan2(b.at.dot(c.at));
         let (half_sine, half_cosine) = (0.5 * angle).sin_cos();
+        // By the side, for ends that are opposite do not know which way round it runs.
         let tangent = predicates::cross(across / sine, b.at);
-        let tangent = tangent * 1f64.copysign(tangent.dot(c.at - b.at));
         let weight = half_sine / sine;
         let middle = Corner {
             at: b.at * half_cosine + tangent * half_sine,
