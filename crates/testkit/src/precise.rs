@@ -1,6 +1,6 @@
-//! Real numbers of 77 digits (256 bits), for the few cases that must be beyond doubt.
+//! Real numbers of 77 digits (256 bits), for the few cases that must be beyond doubt, and of any other number.
 //!
-//! A thin wrapper of `dashu-float`: correctly rounded arithmetic at [`BITS`] bits, exact conversion from `f64`, decimal
+//! A thin wrapper of `dashu-float`: correctly rounded arithmetic at a number of bits, exact conversion from `f64`, decimal
 //! text in and out. About 10⁴ times slower than `f64`; [`crate::dd`] is the fast sibling.
 
 use crate::real::Real;
@@ -10,12 +10,12 @@ use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::str::FromStr;
 
-/// Working precision in bits: 77 decimal digits.
-pub const BITS: usize = 256;
+/// A real number rounded to 256 bits after each operation: 77 decimal digits.
+pub type Precise = Wide<256>;
 
 type Big = FBig<HalfEven, 2>;
 
-/// A real number rounded to [`BITS`] bits after each operation.
+/// A real number rounded to `BITS` bits after each operation.
 ///
 /// ```
 /// use linelit_testkit::{precise::Precise, real::Real};
@@ -23,9 +23,9 @@ type Big = FBig<HalfEven, 2>;
 /// assert!((root.clone() * root - Precise::new(2.0)).abs().to_f64() < 1e-76);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Precise(Big);
+pub struct Wide<const BITS: usize>(Big);
 
-impl Precise {
+impl<const BITS: usize> Wide<BITS> {
     /// The number that decimal text means, e.g. `"2.05e-60462"`; far beyond the range of `f64`.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ impl Precise {
     }
 }
 
-impl Real for Precise {
+impl<const BITS: usize> Real for Wide<BITS> {
     /// # Panics
     /// If `x` is NaN or infinite.
     fn new(x: f64) -> Self {
@@ -88,42 +88,42 @@ impl Real for Precise {
     }
 }
 
-impl Add for Precise {
+impl<const BITS: usize> Add for Wide<BITS> {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self(self.0 + other.0)
     }
 }
 
-impl Sub for Precise {
+impl<const BITS: usize> Sub for Wide<BITS> {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         Self(self.0 - other.0)
     }
 }
 
-impl Mul for Precise {
+impl<const BITS: usize> Mul for Wide<BITS> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         Self(self.0 * other.0)
     }
 }
 
-impl Div for Precise {
+impl<const BITS: usize> Div for Wide<BITS> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         Self(self.0 / other.0)
     }
 }
 
-impl Neg for Precise {
+impl<const BITS: usize> Neg for Wide<BITS> {
     type Output = Self;
     fn neg(self) -> Self {
         Self(-self.0)
     }
 }
 
-impl PartialOrd for Precise {
+impl<const BITS: usize> PartialOrd for Wide<BITS> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.0.partial_cmp(&other.0)
     }

@@ -5,6 +5,7 @@ use crate::{naive, oracle};
 use linelit_geometry::DVec3;
 use linelit_shading::{cylinder, point_line, polygon, ribbon, solid_angle};
 use linelit_testkit::dd::Dd;
+use linelit_testkit::precise::Wide;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
 
@@ -79,7 +80,7 @@ pub(crate) fn log_uniform(rng: &mut SplitMix64, low: f64, high: f64) -> f64 {
     10f64.powf(rng.in_range(low, high))
 }
 
-pub(crate) const LINE_DOMAINS: [&str; 9] = [
+pub(crate) const LINE_DOMAINS: [&str; 10] = [
     "ordinary",
     "grazing",
     "collinear",
@@ -89,6 +90,7 @@ pub(crate) const LINE_DOMAINS: [&str; 9] = [
     "far and short",
     "long",
     "at the horizon",
+    "near and grazing",
 ];
 
 /// A segment and a normal of a domain.
@@ -113,6 +115,13 @@ fn segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3) {
             b * log_uniform(rng, -12.0, -1.0) - a * rng.in_range(0.1, 5.0),
             n,
         ),
+        "near and grazing" => {
+            let b = b * log_uniform(rng, -12.0, -1.0) - a * rng.in_range(0.1, 5.0);
+            let along = (b - a).normalize();
+            let side = n - along * along.dot(n);
+            let tilt = log_uniform(rng, -13.0, -1.0) * rng.in_range(-1.0, 1.0);
+            (a, b, (side.normalize() + along * tilt).normalize())
+        }
         "tiny" => (a * 1e-30, b * 1e-30, n),
         "huge" => (a * 1e30, b * 1e30, n),
         "far and short" => (a, a + b * log_uniform(rng, -9.0, -1.0), n),
@@ -205,6 +214,102 @@ pub(crate) const POLYGON_DOMAINS: [&str; 7] = [
     "sliver",
 ];
 
+/// Polygons that the shading point is as good as in the plane of.
+pub(crate) const PLANE: &str = "in its plane";
+
+/// A triangle or a parallelogram in a plane (exactly: of equal coordinates) at 10 to a power from `low` to `high`
+/// of the shading point, whose foot is inside, on a side to 1e-17 to 1e-8, or outside; and a normal that is
+/// that of the plane, nearly that, nearly in the plane, or any, so that the horizon cuts.
+pub(crate) fn flat_shape(low: f64, high: f64, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3) {
+    let mut flat = || [rng.in_range(-1.0, 1.0), rng.in_range(-1.0, 1.0)];
+    let [o, a, b] = [flat(), flat(), flat()];
+    let mut corners = vec![o, a, b];
+    if rng.next_f64() < 0.5 {
+        corners = vec![o, a, [a[0] + b[0] - o[0], a[1] + b[1] - o[1]], b];
+    }
+    let (s, t) = (rng.next_f64(), rng.next_f64());
+    let (s, t) = match rng.below(3) {
+        0 => (s.min(1.0 - t), t.min(1.0 - s)),
+        1 => (s, log_uniform(rng, -17.0, -8.0) * rng.in_range(-1.0, 1.0)),
+        _ => (3.0 * s - 1.0, -t),
+    };
+    let foot = [0, 1].map(|i| o[i] + s * (a[i] - o[i]) + t * (b[i] - o[i]));
+    let height = log_uniform(rng, low, high);
+    let turn = usize::try_from(rng.below(3)).expect("small");
+    let placed = |v: [f64; 3]| DVec3::new(v[turn], v[(turn + 1) % 3], v[(turn + 2) % 3]);
+    let up = placed([0.0, 0.0, 1.0]);
+    let away = vector(rng);
+    let n = match rng.below(4) {
+        0 => up,
+        1 => (up + away * log_uniform(rng, -15.0, -1.0)).normalize(),
+        2 => (away - up * up.dot(away)
+            + up * log_uniform(rng, -15.0, -1.0) * rng.in_range(-1.0, 1.0))
+        .normalize(),
+        _ => away,
+    };
+    let corner = |p: [f64; 2]| placed([p[0] - foot[0], p[1] - foot[1], height]);
+    (corners.into_iter().map(corner).collect(), n)
+}
+
+/// Irradiance and solid angle from a plane: both by sums that lose the digits of the distance, twice, of as many
+/// as it takes.
+pub(crate) fn from_its_plane(corners: &[[f64; 3]], n: [f64; 3]) -> [f64; 2] {
+    let coordinates = corners.iter().flatten().filter(|x| **x != 0.0);
+    let least = coordinates.fold(1.0, |a: f64, b| a.min(b.abs()));
+    if least > 1e-40 {
+        oracle::wide_polygon::<Wide<512>>(corners, n)
+    } else if least > 1e-150 {
+        oracle::wide_polygon::<Wide<1280>>(corners, n)
+    } else {
+        oracle::wide_polygon::<Wide<2304>>(corners, n)
+    }
+}
+
+/// Rows of [`flat_shape`].
+fn flat_polygons(count: usize) -> [Row; 2] {
+    let mut rng = SplitMix64::new(12);
+    let (mut diffuse, mut solid) = (Vec::new(), Vec::new());
+    while diffuse.len() < count {
+        let (low, high) = if rng.next_f64() < 0.5 {
+            (-300.0, -20.0)
+        } else {
+            (-20.0, -7.0)
+        };
+        let (corners, n) = flat_shape(low, high, &mut rng);
+        let arrays: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
+        let [want, omega] = from_its_plane(&arrays, n.to_array());
+        // Below the range of numbers, or nearly.
+        if want < 1e-280 {
+            continue;
+        }
+        let sample = |got: f64, want: f64, printed: f64| Sample {
+            condition: 1.0 / omega,
+            ours: error(got, Dd::new(want), 0.0),
+            printed: printed_error(printed, Dd::new(want), 0.0),
+        };
+        diffuse.push(sample(
+            polygon::irradiance(&corners, n),
+            want,
+            naive::polygon(&corners, n),
+        ));
+        solid.push(sample(
+            solid_angle::polygon(&corners),
+            omega,
+            naive::solid_angle(&corners),
+        ));
+    }
+    let row = |function, samples| Row {
+        function,
+        domain: PLANE,
+        samples,
+        goal: 1e-12,
+    };
+    [
+        row("polygon::irradiance", diffuse),
+        row("solid_angle::polygon", solid),
+    ]
+}
+
 /// A triangle or a parallelogram, and a normal.
 pub(crate) fn shape(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3) {
     let (o, u, v, mut n) = (vector(rng), vector(rng), vector(rng), vector(rng));
@@ -289,6 +394,8 @@ pub(crate) fn polygons(count: usize) -> Vec<Row> {
             goal: 1e-12,
         });
     }
+    // Sums of hundreds of digits take ten milliseconds.
+    rows.extend(flat_polygons(count.div_ceil(25)));
     rows.sort_by_key(|row| row.function);
     rows
 }

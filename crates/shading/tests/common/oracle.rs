@@ -305,3 +305,45 @@ fn lambert(above: &[V], n: &V) -> Dd {
     }
     sum.abs() * dd(0.5)
 }
+
+/// Lambert's sum over what is above the horizon, and the solid angle of the whole fan of triangles, in arithmetic of
+/// many digits.
+pub(crate) fn wide_polygon<R: Real>(vertices: &[[f64; 3]], n: [f64; 3]) -> [f64; 2] {
+    let n = vector::<R>(n);
+    let zero = R::new(0.0);
+    let points: Vec<[R; 3]> = vertices.iter().map(|v| vector::<R>(*v)).collect();
+    let mut above: Vec<[R; 3]> = Vec::new();
+    for (i, a) in points.iter().enumerate() {
+        let b = &points[(i + 1) % points.len()];
+        let (ca, cb) = (dot(&n, a), dot(&n, b));
+        if ca >= zero {
+            above.push(a.clone());
+        }
+        if (ca > zero && cb < zero) || (ca < zero && cb > zero) {
+            let span = cb.clone() - ca.clone();
+            above.push(
+                [0, 1, 2].map(|i| {
+                    (a[i].clone() * cb.clone() - b[i].clone() * ca.clone()) / span.clone()
+                }),
+            );
+        }
+    }
+    let mut sum = zero.clone();
+    for (i, a) in above.iter().enumerate() {
+        let b = &above[(i + 1) % above.len()];
+        let x = cross(a, b);
+        let size = length(&x);
+        if size > zero {
+            sum = sum + size.atan2(&dot(a, b)) * dot(&x, &n) / size;
+        }
+    }
+    let mut solid = zero;
+    for pair in points[1..].windows(2) {
+        let [a, b, c] = [&points[0], &pair[0], &pair[1]];
+        let (ra, rb, rc) = (length(a), length(b), length(c));
+        let below =
+            ra.clone() * rb.clone() * rc.clone() + dot(a, b) * rc + dot(b, c) * ra + dot(c, a) * rb;
+        solid = solid + dot(&cross(a, b), c).atan2(&below);
+    }
+    [0.5 * sum.abs().to_f64(), 2.0 * solid.abs().to_f64()]
+}

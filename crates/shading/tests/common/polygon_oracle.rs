@@ -91,7 +91,7 @@ impl Oracle {
             return 0.0;
         }
         let fan: Vec<[Corner; 3]> = (1..polygon.len() - 1)
-            .map(|i| [polygon[0], polygon[i], polygon[i + 1]])
+            .flat_map(|i| self.thirds([polygon[0], polygon[i], polygon[i + 1]], &n))
             .collect();
         let peak = fan.iter().map(|t| self.highest(t)).fold(0.0, f64::max);
         let mut waiting: Vec<([Corner; 3], f64, u32)> =
@@ -137,6 +137,37 @@ impl Oracle {
         sum * quarter * quarter * quarter * quarter
     }
 
+    /// From the centre of the circumcircle, if that is inside: of nearly half a sphere, the middle of a side may be
+    /// beyond what is opposite the third corner.
+    fn thirds(&self, t: [Corner; 3], n: &V) -> Vec<[Corner; 3]> {
+        let normal = cross(&sub(&t[1].at, &t[0].at), &sub(&t[2].at, &t[0].at));
+        let size = length(&normal);
+        let side = |i: usize| dot(&cross(&t[i].at, &t[(i + 1) % 3].at), &normal);
+        let zero = dd(0.0);
+        let chord = |i: usize| {
+            let step = sub(&t[i].at, &t[(i + 1) % 3].at);
+            dot(&step, &step)
+        };
+        let long = (0..3).any(|i| chord(i) > dd(2.0));
+        if !(long && size > zero && (0..3).all(|i| side(i) > zero)) {
+            return vec![t];
+        }
+        let up = if dot(&normal, &t[0].at) < zero {
+            dd(-1.0)
+        } else {
+            dd(1.0)
+        };
+        let at = normal.map(|x| x * up / size);
+        let (n, w) = (dot(n, &at), dot(&self.w, &at));
+        // It is in what is lit: below one of the horizons are only its roundings.
+        let centre = Corner {
+            at,
+            n: if n < zero { zero } else { n },
+            w: if w < zero { zero } else { w },
+        };
+        (0..3).map(|i| [centre, t[i], t[(i + 1) % 3]]).collect()
+    }
+
     /// The side opposite a corner to be halved, if the triangle is not mild.
     fn greatest_change(&self, t: &[Corner; 3], highest: f64, peak: f64) -> Option<usize> {
         let polynomial = self.k.fract() <= 0.0 && self.k <= 8.0;
@@ -145,7 +176,8 @@ impl Oracle {
             let (b, c) = (&t[(i + 1) % 3], &t[(i + 2) % 3]);
             let step = sub(&b.at, &c.at);
             let chord = dot(&step, &step).to_f64();
-            let mut change = chord / 0.1;
+            // Sides of more than 90° first: what is between nearly opposite corners may be anything.
+            let mut change = if chord > 2.0 { f64::MAX } else { chord / 0.1 };
             if self.k > 0.0 {
                 change = change.max(chord * self.k / 2.0);
             }
