@@ -2,7 +2,10 @@
 
 mod common;
 
-use common::{CLUTTER, Case, SQUARE, TRIANGLE, agree_on, load, points, room, room_text, settings};
+use common::{
+    CLUTTER, Case, MATTE, SQUARE, THROUGH_THE_FLOOR, TRIANGLE, agree_on, load, points, room,
+    room_text, settings,
+};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
 
@@ -20,6 +23,13 @@ const ESTIMATORS: [&str; 12] = [
     "point-area[visibility=shaft]",
     "point-solid-angle[visibility=shaft]",
 ];
+
+/// Techniques of all kinds in one.
+const MIX: Case = Case {
+    name: "line-solid-angle+point-bsdf",
+    samples: 16,
+    skip: true,
+};
 
 /// The estimators by name and samples per trial, every second one without skips.
 fn estimators() -> Vec<Case> {
@@ -120,4 +130,30 @@ fn phong_floor_behind_clutter() {
         &room_text(SQUARE, CLUTTER).replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, floor),
     );
     agree_on(&scene, &estimators());
+}
+
+/// A lobe without an exponent ends at its own horizon all the same: light that shines from behind it
+/// is dark by points, lines and in closed form alike.
+#[test]
+fn phong_floor_of_exponent_zero() {
+    let floor = r#"Material "phong" "rgb Kd" [ 0.1 0.1 0.1 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 0 ]"#;
+    let text = room_text(THROUGH_THE_FLOOR, "")
+        .replace(MATTE, floor)
+        .replace("LookAt 0 -0.5 5", "LookAt -6 0 2.5");
+    let all: Vec<Case> = estimators().into_iter().chain([MIX]).collect();
+    agree_on(&load(&text), &all);
+    // And it is the limit of small exponents: ln of a cosine is above −700.
+    let (none, little) = (load(&text), load(&text.replace("[ 0 ]", "[ 1e-9 ]")));
+    let renderers = [Renderer::new(&none), Renderer::new(&little)];
+    let mut workspace = linelit_integrator::Workspace::new();
+    let [zero, small] = renderers.each_ref().map(|renderer| {
+        let direct = |(pixel, point): ([u32; 2], _)| {
+            renderer.direct(&settings("exact", 1, 0), &point, pixel, 0, &mut workspace)
+        };
+        points(renderer).into_iter().map(direct).collect::<Vec<_>>()
+    });
+    assert!(zero.len() > 60 && zero.len() == small.len());
+    for (a, b) in zero.iter().zip(&small) {
+        assert!((*a - *b).abs().cmple(*a * 1e-6).all(), "{a} {b}");
+    }
 }

@@ -92,7 +92,7 @@ pub(crate) fn room_with_floor(floor: &str) -> Scene {
 }
 
 /// The floor of the room.
-const MATTE: &str = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
+pub(crate) const MATTE: &str = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
 
 /// Combinations of all techniques, heuristics and options.
 pub(crate) const MIXES: [&str; 33] = [
