@@ -31,7 +31,7 @@ use linelit_testkit::rng::SplitMix64;
 use proptest::prelude::*;
 
 /// The pieces next to a division are 2 to the minus this of the whole; smooth from there on.
-const HALVINGS: i32 = 24;
+const HALVINGS: i32 = 50;
 
 /// A point of the line, and its distance.
 struct Seen {
