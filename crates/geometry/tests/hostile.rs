@@ -35,7 +35,7 @@ fn is_orthonormal(f: &Frame) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 5_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: linelit_testkit::cases::cases(5_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn polygons(

@@ -25,7 +25,7 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 90 90 -9  91 90 -9 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: linelit_testkit::cases::cases(48), ..ProptestConfig::default() })]
 
     /// The rays beside a reflected or refracted ray are those that the neighbouring pixels'
     /// views become, to first order: to what the directions to either side differ in their

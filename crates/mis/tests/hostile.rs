@@ -30,7 +30,7 @@ fn is_factor(x: f64) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: linelit_testkit::cases::cases(10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn weights(cs in three(), ns in three(), ps in three(), number in hostile(), f in hostile()) {

@@ -33,7 +33,7 @@ fn word() -> impl Strategy<Value = u32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: linelit_testkit::cases::cases(10_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn choices(u in hostile_unit(), shares in prop::collection::vec(hostile(), 0..6)) {

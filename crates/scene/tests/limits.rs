@@ -1,7 +1,7 @@
 //! Small files cannot ask for much time or memory: each of these is refused by its first limit, or
 //! is done soon.
 
-use linelit_scene::{ErrorKind, Format, LoadOptions, Root, Scene, SceneError};
+use linelit_scene::{ErrorKind, Format, LoadOptions, Scene, SceneError};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -49,7 +49,7 @@ fn coordinate() -> impl Strategy<Value = f32> {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 96,
+        cases: linelit_testkit::cases::cases(96),
         failure_persistence: None,
         ..ProptestConfig::default()
     })]

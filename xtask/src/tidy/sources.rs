@@ -139,8 +139,8 @@ const EFFECTS: [(&[&str], &[&str], &str); 6] = [
             "File::open",
             "File::create",
         ],
-        &["scene", "film", "study"],
-        "only scene, film and study touch files",
+        &["scene", "film", "study", "testkit"],
+        "only scene, film, study and testkit touch files",
     ),
     (
         &["Instant", "SystemTime"],

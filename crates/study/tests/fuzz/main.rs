@@ -6,6 +6,11 @@
 //! many as fit into `LINELIT_FUZZ_MINUTES`; it prints its seed, which `LINELIT_FUZZ_SEED` sets
 //! (`cargo xtask fuzz --minutes N --seed S`). What does harm is kept in a folder that the message
 //! names: mend it, and put its files into `finds`.
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a long test says its seed and what did harm"
+)]
 
 mod corpus;
 mod mutate;

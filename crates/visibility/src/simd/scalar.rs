@@ -244,7 +244,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig {
-            cases: 20_000,
+            cases: linelit_testkit::cases::cases(20_000),
             failure_persistence: None,
             ..ProptestConfig::default()
         })]
