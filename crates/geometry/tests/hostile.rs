@@ -14,10 +14,24 @@ use linelit_testkit::strategies::{
 use proptest::prelude::*;
 use std::path::Path;
 
+/// The instruction sets: they take no floats.
+const ISA: [&str; 10] = [
+    "Avx2",
+    "Avx512",
+    "InstructionSet",
+    "Isa",
+    "ParseInstructionSetError",
+    "best",
+    "detect",
+    "is_available",
+    "limit",
+    "name",
+];
+
 #[test]
 fn every_public_function_is_called_here() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let missing = public::missing(&src, include_str!("hostile.rs"), &[]);
+    let missing = public::missing(&src, include_str!("hostile.rs"), &ISA);
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 

@@ -13,7 +13,9 @@ use std::path::Path;
 #[test]
 fn every_public_function_is_called_here() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let missing = public::missing(&src, include_str!("hostile.rs"), &[]);
+    // What methods return: they are called on it, not by its name.
+    let exempt = ["UnknownSampler", "SampleSet"];
+    let missing = public::missing(&src, include_str!("hostile.rs"), &exempt);
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 

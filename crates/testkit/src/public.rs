@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn finds_what_is_public() {
         let source = "pub fn one() {}\n pub const fn two<T>() {}\npub(crate) fn three() {}\npub struct Four<T>(T);";
-        assert_eq!(names(source).collect::<Vec<_>>(), ["one", "two", "Five"]);
+        assert_eq!(names(source).collect::<Vec<_>>(), ["one", "two", "Four"]);
     }
 
     #[test]
