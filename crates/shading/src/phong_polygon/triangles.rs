@@ -12,7 +12,7 @@
 //! nodes. What a cut leaves of a triangle is a product of quotients of its determinant, and n·ω and
 //! w·ω follow from their values at the corners: nothing cancels, however thin a sliver.
 
-use crate::exact::{dot, length, value_at_crossing};
+use crate::exact::{cross_at_crossing, dot, length, value_at_crossing};
 use crate::fan::Fan;
 use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
 use crate::horizon::crossing;
@@ -31,6 +31,8 @@ const LONGEST: f64 = -0.1;
 const SLENDER: f64 = 0.01;
 /// Height of a triangle from where on its rounded corners know their determinant to 2e-13.
 const FAT: f64 = 1e-3;
+/// A difference below this share of its terms has lost more than three bits.
+const CANCELLED: f64 = 0.125;
 /// The most halvings of one sweep, lest rounding errors be followed without end.
 const BUDGET: i32 = 200;
 /// The most rounds of halving: a half-sphere's triangles have sides of at most 180°, 90°, 45°.
@@ -135,12 +137,13 @@ pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64
 }
 
 /// The parts of a triangle with `value` ≥ 0, that is, above `plane`; `cut(i, j)` is the point of the side
-/// from i to j where it vanishes.
+/// from i to j where it vanishes. Of corners as they were `given`, products may be taken anew.
 fn clip(
     triangle: Triangle,
     plane: DVec3,
     value: [f64; 3],
     cut: impl Fn(usize, usize) -> Corner,
+    given: bool,
 ) -> [Option<Triangle>; 2] {
     let Triangle {
         corners,
@@ -176,10 +179,18 @@ fn clip(
     let (q, p) = (cut(j, i), cut(l, i));
     // By the cross products of exact corners, unless p is so near the shading point that they cancel.
     let (one, other) = (sides[i] * lost(l, i), sides[l] * kept(l, i));
-    let diagonal = if one.length() + other.length() < corners[j].at.length() * p.at.length() {
+    let terms = one.length() + other.length();
+    let product = corners[j].at.length() * p.at.length();
+    let diagonal = if terms < product {
         one - other
     } else {
         predicates::cross(corners[j].at, p.at)
+    };
+    // A diagonal of nearly 180° cancels in both; its halves share out the volume by its sine.
+    let diagonal = if given && diagonal.length() < CANCELLED * terms.min(product) {
+        cross_at_crossing(plane, corners[j].at, corners[l].at, corners[i].at)
+    } else {
+        diagonal
     };
     // The sides from j and l to i end at q and p; the four-sided rest is divided from j to p.
     let rest = volume * lost(l, i) * kept(j, i);
@@ -214,7 +225,7 @@ impl Lobe {
                 lobe,
             }
         };
-        let parts = clip(triangle, self.n, c.map(|c| c.facing), cut);
+        let parts = clip(triangle, self.n, c.map(|c| c.facing), cut, true);
         parts.into_iter().flatten().map(|t| self.above(t)).sum()
     }
 
@@ -230,7 +241,7 @@ impl Lobe {
                 lobe: 0.0,
             }
         };
-        let parts = clip(triangle, self.w, c.map(|c| c.lobe), cut);
+        let parts = clip(triangle, self.w, c.map(|c| c.lobe), cut, false);
         parts.into_iter().flatten().map(|t| self.whole(t)).sum()
     }
 
