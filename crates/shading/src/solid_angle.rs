@@ -185,7 +185,12 @@ fn atan_excess(u: f64) -> f64 {
 
 /// The signed solid angle: positive where a, b, c turn counter-clockwise about det > 0.
 fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let det = volume(a, b, c);
     let (ra, rb, rc) = (a.length(), b.length(), c.length());
+    // 30 ε² is what of no volume may be left.
+    if det.abs() <= 1e-30 * ra * rb * rc && on_one_line(a, b, c) {
+        return 0.0;
+    }
     let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
     let opposite = [
         ab < -0.9 * ra * rb,
@@ -193,22 +198,28 @@ fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
         ca < -0.9 * rc * ra,
     ];
     let below = match opposite {
-        [true, _, true] => return lune(a, b, c),
-        [true, true, _] => return lune(b, c, a),
-        [_, true, true] => return lune(c, a, b),
+        [true, _, true] => return lune(a, b, c, det),
+        [true, true, _] => return lune(b, c, a, det),
+        [_, true, true] => return lune(c, a, b, det),
         [true, ..] => obtuse([a, b, c], [ra, rb, rc], ab),
         [_, true, _] => obtuse([b, c, a], [rb, rc, ra], bc),
         [.., true] => obtuse([c, a, b], [rc, ra, rb], ca),
         [false, false, false] => ra * rb * rc + ab * rc + bc * ra + ca * rb,
     };
-    2.0 * volume(a, b, c).atan2(below)
+    2.0 * det.atan2(below)
+}
+
+/// Whether the shading point is on the line of all three: nothing is seen, though it be between them.
+#[cold]
+fn on_one_line(a: DVec3, b: DVec3, c: DVec3) -> bool {
+    predicates::cross(a, b) == DVec3::ZERO && predicates::cross(a, c) == DVec3::ZERO
 }
 
 /// The solid angle where a is nearly opposite both b and c: with the small triangle of them and −a it fills
 /// the space between the planes through a, which is twice their angle.
-fn lune(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+fn lune(a: DVec3, b: DVec3, c: DVec3, det: f64) -> f64 {
     let (left, right) = (predicates::cross(a, b), predicates::cross(a, c));
-    let angle = (a.length() * volume(a, b, c)).atan2(dot(left, right));
+    let angle = (a.length() * det).atan2(dot(left, right));
     2.0 * angle + signed(-a, b, c)
 }
 

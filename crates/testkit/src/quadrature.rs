@@ -148,7 +148,7 @@ fn adaptive(
     f: &mut dyn FnMut(f64) -> f64,
     a: f64,
     b: f64,
-    rel_tol: f64,
+    [rel_tol, abs_tol]: [f64; 2],
     rule: (&[f64], &[f64], &[f64]),
 ) -> Estimate {
     let per_piece = 2 * rule.0.len() - 1;
@@ -163,7 +163,11 @@ fn adaptive(
         let Piece { a: lo, b: hi, .. } = pieces[worst];
         let middle = 0.5 * (lo + hi);
         let exhausted = pieces.len() >= MAX_PIECES || middle <= lo.min(hi) || middle >= lo.max(hi);
-        if error <= rel_tol * value.abs() || error == 0.0 || exhausted || !error.is_finite() {
+        if error <= abs_tol.max(rel_tol * value.abs())
+            || error == 0.0
+            || exhausted
+            || !error.is_finite()
+        {
             return Estimate {
                 value,
                 error,
@@ -190,12 +194,26 @@ fn adaptive(
 /// assert!((e.value - (1f64.exp() - 1.0)).abs() < 4.0 * f64::EPSILON);
 /// ```
 pub fn gauss_kronrod(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: f64) -> Estimate {
-    adaptive(&mut f, a, b, rel_tol, (&NODES_15, &KRONROD_15, &GAUSS_7))
+    gauss_kronrod_to(&mut f, a, b, rel_tol, 0.0)
+}
+
+/// As [`gauss_kronrod`], until the estimated error is below `rel_tol`·|value| or below `abs_tol`: for integrands that
+/// are small differences, whose rounding is not relative to themselves and would be followed without end.
+pub fn gauss_kronrod_to(
+    mut f: impl FnMut(f64) -> f64,
+    a: f64,
+    b: f64,
+    rel_tol: f64,
+    abs_tol: f64,
+) -> Estimate {
+    let rule = (&NODES_15[..], &KRONROD_15[..], &GAUSS_7[..]);
+    adaptive(&mut f, a, b, [rel_tol, abs_tol], rule)
 }
 
 /// As [`gauss_kronrod`] with the pair 15/31: fewer pieces for smooth, strongly curved or oscillating integrands.
 pub fn gauss_kronrod_31(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: f64) -> Estimate {
-    adaptive(&mut f, a, b, rel_tol, (&NODES_31, &KRONROD_31, &GAUSS_15))
+    let rule = (&NODES_31[..], &KRONROD_31[..], &GAUSS_15[..]);
+    adaptive(&mut f, a, b, [rel_tol, 0.0], rule)
 }
 
 /// ∬ f(x, y) dy dx over the rectangle `x` × `y` by nested adaptive Gauss–Kronrod 7/15.

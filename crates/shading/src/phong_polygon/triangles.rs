@@ -57,7 +57,7 @@ impl Corner {
     }
 
     fn unit(self) -> Self {
-        let length = self.at.length();
+        let length = length(self.at);
         Self {
             at: self.at / length,
             facing: self.facing / length,
@@ -252,7 +252,7 @@ impl Lobe {
 
     /// A triangle that is above both horizons, by directions.
     fn whole(&self, triangle: Triangle) -> f64 {
-        let lengths = triangle.corners.map(|c| c.at.length());
+        let lengths = triangle.corners.map(|c| length(c.at));
         if lengths.iter().any(|r| !(*r > 0.0)) {
             return 0.0;
         }
@@ -283,6 +283,11 @@ impl Lobe {
             return crossing(from.at, to.at, self.w, from.lobe, to.lobe);
         }
         let span = to.lobe - from.lobe;
+        // On the surface's own horizon the side is along n, and rounded; w may be, too, or nearly.
+        if from.facing == 0.0 && to.facing == 0.0 {
+            let share = dot(self.n, side) / self.n.length_squared();
+            return predicates::cross(self.w, self.n) * (share / span);
+        }
         // What the roundings of the ends and of the side are relative to.
         let ends = from.at.length() * to.lobe.abs() + to.at.length() * from.lobe.abs();
         if ends <= side.length() {
