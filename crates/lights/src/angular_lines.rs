@@ -19,14 +19,22 @@ use crate::irradiance::Trapezoid;
 use crate::linear::{ArcPoint, LineView, ProjectedLine};
 use crate::lines::{self, LineSample, linear_warp, within};
 use crate::pdf::{Offset, Pdf, SolidAngle};
+use crate::piece::{Angles, Line, Piece, Warp};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
 /// After a step this small, relative to the piece, the next one would be rounding.
 const LAST_STEP: f64 = 2e-9;
-/// Nearer to the light's plane than this, relative to the way to the farthest of the light, Lambert's sum has less than
-/// five digits, and soon none: there the projected measure counts as the plane's own, zero.
+/// Nearer to the light's plane than this, relative to the way to the farthest of the light, the corners of its part above the
+/// horizon, rounded to ε of their size, know the projected measure next to the foot to less than seven digits: there the
+/// offsets go by solid angle.
 const NEAREST: f64 = 1e-9;
+/// By how much more than what is above the horizon is kept there, relative to the same: a few roundings of a corner.
+const MORE: f64 = 16.0 * f64::EPSILON;
+/// The ratio of the distances of a piece's lines from which on angles do not tell them apart well: three digits are lost.
+const WIDE: f64 = 1e3;
+/// Steps at most in offsets: they may have to halve down to rounding.
+const MOST_HALVINGS: u32 = 128;
 /// Newton steps at most; the bracket halves at least every second one.
 const MOST_STEPS: u32 = 64;
 
@@ -38,9 +46,13 @@ const MOST_STEPS: u32 = 64;
 /// receiver.
 ///
 /// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is not finite. Lines run at
-/// `angle_rad` from the polygon's first edge. **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence or a shading point nearer
-/// than 1e-4 of the size limits the CDF itself to ε r/z: so it is of the projected measure, which is 0 nearer to the plane
-/// than 1e-9 of the light's reach (`docs/accuracy-lights.md` has the rows); the plain one keeps its digits to 1e-300.
+/// `angle_rad` from the polygon's first edge.
+///
+/// **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence limits the CDF itself. An edge or the
+/// horizon through the foot of a shading point at the distance z is known to ε r/z of the measure, for corners are rounded to
+/// ε of their distance r; of a light that the shading point touches (z < 1e-14 r, foot inside) f64 has no points in the
+/// directions that matter, and the projected measure is known to its order of magnitude.
+/// `docs/accuracy-lights.md` has the rows.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
@@ -70,34 +82,26 @@ pub struct AngularLines {
     /// Shading normal in the frame (along, across, towards the light); `None` for the plain solid angle.
     normal: Option<DVec3>,
     pieces: Pieces,
-    /// Whether the marginal is the piecewise linear one.
-    warped: bool,
+    marginal: Marginal,
 }
 
-/// One piece between neighbouring knots: the first line relative to the foot, and the steps to the last one, formed before
-/// the foot was subtracted.
-#[derive(Clone, Copy)]
-struct Piece {
-    first: Line,
-    /// Changes of offset and ends over the piece.
-    width: f64,
-    lower: f64,
-    upper: f64,
-}
-
-/// A line relative to the foot of the shading point: offset, beginning and length.
-#[derive(Clone, Copy)]
-struct Line {
-    u: f64,
-    lo: f64,
-    length: f64,
+/// What offsets are drawn by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Marginal {
+    /// The plain solid angle.
+    Solid,
+    /// Linear in the angle over each piece, between the plain solid angles of its ends.
+    Warped,
+    /// The projected solid angle.
+    Projected,
 }
 
 impl AngularLines {
     /// Lines proportional to the solid angle of their neighbourhood.
     #[must_use]
     pub fn by_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
-        Self::new(polygon, angle_rad, x, None, false)
+        let at = (x, height(polygon, x));
+        Self::new(polygon, angle_rad, at, None, Marginal::Solid)
     }
 
     /// Lines nearly proportional to the solid angle of their neighbourhood: on each piece between the offsets of vertices
@@ -108,10 +112,15 @@ impl AngularLines {
     /// times as wide as it is far lie between 0.60 and 1.10. [`AngularLines::total`] is the normalisation, not Ω.
     #[must_use]
     pub fn by_warped_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
-        Self::new(polygon, angle_rad, x, None, true)
+        let at = (x, height(polygon, x));
+        Self::new(polygon, angle_rad, at, None, Marginal::Warped)
     }
 
     /// Lines proportional to the projected solid angle, of the part of the light above the horizon of the unit `normal`.
+    ///
+    /// Where the shading point is nearer to the light's plane than 1e-9 of the way to the farthest of the light, lines are
+    /// proportional to the plain solid angle of that part instead, and points on them to the projected one: as unbiased, of
+    /// weights below Ω, and [`AngularLines::total`] is Ω.
     #[must_use]
     pub fn by_projected_solid_angle(
         polygon: &ConvexPolygon,
@@ -119,15 +128,23 @@ impl AngularLines {
         x: DVec3,
         normal: DVec3,
     ) -> Self {
-        match polygon.clip(x, normal) {
+        // The whole polygon's: a corner on the horizon is off the plane by its rounding.
+        let (height, reach) = (height(polygon, x), reach(polygon, x));
+        let (horizon, marginal) = if height.abs() < NEAREST * reach {
+            // Rounded corners must not lose light; each line is cut at the horizon itself.
+            (x - normal * (MORE * reach), Marginal::Solid)
+        } else {
+            (x, Marginal::Projected)
+        };
+        match polygon.clip(horizon, normal) {
             // The frame is the whole polygon's, so that the angle keeps its meaning.
             Some(above) => {
                 let turned = angle_rad + polygon.plane_frame().turn_from(&above.plane_frame());
-                Self::new(&above, turned, x, Some(normal), false)
+                Self::new(&above, turned, (x, height), Some(normal), marginal)
             }
             None => Self {
                 pieces: Pieces::new(core::iter::empty()),
-                ..Self::new(polygon, angle_rad, x, None, false)
+                ..Self::new(polygon, angle_rad, (x, height), None, Marginal::Solid)
             },
         }
     }
@@ -135,13 +152,12 @@ impl AngularLines {
     fn new(
         polygon: &ConvexPolygon,
         angle_rad: f64,
-        x: DVec3,
+        (x, height): (DVec3, f64),
         normal: Option<DVec3>,
-        warped: bool,
+        marginal: Marginal,
     ) -> Self {
         let lines = ParallelLines::new(polygon, angle_rad);
         let (offset, along) = lines.coordinates(x);
-        let height = predicates::dot(polygon.normal(), polygon.vertices()[0] - x);
         let axes = lines.frame().axes;
         let towards = axes.z * height.signum();
         let mut out = Self {
@@ -151,16 +167,12 @@ impl AngularLines {
             z: height.abs(),
             normal: normal.map(|n| DVec3::new(n.dot(axes.x), n.dot(axes.y), n.dot(towards))),
             pieces: Pieces::new(core::iter::empty()),
-            warped,
+            marginal,
         };
-        let reach = predicates::length(polygon.vertices()[0] - x) + polygon.diameter();
-        if normal.is_some() && out.z < NEAREST * reach {
-            return out;
-        }
         let count = out.lines.knots().len() - 1;
         let measures = (0..count).map(|k| {
             let piece = out.piece(k);
-            let m = if warped {
+            let m = if marginal == Marginal::Warped {
                 out.warp(&piece).mass()
             } else {
                 out.measure(&piece.part(1.0, out.z))
@@ -169,6 +181,14 @@ impl AngularLines {
         });
         out.pieces = Pieces::new(measures);
         out
+    }
+
+    /// The normal of the measure that offsets are drawn by: none for plain solid angles.
+    fn marginal_normal(&self) -> Option<DVec3> {
+        match self.marginal {
+            Marginal::Solid | Marginal::Warped => None,
+            Marginal::Projected => self.normal,
+        }
     }
 
     /// Solid angle Ω in sr, or projected solid angle (the irradiance of unit radiance).
@@ -207,7 +227,7 @@ impl AngularLines {
     }
 
     fn measure(&self, part: &Trapezoid) -> f64 {
-        match self.normal {
+        match self.marginal_normal() {
             None => part.solid_angle(),
             Some(n) => part.irradiance(n),
         }
@@ -229,7 +249,7 @@ impl AngularLines {
 
     /// Its measure per radius.
     fn thin_measure(&self, line: Line) -> f64 {
-        match self.normal {
+        match self.marginal_normal() {
             // The formula of LineView::solid_angle, without the rest of it.
             None => {
                 let (y0, y1) = (line.lo, line.lo + line.length);
@@ -263,7 +283,7 @@ impl AngularLines {
         let piece = self.piece(k);
         let knots = self.lines.knots();
         let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
-        let (offset, pdf) = if self.warped {
+        let (offset, pdf) = if self.marginal == Marginal::Warped {
             let warp = self.warp(&piece);
             let t = linear_warp(place, warp.first, warp.last);
             let offset = at(unit(warp.angles.fraction(t * warp.angles.end)));
@@ -317,6 +337,9 @@ impl AngularLines {
             0.5 * line.u.hypot(z) * self.thin_measure(line)
         };
         let angles = Angles::new(piece.first.u, piece.width, z);
+        if angles.spread(z) > WIDE {
+            return self.find_wide(piece, target, whole);
+        }
         let (mut lo, mut hi) = (0.0, angles.end);
         let mut v = angles.end * linear_warp(target / whole, slope(0.0), slope(1.0));
         for _ in 0..MOST_STEPS {
@@ -346,6 +369,40 @@ impl AngularLines {
         angles.fraction(v)
     }
 
+    /// [`AngularLines::find`] where the foot is so near, next to the piece's width, that most of it is at angles that are
+    /// rounded to the same one: by bracketed Newton steps in s itself.
+    #[cold]
+    #[inline(never)]
+    fn find_wide(&self, piece: &Piece, target: f64, whole: f64) -> f64 {
+        let (mut lo, mut hi, mut s) = (0.0, 1.0, 0.5);
+        for _ in 0..MOST_HALVINGS {
+            let e = self.measure(&piece.part(s, self.z)) - target;
+            if e.abs() <= 2.0 * f64::EPSILON * whole {
+                break;
+            }
+            if e > 0.0 {
+                hi = s;
+            } else {
+                lo = s;
+            }
+            let line = piece.at(s);
+            // dψ = z du/(z² + u²).
+            let per_width = piece.width * (self.z / line.u.hypot(self.z));
+            let newton = s - e / (0.5 * per_width * self.thin_measure(line));
+            let next = if newton > lo && newton < hi {
+                newton
+            } else {
+                0.5 * (lo + hi)
+            };
+            let step = (next - s).abs();
+            s = next;
+            if step <= f64::EPSILON * s {
+                break;
+            }
+        }
+        s
+    }
+
     /// The marginal density of the line at `offset`: `S z/(z² + u²)/Ω`, or with the ribbon integral in place of S.
     #[must_use]
     pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
@@ -356,7 +413,7 @@ impl AngularLines {
         else {
             return Pdf::ZERO;
         };
-        if self.warped {
+        if self.marginal == Marginal::Warped {
             let k = self.piece_at(offset);
             let warp = self.warp(&self.piece(k));
             let t = warp.place(offset - self.lines.knots()[k], self.z);
@@ -376,7 +433,7 @@ impl AngularLines {
             return None;
         }
         let k = self.piece_at(offset);
-        if self.warped {
+        if self.marginal == Marginal::Warped {
             let warp = self.warp(&self.piece(k));
             let t = warp.place(offset - knots[k], self.z);
             let below = t * (warp.first + 0.5 * t * (warp.last - warp.first));
@@ -526,6 +583,16 @@ impl AngularLines {
     }
 }
 
+/// Height of the polygon's plane over the shading point, along its normal.
+fn height(polygon: &ConvexPolygon, x: DVec3) -> f64 {
+    predicates::dot(polygon.normal(), polygon.vertices()[0] - x)
+}
+
+/// A bound of the way to the farthest of the light.
+fn reach(polygon: &ConvexPolygon, x: DVec3) -> f64 {
+    predicates::length(polygon.vertices()[0] - x) + polygon.diameter()
+}
+
 /// Measures of one line.
 #[derive(Clone, Copy)]
 struct LineMeasure {
@@ -571,87 +638,5 @@ impl Thin {
             Self::Solid(v) => v.invert_solid_angle(lambda),
             Self::Projected(p) => p.invert(lambda),
         }
-    }
-}
-
-impl Piece {
-    /// The line at the fraction `s` of the width.
-    fn at(&self, s: f64) -> Line {
-        Line {
-            u: self.first.u + self.width * s,
-            lo: self.first.lo + self.lower * s,
-            length: (self.first.length + (self.upper - self.lower) * s).max(0.0),
-        }
-    }
-
-    /// The part from the first line to the one at the fraction `s`.
-    fn part(&self, s: f64, z: f64) -> Trapezoid {
-        let (a, b) = (self.first, self.at(s));
-        let width = self.width * s;
-        let corner = |line: Line, v: f64| DVec3::new(line.lo + v, line.u, z);
-        Trapezoid {
-            corners: [
-                corner(a, 0.0),
-                corner(a, a.length),
-                corner(b, b.length),
-                corner(b, 0.0),
-            ],
-            edges: [
-                DVec3::new(a.length, 0.0, 0.0),
-                DVec3::new(self.upper * s, width, 0.0),
-                DVec3::new(-b.length, 0.0, 0.0),
-                DVec3::new(-self.lower * s, -width, 0.0),
-            ],
-            width,
-            z,
-        }
-    }
-}
-
-/// A density linear in the angle over a piece, from `first` to `last`.
-struct Warp {
-    angles: Angles,
-    first: f64,
-    last: f64,
-}
-
-impl Warp {
-    fn mass(&self) -> f64 {
-        0.5 * (self.first + self.last) * self.angles.end
-    }
-
-    fn at(&self, t: f64) -> f64 {
-        self.first + (self.last - self.first) * t
-    }
-
-    /// The fraction of the angle at an offset from the first one.
-    fn place(&self, offset: f64, z: f64) -> f64 {
-        let from = self.angles.first;
-        let v = (z * offset).atan2(z * z + from * (from + offset));
-        unit(v / self.angles.end)
-    }
-}
-
-/// The angle v from the first offset of a piece, seen from the foot's height: offsets are z tan ψ.
-struct Angles {
-    first: f64,
-    end: f64,
-    r: [f64; 2],
-}
-
-impl Angles {
-    fn new(u: f64, width: f64, z: f64) -> Self {
-        let last = u + width;
-        Self {
-            first: u,
-            end: (z * width).atan2(z * z + u * last),
-            r: [u.hypot(z), last.hypot(z)],
-        }
-    }
-
-    /// The fraction of the width at the angle `v`: both weights positive.
-    fn fraction(&self, v: f64) -> f64 {
-        let (w1, w0) = (v.sin() / self.r[1], (self.end - v).sin() / self.r[0]);
-        unit(w1 / (w0 + w1))
     }
 }

@@ -1,7 +1,11 @@
 //! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made of.
 
+use crate::real::power_of_two_over;
 use crate::spherical_triangle::{self, cross_in_plane};
 use linelit_geometry::{DVec3, predicates};
+
+/// The square of z/r below which Lambert's sum is taken apart: it has lost two digits of sixteen there.
+const GRAZING: f64 = 1e-4;
 
 /// A trapezoid of the light between two parallel lines, relative to the shading point: (a, b) on the one line, (d, c) on
 /// the other, at the distance `width`.
@@ -31,9 +35,13 @@ impl Trapezoid {
     /// `∫ max(0, n·ω) dω` for a trapezoid that is above the horizon of `n`.
     ///
     /// Lambert's sum over edges, `½ Σ Θᵢ (Xᵢ·n)/|Xᵢ|`, when the size is half the distance or more; below that its
-    /// form centred on the first corner, in which the terms of the full turn have been cancelled by hand. Error about
-    /// 100 ε (1 + r/z) in both.
+    /// form centred on the first corner, in which the terms of the full turn have been cancelled by hand. In both the
+    /// part of n across the plane adds up to z²/r² from terms of one, so that next to the plane, with the foot of the
+    /// shading point outside, [`Trapezoid::beside`] has that part. Error about 100 ε relative to a piece as it is given.
     pub(crate) fn irradiance(&self, n: DVec3) -> f64 {
+        if self.z * self.z < GRAZING * self.corners[0].length_squared() && self.foot_is_outside() {
+            return self.beside(n).abs();
+        }
         let size = self
             .edges
             .iter()
@@ -44,6 +52,50 @@ impl Trapezoid {
         } else {
             self.by_edges(n).abs()
         }
+    }
+
+    /// Whether the foot of the shading point in the plane is outside, by exact signs.
+    fn foot_is_outside(&self) -> bool {
+        let turn = |i: usize| {
+            let (p, e) = (self.corners[i], self.edges[i]);
+            predicates::diff_of_products(p.x, e.y, p.y, e.x)
+        };
+        let turns = [turn(0), turn(1), turn(2), turn(3)];
+        turns.iter().any(|&t| t > 0.0) && turns.iter().any(|&t| t < 0.0)
+    }
+
+    /// [`Trapezoid::irradiance`] next to the plane with the foot outside.
+    ///
+    /// The part of n in the plane is a sum over the edges of Θᵢ z/|Xᵢ|, of the order of the result. The part across it is,
+    /// in polar coordinates (r, φ) about the foot, `−½ n_z z² Σ ∫ dφ/(r² + z²)`, for the full turns `∮ dφ` add up to
+    /// nothing: [`edge_below_turn`].
+    #[cold]
+    #[inline(never)]
+    fn beside(&self, n: DVec3) -> f64 {
+        // Fourth powers of lengths must be numbers: a power of two changes nothing else.
+        let largest = self
+            .corners
+            .map(DVec3::length)
+            .into_iter()
+            .fold(0.0, f64::max);
+        let unit = power_of_two_over(largest);
+        let (p, e) = (self.corners.map(|p| p * unit), self.edges.map(|e| e * unit));
+        let z = self.z * unit;
+        let scaled = Self {
+            corners: p,
+            edges: e,
+            width: self.width * unit,
+            z,
+        };
+        let size = e.iter().map(|e| e.length_squared()).fold(0.0, f64::max);
+        let in_plane = DVec3::new(n.x, n.y, 0.0);
+        let along = if size < 0.25 * p[0].length_squared() {
+            scaled.centred(in_plane)
+        } else {
+            scaled.by_edges(in_plane)
+        };
+        let across: f64 = (0..4).map(|i| edge_below_turn(p[i], e[i], z)).sum();
+        along - 0.5 * n.z * across
     }
 
     fn by_edges(&self, n: DVec3) -> f64 {
@@ -84,6 +136,28 @@ impl Trapezoid {
         }
         0.5 * (flat + n.dot(v0.cross(tilt)))
     }
+}
+
+/// `z² ∫ dφ/(r² + z²)` along an edge, in polar coordinates about the foot: the turn φ − (p/d) θ from the foot of its line to a
+/// place t of it, with p its distance in the plane, d in space, tan φ = t/p and tan θ = t/d, between the two ends.
+///
+/// φ − θ has the tangent `k t/(p d + t²)` with k = z²/(d + p), and 1 − p/d is k/d: nothing that is large cancels.
+fn edge_below_turn(from: DVec3, edge: DVec3, z: f64) -> f64 {
+    let length = edge.x.hypot(edge.y);
+    if length <= 0.0 {
+        return 0.0;
+    }
+    let turn = predicates::diff_of_products(from.x, edge.y, from.y, edge.x);
+    let p = turn.abs() / length;
+    let t0 = predicates::sum_of_products(from.x, edge.x, from.y, edge.y) / length;
+    let t1 = t0 + length;
+    let d = p.hypot(z);
+    let k = z * z / (d + p);
+    let product = p * d;
+    let first = (k * length * (product - t0 * t1))
+        .atan2((product + t0 * t0) * (product + t1 * t1) + k * k * (t0 * t1));
+    let angle = (d * length).atan2(t0 * t1 + d * d);
+    (first + angle * (k / d)).copysign(turn)
 }
 
 /// The coefficients binom(2k, k)/4ᵏ/(2k + 1), k ≥ 1, of arcsin(s)/s in s².

@@ -32,6 +32,7 @@ mod light;
 pub mod linear;
 mod lines;
 mod pdf;
+mod piece;
 mod proxy;
 mod real;
 pub mod selection;

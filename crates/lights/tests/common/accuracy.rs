@@ -29,7 +29,7 @@ pub(crate) struct Row {
 }
 
 /// SplitMix64, so that the example needs nothing else.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     fn next(&mut self) -> f64 {
@@ -54,7 +54,7 @@ impl Random {
         if self.next() < 0.5 { -1.0 } else { 1.0 }
     }
 
-    fn direction(&mut self) -> DVec3 {
+    pub(crate) fn direction(&mut self) -> DVec3 {
         let z = self.in_range(-1.0, 1.0);
         let (s, c) = self.in_range(0.0, std::f64::consts::TAU).sin_cos();
         let r = (1.0 - z * z).sqrt();
@@ -511,7 +511,7 @@ pub(crate) fn near_the_plane(cases: u64) -> Vec<Row> {
             let n = DVec3::new(n.x, n.y, 0.2 + n.z.abs()).normalize();
             let e = AngularLines::by_projected_solid_angle(&polygon, 0.7, DVec3::ZERO, n).total();
             let want = precise_irradiance(&corners, n);
-            // Zero nearer than 1e-9: a domain of its own, and a test.
+            // Nearer than 1e-9 the total is the plain measure: a test of its own.
             if want > 0.0 && exponents[0] >= -8 {
                 projected.push((e / want - 1.0).abs());
             }
@@ -546,7 +546,7 @@ pub(crate) fn near_the_plane(cases: u64) -> Vec<Row> {
 }
 
 /// Corners in the plane at height z, of size one.
-fn triangle_about(foot: &str, z: f64, rng: &mut Random) -> [DVec3; 3] {
+pub(crate) fn triangle_about(foot: &str, z: f64, rng: &mut Random) -> [DVec3; 3] {
     let turn = rng.in_range(0.0, std::f64::consts::TAU);
     let corner =
         |angle: f64, r: f64| DVec3::new(r * (turn + angle).cos(), r * (turn + angle).sin(), z);
@@ -587,7 +587,7 @@ fn precise_solid_angle(corners: &[DVec3]) -> f64 {
 }
 
 /// Lambert's sum over the part above the horizon.
-fn precise_irradiance(corners: &[DVec3], n: DVec3) -> f64 {
+pub(crate) fn precise_irradiance(corners: &[DVec3], n: DVec3) -> f64 {
     let n: Vector = real::vector(n.to_array());
     let p: Vec<Vector> = corners.iter().map(|c| real::vector(c.to_array())).collect();
     let zero = Precise::new(0.0);

@@ -1,0 +1,115 @@
+//! A piece of a light between the parallel lines through two of its neighbouring vertices, relative to the shading point's
+//! foot in the light's plane.
+
+use crate::fan::unit;
+use crate::irradiance::Trapezoid;
+use linelit_geometry::DVec3;
+
+/// One piece between neighbouring knots: the first line relative to the foot, and the steps to the last one, formed before
+/// the foot was subtracted.
+#[derive(Clone, Copy)]
+pub(crate) struct Piece {
+    pub(crate) first: Line,
+    /// Changes of offset and ends over the piece.
+    pub(crate) width: f64,
+    pub(crate) lower: f64,
+    pub(crate) upper: f64,
+}
+
+/// A line relative to the foot of the shading point: offset, beginning and length.
+#[derive(Clone, Copy)]
+pub(crate) struct Line {
+    pub(crate) u: f64,
+    pub(crate) lo: f64,
+    pub(crate) length: f64,
+}
+
+impl Piece {
+    /// The line at the fraction `s` of the width.
+    pub(crate) fn at(&self, s: f64) -> Line {
+        Line {
+            u: self.first.u + self.width * s,
+            lo: self.first.lo + self.lower * s,
+            length: (self.first.length + (self.upper - self.lower) * s).max(0.0),
+        }
+    }
+
+    /// The part from the first line to the one at the fraction `s`.
+    pub(crate) fn part(&self, s: f64, z: f64) -> Trapezoid {
+        let (a, b) = (self.first, self.at(s));
+        let width = self.width * s;
+        let corner = |line: Line, v: f64| DVec3::new(line.lo + v, line.u, z);
+        Trapezoid {
+            corners: [
+                corner(a, 0.0),
+                corner(a, a.length),
+                corner(b, b.length),
+                corner(b, 0.0),
+            ],
+            edges: [
+                DVec3::new(a.length, 0.0, 0.0),
+                DVec3::new(self.upper * s, width, 0.0),
+                DVec3::new(-b.length, 0.0, 0.0),
+                DVec3::new(-self.lower * s, -width, 0.0),
+            ],
+            width,
+            z,
+        }
+    }
+}
+
+/// A density linear in the angle over a piece, from `first` to `last`.
+pub(crate) struct Warp {
+    pub(crate) angles: Angles,
+    pub(crate) first: f64,
+    pub(crate) last: f64,
+}
+
+impl Warp {
+    pub(crate) fn mass(&self) -> f64 {
+        0.5 * (self.first + self.last) * self.angles.end
+    }
+
+    pub(crate) fn at(&self, t: f64) -> f64 {
+        self.first + (self.last - self.first) * t
+    }
+
+    /// The fraction of the angle at an offset from the first one.
+    pub(crate) fn place(&self, offset: f64, z: f64) -> f64 {
+        let from = self.angles.first;
+        let v = (z * offset).atan2(z * z + from * (from + offset));
+        unit(v / self.angles.end)
+    }
+}
+
+/// The angle v from the first offset of a piece, seen from the foot's height: offsets are z tan ψ.
+pub(crate) struct Angles {
+    pub(crate) first: f64,
+    pub(crate) end: f64,
+    pub(crate) r: [f64; 2],
+}
+
+impl Angles {
+    pub(crate) fn new(u: f64, width: f64, z: f64) -> Self {
+        let last = u + width;
+        Self {
+            first: u,
+            end: (z * width).atan2(z * z + u * last),
+            r: [u.hypot(z), last.hypot(z)],
+        }
+    }
+
+    /// The ratio of the largest to the least distance of a line of the piece.
+    pub(crate) fn spread(&self, z: f64) -> f64 {
+        let [a, b] = self.r;
+        // More than a right angle: the foot is between, or nearly.
+        let least = if self.end > 1.5 { z } else { a.min(b) };
+        a.max(b) / least
+    }
+
+    /// The fraction of the width at the angle `v`: both weights positive.
+    pub(crate) fn fraction(&self, v: f64) -> f64 {
+        let (w1, w0) = (v.sin() / self.r[1], (self.end - v).sin() / self.r[0]);
+        unit(w1 / (w0 + w1))
+    }
+}
