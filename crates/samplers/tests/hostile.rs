@@ -2,8 +2,8 @@
 //! share. Only [`split`] takes floats; the others take any bits of integers.
 
 use linelit_samplers::{
-    JointSobol, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64, owen_scramble,
-    sobol_02, split, van_der_corput,
+    JointSobol, SampleSet, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64,
+    owen_scramble, sobol_02, split, van_der_corput,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{hostile, hostile_unit};
@@ -52,7 +52,7 @@ proptest! {
             let sampler = Sampler::new(kind, seed);
             prop_assert_eq!(sampler.kind(), kind);
             let _ = (kind.name(), kind.is_progressive(), kind.pixels_are_independent());
-            let set = sampler.points(pixel, dimension, count);
+            let set: SampleSet = sampler.points(pixel, dimension, count);
             prop_assert_eq!(set.count(), count.max(1));
             for i in [i, 0, set.count() - 1, u32::MAX] {
                 prop_assert!(is_unit(set.get_1d(i)), "{kind} {i}");
