@@ -95,12 +95,19 @@ impl Assembly {
     ) -> Result<()> {
         let total = mesh.triangles.len();
         match self.builder.add_mesh(mesh, place) {
-            Ok(added) if added.degenerate > 0 => {
-                let label = format!("{} of {total}", added.degenerate);
-                let message = "triangles without area are left out";
-                self.warn(ErrorKind::Suspicious, message, &label, at)
+            Ok(added) => {
+                if added.degenerate > 0 {
+                    let label = format!("{} of {total}", added.degenerate);
+                    let message = "triangles without area are left out";
+                    self.warn(ErrorKind::Suspicious, message, &label, at)?;
+                }
+                if let Some(why) = added.why_unlit {
+                    let label = format!("{} of {total}", added.unlit);
+                    let message = format!("triangles that would emit give no light: {why}");
+                    self.warn(ErrorKind::Suspicious, message, &label, at)?;
+                }
+                Ok(())
             }
-            Ok(_) => Ok(()),
             Err(mesh::Refusal::Singular) => {
                 let message = format!("{what} is flattened by its transform");
                 self.warn(ErrorKind::BadTransform, message, "left out", at)

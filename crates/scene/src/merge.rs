@@ -7,7 +7,7 @@
 //! If the union of a whole connected plane patch is convex it becomes one polygon; otherwise
 //! neighbours are merged greedily as long as the result stays convex (after Hertel and Mehlhorn).
 
-use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES};
+use linelit_geometry::{ConvexPolygon, DVec3, MAX_VERTICES, PolygonError};
 use std::collections::HashMap;
 
 /// An emissive triangle, wound so that its normal is the emitting side.
@@ -18,10 +18,10 @@ pub(crate) struct Facet {
     cross: DVec3,
 }
 
-/// Facets that form one light; `polygon` is `None` only if a single sliver has no area left.
+/// Facets that form one light; `polygon` says why a single facet is none.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
-    pub(crate) polygon: Option<ConvexPolygon>,
+    pub(crate) polygon: Result<ConvexPolygon, PolygonError>,
     pub(crate) facets: Vec<usize>,
 }
 
@@ -64,7 +64,7 @@ pub(crate) fn merge<E>(
             each(single(facets, alone))?;
         } else if let Some(polygon) = mesh.union(facets, &patch) {
             each(Group {
-                polygon: Some(polygon),
+                polygon: Ok(polygon),
                 facets: patch,
             })?;
         } else {
@@ -78,7 +78,7 @@ pub(crate) fn merge<E>(
 
 fn single(facets: &[Facet], k: usize) -> Group {
     Group {
-        polygon: ConvexPolygon::try_new(&facets[k].corners).ok(),
+        polygon: ConvexPolygon::try_new(&facets[k].corners),
         facets: vec![k],
     }
 }
@@ -235,7 +235,7 @@ impl Topology {
                     groups.insert(
                         a,
                         Group {
-                            polygon: Some(polygon),
+                            polygon: Ok(polygon),
                             facets: both,
                         },
                     );

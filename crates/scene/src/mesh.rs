@@ -6,7 +6,7 @@ use crate::scene::{EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f64};
 use crate::surface::corner_uvs;
 use crate::{Camera, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
-use linelit_geometry::{ConvexPolygon, DVec2, DVec3, Segment};
+use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
 use linelit_lights::{AreaLight, Emission, Light, LinearLight};
 use std::sync::Arc;
 
@@ -40,6 +40,9 @@ pub(crate) struct Added {
     /// Triangles without area that were left out.
     pub(crate) degenerate: usize,
     pub(crate) lights: usize,
+    /// Triangles that emit but are no light, and why the first of them is none.
+    pub(crate) unlit: usize,
+    pub(crate) why_unlit: Option<PolygonError>,
 }
 
 /// Why a mesh was refused.
@@ -168,7 +171,7 @@ impl Builder {
             has_uvs: !mesh.uvs.is_empty(),
         });
         if let Some(emission) = &place.emission {
-            added.lights = self.add_lights(first, emission, mesh.one_shape)?;
+            self.add_lights(first, emission, mesh.one_shape, &mut added)?;
             // A sphere as it is knows no texture.
             if let Some(sphere) = mesh.sphere
                 && emission.map.is_none()
@@ -218,9 +221,10 @@ impl Builder {
         first: usize,
         spec: &EmissionSpec,
         one_shape: bool,
-    ) -> Result<usize, Refusal> {
+        added: &mut Added,
+    ) -> Result<(), Refusal> {
         let Some(mesh) = self.meshes.last() else {
-            return Ok(0);
+            return Ok(());
         };
         let facets = self.facets(first, mesh);
         let total: f64 = facets.iter().map(Facet::area).sum();
@@ -261,25 +265,32 @@ impl Builder {
                 two_sided: spec.two_sided,
             };
             // The dark parts of a texture are no lights.
-            if let Some(polygon) = group.polygon
-                && (spec.map.is_none() || emission.radiance != DVec3::ZERO)
-            {
-                if self.lights.len() >= self.max_lights {
-                    return Err(Refusal::TooManyLights);
+            let dark = spec.map.is_some() && emission.radiance == DVec3::ZERO;
+            match group.polygon {
+                Err(why) => {
+                    added.unlit += group.facets.len();
+                    added.why_unlit.get_or_insert(why);
                 }
-                let map = spec
-                    .map
-                    .zip(texture.as_ref())
-                    .map(|(map, texture)| EmissionMap {
-                        radiance: full(k),
-                        factor: Arc::clone(&self.emission_maps[map as usize]),
-                        coordinates: texture.plane(k),
-                    });
-                self.push_area_light(polygon, emission, map, start, next);
+                Ok(_) if dark => {}
+                Ok(polygon) => {
+                    if self.lights.len() >= self.max_lights {
+                        return Err(Refusal::TooManyLights);
+                    }
+                    let map = spec
+                        .map
+                        .zip(texture.as_ref())
+                        .map(|(map, texture)| EmissionMap {
+                            radiance: full(k),
+                            factor: Arc::clone(&self.emission_maps[map as usize]),
+                            coordinates: texture.plane(k),
+                        });
+                    self.push_area_light(polygon, emission, map, start, next);
+                }
             }
             Ok(())
         })?;
-        Ok(self.lights.len() - lights_before)
+        added.lights = self.lights.len() - lights_before;
+        Ok(())
     }
 
     /// The triangles from `first` on, turned to the side that emits.

@@ -413,10 +413,17 @@ fn line(params: &Params) -> Result<Geometry> {
 }
 
 /// Whether the corners p00, p10, p01, p11 are those of a flat convex quad, which two triangles
-/// show exactly.
+/// show exactly. So is one of no area, or too small for `f32`, of which adding the mesh says so,
+/// as it says of vertices that are too far away.
 fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
     match ConvexPolygon::try_new(&[p00, p10, p11, p01]) {
-        Ok(_) | Err(PolygonError::Degenerate) => true,
+        Ok(_)
+        | Err(
+            PolygonError::Degenerate
+            | PolygonError::TooSmall
+            | PolygonError::TooLarge(_)
+            | PolygonError::NotFinite(_),
+        ) => true,
         Err(_) => false,
     }
 }
