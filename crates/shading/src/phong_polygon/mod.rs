@@ -11,7 +11,7 @@ mod boundary;
 mod lines;
 pub(crate) mod triangles;
 
-use crate::exact::{dot, settle};
+use crate::exact::{dot, length, settle};
 use crate::horizon::crossing;
 use crate::lobe::log_axis_length;
 use crate::polygon::clip_with;
@@ -56,8 +56,8 @@ const SMALL: f64 = 1e-3;
 /// leaves of a triangle is a product of quotients of its determinant, which is exact but for its last
 /// digit. Neither cost grows with k: some 10 µs and, where it is needed, 40 to 300 µs.
 ///
-/// **Domain**: convex, either order, any number of vertices; w of any length, as in
-/// [`cosine_lobe`](crate::cosine_lobe).
+/// **Domain**: convex, either order, any number of vertices, their plane at zero or 1e-240 of their size at
+/// least; w of any length, as in [`cosine_lobe`](crate::cosine_lobe).
 ///
 /// **Error**: below 1e-10 relative at any exponent from 0 to 1e5, for slivers, edge-on and in the tails
 /// alike, down to results of 1e-280 (`docs/accuracy.md`).
@@ -179,15 +179,15 @@ fn extent(polygon: &[DVec3]) -> f64 {
 
 /// The greatest distance of a vertex over the least.
 fn spread(polygon: &[DVec3]) -> f64 {
-    let squares = polygon.iter().map(|p| p.length_squared());
-    let [least, most] = squares.fold([f64::INFINITY, 0.0], |[least, most], s| {
+    let lengths = polygon.iter().map(|p| length(*p));
+    let [least, most] = lengths.fold([f64::INFINITY, 0.0], |[least, most], s| {
         [s.min(least), s.max(most)]
     });
-    (most / least).sqrt()
+    most / least
 }
 
 /// The greatest cosine with the axis of a vertex.
 fn highest(polygon: &[DVec3], w: DVec3) -> f64 {
-    let cosine = |p: &DVec3| dot(w, *p) / p.length();
+    let cosine = |p: &DVec3| dot(w, *p) / length(*p);
     polygon.iter().map(cosine).fold(0.0, f64::max)
 }

@@ -179,15 +179,15 @@ fn clip(
     let (q, p) = (cut(j, i), cut(l, i));
     // By the cross products of exact corners, unless p is so near the shading point that they cancel.
     let (one, other) = (sides[i] * lost(l, i), sides[l] * kept(l, i));
-    let terms = one.length() + other.length();
-    let product = corners[j].at.length() * p.at.length();
+    let terms = length(one) + length(other);
+    let product = length(corners[j].at) * length(p.at);
     let diagonal = if terms < product {
         one - other
     } else {
         predicates::cross(corners[j].at, p.at)
     };
     // A diagonal of nearly 180° cancels in both; its halves share out the volume by its sine.
-    let diagonal = if given && diagonal.length() < CANCELLED * terms.min(product) {
+    let diagonal = if given && length(diagonal) < CANCELLED * terms.min(product) {
         cross_at_crossing(plane, corners[j].at, corners[l].at, corners[i].at)
     } else {
         diagonal
@@ -289,8 +289,8 @@ impl Lobe {
             return predicates::cross(self.w, self.n) * (share / span);
         }
         // What the roundings of the ends and of the side are relative to.
-        let ends = from.at.length() * to.lobe.abs() + to.at.length() * from.lobe.abs();
-        if ends <= side.length() {
+        let ends = length(from.at) * to.lobe.abs() + length(to.at) * from.lobe.abs();
+        if ends <= length(side) {
             return from.at * (to.lobe / span) + to.at * (-from.lobe / span);
         }
         predicates::cross(self.w, side) / span

@@ -1,0 +1,403 @@
+//! Every closed form over a polygon against adaptive quadrature of what it is defined as, in polar coordinates about
+//! the point of its plane below the shading point: ordinary polygons, slivers, far ones, and from (nearly) their plane.
+
+use linelit_geometry::{DVec3, Frame};
+use linelit_shading::cosine_lobe::CosineLobe;
+use linelit_shading::ltc::{GgxLobes, Ltc};
+use linelit_shading::{phong_polygon, polygon, solid_angle};
+use linelit_testkit::assert_close;
+use linelit_testkit::cases::cases;
+use linelit_testkit::quadrature::{gauss_kronrod, gauss_kronrod_to};
+use linelit_testkit::strategies::{convex_polygon_2d, unit_vector};
+use proptest::prelude::*;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Relative tolerances along a ray from the foot, and over the rays.
+const INNER: f64 = 1e-13;
+const OUTER: f64 = 1e-11;
+/// Pieces towards an azimuth with a kink, each that share of the one before.
+const GRADES: i32 = 8;
+const STEP: f64 = 1.0 / 64.0;
+/// Of an integrand of at most one, at a direction of four roundings.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// A convex polygon in the plane z = `height`.
+#[derive(Clone, Debug)]
+struct Shape {
+    corners: Vec<[f64; 2]>,
+    height: f64,
+    /// The quadrature's own ends are off by this, relative to how far they are apart.
+    rounding: f64,
+}
+
+impl Shape {
+    fn vertices(&self) -> Vec<DVec3> {
+        self.corners
+            .iter()
+            .map(|p| DVec3::new(p[0], p[1], self.height))
+            .collect()
+    }
+
+    /// The distances at which a ray from the foot enters and leaves.
+    fn chord(&self, [c, s]: [f64; 2]) -> Option<[f64; 2]> {
+        let mut hits = Vec::new();
+        for (a, b) in self.sides() {
+            let side = |p: [f64; 2]| c * p[1] - s * p[0];
+            let (da, db) = (side(a), side(b));
+            if (da < 0.0) != (db < 0.0) {
+                let t = da / (da - db);
+                let at = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+                hits.push(c * at[0] + s * at[1]);
+            }
+        }
+        hits.retain(|r| *r > 0.0);
+        hits.sort_by(f64::total_cmp);
+        match hits[..] {
+            [] => None,
+            [far] => Some([0.0, far]),
+            [near, .., far] => Some([near, far]),
+        }
+    }
+
+    fn sides(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
+        let next = self.corners.iter().cycle().skip(1);
+        self.corners.iter().copied().zip(next.copied())
+    }
+
+    /// ∫ f dω along a ray from the foot, by azimuth, where k·ω > 0 for all `planes`.
+    fn along(&self, azimuth: f64, planes: &[DVec3], f: impl Fn(DVec3) -> f64) -> f64 {
+        let (s, c) = azimuth.sin_cos();
+        let Some([near, far]) = self.chord([c, s]) else {
+            return 0.0;
+        };
+        let height = self.height;
+        // dω = sin t dt dφ, for tan t = r/h.
+        let value = |r: f64| {
+            let slant = r.hypot(height);
+            let (out, up) = (r / slant, height / slant);
+            let w = DVec3::new(out * c, out * s, up);
+            let lit = planes.iter().all(|k| k.dot(w) > 0.0);
+            if lit {
+                [f(w) * out, up, slant]
+            } else {
+                [0.0, up, slant]
+            }
+        };
+        let mut marks = vec![near, far];
+        // Where a horizon is met.
+        marks.extend(planes.iter().map(|k| -k.z * height / (k.x * c + k.y * s)));
+        marks.retain(|r| *r >= near && *r <= far);
+        marks.sort_by(f64::total_cmp);
+        let pieces = marks.windows(2).filter(|p| p[0] < p[1]);
+        let integral = |p: &[f64]| {
+            let (s0, s1) = (p[0].hypot(height), p[1].hypot(height));
+            // Its solid angle, cos t₀ − cos t₁ without cancellation: what rounding is relative to.
+            let solid = height / s0 * ((p[1] - p[0]) / s1) * ((p[1] + p[0]) / (s0 + s1));
+            let rounding = ROUNDING * solid;
+            if p[1] > 16.0 * p[0] {
+                // Over powers of ten: r = h sinh q, dt = dq/cosh q.
+                let by_log = |q: f64| {
+                    let [value, up, _] = value(height * q.sinh());
+                    value * up
+                };
+                let [from, to] = [p[0], p[1]].map(|r| (r / height).asinh());
+                // Near the foot is most, of a range of up to 600.
+                let ends = (0..10).map(|j| to.min(from + 2f64.powi(j + 1)));
+                let (mut last, mut sum) = (from, 0.0);
+                for end in ends {
+                    if end <= last {
+                        break;
+                    }
+                    sum += gauss_kronrod_to(by_log, last, end, INNER, rounding).value;
+                    last = end;
+                }
+                sum
+            } else {
+                let by_distance = |r: f64| {
+                    let [value, up, slant] = value(r);
+                    value * up / slant
+                };
+                gauss_kronrod_to(by_distance, p[0], p[1], INNER, rounding).value
+            }
+        };
+        pieces.map(integral).sum()
+    }
+
+    /// ∫ f(ω) dω where k·ω > 0 for all `planes`, and a bound of the error; `whole` is the solid angle, horizons or
+    /// not, for an integrand of at most one.
+    fn integral(&self, whole: f64, planes: &[DVec3], f: impl Fn(DVec3) -> f64) -> (f64, f64) {
+        // Azimuths with a kink: of corners, and of a horizon where it leaves by a side, meets another, and is far away.
+        let mut kinks: Vec<[f64; 2]> = self.corners.clone();
+        for (i, k) in planes.iter().enumerate() {
+            let above = |p: [f64; 2]| k.x * p[0] + k.y * p[1] + k.z * self.height;
+            for (a, b) in self.sides() {
+                let (ka, kb) = (above(a), above(b));
+                if (ka < 0.0) != (kb < 0.0) {
+                    let t = ka / (ka - kb);
+                    kinks.push([0, 1].map(|i| a[i] + t * (b[i] - a[i])));
+                }
+            }
+            for m in &planes[..i] {
+                let both = k.cross(*m);
+                kinks.extend([[both.x, both.y], [-both.x, -both.y]]);
+            }
+            kinks.extend([[-k.y, k.x], [k.y, -k.x]]);
+        }
+        let azimuth = |p: &[f64; 2]| p[1].atan2(p[0]).rem_euclid(TAU);
+        let mut marks: Vec<f64> = kinks.iter().map(azimuth).collect();
+        marks.sort_by(f64::total_cmp);
+        marks.push(marks[0] + TAU);
+        // Smaller and smaller towards each: next to a horizon that is as good as upright, much happens.
+        let graded = |p: &[f64]| {
+            let half = 0.5 * (p[1] - p[0]);
+            let (from, to) = (p[0], p[1]);
+            let steps = (0..GRADES).flat_map(move |j| {
+                let far = half * STEP.powi(j);
+                let near = if j + 1 < GRADES { far * STEP } else { 0.0 };
+                [(from + near, from + far), (to - far, to - near)]
+            });
+            steps.collect::<Vec<_>>()
+        };
+        let pieces: Vec<(f64, f64)> = marks.windows(2).flat_map(graded).collect();
+        // Coarsely at first, so that what is small is not followed further than the sum needs.
+        let sum = |pieces: &[(f64, f64)], relative: f64, absolute: f64| {
+            let pieces = pieces.iter().filter(|p| p.0 < p.1);
+            pieces.fold((0.0, 0.0), |(value, error), p| {
+                let along = |azimuth| self.along(azimuth, planes, &f);
+                let e = gauss_kronrod_to(along, p.0, p.1, relative, absolute);
+                (value + e.value, error + e.error)
+            })
+        };
+        let whole_pieces: Vec<(f64, f64)> = marks.windows(2).map(|p| (p[0], p[1])).collect();
+        let (coarse, _) = sum(&whole_pieces, 0.1, ROUNDING * whole);
+        let needed = (OUTER * coarse).max(4.0 * ROUNDING * whole);
+        let (value, error) = sum(&pieces, OUTER, needed / pieces.len() as f64);
+        (value, error + OUTER * value)
+    }
+
+    /// `whole` is the solid angle, horizons or not, for an integrand of at most one.
+    fn compare(&self, name: &str, got: f64, goal: f64, whole: f64, (want, error): (f64, f64)) {
+        // The integrand's, that of integrals along rays, and of that over the rays.
+        let own = 6.0 * ROUNDING * whole;
+        // Below that, digits are lost to the range of numbers.
+        let tolerance = error + own + (goal + self.rounding) * want + 1e-290;
+        assert_close!(got, want, tolerance, "{name}: {self:?}");
+    }
+}
+
+/// The nearest that the light's plane is, by its power of ten: where two horizons meet, lobes have products of 1e-17 of
+/// that with numbers that have to be exact to 1e-17 of themselves again, above the range's 1e-308.
+const DIFFUSE: f64 = -280.0;
+const LOBES: f64 = -240.0;
+
+/// Ordinary ones, slivers, far ones, and from nearly their plane, the foot inside or outside.
+fn shape(nearest: f64) -> impl Strategy<Value = Shape> {
+    let place = (-3.0..3.0f64, -3.0..3.0f64, any::<bool>());
+    let squash = prop_oneof![Just(0.0), -5.0..0.0f64];
+    let height = prop_oneof![2 => -2.0..4.0f64, 1 => -15.0..-2.0f64, 1 => nearest..-15.0f64];
+    (convex_polygon_2d(), place, squash, height).prop_map(
+        |(corners, (x, y, inside), squash, height)| {
+            let (x, y) = if inside { (0.1 * x, 0.1 * y) } else { (x, y) };
+            let squash = 10f64.powf(squash);
+            let place = |p: &[f64; 2]| [p[0] + x, squash * p[1] + y];
+            Shape {
+                corners: corners.iter().map(place).collect(),
+                height: 10f64.powf(height),
+                // Ends at up to 5 of the foot, between sides that are 0.02 of the width apart at least.
+                rounding: 8.0 * f64::EPSILON * 5.0 / (0.02 * squash),
+            }
+        },
+    )
+}
+
+/// A shape and a normal: any, that of its plane but for little, or one whose horizon passes at little from a corner.
+fn lit(nearest: f64) -> impl Strategy<Value = (Shape, DVec3)> {
+    (shape(nearest), unit(), 0..4u8, -13.0..-1.0f64).prop_map(|(shape, away, kind, little)| {
+        let little = 10f64.powf(little);
+        let corner = shape.vertices()[0].normalize();
+        let n = match kind {
+            0 => (DVec3::Z + away * little).normalize(),
+            1 => (away - corner * (corner.dot(away) - little)).normalize(),
+            _ => away,
+        };
+        (shape, n)
+    })
+}
+
+fn unit() -> impl Strategy<Value = DVec3> {
+    unit_vector().prop_map(DVec3::from_array)
+}
+
+/// The same with an axis: any, the normal but for little, or one whose horizon passes at little from a corner.
+fn lit_and_axis() -> impl Strategy<Value = (Shape, DVec3, DVec3)> {
+    (lit(LOBES), unit(), 0..4u8, -18.0..-1.0f64).prop_map(|((shape, n), away, kind, little)| {
+        let little = 10f64.powf(little);
+        let corner = shape.vertices()[1].normalize();
+        let w = match kind {
+            0 => (n + away * little).normalize(),
+            1 => (away - corner * (corner.dot(away) - little)).normalize(),
+            _ => away,
+        };
+        (shape, n, w)
+    })
+}
+
+fn config(usual: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases: cases(usual),
+        ..ProptestConfig::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(config(30))]
+
+    #[test]
+    fn diffuse_and_solid_angle((shape, n) in lit(DIFFUSE), scale in -400..400i32) {
+        let corners = shape.vertices();
+        let solid = shape.integral(0.0, &[], |_| 1.0);
+        let whole = solid_angle::polygon(&corners);
+        shape.compare("solid angle", whole, 1e-12, 0.0, solid);
+        let diffuse = shape.integral(whole, &[n], |w| n.dot(w));
+        shape.compare("polygon", polygon::irradiance(&corners, n), 1e-12, whole, diffuse);
+        if let [a, b, c] = corners[..] {
+            shape.compare("triangle", solid_angle::triangle(a, b, c), 1e-12, 0.0, solid);
+            // The parallelogram is two of them.
+            let other = solid_angle::triangle(b, b + c - a, c);
+            let both = (solid.0 + other, solid.1 + 1e-12 * other);
+            shape.compare("parallelogram", solid_angle::parallelogram(a, b - a, c - a), 1e-12, 0.0, both);
+        }
+        // Tiny and huge, if their coordinates are within the range.
+        let scale = if shape.height < 1e-15 { scale.abs() } else { scale };
+        let far: Vec<DVec3> = corners.iter().map(|p| *p * 2f64.powi(scale)).collect();
+        shape.compare("scaled", polygon::irradiance(&far, n), 1e-12, whole, diffuse);
+        shape.compare("scaled solid angle", solid_angle::polygon(&far), 1e-12, 0.0, solid);
+    }
+}
+
+proptest! {
+    #![proptest_config(config(8))]
+
+    #[test]
+    fn lobes((shape, n, w) in lit_and_axis(), k in prop_oneof![0.0..4.0f64, (0..60i32).prop_map(f64::from)], tolerance in -9.0..-3.0f64) {
+        let corners = shape.vertices();
+        let whole = solid_angle::polygon(&corners);
+        let lobe = |axis: DVec3| move |d: DVec3| axis.dot(d).max(0.0).powf(k);
+        let want = shape.integral(whole, &[n, w], |d| n.dot(d) * lobe(w)(d));
+        shape.compare("phong_polygon", phong_polygon::irradiance(&corners, n, w, k), 1e-10, whole, want);
+        let tolerance = 10f64.powf(tolerance);
+        let most = tolerance * polygon::irradiance(&corners, n);
+        let quick = phong_polygon::irradiance_to(&corners, n, w, k, tolerance);
+        shape.compare("irradiance_to", quick, 1e-10, whole, (want.0, want.1 + most));
+        let frame = Frame::from_normal(n);
+        let wo = frame.to_world(DVec3::new(w.x, w.y, w.z.abs().max(0.01)).normalize());
+        let cosine = CosineLobe { stretch: DVec3::new(-1.0, -0.9, 0.8), exponent: k, weight: DVec3::ONE };
+        let axis = cosine.axis(&frame, wo);
+        let want = shape.integral(whole, &[frame.z, axis], |d| frame.z.dot(d) * lobe(axis)(d));
+        shape.compare("CosineLobe::polygon", cosine.polygon(&frame, wo, &corners).x, 1e-10, whole, want);
+    }
+
+    /// Mapped corners are rounded by η = 7 roundings × the map's condition (below 1e4) of their distance, and
+    /// a polygon by 80 η over its height and width.
+    #[test]
+    fn transformed_cosines((shape, n) in lit(LOBES), roughness in 0.1..1.0f64, cosine in 0.05..1.0f64) {
+        let corners = shape.vertices();
+        let frame = Frame::from_normal(n);
+        let lobes = GgxLobes::new(roughness, cosine, 0.3);
+        let goal = 80.0 * 7.0 * f64::EPSILON * 1e4 * 5.0 / shape.height.min(1.0) * (1.0 + shape.rounding / f64::EPSILON / 2000.0);
+        prop_assume!(goal < 1e-5);
+        let own = |lobe: &Ltc| frame.to_world(lobe.map().inverse().transpose() * DVec3::Z);
+        let mut sum = (0.0, 0.0);
+        for lobe in lobes.lobes() {
+            let (value, error) = shape.integral(0.0, &[n, own(lobe)], |w| lobe.albedo * lobe.density(frame.to_local(w)));
+            // Relative to the whole lobe where only its foot is met.
+            let error = error + goal * value + goal * 1e-3 * lobe.albedo;
+            shape.compare("Ltc::polygon", lobe.polygon(&frame, &corners), 0.0, 0.0, (value, error));
+            sum = (sum.0 + value, sum.1 + error);
+        }
+        shape.compare("GgxLobes::polygon", lobes.polygon(&frame, &corners), 0.0, 0.0, sum);
+    }
+}
+
+/// Less than a polygon: nothing, and (where rounding gives a triangle of nothing an area) no more than that.
+fn flat() -> impl Strategy<Value = Vec<DVec3>> {
+    let point = || (unit(), -3.0..3.0f64).prop_map(|(d, s)| d * 10f64.powf(s));
+    let shares = prop::collection::vec(0.0..1.0f64, 3..8);
+    // Exactly on one line, with the shading point between them.
+    let powers = prop::collection::vec(
+        prop::sample::select(&[-2.0, -1.0, 0.25, 0.5, 4.0][..]),
+        3..8,
+    );
+    prop_oneof![
+        // Fewer than three.
+        prop::collection::vec(point(), 0..3),
+        // One and the same.
+        (point(), 3..30usize).prop_map(|(p, count)| vec![p; count]),
+        // Of one line, there and back; of a line through the shading point.
+        (point(), point(), shares)
+            .prop_map(|(a, b, shares)| shares.iter().map(|t| a.lerp(b, *t)).collect()),
+        (point(), powers).prop_map(|(a, powers)| powers.iter().map(|s| a * *s).collect()),
+        // Of the shading point's own plane, that outside.
+        (shape(DIFFUSE), 0..3usize).prop_map(|(shape, turn)| {
+            let at = |p: &[f64; 2]| {
+                let v = [p[0] + 10.0, p[1], 0.0];
+                DVec3::new(v[turn], v[(turn + 1) % 3], v[(turn + 2) % 3])
+            };
+            shape.corners.iter().map(at).collect()
+        }),
+    ]
+}
+
+proptest! {
+    #![proptest_config(config(1000))]
+
+    /// What is no polygon is dark, but for the area that its corners' rounding gives it: of up to 30 corners
+    /// each turned by 2 ε, of some radian of circumference.
+    #[test]
+    fn degenerate_is_dark(corners in flat(), n in unit(), w in unit(), k in 0.0..60.0f64, roughness in 0.1..1.0f64) {
+        let frame = Frame::from_normal(n);
+        let bound = 30.0 * 2.0 * f64::EPSILON * 6.0;
+        let lobes = GgxLobes::new(roughness, 0.5, 0.3);
+        // The map's condition is below 1e4, its density below 1e4, too.
+        let values = [
+            ("polygon", polygon::irradiance(&corners, n), bound),
+            ("solid angle", solid_angle::polygon(&corners), bound),
+            ("phong", phong_polygon::irradiance(&corners, n, w, k), bound),
+            ("to", phong_polygon::irradiance_to(&corners, n, w, k, 1e-6), bound),
+            ("ltc", lobes.polygon(&frame, &corners), 1e8 * bound),
+        ];
+        for (name, value, bound) in values {
+            prop_assert!((0.0..=bound).contains(&value), "{name}: {value:e} {corners:?}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(config(256))]
+
+    /// Caps of directions, whole and cut by the horizon.
+    #[test]
+    fn spheres(s in 1e-3..0.999f64, distance in -3.0..3.0f64, lift in -1.0..1.0f64) {
+        let distance = 10f64.powf(distance);
+        let (centre, radius) = (DVec3::Z * distance, s * distance);
+        let angle = s.asin();
+        let n = DVec3::new((1.0 - lift * lift).sqrt(), 0.0, lift);
+        let whole = gauss_kronrod(|t| TAU * t.sin(), 0.0, angle, 1e-13);
+        let tolerance = whole.error + 1e-13 * whole.value;
+        assert_close!(solid_angle::sphere(centre, radius), whole.value, tolerance, "sphere {s}");
+        let versine = solid_angle::sphere_versine(distance, radius);
+        assert_close!(solid_angle::cap(versine), whole.value, tolerance, "cap {s}");
+        // About the axis: ∫ max(0, a + b cos φ) dφ over a circle of directions, cut where it is zero.
+        let ring = |t: f64| {
+            let (a, b) = (lift * t.cos(), n.x * t.sin());
+            let end = if a >= b { TAU / 2.0 } else if a <= -b { 0.0 } else { (-a / b).acos() };
+            2.0 * (a * end + b * end.sin()) * t.sin()
+        };
+        // Kinks where the cap's circles touch the horizon.
+        let touch = (FRAC_PI_2 - n.x.atan2(lift)).abs().min(angle);
+        let parts = [gauss_kronrod(ring, 0.0, touch, 1e-13), gauss_kronrod(ring, touch, angle, 1e-13)];
+        let (want, error) = parts.iter().fold((0.0, 0.0), |s, e| (s.0 + e.value, s.1 + e.error));
+        let got = solid_angle::sphere_projected(centre, radius, n);
+        assert_close!(got, want, error + 1e-12 * TAU * s * s, "projected {s} {lift}");
+    }
+}
