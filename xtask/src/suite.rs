@@ -166,6 +166,7 @@ fn same_cases(mut command: Command) -> Command {
 fn new_cases(mut command: Command, seed: u64) -> Command {
     command.env("PROPTEST_CASES", "4096");
     command.env(PROPERTY_SEED, seed.to_string());
+    command.env("LINELIT_FUZZ_SEED", seed.to_string());
     command
 }
 

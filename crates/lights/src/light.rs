@@ -132,7 +132,8 @@ pub enum Light {
 }
 
 impl Light {
-    /// Emitted power in W, averaged over the channels: zero, of every kind of light, where it is negative or not finite.
+    /// Emitted power in W, averaged over the channels; of every kind of light, `f64::MAX` where it overflows, and zero
+    /// where it is negative or no number.
     #[must_use]
     pub fn power(&self) -> f64 {
         match self {
@@ -144,9 +145,10 @@ impl Light {
     }
 }
 
-/// A power or an area: zero where the number is none.
+/// A power or an area: the largest number where it overflows, so that no light is lost, and zero
+/// where it is none.
 pub(crate) fn power(x: f64) -> f64 {
-    if x > 0.0 && x < f64::INFINITY { x } else { 0.0 }
+    if x > 0.0 { x.min(f64::MAX) } else { 0.0 }
 }
 
 /// Mean of the three channels.

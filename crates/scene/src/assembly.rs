@@ -179,18 +179,24 @@ impl Assembly {
         if self.opened.insert(whole.clone()) {
             self.distinct_bytes += count;
         }
-        self.read_bytes += count;
-        let limit = FREE_REREADS.saturating_add(REREADS * self.distinct_bytes);
-        if self.read_bytes > limit {
-            let message = format!("`{name}` and others are read too often");
-            let error = at(SceneError::new(ErrorKind::Limit, message), "read again");
-            return Err(error.note(format!(
-                "{} bytes of files have been read as {} bytes, {limit} are allowed",
-                self.distinct_bytes, self.read_bytes
-            )));
-        }
+        self.count_read(name, count, at)?;
         let path = path.display().to_string();
         Ok(Opened { path, whole, bytes })
+    }
+
+    /// Counts bytes that were read, or unpacked: small files must not make much work.
+    fn count_read(&mut self, name: &str, count: u64, at: At<'_>) -> Result<()> {
+        self.read_bytes += count;
+        let limit = FREE_REREADS.saturating_add(REREADS * self.distinct_bytes);
+        if self.read_bytes <= limit {
+            return Ok(());
+        }
+        let message = format!("`{name}` and others are read too often");
+        let error = at(SceneError::new(ErrorKind::Limit, message), "read again");
+        Err(error.note(format!(
+            "{} bytes of files have been read as {} bytes, {limit} are allowed",
+            self.distinct_bytes, self.read_bytes
+        )))
     }
 
     /// Whether the scene may name such a file, and it is there.
@@ -208,6 +214,7 @@ impl Assembly {
                 let message = format!("cannot unpack `{name}`: {}", refusal.message);
                 at(SceneError::new(refusal.kind, message), "named here")
             })?;
+            self.count_read(name, file.bytes.len() as u64, at)?;
         }
         Ok(file)
     }

@@ -128,8 +128,7 @@ impl Files {
         if let Some((root, shown)) = &self.root {
             let inside = match &found {
                 Ok(whole) => whole.starts_with(root),
-                // Nothing to follow: the name alone decides.
-                Err(_) => stays_below(Path::new(name)),
+                Err(_) => where_it_would_be(&path).starts_with(root),
             };
             if !inside {
                 let message = format!("it lies outside of {shown}");
@@ -146,19 +145,27 @@ impl Files {
     }
 }
 
-/// Whether a name leads to where it starts or below, taken as it is written.
-fn stays_below(name: &Path) -> bool {
+/// Where a file that cannot be found would be: links of the folders that there are followed, and
+/// the rest of the name taken as it is written.
+fn where_it_would_be(path: &Path) -> PathBuf {
     use std::path::Component;
-    let mut depth = 0_i64;
-    name.components().all(|part| {
+    // Without a folder of its own, a name begins in the current one.
+    let path = Path::new(".").join(path);
+    let there = path.ancestors().find_map(|folder| {
+        let whole = folder.canonicalize().ok()?;
+        Some((whole, path.strip_prefix(folder).ok()?))
+    });
+    let Some((mut whole, rest)) = there else {
+        return path;
+    };
+    for part in rest.components() {
         match part {
-            Component::Normal(_) => depth += 1,
-            Component::ParentDir => depth -= 1,
+            Component::ParentDir => drop(whole.pop()),
             Component::CurDir => {}
-            Component::RootDir | Component::Prefix(_) => return false,
+            Component::Normal(_) | Component::RootDir | Component::Prefix(_) => whole.push(part),
         }
-        depth >= 0
-    })
+    }
+    whole
 }
 
 /// A half-open range of bytes in a [`Source`].

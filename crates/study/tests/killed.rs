@@ -38,10 +38,10 @@ fn end(mut child: Child, kind: u32) {
     assert!(status.success() || by == Some(signal.as_raw()), "{status}");
 }
 
-/// Whether something stands in a temporary file for `name`: while it is only tried whether it can be
-/// written, the file is empty.
-fn is_writing(folder: &Path, name: &str) -> bool {
-    let start = format!(".{name}.");
+/// Whether something stands in a temporary file of the process `writer` for `name`: while it is only
+/// tried whether it can be written, the file is empty.
+fn is_writing(folder: &Path, name: &str, writer: u32) -> bool {
+    let start = format!(".{name}.{writer}-");
     fs::read_dir(folder).is_ok_and(|entries| {
         entries.flatten().any(|entry| {
             let found = entry.file_name();
@@ -73,7 +73,7 @@ fn kill_often(arguments: &[&str], folder: &Path, files: &[&str], check: impl Fn(
     let mut hit = 0;
     for (k, file) in (0..KILLS).zip(files.iter().cycle()) {
         let mut child = start(arguments);
-        while !is_writing(folder, file) {
+        while !is_writing(folder, file, child.id()) {
             if child.try_wait().unwrap().is_some() {
                 break;
             }

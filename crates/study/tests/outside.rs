@@ -280,7 +280,10 @@ fn what_does_not_fit_into_memory_is_refused_with_numbers() {
     ];
     for (output, what) in [
         (
-            limited("ulimit -v 300000", &[&render[..], &["8192x8192"]].concat()),
+            limited(
+                "ulimit -v 300000",
+                &[&render[..], &["8192x8192", "--threads", "2"]].concat(),
+            ),
             "a picture of 8192 x 8192 pixels takes 1.5 GiB",
         ),
         (

@@ -41,32 +41,37 @@ fn pieces(set: &IntervalTree) -> Vec<Interval> {
     out
 }
 
-/// A line shorter than this for its distance: coordinates along its shadow triangle would cancel
-/// to more than 1e-10.
+/// A line shorter than this for its distance: coordinates along its shadow triangle cancel to more
+/// than 1e-10.
 const POINT_LIKE: f64 = 1e-6;
 
+/// The visible parts of a line past all triangles.
+pub(crate) struct PastAll {
+    pub(crate) parts: Vec<Interval>,
+    /// Whether the line is seen as [a point](POINT_LIKE), and the parts are rough.
+    pub(crate) point_like: bool,
+}
+
 /// The same past all triangles of a hierarchy, wherever the line is; `None` for a line that the
-/// point lies on, is at the end of, or sees as [a point](POINT_LIKE).
+/// point lies on, or sees end on.
 pub(crate) fn past_all(
     occluders: &Occluders,
     point: DVec3,
     line: &Segment,
     exclude: &Range<u32>,
-) -> Option<Vec<Interval>> {
+) -> Option<PastAll> {
     let seen = line.relative_to(point);
     let largest = seen.p0.abs().max(seen.p1.abs()).max_element();
     // By a power of two: nothing is rounded, and nothing near one overflows.
     let unit = largest.log2().floor().exp2().recip();
     let scaled = Segment::new(seen.p0 * unit, seen.p1 * unit);
-    if scaled.length() < POINT_LIKE {
-        return None;
-    }
     let shadow = ShadowTriangle::new(DVec3::ZERO, &scaled)?;
     let mut set = IntervalTree::full();
     for leaf in &occluders.hierarchy.leaves {
         for (lane, id) in leaf.id.iter().enumerate() {
-            // Lanes that are not in use repeat the first, under no number.
-            if exclude.contains(id) || *id == u32::MAX {
+            // Lanes that are not in use repeat the first.
+            let repeated = lane > 0 && *id == leaf.id[0];
+            if exclude.contains(id) || repeated {
                 continue;
             }
             let corner = |v: [f32; 3]| {
@@ -78,5 +83,8 @@ pub(crate) fn past_all(
             }
         }
     }
-    Some(pieces(&set))
+    Some(PastAll {
+        parts: pieces(&set),
+        point_like: scaled.length() < POINT_LIKE,
+    })
 }

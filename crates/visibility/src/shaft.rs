@@ -240,15 +240,22 @@ impl Shaft<'_> {
         }
     }
 
-    /// Answers a line by all triangles of the scene: right where nothing is quick.
+    /// Answers a line by all triangles of the scene: right where nothing is quick. One that is seen
+    /// end on, or so small that rounding decides its parts, has none unless both ends are visible.
     #[cold]
     fn by_all(&mut self, line: &Segment, i: usize, out: &mut VisibleLines) {
-        let exclude = self.excluded();
-        if let Some(parts) = brute::past_all(self.occluders, self.point, line, &exclude) {
-            out.put(i, parts.iter().map(|part| (part.lo, part.hi, true)));
-        } else if self.ray_reaches(line.p0) && self.ray_reaches(line.p1) {
-            // Seen end on, or as a point: what is in the way of a part is in the way of an end.
-            out.put_whole(i);
+        if !has_length(line) {
+            return;
+        }
+        let past = brute::past_all(self.occluders, self.point, line, &self.excluded());
+        let rough = past.as_ref().is_none_or(|past| past.point_like);
+        if rough && !(self.ray_reaches(line.p0) && self.ray_reaches(line.p1)) {
+            return;
+        }
+        match past {
+            Some(past) => out.put(i, past.parts.iter().map(|part| (part.lo, part.hi, true))),
+            // End on, a part is behind what an end is behind.
+            None => out.put_whole(i),
         }
     }
 
@@ -256,11 +263,15 @@ impl Shaft<'_> {
         self.exclude.0..self.exclude.0 + self.exclude.1
     }
 
-    /// Whether nothing is before a point.
+    /// Whether nothing is before a point; false where no ray leads there, since numbers overflow.
     fn ray_reaches(&mut self, target: DVec3) -> bool {
+        let direction = target - self.point;
+        if !(self.point.is_finite() && direction.is_finite()) {
+            return false;
+        }
         let ray = Ray {
             origin: self.point,
-            direction: target - self.point,
+            direction,
             t_min: POINT_MARGIN,
             t_max: 1.0 - LIGHT_MARGIN,
         };
