@@ -245,6 +245,7 @@ fn lit_and_axis() -> impl Strategy<Value = (Shape, DVec3, DVec3)> {
 fn config(usual: u32) -> ProptestConfig {
     ProptestConfig {
         cases: cases(usual),
+        max_global_rejects: u32::MAX,
         ..ProptestConfig::default()
     }
 }
