@@ -242,6 +242,6 @@ mod exact {
             }
         }
         let [a, b] = ends.map(|c| (c[1].clone() / (c[0].clone() + c[1].clone())).to_f64());
-        (a != b).then(|| (a.min(b), a.max(b)))
+        (a.min(b) < a.max(b)).then(|| (a.min(b), a.max(b)))
     }
 }
