@@ -188,7 +188,7 @@ impl Shape {
 /// The nearest that the light's plane is, by its power of ten: where two horizons meet, lobes have products of 1e-17 of
 /// that with numbers that have to be exact to 1e-17 of themselves again, above the range's 1e-308.
 const DIFFUSE: f64 = -280.0;
-const LOBES: f64 = -20.0;
+const LOBES: f64 = -240.0;
 
 /// Ordinary ones, slivers, far ones, and from nearly their plane, the foot inside or outside.
 fn shape(nearest: f64) -> impl Strategy<Value = Shape> {
@@ -401,32 +401,4 @@ proptest! {
         let got = solid_angle::sphere_projected(centre, radius, n);
         assert_close!(got, want, error + 1e-12 * TAU * s * s, "projected {s} {lift}");
     }
-}
-
-/// An axis along the normal but for rounding: what it cuts off is nothing, however little of the polygon is above
-/// the horizon (it had been a whole quarter of the sphere).
-#[test]
-fn an_axis_along_the_normal_has_its_horizon() {
-    let n = DVec3::new(0.09950371902099893, 0.0, 0.9950371902099893);
-    let at = |x, y| DVec3::new(x, y, 1.6044845891587217e-18);
-    let corners = [
-        at(-1.118575248118755, -0.042294925702861766),
-        at(0.7678519477302862, -0.04229230762515642),
-        at(-0.7040152265218295, -0.042289907029151225),
-    ];
-    let frame = Frame::from_normal(n);
-    let lobe = CosineLobe {
-        stretch: DVec3::new(-1.0, -0.9, 0.8),
-        exponent: 0.0,
-        weight: DVec3::ONE,
-    };
-    let value = lobe.polygon(&frame, frame.z, &corners).x;
-    let diffuse = polygon::irradiance(&corners, n);
-    assert!(diffuse > 0.0);
-    assert_close!(
-        value,
-        diffuse,
-        1e-10 * diffuse,
-        "exponent 0 along the normal"
-    );
 }

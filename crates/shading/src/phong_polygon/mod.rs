@@ -56,9 +56,8 @@ const SMALL: f64 = 1e-3;
 /// leaves of a triangle is a product of quotients of its determinant, which is exact but for its last
 /// digit. Neither cost grows with k: some 10 µs and, where it is needed, 40 to 300 µs.
 ///
-/// **Domain**: convex, either order, any number of vertices, their plane at zero or 1e-20 of their size at
-/// least (nearer, where the foot is next to an edge as well, digits are lost, and all light from 1e-35 on);
-/// w of any length, as in [`cosine_lobe`](crate::cosine_lobe).
+/// **Domain**: convex, either order, any number of vertices, their plane at zero or 1e-240 of their size at
+/// least; w of any length, as in [`cosine_lobe`](crate::cosine_lobe).
 ///
 /// **Error**: below 1e-10 relative at any exponent from 0 to 1e5, for slivers, edge-on and in the tails
 /// alike, down to results of 1e-280 (`docs/accuracy.md`).

@@ -94,41 +94,25 @@ struct Lobe {
     k: f64,
     /// The least logarithm of its power that counts.
     least: f64,
-    /// Whether w is along n to rounding, and taken for that: their horizons are one.
-    along: bool,
 }
 
 /// `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the fan of triangles from the first vertex, positive where they
 /// are counter-clockwise; the lobe's highest cosine there is at least `peak`.
 pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64) -> f64 {
-    let along = dot(n, w) > 0.0
-        && length(predicates::cross(w, n)) <= 4.0 * f64::EPSILON * length(n) * length(w);
     let lobe = Lobe {
         n,
-        w: if along {
-            n * (length(w) / length(n))
-        } else {
-            w
-        },
+        w,
         k,
         least: if k > 0.0 && peak > 0.0 {
             k * peak.ln() - NOTHING
         } else {
             f64::NEG_INFINITY
         },
-        along,
     };
-    let corner = |at: DVec3| {
-        let facing = dot(n, at);
-        Corner {
-            at,
-            facing,
-            lobe: if along {
-                facing * (length(w) / length(n))
-            } else {
-                dot(w, at)
-            },
-        }
+    let corner = |at: DVec3| Corner {
+        at,
+        facing: dot(n, at),
+        lobe: dot(w, at),
     };
     let first = vertices[0];
     let mut sum = 0.0;
@@ -230,9 +214,7 @@ impl Lobe {
         let cut = |i: usize, j: usize| {
             let at = crossing(c[i].at, c[j].at, self.n, c[i].facing, c[j].facing);
             let span = c[j].facing - c[i].facing;
-            let lobe = if self.along {
-                0.0
-            } else if c[i].lobe * c[j].lobe >= 0.0 {
+            let lobe = if c[i].lobe * c[j].lobe >= 0.0 {
                 c[i].lobe * (c[j].facing / span) + c[j].lobe * (-c[i].facing / span)
             } else {
                 value_at_crossing(self.w, self.n, c[i].at, c[j].at)
@@ -248,9 +230,6 @@ impl Lobe {
     }
 
     fn above(&self, triangle: Triangle) -> f64 {
-        if self.along {
-            return self.whole(triangle);
-        }
         let c = triangle.corners;
         let cut = |i: usize, j: usize| {
             let span = c[j].lobe - c[i].lobe;
