@@ -1,11 +1,13 @@
 //! The command line: what can be said, and what the words mean.
 
+use crate::output::note;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use linelit_geometry::isa::InstructionSet;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_scene::{LoadOptions, Root};
+use linelit_scenes::Library;
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -143,6 +145,15 @@ impl ReadArgs {
                 None => Root::SceneFolder,
             },
             ..LoadOptions::default()
+        }
+    }
+
+    /// Reads scenes so, and says what is strange about them on standard error.
+    #[must_use]
+    pub fn library(&self) -> Library {
+        Library {
+            options: self.options(),
+            note,
         }
     }
 }

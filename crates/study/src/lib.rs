@@ -7,7 +7,7 @@
 //! ```no_run
 //! use linelit_integrator::{Renderer, Settings, Workspace};
 //!
-//! let loaded = linelit_study::scenes::load("cornell-box", &Default::default())?;
+//! let loaded = linelit_scenes::Library::default().load("cornell-box")?;
 //! let renderer = Renderer::new(&loaded.scene);
 //! let mut workspace = Workspace::new();
 //! let radiance = renderer.pixel(&Settings::default(), [256, 400], &mut workspace);
@@ -23,9 +23,7 @@ pub mod folder;
 pub mod memory;
 pub mod output;
 pub mod plots;
-pub mod procedural;
 pub mod report;
-pub mod scenes;
 pub mod stats;
 pub mod studies;
 pub mod tables;
@@ -34,6 +32,15 @@ pub mod tables;
 #[must_use]
 pub fn version() -> String {
     env!("CARGO_PKG_VERSION").to_owned()
+}
+
+/// A short name of a scene for tables: the stem of its file, or the name itself.
+#[must_use]
+pub fn short_name(name: &str) -> String {
+    let stem = std::path::Path::new(name)
+        .file_stem()
+        .map_or(name.into(), |s| s.to_string_lossy());
+    stem.into_owned()
 }
 
 /// The example of the README, run as a test.

@@ -3,10 +3,9 @@
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_scene::Scene;
-use linelit_study::cli::ReadArgs;
+use linelit_scene::{LoadOptions, Scene};
+use linelit_scenes::Library;
 use linelit_study::engine::{Cell, CellRun, Targets, run_cell};
-use linelit_study::scenes;
 use linelit_study::stats::student::quantile;
 
 /// Independent trials of each estimator.
@@ -17,10 +16,13 @@ const ALPHA: f64 = 0.01;
 const PASS_SHARE: f64 = 0.9975;
 
 /// Warnings about the built-in scenes are errors.
-fn strict() -> ReadArgs {
-    ReadArgs {
-        strict: true,
-        ..ReadArgs::default()
+fn strict() -> Library {
+    Library {
+        options: LoadOptions {
+            strict: true,
+            ..LoadOptions::default()
+        },
+        ..Library::default()
     }
 }
 
@@ -70,7 +72,7 @@ fn agree(scene_name: &str, side: u32, points: u32, lines: u32) {
 
 /// The same for any estimators with their numbers of samples.
 fn agree_with(scene_name: &str, side: u32, points: u32, others: &[(&str, u32)]) {
-    let mut scene = scenes::load(scene_name, &strict()).unwrap().scene;
+    let mut scene = strict().load(scene_name).unwrap().scene;
     scene.set_resolution(side, side);
     let renderer = Renderer::new(&scene);
     let targets = Targets::find(&renderer, &grid(side));
@@ -172,7 +174,7 @@ fn differing(fast: &[DVec3], slow: &[DVec3]) -> usize {
 /// The fast queries against every triangle in f64, line by line the same samples.
 fn brute(scene_name: &str, side: u32, lines: u32) {
     const SEED: u64 = 5;
-    let mut scene = scenes::load(scene_name, &strict()).unwrap().scene;
+    let mut scene = strict().load(scene_name).unwrap().scene;
     scene.set_resolution(side, side);
     let fast = by_lines(&scene, side, lines, SEED);
     let slow = by_triangles((&scene, &scene), side, lines, SEED);
@@ -187,9 +189,7 @@ fn brute(scene_name: &str, side: u32, lines: u32) {
 #[test]
 fn brute_force_has_power() {
     let (side, lines) = (16, 16);
-    let mut scene = scenes::load("triangle-soup-large", &strict())
-        .unwrap()
-        .scene;
+    let mut scene = strict().load("triangle-soup-large").unwrap().scene;
     scene.set_resolution(side, side);
     let fast = by_lines(&scene, side, lines, 5);
     let mut wrong = fast.clone();
@@ -260,9 +260,7 @@ fn colonnade_by_brute_force() {
 /// Any number of threads gives the same bits.
 #[test]
 fn threads_change_nothing() {
-    let mut scene = scenes::load("triangle-soup-large", &strict())
-        .unwrap()
-        .scene;
+    let mut scene = strict().load("triangle-soup-large").unwrap().scene;
     scene.set_resolution(16, 16);
     let renderer = Renderer::new(&scene);
     let values = |threads: usize| {

@@ -5,7 +5,7 @@ use crate::manifest;
 use std::fs;
 
 /// Crate, crates of the house it may know, crates of others it may know. The table of `docs/architecture.md`.
-const MAY_KNOW: [(&str, &[&str], &[&str]); 13] = [
+const MAY_KNOW: [(&str, &[&str], &[&str]); 14] = [
     ("geometry", &[], &["glam", "smallvec"]),
     ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
     ("lights", &["geometry"], &[]),
@@ -33,10 +33,12 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 13] = [
         &[],
     ),
     ("film", &[], &["exr", "png", "thiserror"]),
+    ("scenes", &["scene", "film"], &["anyhow"]),
     (
         "study",
         &[
             "scene",
+            "scenes",
             "geometry",
             "lights",
             "samplers",

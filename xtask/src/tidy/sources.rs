@@ -7,7 +7,7 @@ use std::fs;
 /// Crates that do no I/O, start no thread and cannot fail.
 const PURE: [&str; 5] = ["geometry", "samplers", "lights", "shading", "mis"];
 /// All libraries.
-const LIBRARIES: [&str; 11] = [
+const LIBRARIES: [&str; 12] = [
     "geometry",
     "samplers",
     "lights",
@@ -16,6 +16,7 @@ const LIBRARIES: [&str; 11] = [
     "mis",
     "penumbra",
     "scene",
+    "scenes",
     "integrator",
     "film",
     "testkit",
@@ -173,7 +174,8 @@ const EFFECTS: [(&[&str], &[&str], &str); 6] = [
             "process::Command",
             "std::net",
         ],
-        &["study"],
+        // Built-in scenes are looked for from the working folder upwards.
+        &["scenes", "study"],
         "libraries know nothing of the world around them",
     ),
     (

@@ -44,7 +44,7 @@ fn converge(
         .map(|s| start + Duration::from_secs_f64(s.min(1e9)));
     let mut record = new_record(spec);
     let mut results = Vec::new();
-    for opened in open_all(spec, &args.common.read)? {
+    for opened in open_all(spec, &args.common.read.library())? {
         let view = opened.view().clone();
         let progress = bar(&view.label);
         progress
@@ -314,7 +314,7 @@ fn print_gallery(gallery: &[GalleryRow], out: &mut Output) -> Result<(), OutputE
 /// What studies that are shown rather than fitted are told.
 fn context<'a>(args: &ConvergeArgs, progress: &'a ProgressBar) -> studies::Context<'a> {
     studies::Context {
-        read: args.common.read.clone(),
+        library: args.common.read.library(),
         seed: args.seed,
         smallest: args.smallest,
         progress,

@@ -2,7 +2,6 @@
 
 use crate::cli::ConvertArgs;
 use crate::output::note;
-use crate::scenes;
 use anyhow::Result;
 use linelit_film::{FilmError, write_atomically_with};
 use linelit_geometry::{DVec3, Frame};
@@ -22,9 +21,9 @@ use std::sync::Arc;
 pub fn run(args: &ConvertArgs) -> Result<()> {
     // Before the work, lest that be lost.
     linelit_film::try_place(&args.output)?;
-    let scene = scenes::load(&args.scene, &args.read)?.scene;
+    let scene = args.read.library().load(&args.scene)?.scene;
     let images = Images {
-        from: parent(&scenes::locate(&args.scene)?),
+        from: parent(&linelit_scenes::locate(&args.scene)?),
         to: &args.output,
         written: RefCell::default(),
         copied: RefCell::default(),

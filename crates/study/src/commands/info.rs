@@ -4,7 +4,7 @@ use super::pool;
 use crate::cli::InfoArgs;
 use crate::engine::image::{self, Window};
 use crate::output::{Output, OutputError};
-use crate::scenes;
+use crate::short_name;
 use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_integrator::{Renderer, Settings};
@@ -66,7 +66,7 @@ struct PlanInfo {
 /// # Errors
 /// If the scene cannot be read.
 pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
-    let mut loaded = scenes::load(&args.scene, &args.common.read)?;
+    let mut loaded = args.common.read.library().load(&args.scene)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];
     let plan = pool(&args.common)?.install(|| look(&mut loaded.scene));
     let info = describe(&loaded, &args.scene, resolution, plan);
@@ -112,7 +112,7 @@ fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -
         materials.entry(kind).or_default().triangles += mesh.triangles.len();
     }
     Info {
-        scene: scenes::short_name(name),
+        scene: short_name(name),
         triangles: scene.triangles.len(),
         vertices: scene.positions.len(),
         meshes: scene.meshes.len(),

@@ -4,7 +4,7 @@ use super::{bar, pool};
 use crate::cli::{Crop, LightEstimator, RenderArgs};
 use crate::engine::image::{self, Window};
 use crate::output::{Output, OutputError};
-use crate::{scenes, version};
+use crate::{short_name, version};
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image};
 use linelit_integrator::{Counts, Renderer, Settings};
@@ -19,7 +19,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     linelit_film::try_place(&args.output)?;
     let pool = pool(&args.common)?;
     let start = Instant::now();
-    let mut scene = scenes::load_lit(&args.scene, &args.common.read)?.scene;
+    let mut scene = args.common.read.library().load_lit(&args.scene)?.scene;
     if let Some(resolution) = args.resolution {
         scene.set_resolution(resolution.width, resolution.height);
     }
@@ -104,7 +104,7 @@ fn write(image: Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
     let mut document = Document::new(image.width, image.height);
     document.add_image("", &image)?;
     drop(image);
-    document.set("scene", scenes::short_name(&args.scene));
+    document.set("scene", short_name(&args.scene));
     document.set("estimator", settings.estimator);
     for own in &args.light_estimator {
         let name = format!("estimatorOfLight{}", own.light);

@@ -3,9 +3,9 @@
 use super::gallery::{GalleryPicture, gallery};
 use super::image::{self, Window};
 use super::{Cell, CellRun, Reference, Score, Targets, Times, reference, run_cell, score};
-use crate::cli::{Pixels, ReadArgs};
+use crate::cli::Pixels;
+use crate::memory;
 use crate::studies::StudySpec;
-use crate::{memory, scenes};
 use anyhow::{Result, bail};
 use indicatif::ProgressBar;
 use linelit_film::Image;
@@ -13,6 +13,7 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Estimator, Renderer, Settings, ShadingPoint};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
+use linelit_scenes::Library;
 use std::time::Instant;
 
 /// What was measured on one scene.
@@ -111,10 +112,10 @@ impl Opened {
 /// # Errors
 /// If a scene cannot be loaded or has nothing to light, a pixel is outside it, the camera sees
 /// nothing at the pixels, or the study does not fit into memory.
-pub fn open_all(spec: &StudySpec, read: &ReadArgs) -> Result<Vec<Opened>> {
+pub fn open_all(spec: &StudySpec, library: &Library) -> Result<Vec<Opened>> {
     let views = spec.views().into_iter();
     let opened: Vec<Opened> = views
-        .map(|view| open(spec, view, read))
+        .map(|view| open(spec, view, library))
         .collect::<Result<_>>()?;
     // The first is looked at next anyway, when nothing can be lost yet.
     for later in opened.iter().skip(1) {
@@ -124,9 +125,9 @@ pub fn open_all(spec: &StudySpec, read: &ReadArgs) -> Result<Vec<Opened>> {
     Ok(opened)
 }
 
-fn open(spec: &StudySpec, view: View, read: &ReadArgs) -> Result<Opened> {
+fn open(spec: &StudySpec, view: View, library: &Library) -> Result<Opened> {
     let start = Instant::now();
-    let mut scene = scenes::load_lit(&view.scene, read)?.scene;
+    let mut scene = library.load_lit(&view.scene)?.scene;
     let load_seconds = start.elapsed().as_secs_f64();
     let picture_size = picture_size(&scene);
     check_memory(spec, &view.pixels)?;

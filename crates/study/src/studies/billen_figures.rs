@@ -2,7 +2,6 @@
 
 use super::exhibition::Context;
 use crate::engine::image::{self, Window};
-use crate::scenes;
 use anyhow::Result;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
@@ -63,7 +62,7 @@ pub fn run(context: &Context<'_>) -> Result<Vec<Figure>> {
     // All scenes are opened before the first is rendered.
     let [width, height] = context.size([SIZE; 2]);
     let open = |name: &'static str| -> Result<(&'static str, Scene)> {
-        let mut scene = scenes::load(name, &context.read)?.scene;
+        let mut scene = context.library.load(name)?.scene;
         scene.set_resolution(width, height);
         Ok((name, scene))
     };

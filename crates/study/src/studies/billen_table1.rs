@@ -2,7 +2,6 @@
 
 use super::exhibition::Context;
 use crate::engine::{CELL_SECONDS, Cell, Targets, run_cell};
-use crate::scenes;
 use anyhow::Result;
 use linelit_integrator::{Estimator, LineOptions, Renderer, Settings};
 use linelit_samplers::SamplerKind;
@@ -109,7 +108,7 @@ pub struct Row {
 pub fn run(context: &Context<'_>) -> Result<Vec<Row>> {
     // All scenes are opened before the first is measured.
     let open = |paper: &'static Paper| -> Result<(&'static Paper, Scene)> {
-        Ok((paper, scenes::load(paper.ours, &context.read)?.scene))
+        Ok((paper, context.library.load(paper.ours)?.scene))
     };
     let opened = PAPER.iter().map(open).collect::<Result<Vec<_>>>()?;
     let rows = opened.into_iter();

@@ -1,6 +1,5 @@
 //! Studies that are shown rather than fitted: pictures, tables and the numbers behind them.
 
-use crate::cli::ReadArgs;
 use crate::engine::image::{self, Window};
 use crate::report::{Cell, Picture, Plot, Section, Table, scientific};
 use anyhow::Result;
@@ -8,6 +7,7 @@ use indicatif::ProgressBar;
 use linelit_film::{Exposure, HeatMap, Image};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
+use linelit_scenes::Library;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 #[derive(Debug)]
 pub struct Context<'a> {
     /// How scenes are read.
-    pub read: ReadArgs,
+    pub library: Library,
     /// The first seed.
     pub seed: u64,
     /// Whether only the steps matter, not what comes out.

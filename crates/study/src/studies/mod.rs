@@ -105,7 +105,7 @@ impl StudySpec {
     pub fn views(&self) -> Vec<View> {
         let mut views = Vec::new();
         for scene in &self.scenes {
-            let name = crate::scenes::short_name(scene);
+            let name = crate::short_name(scene);
             if self.spots.is_empty() {
                 views.push(View {
                     scene: scene.clone(),

@@ -4,7 +4,6 @@ use super::exhibition::{
     Context, Exhibition, Row, exposed, logarithmic, render_with, rmse, section, table,
 };
 use crate::engine::image::{self, Window};
-use crate::scenes;
 use anyhow::{Result, bail};
 use linelit_film::Image;
 use linelit_geometry::{DVec3, Segment};
@@ -50,7 +49,7 @@ fn source(technique: LinearTechnique) -> &'static str {
 /// # Errors
 /// If the scene cannot be loaded.
 pub(super) fn figure_6(context: &Context<'_>) -> Result<Exhibition> {
-    let mut scene = scenes::load(SCENE, &context.read)?.scene;
+    let mut scene = context.library.load(SCENE)?.scene;
     let size = context.size([SIZE; 2]);
     scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);
@@ -168,7 +167,7 @@ fn clear_error(images: &[Image], exact: &Image, marked: &[bool]) -> (f64, f64) {
 /// # Errors
 /// If the scene cannot be loaded.
 pub(super) fn figure_4(context: &Context<'_>) -> Result<Exhibition> {
-    let mut scene = scenes::load(SCENE, &context.read)?.scene;
+    let mut scene = context.library.load(SCENE)?.scene;
     let size = context.size([SIZE; 2]);
     scene.set_resolution(size[0], size[1]);
     let Some(Light::Linear(light)) = scene.lights.first().map(|l| l.light) else {

@@ -3,7 +3,6 @@
 use super::exhibition::{
     Context, Exhibition, Row, blurred_rmse, exposed, render_with, rmse, section, table,
 };
-use crate::scenes;
 use anyhow::Result;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
@@ -55,7 +54,7 @@ fn settings(estimator: &str, sampler: SamplerKind, samples: u32, seed: u64) -> R
 /// # Errors
 /// If the scene cannot be loaded.
 pub(super) fn figure_1(context: &Context<'_>) -> Result<Exhibition> {
-    let mut scene = scenes::load("colonnade-line", &context.read)?.scene;
+    let mut scene = context.library.load("colonnade-line")?.scene;
     let size = context.size(SIZE);
     scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);
@@ -142,7 +141,7 @@ pub(super) fn figure_1(context: &Context<'_>) -> Result<Exhibition> {
 /// If the scene cannot be loaded.
 pub(super) fn figure_7(context: &Context<'_>) -> Result<Exhibition> {
     let size = context.size([224; 2]);
-    let mut scene = scenes::load("cornell-box-line", &context.read)?.scene;
+    let mut scene = context.library.load("cornell-box-line")?.scene;
     scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);
     let render = |s: &Settings| {

@@ -4,7 +4,6 @@ use super::exhibition::{Context, Exhibition, Row, exposed, render_with, rmse, se
 use crate::engine::image::{self, Window};
 use crate::engine::{Cell, Targets, run_cell};
 use crate::plots::{ConvergencePlot, Palette, PlotPoint, Series};
-use crate::procedural::luminaires;
 use crate::report::{Picture, Plot, Section};
 use anyhow::Result;
 use indicatif::ProgressBar;
@@ -15,6 +14,7 @@ use linelit_lights::Light;
 use linelit_lights::selection::{Importance, LightTree};
 use linelit_samplers::SamplerKind;
 use linelit_scene::{LoadOptions, Scene};
+use linelit_scenes::luminaires;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -58,7 +58,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Exhibition> {
 
 fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
     let options = LoadOptions {
-        strict: context.read.strict,
+        strict: context.library.options.strict,
         ..LoadOptions::default()
     };
     let mut scene = Scene::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene;

@@ -3,7 +3,6 @@
 use crate::cli::{BenchArgs, Resolution};
 use crate::engine::{Contest, Curve, Targets, Truth, contest};
 use crate::output::{Output, OutputError};
-use crate::scenes;
 use anyhow::{Context, Result, bail};
 use linelit_film::Image;
 use linelit_geometry::DVec3;
@@ -45,7 +44,7 @@ fn default_estimators() -> Result<Vec<Estimator>> {
 }
 
 fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
-    let mut scene = scenes::load_lit(name, &args.read)?.scene;
+    let mut scene = args.read.library().load_lit(name)?.scene;
     let Resolution { width, height } = args.resolution;
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);

@@ -57,7 +57,7 @@ pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     };
     let mut rows = Vec::new();
     for name in scenes(args) {
-        let mut scene = crate::scenes::load_lit(name, &args.read)?.scene;
+        let mut scene = args.read.library().load_lit(name)?.scene;
         let Resolution { width, height } = args.resolution;
         scene.set_resolution(width, height);
         let renderer = Renderer::new(&scene);

@@ -8,7 +8,6 @@ use super::pool;
 use crate::cli::CheckArgs;
 use crate::folder::OutputFolder;
 use crate::output::{Output, OutputError, note};
-use crate::scenes;
 use anyhow::{Context, Result, bail};
 use judge::{Comparison, Row};
 use linelit_film::Image;
@@ -191,7 +190,7 @@ fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Comparison> {
     let name = path
         .to_str()
         .with_context(|| format!("{} is not UTF-8", path.display()))?;
-    let mut scene = scenes::load(name, &args.common.read)?.scene;
+    let mut scene = args.common.read.library().load(name)?.scene;
     scene.set_resolution(reference.width, reference.height);
     let renderer = Renderer::new(&scene);
     let pool = pool(&args.common)?;

@@ -1,11 +1,11 @@
-//! Writes the scenes that are kept in the repository anew: `cargo run -p linelit-study --example
+//! Writes the scenes that are kept in the repository anew: `cargo run -p linelit-scenes --example
 //! write_scenes`.
 
 use std::path::Path;
 
 fn main() -> std::io::Result<()> {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    for (name, bytes) in linelit_study::procedural::kept() {
+    for (name, bytes) in linelit_scenes::kept() {
         std::fs::write(dir.join(name), bytes)?;
     }
     Ok(())

@@ -1,0 +1,89 @@
+#![doc = include_str!("../README.md")]
+
+mod colonnade;
+mod gloss;
+#[cfg(feature = "load")]
+mod library;
+mod logo;
+pub mod luminaires;
+mod mesh;
+mod rooms;
+mod text;
+mod window;
+
+#[cfg(feature = "load")]
+pub use library::{Library, locate};
+
+use text::{diffuse, facing_down, light_text, line_text, main_file, main_files, phong};
+
+/// A scene as files: names and contents.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+/// The names of the built-in scenes, as [`locate`] takes them.
+pub const BUILT_IN: [&str; 17] = [
+    "cornell-box-small",
+    "cornell-box-large",
+    "cornell-box-line",
+    "grid-planes-small",
+    "grid-planes-large",
+    "triangle-soup-small",
+    "triangle-soup-large",
+    "logo-small",
+    "logo-large",
+    "colonnade-small",
+    "colonnade-large",
+    "floating-quad",
+    "strips",
+    "monoliths",
+    "plates",
+    "window",
+    "colonnade-line",
+];
+
+/// The files of the colonnade, three meshes of a quarter of a million triangles together.
+#[must_use]
+pub fn colonnade() -> Files {
+    colonnade::colonnade()
+}
+
+/// The files of the scenes that are kept in the repository.
+#[must_use]
+pub fn kept() -> Files {
+    let mut files = Files::new();
+    files.extend(rooms::cornell_box());
+    files.extend(rooms::grid_planes());
+    files.extend(rooms::triangle_soup());
+    files.extend(logo::logo());
+    files.extend(gloss::floating_quad());
+    files.extend(gloss::strips());
+    files.extend(gloss::monoliths());
+    files.extend(gloss::plates());
+    files.extend(window::window());
+    files
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// The repository's scenes are what the generators make.
+    #[test]
+    fn kept_scenes_are_up_to_date() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+        for (name, bytes) in kept() {
+            let path = dir.join(&name);
+            let found = std::fs::read(&path).unwrap_or_default();
+            assert!(
+                found == bytes,
+                "{name} differs: run `cargo run -p linelit-scenes --example write_scenes`"
+            );
+        }
+    }
+
+    #[test]
+    fn colonnade_has_about_a_quarter_of_a_million_triangles() {
+        let count = colonnade::triangle_count();
+        assert!((220_000..280_000).contains(&count), "{count}");
+    }
+}
