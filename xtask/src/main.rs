@@ -36,6 +36,7 @@ the workshop:
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
+  pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words
   vectors DIR               hold the closed forms to the reference vectors in DIR
   check-references DIR      hold renders to the reference images below DIR
   load-all DIR              load and render every scene file below DIR
@@ -81,6 +82,7 @@ fn main() -> ExitCode {
             "accuracy_lights",
             rest,
         )),
+        "pixels" => cargo::example("integrator", command, rest),
         "fit-ltc" => cargo::example("shading", command, rest),
         "fuzz" => match suite::fuzz(rest) {
             Ok(status) => status,
