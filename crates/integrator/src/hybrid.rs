@@ -99,7 +99,7 @@ pub(crate) fn crowds(renderer: &Renderer<'_>) -> Vec<Crowd> {
             continue;
         };
         for (light, census) in lights.iter().zip(&mut counts) {
-            let Light::Area(area) = &light.light else {
+            let Light::Area(area) = &*light.light else {
                 continue;
             };
             if Plan::reaches(light, &point, &mut workspace.plan) {

@@ -29,7 +29,7 @@ impl Renderer<'_> {
         let mut sum = DVec3::ZERO;
         let mut draws = Draws::default();
         for light in self.plan().lights() {
-            let Light::Area(area) = &light.light else {
+            let Light::Area(area) = &*light.light else {
                 continue;
             };
             let along = if light.has_closed_form(&point.bsdf) {

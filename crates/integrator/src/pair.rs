@@ -34,7 +34,7 @@ pub(crate) struct Pair<'a> {
 impl Pair<'_> {
     /// What the light sends from the shading point to its viewer.
     pub(crate) fn estimate(&self, workspace: &mut Workspace) -> DVec3 {
-        match &self.light.light {
+        match &*self.light.light {
             Light::Area(area) => self.area_light(area, workspace),
             Light::Linear(linear) => self.linear_light(linear, workspace),
             Light::Sphere(sphere) => self.sphere_light(sphere, workspace),

@@ -14,8 +14,8 @@ use std::sync::Arc;
 pub struct PlannedLight {
     /// Index of the light in the scene: it names the light's sample dimensions.
     pub index: u32,
-    /// The light.
-    pub light: Light,
+    /// The light, the scene's own.
+    pub light: Arc<Light>,
     /// The light's own triangles, which never block it.
     pub triangles: Range<u32>,
     /// What an area light emits where, if not the same everywhere.
@@ -76,7 +76,7 @@ impl Plan {
             .filter(|(light, _)| light.light.power() > 0.0)
             .map(|(light, index)| PlannedLight {
                 index,
-                light: light.light,
+                light: Arc::clone(&light.light),
                 triangles: light.triangles.clone(),
                 texture: texture(light, textured),
                 estimator: None,
@@ -154,7 +154,7 @@ impl Plan {
         counters: &mut PlanCounters,
     ) -> bool {
         counters.point_lights += 1;
-        match &light.light {
+        match &*light.light {
             Light::Area(area) => {
                 if !area.faces(point.position) {
                     counters.facing_away += 1;
@@ -173,7 +173,7 @@ impl Plan {
 
 /// The texture of one of `count` textured lights.
 fn texture(light: &SceneLight, count: usize) -> Option<Arc<EmissionTexture>> {
-    let (Light::Area(area), Some(map)) = (&light.light, &light.map) else {
+    let (Light::Area(area), Some(map)) = (&*light.light, &light.map) else {
         return None;
     };
     EmissionTexture::new(map, &area.polygon, count).map(Arc::new)
@@ -193,13 +193,13 @@ fn round(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
             None => out.push(light.clone()),
             Some(sphere) if sphere.lights.start == light.index => out.push(PlannedLight {
                 index: light.index,
-                light: Light::Sphere(SphereLight {
+                light: Arc::new(Light::Sphere(SphereLight {
                     sphere: Sphere {
                         center: sphere.center,
                         radius: sphere.radius,
                     },
                     radiance: sphere.emission.radiance,
-                }),
+                })),
                 triangles: sphere.triangles.clone(),
                 texture: None,
                 estimator: None,

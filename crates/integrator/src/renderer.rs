@@ -260,7 +260,7 @@ impl<'s> Renderer<'s> {
 
     fn emitted(&self, surface: &Surface, outgoing: DVec3) -> DVec3 {
         let light = surface.light.map(|i| &self.scene.lights[i as usize]);
-        match light.map(|l| (l, &l.light)) {
+        match light.map(|l| (l, &*l.light)) {
             Some((light, Light::Area(area))) => {
                 light.shown(surface.footprint(), area.polygon.normal().dot(outgoing))
             }

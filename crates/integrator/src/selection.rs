@@ -95,8 +95,8 @@ impl Tables {
 
     fn tree(&self, lights: &[PlannedLight]) -> &LightTree {
         self.tree.get_or_init(|| {
-            let lights: Vec<Light> = lights.iter().map(|l| l.light).collect();
-            LightTree::new(&lights, Importance::default())
+            let lights = lights.iter().map(|l| &*l.light);
+            LightTree::new(lights, Importance::default())
         })
     }
 }
@@ -140,7 +140,7 @@ pub(crate) fn draw(
         LightChoice::Power => pick_all(drawn, &numbers, |u| tables.power(lights)?.pick(u)),
         LightChoice::Tree => {
             let tree = tables.tree(lights);
-            let light = |i: usize| &lights[i].light;
+            let light = |i: usize| &*lights[i].light;
             pick_all(drawn, &numbers, |u| tree.pick(light, x, n, u));
         }
         LightChoice::Estimate => {

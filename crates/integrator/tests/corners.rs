@@ -83,7 +83,7 @@ fn a_wall_hides_lights_of_any_number_of_corners() {
         for (turn, below) in [(0.0, 0.02), (0.5 * step, 0.03)] {
             for floor in floors {
                 let open = load(&scene(corners, turn, below, floor, ""));
-                let Light::Area(area) = &open.lights[0].light else {
+                let Light::Area(area) = &*open.lights[0].light else {
                     panic!("an area light")
                 };
                 assert_eq!(area.polygon.vertices().len(), corners as usize);

@@ -55,7 +55,7 @@ fn phong(text: &str) -> Scene {
 
 /// The line and its radiance × radius.
 fn light(scene: &Scene) -> (Segment, DVec3) {
-    match &scene.lights[0].light {
+    match &*scene.lights[0].light {
         Light::Linear(line) => (line.segment, line.radiance_radius),
         other => panic!("a linear light, not {other:?}"),
     }

@@ -69,7 +69,7 @@ fn image() -> Texture {
 /// The scene with the image over its light.
 fn lit_by_image(mut scene: Scene) -> Scene {
     let light = &mut scene.lights[0];
-    let Light::Area(area) = &mut light.light else {
+    let Light::Area(area) = &*light.light else {
         panic!("an area light");
     };
     let vertices = area.polygon.vertices();
@@ -104,7 +104,7 @@ fn image_through_the_floor() {
 #[test]
 fn light_of_an_image_is_its_integral() {
     let scene = lit_by_image(room(SQUARE, ""));
-    let Light::Area(area) = &scene.lights[0].light else {
+    let Light::Area(area) = &*scene.lights[0].light else {
         panic!("an area light");
     };
     let map = scene.lights[0].map.as_ref().unwrap();

@@ -68,7 +68,7 @@ fn print_scene(scene: &Scene) {
     println!("materials       {kinds:?}");
     println!("lights          {}", scene.lights.len());
     for light in scene.lights.iter().take(20) {
-        match &light.light {
+        match &*light.light {
             Light::Area(area) => println!(
                 "  area          {} corners, {:.6} square units facing {:.3}, {} triangles, power {:.6} W",
                 area.polygon.vertices().len(),

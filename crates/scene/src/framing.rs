@@ -6,6 +6,7 @@ use crate::scene::{Mesh, Scene, SceneLight};
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 use linelit_lights::{AreaLight, Emission, Light};
+use std::sync::Arc;
 
 /// A camera that sees a whole box from the front, a little from the right and from above, in a
 /// right-handed world with y up.
@@ -100,7 +101,7 @@ impl Scene {
         self.light_ranges
             .push((first, first + 2, index(self.lights.len())));
         self.lights.push(SceneLight {
-            light: Light::Area(AreaLight { polygon, emission }),
+            light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles: first..first + 2,
             map: None,
         });

@@ -334,7 +334,7 @@ impl Builder {
         self.light_ranges
             .push((index(a), index(b), index(self.lights.len())));
         self.lights.push(SceneLight {
-            light: Light::Area(AreaLight { polygon, emission }),
+            light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles: index(a)..index(b),
             map,
         });
@@ -395,10 +395,10 @@ impl Builder {
             .map_or(1.0, |p| p / (2.0 * std::f64::consts::PI.powi(2) * length));
         let at = index(self.triangles.len());
         self.lights.push(SceneLight {
-            light: Light::Linear(LinearLight {
+            light: Arc::new(Light::Linear(LinearLight {
                 segment: Segment { p0, p1 },
                 radiance_radius: spec.radiance * factor,
-            }),
+            })),
             triangles: at..at,
             map: None,
         });

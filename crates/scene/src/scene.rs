@@ -34,8 +34,8 @@ pub struct Mesh {
 /// A light, and the triangles that look like it.
 #[derive(Clone, Debug)]
 pub struct SceneLight {
-    /// What is sampled.
-    pub light: Light,
+    /// What is sampled; whoever keeps a list of lights shares it.
+    pub light: Arc<Light>,
     /// The triangles of an area light, which rays towards it must not count as occluders; empty
     /// for a linear light.
     pub triangles: Range<u32>,
@@ -47,7 +47,7 @@ impl SceneLight {
     /// Radiance that an area light shows at texture coordinates or over a footprint, towards a place on the side that `side`
     /// is the sign of (positive: where the polygon's normal points); zero for other lights.
     pub fn shown(&self, at: impl Into<Footprint>, side: f64) -> DVec3 {
-        let Light::Area(area) = &self.light else {
+        let Light::Area(area) = &*self.light else {
             return DVec3::ZERO;
         };
         let mean = area.emission.towards(side);
@@ -172,7 +172,7 @@ impl Scene {
             .iter()
             .flatten()
             .map(|i| to_f64(self.positions[*i as usize]));
-        let lines = self.lights.iter().filter_map(|l| match &l.light {
+        let lines = self.lights.iter().filter_map(|l| match &*l.light {
             Light::Linear(line) => Some([line.segment.p0, line.segment.p1]),
             _ => None,
         });

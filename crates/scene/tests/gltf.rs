@@ -331,7 +331,7 @@ fn emission_textures_lie_over_one_light() {
         "the texture goes on over the diagonal"
     );
     let light = &scene.lights[0];
-    let linelit_lights::Light::Area(area) = &light.light else {
+    let linelit_lights::Light::Area(area) = &*light.light else {
         panic!("{light:?}");
     };
     let map = light.map.as_ref().unwrap();

@@ -77,7 +77,7 @@ fn pixel(renderer: &Renderer<'_>, point: &ShadingPoint, pixel: [u32; 2], share: 
     let mut scratch = Scratch::new();
     let mut sums = [0.0; 2];
     for light in renderer.plan().lights() {
-        let Light::Area(area) = &light.light else {
+        let Light::Area(area) = &*light.light else {
             continue;
         };
         let sampler = AreaSampler::new(&area.polygon);

@@ -38,7 +38,7 @@ fn load(path: &Path) -> anyhow::Result<measure::Scene> {
         ..measure::Scene::default()
     };
     for (i, light) in scene.lights.iter().enumerate() {
-        let Light::Area(area) = &light.light else {
+        let Light::Area(area) = &*light.light else {
             continue;
         };
         let corners = area.polygon.vertices();

@@ -112,15 +112,17 @@ const DEEP: u32 = 32;
 impl LightTree {
     /// A tree over these lights.
     #[must_use]
-    pub fn new(lights: &[Light], importance: Importance) -> Self {
+    pub fn new<'a>(lights: impl IntoIterator<Item = &'a Light>, importance: Importance) -> Self {
+        let mut count = 0;
         let mut members: Vec<(usize, LightBounds)> = lights
-            .iter()
+            .into_iter()
             .enumerate()
+            .inspect(|_| count += 1)
             .filter_map(|(i, l)| Some((i, LightBounds::new(l)?)))
             .collect();
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * members.len()),
-            trails: vec![None; lights.len()],
+            trails: vec![None; count],
             importance,
         };
         if !members.is_empty() {

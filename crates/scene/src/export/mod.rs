@@ -95,7 +95,7 @@ impl Scene {
         }
         // Linear lights stand between the meshes where they stood: the order of the lights names
         // their random numbers.
-        let mut lines = self.lights.iter().filter_map(|l| match l.light {
+        let mut lines = self.lights.iter().filter_map(|l| match *l.light {
             Light::Linear(line) => Some((l.triangles.start, line)),
             _ => None,
         });
@@ -303,7 +303,7 @@ impl Writer<'_> {
     /// The parameters of an area light.
     fn emission(&self, light: u32) -> Result<String, fmt::Error> {
         let light = &self.scene.lights[light as usize];
-        let emission = match &light.light {
+        let emission = match &*light.light {
             Light::Area(area) => area.emission,
             _ => Emission::one_sided(DVec3::ZERO),
         };

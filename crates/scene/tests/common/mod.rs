@@ -23,14 +23,14 @@ pub(crate) fn world(text: &str) -> Scene {
 }
 
 pub(crate) fn area(scene: &Scene, k: usize) -> &AreaLight {
-    match &scene.lights[k].light {
+    match &*scene.lights[k].light {
         Light::Area(light) => light,
         other => panic!("{other:?} is no area light"),
     }
 }
 
 pub(crate) fn line(scene: &Scene, k: usize) -> &LinearLight {
-    match &scene.lights[k].light {
+    match &*scene.lights[k].light {
         Light::Linear(light) => light,
         other => panic!("{other:?} is no linear light"),
     }

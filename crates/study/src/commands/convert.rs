@@ -166,7 +166,7 @@ fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
     let lines = scene
         .lights
         .iter()
-        .map(|l| &l.light)
+        .map(|l| &*l.light)
         .filter(is_line)
         .count();
     if lines > 0 && !options.extensions {

@@ -146,7 +146,7 @@ fn camera(projection: &Projection) -> String {
 }
 
 fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &SceneLight) {
-    let (name, area, length) = match &light.light {
+    let (name, area, length) = match &*light.light {
         Light::Area(a) => {
             let name = match a.polygon.vertices().len() {
                 3 => "triangle",

@@ -126,7 +126,7 @@ fn outside_penumbrae(renderer: &Renderer<'_>, context: &Context<'_>) -> Result<V
 
 /// What the first channel of a diffuse point gets of the line with nothing between.
 fn unhidden(renderer: &Renderer<'_>, _: &Settings, point: &ShadingPoint) -> f64 {
-    let light = renderer.plan().lights().first().map(|l| l.light);
+    let light = renderer.plan().lights().first().map(|l| *l.light);
     let Some(Light::Linear(light)) = light else {
         return 0.0;
     };
@@ -170,7 +170,7 @@ pub(super) fn figure_4(context: &Context<'_>) -> Result<Exhibition> {
     let mut scene = context.library.load(SCENE)?.scene;
     let size = context.size([SIZE; 2]);
     scene.set_resolution(size[0], size[1]);
-    let Some(Light::Linear(light)) = scene.lights.first().map(|l| l.light) else {
+    let Some(Light::Linear(light)) = scene.lights.first().map(|l| *l.light) else {
         bail!("`{SCENE}` has no linear light");
     };
     // Cut in half, to keep away from the wall.

@@ -402,7 +402,7 @@ fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     let mut costs = Vec::new();
     for &side in context.or_least(&[4u32, 13, 40, 126][..], &[4]) {
         let scene = scene(&luminaires::hall(side), context)?;
-        let lights: Vec<Light> = scene.lights.iter().map(|l| l.light).collect();
+        let lights: Vec<Light> = scene.lights.iter().map(|l| *l.light).collect();
         let tree = LightTree::new(&lights, Importance::default());
         let points: Vec<DVec3> = (0..256)
             .map(|i| {

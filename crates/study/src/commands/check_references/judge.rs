@@ -161,7 +161,7 @@ fn visible_reason(renderer: &Renderer<'_>, pixel: [u32; 2], rounded: bool) -> Op
     if rounded && point.emitted != DVec3::ZERO {
         return Some(Reason::Light);
     }
-    let between = renderer.scene().lights.iter().any(|l| match &l.light {
+    let between = renderer.scene().lights.iter().any(|l| match &*l.light {
         Light::Area(area) => between_horizons(&point, area.polygon.vertices()),
         _ => false,
     });
