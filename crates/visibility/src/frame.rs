@@ -32,6 +32,12 @@ const F32: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
 /// as this are off by half of it.
 const LIGHTS: std::ops::RangeInclusive<f64> = 1e-30..=1e15;
 
+/// The height of a point above a light's plane, in units of its distance and the light's size, from
+/// which its frame is used: places have the rounding of the corners divided by it, 3e-15 of the
+/// light at most in 1e5 random views, which is 3e-10 here, under the 1e-9 that intervals are held
+/// to. Nearer the plane, lines and points are asked one by one.
+const EDGE_ON: f64 = 1e-5;
+
 /// Which part of the (p, q) plane holds the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
@@ -106,12 +112,11 @@ impl LightFrame {
     fn set_polygon(&mut self, plane: &LightPlane, point: DVec3) -> bool {
         let v0 = plane.origin - point;
         let height = plane.normal.dot(v0);
-        // Edge on to within the rounding of the corners themselves.
         let reach = v0.abs().max_element().max(plane.size);
         self.w = plane.normal * (1.0 / height);
         self.p = plane.d1 - self.w * plane.d1.dot(v0);
         self.q = plane.d2 - self.w * plane.d2.dot(v0);
-        height.abs() > 1e-13 * plane.length * reach
+        height.abs() > EDGE_ON * plane.length * reach
     }
 
     /// Where the ray from the shading point through a point (relative to it) meets the light's

@@ -134,8 +134,9 @@ fn candidates(seed: u64) {
             }
         }
     }
+    // Some thirty are blocked on average: fewer than five are, once in 1e8 seeds.
     assert!(
-        seen.iter().skip(1).all(|&n| n >= 20) && judged > 0,
+        seen.iter().skip(1).all(|&n| n >= 5) && judged > 0,
         "{seen:?} {judged}"
     );
 }
@@ -146,11 +147,13 @@ fn dense_shafts_name_nothing() {
     let mut rng = Rng(linelit_testkit::cases::seed(12));
     let mesh = soup(&mut rng, 6000, 0.1, DVec3::ZERO, 1.0);
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
-    let light = light(&mut rng, 4, DVec3::Z * 1.5, 1.0);
+    // As wide as the soup, whatever the seed.
+    let light =
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 1.5));
     let mut scratch = Scratch::new();
     let query = ShaftQuery {
         point: DVec3::Z * -1.4,
-        light: LightCorners::new(&light).unwrap(),
+        light: LightCorners::from(&light),
         exclude: 0..0,
     };
     let shaft = occluders.shaft(query, &mut scratch);
