@@ -5,7 +5,8 @@
 //! - [`Moments`], [`MomentImage`]: count, mean and M2 in `f64`, merged after Chan in a fixed order.
 //! - [`tiles`]: rectangles of work in a fixed order.
 //! - [`Document`]: named layers and metadata, read from and written to EXR.
-//! - [`read_pfm`], [`write_pfm`], [`write_png`], [`HeatMap`].
+//! - [`decode_picture`]: any PNG, TGA, EXR, PFM or, with the feature `jpeg`, JPEG file.
+//! - [`read_pfm`], [`write_pfm`], [`write_png`], [`encode_tga`], [`HeatMap`].
 //!
 //! Every file is written under a temporary name and renamed ([`write_atomically`]); equal contents
 //! give equal bytes. Damaged input is an error that says what was expected and found, never a panic.
@@ -29,19 +30,25 @@
 //! ```
 
 mod atomic;
+mod decode;
 mod display;
 mod document;
 mod error;
 mod header_order;
 mod image;
+#[cfg(feature = "jpeg")]
+mod jpeg;
 mod moments;
 mod openexr;
 mod pfm;
 mod picture;
+mod png;
 mod primaries;
+mod tga;
 mod tiles;
 
 pub use atomic::{try_place, write_atomically, write_atomically_with};
+pub use decode::{ByteImage, DecodeError, Decoded, Pixels, decode_picture};
 pub use display::{
     Exposure, HeatMap, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
 };
@@ -50,4 +57,5 @@ pub use error::{FilmError, FormatError};
 pub use image::Image;
 pub use moments::{MomentImage, Moments};
 pub use pfm::{read_pfm, write_pfm};
+pub use tga::encode_tga;
 pub use tiles::{Tile, tiles};

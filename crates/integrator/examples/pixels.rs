@@ -7,9 +7,10 @@
 
 #![allow(clippy::print_stdout, reason = "a command-line tool talks to its user")]
 
+use linelit_formats::LoadOptions;
 use linelit_integrator::{LightChoice, Renderer, Settings, Spheres, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_scene::{LoadOptions, Scene};
+use linelit_scene::Scene;
 use std::path::Path;
 
 /// Pixels across and down, spread evenly over each picture.
@@ -181,12 +182,13 @@ fn main() -> Outcome {
         if let Some(name) = name.strip_suffix(".pbrt")
             && !name.ends_with(".geometry")
         {
-            let scene = Scene::load(&path, &LoadOptions::default())?.scene;
+            let scene = linelit_formats::load(&path, &LoadOptions::default())?.scene;
             print(name, &scene, &words)?;
         }
     }
     for shown in &ROOMS {
-        let scene = Scene::from_pbrt_str(&room(shown), shown.0, &LoadOptions::default())?.scene;
+        let scene =
+            linelit_formats::from_pbrt_str(&room(shown), shown.0, &LoadOptions::default())?.scene;
         print(shown.0, &scene, &words)?;
     }
     Ok(())

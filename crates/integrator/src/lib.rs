@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use linelit_integrator::{Renderer, Settings, Workspace};
-//! use linelit_scene::{LoadOptions, Scene};
+//! use linelit_formats::LoadOptions;
 //!
 //! let text = r#"
 //!     LookAt 0 -4 3  0 0 0  0 0 1
@@ -20,7 +20,7 @@
 //!             "point3 P" [ -.2 -.2 2   -.2 .2 2   .2 .2 2   .2 -.2 2 ]
 //!     AttributeEnd
 //! "#;
-//! let scene = Scene::from_pbrt_str(text, "room.pbrt", &LoadOptions::default())?.scene;
+//! let scene = linelit_formats::from_pbrt_str(text, "room.pbrt", &LoadOptions::default())?.scene;
 //! let renderer = Renderer::new(&scene);
 //! let mut workspace = Workspace::new();
 //! let centre = [scene.film.width / 2, scene.film.height / 2];

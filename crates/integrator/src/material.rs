@@ -304,7 +304,7 @@ fn index_of_refraction(eta: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::{Renderer, ShadingPoint, Workspace};
-    use linelit_scene::LoadOptions;
+    use linelit_formats::LoadOptions;
 
     /// The shading point in the middle of a floor of some material, seen from 45° along −x.
     fn floor(materials: &str) -> ShadingPoint {
@@ -324,7 +324,7 @@ mod tests {
             "#
         );
         let options = LoadOptions::default();
-        let scene = Scene::from_pbrt_str(&text, "floor.pbrt", &options)
+        let scene = linelit_formats::from_pbrt_str(&text, "floor.pbrt", &options)
             .unwrap()
             .scene;
         let mut workspace = Workspace::new();

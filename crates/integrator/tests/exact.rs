@@ -203,7 +203,9 @@ fn agrees_with_lines_in_the_kept_scenes() {
         "logo-large",
     ] {
         let path = folder.join(format!("{name}.pbrt"));
-        let mut scene = Scene::load(&path, &Default::default()).unwrap().scene;
+        let mut scene = linelit_formats::load(&path, &Default::default())
+            .unwrap()
+            .scene;
         scene.set_resolution(20, 15);
         agrees_with_lines(&scene, 64);
     }

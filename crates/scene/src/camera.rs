@@ -6,7 +6,6 @@ use linelit_geometry::glam::DAffine3;
 
 /// How film positions become directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Projection {
     /// Pinhole; the angle spans the shorter side of the image, as in pbrt.
     Perspective {

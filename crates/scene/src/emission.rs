@@ -7,19 +7,21 @@ use std::sync::Arc;
 
 /// What a light-emitting shape emits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct EmissionSpec {
+pub struct EmissionSpec {
     /// Radiance, or with `power` its colour.
-    pub(crate) radiance: DVec3,
-    pub(crate) two_sided: bool,
+    pub radiance: DVec3,
+    /// Both sides emit, not the outside alone.
+    pub two_sided: bool,
     /// pbrt-v4's `power`: π × area × sides × (radiance of a unit `L`).
-    pub(crate) power: Option<f64>,
+    pub power: Option<f64>,
     /// A factor over the surface: an index into the builder's list.
-    pub(crate) map: Option<u32>,
+    pub map: Option<u32>,
 }
 
 impl EmissionSpec {
     /// The same radiance everywhere, on the outside.
-    pub(crate) const fn one_sided(radiance: DVec3) -> Self {
+    #[must_use]
+    pub const fn one_sided(radiance: DVec3) -> Self {
         Self {
             radiance,
             two_sided: false,

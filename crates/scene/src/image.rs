@@ -1,11 +1,13 @@
 //! Pixels of textures.
 
-use crate::color::{LUMINANCE, srgb_to_linear};
 use crate::mipmap::{Mipmap, Pyramids};
 use crate::texture::Wrap;
 use linelit_geometry::DVec3;
 use std::fmt;
 use std::sync::LazyLock;
+
+/// Luminance weights of linear Rec. 709 RGB.
+pub const LUMINANCE: DVec3 = DVec3::new(0.212_671, 0.715_160, 0.072_169);
 
 /// The pixels of a texture: bytes, or numbers.
 #[derive(Clone, PartialEq)]
@@ -61,7 +63,8 @@ impl ImageData {
     }
 
     /// The same image in grey, each pixel the luminance of its linear value.
-    pub(crate) fn to_luminance(&self) -> Self {
+    #[must_use]
+    pub fn to_luminance(&self) -> Self {
         let mut grey = self.clone();
         match &mut grey.pixels {
             Pixels::Bytes { rgb, srgb } => to_grey(rgb, table(*srgb)),
@@ -78,8 +81,8 @@ impl ImageData {
     }
 
     /// One component (0: red, 1: green, 2: blue) in grey.
-    #[cfg(feature = "gltf")]
-    pub(crate) fn component(&self, k: usize) -> Self {
+    #[must_use]
+    pub fn component(&self, k: usize) -> Self {
         let mut grey = self.clone();
         match &mut grey.pixels {
             Pixels::Bytes { rgb, .. } => rgb.iter_mut().for_each(|rgb| *rgb = [rgb[k]; 3]),
@@ -121,13 +124,23 @@ impl ImageData {
     }
 
     /// Whether red, green and blue are the same everywhere.
-    pub(crate) fn is_grey(&self) -> bool {
+    #[must_use]
+    pub fn is_grey(&self) -> bool {
         match &self.pixels {
             Pixels::Bytes { rgb, .. } => rgb.iter().all(|[r, g, b]| r == g && g == b),
             Pixels::Linear(rgb) => {
                 let is_grey = |[r, g, b]: [u32; 3]| r == g && g == b;
                 rgb.iter().all(|rgb| is_grey(rgb.map(f32::to_bits)))
             }
+        }
+    }
+
+    /// The bytes, row by row, the top row first; `None` of [numbers](Self::is_linear).
+    #[must_use]
+    pub fn bytes(&self) -> Option<&[[u8; 3]]> {
+        match &self.pixels {
+            Pixels::Bytes { rgb, .. } => Some(rgb),
+            Pixels::Linear(_) => None,
         }
     }
 
@@ -156,25 +169,13 @@ impl ImageData {
     }
 }
 
-impl ImageData {
-    /// Writes bytes as an uncompressed TGA file of 24 bits.
-    ///
-    /// # Errors
-    /// When writing fails, when the pixels are [numbers](Self::is_linear), or when the image is
-    /// larger than the format allows (65535 pixels along a side).
-    pub fn write_tga(&self, out: &mut impl std::io::Write) -> std::io::Result<()> {
-        let Pixels::Bytes { rgb, .. } = &self.pixels else {
-            return Err(std::io::Error::other("numbers do not fit into bytes"));
-        };
-        let side = |n: u32| u16::try_from(n).map_err(std::io::Error::other);
-        let ([w0, w1], [h0, h1]) = (
-            side(self.width)?.to_le_bytes(),
-            side(self.height)?.to_le_bytes(),
-        );
-        // True colour without a map; the top row first.
-        out.write_all(&[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, w0, w1, h0, h1, 24, 0x20])?;
-        let bytes: Vec<u8> = rgb.iter().flat_map(|[r, g, b]| [*b, *g, *r]).collect();
-        out.write_all(&bytes)
+/// Linear value of an sRGB-encoded byte.
+fn srgb_to_linear(byte: u8) -> f64 {
+    let v = f64::from(byte) / 255.0;
+    if v <= 0.04045 {
+        v / 12.92
+    } else {
+        ((v + 0.055) / 1.055).powf(2.4)
     }
 }
 

@@ -7,8 +7,8 @@ use crate::footprint::Footprint;
 use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::texture::ImageTexture;
-use linelit_geometry::DVec3;
-use linelit_lights::{Emission, Light};
+use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_lights::{AreaLight, Emission, Light};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -205,6 +205,51 @@ impl Scene {
         images.values().sum()
     }
 
+    /// Adds a flat black quad that emits on the side from which its corners run counterclockwise,
+    /// with the radiance that a function gives for its area; false if, rounded to `f32`, it is no
+    /// convex quadrilateral.
+    ///
+    /// Other lights keep their numbers and triangles theirs.
+    pub fn add_quad_light(
+        &mut self,
+        name: &str,
+        corners: [DVec3; 4],
+        radiance: impl FnOnce(f64) -> DVec3,
+    ) -> bool {
+        let corners = corners.map(to_f32);
+        let Ok(polygon) = ConvexPolygon::try_new(&corners.map(to_f64)) else {
+            return false;
+        };
+        let emission = Emission::one_sided(radiance(polygon.area()));
+        let index = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let (base, first) = (index(self.positions.len()), index(self.triangles.len()));
+        self.positions.extend(corners);
+        if !self.normals.is_empty() {
+            self.normals.resize(self.positions.len(), [0.0; 3]);
+        }
+        if !self.uvs.is_empty() {
+            self.uvs.resize(self.positions.len(), [0.0; 2]);
+        }
+        self.triangles
+            .extend([[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|k| base + k)));
+        self.meshes.push(Mesh {
+            triangles: first..first + 2,
+            material: index(self.materials.len()),
+            flipped: false,
+            has_normals: false,
+            has_uvs: false,
+        });
+        self.materials.push(Material::matte(name, DVec3::ZERO));
+        self.light_ranges
+            .push((first, first + 2, index(self.lights.len())));
+        self.lights.push(SceneLight {
+            light: Arc::new(Light::Area(AreaLight { polygon, emission })),
+            triangles: first..first + 2,
+            map: None,
+        });
+        true
+    }
+
     /// Changes the number of pixels; crop becomes the whole picture.
     pub fn set_resolution(&mut self, width: u32, height: u32) {
         self.film.width = width;
@@ -227,4 +272,13 @@ pub(crate) fn outward(winding: DVec3, vertex_normal: DVec3, flipped: bool) -> DV
 /// Widens a stored vector.
 pub(crate) fn to_f64([x, y, z]: [f32; 3]) -> DVec3 {
     DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+}
+
+/// Rounds once; may overflow to infinity.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "the renderer's geometry is f32"
+)]
+pub(crate) fn to_f32(p: DVec3) -> [f32; 3] {
+    [p.x as f32, p.y as f32, p.z as f32]
 }

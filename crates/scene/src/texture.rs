@@ -1,8 +1,7 @@
 //! Textures: values over the surface.
 
-use crate::color::LUMINANCE;
 use crate::footprint::Footprint;
-use crate::image::ImageData;
+use crate::image::{ImageData, LUMINANCE};
 use crate::mipmap::{MAX_ANISOTROPY, bilinear};
 use linelit_geometry::{DVec2, DVec3};
 use std::sync::Arc;
@@ -113,7 +112,6 @@ pub struct ImageTexture {
 
 /// A value over the surface: a linear RGB triple, or a number in all three components.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub enum Texture {
     /// The same everywhere.
     Constant(DVec3),
@@ -231,8 +229,9 @@ impl Texture {
         }
     }
 
-    /// Nodes of the expression, to keep evaluation bounded.
-    pub(crate) fn cost(&self) -> usize {
+    /// The number of nodes of the expression, which its evaluation takes time for.
+    #[must_use]
+    pub fn cost(&self) -> usize {
         match self {
             Self::Constant(_) | Self::Image(_) => 1,
             Self::Product(a, b) => 1 + a.cost() + b.cost(),

@@ -3,7 +3,7 @@
 use crate::{BUILT_IN, colonnade};
 use anyhow::{Context, Result, bail, ensure};
 use linelit_film::write_atomically;
-use linelit_scene::{LoadOptions, Loaded, Scene};
+use linelit_formats::{LoadOptions, Loaded};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -35,7 +35,7 @@ impl Library {
     /// # Errors
     /// If the scene cannot be found or read.
     pub fn load(&self, name: &str) -> Result<Loaded> {
-        let loaded = Scene::load(locate(name)?, &self.options)?;
+        let loaded = linelit_formats::load(locate(name)?, &self.options)?;
         for warning in &loaded.warnings {
             (self.note)(format_args!("{warning}"));
         }
@@ -49,7 +49,7 @@ impl Library {
     pub fn load_lit(&self, name: &str) -> Result<Loaded> {
         let mut loaded = self.load(name)?;
         if loaded.scene.lights.is_empty() {
-            if !loaded.scene.add_framing_light() {
+            if !linelit_formats::add_framing_light(&mut loaded.scene) {
                 bail!("`{name}` has no lights, and nothing that one could stand beside");
             }
             (self.note)(format_args!(

@@ -9,11 +9,11 @@
 
 use anyhow::Context;
 use linelit_film::Image;
+use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
 use linelit_lights::{AreaLight, AreaSampler, Light};
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::{LoadOptions, Scene};
 use linelit_visibility::{Ray, Scratch};
 use std::path::Path;
 
@@ -26,7 +26,7 @@ fn main() -> anyhow::Result<()> {
     let share: f64 = args
         .get(2)
         .map_or(Ok(1500.0 * 0.5f64.powi(24)), |s| s.parse())?;
-    let scene = Scene::load(Path::new(path), &LoadOptions::default())?.scene;
+    let scene = linelit_formats::load(Path::new(path), &LoadOptions::default())?.scene;
     let renderer = Renderer::new(&scene);
     let [width, height] = scene.camera.resolution();
     let mut workspace = Workspace::new();

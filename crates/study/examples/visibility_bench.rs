@@ -5,8 +5,8 @@
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
 
 use anyhow::Context;
+use linelit_formats::LoadOptions;
 use linelit_lights::Light;
-use linelit_scene::{LoadOptions, Scene};
 use linelit_visibility::measure::{self, Options, value};
 use std::{path::Path, time::Instant};
 
@@ -22,7 +22,7 @@ fn main() -> anyhow::Result<()> {
 }
 
 fn load(path: &Path) -> anyhow::Result<measure::Scene> {
-    let scene = Scene::load(path, &LoadOptions::default())?.scene;
+    let scene = linelit_formats::load(path, &LoadOptions::default())?.scene;
     let [width, height] = scene.camera.resolution().map(f64::from);
     let centre = scene.camera.ray(0.5 * width, 0.5 * height).direction;
     let top = scene.camera.ray(0.5 * width, 0.0).direction;

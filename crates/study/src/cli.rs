@@ -3,10 +3,10 @@
 use crate::output::note;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use linelit_formats::{LoadOptions, Root};
 use linelit_geometry::isa::InstructionSet;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
-use linelit_scene::{LoadOptions, Root};
 use linelit_scenes::Library;
 use std::fmt;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! The `linelit` command.
 
 use clap::Parser;
-use linelit_scene::SceneError;
+use linelit_formats::SceneError;
 use linelit_study::cli::{Cli, Command, UsageError};
 use linelit_study::commands;
 use linelit_study::output::{CLOSED_STATUS, Output, OutputError, note};

@@ -4,7 +4,7 @@ mod common;
 
 use common::{folder, linelit, path, text};
 use linelit_film::Image;
-use linelit_scene::{LoadOptions, Loaded, Scene};
+use linelit_formats::{LoadOptions, Loaded};
 use std::path::Path;
 
 /// The picture of a scene file, and the messages.
@@ -29,7 +29,7 @@ fn strictly(file: &str) -> Loaded {
         strict: true,
         ..LoadOptions::default()
     };
-    Scene::load(file, &strict).unwrap_or_else(|e| panic!("{e}"))
+    linelit_formats::load(file, &strict).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]
@@ -56,11 +56,11 @@ fn one_cornell_box_in_four_formats_is_one_picture() {
         scene.film = v3.film.clone();
         let copy = dir.join("copy.pbrt");
         let mut out = std::fs::File::create(&copy).unwrap();
-        let options = linelit_scene::ExportOptions {
+        let options = linelit_formats::ExportOptions {
             extensions: true,
             ..Default::default()
         };
-        scene.write_pbrt(&mut out, &options).unwrap();
+        linelit_formats::write_pbrt(&scene, &mut out, &options).unwrap();
         drop(out);
         let got = render(path(&copy), &image, &["--strict"]);
         assert_eq!(different(&got, &want), 0, "{file}");
@@ -85,9 +85,9 @@ fn converted_scenes_give_the_same_picture() {
     let scenes = [
         "cornell-box-small",
         "logo-large",
-        "../scene/tests/seeds/everything.pbrt",
-        "../scene/tests/seeds/everything.obj",
-        "../scene/tests/seeds/everything.gltf",
+        "../formats/tests/seeds/everything.pbrt",
+        "../formats/tests/seeds/everything.obj",
+        "../formats/tests/seeds/everything.gltf",
         "tests/cornell/box.gltf",
     ];
     for scene in scenes {
@@ -150,7 +150,7 @@ fn converted_scenes_have_their_images_beside_them() {
     let dir = folder("copies");
     let inner = dir.join("inner");
     std::fs::create_dir_all(&inner).unwrap();
-    let image = "../scene/tests/images/ramp.png";
+    let image = "../formats/tests/images/ramp.png";
     std::fs::copy(image, inner.join("a.png")).unwrap();
     let scene = inner.join("a.pbrt");
     let words = "Camera \"perspective\" WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \

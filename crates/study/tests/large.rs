@@ -2,7 +2,7 @@
 //! is that of the process.
 
 use linelit_integrator::{Renderer, Settings, Workspace};
-use linelit_scene::Scene;
+
 use std::io::{BufWriter, Write};
 
 /// Ten million triangles within 1.5 GB, of which the scene takes .18 and the hierarchy .7: the
@@ -39,11 +39,11 @@ fn ten_million_triangles() {
         }
     }
     file.flush().unwrap();
-    let loaded = Scene::load(&path, &Default::default());
+    let loaded = linelit_formats::load(&path, &Default::default());
     std::fs::remove_file(&path).unwrap();
     let mut scene = loaded.unwrap().scene;
     assert_eq!(scene.triangles.len(), 10_035_200);
-    assert!(scene.add_framing_light());
+    assert!(linelit_formats::add_framing_light(&mut scene));
     // Each thread grows a part of the tree by itself, which takes it some 30 MB.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build();
     let renderer = pool.unwrap().install(|| Renderer::new(&scene));

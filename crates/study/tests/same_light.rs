@@ -1,9 +1,10 @@
 //! The same light, by every estimator, on every built-in scene.
 
+use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_scene::{LoadOptions, Scene};
+use linelit_scene::Scene;
 use linelit_scenes::Library;
 use linelit_study::engine::{Cell, CellRun, Targets, run_cell};
 use linelit_study::stats::student::quantile;

@@ -5,7 +5,7 @@ use crate::manifest;
 use std::fs;
 
 /// Crate, crates of the house it may know, crates of others it may know. The table of `docs/architecture.md`.
-const MAY_KNOW: [(&str, &[&str], &[&str]); 14] = [
+const MAY_KNOW: [(&str, &[&str], &[&str]); 15] = [
     ("geometry", &[], &["glam", "smallvec"]),
     ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
     ("lights", &["geometry"], &[]),
@@ -13,10 +13,11 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 14] = [
     ("penumbra", &["geometry"], &[]),
     ("visibility", &["geometry"], &["obvhs", "rayon"]),
     ("mis", &[], &[]),
+    ("scene", &["geometry", "lights"], &[]),
     (
-        "scene",
-        &["geometry", "lights", "shading", "film"],
-        &["flate2", "png", "thiserror", "zune-jpeg"],
+        "formats",
+        &["scene", "geometry", "lights", "film"],
+        &["flate2", "thiserror"],
     ),
     (
         "integrator",
@@ -32,12 +33,17 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 14] = [
         ],
         &[],
     ),
-    ("film", &[], &["exr", "png", "thiserror"]),
-    ("scenes", &["scene", "film"], &["anyhow"]),
+    (
+        "film",
+        &[],
+        &["exr", "flate2", "png", "thiserror", "zune-jpeg"],
+    ),
+    ("scenes", &["scene", "formats", "film"], &["anyhow"]),
     (
         "study",
         &[
             "scene",
+            "formats",
             "scenes",
             "geometry",
             "lights",

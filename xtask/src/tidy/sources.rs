@@ -7,7 +7,7 @@ use std::fs;
 /// Crates that do no I/O, start no thread and cannot fail.
 const PURE: [&str; 5] = ["geometry", "samplers", "lights", "shading", "mis"];
 /// All libraries.
-const LIBRARIES: [&str; 12] = [
+const LIBRARIES: [&str; 13] = [
     "geometry",
     "samplers",
     "lights",
@@ -16,6 +16,7 @@ const LIBRARIES: [&str; 12] = [
     "mis",
     "penumbra",
     "scene",
+    "formats",
     "scenes",
     "integrator",
     "film",
@@ -56,9 +57,9 @@ const NAMED_ONLY_IN: [(&str, &[&str]); 9] = [
     ("rand_pcg", &["samplers"]),
     ("sobol_burley", &["samplers"]),
     ("exr", &["film"]),
-    ("png", &["film", "scene"]),
-    ("zune_jpeg", &["scene"]),
-    ("flate2", &["scene"]),
+    ("png", &["film"]),
+    ("zune_jpeg", &["film"]),
+    ("flate2", &["film", "formats"]),
 ];
 
 pub(super) fn foreign_names(house: &House) -> Vec<String> {
@@ -140,8 +141,8 @@ const EFFECTS: [(&[&str], &[&str], &str); 6] = [
             "File::open",
             "File::create",
         ],
-        &["scene", "film", "study", "testkit"],
-        "only scene, film, study and testkit touch files",
+        &["formats", "film", "study", "testkit"],
+        "only formats, film, study and testkit touch files",
     ),
     (
         &["Instant", "SystemTime"],
@@ -259,7 +260,14 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
             problems.extend(file.complain(word, "pure crates cannot fail"));
         }
     }
-    for file in house.shipped(&["scene", "film", "study", "visibility", "integrator"]) {
+    for file in house.shipped(&[
+        "formats",
+        "scene",
+        "film",
+        "study",
+        "visibility",
+        "integrator",
+    ]) {
         problems.extend(file.complain(
             "unwrap()",
             "say with expect(\"…\") why it cannot fail, or return the error",

@@ -1,11 +1,12 @@
 //! Small scenes and statistics that the tests share.
 #![allow(dead_code, reason = "each test takes what it needs")]
 
+use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
 use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
-use linelit_scene::{LoadOptions, Scene};
+use linelit_scene::Scene;
 use linelit_testkit::{chi2::sidak, ztest::critical_z};
 
 /// A floor seen from above, a square light over it, and whatever `occluders` says.
@@ -36,7 +37,7 @@ WorldEnd
 
 /// A scene from pbrt text.
 pub(crate) fn load(text: &str) -> Scene {
-    Scene::from_pbrt_str(text, "test.pbrt", &LoadOptions::default())
+    linelit_formats::from_pbrt_str(text, "test.pbrt", &LoadOptions::default())
         .expect("the test scene is valid")
         .scene
 }

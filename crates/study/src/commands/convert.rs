@@ -3,11 +3,12 @@
 use crate::cli::ConvertArgs;
 use crate::output::note;
 use anyhow::Result;
-use linelit_film::{FilmError, write_atomically_with};
+use linelit_film::{ByteImage, FilmError, encode_tga, write_atomically, write_atomically_with};
+use linelit_formats::{ExportOptions, LoadOptions};
 use linelit_geometry::{DVec3, Frame};
 use linelit_integrator::{Renderer, Workspace};
 use linelit_lights::Light;
-use linelit_scene::{ExportOptions, ImageData, ImageTexture, LoadOptions, Material, Scene};
+use linelit_scene::{ImageData, ImageTexture, Material, Scene};
 use std::cell::RefCell;
 use std::fs::File;
 use std::io;
@@ -35,7 +36,7 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     // A file that is there already stays whole until the new one is; the images that the text
     // names are known, and written, before it appears.
     write_atomically_with(&args.output, |mut file| {
-        scene.write_pbrt(&mut file, &options)?;
+        linelit_formats::write_pbrt(&scene, &mut file, &options)?;
         images.write().map_err(io::Error::other)
     })?;
     say_what_is_lost(&scene, &options);
@@ -61,7 +62,8 @@ impl Change {
     /// Of the materials that pbrt-v4 does not have, the one that its replacement changes most.
     fn largest(scene: &Scene) -> Option<Self> {
         let replaced = scene.materials.iter().zip(0_u32..);
-        let replaced = replaced.filter_map(|(m, k)| Some((m, k, m.nearest_in_pbrt_v4()?)));
+        let replaced =
+            replaced.filter_map(|(m, k)| Some((m, k, linelit_formats::nearest_in_pbrt_v4(m)?)));
         let changes = replaced.map(|(material, k, nearest)| {
             let mut materials = scene.materials.clone();
             let before = albedo(&materials, k);
@@ -115,7 +117,7 @@ fn albedo(materials: &[Material], material: u32) -> f64 {
     const DRAWN: u32 = 8;
     let text = "Camera \"orthographic\" WorldBegin Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ] \
                 \"point3 P\" [ -1 -1 1 1 -1 1 1 1 1 -1 1 1 ] \"point2 uv\" [ 0 0 1 0 1 1 0 1 ]";
-    let Ok(probe) = Scene::from_pbrt_str(text, "probe", &LoadOptions::default()) else {
+    let Ok(probe) = linelit_formats::from_pbrt_str(text, "probe", &LoadOptions::default()) else {
         return 0.0;
     };
     let mut probe = probe.scene;
@@ -243,10 +245,19 @@ impl Images<'_> {
             if image.is_linear() {
                 linelit_film::write_pfm(&path, &numbers(image))?;
             } else {
-                write_atomically_with(&path, |mut file| image.write_tga(&mut file))?;
+                write_atomically(&path, &encode_tga(&bytes(image))?)?;
             }
         }
         Ok(())
+    }
+}
+
+/// An image whose pixels are bytes.
+fn bytes(image: &ImageData) -> ByteImage {
+    ByteImage {
+        width: image.width(),
+        height: image.height(),
+        rgb: image.bytes().unwrap_or_default().to_vec(),
     }
 }
 

@@ -7,9 +7,10 @@ use crate::output::{Output, OutputError};
 use crate::short_name;
 use anyhow::Result;
 use indicatif::ProgressBar;
+use linelit_formats::Loaded;
 use linelit_integrator::{Renderer, Settings};
 use linelit_lights::Light;
-use linelit_scene::{Loaded, Projection, Scene, SceneLight};
+use linelit_scene::{Projection, Scene, SceneLight};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -141,7 +142,6 @@ fn camera(projection: &Projection) -> String {
         }
         Projection::Orthographic => "orthographic".to_owned(),
         Projection::Spherical { .. } => "spherical".to_owned(),
-        other => format!("{other:?}"),
     }
 }
 

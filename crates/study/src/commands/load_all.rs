@@ -10,8 +10,8 @@ use crate::memory::kib;
 use crate::output::{Output, note};
 use anyhow::{Context, Result, bail};
 use indicatif::ProgressBar;
+use linelit_formats::{Format, LoadOptions, SceneError};
 use linelit_integrator::{Renderer, Settings};
-use linelit_scene::{Format, LoadOptions, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -143,11 +143,11 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
         max_triangles: MAX_TRIANGLES,
         ..LoadOptions::default()
     };
-    let loaded = Scene::load(file, &options)?;
+    let loaded = linelit_formats::load(file, &options)?;
     let mut scene = loaded.scene;
     let (triangles, lights) = (scene.triangles.len(), scene.lights.len());
     if lights == 0 {
-        scene.add_framing_light();
+        linelit_formats::add_framing_light(&mut scene);
     }
     let pixels = (PICTURE[0] * PICTURE[1]) as usize;
     let coarse = (pixels * scene.lights.len()).div_ceil(MAX_PAIRS).max(1);

@@ -8,12 +8,13 @@ use crate::report::{Picture, Plot, Section};
 use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_film::Image;
+use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
 use linelit_integrator::{LightChoice, Renderer, Settings, Spheres};
 use linelit_lights::Light;
 use linelit_lights::selection::{Importance, LightTree};
 use linelit_samplers::SamplerKind;
-use linelit_scene::{LoadOptions, Scene};
+use linelit_scene::Scene;
 use linelit_scenes::luminaires;
 use std::hint::black_box;
 use std::time::Instant;
@@ -61,7 +62,7 @@ fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
         strict: context.library.options.strict,
         ..LoadOptions::default()
     };
-    let mut scene = Scene::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene;
+    let mut scene = linelit_formats::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene;
     let [width, height] = context.size(SIZE);
     scene.set_resolution(width, height);
     Ok(scene)

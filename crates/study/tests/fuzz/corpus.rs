@@ -116,7 +116,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 /// Whole scenes of every kind.
 pub(crate) fn seeds() -> Vec<Case> {
     let scene = |name: &str| {
-        let path = folder("../../../scene/tests").join(name);
+        let path = folder("../../../formats/tests").join(name);
         fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
     };
     let mut cases = vec![

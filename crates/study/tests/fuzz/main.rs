@@ -17,8 +17,8 @@ mod mutate;
 mod watch;
 
 use corpus::{Case, finds, seeds};
+use linelit_formats::{Format, LoadOptions, Loaded};
 use linelit_integrator::{Estimator, LightChoice, Renderer, Settings, Workspace};
-use linelit_scene::{Format, LoadOptions, Loaded, Scene};
 use mutate::{SplitMix, mutate};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -49,9 +49,9 @@ fn attempt(case: &Case, folder: &Path, turn: usize) {
     let extension = case.main.rsplit('.').next().unwrap_or("");
     let loaded = if case.files.len() == 1 && turn.is_multiple_of(2) {
         let format = Format::from_extension(extension).unwrap();
-        Scene::from_bytes(format, &case.files[&case.main], "fuzz", &options)
+        linelit_formats::from_bytes(format, &case.files[&case.main], "fuzz", &options)
     } else {
-        Scene::load(case.write(folder), &options)
+        linelit_formats::load(case.write(folder), &options)
     };
     match loaded {
         Ok(loaded) => draw(loaded, turn),
@@ -68,7 +68,7 @@ fn draw(loaded: Loaded, turn: usize) {
     let inside = |i: &u32| (*i as usize) < count;
     assert!(scene.triangles.iter().flatten().all(inside));
     if scene.lights.is_empty() {
-        scene.add_framing_light();
+        linelit_formats::add_framing_light(&mut scene);
     }
     scene.set_resolution(3, 2);
     let settings = Settings {
@@ -125,7 +125,7 @@ fn mutations(name: &str, seed: u64, mut end: impl FnMut(usize) -> bool) -> usize
 fn the_seeds_load_and_are_drawn() {
     let folder = folder("seeds");
     for (turn, case) in seeds().iter().enumerate() {
-        let loaded = Scene::load(case.write(&folder), &LoadOptions::default());
+        let loaded = linelit_formats::load(case.write(&folder), &LoadOptions::default());
         let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
         assert!(!loaded.scene.triangles.is_empty(), "{case:?}");
         draw(loaded, turn);

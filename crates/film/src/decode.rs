@@ -1,0 +1,209 @@
+//! Picture files of all kinds as pixels: which reader, and what memory it may take.
+
+use crate::{FormatError, Image};
+
+/// Bytes that the pixels of any image may take, however small its file is.
+const FREE_BYTES: usize = 1 << 28;
+/// Bytes that the pixels may take for each byte of the file: flat colour packs well.
+const BYTES_PER_BYTE: usize = 64;
+/// The most bytes that the pixels of an image may take.
+const MAX_BYTES: usize = 1 << 32;
+
+/// A picture of bytes, three to a pixel. Whether they are sRGB-encoded or linear is for those to
+/// know who use it: files do not say, or not reliably.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ByteImage {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Red, green and blue, row by row, the top row first; `width` × `height` of them.
+    pub rgb: Vec<[u8; 3]>,
+}
+
+impl ByteImage {
+    /// A picture of its rows; `None` if it has no pixels or another number of them.
+    pub(crate) fn of([width, height]: [u32; 2], rgb: Vec<[u8; 3]>) -> Option<Self> {
+        let count = crate::image::area(width, height);
+        (count > 0 && rgb.len() == count).then_some(Self { width, height, rgb })
+    }
+}
+
+/// The pixels of a picture file of any kind.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pixels {
+    /// Of a PNG, TGA or JPEG file.
+    Bytes(ByteImage),
+    /// Of an EXR or PFM file: linear values, finite and not below zero.
+    Linear(Image),
+}
+
+/// A picture, and what was strange about its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decoded {
+    /// The picture.
+    pub pixels: Pixels,
+    /// What was changed to make sense of the file.
+    pub warning: Option<String>,
+}
+
+/// Why a picture was not read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct DecodeError {
+    /// What is wrong, on one line.
+    pub message: String,
+    /// Whether the file may be whole, but asks for more memory than a file of its size should.
+    pub too_large: bool,
+}
+
+impl From<String> for DecodeError {
+    fn from(message: String) -> Self {
+        let too_large = false;
+        Self { message, too_large }
+    }
+}
+
+impl From<&str> for DecodeError {
+    fn from(message: &str) -> Self {
+        message.to_owned().into()
+    }
+}
+
+impl From<FormatError> for DecodeError {
+    fn from(error: FormatError) -> Self {
+        Self {
+            message: error.to_string(),
+            too_large: error.too_large,
+        }
+    }
+}
+
+/// Bytes that the pixels of a file of so many bytes may take.
+fn limit(file: usize) -> usize {
+    FREE_BYTES
+        .saturating_add(BYTES_PER_BYTE.saturating_mul(file))
+        .min(MAX_BYTES)
+}
+
+/// Bytes of an image with so many for each pixel; sizes that a file of so many bytes should not
+/// ask for are refused, the error is a message.
+pub(crate) fn check_size(
+    what: &str,
+    [width, height]: [u32; 2],
+    pixel: usize,
+    file: usize,
+) -> Result<usize, DecodeError> {
+    let (columns, rows) = (width as usize, height as usize);
+    let needed = columns.saturating_mul(rows).saturating_mul(pixel);
+    if needed == 0 {
+        return Err(format!("{what} image of {width} x {height} pixels").into());
+    }
+    let limit = limit(file);
+    if needed > limit {
+        let message = format!(
+            "{what} image of {width} x {height} pixels takes {needed} bytes, {limit} are allowed \
+             for a file of {file}"
+        );
+        let too_large = true;
+        return Err(DecodeError { message, too_large });
+    }
+    Ok(needed)
+}
+
+/// Reads a picture of any kind, by its first bytes or else the extension of its name; `None` if
+/// there is no reader for it. Its size is asked before memory is: pixels may take 256 MiB, or 64
+/// bytes for each of the file if that is more, 4 GiB at most.
+///
+/// ```
+/// use linelit_film::{ByteImage, Pixels, decode_picture, encode_tga};
+///
+/// let pixel = ByteImage { width: 1, height: 1, rgb: vec![[1, 2, 3]] };
+/// let file = encode_tga(&pixel)?;
+/// assert_eq!(decode_picture("a.tga", &file).unwrap()?.pixels, Pixels::Bytes(pixel));
+/// assert!(decode_picture("a.txt", b"text").is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the file is broken, not of the kind that its name says, or asks for more memory.
+pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, DecodeError>> {
+    let plain = |image: Result<ByteImage, DecodeError>| {
+        Some(image.map(|image| Decoded {
+            pixels: Pixels::Bytes(image),
+            warning: None,
+        }))
+    };
+    if bytes.starts_with(b"\x89PNG") {
+        return plain(crate::png::read(bytes));
+    }
+    if bytes.starts_with(b"\xff\xd8\xff") {
+        return read_jpeg(bytes).and_then(plain);
+    }
+    if bytes.starts_with(b"\x76\x2f\x31\x01") {
+        return Some(read_numbers(bytes));
+    }
+    let extension = name.rsplit('.').next().unwrap_or("");
+    match extension.to_ascii_lowercase().as_str() {
+        "tga" => plain(crate::tga::read(bytes)),
+        "png" => plain(crate::png::read(bytes)),
+        "exr" | "pfm" => Some(read_numbers(bytes)),
+        "jpg" | "jpeg" => Some(Err("it is not a JPEG file".into())),
+        _ => None,
+    }
+}
+
+/// Reads an EXR or PFM file.
+fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
+    let mut image = Image::from_bytes(bytes, limit(bytes.len()))?;
+    if image.rgb.is_empty() {
+        return Err("it has no pixels".into());
+    }
+    let width = image.width;
+    let place = |k: usize| {
+        let k = u32::try_from(k).unwrap_or(u32::MAX);
+        format!("pixel ({}, {})", k % width.max(1), k / width.max(1))
+    };
+    let odd = |p: &[f32; 3]| p.iter().any(|v| !v.is_finite());
+    if let Some(k) = image.rgb.iter().position(odd) {
+        return Err(format!("{} is {:?}, not finite", place(k), image.rgb[k]).into());
+    }
+    let warning = without_negatives(&mut image.rgb, place);
+    let pixels = Pixels::Linear(image);
+    Ok(Decoded { pixels, warning })
+}
+
+/// Makes values below zero zero: there is no such light. Images that were resampled have some, a
+/// little below zero beside bright ones; others are worth a warning, which is given.
+fn without_negatives(rgb: &mut [[f32; 3]], place: impl Fn(usize) -> String) -> Option<String> {
+    const RINGING: f32 = 1e-3;
+    let allowed = -RINGING * rgb.iter().flatten().fold(0.0, |a: f32, v| a.max(*v));
+    let least = |p: &[f32; 3]| p.iter().fold(0.0, |a: f32, v| a.min(*v));
+    let mut count = 0_usize;
+    let mut worst = (0.0, 0);
+    for (k, pixel) in rgb.iter_mut().enumerate() {
+        let low = least(pixel);
+        if low < allowed {
+            count += 1;
+            if low < worst.0 {
+                worst = (low, k);
+            }
+        }
+        *pixel = pixel.map(|v| v.max(0.0));
+    }
+    (count > 0).then(|| {
+        let (low, at) = (worst.0, place(worst.1));
+        format!("{count} pixels are below zero and read as zero; the least is {low} at {at}")
+    })
+}
+
+/// Reads a JPEG file, if the feature is on.
+#[cfg(feature = "jpeg")]
+fn read_jpeg(bytes: &[u8]) -> Option<Result<ByteImage, DecodeError>> {
+    Some(crate::jpeg::read(bytes))
+}
+
+#[cfg(not(feature = "jpeg"))]
+fn read_jpeg(_: &[u8]) -> Option<Result<ByteImage, DecodeError>> {
+    None
+}

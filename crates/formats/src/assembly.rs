@@ -1,0 +1,354 @@
+//! What all readers share: putting meshes into the scene, reading images, finishing.
+
+use crate::diagnostics::{ErrorKind, Files, Refusal, Result, SceneError, Warnings};
+use crate::framing;
+use crate::gzip;
+use crate::load::{LoadOptions, Loaded};
+use linelit_film::{Decoded, Pixels, decode_picture};
+use linelit_geometry::DVec3;
+use linelit_geometry::glam::DAffine3;
+use linelit_scene::{
+    AddError, Camera, EmissionSpec, FilmSettings, ImageData, MAX_COORDINATE, MeshData, Placement,
+    Projection, SceneBuilder,
+};
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Gives an error its place; the text is the label beside the caret.
+pub(crate) type At<'a> = &'a dyn Fn(SceneError, &str) -> SceneError;
+
+/// A file that the scene names.
+pub(crate) struct Opened {
+    /// Its path, for messages.
+    pub(crate) path: String,
+    /// The same, links followed.
+    pub(crate) whole: PathBuf,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// A scene in the making.
+pub(crate) struct Assembly {
+    pub(crate) builder: SceneBuilder,
+    pub(crate) warnings: Warnings,
+    pub(crate) max_triangles: usize,
+    files: Files,
+    /// By the name in the scene and whether bytes are sRGB.
+    images: HashMap<(String, bool), Arc<ImageData>>,
+    /// Their luminance, as far as it was asked for.
+    greys: HashMap<(String, bool), Arc<ImageData>>,
+    /// Files that were opened, and bytes read: of each once, and in all.
+    opened: HashSet<PathBuf>,
+    distinct_bytes: u64,
+    read_bytes: u64,
+    pixel_bytes: u64,
+}
+
+/// Bytes that a scene may read again and again: files that name each other many times would
+/// otherwise take any time.
+const FREE_REREADS: u64 = 1 << 26;
+/// How often, on the average, files may be read beyond that.
+const REREADS: u64 = 16;
+
+/// Bytes that the pixels of all images together may take, whatever the size of their files.
+const FREE_PIXEL_BYTES: u64 = 1 << 29;
+/// Bytes that the pixels may take for each byte of the files.
+const PIXEL_BYTES_PER_BYTE: u64 = 64;
+
+impl Assembly {
+    /// An empty scene; `path` is that of the scene file, which is `bytes` long.
+    pub(crate) fn new(path: Option<&Path>, bytes: usize, options: &LoadOptions) -> Self {
+        Self {
+            builder: SceneBuilder::new(options.max_triangles),
+            warnings: Warnings::new(options.strict),
+            max_triangles: options.max_triangles,
+            files: Files::new(path, options),
+            images: HashMap::new(),
+            greys: HashMap::new(),
+            opened: HashSet::new(),
+            distinct_bytes: bytes as u64,
+            read_bytes: bytes as u64,
+            pixel_bytes: 0,
+        }
+    }
+
+    /// Warns about something at a place.
+    pub(crate) fn warn(
+        &mut self,
+        kind: ErrorKind,
+        message: impl Into<String>,
+        label: &str,
+        at: At<'_>,
+    ) -> Result<()> {
+        self.warnings.warn(kind, message, |e| at(e, label))
+    }
+
+    /// Adds a mesh to the scene; `what` it is, for messages.
+    pub(crate) fn place(
+        &mut self,
+        mesh: &MeshData,
+        place: &Placement,
+        what: &str,
+        at: At<'_>,
+    ) -> Result<()> {
+        let total = mesh.triangles.len();
+        match self.builder.add_mesh(mesh, place) {
+            Ok(added) => {
+                if added.degenerate > 0 {
+                    let label = format!("{} of {total}", added.degenerate);
+                    let message = "triangles without area are left out";
+                    self.warn(ErrorKind::Suspicious, message, &label, at)?;
+                }
+                if let Some(why) = added.why_unlit {
+                    let label = format!("{} of {total}", added.unlit);
+                    let message = format!("triangles that would emit give no light: {why}");
+                    self.warn(ErrorKind::Suspicious, message, &label, at)?;
+                }
+                Ok(())
+            }
+            Err(AddError::Singular) => {
+                let message = format!("{what} is flattened by its transform");
+                self.warn(ErrorKind::BadTransform, message, "left out", at)
+            }
+            Err(AddError::Vertex(k)) => {
+                let message =
+                    format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
+                Err(at(
+                    SceneError::new(ErrorKind::OutOfRange, message),
+                    "after its transform",
+                ))
+            }
+            Err(AddError::TooManyLights) => Err(self.too_many_lights(at)),
+            Err(AddError::TooMany) => {
+                let message = format!("more than {} triangles", self.max_triangles);
+                let error = at(
+                    SceneError::new(ErrorKind::Limit, message),
+                    "this one is too many",
+                );
+                let so_far = self.builder.triangle_count();
+                Err(error.note(format!(
+                    "the scene has {so_far} triangles so far, this shape has {total}"
+                )))
+            }
+        }
+    }
+
+    /// Adds a linear light between two points of the world.
+    pub(crate) fn place_line(
+        &mut self,
+        [p0, p1]: [DVec3; 2],
+        spec: &EmissionSpec,
+        at: At<'_>,
+    ) -> Result<()> {
+        if !p0.is_finite() || !p1.is_finite() {
+            let message = "the end of a line is not finite";
+            let error = SceneError::new(ErrorKind::OutOfRange, message);
+            return Err(at(error, "after its transform"));
+        }
+        if p0 == p1 {
+            let message = "a line without length emits nothing";
+            return self.warn(ErrorKind::Suspicious, message, "left out", at);
+        }
+        let added = self.builder.add_line(p0, p1, spec);
+        added.map_err(|_| self.too_many_lights(at))
+    }
+
+    fn too_many_lights(&self, at: At<'_>) -> SceneError {
+        let message = format!("more than {} lights", self.builder.max_lights);
+        let error = SceneError::new(ErrorKind::Limit, message);
+        at(error, "this shape has too many")
+            .note("each emissive triangle or line is a light, unless neighbours in one plane merge")
+    }
+
+    /// A file that the scene names, read into memory.
+    pub(crate) fn open(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+        let refuse = |refusal: Refusal| {
+            let message = format!("cannot read `{name}`: {}", refusal.message);
+            let error = at(SceneError::new(refusal.kind, message), "named here");
+            if refusal.kind == ErrorKind::Outside {
+                return error
+                    .help("`--root DIR` or `--allow-outside` lets a scene name such files");
+            }
+            error
+        };
+        let (path, whole) = self.files.find(name).map_err(refuse)?;
+        let bytes = self.files.read(&whole).map_err(refuse)?;
+        let count = bytes.len() as u64;
+        if self.opened.insert(whole.clone()) {
+            self.distinct_bytes += count;
+        }
+        self.count_read(name, count, at)?;
+        let path = path.display().to_string();
+        Ok(Opened { path, whole, bytes })
+    }
+
+    /// Counts bytes that were read, or unpacked: small files must not make much work.
+    fn count_read(&mut self, name: &str, count: u64, at: At<'_>) -> Result<()> {
+        self.read_bytes += count;
+        let limit = FREE_REREADS.saturating_add(REREADS * self.distinct_bytes);
+        if self.read_bytes <= limit {
+            return Ok(());
+        }
+        let message = format!("`{name}` and others are read too often");
+        let error = at(SceneError::new(ErrorKind::Limit, message), "read again");
+        Err(error.note(format!(
+            "{} bytes of files have been read as {} bytes, {limit} are allowed",
+            self.distinct_bytes, self.read_bytes
+        )))
+    }
+
+    /// Whether the scene may name such a file, and it is there.
+    pub(crate) fn has_file(&self, name: &str) -> bool {
+        self.files
+            .find(name)
+            .is_ok_and(|(_, whole)| whole.is_file())
+    }
+
+    /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.
+    pub(crate) fn open_unpacked(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+        let mut file = self.open(name, at)?;
+        if name.ends_with(".gz") {
+            file.bytes = gzip::unpack(&file.bytes).map_err(|refusal| {
+                let message = format!("cannot unpack `{name}`: {}", refusal.message);
+                at(SceneError::new(refusal.kind, message), "named here")
+            })?;
+            self.count_read(name, file.bytes.len() as u64, at)?;
+        }
+        Ok(file)
+    }
+
+    /// The luminance of an image file, once for all that ask; `None` as for [`Assembly::image`].
+    pub(crate) fn luminance(
+        &mut self,
+        name: &str,
+        srgb: bool,
+        at: At<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
+        let key = (name.to_owned(), srgb);
+        if let Some(grey) = self.greys.get(&key) {
+            return Ok(Some(Arc::clone(grey)));
+        }
+        let Some(image) = self.image(name, srgb, at)? else {
+            return Ok(None);
+        };
+        self.add_pixels(image.memory(), at)?;
+        let grey = Arc::new(image.to_luminance());
+        self.greys.insert(key, Arc::clone(&grey));
+        Ok(Some(grey))
+    }
+
+    /// An image file, read once; `None` after a warning if its format is not supported.
+    pub(crate) fn image(
+        &mut self,
+        name: &str,
+        srgb: bool,
+        at: At<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
+        let key = (name.to_owned(), srgb);
+        if let Some(image) = self.images.get(&key) {
+            return Ok(Some(Arc::clone(image)));
+        }
+        let file = self.open(name, at)?;
+        let image = self.decode(name, &file.bytes, srgb, at)?;
+        if let Some(image) = &image {
+            self.images.insert(key, Arc::clone(image));
+        }
+        Ok(image)
+    }
+
+    /// Counts what the images of the scene take.
+    fn add_pixels(&mut self, bytes: usize, at: At<'_>) -> Result<()> {
+        self.pixel_bytes += bytes as u64;
+        let limit = FREE_PIXEL_BYTES.saturating_add(PIXEL_BYTES_PER_BYTE * self.distinct_bytes);
+        if self.pixel_bytes <= limit {
+            return Ok(());
+        }
+        let message = format!(
+            "the images take {} bytes in all, {limit} are allowed",
+            self.pixel_bytes
+        );
+        let error = SceneError::new(ErrorKind::Limit, message);
+        Err(at(error, "too many for the size of their files"))
+    }
+
+    /// An image from memory; `None` after a warning if its format is not supported.
+    pub(crate) fn decode(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        srgb: bool,
+        at: At<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
+        match decode_picture(name, bytes) {
+            Some(Ok(Decoded { pixels, warning })) => {
+                if let Some(warning) = warning {
+                    let message = format!("`{name}`: {warning}");
+                    self.warn(ErrorKind::OutOfRange, message, "named here", at)?;
+                }
+                let image = match pixels {
+                    Pixels::Bytes(p) => ImageData::new(p.width, p.height, p.rgb, srgb),
+                    Pixels::Linear(p) => ImageData::linear(p.width, p.height, p.rgb),
+                };
+                let image = image.expect("a reader gives all pixels, and none that is no light");
+                self.add_pixels(image.memory(), at)?;
+                Ok(Some(Arc::new(image)))
+            }
+            Some(Err(error)) => {
+                let kind = if error.too_large {
+                    ErrorKind::Limit
+                } else {
+                    ErrorKind::Syntax
+                };
+                let message = format!("cannot read `{name}`: {error}");
+                Err(at(SceneError::new(kind, message), "named here"))
+            }
+            None => {
+                let extension: String = name
+                    .rsplit('.')
+                    .next()
+                    .unwrap_or("")
+                    .chars()
+                    .take(20)
+                    .collect();
+                let message = format!("images of type `{extension}` are not supported");
+                self.warn(ErrorKind::Unsupported, message, "replaced by grey, 0.5", at)?;
+                Ok(None)
+            }
+        }
+    }
+
+    /// The finished scene with its warnings; without a camera it gets one that frames it.
+    pub(crate) fn finish(
+        mut self,
+        name: &str,
+        has_shapes: bool,
+        camera: Option<Camera>,
+        film: FilmSettings,
+    ) -> Result<Loaded> {
+        let whole = |e: SceneError| e.in_file(name);
+        if !has_shapes {
+            let message = "the scene has no shapes";
+            self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
+        } else if self.builder.light_count() == 0 {
+            let message = "the scene has no area or linear lights";
+            self.warnings.warn(ErrorKind::Suspicious, message, whole)?;
+        }
+        let size = [film.width, film.height];
+        let unset = Camera::new(
+            DAffine3::IDENTITY,
+            Projection::Perspective { fov_degrees: 90.0 },
+            None,
+            None,
+            size,
+        );
+        let framed = camera.is_none();
+        let mut scene = self.builder.finish(camera.unwrap_or(unset), film);
+        if framed && let Some((lo, hi)) = scene.bounds() {
+            scene.camera = framing::camera(lo, hi, size);
+        }
+        Ok(Loaded {
+            scene,
+            warnings: self.warnings.into_list(),
+        })
+    }
+}

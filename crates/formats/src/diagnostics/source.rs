@@ -1,0 +1,365 @@
+//! Opening files (all that a scene is made of are opened here), their text, and places in it.
+
+use super::error::ErrorKind;
+use crate::load::{LoadOptions, Root};
+use std::fs::{self, File, Metadata};
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+/// Why a file was not read; the place is for those to add who know who names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Refusal {
+    pub(crate) kind: ErrorKind,
+    pub(crate) message: String,
+}
+
+impl Refusal {
+    fn io(error: &io::Error) -> Self {
+        let message = match error.kind() {
+            io::ErrorKind::NotFound => "there is no such file".into(),
+            io::ErrorKind::PermissionDenied => "permission denied".into(),
+            _ => error.to_string(),
+        };
+        let kind = ErrorKind::Io;
+        Self { kind, message }
+    }
+
+    pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Self { kind, message }
+    }
+}
+
+/// The message of a reader about what is wrong with the bytes.
+impl From<String> for Refusal {
+    fn from(message: String) -> Self {
+        Self::new(ErrorKind::Syntax, message)
+    }
+}
+
+impl From<&str> for Refusal {
+    fn from(message: &str) -> Self {
+        Self::new(ErrorKind::Syntax, message)
+    }
+}
+
+/// The bytes of a regular file of at most `limit` bytes.
+pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Refusal> {
+    let check = |found: &Metadata| {
+        if found.is_dir() {
+            return Err(Refusal::new(ErrorKind::Io, "it is a folder"));
+        }
+        if !found.is_file() {
+            let message = "it is a pipe, a socket or a device, not a regular file";
+            return Err(Refusal::new(ErrorKind::Io, message));
+        }
+        within(found.len(), limit)
+    };
+    // Asked before the file is opened, because opening a pipe waits for its writer; and again of
+    // what has been opened, because names can change hands.
+    check(&fs::metadata(path).map_err(|e| Refusal::io(&e))?)?;
+    let file = File::open(path).map_err(|e| Refusal::io(&e))?;
+    let found = file.metadata().map_err(|e| Refusal::io(&e))?;
+    check(&found)?;
+    let mut bytes = Vec::new();
+    let size = usize::try_from(found.len()).unwrap_or(usize::MAX);
+    if bytes.try_reserve_exact(size).is_err() {
+        let message = format!("its {size} bytes do not fit into memory");
+        return Err(Refusal::new(ErrorKind::Limit, message));
+    }
+    // Some files are longer than they say.
+    let mut file = file.take(limit.saturating_add(1));
+    file.read_to_end(&mut bytes).map_err(|e| Refusal::io(&e))?;
+    within(bytes.len() as u64, limit)?;
+    Ok(bytes)
+}
+
+fn within(bytes: u64, limit: u64) -> Result<(), Refusal> {
+    if bytes <= limit {
+        return Ok(());
+    }
+    let message = format!("it has {bytes} bytes or more, {limit} are allowed");
+    Err(Refusal::new(ErrorKind::Limit, message))
+}
+
+/// The files that a scene names: where they are looked up, where they must lie, how long they may
+/// be.
+#[derive(Clone, Debug)]
+pub(crate) struct Files {
+    /// Where names start.
+    folder: PathBuf,
+    /// The folder that must hold them, links followed, and what messages call it; `None`: any.
+    root: Option<(PathBuf, String)>,
+    max_bytes: u64,
+}
+
+impl Files {
+    /// For the scene in the file at `path`, or in memory.
+    pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
+        let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
+        let root = match &options.root {
+            Root::Anywhere => None,
+            Root::SceneFolder => Some((folder, "the scene's folder".to_owned())),
+            Root::Folder(root) => Some((root.as_path(), format!("`{}`", root.display()))),
+        };
+        let root = root.map(|(root, shown)| {
+            let named = if root.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                root
+            };
+            // A folder that cannot be found holds no file.
+            let whole = named.canonicalize().unwrap_or_else(|_| named.to_owned());
+            (whole, shown)
+        });
+        Self {
+            folder: folder.to_owned(),
+            root,
+            max_bytes: options.max_file_bytes,
+        }
+    }
+
+    /// The path of a file by its name in the scene, and the same with links followed; refused
+    /// outside of the root, whether or not there is such a file.
+    pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf), Refusal> {
+        let path = self.folder.join(name);
+        let found = path.canonicalize();
+        if let Some((root, shown)) = &self.root {
+            let inside = match &found {
+                Ok(whole) => whole.starts_with(root),
+                Err(_) => where_it_would_be(&path).starts_with(root),
+            };
+            if !inside {
+                let message = format!("it lies outside of {shown}");
+                return Err(Refusal::new(ErrorKind::Outside, message));
+            }
+        }
+        let whole = found.map_err(|e| Refusal::io(&e))?;
+        Ok((path, whole))
+    }
+
+    /// The bytes of a file that [`Files::find`] has found.
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, Refusal> {
+        read(path, self.max_bytes)
+    }
+}
+
+/// Where a file that cannot be found would be: links of the folders that there are followed, and
+/// the rest of the name taken as it is written.
+fn where_it_would_be(path: &Path) -> PathBuf {
+    use std::path::Component;
+    // Without a folder of its own, a name begins in the current one.
+    let path = Path::new(".").join(path);
+    let there = path.ancestors().find_map(|folder| {
+        let whole = folder.canonicalize().ok()?;
+        Some((whole, path.strip_prefix(folder).ok()?))
+    });
+    let Some((mut whole, rest)) = there else {
+        return path;
+    };
+    for part in rest.components() {
+        match part {
+            Component::ParentDir => drop(whole.pop()),
+            Component::CurDir => {}
+            Component::Normal(_) | Component::RootDir | Component::Prefix(_) => whole.push(part),
+        }
+    }
+    whole
+}
+
+/// A half-open range of bytes in a [`Source`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Span {
+    pub(crate) start: usize,
+    pub(crate) end: usize,
+}
+
+impl Span {
+    pub(crate) const fn new(start: usize, end: usize) -> Self {
+        Self { start, end }
+    }
+
+    /// From the start of `self` to the end of `other`.
+    pub(crate) const fn to(self, other: Self) -> Self {
+        Self::new(self.start, other.end)
+    }
+}
+
+/// One file in memory, with its name for messages.
+#[derive(Debug)]
+pub(crate) struct Source {
+    name: Arc<str>,
+    bytes: Vec<u8>,
+    line_starts: OnceLock<Vec<usize>>,
+}
+
+/// Where a message points: a file and, if known, a place in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub(crate) file: Arc<str>,
+    pub(crate) position: Position,
+}
+
+/// The place within a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Position {
+    /// The file as a whole.
+    File,
+    /// A byte of a binary file.
+    Byte(usize),
+    /// A stretch of a line of text.
+    Text(Box<TextPlace>),
+}
+
+/// A stretch of a line of text, cut to what a terminal shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct TextPlace {
+    /// Counted from one.
+    pub(crate) line: usize,
+    /// Characters, counted from one.
+    pub(crate) column: usize,
+    /// The line, or the part of it around the caret.
+    pub(crate) excerpt: String,
+    /// Characters of the excerpt before the caret.
+    pub(crate) indent: usize,
+    /// Characters under the caret, at least one.
+    pub(crate) width: usize,
+}
+
+/// Characters of a line that are shown before and after the caret.
+const SHOWN_BEFORE: usize = 40;
+const SHOWN_AFTER: usize = 60;
+
+impl Source {
+    pub(crate) fn new(name: impl Into<Arc<str>>, bytes: Vec<u8>) -> Arc<Self> {
+        Arc::new(Self {
+            name: name.into(),
+            bytes,
+            line_starts: OnceLock::new(),
+        })
+    }
+
+    pub(crate) fn name(&self) -> &Arc<str> {
+        &self.name
+    }
+
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The text under a span, with bytes that are not UTF-8 replaced.
+    pub(crate) fn text(&self, span: Span) -> String {
+        let end = span.end.min(self.bytes.len());
+        String::from_utf8_lossy(&self.bytes[span.start.min(end)..end]).into_owned()
+    }
+
+    /// The place of a span, for a message.
+    pub(crate) fn place(&self, span: Span) -> Place {
+        Place {
+            file: Arc::clone(&self.name),
+            position: Position::Text(Box::new(self.text_place(span))),
+        }
+    }
+
+    /// `file:line:column` of the start of a span.
+    pub(crate) fn short(&self, span: Span) -> String {
+        let (line, start) = self.line_of(span.start);
+        let column = char_count(&self.bytes[start..span.start.min(self.bytes.len())]) + 1;
+        format!("{}:{}:{}", self.name, line, column)
+    }
+
+    /// Line number (from one) and the offset of its first byte.
+    fn line_of(&self, offset: usize) -> (usize, usize) {
+        let offset = offset.min(self.bytes.len());
+        let starts = self.line_starts.get_or_init(|| {
+            let newlines = self.bytes.iter().enumerate().filter(|(_, b)| **b == b'\n');
+            std::iter::once(0)
+                .chain(newlines.map(|(i, _)| i + 1))
+                .collect()
+        });
+        let line = starts.partition_point(|s| *s <= offset);
+        (line, starts[line - 1])
+    }
+
+    fn text_place(&self, span: Span) -> TextPlace {
+        let start = span.start.min(self.bytes.len());
+        let (line, line_start) = self.line_of(start);
+        let line_end = self.bytes[line_start..]
+            .iter()
+            .position(|b| *b == b'\n')
+            .map_or(self.bytes.len(), |n| line_start + n);
+        let start = start.min(line_end);
+        let column = char_count(&self.bytes[line_start..start]);
+        // A character has at most four bytes, so these windows hold enough of the line.
+        let from = line_start.max(start.saturating_sub(4 * SHOWN_BEFORE));
+        let to = line_end.min(start + 4 * SHOWN_AFTER);
+        let before: Vec<char> = clean(&self.bytes[from..start]);
+        let after: Vec<char> = clean(&self.bytes[start..to]);
+        let cut_before = before.len().saturating_sub(SHOWN_BEFORE);
+        let mut excerpt = String::new();
+        if cut_before > 0 || from > line_start {
+            excerpt.push('…');
+        }
+        excerpt.extend(&before[cut_before..]);
+        let indent = excerpt.chars().count();
+        excerpt.extend(after.iter().take(SHOWN_AFTER));
+        let shown = excerpt.trim_end().chars().count().max(indent);
+        let mut excerpt: String = excerpt.chars().take(shown).collect();
+        if after.len() > SHOWN_AFTER || to < line_end {
+            excerpt.push('…');
+        }
+        let end = span.end.clamp(start, line_end);
+        let width = char_count(&self.bytes[start..end.min(to)]);
+        TextPlace {
+            line,
+            column: column + 1,
+            excerpt,
+            indent,
+            width: width.clamp(1, (shown - indent).max(1)),
+        }
+    }
+}
+
+fn char_count(bytes: &[u8]) -> usize {
+    String::from_utf8_lossy(bytes).chars().count()
+}
+
+/// The characters of a piece of a line, with control characters shown as blanks so that the
+/// caret stays under its text.
+fn clean(bytes: &[u8]) -> Vec<char> {
+    String::from_utf8_lossy(bytes)
+        .chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_and_columns_count_from_one_and_in_characters() {
+        let s = Source::new("f", "ab\n\tä x\n".as_bytes().to_vec());
+        let offset = "ab\n\tä ".len();
+        assert_eq!(s.short(Span::new(offset, offset + 1)), "f:2:4");
+        assert_eq!(s.short(Span::new(0, 1)), "f:1:1");
+        assert_eq!(s.short(Span::new(999, 1000)), "f:3:1");
+    }
+
+    #[test]
+    fn long_lines_are_cut_around_the_caret() {
+        let text = format!("{}HERE{}", "a ".repeat(300), " b".repeat(300));
+        let s = Source::new("f", text.into_bytes());
+        let place = s.text_place(Span::new(600, 604));
+        assert_eq!(place.column, 601);
+        assert!(place.excerpt.chars().count() <= SHOWN_BEFORE + SHOWN_AFTER + 2);
+        let caret: String = place
+            .excerpt
+            .chars()
+            .skip(place.indent)
+            .take(place.width)
+            .collect();
+        assert_eq!(caret, "HERE");
+    }
+}

@@ -1,0 +1,372 @@
+//! Writing pbrt-v4 text, so that other renderers can check ours.
+
+mod materials;
+
+pub use materials::nearest_in_pbrt_v4;
+
+use linelit_geometry::DVec3;
+use linelit_lights::{Emission, Light, LinearLight};
+use linelit_scene::{
+    EmissionMap, EmissiveSphere, FilterKind, ImageTexture, Mesh, Projection, Scene, Texture,
+    UvMapping, Wrap,
+};
+use std::fmt::{self, Write as _};
+use std::io;
+
+/// What to write.
+pub struct ExportOptions<'a> {
+    /// Also what linelit alone reads: linear lights as `Shape "line"`, materials under their own
+    /// names. Without it, linear lights are comments, and materials that pbrt-v4 does not have are
+    /// the nearest that it has.
+    pub extensions: bool,
+    /// The file name to write for an image; its own by default.
+    pub image_name: &'a dyn Fn(&ImageTexture) -> String,
+}
+
+impl fmt::Debug for ExportOptions<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut out = f.debug_struct("ExportOptions");
+        out.field("extensions", &self.extensions)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Default for ExportOptions<'_> {
+    /// What pbrt-v4 reads, with the file names that the scene has.
+    fn default() -> Self {
+        Self {
+            extensions: false,
+            image_name: &|image| image.filename.clone(),
+        }
+    }
+}
+
+impl ExportOptions<'_> {
+    /// The image over a light, if it can be written: pbrt's lies over the whole range of coordinates and has one factor
+    /// for all colours, or with extensions one for each.
+    fn image_of<'m>(&self, map: &'m EmissionMap) -> Option<&'m ImageTexture> {
+        let Texture::Image(image) = &*map.factor else {
+            return None;
+        };
+        let as_it_is = image.mapping == UvMapping::IDENTITY
+            && image.wrap == [Wrap::Clamp; 2]
+            && !image.invert
+            && (image.data.is_srgb() || image.data.is_linear());
+        let grey = map.radiance == DVec3::splat(map.radiance.x);
+        (as_it_is && (grey || self.extensions)).then_some(image)
+    }
+
+    /// Whether an emission that varies over a light is written; if not, its mean is.
+    #[must_use]
+    pub fn writes(&self, map: &EmissionMap) -> bool {
+        self.image_of(map).is_some()
+    }
+}
+
+/// Writes the scene as pbrt text that pbrt-v4 reads.
+///
+/// Geometry is written exactly (the shortest decimal form of each `f32`), in its order;
+/// cameras, films, materials, textures and area lights as far as pbrt-v4 has them. With
+/// [`ExportOptions::extensions`] reading it back gives the same scene, so that pictures are
+/// the same bit for bit; but of emission that is no image as pbrt has it
+/// ([`ExportOptions::writes`]) only the mean is written. Without, what pbrt-v4 does not have is the nearest thing, with a
+/// comment: `phong`, `substrate` and `plastic` as `coateddiffuse`.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_pbrt(
+    scene: &Scene,
+    out: &mut impl io::Write,
+    options: &ExportOptions<'_>,
+) -> io::Result<()> {
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    let _ = header(scene, &mut text);
+    out.write_all(text.as_bytes())?;
+    let mut writer = Writer {
+        scene,
+        options,
+        text: String::new(),
+        textures: 0,
+    };
+    for (k, material) in scene.materials.iter().enumerate() {
+        let _ = writer.material(k, material);
+        writer.flush(out)?;
+    }
+    // Linear lights stand between the meshes where they stood: the order of the lights names
+    // their random numbers.
+    let mut lines = scene.lights.iter().filter_map(|l| match *l.light {
+        Light::Linear(line) => Some((l.triangles.start, line)),
+        _ => None,
+    });
+    let mut next = lines.next();
+    for mesh in &scene.meshes {
+        while let Some((_, line)) = next.filter(|(at, _)| *at <= mesh.triangles.start) {
+            let _ = writer.line(&line);
+            next = lines.next();
+        }
+        let _ = writer.mesh(mesh);
+        writer.flush(out)?;
+    }
+    while let Some((_, line)) = next {
+        let _ = writer.line(&line);
+        next = lines.next();
+    }
+    writer.flush(out)
+}
+
+fn header(scene: &Scene, text: &mut String) -> fmt::Result {
+    let camera = &scene.camera;
+    let m = camera.world_to_camera;
+    let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
+    writeln!(text, "# written by linelit; pbrt-v4")?;
+    write!(text, "Transform [")?;
+    for column in columns {
+        write!(text, " {} 0", Triple(column))?;
+    }
+    writeln!(text, " {} 1 ]", Triple(m.translation))?;
+    match camera.projection {
+        Projection::Perspective { fov_degrees } => {
+            write!(
+                text,
+                "Camera \"perspective\" \"float fov\" [ {fov_degrees} ]"
+            )?;
+        }
+        Projection::Orthographic => write!(text, "Camera \"orthographic\"")?,
+        Projection::Spherical { z_up: true } => {
+            write!(
+                text,
+                "Camera \"spherical\" \"string mapping\" \"equirectangular\""
+            )?;
+        }
+        Projection::Spherical { z_up: false } => write!(text, "Camera \"environment\"")?,
+    }
+    if let Some([x0, x1, y0, y1]) = camera.screen_window {
+        write!(text, " \"float screenwindow\" [ {x0} {x1} {y0} {y1} ]")?;
+    }
+    if let Some(aspect) = camera.frame_aspect_ratio {
+        write!(text, " \"float frameaspectratio\" [ {aspect} ]")?;
+    }
+    let film = &scene.film;
+    let [x0, x1, y0, y1] = film.crop;
+    writeln!(text)?;
+    write!(
+        text,
+        "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ]",
+        film.width, film.height
+    )?;
+    if film.crop != [0, film.width, 0, film.height] {
+        write!(text, " \"integer pixelbounds\" [ {x0} {x1} {y0} {y1} ]")?;
+    }
+    if let Some(name) = &film.filename {
+        write!(text, " \"string filename\" {}", Quoted(name))?;
+    }
+    let kind = match film.filter.kind {
+        FilterKind::Box => "box",
+        FilterKind::Triangle => "triangle",
+        FilterKind::Gaussian => "gaussian",
+        FilterKind::Mitchell => "mitchell",
+        FilterKind::Sinc => "sinc",
+    };
+    let [rx, ry] = film.filter.radius;
+    writeln!(text)?;
+    writeln!(
+        text,
+        "PixelFilter \"{kind}\" \"float xradius\" [ {rx} ] \"float yradius\" [ {ry} ]"
+    )?;
+    writeln!(
+        text,
+        "Sampler \"stratified\"\nIntegrator \"path\" \"integer maxdepth\" [ 1 ]\nWorldBegin"
+    )
+}
+
+/// Three numbers.
+struct Triple(DVec3);
+
+impl fmt::Display for Triple {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} {}", self.0.x, self.0.y, self.0.z)
+    }
+}
+
+/// A string in quotes.
+struct Quoted<'a>(&'a str);
+
+impl fmt::Display for Quoted<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_char('"')?;
+        for c in self.0.chars() {
+            match c {
+                '"' | '\\' => write!(f, "\\{c}")?,
+                '\n' => f.write_str("\\n")?,
+                '\r' => f.write_str("\\r")?,
+                _ => f.write_char(c)?,
+            }
+        }
+        f.write_char('"')
+    }
+}
+
+struct Writer<'a> {
+    scene: &'a Scene,
+    options: &'a ExportOptions<'a>,
+    text: String,
+    /// Textures written so far; their number is their name.
+    textures: usize,
+}
+
+impl Writer<'_> {
+    fn flush(&mut self, out: &mut impl io::Write) -> io::Result<()> {
+        out.write_all(self.text.as_bytes())?;
+        self.text.clear();
+        Ok(())
+    }
+
+    /// A linear light.
+    fn line(&mut self, line: &LinearLight) -> fmt::Result {
+        let prefix = if self.options.extensions { "" } else { "# " };
+        writeln!(
+            self.text,
+            "{prefix}AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ {} ] Shape \"line\" \
+             \"point3 p0\" [ {} ] \"point3 p1\" [ {} ] AttributeEnd",
+            Triple(line.radiance_radius),
+            Triple(line.segment.p0),
+            Triple(line.segment.p1)
+        )
+    }
+
+    /// A mesh, each of its lights a shape of its own.
+    fn mesh(&mut self, mesh: &Mesh) -> fmt::Result {
+        let mut spheres = self.scene.spheres.iter();
+        if let Some(sphere) = spheres.find(|s| s.triangles == mesh.triangles) {
+            return self.sphere(mesh, sphere);
+        }
+        writeln!(
+            self.text,
+            "AttributeBegin\nNamedMaterial \"m{}\"",
+            mesh.material
+        )?;
+        // Vertex normals say where the outside is, if there are any.
+        if mesh.flipped && !mesh.has_normals {
+            writeln!(self.text, "ReverseOrientation")?;
+        }
+        let mut start = mesh.triangles.start;
+        while start < mesh.triangles.end {
+            let light = self.scene.light_of(start);
+            let end = (start + 1..mesh.triangles.end)
+                .find(|t| self.scene.light_of(*t) != light)
+                .unwrap_or(mesh.triangles.end);
+            if let Some(light) = light {
+                let emission = self.emission(light)?;
+                writeln!(
+                    self.text,
+                    "AttributeBegin\nAreaLightSource \"diffuse\"{emission}"
+                )?;
+            }
+            self.triangles(mesh, start, end)?;
+            if light.is_some() {
+                writeln!(self.text, "AttributeEnd")?;
+            }
+            start = end;
+        }
+        writeln!(self.text, "AttributeEnd")
+    }
+
+    /// An emissive sphere: itself, or with extensions its facets and what they stand for.
+    fn sphere(&mut self, mesh: &Mesh, sphere: &EmissiveSphere) -> fmt::Result {
+        writeln!(
+            self.text,
+            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+            mesh.material,
+            Triple(sphere.emission.radiance),
+            sphere.emission.two_sided
+        )?;
+        if self.options.extensions {
+            let sign = if sphere.inward { -1.0 } else { 1.0 };
+            self.shape(mesh, mesh.triangles.start, mesh.triangles.end)?;
+            let (centre, radius) = (Triple(sphere.center), sign * sphere.radius);
+            writeln!(self.text, " \"float sphere\" [ {centre} {radius} ]")?;
+        } else {
+            if sphere.inward {
+                writeln!(self.text, "ReverseOrientation")?;
+            }
+            let (centre, radius) = (Triple(sphere.center), sphere.radius);
+            writeln!(
+                self.text,
+                "Translate {centre} Shape \"sphere\" \"float radius\" [ {radius} ]"
+            )?;
+        }
+        writeln!(self.text, "AttributeEnd")
+    }
+
+    /// The parameters of an area light.
+    fn emission(&self, light: u32) -> Result<String, fmt::Error> {
+        let light = &self.scene.lights[light as usize];
+        let emission = match &*light.light {
+            Light::Area(area) => area.emission,
+            _ => Emission::one_sided(DVec3::ZERO),
+        };
+        let image = light.map.as_ref();
+        let image = image.and_then(|map| Some((map, self.options.image_of(map)?)));
+        let mut out = String::new();
+        match image {
+            None => write!(out, " \"rgb L\" [ {} ]", Triple(emission.radiance))?,
+            Some((map, image)) => {
+                let name = (self.options.image_name)(image);
+                let radiance = map.radiance * image.scale;
+                write!(out, " \"string filename\" {}", Quoted(&name))?;
+                // pbrt-v4 takes either an image or a radiance.
+                if self.options.extensions {
+                    let filter = materials::filter(image.filter);
+                    write!(out, " \"rgb L\" [ {} ]{filter}", Triple(radiance))?;
+                } else {
+                    write!(out, " \"float scale\" [ {} ]", radiance.x)?;
+                }
+            }
+        }
+        write!(out, " \"bool twosided\" {}", emission.two_sided)?;
+        Ok(out)
+    }
+
+    fn triangles(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
+        self.shape(mesh, start, end)?;
+        writeln!(self.text)
+    }
+
+    /// A shape of some triangles, without the end of its line.
+    fn shape(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
+        let scene = self.scene;
+        let mut numbers: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
+        let mut vertices = Vec::new();
+        write!(self.text, "Shape \"trianglemesh\" \"integer indices\" [")?;
+        for t in start..end {
+            for i in scene.triangles[t as usize] {
+                let number = *numbers.entry(i).or_insert_with(|| {
+                    vertices.push(i as usize);
+                    vertices.len() - 1
+                });
+                write!(self.text, " {number}")?;
+            }
+        }
+        write!(self.text, " ] \"point3 P\" [")?;
+        for i in &vertices {
+            let [x, y, z] = scene.positions[*i];
+            write!(self.text, " {x} {y} {z}")?;
+        }
+        if mesh.has_normals {
+            write!(self.text, " ] \"normal N\" [")?;
+            for i in &vertices {
+                let [x, y, z] = scene.normals[*i];
+                write!(self.text, " {x} {y} {z}")?;
+            }
+        }
+        if mesh.has_uvs {
+            write!(self.text, " ] \"point2 uv\" [")?;
+            for i in &vertices {
+                let [u, v] = scene.uvs[*i];
+                write!(self.text, " {u} {v}")?;
+            }
+        }
+        write!(self.text, " ]")
+    }
+}

@@ -1,0 +1,66 @@
+//! A view and a light for files that have none.
+
+use linelit_geometry::glam::DAffine3;
+use linelit_geometry::{DMat3, DVec3};
+use linelit_scene::{Camera, Projection, Scene};
+
+/// A camera that sees a whole box from the front, a little from the right and from above, in a
+/// right-handed world with y up.
+pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
+    const FOV_DEGREES: f64 = 40.0;
+    let centre = 0.5 * (lo + hi);
+    let radius = (0.5 * (hi - lo).length()).max(f64::MIN_POSITIVE);
+    let backward = DVec3::new(0.4, 0.35, 1.0).normalize();
+    let distance = radius / (0.5 * FOV_DEGREES).to_radians().sin();
+    let forward = -backward;
+    let right = forward.cross(DVec3::Y).normalize();
+    let camera_to_world = DAffine3 {
+        matrix3: DMat3::from_cols(right, right.cross(forward), forward),
+        translation: centre + backward * distance,
+    };
+    let projection = Projection::Perspective {
+        fov_degrees: FOV_DEGREES,
+    };
+    Camera::new(camera_to_world, projection, None, None, size)
+}
+
+/// Of the distance from the camera to what it looks at: how far up and to the left of the camera a
+/// framing light hangs, how far behind it, and half its side.
+const LIGHT: [f64; 3] = [0.35, 0.05, 0.12];
+
+/// Adds a square light beside the camera, above it and to its left, that shines at the middle
+/// of the scene: for files that have no light, whose picture would be black. A white surface
+/// there that faces the light has a radiance of about one. False if there is nothing to light.
+///
+/// ```
+/// use linelit_formats::{Format, LoadOptions, add_framing_light, from_bytes};
+///
+/// let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+/// let mut scene = from_bytes(Format::Obj, text, "one.obj", &LoadOptions::default())?.scene;
+/// assert!(scene.lights.is_empty() && add_framing_light(&mut scene));
+/// assert_eq!((scene.lights.len(), scene.triangles.len()), (1, 3));
+/// # Ok::<(), linelit_formats::SceneError>(())
+/// ```
+pub fn add_framing_light(scene: &mut Scene) -> bool {
+    let Some((lo, hi)) = scene.bounds() else {
+        return false;
+    };
+    let [aside, behind, half] = LIGHT;
+    let centre = 0.5 * (lo + hi);
+    let eye = scene.camera.position();
+    let distance = (centre - eye).length().max(0.5 * (hi - lo).length());
+    let axes = scene.camera.camera_to_world.matrix3;
+    let axis = |v: DVec3| v.normalize_or_zero() * distance;
+    let (right, up, forward) = (axis(axes.x_axis), axis(axes.y_axis), axis(axes.z_axis));
+    let place = eye + aside * (up - right) - behind * forward;
+    let Some(normal) = (centre - place).try_normalize() else {
+        return false;
+    };
+    let u = right.cross(normal).try_normalize().unwrap_or(DVec3::Y) * (half * distance);
+    let v = normal.cross(u);
+    let corners = [place - u - v, place + u - v, place + u + v, place - u + v];
+    let irradiance = std::f64::consts::PI;
+    let square = (centre - place).length_squared();
+    let radiance = |area: f64| DVec3::splat(irradiance * square / area);
+    scene.add_quad_light("framing light", corners, radiance)
+}

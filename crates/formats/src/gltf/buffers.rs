@@ -1,0 +1,462 @@
+//! Buffers, views and accessors: the binary side of a glTF file.
+
+use super::document::Document;
+use super::json::Node;
+use crate::assembly::Assembly;
+use crate::diagnostics::{ErrorKind, Result};
+use std::collections::HashMap;
+use std::ops::Range;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// The buffers that have been read.
+pub(super) struct Buffers {
+    loaded: Vec<Option<Arc<[u8]>>>,
+    /// Accessors that have been decoded: meshes often share them.
+    decoded: HashMap<usize, Rc<Numbers>>,
+    /// The binary chunk of a GLB file.
+    embedded: Option<Arc<[u8]>>,
+    /// Numbers that may still be decoded: accessors may overlap, so that small files could ask for
+    /// many.
+    numbers_left: usize,
+}
+
+/// Numbers that may be decoded however small the buffers are.
+const FREE_NUMBERS: usize = 1 << 24;
+
+/// A part of a buffer.
+pub(super) struct View {
+    data: Arc<[u8]>,
+    range: Range<usize>,
+    stride: Option<usize>,
+}
+
+impl View {
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.data[self.range.clone()]
+    }
+}
+
+/// Numbers of an accessor.
+#[derive(Debug)]
+pub(super) struct Numbers {
+    /// Per element.
+    pub(super) width: usize,
+    pub(super) values: Vec<f64>,
+}
+
+impl Buffers {
+    pub(super) fn new(document: &Document<'_>, embedded: Option<Arc<[u8]>>) -> Result<Self> {
+        let count = document.list("buffers")?.len();
+        Ok(Self {
+            loaded: vec![None; count],
+            decoded: HashMap::new(),
+            embedded,
+            numbers_left: FREE_NUMBERS,
+        })
+    }
+
+    fn buffer(
+        &mut self,
+        doc: &Document<'_>,
+        base: &mut Assembly,
+        index: usize,
+    ) -> Result<Arc<[u8]>> {
+        if let Some(data) = &self.loaded[index] {
+            return Ok(Arc::clone(data));
+        }
+        let node = &doc.list("buffers")?[index];
+        let data: Arc<[u8]> = match doc.string(node, "uri")? {
+            Some(uri) => {
+                let place = doc.require(doc.get(node, "uri"), node, "uri")?;
+                load_uri(doc, base, uri, place)?.into()
+            }
+            None => match &self.embedded {
+                Some(data) if index == 0 => Arc::clone(data),
+                _ => {
+                    let message = "a buffer without `uri` and without binary chunk";
+                    return Err(doc.error(
+                        ErrorKind::MissingParameter,
+                        message,
+                        node,
+                        "has no data",
+                    ));
+                }
+            },
+        };
+        let length = doc.require(doc.size(node, "byteLength")?, node, "byteLength")?;
+        if data.len() < length {
+            let message = format!("a buffer of {} bytes should have {length}", data.len());
+            return Err(doc.error(ErrorKind::Truncated, message, node, "too short"));
+        }
+        // Bytes that nobody shares are decoded at most once, as one number each.
+        self.numbers_left = self.numbers_left.saturating_add(data.len());
+        self.loaded[index] = Some(Arc::clone(&data));
+        Ok(data)
+    }
+
+    /// The bytes of a view and its stride, if it has one.
+    pub(super) fn view(
+        &mut self,
+        doc: &Document<'_>,
+        base: &mut Assembly,
+        index: usize,
+    ) -> Result<View> {
+        let node = &doc.list("bufferViews")?[index];
+        let buffer = doc.require(doc.index(node, "buffer", "buffers")?, node, "buffer")?;
+        let data = self.buffer(doc, base, buffer)?;
+        let start = doc.size(node, "byteOffset")?.unwrap_or(0);
+        let length = doc.require(doc.size(node, "byteLength")?, node, "byteLength")?;
+        match start.checked_add(length) {
+            Some(end) if end <= data.len() => Ok(View {
+                data,
+                range: start..end,
+                stride: doc.size(node, "byteStride")?,
+            }),
+            _ => {
+                let message = format!(
+                    "a view of {length} bytes from {start} leaves its buffer of {} bytes",
+                    data.len()
+                );
+                Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"))
+            }
+        }
+    }
+
+    /// All numbers of an accessor.
+    pub(super) fn numbers(
+        &mut self,
+        doc: &Document<'_>,
+        base: &mut Assembly,
+        index: usize,
+    ) -> Result<Rc<Numbers>> {
+        if let Some(numbers) = self.decoded.get(&index) {
+            return Ok(Rc::clone(numbers));
+        }
+        let node = &doc.list("accessors")?[index];
+        let layout = Layout::new(doc, node)?;
+        let view = doc.index(node, "bufferView", "bufferViews")?;
+        let sparse = doc.object(node, "sparse")?;
+        let mut values = match view {
+            Some(view) => self.dense(doc, base, node, view, layout)?,
+            None => {
+                if sparse.is_none() {
+                    let at = |e: crate::diagnostics::SceneError, label: &str| {
+                        e.at(doc.source, node.span, label)
+                    };
+                    let message = "an accessor without `bufferView`: its numbers are zeros";
+                    base.warn(ErrorKind::Suspicious, message, "has no data", &at)?;
+                }
+                zeros(doc, node, layout, base.max_triangles)?
+            }
+        };
+        if let Some(sparse) = sparse {
+            self.sparse(doc, base, sparse, layout, &mut values)?;
+        }
+        let width = layout.width;
+        let numbers = Rc::new(Numbers { width, values });
+        self.decoded.insert(index, Rc::clone(&numbers));
+        Ok(numbers)
+    }
+
+    /// `layout.count` elements of a view, from the offset that the node gives.
+    fn dense(
+        &mut self,
+        doc: &Document<'_>,
+        base: &mut Assembly,
+        node: &Node,
+        view: usize,
+        layout: Layout,
+    ) -> Result<Vec<f64>> {
+        let View {
+            data,
+            range,
+            stride,
+        } = self.view(doc, base, view)?;
+        let Layout {
+            component,
+            width,
+            count,
+            factor,
+        } = layout;
+        let size = width * component.size();
+        let stride = stride.unwrap_or(size);
+        let offset = doc.size(node, "byteOffset")?.unwrap_or(0);
+        let bytes = &data[range];
+        let needed = count.checked_sub(1).map_or(Some(0), |n| {
+            n.checked_mul(stride)?
+                .checked_add(size)?
+                .checked_add(offset)
+        });
+        if stride < size || needed.is_none_or(|n| n > bytes.len()) {
+            let message = format!(
+                "an accessor of {count} elements leaves its view of {} bytes",
+                bytes.len()
+            );
+            return Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"));
+        }
+        let Some(left) = self.numbers_left.checked_sub(count * width) else {
+            let message = "the accessors ask for far more numbers than the buffers hold";
+            return Err(doc.error(ErrorKind::Limit, message, node, "one too many"));
+        };
+        self.numbers_left = left;
+        let mut values = Vec::with_capacity(count * width);
+        for k in 0..count {
+            let element = &bytes[offset + k * stride..][..size];
+            values.extend(
+                element
+                    .chunks_exact(component.size())
+                    .map(|b| component.value(b) * factor),
+            );
+        }
+        Ok(values)
+    }
+
+    /// Replaces single elements.
+    fn sparse(
+        &mut self,
+        doc: &Document<'_>,
+        base: &mut Assembly,
+        sparse: &Node,
+        layout: Layout,
+        values: &mut [f64],
+    ) -> Result<()> {
+        let count = doc.require(doc.size(sparse, "count")?, sparse, "count")?;
+        let part = |key: &str| doc.require(doc.object(sparse, key)?, sparse, key);
+        let (places, new) = (part("indices")?, part("values")?);
+        let component = Component::read(doc, places)?;
+        let place_layout = Layout {
+            component,
+            width: 1,
+            count,
+            factor: 1.0,
+        };
+        let view = |node: &Node| {
+            let view = doc.index(node, "bufferView", "bufferViews")?;
+            doc.require(view, node, "bufferView")
+        };
+        let indices = self.dense(doc, base, places, view(places)?, place_layout)?;
+        let new = self.dense(doc, base, new, view(new)?, Layout { count, ..layout })?;
+        for (index, element) in indices.iter().zip(new.chunks_exact(layout.width)) {
+            let place = whole(*index, layout.count).ok_or_else(|| {
+                let message = format!("sparse index {index} is out of range");
+                let label = format!("there are {} elements", layout.count);
+                doc.error(ErrorKind::BadMesh, message, places, &label)
+            })?;
+            values[place * layout.width..][..layout.width].copy_from_slice(element);
+        }
+        Ok(())
+    }
+}
+
+/// A number as an index below `count`.
+fn whole(value: f64, count: usize) -> Option<usize> {
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "compared with the count and with the number itself"
+    )]
+    let index = value as usize;
+    let exact = (index as f64).to_bits() == value.abs().to_bits();
+    (value >= 0.0 && exact && index < count).then_some(index)
+}
+
+/// The elements of an accessor without a view: zeros, which sparse values replace. No file needs
+/// many of them.
+fn zeros(doc: &Document<'_>, node: &Node, layout: Layout, most: usize) -> Result<Vec<f64>> {
+    if layout.count > most.min(MAX_ZEROS) {
+        let message = format!("an accessor of {} zeros", layout.count);
+        return Err(doc.error(ErrorKind::Limit, message, node, "without any data"));
+    }
+    Ok(vec![0.0; layout.count * layout.width])
+}
+
+/// Elements that an accessor without data may have.
+const MAX_ZEROS: usize = 1 << 20;
+
+/// What the numbers of an accessor look like.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    component: Component,
+    width: usize,
+    count: usize,
+    /// One, or what turns normalised integers into fractions.
+    factor: f64,
+}
+
+impl Layout {
+    fn new(doc: &Document<'_>, node: &Node) -> Result<Self> {
+        let component = Component::read(doc, node)?;
+        let ty = doc.require(doc.string(node, "type")?, node, "type")?;
+        let width = match ty {
+            "SCALAR" => 1,
+            "VEC2" => 2,
+            "VEC3" => 3,
+            "VEC4" | "MAT2" => 4,
+            "MAT3" => 9,
+            "MAT4" => 16,
+            _ => {
+                let message = "an accessor of unknown `type`";
+                return Err(doc.error(ErrorKind::BadParameter, message, node, ""));
+            }
+        };
+        let factor = if doc.bool(node, "normalized")? {
+            component.unit()
+        } else {
+            1.0
+        };
+        Ok(Self {
+            component,
+            width,
+            count: doc.require(doc.size(node, "count")?, node, "count")?,
+            factor,
+        })
+    }
+}
+
+/// A file or a `data:` URI.
+pub(super) fn load_uri(
+    doc: &Document<'_>,
+    base: &mut Assembly,
+    uri: &str,
+    place: &Node,
+) -> Result<Vec<u8>> {
+    let at = |e: crate::diagnostics::SceneError, label: &str| e.at(doc.source, place.span, label);
+    let Some(data) = uri.strip_prefix("data:") else {
+        return base.open(&percent_decode(uri), &at).map(|file| file.bytes);
+    };
+    let decoded = match data.split_once(',') {
+        Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()),
+        Some((_, text)) => Some(percent_bytes(text)),
+        None => None,
+    };
+    decoded.ok_or_else(|| {
+        let message = "a data URI that is not base64";
+        doc.error(ErrorKind::Syntax, message, place, "cannot be decoded")
+    })
+}
+
+/// `%20` and the like.
+pub(super) fn percent_decode(uri: &str) -> String {
+    String::from_utf8_lossy(&percent_bytes(uri)).into_owned()
+}
+
+fn percent_bytes(uri: &str) -> Vec<u8> {
+    let mut out = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&b, tail)) = rest.split_first() {
+        let code = tail.get(..2).and_then(|d| std::str::from_utf8(d).ok());
+        match code.and_then(|d| u8::from_str_radix(d, 16).ok()) {
+            Some(code) if b == b'%' => {
+                out.push(code);
+                rest = &tail[2..];
+            }
+            _ => {
+                out.push(b);
+                rest = tail;
+            }
+        }
+    }
+    out
+}
+
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut count) = (0_u32, 0);
+    for &b in text.iter().filter(|b| !b.is_ascii_whitespace()) {
+        let value = match b {
+            b'A'..=b'Z' => b - b'A',
+            b'a'..=b'z' => b - b'a' + 26,
+            b'0'..=b'9' => b - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b'=' => break,
+            _ => return None,
+        };
+        bits = (bits << 6) | u32::from(value);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            out.push(u8::try_from((bits >> count) & 0xff).unwrap_or(0));
+        }
+    }
+    Some(out)
+}
+
+/// The type of a component.
+#[derive(Clone, Copy, Debug)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn read(doc: &Document<'_>, node: &Node) -> Result<Self> {
+        let code = doc.require(doc.size(node, "componentType")?, node, "componentType")?;
+        Self::from_code(code).ok_or_else(|| {
+            let message = format!("component type {code} does not exist");
+            doc.error(ErrorKind::BadParameter, message, node, "")
+        })
+    }
+
+    const fn from_code(code: usize) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    const fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// The factor that turns normalised integers into fractions.
+    const fn unit(self) -> f64 {
+        match self {
+            Self::I8 => 1.0 / 127.0,
+            Self::U8 => 1.0 / 255.0,
+            Self::I16 => 1.0 / 32767.0,
+            Self::U16 => 1.0 / 65535.0,
+            Self::U32 => 1.0 / 4294967295.0,
+            Self::F32 => 1.0,
+        }
+    }
+
+    fn value(self, b: &[u8]) -> f64 {
+        let four = || [b[0], b[1], b[2], b[3]];
+        match self {
+            Self::I8 => f64::from(i8::from_le_bytes([b[0]])),
+            Self::U8 => f64::from(b[0]),
+            Self::I16 => f64::from(i16::from_le_bytes([b[0], b[1]])),
+            Self::U16 => f64::from(u16::from_le_bytes([b[0], b[1]])),
+            Self::U32 => f64::from(u32::from_le_bytes(four())),
+            Self::F32 => f64::from(f32::from_le_bytes(four())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_and_percent_signs() {
+        assert_eq!(base64(b"TWFu").unwrap(), b"Man");
+        assert_eq!(base64(b"TQ==").unwrap(), b"M");
+        assert!(base64(b"T*==").is_none());
+        assert_eq!(percent_decode("a%20b%"), "a b%");
+    }
+}

@@ -1,0 +1,351 @@
+//! glTF meshes.
+
+use super::buffers::Numbers;
+use super::document::Document;
+use super::json::Node;
+use super::{Reader, short};
+use crate::diagnostics::{ErrorKind, Result, SceneError};
+use linelit_geometry::DVec3;
+use linelit_geometry::glam::DAffine3;
+use linelit_scene::{EmissionSpec, MeshData, Placement};
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// What a primitive is made of.
+#[derive(Debug)]
+pub(super) enum Shape {
+    Triangles(MeshData),
+    Lines(Vec<[DVec3; 2]>),
+}
+
+/// The primitives of a mesh, each with the number of its material.
+pub(super) type Primitives = Rc<Vec<(Shape, Option<usize>)>>;
+
+impl Reader {
+    /// Puts a mesh into the scene.
+    pub(super) fn place_mesh(
+        &mut self,
+        doc: &Document<'_>,
+        index: usize,
+        to_world: DAffine3,
+    ) -> Result<()> {
+        let node = &doc.list("meshes")?[index];
+        let primitives = match &self.meshes[index] {
+            Some(primitives) => Rc::clone(primitives),
+            None => {
+                let primitives = Rc::new(self.primitives(doc, node)?);
+                self.meshes[index] = Some(Rc::clone(&primitives));
+                primitives
+            }
+        };
+        let place = short(node);
+        let at = |e: SceneError, label: &str| e.at(doc.source, place.span, label);
+        for (shape, material) in primitives.iter() {
+            self.shapes += 1;
+            let material = material.map(|m| self.materials[m]);
+            let material = material.unwrap_or_default();
+            let emission = material.emission.map(|radiance| EmissionSpec {
+                radiance,
+                two_sided: material.two_sided,
+                power: None,
+                map: material.emission_map,
+            });
+            match shape {
+                Shape::Triangles(mesh) => {
+                    let placement = Placement {
+                        to_world,
+                        reverse: false,
+                        material: material.index,
+                        emission,
+                    };
+                    self.base.place(mesh, &placement, "the mesh", &at)?;
+                }
+                Shape::Lines(lines) => match emission {
+                    Some(spec) => {
+                        for line in lines {
+                            let ends = line.map(|p| to_world.transform_point3(p));
+                            self.base.place_line(ends, &spec, &at)?;
+                        }
+                    }
+                    None => {
+                        let message = "lines without an emissive material are nothing";
+                        self.warn(doc, ErrorKind::Suspicious, message, &place, "left out")?;
+                    }
+                },
+            }
+        }
+        Ok(())
+    }
+
+    fn primitives(
+        &mut self,
+        doc: &Document<'_>,
+        mesh: &Node,
+    ) -> Result<Vec<(Shape, Option<usize>)>> {
+        let mut list = Vec::new();
+        for node in doc.array(mesh, "primitives")? {
+            if let Some(targets) = doc.get(node, "targets") {
+                let message = "morph targets are not supported";
+                self.warn(
+                    doc,
+                    ErrorKind::Unsupported,
+                    message,
+                    &short(targets),
+                    "left out",
+                )?;
+            }
+            let material = doc.index(node, "material", "materials")?;
+            let uv_set = material.map_or(0, |m| self.materials[m].uv_set);
+            if let Some(shape) = self.primitive(doc, node, uv_set)? {
+                list.push((shape, material));
+            }
+        }
+        Ok(list)
+    }
+
+    fn primitive(
+        &mut self,
+        doc: &Document<'_>,
+        node: &Node,
+        uv_set: usize,
+    ) -> Result<Option<Shape>> {
+        refuse_compression(doc, node)?;
+        let attributes = doc.require(doc.object(node, "attributes")?, node, "attributes")?;
+        let Some(positions) = self.attribute(doc, attributes, "POSITION", 3, None)? else {
+            let message = "a primitive without positions";
+            self.warn(doc, ErrorKind::BadMesh, message, &short(node), "left out")?;
+            return Ok(None);
+        };
+        let count = positions.values.len() / 3;
+        let normals = self.attribute(doc, attributes, "NORMAL", 3, Some(count))?;
+        let uv_key = format!("TEXCOORD_{uv_set}");
+        let uvs = self.attribute(doc, attributes, &uv_key, 2, Some(count))?;
+        if let Some(colours) = doc.get(attributes, "COLOR_0") {
+            let message = "vertex colours are not supported";
+            self.warn(doc, ErrorKind::Unsupported, message, colours, "left out")?;
+        }
+        let indices = self.indices(doc, node, count)?;
+        let mode = doc.size(node, "mode")?.unwrap_or(4);
+        let vertices = Vertices {
+            positions,
+            normals,
+            uvs,
+        };
+        let shape = if let Some(pairs) = line_pairs(mode, indices.len()) {
+            let point = |k: usize| vertices.position(indices[k] as usize);
+            Shape::Lines(
+                pairs
+                    .into_iter()
+                    .map(|[a, b]| [point(a), point(b)])
+                    .collect(),
+            )
+        } else if let Some(corners) = triangle_corners(mode, indices.len()) {
+            let corners = corners.into_iter().map(|t| t.map(|k| indices[k]));
+            Shape::Triangles(vertices.compact(corners))
+        } else {
+            let message = "points are not supported";
+            self.warn(
+                doc,
+                ErrorKind::Unsupported,
+                message,
+                &short(node),
+                "left out",
+            )?;
+            return Ok(None);
+        };
+        let finite = match &shape {
+            Shape::Triangles(mesh) => mesh.positions.iter().all(|p| p.is_finite()),
+            Shape::Lines(lines) => lines.iter().flatten().all(|p| p.is_finite()),
+        };
+        if finite {
+            return Ok(Some(shape));
+        }
+        let message = "a vertex is not finite";
+        Err(doc.error(
+            ErrorKind::BadMesh,
+            message,
+            &short(node),
+            "in this primitive",
+        ))
+    }
+
+    /// The numbers of a vertex attribute, `width` per vertex.
+    fn attribute(
+        &mut self,
+        doc: &Document<'_>,
+        attributes: &Node,
+        key: &str,
+        width: usize,
+        count: Option<usize>,
+    ) -> Result<Option<Rc<Numbers>>> {
+        let Some(index) = doc.index(attributes, key, "accessors")? else {
+            return Ok(None);
+        };
+        let numbers = self.buffers.numbers(doc, &mut self.base, index)?;
+        if numbers.width != width {
+            let message = format!(
+                "`{key}` has {} numbers per vertex, expected {width}",
+                numbers.width
+            );
+            return Err(doc.error(
+                ErrorKind::BadMesh,
+                message,
+                attributes,
+                "in these attributes",
+            ));
+        }
+        let length = numbers.values.len() / width;
+        match count {
+            Some(count) if count != length => {
+                let message = format!("`{key}` has {length} entries for {count} vertices");
+                Err(doc.error(ErrorKind::BadMesh, message, attributes, "must be equal"))
+            }
+            _ => Ok(Some(numbers)),
+        }
+    }
+
+    /// The indices of a primitive, all in range; without them all vertices in order.
+    fn indices(&mut self, doc: &Document<'_>, node: &Node, count: usize) -> Result<Vec<u32>> {
+        let accessor = doc.index(node, "indices", "accessors")?;
+        let numbers = match accessor {
+            Some(accessor) => Some(self.buffers.numbers(doc, &mut self.base, accessor)?),
+            None => None,
+        };
+        // Primitives may share their numbers, so that small files can ask for much.
+        self.indices += numbers.as_ref().map_or(count, |n| n.values.len());
+        if self.indices > 3 * self.base.max_triangles {
+            let message = format!("more than {} triangles", self.base.max_triangles);
+            return Err(doc.error(
+                ErrorKind::Limit,
+                message,
+                &short(node),
+                "this one is too many",
+            ));
+        }
+        let Some(numbers) = numbers else {
+            return Ok((0..u32::try_from(count).unwrap_or(u32::MAX)).collect());
+        };
+        let convert = |v: &f64| {
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "compared with the number of vertices and with the number itself"
+            )]
+            let index = *v as u32;
+            let exact = f64::from(index).to_bits() == v.abs().to_bits();
+            let fits = *v >= 0.0 && (index as usize) < count && exact;
+            fits.then_some(index).ok_or_else(|| {
+                let place = doc.get(node, "indices").unwrap_or(node);
+                let message = format!("index {v} is out of range");
+                let label = format!("there are {count} vertices");
+                doc.error(ErrorKind::BadMesh, message, place, &label)
+            })
+        };
+        numbers.values.iter().map(convert).collect()
+    }
+}
+
+/// Refuses a primitive whose vertices are there in compressed form alone.
+fn refuse_compression(doc: &Document<'_>, node: &Node) -> Result<()> {
+    const DRACO: &str = "KHR_draco_mesh_compression";
+    let Some(extension) = doc
+        .object(node, "extensions")?
+        .and_then(|extensions| doc.get(extensions, DRACO))
+    else {
+        return Ok(());
+    };
+    // Where the extension is not required, the plain vertices are there as well.
+    let position = match doc.object(node, "attributes")? {
+        Some(attributes) => doc.index(attributes, "POSITION", "accessors")?,
+        None => None,
+    };
+    let accessor = position.map(|index| Ok(&doc.list("accessors")?[index]));
+    if let Some(accessor) = accessor.transpose()?
+        && doc.get(accessor, "bufferView").is_some()
+    {
+        return Ok(());
+    }
+    let message = format!("meshes compressed by `{DRACO}` are not supported");
+    let error = doc.error(ErrorKind::Unsupported, message, extension, "cannot be read");
+    Err(error.help("export the scene without mesh compression"))
+}
+
+/// The ends of the lines of a topology, as places in the index list.
+fn line_pairs(mode: usize, n: usize) -> Option<Vec<[usize; 2]>> {
+    match mode {
+        1 => Some((0..n / 2).map(|k| [2 * k, 2 * k + 1]).collect()),
+        2 => Some((0..n).map(|k| [k, (k + 1) % n]).collect()),
+        3 => Some((1..n).map(|k| [k - 1, k]).collect()),
+        _ => None,
+    }
+}
+
+/// The corners of the triangles of a topology, as places in the index list.
+fn triangle_corners(mode: usize, n: usize) -> Option<Vec<[usize; 3]>> {
+    // Every other triangle of a strip is wound the other way.
+    let in_strip = |k: usize| {
+        if k.is_multiple_of(2) {
+            [k - 2, k - 1, k]
+        } else {
+            [k - 1, k - 2, k]
+        }
+    };
+    match mode {
+        4 => Some((0..n / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()),
+        5 => Some((2..n).map(in_strip).collect()),
+        6 => Some((2..n).map(|k| [0, k - 1, k]).collect()),
+        _ => None,
+    }
+}
+
+/// The attributes of a primitive, which may be shared with others.
+struct Vertices {
+    positions: Rc<Numbers>,
+    normals: Option<Rc<Numbers>>,
+    uvs: Option<Rc<Numbers>>,
+}
+
+impl Vertices {
+    fn position(&self, i: usize) -> DVec3 {
+        let p = &self.positions.values[3 * i..3 * i + 3];
+        DVec3::new(p[0], p[1], p[2])
+    }
+
+    /// A mesh of the vertices that its triangles use.
+    fn compact(&self, triangles: impl Iterator<Item = [u32; 3]>) -> MeshData {
+        let mut mesh = MeshData::default();
+        let mut numbers: HashMap<u32, u32> = HashMap::new();
+        let triangles: Vec<[u32; 3]> = triangles
+            .map(|t| {
+                t.map(|i| {
+                    *numbers.entry(i).or_insert_with(|| {
+                        self.copy(i as usize, &mut mesh);
+                        u32::try_from(mesh.positions.len() - 1).unwrap_or(u32::MAX)
+                    })
+                })
+            })
+            .collect();
+        mesh.triangles = triangles;
+        mesh
+    }
+
+    /// Appends a vertex to a mesh.
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "normals and texture coordinates are f32"
+    )]
+    fn copy(&self, i: usize, mesh: &mut MeshData) {
+        let finite = |c: f64| if c.is_finite() { c as f32 } else { 0.0 };
+        mesh.positions.push(self.position(i));
+        if let Some(normals) = &self.normals {
+            let n = &normals.values[3 * i..3 * i + 3];
+            mesh.normals
+                .push([finite(n[0]), finite(n[1]), finite(n[2])]);
+        }
+        if let Some(uvs) = &self.uvs {
+            // Ours count v from the bottom.
+            let uv = &uvs.values[2 * i..2 * i + 2];
+            mesh.uvs.push([finite(uv[0]), finite(1.0 - uv[1])]);
+        }
+    }
+}

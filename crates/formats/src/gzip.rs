@@ -1,0 +1,87 @@
+//! Unpacking gzip files (RFC 1952), their checksums verified.
+
+use crate::diagnostics::{ErrorKind, Refusal};
+use flate2::read::MultiGzDecoder;
+use std::io::Read as _;
+
+/// More output than this is refused (a gigabyte fits no scene that we could draw).
+const MAX_OUTPUT: usize = 1 << 30;
+/// Output of any file that is not refused, however small the file is.
+const FREE_OUTPUT: usize = 1 << 26;
+/// Output for each byte of a file: meshes and text pack by less.
+const OUTPUT_PER_BYTE: usize = 64;
+
+/// The contents of a gzip file, all its members one after another.
+pub(crate) fn unpack(data: &[u8]) -> Result<Vec<u8>, Refusal> {
+    let limit = FREE_OUTPUT.saturating_add(OUTPUT_PER_BYTE.saturating_mul(data.len()));
+    let limit = limit.min(MAX_OUTPUT);
+    if !data.starts_with(&[0x1f, 0x8b, 8]) {
+        return Err("it is not gzip data".into());
+    }
+    let mut out = Vec::new();
+    let mut members = MultiGzDecoder::new(data).take(limit as u64 + 1);
+    match members.read_to_end(&mut out) {
+        Ok(_) if out.len() <= limit => Ok(out),
+        Ok(_) => {
+            let packed = data.len();
+            let message = format!("its {packed} bytes unpack to more than {limit}");
+            Err(Refusal::new(ErrorKind::Limit, message))
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
+            Err("the compressed data end early".into())
+        }
+        // The decoder has one message for both checks.
+        Err(error) if error.to_string().contains("checksum") => {
+            Err("its contents do not match the CRC-32 and length at their end".into())
+        }
+        Err(error) => Err(format!("{error} behind {} bytes of contents", out.len()).into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One stored block of `abc`, with its CRC-32 and length.
+    const ABC: [u8; 26] = [
+        0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3, 1, 3, 0, 0xfc, 0xff, b'a', b'b', b'c', 0xc2, 0x41,
+        0x24, 0x35, 3, 0, 0, 0,
+    ];
+
+    #[test]
+    fn members_are_read_one_after_another() {
+        assert_eq!(unpack(&ABC).unwrap(), b"abc");
+        assert_eq!(unpack(&[ABC, ABC].concat()).unwrap(), b"abcabc");
+    }
+
+    #[test]
+    fn sizes_are_limited() {
+        use std::io::Write as _;
+        let fast = flate2::Compression::fast();
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), fast);
+        packed
+            .write_all(&vec![0; FREE_OUTPUT + (40 << 20)])
+            .unwrap();
+        let packed = packed.finish().unwrap();
+        let refusal = unpack(&packed).unwrap_err();
+        assert_eq!(refusal.kind, ErrorKind::Limit);
+        let limit = FREE_OUTPUT + OUTPUT_PER_BYTE * packed.len();
+        assert!(refusal.message.ends_with(&format!("more than {limit}")));
+    }
+
+    #[test]
+    fn every_change_behind_the_header_and_every_cut_is_an_error() {
+        // The first byte of the block has bits that mean nothing.
+        for k in 11..ABC.len() {
+            let mut changed = ABC;
+            changed[k] ^= 0x10;
+            assert!(unpack(&changed).is_err(), "{k}");
+        }
+        for cut in 0..ABC.len() {
+            assert!(unpack(&ABC[..cut]).is_err(), "{cut}");
+        }
+        let mut changed = ABC;
+        changed[18] ^= 1;
+        assert!(unpack(&changed).unwrap_err().message.contains("CRC-32"));
+    }
+}

@@ -1,0 +1,145 @@
+//! Statements: lines of words, continued by a backslash, with `#` comments.
+
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
+
+/// A statement.
+#[derive(Debug, Default)]
+pub(super) struct Line {
+    pub(super) span: Span,
+    pub(super) words: Vec<Span>,
+}
+
+impl Line {
+    /// The text behind the keyword, without the blanks around it: a name may hold blanks.
+    pub(super) fn rest(&self, source: &Source) -> (String, Span) {
+        match self.words.as_slice() {
+            [_, first, .., last] => {
+                let span = first.to(*last);
+                (source.text(span), span)
+            }
+            [_, only] => (source.text(*only), *only),
+            _ => (String::new(), Span::new(self.span.end, self.span.end)),
+        }
+    }
+}
+
+/// The statements of a file, without empty ones.
+pub(super) struct Lines<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub(super) fn new(source: &'a Source) -> Self {
+        let bom = source.bytes().starts_with(b"\xef\xbb\xbf");
+        Self {
+            bytes: source.bytes(),
+            at: if bom { 3 } else { 0 },
+        }
+    }
+}
+
+impl<'a> Lines<'a> {
+    /// The statements whose line begins with a keyword, found without taking the others apart.
+    pub(super) fn that_begin_with(
+        source: &'a Source,
+        keyword: &'a [u8],
+    ) -> impl Iterator<Item = Line> {
+        let bytes = source.bytes();
+        let mut at = 0;
+        let starts = bytes.split(|b| *b == b'\n').filter_map(move |line| {
+            let start = at;
+            at += line.len() + 1;
+            line.trim_ascii_start()
+                .starts_with(keyword)
+                .then_some(start)
+        });
+        starts.filter_map(move |at| Self { bytes, at }.next())
+    }
+}
+
+impl Iterator for Lines<'_> {
+    type Item = Line;
+
+    fn next(&mut self) -> Option<Line> {
+        let mut line = Line::default();
+        loop {
+            match self.bytes.get(self.at) {
+                None | Some(b'\n' | b'\r') if !line.words.is_empty() => {
+                    line.span = line.words[0].to(line.words[line.words.len() - 1]);
+                    return Some(line);
+                }
+                None => return None,
+                Some(b'#') => {
+                    let rest = &self.bytes[self.at..];
+                    let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
+                    self.at += end.unwrap_or(rest.len());
+                }
+                Some(b'\\')
+                    if matches!(self.bytes.get(self.at + 1), None | Some(b'\n' | b'\r')) =>
+                {
+                    let crlf = self.bytes[self.at..].starts_with(b"\\\r\n");
+                    self.at += if crlf { 3 } else { 2 };
+                    self.at = self.at.min(self.bytes.len());
+                }
+                Some(b) if b.is_ascii_whitespace() => self.at += 1,
+                Some(_) => {
+                    let rest = &self.bytes[self.at..];
+                    // A word may begin with a backslash but not go on behind one at a line's end.
+                    let end = (1..rest.len()).find(|&i| {
+                        rest[i].is_ascii_whitespace()
+                            || (rest[i] == b'\\' && matches!(rest.get(i + 1), Some(b'\n' | b'\r')))
+                    });
+                    let end = self.at + end.unwrap_or(rest.len());
+                    line.words.push(Span::new(self.at, end));
+                    self.at = end;
+                }
+            }
+        }
+    }
+}
+
+/// The first `N` numbers of a statement; more are allowed.
+pub(super) fn numbers<const N: usize>(
+    source: &Source,
+    keyword: Span,
+    words: &[Span],
+) -> Result<[f64; N]> {
+    let mut values = [0.0; N];
+    for (k, value) in values.iter_mut().enumerate() {
+        let Some(span) = words.get(k) else {
+            let word = source.text(keyword);
+            let message = format!("`{word}` has {k} numbers, expected {N}");
+            return Err(SceneError::new(ErrorKind::Syntax, message).at(
+                source,
+                keyword,
+                "too few numbers",
+            ));
+        };
+        *value = number(source, *span)?;
+    }
+    Ok(values)
+}
+
+/// A finite number.
+pub(super) fn number(source: &Source, span: Span) -> Result<f64> {
+    let text = std::str::from_utf8(&source.bytes()[span.start..span.end]);
+    let value = text.ok().and_then(|t| t.parse::<f64>().ok());
+    let shown = || source.text(span).chars().take(40).collect::<String>();
+    match value {
+        // Positions beyond f32 are refused with their mesh; these would overflow on the way.
+        Some(value) if value.abs() <= f64::from(f32::MAX) => Ok(value),
+        Some(_) => {
+            let message = format!("`{}` is not a finite number", shown());
+            Err(SceneError::new(ErrorKind::OutOfRange, message).at(
+                source,
+                span,
+                "expected a finite number",
+            ))
+        }
+        None => {
+            let message = format!("`{}` is not a number", shown());
+            Err(SceneError::new(ErrorKind::Syntax, message).at(source, span, "expected a number"))
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! Material libraries.
+//!
+//! `Kd`, `Ks`, `Ns`, `Ke`, their maps and `norm` are read: a material with `Ks` above zero becomes
+//! our `phong`, one without Lambert. Bump maps are named in a warning: their heights have no unit.
+
+use super::lines::{Line, Lines, number, numbers};
+use crate::assembly::Assembly;
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_geometry::{DVec2, DVec3};
+use linelit_scene::{
+    EmissionSpec, ImageTexture, Material, MaterialKind, NormalMap, Texture, TextureFilter,
+    UvMapping, Wrap,
+};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Statements that change nothing in direct light on opaque surfaces.
+const SILENT: &[&str] = &[
+    "Ka",
+    "Ni",
+    "illum",
+    "Tf",
+    "sharpness",
+    "map_Ka",
+    "Km",
+    "map_aat",
+    "Pc",
+    "Pcr",
+    "aniso",
+    "anisor",
+];
+
+/// A material being read.
+#[derive(Default)]
+struct Draft {
+    name: String,
+    kd: Option<DVec3>,
+    kd_map: Option<Texture>,
+    ks: DVec3,
+    ks_map: Option<Texture>,
+    ns: Option<f64>,
+    ke: DVec3,
+    /// The texture, and the statement that named it.
+    ke_map: Option<Texture>,
+    normals: Option<Texture>,
+}
+
+/// Index in the scene and emission of a material.
+type Entry = (u32, Option<EmissionSpec>);
+
+/// Statements that a library may begin with.
+const FIRST: &[&str] = &[
+    "newmtl", "Kd", "Ks", "Ke", "Ns", "d", "Tr", "map_Kd", "norm",
+];
+
+/// Whether a file is empty or begins with a statement of a material library.
+pub(super) fn begins(source: &Source) -> bool {
+    let first = Lines::new(source).next();
+    let word = first.and_then(|line| line.words.first().map(|w| source.text(*w)));
+    word.is_none_or(|w| FIRST.iter().chain(SILENT).any(|known| *known == w))
+}
+
+/// Reads a library into the scene and gives index and emission of its materials by name.
+pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<String, Entry>> {
+    let mut materials = HashMap::new();
+    let mut draft: Option<Draft> = None;
+    for line in Lines::new(source) {
+        let Some((&keyword, rest)) = line.words.split_first() else {
+            continue;
+        };
+        if &source.bytes()[keyword.start..keyword.end] == b"newmtl" {
+            if let Some(done) = draft.take() {
+                finish(base, done, &mut materials)?;
+            }
+            let (name, _) = line.rest(source);
+            draft = Some(Draft {
+                name,
+                ..Draft::default()
+            });
+            continue;
+        }
+        let Some(draft) = &mut draft else {
+            let message = "a material statement before `newmtl`";
+            base.warn(ErrorKind::Nesting, message, "left out", &|e, label| {
+                e.at(source, keyword, label)
+            })?;
+            continue;
+        };
+        statement(base, source, draft, keyword, rest, &line)?;
+    }
+    if let Some(done) = draft {
+        finish(base, done, &mut materials)?;
+    }
+    Ok(materials)
+}
+
+fn statement(
+    base: &mut Assembly,
+    source: &Source,
+    draft: &mut Draft,
+    keyword: Span,
+    rest: &[Span],
+    line: &Line,
+) -> Result<()> {
+    let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+    match &source.bytes()[keyword.start..keyword.end] {
+        b"Kd" => draft.kd = Some(colour(base, source, keyword, rest)?),
+        b"Ks" => draft.ks = colour(base, source, keyword, rest)?,
+        b"Ke" => draft.ke = colour(base, source, keyword, rest)?,
+        b"Ns" => draft.ns = Some(numbers::<1>(source, keyword, rest)?[0].max(0.0)),
+        b"map_d" => {
+            let message = "transparency is not supported: shapes are opaque";
+            base.warn(ErrorKind::Unsupported, message, "ignored", &at)?;
+        }
+        b"d" | b"Tr" => {
+            let value = rest.last().map_or(Ok(1.0), |s| number(source, *s))?;
+            let is_opaque = if source.text(keyword) == "d" {
+                value >= 1.0
+            } else {
+                value <= 0.0
+            };
+            if !is_opaque {
+                let message = "transparency is not supported: shapes are opaque";
+                base.warn(ErrorKind::Unsupported, message, "ignored", &at)?;
+            }
+        }
+        b"map_Kd" => draft.kd_map = image(base, source, rest, true)?,
+        b"map_Ks" => draft.ks_map = image(base, source, rest, true)?,
+        b"map_Ke" => draft.ke_map = image(base, source, rest, true)?,
+        b"norm" => draft.normals = image(base, source, rest, false)?,
+        other => {
+            let word = String::from_utf8_lossy(other)
+                .chars()
+                .take(40)
+                .collect::<String>();
+            if !SILENT.contains(&word.as_str()) && !line.words.is_empty() {
+                let message = format!("material statement `{word}` is not supported");
+                base.warn(ErrorKind::Unsupported, message, "left out", &at)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// `r g b`, or `r` for all three.
+fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) -> Result<DVec3> {
+    if let Some(first) = rest.first()
+        && matches!(source.text(*first).as_str(), "spectral" | "xyz")
+    {
+        let message = "spectral and XYZ colours are not supported";
+        base.warn(
+            ErrorKind::Unsupported,
+            message,
+            "replaced by 0.5",
+            &|e, label| e.at(source, *first, label),
+        )?;
+        return Ok(DVec3::splat(0.5));
+    }
+    let rgb = if rest.len() == 1 {
+        numbers::<1>(source, keyword, rest).map(|[v]| DVec3::splat(v))
+    } else {
+        numbers::<3>(source, keyword, rest).map(DVec3::from_array)
+    }?;
+    if rgb.min_element() < 0.0 {
+        let message = format!("negative `{}`", source.text(keyword));
+        return Err(SceneError::new(ErrorKind::OutOfRange, message).at(
+            source,
+            keyword,
+            "must not be negative",
+        ));
+    }
+    Ok(rgb)
+}
+
+/// `map_Kd [options] name`: scale and offset are read, other options skipped.
+fn image(
+    base: &mut Assembly,
+    source: &Source,
+    rest: &[Span],
+    srgb: bool,
+) -> Result<Option<Texture>> {
+    let mut mapping = UvMapping::IDENTITY;
+    let mut wrap = Wrap::Repeat;
+    let mut k = 0;
+    while let Some(span) = rest.get(k) {
+        let word = source.text(*span);
+        let value = |i: usize| rest.get(k + i).map_or(Ok(0.0), |s| number(source, *s));
+        // `-s` and `-o` take one to three numbers.
+        let count = rest[k + 1..]
+            .iter()
+            .take(3)
+            .take_while(|s| number(source, **s).is_ok())
+            .count();
+        match word.as_str() {
+            "-s" if count > 0 => {
+                mapping.scale = DVec2::new(value(1)?, if count > 1 { value(2)? } else { 1.0 })
+            }
+            "-o" if count > 0 => {
+                mapping.offset = DVec2::new(value(1)?, if count > 1 { value(2)? } else { 0.0 })
+            }
+            "-clamp" => {
+                if rest.get(k + 1).is_some_and(|s| source.text(*s) == "on") {
+                    wrap = Wrap::Clamp;
+                }
+                k += 2;
+                continue;
+            }
+            "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-texres" | "-bm" | "-boost" => {
+                k += 2;
+                continue;
+            }
+            "-mm" => {
+                k += 3;
+                continue;
+            }
+            "-t" => {}
+            _ => break,
+        }
+        k += 1 + count;
+    }
+    let (Some(first), Some(last)) = (rest.get(k), rest.last()) else {
+        return Ok(None);
+    };
+    let span = first.to(*last);
+    let name = source.text(span).replace('\\', "/");
+    let at = |e: SceneError, label: &str| e.at(source, span, label);
+    let data = match base.image(&name, srgb, &at) {
+        Ok(data) => data,
+        // Missing and broken images are common; the shapes are still worth seeing.
+        Err(error) if matches!(error.kind(), ErrorKind::Io | ErrorKind::Syntax) => {
+            let message = error.message().to_owned();
+            base.warn(error.kind(), message, "replaced by its colour", &at)?;
+            None
+        }
+        Err(error) => return Err(error),
+    };
+    Ok(data.map(|data| {
+        Texture::Image(Arc::new(ImageTexture {
+            data,
+            mapping,
+            wrap: [wrap; 2],
+            filter: TextureFilter::default(),
+            scale: 1.0,
+            invert: false,
+            filename: name,
+        }))
+    }))
+}
+
+/// A map times its factor. By the format the two are multiplied; black or nothing with a map is a
+/// common slip.
+fn textured(map: Texture, factor: DVec3) -> Texture {
+    if factor == DVec3::ZERO || factor == DVec3::ONE {
+        map
+    } else {
+        Texture::Product(Arc::new(map), Arc::new(Texture::Constant(factor)))
+    }
+}
+
+fn finish(base: &mut Assembly, draft: Draft, materials: &mut HashMap<String, Entry>) -> Result<()> {
+    let kd = match draft.kd_map {
+        Some(map) => textured(map, draft.kd.unwrap_or(DVec3::ONE)),
+        None => Texture::Constant(draft.kd.unwrap_or(DVec3::splat(0.8))),
+    };
+    let kind = if draft.ks == DVec3::ZERO && draft.ks_map.is_none() {
+        MaterialKind::Matte {
+            kd,
+            sigma: Texture::number(0.0),
+        }
+    } else {
+        MaterialKind::Phong {
+            kd,
+            ks: match draft.ks_map {
+                Some(map) => textured(map, draft.ks),
+                None => Texture::Constant(draft.ks),
+            },
+            exponent: Texture::number(draft.ns.unwrap_or(0.0)),
+        }
+    };
+    let index = base.builder.add_material(Material {
+        name: draft.name.clone(),
+        kind,
+        bump: None,
+        normal_map: draft.normals.map(|texture| NormalMap {
+            texture,
+            scale: 1.0,
+        }),
+    });
+    let mut emission = (draft.ke != DVec3::ZERO).then_some(EmissionSpec::one_sided(draft.ke));
+    if let Some(map) = draft.ke_map {
+        let mut spec = emission.unwrap_or(EmissionSpec::one_sided(DVec3::ONE));
+        spec.map = Some(base.builder.add_emission_map(Arc::new(map)));
+        emission = Some(spec);
+    }
+    materials.insert(draft.name, (index, emission));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load::LoadOptions;
+
+    const SEED: &str = "newmtl a\nKd 0.5 .25 1e-1\nKs 1 1 1\nNs 32\nd 0.5\nmap_Kd -s 2 2 -o .5 0 0 -clamp on no such.tga\n\
+        newmtl b c\nKe 1 2 3\nmap_Ke x.png\nnorm y.png\nTr 0\nillum 2\nKd spectral f.rfl\nbump -bm 2 z.png\n";
+
+    fn attempt(bytes: &[u8]) -> Result<usize> {
+        let mut base = Assembly::new(None, bytes.len(), &LoadOptions::default());
+        read(&mut base, &Source::new("test.mtl", bytes.to_vec())).map(|m| m.len())
+    }
+
+    #[test]
+    fn libraries_are_read_with_their_warnings() {
+        assert_eq!(attempt(SEED.as_bytes()).unwrap(), 2);
+    }
+
+    #[test]
+    fn broken_libraries_are_errors_or_warnings() {
+        let bytes = SEED.as_bytes();
+        for cut in 0..bytes.len() {
+            let _ = attempt(&bytes[..cut]);
+        }
+        for k in 0..bytes.len() {
+            for value in [0, b' ', b'\n', b'-', b'9', 0xff] {
+                let mut bytes = bytes.to_vec();
+                bytes[k] = value;
+                let _ = attempt(&bytes);
+                bytes.remove(k);
+                let _ = attempt(&bytes);
+            }
+        }
+    }
+}

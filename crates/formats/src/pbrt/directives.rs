@@ -1,0 +1,374 @@
+//! What each directive does.
+
+use super::lexer::{Lexer, Token, TokenKind, shorten};
+use super::params::Params;
+use super::state::Target;
+use super::{Block, Loader, unknown};
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, nearest};
+use linelit_geometry::glam::DAffine3;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// All directives of both versions, for suggestions.
+const DIRECTIVES: &[&str] = &[
+    "Accelerator",
+    "ActiveTransform",
+    "AreaLightSource",
+    "Attribute",
+    "AttributeBegin",
+    "AttributeEnd",
+    "Camera",
+    "ColorSpace",
+    "ConcatTransform",
+    "CoordSysTransform",
+    "CoordinateSystem",
+    "Film",
+    "Identity",
+    "Import",
+    "Include",
+    "Integrator",
+    "LightSource",
+    "LookAt",
+    "MakeNamedMaterial",
+    "MakeNamedMedium",
+    "Material",
+    "MediumInterface",
+    "NamedMaterial",
+    "ObjectBegin",
+    "ObjectEnd",
+    "ObjectInstance",
+    "Option",
+    "PixelFilter",
+    "ReverseOrientation",
+    "Rotate",
+    "Sampler",
+    "Scale",
+    "Shape",
+    "SurfaceIntegrator",
+    "Texture",
+    "Transform",
+    "TransformBegin",
+    "TransformEnd",
+    "TransformTimes",
+    "Translate",
+    "WorldBegin",
+    "WorldEnd",
+];
+
+/// Blocks that may be open at once.
+const MAX_BLOCKS: usize = 10_000;
+
+/// Whether a file is empty or its first word is a directive.
+pub(super) fn begin(source: &Arc<Source>) -> bool {
+    let mut lexer = Lexer::new(Arc::clone(source));
+    match lexer.next() {
+        Ok(None) => true,
+        Ok(Some(token)) => DIRECTIVES.contains(&source.text(token.span).as_str()),
+        Err(_) => false,
+    }
+}
+
+impl Loader {
+    /// Carries out one directive.
+    pub(super) fn directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        match lexer.word(token) {
+            b"Identity" | b"Translate" | b"Scale" | b"Rotate" | b"LookAt" | b"Transform"
+            | b"ConcatTransform" | b"CoordinateSystem" | b"CoordSysTransform" => {
+                self.transform_directive(lexer, token)
+            }
+            b"AttributeBegin" => self.open_block(lexer, token, "AttributeBegin"),
+            b"TransformBegin" => self.open_block(lexer, token, "TransformBegin"),
+            b"AttributeEnd" => self.close_block(lexer, token, "AttributeBegin").map(drop),
+            b"TransformEnd" => self.close_block(lexer, token, "TransformBegin").map(drop),
+            b"ObjectBegin" => self.object_begin(lexer, token),
+            b"ObjectEnd" => self.object_end(lexer, token),
+            b"ObjectInstance" => self.object_instance(lexer, token),
+            b"ReverseOrientation" => {
+                self.state.reverse = !self.state.reverse;
+                Ok(())
+            }
+            b"Attribute" => self.attribute(lexer, token),
+            b"WorldBegin" => self.world_begin(lexer, token),
+            b"WorldEnd" => self.world_end(lexer, token),
+            b"Shape" => self.shape(lexer, token),
+            b"AreaLightSource" => self.area_light(lexer, token),
+            b"Material" => self.material(lexer, token),
+            b"MakeNamedMaterial" => self.make_named_material(lexer, token),
+            b"NamedMaterial" => self.named_material(lexer, token),
+            b"Texture" => self.texture(lexer, token),
+            b"Include" | b"Import" => self.include(lexer, token),
+            b"Camera" => self.camera(lexer, token),
+            b"Film" => self.film(lexer, token),
+            b"PixelFilter" => self.pixel_filter(lexer, token),
+            _ => self.other_directive(lexer, token),
+        }
+    }
+
+    /// Directives that do not change what linelit draws, or that it does not support.
+    fn other_directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let word = lexer.source().text(token.span);
+        match word.as_str() {
+            // How another renderer would sample the scene is not part of the scene.
+            "Integrator" | "SurfaceIntegrator" | "Sampler" | "Accelerator" => {
+                self.named_params(lexer, token, "a name").map(drop)
+            }
+            "Option" => Params::parse(lexer, "option".into(), token.span).map(drop),
+            "ColorSpace" => {
+                let (name, params) = self.named_params(lexer, token, "a colour space")?;
+                if name == "srgb" {
+                    return Ok(());
+                }
+                let message = format!("colour space `{}` is not supported", shorten(&name));
+                self.warn_at(&params, ErrorKind::Unsupported, message, "read as `srgb`")
+            }
+            "LightSource" => {
+                let (name, params) = self.named_params(lexer, token, "a light type")?;
+                let message = format!(
+                    "light source `{}` is no area light or linear light; it is left out",
+                    shorten(&name)
+                );
+                self.warn_at(&params, ErrorKind::Unsupported, message, "left out")
+            }
+            "MakeNamedMedium" => {
+                let (_, params) = self.named_params(lexer, token, "a medium name")?;
+                let message = "participating media are not supported".to_owned();
+                self.warn_at(&params, ErrorKind::Unsupported, message, "left out")
+            }
+            "MediumInterface" => {
+                self.name(lexer, token, "a medium name")?;
+                if lexer.peek()?.is_some_and(|t| t.kind == TokenKind::Quoted) {
+                    self.name(lexer, token, "a medium name")?;
+                }
+                let message = "participating media are not supported";
+                let source = Arc::clone(lexer.source());
+                self.base
+                    .warnings
+                    .warn(ErrorKind::Unsupported, message, |e| {
+                        e.at(&source, token.span, "left out")
+                    })
+            }
+            "ActiveTransform" => {
+                let which = lexer.next()?.map(|t| lexer.source().text(t.span));
+                self.state.end_time_only = match which.as_deref() {
+                    Some("EndTime") => true,
+                    Some("StartTime" | "All") => false,
+                    _ => {
+                        let message = "`ActiveTransform` without a time";
+                        return Err(SceneError::new(ErrorKind::Syntax, message).at(
+                            lexer.source(),
+                            token.span,
+                            "expected `StartTime`, `EndTime` or `All` behind it",
+                        ));
+                    }
+                };
+                self.no_motion(lexer, token)
+            }
+            "TransformTimes" => {
+                self.next_number(lexer, token)?;
+                self.next_number(lexer, token)?;
+                self.no_motion(lexer, token)
+            }
+            _ => {
+                let message = if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
+                    format!("unexpected number `{}`", shorten(&word))
+                } else {
+                    format!("unknown directive `{}`", shorten(&word))
+                };
+                Err(SceneError::new(ErrorKind::UnknownName, message)
+                    .at(lexer.source(), token.span, "expected a directive")
+                    .suggest(nearest(&word, DIRECTIVES.iter().copied())))
+            }
+        }
+    }
+
+    fn no_motion(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
+        let source = Arc::clone(lexer.source());
+        let message = "motion is not supported: transforms are those of the start";
+        self.base
+            .warnings
+            .warn(ErrorKind::Unsupported, message, |e| {
+                e.at(&source, token.span, "ignored")
+            })
+    }
+
+    fn open_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
+        if self.stack.len() >= MAX_BLOCKS {
+            let message = format!("blocks are nested more than {MAX_BLOCKS} deep");
+            return Err(SceneError::new(ErrorKind::Limit, message).at(
+                lexer.source(),
+                token.span,
+                "",
+            ));
+        }
+        self.stack.push(Block {
+            opener,
+            source: Arc::clone(lexer.source()),
+            span: token.span,
+            saved: self.state.clone(),
+        });
+        Ok(())
+    }
+
+    /// Closes the innermost block, which must have been opened by `opener`.
+    fn close_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
+        let word = lexer.source().text(token.span);
+        let Some(block) = self.stack.pop_if(|b| b.opener == opener) else {
+            let error = SceneError::new(ErrorKind::Nesting, format!("`{word}` without `{opener}`"))
+                .at(lexer.source(), token.span, "nothing to close");
+            return Err(match self.stack.last() {
+                Some(b) => error.note(format!(
+                    "the innermost open block is `{}` at {}",
+                    b.opener,
+                    b.source.short(b.span)
+                )),
+                None => error,
+            });
+        };
+        if opener == "TransformBegin" {
+            self.state.ctm = block.saved.ctm;
+        } else {
+            self.state = block.saved;
+        }
+        Ok(())
+    }
+
+    fn object_begin(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let (name, _) = self.name(lexer, token, "a name")?;
+        self.needs_world(lexer, token)?;
+        if self.object.is_some() {
+            return Err(
+                SceneError::new(ErrorKind::Nesting, "`ObjectBegin` inside `ObjectBegin`").at(
+                    lexer.source(),
+                    token.span,
+                    "objects do not nest",
+                ),
+            );
+        }
+        self.open_block(lexer, token, "ObjectBegin")?;
+        self.object = Some((name, Vec::new()));
+        Ok(())
+    }
+
+    fn object_end(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        self.close_block(lexer, token, "ObjectBegin")?;
+        if let Some((name, shapes)) = self.object.take() {
+            self.objects.insert(name, Rc::new(shapes));
+        }
+        Ok(())
+    }
+
+    fn object_instance(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let (name, name_token) = self.name(lexer, token, "an object's name")?;
+        let span = token.span.to(name_token.span);
+        if self.object.is_some() {
+            return Err(SceneError::new(
+                ErrorKind::Nesting,
+                "`ObjectInstance` inside `ObjectBegin`",
+            )
+            .at(lexer.source(), span, "instances do not nest"));
+        }
+        let Some(shapes) = self.objects.get(&name).map(Rc::clone) else {
+            let names = self.objects.keys().map(String::as_str);
+            return Err(SceneError::new(
+                ErrorKind::UnknownName,
+                format!("unknown object `{}`", shorten(&name)),
+            )
+            .at(lexer.source(), span, "")
+            .suggest(nearest(&name, names)));
+        };
+        let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
+        if shapes.iter().any(|s| s.emission.is_some()) {
+            let message = format!("object `{}` emits light", shorten(&name));
+            let label = "its instances do so here, but not in pbrt";
+            self.warn_at(&params, ErrorKind::Suspicious, message, label)?;
+        }
+        for shape in shapes.iter() {
+            let to_world: DAffine3 = self.state.ctm * shape.to_object;
+            self.place(
+                &params,
+                &shape.geometry,
+                to_world,
+                shape.reverse,
+                shape.material,
+                shape.emission,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn attribute(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let (name, params) = self.named_params(lexer, token, "an attribute target")?;
+        let target = match name.as_str() {
+            "shape" => Target::Shape,
+            "light" => Target::Light,
+            "material" => Target::Material,
+            "texture" => Target::Texture,
+            "medium" => return Ok(()),
+            _ => {
+                let known = ["shape", "light", "material", "texture", "medium"];
+                return Err(unknown(&params, "attribute target", &name, known));
+            }
+        };
+        let (source, span) = (Arc::clone(&params.source), params.span);
+        if self.state.add_defaults(target, params.list) {
+            return Ok(());
+        }
+        let message = "too many defaults by `Attribute`";
+        Err(SceneError::new(ErrorKind::Limit, message).at(&source, span, "these are too many"))
+    }
+
+    fn world_begin(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
+        if self.in_world {
+            return Err(
+                SceneError::new(ErrorKind::Nesting, "a second `WorldBegin`").at(
+                    lexer.source(),
+                    token.span,
+                    "the world has begun already",
+                ),
+            );
+        }
+        self.in_world = true;
+        self.state.ctm = DAffine3::IDENTITY;
+        self.coordinate_systems
+            .insert("world".into(), DAffine3::IDENTITY);
+        Ok(())
+    }
+
+    fn world_end(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
+        if !self.in_world {
+            return Err(
+                SceneError::new(ErrorKind::Nesting, "`WorldEnd` without `WorldBegin`").at(
+                    lexer.source(),
+                    token.span,
+                    "nothing to close",
+                ),
+            );
+        }
+        if let Some(block) = self.stack.last() {
+            let note = format!(
+                "`{}` at {} is still open",
+                block.opener,
+                block.source.short(block.span)
+            );
+            return Err(
+                SceneError::new(ErrorKind::Nesting, "`WorldEnd` inside a block")
+                    .at(lexer.source(), token.span, "a block is still open")
+                    .note(note),
+            );
+        }
+        Ok(())
+    }
+
+    /// Shapes and objects belong behind `WorldBegin`.
+    pub(super) fn needs_world(&self, lexer: &Lexer, token: Token) -> Result<()> {
+        if self.in_world {
+            return Ok(());
+        }
+        let word = lexer.source().text(token.span);
+        Err(
+            SceneError::new(ErrorKind::Nesting, format!("`{word}` before `WorldBegin`"))
+                .at(lexer.source(), token.span, "belongs to the world")
+                .help("add `WorldBegin` before the first shape, light or object"),
+        )
+    }
+}

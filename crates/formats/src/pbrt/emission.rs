@@ -1,0 +1,197 @@
+//! Area light sources and the spectra of emission.
+
+use super::Loader;
+use super::lexer::{Lexer, Token, shorten};
+use super::params::{Param, Params, Type};
+use super::state::Target;
+use crate::color;
+use crate::diagnostics::{ErrorKind, Result, SceneError};
+use linelit_geometry::DVec3;
+use linelit_scene::{
+    EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, UvMapping, Wrap,
+};
+use std::sync::Arc;
+
+/// The types that a spectrum may have.
+pub(super) const SPECTRUM: &[Type] = &[
+    Type::Rgb,
+    Type::Xyz,
+    Type::Blackbody,
+    Type::Spectrum,
+    Type::Float,
+];
+
+impl Loader {
+    /// `AreaLightSource "diffuse" …`
+    pub(super) fn area_light(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        self.needs_world(lexer, token)?;
+        let (name, mut params) = self.named_params(lexer, token, "area light")?;
+        params.add_defaults(&self.state.defaults(Target::Light));
+        if name != "diffuse" && name != "area" {
+            return Err(super::unknown(&params, "area light", &name, ["diffuse"]));
+        }
+        // Sample counts are the study's business.
+        params.ignore(&["samples", "nsamples", "xsamples", "ysamples"]);
+        let mut radiance = self.spectrum(&params, "L", DVec3::ONE, true)?;
+        // pbrt-v4 has a number here, pbrt-v3 a spectrum.
+        radiance *= self.spectrum(&params, "scale", DVec3::ONE, false)?;
+        let map = self.emission_map(&params)?;
+        let power = params.float("power")?.filter(|p| *p > 0.0);
+        let two_sided = params.bool_or("twosided", false)?;
+        if radiance.min_element() < 0.0 {
+            let label = "must not be negative";
+            return Err(params.error(ErrorKind::OutOfRange, "negative radiance".into(), label));
+        }
+        self.warn_unused(&params)?;
+        if radiance == DVec3::ZERO {
+            self.state.emission = None;
+            let message = "an area light emits nothing".to_owned();
+            return self.warn_at(&params, ErrorKind::Suspicious, message, "radiance is zero");
+        }
+        self.state.emission = Some(EmissionSpec {
+            radiance,
+            two_sided,
+            power,
+            map,
+        });
+        Ok(())
+    }
+
+    /// pbrt-v4's image over the emitter, as an index into the builder's list.
+    fn emission_map(&mut self, params: &Params) -> Result<Option<u32>> {
+        let Some(name) = params.string("filename")?.map(str::to_owned) else {
+            return Ok(None);
+        };
+        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
+        let span = param.value_span(0);
+        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
+        let Some(data) = self.base.image(&name, true, &at)? else {
+            return Ok(None);
+        };
+        // How a view of the light filters it is ours to say: pbrt-v4 does not.
+        let filter = match params.string("filter")? {
+            Some(_) => self.texture_filter(params)?,
+            None => TextureFilter::default(),
+        };
+        let texture = Texture::Image(Arc::new(ImageTexture {
+            data,
+            mapping: UvMapping::IDENTITY,
+            wrap: [Wrap::Clamp; 2],
+            filter,
+            scale: 1.0,
+            invert: false,
+            filename: name,
+        }));
+        Ok(Some(self.base.builder.add_emission_map(Arc::new(texture))))
+    }
+
+    /// A spectrum as linear RGB.
+    ///
+    /// `emits`: it is a light's. Then a black body without a scale factor and a sampled spectrum
+    /// get luminance one, as in pbrt-v4; `blackbody L [ T scale ]` is pbrt-v3's, whose spectrum
+    /// peaks at `scale`.
+    pub(super) fn spectrum(
+        &mut self,
+        params: &Params,
+        name: &'static str,
+        default: DVec3,
+        emits: bool,
+    ) -> Result<DVec3> {
+        match params.find(name, SPECTRUM)? {
+            Some(param) => self.spectrum_value(params, param, emits),
+            None => Ok(default),
+        }
+    }
+
+    /// The value of a spectrum parameter.
+    pub(super) fn spectrum_value(
+        &mut self,
+        params: &Params,
+        param: &Param,
+        emits: bool,
+    ) -> Result<DVec3> {
+        let wrong = |what: &str| {
+            let message = format!(
+                "parameter `{}` of {} takes {what}",
+                param.name, params.owner
+            );
+            Err(param.error(ErrorKind::BadParameter, message, "wrong number of values"))
+        };
+        match (param.ty, param.numbers()) {
+            (Type::Rgb, &[r, g, b]) => Ok(DVec3::new(r, g, b)),
+            (Type::Rgb, _) => wrong("3 values"),
+            (Type::Xyz, &[x, y, z]) => Ok(color::xyz_to_rgb(DVec3::new(x, y, z)).max(DVec3::ZERO)),
+            (Type::Xyz, _) => wrong("3 values"),
+            (Type::Float, &[v]) => Ok(DVec3::splat(v)),
+            (Type::Float, _) => wrong("1 value"),
+            (Type::Blackbody, &[kelvin, ref rest @ ..]) if rest.len() <= 1 => {
+                if !(1.0..=1e7).contains(&kelvin) {
+                    let message = format!("a black body of {kelvin} K");
+                    let label = "expected a temperature in kelvin";
+                    return Err(param.value_error(0, ErrorKind::OutOfRange, message, label));
+                }
+                let unit_luminance = emits && rest.is_empty();
+                let scale = rest.first().copied().unwrap_or(1.0);
+                Ok(color::blackbody_to_rgb(kelvin, unit_luminance) * scale)
+            }
+            (Type::Blackbody, _) => wrong("a temperature and at most one factor"),
+            _ => self.sampled_spectrum(params, param, emits),
+        }
+    }
+
+    /// `spectrum` with samples, or with the name of a spectrum or a file.
+    fn sampled_spectrum(&mut self, params: &Params, param: &Param, emits: bool) -> Result<DVec3> {
+        let place = |label: &'static str| {
+            let (source, span) = (param.source.clone(), param.span);
+            move |e: SceneError| e.at(&source, span, label)
+        };
+        if let [name] = param.strings() {
+            let message = format!("the spectrum `{}` is not supported", shorten(name));
+            let (value, label) = match name.as_str() {
+                // Standard illuminants are close to white, which is one in linear RGB.
+                n if n.starts_with("stdillum-") || n.starts_with("illum-") => {
+                    (1.0, "read as white")
+                }
+                _ => (0.5, "read as grey, 0.5"),
+            };
+            self.base
+                .warnings
+                .warn(ErrorKind::Unsupported, message, place(label))?;
+            return Ok(DVec3::splat(value));
+        }
+        let numbers = param.numbers();
+        let samples: Vec<(f64, f64)> = numbers.chunks_exact(2).map(|c| (c[0], c[1])).collect();
+        if numbers.is_empty() || !numbers.len().is_multiple_of(2) {
+            let message = format!(
+                "spectrum `{}` of {} has {} numbers, not pairs of wavelength and value",
+                param.name,
+                params.owner,
+                numbers.len()
+            );
+            return Err(param.error(ErrorKind::BadParameter, message, "expected pairs"));
+        }
+        if let Some(k) = samples.windows(2).position(|w| w[0].0 >= w[1].0) {
+            let message = format!("the wavelengths of spectrum `{}` do not ascend", param.name);
+            return Err(param.value_error(
+                2 * k + 2,
+                ErrorKind::OutOfRange,
+                message,
+                "not greater than the one before",
+            ));
+        }
+        let message = format!(
+            "spectrum `{}` of {} is reduced to linear RGB",
+            param.name, params.owner
+        );
+        self.base
+            .warnings
+            .warn(ErrorKind::Suspicious, message, place("sampled spectrum"))?;
+        let rgb = color::sampled_to_rgb(&samples);
+        let luminance = rgb.dot(LUMINANCE);
+        Ok(if emits && luminance > 0.0 {
+            rgb / luminance
+        } else {
+            rgb
+        })
+    }
+}

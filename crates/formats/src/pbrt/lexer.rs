@@ -1,0 +1,282 @@
+//! Tokens of pbrt text.
+
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
+use std::sync::Arc;
+
+/// What a token is; its text is under its span.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TokenKind {
+    /// A directive, a number, `true` or `false`.
+    Word,
+    /// A string; the span includes the quotes.
+    Quoted,
+    /// `[`
+    Open,
+    /// `]`
+    Close,
+}
+
+/// A token with its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Token {
+    pub(crate) kind: TokenKind,
+    pub(crate) span: Span,
+}
+
+/// Reads one file token by token, with one token of look-ahead.
+#[derive(Debug)]
+pub(crate) struct Lexer {
+    source: Arc<Source>,
+    position: usize,
+    peeked: Option<Option<Token>>,
+}
+
+const fn ends_word(byte: u8) -> bool {
+    byte.is_ascii_whitespace() || matches!(byte, b'"' | b'[' | b']' | b'#')
+}
+
+impl Lexer {
+    pub(crate) fn new(source: Arc<Source>) -> Self {
+        let bom = source.bytes().starts_with(b"\xef\xbb\xbf");
+        Self {
+            source,
+            position: if bom { 3 } else { 0 },
+            peeked: None,
+        }
+    }
+
+    /// Starts in the middle of a file.
+    pub(crate) fn from_offset(source: Arc<Source>, position: usize) -> Self {
+        Self {
+            source,
+            position,
+            peeked: None,
+        }
+    }
+
+    pub(crate) fn source(&self) -> &Arc<Source> {
+        &self.source
+    }
+
+    /// The place just behind the last byte.
+    pub(crate) fn end(&self) -> Span {
+        let n = self.source.bytes().len();
+        Span::new(n, n)
+    }
+
+    pub(crate) fn peek(&mut self) -> Result<Option<Token>> {
+        if let Some(token) = self.peeked {
+            return Ok(token);
+        }
+        let token = self.scan()?;
+        self.peeked = Some(token);
+        Ok(token)
+    }
+
+    pub(crate) fn next(&mut self) -> Result<Option<Token>> {
+        match self.peeked.take() {
+            Some(token) => Ok(token),
+            None => self.scan(),
+        }
+    }
+
+    /// The bytes of a word.
+    pub(crate) fn word(&self, token: Token) -> &[u8] {
+        &self.source.bytes()[token.span.start..token.span.end]
+    }
+
+    fn scan(&mut self) -> Result<Option<Token>> {
+        let bytes = self.source.bytes();
+        loop {
+            match bytes.get(self.position) {
+                None => return Ok(None),
+                Some(b'#') => {
+                    let rest = &bytes[self.position..];
+                    let skip = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
+                    self.position += skip.unwrap_or(rest.len());
+                }
+                Some(b) if b.is_ascii_whitespace() => self.position += 1,
+                Some(_) => break,
+            }
+        }
+        let start = self.position;
+        let kind = match bytes[start] {
+            b'[' => TokenKind::Open,
+            b']' => TokenKind::Close,
+            b'"' => return self.scan_string(start).map(Some),
+            _ => TokenKind::Word,
+        };
+        self.position += match kind {
+            TokenKind::Word => {
+                let rest = &bytes[start..];
+                rest.iter()
+                    .position(|b| ends_word(*b))
+                    .unwrap_or(rest.len())
+            }
+            _ => 1,
+        };
+        let span = Span::new(start, self.position);
+        Ok(Some(Token { kind, span }))
+    }
+
+    fn scan_string(&mut self, start: usize) -> Result<Token> {
+        let bytes = self.source.bytes();
+        let mut i = start + 1;
+        loop {
+            match bytes.get(i) {
+                Some(b'"') => break,
+                Some(b'\\') => i += 2,
+                None | Some(b'\n') => {
+                    let span = Span::new(start, i.min(bytes.len()));
+                    return Err(
+                        SceneError::new(ErrorKind::Syntax, "unterminated string").at(
+                            &self.source,
+                            span,
+                            "no closing `\"` before the end of the line",
+                        ),
+                    );
+                }
+                Some(_) => i += 1,
+            }
+        }
+        self.position = i + 1;
+        Ok(Token {
+            kind: TokenKind::Quoted,
+            span: Span::new(start, self.position),
+        })
+    }
+
+    /// The contents of a string token, with its escapes resolved.
+    pub(crate) fn unquote(&self, token: Token) -> Result<String> {
+        let inner = &self.source.bytes()[token.span.start + 1..token.span.end - 1];
+        let text = std::str::from_utf8(inner).map_err(|_| {
+            SceneError::new(ErrorKind::Syntax, "a string is not UTF-8").at(
+                &self.source,
+                token.span,
+                "these bytes are no UTF-8 text",
+            )
+        })?;
+        if !text.contains('\\') {
+            return Ok(text.to_owned());
+        }
+        let mut out = String::with_capacity(text.len());
+        let mut chars = text.chars();
+        while let Some(c) = chars.next() {
+            if c != '\\' {
+                out.push(c);
+                continue;
+            }
+            match chars.next() {
+                Some('n') => out.push('\n'),
+                Some('r') => out.push('\r'),
+                Some('t') => out.push('\t'),
+                Some(other @ ('\\' | '"' | '\'')) => out.push(other),
+                // pbrt-v3 files hold Windows paths with single backslashes.
+                Some(other) => out.extend(['\\', other]),
+                None => out.push('\\'),
+            }
+        }
+        Ok(out)
+    }
+
+    /// The value of a word that must be a finite number.
+    pub(crate) fn number(&self, token: Token) -> Result<f64> {
+        let word = self.word(token);
+        let starts_like_one = word
+            .first()
+            .is_some_and(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+' | b'.'));
+        let value = std::str::from_utf8(word)
+            .ok()
+            .and_then(|t| t.parse::<f64>().ok());
+        match value {
+            Some(value) if value.is_finite() && starts_like_one => Ok(value),
+            Some(_) => Err(SceneError::new(
+                ErrorKind::OutOfRange,
+                format!(
+                    "`{}` is not a finite number",
+                    shorten(&self.source.text(token.span))
+                ),
+            )
+            .at(&self.source, token.span, "expected a finite number")),
+            None => Err(SceneError::new(
+                ErrorKind::Syntax,
+                format!(
+                    "`{}` is not a number",
+                    shorten(&self.source.text(token.span))
+                ),
+            )
+            .at(&self.source, token.span, "expected a number")),
+        }
+    }
+}
+
+/// A word that is short enough for a message.
+pub(crate) fn shorten(text: &str) -> String {
+    if text.chars().count() <= 40 {
+        text.to_owned()
+    } else {
+        text.chars().take(39).chain(['…']).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tokens(text: &str) -> Vec<String> {
+        let mut lexer = Lexer::new(Source::new("t", text.as_bytes().to_vec()));
+        let mut out = Vec::new();
+        while let Some(token) = lexer.next().unwrap() {
+            out.push(lexer.source().text(token.span));
+        }
+        out
+    }
+
+    #[test]
+    fn splits_words_strings_and_brackets() {
+        assert_eq!(
+            tokens("Shape\"a b\"[1 -2.5e-007]# rest\r\n\"x\"\t.5"),
+            [
+                "Shape",
+                "\"a b\"",
+                "[",
+                "1",
+                "-2.5e-007",
+                "]",
+                "\"x\"",
+                ".5"
+            ]
+        );
+        assert_eq!(tokens("\u{feff}A"), ["A"]);
+        assert!(tokens(" # only a comment").is_empty());
+    }
+
+    #[test]
+    fn strings_have_escapes_and_must_end() {
+        let lexer = |t: &str| Lexer::new(Source::new("t", t.as_bytes().to_vec()));
+        let mut l = lexer(r#""a\"b\\c\d""#);
+        let token = l.next().unwrap().unwrap();
+        assert_eq!(l.unquote(token).unwrap(), r#"a"b\c\d"#);
+        assert!(lexer("\"abc\n\"").next().is_err());
+        assert!(lexer("\"abc\\").next().is_err());
+    }
+
+    #[test]
+    fn numbers_are_finite() {
+        for (text, want) in [
+            ("1e-007", Some(1e-7)),
+            (".5", Some(0.5)),
+            ("-0", Some(0.0)),
+            ("5.", Some(5.0)),
+            ("nan", None),
+            ("inf", None),
+            ("1e999", None),
+            ("0x10", None),
+            ("--1", None),
+        ] {
+            let mut l = Lexer::new(Source::new("t", text.as_bytes().to_vec()));
+            let token = l.next().unwrap().unwrap();
+            assert_eq!(l.number(token).ok(), want, "{text}");
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! pbrt text, versions 3 and 4.
+//!
+//! Both versions are read by one reader: where they differ in names (`point`/`point3`,
+//! `matte`/`diffuse`, `xwidth`/`xradius`) both are known, and where they differ in meaning the
+//! parameter's form decides (documented where it matters).
+
+mod directives;
+mod emission;
+mod lexer;
+mod materials;
+mod params;
+mod shapes;
+mod state;
+mod textures;
+mod transforms;
+mod view;
+
+use crate::assembly::Assembly;
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use crate::load::{LoadOptions, Loaded};
+use lexer::{Lexer, Token, TokenKind, shorten};
+use linelit_geometry::DVec3;
+use linelit_geometry::glam::DAffine3;
+use linelit_scene::{EmissionSpec, MeshData, Texture};
+use params::Params;
+use state::State;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// Files that may be open at once through `Include`.
+const MAX_INCLUDES: usize = 32;
+
+/// Files that may be included in all: files that include each other twice double with each level.
+const MAX_INCLUDES_IN_ALL: usize = 10_000;
+
+/// Reads a scene from a file in memory; `folder` is where its file names start.
+pub(crate) fn load(
+    source: Arc<Source>,
+    path: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Loaded> {
+    let mut loader = Loader {
+        base: Assembly::new(path, source.bytes().len(), options),
+        state: State::default(),
+        stack: Vec::new(),
+        coordinate_systems: HashMap::new(),
+        materials: HashMap::new(),
+        textures: HashMap::new(),
+        objects: HashMap::new(),
+        object: None,
+        view: view::View::default(),
+        in_world: false,
+        includes: path
+            .and_then(|p| p.canonicalize().ok())
+            .into_iter()
+            .collect(),
+        includes_in_all: 0,
+        shapes: 0,
+    };
+    loader.read(&source)?;
+    loader.finish(&source)
+}
+
+/// A shape inside `ObjectBegin` … `ObjectEnd`, waiting for its instances.
+#[derive(Debug)]
+struct ObjectShape {
+    geometry: Geometry,
+    to_object: DAffine3,
+    reverse: bool,
+    material: u32,
+    emission: Option<EmissionSpec>,
+}
+
+/// What a shape directive makes.
+#[derive(Clone, Debug)]
+enum Geometry {
+    Mesh(Rc<MeshData>),
+    Line(DVec3, DVec3),
+}
+
+/// An open block.
+#[derive(Debug)]
+struct Block {
+    /// The directive that opened it.
+    opener: &'static str,
+    source: Arc<Source>,
+    span: Span,
+    saved: State,
+}
+
+struct Loader {
+    base: Assembly,
+    state: State,
+    stack: Vec<Block>,
+    coordinate_systems: HashMap<String, DAffine3>,
+    materials: HashMap<String, Option<u32>>,
+    textures: HashMap<(bool, String), Arc<Texture>>,
+    objects: HashMap<String, Rc<Vec<ObjectShape>>>,
+    object: Option<(String, Vec<ObjectShape>)>,
+    view: view::View,
+    in_world: bool,
+    /// The files that are open, links followed.
+    includes: Vec<PathBuf>,
+    includes_in_all: usize,
+    shapes: usize,
+}
+
+impl Loader {
+    /// Carries out all directives of a file.
+    fn read(&mut self, source: &Arc<Source>) -> Result<()> {
+        let mut lexer = Lexer::new(Arc::clone(source));
+        while let Some(token) = lexer.next()? {
+            if token.kind != TokenKind::Word {
+                let text = shorten(&source.text(token.span));
+                return Err(
+                    SceneError::new(ErrorKind::Syntax, format!("unexpected `{text}`")).at(
+                        source,
+                        token.span,
+                        "expected a directive",
+                    ),
+                );
+            }
+            self.directive(&mut lexer, token)?;
+        }
+        Ok(())
+    }
+
+    /// What stands after the last directive.
+    fn finish(mut self, source: &Source) -> Result<Loaded> {
+        if let Some(block) = self.stack.last() {
+            let end = block.opener.replace("Begin", "End");
+            return Err(SceneError::new(
+                ErrorKind::Nesting,
+                format!("`{}` is never closed", block.opener),
+            )
+            .at(&block.source, block.span, "opened here")
+            .help(format!("add `{end}`")));
+        }
+        let view = std::mem::take(&mut self.view);
+        let (camera, film) = view.finish(&mut self.base.warnings, source)?;
+        self.base
+            .finish(source.name(), self.shapes > 0, Some(camera), film)
+    }
+
+    /// The quoted name behind a directive, as in `Shape "sphere"`.
+    fn name(&self, lexer: &mut Lexer, directive: Token, what: &str) -> Result<(String, Token)> {
+        match lexer.peek()? {
+            Some(token) if token.kind == TokenKind::Quoted => {
+                lexer.next()?;
+                Ok((lexer.unquote(token)?, token))
+            }
+            _ => {
+                let word = lexer.source().text(directive.span);
+                let message = format!("`{word}` has no name");
+                Err(SceneError::new(ErrorKind::Syntax, message).at(
+                    lexer.source(),
+                    directive.span,
+                    format!("expected {what} in quotes behind it"),
+                ))
+            }
+        }
+    }
+
+    /// A directive's quoted name and its parameters.
+    fn named_params(
+        &mut self,
+        lexer: &mut Lexer,
+        directive: Token,
+        what: &str,
+    ) -> Result<(String, Params)> {
+        let (name, token) = self.name(lexer, directive, "a name")?;
+        let owner = match what {
+            // The owner of the parameters, without the article.
+            "a name" | "a colour space" | "a light type" | "a medium name" => name.clone(),
+            _ => format!("{what} `{}`", shorten(&name)),
+        };
+        let params = Params::parse(lexer, owner, directive.span.to(token.span))?;
+        Ok((name, params))
+    }
+
+    /// Warns about the parameters that nobody asked for.
+    fn warn_unused(&mut self, params: &Params) -> Result<()> {
+        for (param, near) in params.unused() {
+            let message = format!("{} has no parameter `{}`", params.owner, param.name);
+            self.base
+                .warnings
+                .warn(ErrorKind::UnknownName, message, |e| {
+                    e.at(&param.source, param.span, "ignored").suggest(near)
+                })?;
+        }
+        Ok(())
+    }
+
+    /// Warns about something at a directive.
+    fn warn_at(
+        &mut self,
+        params: &Params,
+        kind: ErrorKind,
+        message: String,
+        label: &str,
+    ) -> Result<()> {
+        self.base
+            .warnings
+            .warn(kind, message, |e| e.at(&params.source, params.span, label))
+    }
+
+    fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {
+        let (name, token) = self.name(lexer, directive, "a file name")?;
+        let outer = Arc::clone(lexer.source());
+        let fail = |kind, message: String, label: &str| {
+            Err(SceneError::new(kind, message).at(&outer, token.span, label))
+        };
+        if self.includes.len() > MAX_INCLUDES {
+            let message = format!("files are included more than {MAX_INCLUDES} deep");
+            return fail(ErrorKind::Limit, message, "one too many");
+        }
+        self.includes_in_all += 1;
+        if self.includes_in_all > MAX_INCLUDES_IN_ALL {
+            let message = format!("more than {MAX_INCLUDES_IN_ALL} files are included");
+            return fail(ErrorKind::Limit, message, "one too many");
+        }
+        let at = |e: SceneError, label: &str| e.at(&outer, token.span, label);
+        let file = self.base.open_unpacked(&name, &at)?;
+        if self.includes.contains(&file.whole) {
+            let message = format!("`{name}` includes itself");
+            return fail(ErrorKind::Recursion, message, "already open");
+        }
+        let inner = Source::new(file.path, file.bytes);
+        if !directives::begin(&inner) {
+            // What other files hold is nobody's business.
+            let message = format!("`{name}` does not begin with a directive: it is no pbrt file");
+            return fail(ErrorKind::Syntax, message, "named here");
+        }
+        self.includes.push(file.whole);
+        // What an imported file sets does not reach the file that imports it.
+        let is_import = outer.text(directive.span) == "Import";
+        let saved = is_import.then(|| self.state.clone());
+        let result = self.read(&inner);
+        if let Some(saved) = saved {
+            self.state = saved;
+        }
+        self.includes.pop();
+        result.map_err(|e| e.note(format!("included at {}", outer.short(token.span))))
+    }
+}
+
+/// The error for a name that nobody defined.
+fn unknown<'a>(
+    params: &Params,
+    what: &str,
+    name: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> SceneError {
+    let name = shorten(name);
+    params
+        .error(
+            ErrorKind::UnknownName,
+            format!("unknown {what} `{name}`"),
+            "",
+        )
+        .suggest(nearest(&name, known))
+}

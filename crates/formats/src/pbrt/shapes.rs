@@ -1,0 +1,436 @@
+//! Shapes.
+
+use super::lexer::{Lexer, Token};
+use super::params::{Param, Params, Type};
+use super::state::Target;
+use super::{Geometry, Loader, ObjectShape, unknown};
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source};
+use crate::{ply, tessellate};
+use linelit_geometry::glam::DAffine3;
+use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
+use linelit_scene::{EmissionSpec, MeshData, Placement};
+use std::rc::Rc;
+
+/// Shapes that pbrt knows and linelit does not.
+const UNSUPPORTED: &[&str] = &[
+    "cone",
+    "curve",
+    "heightfield",
+    "hyperboloid",
+    "loopsubdiv",
+    "nurbs",
+    "paraboloid",
+];
+
+const SHAPES: &[&str] = &[
+    "bilinearmesh",
+    "cylinder",
+    "disk",
+    "line",
+    "plymesh",
+    "quad",
+    "sphere",
+    "trianglemesh",
+];
+
+const POINT: &[Type] = &[Type::Point3];
+const VECTOR: &[Type] = &[Type::Vector3];
+
+/// Cells along each side of a bilinear patch that is not flat.
+const PATCH_CELLS: usize = 8;
+
+impl Loader {
+    /// `Shape "…" …`
+    pub(super) fn shape(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        self.needs_world(lexer, token)?;
+        let (name, mut params) = self.named_params(lexer, token, "shape")?;
+        params.add_defaults(&self.state.defaults(Target::Shape));
+        self.shapes += 1;
+        if UNSUPPORTED.contains(&name.as_str()) {
+            let message = format!("shape `{name}` is not supported");
+            return self.warn_at(&params, ErrorKind::Unsupported, message, "left out");
+        }
+        let Some(geometry) = self.geometry(&name, &params)? else {
+            return Ok(());
+        };
+        self.warn_about_alpha(&params)?;
+        self.warn_unused(&params)?;
+        let Some(material) = self.state.material.or(self.state.emission.map(|_| 0)) else {
+            let message = "a shape with the material `interface` is left out".to_owned();
+            return self.warn_at(&params, ErrorKind::Unsupported, message, "has no surface");
+        };
+        let (ctm, reverse, emission) = (self.state.ctm, self.state.reverse, self.state.emission);
+        match &mut self.object {
+            Some((_, shapes)) => {
+                shapes.push(ObjectShape {
+                    geometry,
+                    to_object: ctm,
+                    reverse,
+                    material,
+                    emission,
+                });
+                Ok(())
+            }
+            None => self.place(&params, &geometry, ctm, reverse, material, emission),
+        }
+    }
+
+    /// The shape in its own space; `None` if a warning is all there is to it.
+    fn geometry(&mut self, name: &str, params: &Params) -> Result<Option<Geometry>> {
+        let mesh = match name {
+            "trianglemesh" => self.triangle_mesh(params)?,
+            "plymesh" => self.ply_mesh(params)?,
+            "bilinearmesh" => self.bilinear_mesh(params)?,
+            "quad" => quad(params)?,
+            "sphere" | "disk" | "cylinder" => self.round(name, params)?,
+            "line" => return line(params).map(Some),
+            _ => {
+                let known = SHAPES.iter().chain(UNSUPPORTED).copied();
+                return Err(unknown(params, "shape", name, known));
+            }
+        };
+        if mesh.triangles.is_empty() {
+            let message = format!("{} has no triangles", params.owner);
+            self.warn_at(params, ErrorKind::Suspicious, message, "empty mesh")?;
+            return Ok(None);
+        }
+        Ok(Some(Geometry::Mesh(Rc::new(mesh))))
+    }
+
+    /// Puts a shape into the world.
+    pub(super) fn place(
+        &mut self,
+        params: &Params,
+        geometry: &Geometry,
+        to_world: DAffine3,
+        reverse: bool,
+        material: u32,
+        emission: Option<EmissionSpec>,
+    ) -> Result<()> {
+        let mesh = match geometry {
+            Geometry::Mesh(mesh) => mesh,
+            Geometry::Line(p0, p1) => {
+                return self.place_line(params, to_world, [*p0, *p1], emission);
+            }
+        };
+        let place = Placement {
+            to_world,
+            reverse,
+            material,
+            emission,
+        };
+        let at = |e: SceneError, label: &str| e.at(&params.source, params.span, label);
+        self.base.place(mesh, &place, &params.owner, &at)?;
+        let split = emission.is_some_and(|e| e.power.is_some())
+            && !mesh.one_shape
+            && mesh.triangles.len() > 1;
+        if split {
+            let message = "the `power` of an area light goes to each triangle of its mesh";
+            let label = format!("{} triangles, as in pbrt-v4", mesh.triangles.len());
+            self.warn_at(params, ErrorKind::Suspicious, message.to_owned(), &label)?;
+        }
+        Ok(())
+    }
+
+    fn place_line(
+        &mut self,
+        params: &Params,
+        to_world: DAffine3,
+        ends: [DVec3; 2],
+        emission: Option<EmissionSpec>,
+    ) -> Result<()> {
+        let [p0, p1] = ends.map(|p| to_world.transform_point3(p));
+        let Some(emission) = emission else {
+            let message = "a line without `AreaLightSource` is nothing".to_owned();
+            return self.warn_at(params, ErrorKind::Suspicious, message, "left out");
+        };
+        if emission.map.is_some() {
+            let message = "a line has no place for an image".to_owned();
+            self.warn_at(
+                params,
+                ErrorKind::Suspicious,
+                message,
+                "emits as a white one",
+            )?;
+        }
+        let at = |e: SceneError, label: &str| e.at(&params.source, params.span, label);
+        self.base.place_line([p0, p1], &emission, &at)
+    }
+
+    fn warn_about_alpha(&mut self, params: &Params) -> Result<()> {
+        for name in ["alpha", "shadowalpha"] {
+            let types = [Type::Float, Type::Texture];
+            let Some(param) = params.find(name, &types)? else {
+                continue;
+            };
+            if param.numbers() == [1.0] {
+                continue;
+            }
+            let message = format!("`{name}` is not supported: shapes are opaque");
+            let (source, span) = (param.source.clone(), param.span);
+            self.base
+                .warnings
+                .warn(ErrorKind::Unsupported, message, |e| {
+                    e.at(&source, span, "ignored")
+                })?;
+        }
+        Ok(())
+    }
+
+    fn triangle_mesh(&mut self, params: &Params) -> Result<MeshData> {
+        let points = params.require("P", params.array("P", POINT, 3)?)?;
+        let indices = params.array("indices", &[Type::Integer], 3)?;
+        let mut mesh = MeshData {
+            positions: to_points(points.numbers()),
+            ..MeshData::default()
+        };
+        let count = mesh.positions.len();
+        let corners = match indices {
+            Some(param) => checked_indices(params, param, count)?,
+            None if count == 3 => vec![0, 1, 2],
+            None => params.require("indices", None)?,
+        };
+        mesh.triangles = corners.as_chunks::<3>().0.to_vec();
+        self.attributes(params, &mut mesh)?;
+        // Ours, for emissive spheres that were written as their facets: a negative radius is one
+        // that emits inwards.
+        if let Some([x, y, z, radius]) = params.fixed::<4>("sphere", &[Type::Float])? {
+            mesh.sphere = Some((DVec3::new(x, y, z), radius));
+        }
+        Ok(mesh)
+    }
+
+    /// Normals and texture coordinates of a mesh.
+    fn attributes(&mut self, params: &Params, mesh: &mut MeshData) -> Result<()> {
+        params.ignore(&["S", "faceIndices"]);
+        let count = mesh.positions.len();
+        if let Some(param) = params.array("N", &[Type::Normal, Type::Vector3], 3)? {
+            let normals: Vec<[f32; 3]> = to_points(param.numbers())
+                .iter()
+                .map(|n| n.as_vec3().to_array())
+                .collect();
+            if normals.len() == count {
+                mesh.normals = normals;
+            } else {
+                self.wrong_count(params, param, normals.len(), count)?;
+            }
+        }
+        for name in ["uv", "st"] {
+            let types = [Type::Point2, Type::Float, Type::Vector2];
+            let Some(param) = params.array(name, &types, 2)? else {
+                continue;
+            };
+            #[allow(
+                clippy::cast_possible_truncation,
+                reason = "texture coordinates are f32"
+            )]
+            let uvs: Vec<[f32; 2]> = param
+                .numbers()
+                .as_chunks::<2>()
+                .0
+                .iter()
+                .map(|c| c.map(|v| v as f32))
+                .collect();
+            if uvs.len() == count {
+                mesh.uvs = uvs;
+            } else {
+                self.wrong_count(params, param, uvs.len(), count)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn wrong_count(
+        &mut self,
+        params: &Params,
+        param: &Param,
+        got: usize,
+        want: usize,
+    ) -> Result<()> {
+        let message = format!(
+            "`{}` of {} has {got} entries for {want} vertices",
+            param.name, params.owner
+        );
+        let (source, span) = (param.source.clone(), param.span);
+        self.base.warnings.warn(ErrorKind::BadMesh, message, |e| {
+            e.at(&source, span, "ignored")
+        })
+    }
+
+    fn ply_mesh(&mut self, params: &Params) -> Result<MeshData> {
+        let name = params.require("filename", params.string("filename")?)?;
+        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
+        let span = param.value_span(0);
+        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
+        let file = self.base.open_unpacked(name, &at)?;
+        let source = Source::new(file.path, file.bytes);
+        if params.find("displacement", &[Type::Texture])?.is_some() {
+            let message = "displacement is not supported".to_owned();
+            self.warn_at(params, ErrorKind::Unsupported, message, "ignored")?;
+        }
+        params.ignore(&["edgelength"]);
+        // What pbrt does not read from these files either is not worth a warning.
+        ply::read(&source)
+            .map(|read| read.mesh)
+            .map_err(|e| e.note(format!("read for {}", param.source.short(span))))
+    }
+
+    fn bilinear_mesh(&mut self, params: &Params) -> Result<MeshData> {
+        let points = params.require("P", params.array("P", POINT, 3)?)?;
+        let mut corners = MeshData {
+            positions: to_points(points.numbers()),
+            ..MeshData::default()
+        };
+        let count = corners.positions.len();
+        let indices = match params.array("indices", &[Type::Integer], 4)? {
+            Some(param) => checked_indices(params, param, count)?,
+            None if count == 4 => vec![0, 1, 2, 3],
+            None => params.require("indices", None)?,
+        };
+        self.attributes(params, &mut corners)?;
+        let mut mesh = MeshData {
+            one_shape: indices.len() == 4,
+            ..MeshData::default()
+        };
+        for patch in indices.as_chunks::<4>().0 {
+            let at = patch.map(|i| i as usize);
+            let p = at.map(|i| corners.positions[i]);
+            let uvs = if corners.uvs.is_empty() {
+                [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]
+            } else {
+                at.map(|i| corners.uvs[i])
+            };
+            let normals = (!corners.normals.is_empty()).then(|| at.map(|i| corners.normals[i]));
+            let cells = if is_flat(p) { 1 } else { PATCH_CELLS };
+            tessellate::bilinear(&mut mesh, p, uvs, normals, cells);
+            if mesh.triangles.len() > self.base.max_triangles {
+                let message = format!("more than {} triangles", self.base.max_triangles);
+                return Err(params.error(ErrorKind::Limit, message, "too many patches"));
+            }
+        }
+        Ok(mesh)
+    }
+
+    fn round(&mut self, name: &str, params: &Params) -> Result<MeshData> {
+        let radius = params.positive_or("radius", 1.0)?;
+        let phi = params.positive_or("phimax", 360.0)?.min(360.0).to_radians();
+        let emissive = self.state.emission.is_some();
+        let steps = if emissive {
+            tessellate::EMISSIVE_STEPS
+        } else {
+            tessellate::STEPS
+        };
+        let mesh = match name {
+            "disk" => {
+                let inner = params.float_or("innerradius", 0.0)?.clamp(0.0, radius);
+                tessellate::disk(
+                    params.float_or("height", 0.0)?,
+                    radius,
+                    inner,
+                    phi,
+                    steps[0],
+                )
+            }
+            "cylinder" => {
+                let (a, b) = (
+                    params.float_or("zmin", -1.0)?,
+                    params.float_or("zmax", 1.0)?,
+                );
+                tessellate::cylinder(radius, a.min(b), a.max(b), phi, steps[0])
+            }
+            _ => {
+                let clamp = |z: f64| z.clamp(-radius, radius);
+                let a = clamp(params.float_or("zmin", -radius)?);
+                let b = clamp(params.float_or("zmax", radius)?);
+                let mut mesh = tessellate::sphere(radius, a.min(b), a.max(b), phi, steps);
+                let whole = a.min(b) <= -radius && a.max(b) >= radius;
+                let closed = whole && phi >= std::f64::consts::TAU;
+                mesh.sphere = closed.then_some((DVec3::ZERO, radius));
+                mesh
+            }
+        };
+        if emissive {
+            let message = format!("an emissive {name} is drawn with flat facets");
+            let label = format!("{} triangles", mesh.triangles.len());
+            self.warn_at(params, ErrorKind::Suspicious, message, &label)?;
+        }
+        Ok(mesh)
+    }
+}
+
+/// The indices of a mesh, all below the number of vertices.
+fn checked_indices(params: &Params, param: &Param, count: usize) -> Result<Vec<u32>> {
+    let indices = param.numbers().iter().enumerate().map(|(k, &i)| {
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "an i32 held in f64, checked not to be negative"
+        )]
+        let index = i as u32;
+        if i >= 0.0 && (index as usize) < count {
+            return Ok(index);
+        }
+        let message = format!("index {i} of {} is out of range", params.owner);
+        let label = format!("there are {count} vertices");
+        Err(param.value_error(k, ErrorKind::BadMesh, message, &label))
+    });
+    indices.collect()
+}
+
+/// The `quad` of the point–line authors: the parallelogram with corner `o` and edges `u` and `v`.
+///
+/// Its outside (the side that emits) is that of `u × v`, taken in the shape's own space and
+/// transformed as a normal: in world space it is reversed by `ReverseOrientation` or by a
+/// mirroring transform, but not by both, as for pbrt's triangles. This is what makes the lights
+/// of all three published scenes face the way they do in the published pictures: in the Cornell
+/// box `u × v` = x × z points down; in the kitchen x × y points into the room; in the Veach scene
+/// the transform mirrors and the light points down to the plates.
+fn quad(params: &Params) -> Result<MeshData> {
+    let vector = |name: &'static str, types: &[Type]| -> Result<DVec3> {
+        let value = params.fixed::<3>(name, types)?;
+        params.require(name, value).map(DVec3::from_array)
+    };
+    let o = vector("o", POINT)?;
+    let (u, v) = (vector("u", VECTOR)?, vector("v", VECTOR)?);
+    Ok(MeshData {
+        positions: vec![o, o + u, o + u + v, o + v],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        one_shape: true,
+        ..MeshData::default()
+    })
+}
+
+/// Our extension: a linear light between two points.
+fn line(params: &Params) -> Result<Geometry> {
+    let end = |name: &'static str| -> Result<DVec3> {
+        let value = params.fixed::<3>(name, POINT)?;
+        params.require(name, value).map(DVec3::from_array)
+    };
+    Ok(Geometry::Line(end("p0")?, end("p1")?))
+}
+
+/// Whether the corners p00, p10, p01, p11 are those of a flat convex quad, which two triangles
+/// show exactly. So is one of no area, or too small for `f32`, of which adding the mesh says so,
+/// as it says of vertices that are too far away.
+fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
+    match ConvexPolygon::try_new(&[p00, p10, p11, p01]) {
+        Ok(_)
+        | Err(
+            PolygonError::Degenerate
+            | PolygonError::TooSmall
+            | PolygonError::TooLarge(_)
+            | PolygonError::NotFinite(_),
+        ) => true,
+        Err(_) => false,
+    }
+}
+
+fn to_points(numbers: &[f64]) -> Vec<DVec3> {
+    numbers
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|c| DVec3::from_array(*c))
+        .collect()
+}

@@ -1,0 +1,325 @@
+//! Textures.
+
+use super::lexer::{Lexer, Token, shorten};
+use super::params::{Params, Type};
+use super::state::Target;
+use super::{Loader, unknown};
+use crate::diagnostics::{ErrorKind, Result, SceneError, nearest};
+use linelit_geometry::{DVec2, DVec3};
+use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
+use std::sync::Arc;
+
+/// Nodes that a texture may have, so that evaluating it stays cheap.
+const MAX_COST: usize = 256;
+
+/// Textures that pbrt knows and linelit does not.
+const UNSUPPORTED: &[&str] = &[
+    "bilerp",
+    "directionmix",
+    "dots",
+    "fbm",
+    "marble",
+    "ptex",
+    "uv",
+    "windy",
+    "wrinkled",
+];
+
+const TEXTURES: &[&str] = &["checkerboard", "constant", "imagemap", "mix", "scale"];
+
+impl Loader {
+    /// `Texture "name" "spectrum" "imagemap" …`
+    pub(super) fn texture(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let (name, _) = self.name(lexer, token, "a texture's name")?;
+        let (value_type, _) = self.name(lexer, token, "a texture's type")?;
+        let (class, mut params) = self.named_params(lexer, token, "texture")?;
+        params.add_defaults(&self.state.defaults(Target::Texture));
+        let is_number = match value_type.as_str() {
+            "float" => true,
+            "spectrum" | "color" => false,
+            _ => {
+                let known = ["float", "spectrum", "color"];
+                return Err(unknown(&params, "texture type", &value_type, known));
+            }
+        };
+        let texture = self.build_texture(&class, &params, is_number)?;
+        if texture.cost() > MAX_COST {
+            let message = format!("texture `{}` is nested too deeply", shorten(&name));
+            let label = format!("more than {MAX_COST} nodes");
+            return Err(params.error(ErrorKind::Limit, message, &label));
+        }
+        self.warn_unused(&params)?;
+        self.textures.insert((is_number, name), Arc::new(texture));
+        Ok(())
+    }
+
+    fn build_texture(&mut self, class: &str, params: &Params, is_number: bool) -> Result<Texture> {
+        let one = Texture::number(1.0);
+        match class {
+            "constant" => self.texture_param(params, "value", one, is_number),
+            "scale" => {
+                // v3: tex1, tex2; v4: tex, scale.
+                let v4 = params
+                    .list
+                    .iter()
+                    .any(|p| p.name == "tex" || p.name == "scale");
+                let [a, b] = if v4 {
+                    ["tex", "scale"]
+                } else {
+                    ["tex1", "tex2"]
+                };
+                let a = self.texture_param(params, a, one.clone(), is_number)?;
+                let b = if v4 {
+                    self.number_or_spectrum(params, b, one)?
+                } else {
+                    self.texture_param(params, b, one, is_number)?
+                };
+                Ok(Texture::Product(Arc::new(a), Arc::new(b)))
+            }
+            "mix" => {
+                let a = self.texture_param(params, "tex1", Texture::number(0.0), is_number)?;
+                let b = self.texture_param(params, "tex2", one, is_number)?;
+                let amount = self.texture_param(params, "amount", Texture::number(0.5), true)?;
+                let [a, b, amount] = [a, b, amount].map(Arc::new);
+                Ok(Texture::Mix { a, b, amount })
+            }
+            "checkerboard" => {
+                let even = self.texture_param(params, "tex1", one, is_number)?;
+                let odd = self.texture_param(params, "tex2", Texture::number(0.0), is_number)?;
+                if params.integer("dimension")?.unwrap_or(2) != 2 {
+                    let message = "checkerboards in space are not supported".to_owned();
+                    self.warn_at(
+                        params,
+                        ErrorKind::Unsupported,
+                        message,
+                        "drawn over u and v",
+                    )?;
+                }
+                // v3's; v4 always averages.
+                let filtered = match params.string("aamode")? {
+                    None | Some("closedform") => true,
+                    Some("none") => false,
+                    Some(other) => {
+                        let known = ["closedform", "none"];
+                        return Err(unknown(params, "antialiasing mode", other, known));
+                    }
+                };
+                Ok(Texture::Checkerboard {
+                    mapping: self.mapping(params)?,
+                    filtered,
+                    even: Arc::new(even),
+                    odd: Arc::new(odd),
+                })
+            }
+            "imagemap" => self.image_map(params, is_number),
+            _ if UNSUPPORTED.contains(&class) => {
+                let message = format!("texture `{class}` is not supported");
+                self.warn_at(params, ErrorKind::Unsupported, message, "replaced by 0.5")?;
+                params.ignore_all();
+                Ok(Texture::number(0.5))
+            }
+            _ => {
+                let known = TEXTURES.iter().chain(UNSUPPORTED).copied();
+                Err(unknown(params, "texture", class, known))
+            }
+        }
+    }
+
+    fn mapping(&mut self, params: &Params) -> Result<UvMapping> {
+        let mapping = UvMapping {
+            scale: DVec2::new(
+                params.float_or("uscale", 1.0)?,
+                params.float_or("vscale", 1.0)?,
+            ),
+            offset: DVec2::new(
+                params.float_or("udelta", 0.0)?,
+                params.float_or("vdelta", 0.0)?,
+            ),
+            // Ours, for scenes of other formats that were written as pbrt text.
+            rotation: params.float_or("uvrotation", 0.0)?,
+        };
+        match params.string("mapping")? {
+            None | Some("uv") => {}
+            Some(other) => {
+                let message = format!("texture mapping `{}` is not supported", shorten(other));
+                self.warn_at(params, ErrorKind::Unsupported, message, "mapped by u and v")?;
+                params.ignore(&["v1", "v2"]);
+            }
+        }
+        Ok(mapping)
+    }
+
+    fn image_map(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
+        let name = params
+            .require("filename", params.string("filename")?)?
+            .to_owned();
+        let mapping = self.mapping(params)?;
+        let filter = self.texture_filter(params)?;
+        let wrap = self.wrap(params, "wrap", Wrap::Repeat)?;
+        let wrap = [wrap, self.wrap(params, "vwrap", wrap)?];
+        // v3: gamma; v4: encoding. Files of eight bits are sRGB unless said otherwise.
+        let srgb = params.bool_or("gamma", true)?
+            && params.string("encoding")?.is_none_or(|e| e == "sRGB");
+        let scale = params.float_or("scale", 1.0)?;
+        let invert = params.bool_or("invert", false)?;
+        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
+        let span = param.value_span(0);
+        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
+        let data = if is_number {
+            self.base.luminance(&name, srgb, &at)
+        } else {
+            self.base.image(&name, srgb, &at)
+        };
+        let Some(data) = data? else {
+            return Ok(Texture::number(0.5 * scale));
+        };
+        Ok(Texture::Image(Arc::new(ImageTexture {
+            data,
+            mapping,
+            wrap,
+            filter,
+            scale,
+            invert,
+            filename: name,
+        })))
+    }
+
+    /// v3: `trilinear`, else ellipses no longer than `maxanisotropy`; v4: `filter`.
+    pub(super) fn texture_filter(&mut self, params: &Params) -> Result<TextureFilter> {
+        let mut max_anisotropy = params.float_or("maxanisotropy", 8.0)?;
+        if max_anisotropy.is_nan() || max_anisotropy < 1.0 {
+            let message = format!("a `maxanisotropy` of {max_anisotropy}");
+            return Err(params.error(ErrorKind::OutOfRange, message, "must be 1 or more"));
+        }
+        if max_anisotropy > TextureFilter::MAX_ANISOTROPY {
+            max_anisotropy = TextureFilter::MAX_ANISOTROPY;
+            let message = format!("`maxanisotropy` above {max_anisotropy} is not supported");
+            let label = format!("taken as {max_anisotropy}");
+            self.warn_at(params, ErrorKind::Unsupported, message, &label)?;
+        }
+        let ellipses = TextureFilter::Ewa { max_anisotropy };
+        let is_trilinear = params.bool_or("trilinear", false)?;
+        Ok(match params.string("filter")? {
+            Some("point") => TextureFilter::Point,
+            Some("bilinear") => TextureFilter::Bilinear,
+            Some("trilinear") => TextureFilter::Trilinear,
+            Some("ewa" | "EWA") => ellipses,
+            Some(other) => {
+                let known = ["point", "bilinear", "trilinear", "ewa"];
+                return Err(unknown(params, "texture filter", other, known));
+            }
+            None if is_trilinear => TextureFilter::Trilinear,
+            None if self.view.is_v4 => TextureFilter::Bilinear,
+            None => ellipses,
+        })
+    }
+
+    /// What lies beyond the edges; `vwrap` and `mirror` are ours.
+    fn wrap(&self, params: &Params, name: &'static str, default: Wrap) -> Result<Wrap> {
+        Ok(match params.string(name)? {
+            None => default,
+            Some("repeat") => Wrap::Repeat,
+            Some("black") => Wrap::Black,
+            Some("clamp") => Wrap::Clamp,
+            Some("mirror") => Wrap::Mirror,
+            Some(other) => {
+                let known = ["repeat", "black", "clamp", "mirror"];
+                return Err(unknown(params, "wrap mode", other, known));
+            }
+        })
+    }
+
+    /// A parameter that may be a texture: a number (`is_number`) or a spectrum.
+    pub(super) fn texture_param(
+        &mut self,
+        params: &Params,
+        name: &'static str,
+        default: Texture,
+        is_number: bool,
+    ) -> Result<Texture> {
+        let types: &[Type] = if is_number {
+            &[Type::Float, Type::Texture]
+        } else {
+            &[
+                Type::Rgb,
+                Type::Xyz,
+                Type::Blackbody,
+                Type::Spectrum,
+                Type::Float,
+                Type::Texture,
+            ]
+        };
+        let Some(param) = params.find(name, types)? else {
+            return Ok(default);
+        };
+        if param.ty == Type::Texture {
+            return self.named_texture(params, name, is_number);
+        }
+        if is_number {
+            return params
+                .float(name)
+                .map(|v| v.map_or(default, Texture::number));
+        }
+        let value = self.spectrum_value(params, param, false)?;
+        if param.ty != Type::Spectrum && value.min_element() < 0.0 {
+            let message = format!("negative `{name}` of {}", params.owner);
+            return Err(param.error(ErrorKind::OutOfRange, message, "must not be negative"));
+        }
+        Ok(Texture::Constant(value))
+    }
+
+    /// v4's `scale` of a scale texture, which may name a texture of either type; colours are an
+    /// extension.
+    fn number_or_spectrum(
+        &mut self,
+        params: &Params,
+        name: &'static str,
+        default: Texture,
+    ) -> Result<Texture> {
+        let types = [Type::Float, Type::Texture, Type::Rgb];
+        let given = params.find(name, &types)?;
+        if given.is_some_and(|p| p.ty == Type::Rgb) {
+            return self.texture_param(params, name, default, false);
+        }
+        if let Some(texture) = given.and_then(|p| p.strings().first())
+            && self.textures.contains_key(&(false, texture.clone()))
+        {
+            return self.texture_param(params, name, default, false);
+        }
+        self.texture_param(params, name, default, true)
+    }
+
+    fn named_texture(
+        &mut self,
+        params: &Params,
+        name: &'static str,
+        is_number: bool,
+    ) -> Result<Texture> {
+        let Some(param) = params.find(name, &[Type::Texture])? else {
+            return Ok(Texture::Constant(DVec3::ONE));
+        };
+        let [texture] = param.strings() else {
+            let message = format!("parameter `{name}` of {} takes one texture", params.owner);
+            return Err(param.error(ErrorKind::BadParameter, message, "wrong number of values"));
+        };
+        if let Some(found) = self.textures.get(&(is_number, texture.clone())) {
+            return Ok((**found).clone());
+        }
+        let what = if is_number {
+            "float texture"
+        } else {
+            "spectrum texture"
+        };
+        let names = self
+            .textures
+            .keys()
+            .filter(|k| k.0 == is_number)
+            .map(|k| k.1.as_str());
+        let mut message = format!("unknown {what} `{}`", shorten(texture));
+        if self.textures.contains_key(&(!is_number, texture.clone())) {
+            message.push_str(": there is one of that name, but of the other type");
+        }
+        let error = param.value_error(0, ErrorKind::UnknownName, message, "not defined");
+        Err(error.suggest(nearest(texture, names)))
+    }
+}

@@ -1,0 +1,309 @@
+//! Camera, film and filter.
+
+use super::lexer::{Lexer, Token};
+use super::params::{Params, Type};
+use super::{Loader, unknown};
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Warnings};
+use linelit_geometry::glam::DAffine3;
+use linelit_scene::{Camera, FilmSettings, Filter, FilterKind, Projection};
+
+/// Most pixels along a side.
+const MAX_SIDE: i32 = 1 << 16;
+/// Most pixels in all.
+const MAX_PIXELS: i64 = 1 << 28;
+
+/// What the file has said about the view so far.
+#[derive(Debug, Default)]
+pub(super) struct View {
+    camera: Option<CameraSettings>,
+    film: Option<FilmSettings>,
+    filter: Filter,
+    /// The film is one that only pbrt-v4 knows.
+    pub(super) is_v4: bool,
+}
+
+#[derive(Debug)]
+struct CameraSettings {
+    world_to_camera: DAffine3,
+    projection: Projection,
+    screen_window: Option<[f64; 4]>,
+    frame_aspect_ratio: Option<f64>,
+}
+
+impl View {
+    pub(super) fn finish(
+        self,
+        warnings: &mut Warnings,
+        source: &Source,
+    ) -> Result<(Camera, FilmSettings)> {
+        let mut film = self.film.unwrap_or_default();
+        film.filter = self.filter;
+        let settings = match self.camera {
+            Some(settings) => settings,
+            None => {
+                let message =
+                    "the scene has no camera: looking along +z from the origin, 90 degrees";
+                warnings.warn(ErrorKind::Suspicious, message, |e| e.in_file(source.name()))?;
+                CameraSettings {
+                    world_to_camera: DAffine3::IDENTITY,
+                    projection: Projection::Perspective { fov_degrees: 90.0 },
+                    screen_window: None,
+                    frame_aspect_ratio: None,
+                }
+            }
+        };
+        let camera = Camera::from_world_to_camera(
+            settings.world_to_camera,
+            settings.projection,
+            settings.screen_window,
+            settings.frame_aspect_ratio,
+            [film.width, film.height],
+        );
+        Ok((camera, film))
+    }
+}
+
+impl Loader {
+    /// `Camera "perspective" …`: the current transform is from world to camera.
+    pub(super) fn camera(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let (name, params) = self.named_params(lexer, token, "camera")?;
+        self.before_world(&params, "Camera")?;
+        let determinant = self.state.ctm.matrix3.determinant();
+        let camera_to_world = self.state.ctm.inverse();
+        if determinant == 0.0 || !camera_to_world.is_finite() {
+            let message = "the camera's transform cannot be inverted".to_owned();
+            return Err(params.error(ErrorKind::BadTransform, message, ""));
+        }
+        self.coordinate_systems
+            .insert("camera".into(), camera_to_world);
+        params.ignore(&["shutteropen", "shutterclose"]);
+        let screen_window = params.fixed::<4>("screenwindow", &[Type::Float])?;
+        if let Some([x0, x1, y0, y1]) = screen_window
+            && (x0 >= x1 || y0 >= y1)
+        {
+            let message = "the screen window is empty".to_owned();
+            return Err(params.error(
+                ErrorKind::OutOfRange,
+                message,
+                "expected x_min < x_max, y_min < y_max",
+            ));
+        }
+        let frame_aspect_ratio = match params.float("frameaspectratio")? {
+            Some(_) => Some(params.positive_or("frameaspectratio", 1.0)?),
+            None => None,
+        };
+        let projection = self.projection(&name, &params)?;
+        if params.float_or("lensradius", 0.0)? > 0.0 {
+            let message = "depth of field is not supported".to_owned();
+            self.warn_at(
+                &params,
+                ErrorKind::Unsupported,
+                message,
+                "everything is in focus",
+            )?;
+        }
+        params.ignore(&["focaldistance"]);
+        self.warn_unused(&params)?;
+        self.view.camera = Some(CameraSettings {
+            world_to_camera: self.state.ctm,
+            projection,
+            screen_window,
+            frame_aspect_ratio,
+        });
+        Ok(())
+    }
+
+    fn projection(&mut self, name: &str, params: &Params) -> Result<Projection> {
+        match name {
+            "perspective" => {
+                let half = params.float("halffov")?;
+                let fov_degrees = match half {
+                    Some(half) => 2.0 * half,
+                    None => params.float_or("fov", 90.0)?,
+                };
+                if fov_degrees > 0.0 && fov_degrees < 180.0 {
+                    return Ok(Projection::Perspective { fov_degrees });
+                }
+                let message = format!("a field of view of {fov_degrees} degrees");
+                let param = params
+                    .list
+                    .iter()
+                    .find(|p| p.name == "fov" || p.name == "halffov");
+                let label = "expected an angle between 0 and 180 degrees";
+                Err(match param {
+                    Some(p) => p.value_error(0, ErrorKind::OutOfRange, message, label),
+                    None => params.error(ErrorKind::OutOfRange, message, label),
+                })
+            }
+            "orthographic" => Ok(Projection::Orthographic),
+            "environment" => Ok(Projection::Spherical { z_up: false }),
+            "spherical" => match params.string("mapping")? {
+                Some("equirectangular") => Ok(Projection::Spherical { z_up: true }),
+                _ => Err(params
+                    .error(
+                        ErrorKind::Unsupported,
+                        "the equal-area mapping of spherical cameras is not supported".into(),
+                        "",
+                    )
+                    .help("add \"string mapping\" \"equirectangular\"")),
+            },
+            "realistic" => Err(params
+                .error(
+                    ErrorKind::Unsupported,
+                    "realistic cameras are not supported".into(),
+                    "",
+                )
+                .help("use a `perspective` camera")),
+            _ => {
+                let known = [
+                    "perspective",
+                    "orthographic",
+                    "environment",
+                    "spherical",
+                    "realistic",
+                ];
+                Err(unknown(params, "camera", name, known))
+            }
+        }
+    }
+
+    fn before_world(&self, params: &Params, word: &str) -> Result<()> {
+        if !self.in_world {
+            return Ok(());
+        }
+        Err(params.error(
+            ErrorKind::Nesting,
+            format!("`{word}` behind `WorldBegin`"),
+            "belongs before the world",
+        ))
+    }
+
+    /// `Film "image" …`, `Film "rgb" …`
+    pub(super) fn film(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let (name, params) = self.named_params(lexer, token, "film")?;
+        self.before_world(&params, "Film")?;
+        let known = ["image", "rgb", "gbuffer", "spectral"];
+        if !known.contains(&name.as_str()) {
+            return Err(unknown(&params, "film", &name, known));
+        }
+        params.ignore(&[
+            "scale",
+            "diagonal",
+            "maxsampleluminance",
+            "sensor",
+            "iso",
+            "exposuretime",
+            "whitebalance",
+            "maxcomponentvalue",
+            "savefp16",
+            "coordinatesystem",
+            "nbuckets",
+            "lambdamin",
+            "lambdamax",
+        ]);
+        // pbrt-v3's only film is `image`; its default size differs from v4's.
+        self.view.is_v4 = name != "image";
+        let default = if self.view.is_v4 {
+            [1280, 720]
+        } else {
+            [640, 480]
+        };
+        let width = self.side(&params, "xresolution", default[0])?;
+        let height = self.side(&params, "yresolution", default[1])?;
+        if i64::from(width) * i64::from(height) > MAX_PIXELS {
+            let message = format!("a film of {width} x {height} pixels");
+            return Err(params.error(ErrorKind::Limit, message, "too many pixels"));
+        }
+        let mut film = FilmSettings::new(width.cast_unsigned(), height.cast_unsigned());
+        film.filename = params.string("filename")?.map(str::to_owned);
+        if let Some(window) = params.fixed::<4>("cropwindow", &[Type::Float])? {
+            film.crop = crop_window(window, [film.width, film.height]);
+        }
+        if let Some(bounds) = params.fixed::<4>("pixelbounds", &[Type::Integer])? {
+            film.crop = pixel_bounds(bounds, [film.width, film.height]);
+        }
+        let [x0, x1, y0, y1] = film.crop;
+        if x0 >= x1 || y0 >= y1 {
+            let message = "the crop window is empty".to_owned();
+            return Err(params.error(ErrorKind::OutOfRange, message, "no pixel is left"));
+        }
+        self.warn_unused(&params)?;
+        self.view.film = Some(film);
+        Ok(())
+    }
+
+    fn side(&mut self, params: &Params, name: &'static str, default: i32) -> Result<i32> {
+        let side = params.integer(name)?.unwrap_or(default);
+        if (1..=MAX_SIDE).contains(&side) {
+            return Ok(side);
+        }
+        let message = format!("a film with `{name}` {side}");
+        let label = format!("expected 1 to {MAX_SIDE} pixels");
+        let param = params.list.iter().find(|p| p.name == name);
+        Err(param.map_or_else(
+            || SceneError::new(ErrorKind::OutOfRange, message.clone()),
+            |p| p.value_error(0, ErrorKind::OutOfRange, message.clone(), &label),
+        ))
+    }
+
+    /// `PixelFilter "box" …`
+    pub(super) fn pixel_filter(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let (name, params) = self.named_params(lexer, token, "filter")?;
+        self.before_world(&params, "PixelFilter")?;
+        let (kind, default) = match name.as_str() {
+            "box" => (FilterKind::Box, 0.5),
+            "triangle" => (FilterKind::Triangle, 2.0),
+            "gaussian" => (FilterKind::Gaussian, 1.5),
+            "mitchell" => (FilterKind::Mitchell, 2.0),
+            "sinc" => (FilterKind::Sinc, 4.0),
+            _ => {
+                let known = ["box", "triangle", "gaussian", "mitchell", "sinc"];
+                return Err(unknown(&params, "filter", &name, known));
+            }
+        };
+        params.ignore(&["alpha", "sigma", "B", "C", "tau"]);
+        let mut radius = [default; 2];
+        for (slot, names) in radius
+            .iter_mut()
+            .zip([["xwidth", "xradius"], ["ywidth", "yradius"]])
+        {
+            for name in names {
+                *slot = params.positive_or(name, *slot)?;
+            }
+        }
+        self.warn_unused(&params)?;
+        self.view.filter = Filter { kind, radius };
+        Ok(())
+    }
+}
+
+/// pbrt's `cropwindow`, fractions of the film, as pixels: `ceil` of both ends.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to the film before the cast"
+)]
+fn crop_window([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> [u32; 4] {
+    let pixel = |t: f64, n: u32| (t.clamp(0.0, 1.0) * f64::from(n)).ceil() as u32;
+    [
+        pixel(x0.min(x1), width),
+        pixel(x0.max(x1), width),
+        pixel(y0.min(y1), height),
+        pixel(y0.max(y1), height),
+    ]
+}
+
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to the film before the cast"
+)]
+fn pixel_bounds([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> [u32; 4] {
+    let pixel = |t: f64, n: u32| t.clamp(0.0, f64::from(n)) as u32;
+    [
+        pixel(x0, width),
+        pixel(x1, width),
+        pixel(y0, height),
+        pixel(y1, height),
+    ]
+}

@@ -1,0 +1,55 @@
+//! Helpers of the integration tests.
+#![allow(dead_code, reason = "not every test file uses all of them")]
+
+use linelit_film::{ByteImage, encode_tga};
+use linelit_formats::{LoadOptions, Loaded, Root};
+use linelit_geometry::DVec3;
+use linelit_lights::{AreaLight, Light, LinearLight};
+use linelit_scene::Scene;
+use std::path::Path;
+
+/// Loads pbrt text that must load; it may name files of the system's temporary folder.
+pub(crate) fn load(text: &str) -> Loaded {
+    let options = LoadOptions {
+        root: Root::Anywhere,
+        ..LoadOptions::default()
+    };
+    match linelit_formats::from_pbrt_str(text, "test.pbrt", &options) {
+        Ok(loaded) => loaded,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Loads the inside of a world.
+pub(crate) fn world(text: &str) -> Scene {
+    load(&format!("Camera \"perspective\"\nWorldBegin\n{text}")).scene
+}
+
+pub(crate) fn area(scene: &Scene, k: usize) -> &AreaLight {
+    match &*scene.lights[k].light {
+        Light::Area(light) => light,
+        other => panic!("{other:?} is no area light"),
+    }
+}
+
+pub(crate) fn line(scene: &Scene, k: usize) -> &LinearLight {
+    match &*scene.lights[k].light {
+        Light::Linear(light) => light,
+        other => panic!("{other:?} is no linear light"),
+    }
+}
+
+/// Writes a picture of bytes.
+pub(crate) fn write_tga(path: &Path, [width, height]: [u32; 2], rgb: Vec<[u8; 3]>) {
+    let picture = ByteImage { width, height, rgb };
+    std::fs::write(path, encode_tga(&picture).unwrap()).unwrap();
+}
+
+/// Equal to within `f32` rounding of coordinates of about one.
+pub(crate) fn assert_near(got: DVec3, want: DVec3) {
+    let error = (got - want).abs().max_element();
+    assert!(
+        error <= 2.0 * f64::from(f32::EPSILON),
+        "{got} is not {want}"
+    );
+}

@@ -1,0 +1,384 @@
+//! The same room as pbrt v3, pbrt v4, OBJ and glTF is the same scene, bit for bit.
+
+#![cfg_attr(
+    not(feature = "gltf"),
+    allow(dead_code, unused_imports, reason = "what is for glTF")
+)]
+
+mod common;
+
+use common::{area, line};
+use linelit_formats::{Format, LoadOptions};
+use linelit_geometry::{DVec2, DVec3};
+use linelit_scene::Scene;
+use std::fmt::Write as _;
+
+type Quad = [[f32; 3]; 4];
+
+/// Quads with their colours; the last one is the light and emits its colour.
+fn room() -> Vec<(Quad, [f64; 3])> {
+    let white = [0.75, 0.75, 0.75];
+    vec![
+        (
+            [
+                [-1.0, 0.0, 1.0],
+                [1.0, 0.0, 1.0],
+                [1.0, 0.0, -1.0],
+                [-1.0, 0.0, -1.0],
+            ],
+            white,
+        ),
+        (
+            [
+                [-1.0, 2.0, -1.0],
+                [1.0, 2.0, -1.0],
+                [1.0, 2.0, 1.0],
+                [-1.0, 2.0, 1.0],
+            ],
+            white,
+        ),
+        (
+            [
+                [-1.0, 0.0, -1.0],
+                [1.0, 0.0, -1.0],
+                [1.0, 2.0, -1.0],
+                [-1.0, 2.0, -1.0],
+            ],
+            white,
+        ),
+        (
+            [
+                [-1.0, 0.0, 1.0],
+                [-1.0, 0.0, -1.0],
+                [-1.0, 2.0, -1.0],
+                [-1.0, 2.0, 1.0],
+            ],
+            [0.625, 0.0625, 0.0625],
+        ),
+        (
+            [
+                [1.0, 0.0, -1.0],
+                [1.0, 0.0, 1.0],
+                [1.0, 2.0, 1.0],
+                [1.0, 2.0, -1.0],
+            ],
+            [0.125, 0.5, 0.125],
+        ),
+        (
+            [
+                [-0.25, 1.9, -0.25],
+                [0.25, 1.9, -0.25],
+                [0.25, 1.9, 0.25],
+                [-0.25, 1.9, 0.25],
+            ],
+            [16.0, 12.0, 4.0],
+        ),
+    ]
+}
+
+const TUBE: [[f32; 3]; 2] = [[-0.5, 1.5, 0.0], [0.5, 1.5, 0.0]];
+const TUBE_COLOUR: [f64; 3] = [0.5, 0.25, 0.125];
+
+fn list<const N: usize>(points: &[[f32; N]]) -> String {
+    points.iter().flatten().map(|c| format!("{c} ")).collect()
+}
+
+fn rgb([r, g, b]: [f64; 3]) -> String {
+    format!("{r} {g} {b}")
+}
+
+fn pbrt(v4: bool) -> String {
+    let (point, matte, kd) = if v4 {
+        ("point3", "diffuse", "reflectance")
+    } else {
+        ("point", "matte", "Kd")
+    };
+    let mut text = "Film \"rgb\" \"integer xresolution\" 720 \"integer yresolution\" 720\n\
+        Scale -1 1 1 LookAt 0 1 5  0 1 0  0 1 0 Camera \"perspective\" \"float fov\" 40\nWorldBegin\n"
+        .to_owned();
+    let room = room();
+    for (k, (quad, colour)) in room.iter().enumerate() {
+        let source = if k + 1 == room.len() {
+            format!(
+                "Material \"{matte}\" \"rgb {kd}\" [0 0 0] AreaLightSource \"diffuse\" \"rgb L\" [{}]",
+                rgb(*colour)
+            )
+        } else {
+            format!("Material \"{matte}\" \"rgb {kd}\" [{}]", rgb(*colour))
+        };
+        writeln!(
+            text,
+            "AttributeBegin {source} Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"{point} P\" [{}] AttributeEnd",
+            list(quad)
+        )
+        .unwrap();
+    }
+    writeln!(
+        text,
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{}] Shape \"line\" \"{point} p0\" [{}] \"{point} p1\" [{}] AttributeEnd",
+        rgb(TUBE_COLOUR),
+        list(&TUBE[..1]),
+        list(&TUBE[1..])
+    )
+    .unwrap();
+    if !v4 {
+        text += "WorldEnd\n";
+    }
+    text
+}
+
+/// The OBJ text and its material library.
+fn obj() -> (String, String) {
+    let (mut text, mut library) = ("mtllib room.mtl\n".to_owned(), String::new());
+    let room = room();
+    for (k, (quad, colour)) in room.iter().enumerate() {
+        let emits = k + 1 == room.len();
+        let key = if emits { "Kd 0 0 0\nKe" } else { "Kd" };
+        writeln!(library, "newmtl m{k}\n{key} {}", rgb(*colour)).unwrap();
+        for [x, y, z] in quad {
+            writeln!(text, "v {x} {y} {z}").unwrap();
+        }
+        writeln!(text, "usemtl m{k}\nf -4 -3 -2 -1").unwrap();
+    }
+    writeln!(library, "newmtl tube\nKe {}", rgb(TUBE_COLOUR)).unwrap();
+    writeln!(
+        text,
+        "v {}\nv {}\nusemtl tube\nl -2 -1",
+        list(&TUBE[..1]),
+        list(&TUBE[1..])
+    )
+    .unwrap();
+    (text, library)
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::new();
+    for chunk in bytes.chunks(3) {
+        let word =
+            chunk.iter().fold(0_u32, |w, b| (w << 8) | u32::from(*b)) << (8 * (3 - chunk.len()));
+        for k in 0..=chunk.len() {
+            out.push(char::from(DIGITS[(word >> (18 - 6 * k)) as usize & 63]));
+        }
+        out.extend(std::iter::repeat_n('=', 3 - chunk.len()));
+    }
+    out
+}
+
+fn gltf() -> String {
+    let mut bytes: Vec<u8> = [0_u16, 1, 2, 0, 2, 3]
+        .iter()
+        .flat_map(|i| i.to_le_bytes())
+        .collect();
+    let (mut meshes, mut materials, mut accessors) = (String::new(), String::new(), String::new());
+    let room = room();
+    for (k, (quad, colour)) in room.iter().enumerate() {
+        let (kd, ke) = if k + 1 == room.len() {
+            ([0.0; 3], *colour)
+        } else {
+            (*colour, [0.0; 3])
+        };
+        let strength = ke[0].max(1.0);
+        let [r, g, b] = kd;
+        let factor = ke.map(|c| c / strength);
+        write!(
+            materials,
+            r#"{{ "pbrMetallicRoughness": {{ "baseColorFactor": [{r}, {g}, {b}, 1], "metallicFactor": 0 }},
+              "emissiveFactor": [{}, {}, {}],
+              "extensions": {{ "KHR_materials_emissive_strength": {{ "emissiveStrength": {strength} }} }} }},"#,
+            factor[0], factor[1], factor[2]
+        )
+        .unwrap();
+        write!(
+            meshes,
+            r#"{{ "attributes": {{ "POSITION": {} }}, "indices": 0, "material": {k} }},"#,
+            k + 1
+        )
+        .unwrap();
+        write!(accessors, r#", {{ "bufferView": 0, "byteOffset": {}, "componentType": 5126, "count": 4, "type": "VEC3" }}"#, bytes.len()).unwrap();
+        bytes.extend(quad.iter().flatten().flat_map(|c| c.to_le_bytes()));
+    }
+    let [r, g, b] = TUBE_COLOUR;
+    let k = room.len();
+    write!(materials, r#"{{ "emissiveFactor": [{r}, {g}, {b}] }}"#).unwrap();
+    write!(
+        meshes,
+        r#"{{ "attributes": {{ "POSITION": {} }}, "material": {k}, "mode": 1 }}"#,
+        k + 1
+    )
+    .unwrap();
+    write!(accessors, r#", {{ "bufferView": 0, "byteOffset": {}, "componentType": 5126, "count": 2, "type": "VEC3" }}"#, bytes.len()).unwrap();
+    bytes.extend(TUBE.iter().flatten().flat_map(|c| c.to_le_bytes()));
+    let n = bytes.len();
+    format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [ {{ "nodes": [ 0, 1 ] }} ],
+        "nodes": [ {{ "mesh": 0 }}, {{ "camera": 0, "translation": [ 0, 1, 5 ] }} ],
+        "cameras": [ {{ "type": "perspective", "perspective": {{ "yfov": {}, "aspectRatio": 1, "znear": 1 }} }} ],
+        "materials": [ {materials} ], "meshes": [ {{ "primitives": [ {meshes} ] }} ],
+        "accessors": [ {{ "bufferView": 0, "componentType": 5123, "count": 6, "type": "SCALAR" }} {accessors} ],
+        "bufferViews": [ {{ "buffer": 0, "byteLength": {n} }} ],
+        "buffers": [ {{ "byteLength": {n}, "uri": "data:application/octet-stream;base64,{}" }} ] }}"#,
+        40_f64.to_radians(),
+        base64(&bytes)
+    )
+}
+
+/// Geometry, colours and lights, comparable.
+fn essence(scene: &Scene) -> String {
+    let mut out = String::new();
+    for t in 0..u32::try_from(scene.triangles.len()).unwrap() {
+        let kd = scene.diffuse_reflectance(scene.material_of(t), DVec2::splat(0.5));
+        writeln!(out, "{:?} {kd} {:?}", scene.corners(t), scene.light_of(t)).unwrap();
+    }
+    writeln!(out, "{:?}", area(scene, 0)).unwrap();
+    writeln!(out, "{:?}", line(scene, 1)).unwrap();
+    out
+}
+
+fn load(format: Format, text: &str) -> Scene {
+    match linelit_formats::from_bytes(format, text.as_bytes(), "room", &LoadOptions::default()) {
+        Ok(loaded) => loaded.scene,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[cfg(feature = "gltf")]
+#[test]
+fn four_formats_one_scene() {
+    let v3 = load(Format::Pbrt, &pbrt(false));
+    let want = essence(&v3);
+    assert_eq!(v3.lights.len(), 2);
+    assert_eq!(area(&v3, 0).polygon.normal(), -DVec3::Y);
+
+    assert_eq!(essence(&load(Format::Pbrt, &pbrt(true))), want, "pbrt v4");
+
+    let gltf = load(Format::Gltf, &gltf());
+    assert_eq!(essence(&gltf), want, "glTF");
+    for (x, y) in [(360.0, 360.0), (0.0, 0.0), (720.0, 100.0)] {
+        let (a, b) = (v3.camera.ray(x, y), gltf.camera.ray(x, y));
+        // The angle goes through radians and a tangent and back: a few ulps.
+        assert!((a.direction - b.direction).length() < 1e-14, "{a:?} {b:?}");
+        assert!((a.origin - b.origin).length() < 1e-14);
+    }
+
+    // OBJ names its library, so it needs files.
+    let folder = std::env::temp_dir().join(format!("linelit-formats-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let (text, library) = obj();
+    std::fs::write(folder.join("room.obj"), text).unwrap();
+    std::fs::write(folder.join("room.mtl"), library).unwrap();
+    let loaded = linelit_formats::load(folder.join("room.obj"), &LoadOptions::default());
+    std::fs::remove_dir_all(&folder).unwrap();
+    let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    assert_eq!(essence(&loaded.scene), want, "OBJ");
+}
+
+#[test]
+fn framing_cameras_see_everything() {
+    let scene = load(
+        Format::Obj,
+        "v 3 4 5\nv 13 4 5\nv 3 24 5\nv 3 4 35\nf 1 2 3\nf 1 3 4\nf 1 4 2\n",
+    );
+    let camera = &scene.camera;
+    let to_camera = camera.camera_to_world.inverse();
+    let linelit_scene::Projection::Perspective { fov_degrees } = camera.projection else {
+        panic!("{camera:?}");
+    };
+    let edge = (0.5 * fov_degrees).to_radians().tan();
+    for t in 0..3 {
+        for p in scene.corners(t) {
+            let p = to_camera.transform_point3(p);
+            assert!(
+                p.z > 0.0 && p.x.abs() <= edge * p.z * 16.0 / 9.0 && p.y.abs() <= edge * p.z,
+                "{p}"
+            );
+        }
+    }
+    // Not mirrored: in a right-handed world the right of the picture is forward × up.
+    let (left, right) = (
+        camera.ray(0.0, 360.0).direction,
+        camera.ray(1280.0, 360.0).direction,
+    );
+    assert!(left.cross(right).y < 0.0);
+}
+
+#[test]
+fn compressed_meshes_and_parts_are_unpacked() {
+    // A mesh and an included part, made with `gzip -9`.
+    let scene = linelit_formats::load("tests/seeds/gzip.pbrt", &LoadOptions::default())
+        .unwrap()
+        .scene;
+    assert_eq!(scene.triangles.len(), 2);
+    assert_eq!(scene.corners(0)[1], DVec3::new(1.5, 0.0, 0.0));
+    assert_eq!(scene.corners(1)[1], DVec3::X);
+}
+
+#[test]
+fn polygons_and_byte_orders_of_ply() {
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 5\nproperty double x\nproperty float y\nproperty short z\n\
+             property float u\nproperty float v\nelement face 1\nproperty list ushort uchar vertex_index\nend_header\n"
+        )
+    };
+    let points = [
+        (0.0_f64, 0.0_f32),
+        (2.0, 0.0),
+        (2.0, 2.0),
+        (1.0, 0.5),
+        (0.0, 2.0),
+    ];
+    let mut ascii = header("ascii");
+    let (mut little, mut big) = (
+        header("binary_little_endian").into_bytes(),
+        header("binary_big_endian").into_bytes(),
+    );
+    for (x, y) in points {
+        writeln!(ascii, "{x} {y} 7 {x} {y}").unwrap();
+        let u = DVec3::splat(x).as_vec3().x;
+        little.extend(
+            [
+                &x.to_le_bytes()[..],
+                &y.to_le_bytes(),
+                &7_i16.to_le_bytes(),
+                &u.to_le_bytes(),
+                &y.to_le_bytes(),
+            ]
+            .concat(),
+        );
+        big.extend(
+            [
+                &x.to_be_bytes()[..],
+                &y.to_be_bytes(),
+                &7_i16.to_be_bytes(),
+                &u.to_be_bytes(),
+                &y.to_be_bytes(),
+            ]
+            .concat(),
+        );
+    }
+    ascii += "5 0 1 2 3 4\n";
+    little.extend([5, 0, 0, 1, 2, 3, 4]);
+    big.extend([0, 5, 0, 1, 2, 3, 4]);
+    for bytes in [ascii.as_bytes(), &little, &big] {
+        let loaded =
+            linelit_formats::from_bytes(Format::Ply, bytes, "ply", &LoadOptions::default());
+        let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
+        // The notch at (1, 0.5) must not be filled.
+        let areas = (0..3).map(|t| {
+            let [a, b, c] = scene.corners(t);
+            0.5 * (b - a).cross(c - a).z
+        });
+        let total: f64 = areas.inspect(|a| assert!(*a > 0.0)).sum();
+        assert!((total - 2.5).abs() < 1e-12, "{total}");
+        assert!(scene.triangles.iter().all(|t| {
+            t.iter()
+                .all(|i| scene.positions[*i as usize][2].to_bits() == 7.0_f32.to_bits())
+        }));
+        assert_eq!(
+            scene.uvs[2].map(f32::to_bits),
+            [2.0_f32, 2.0].map(f32::to_bits)
+        );
+    }
+}

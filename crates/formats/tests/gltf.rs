@@ -1,0 +1,410 @@
+//! The corners of glTF that collections of test files look into.
+#![cfg(feature = "gltf")]
+
+use linelit_formats::{Format, LoadOptions, Loaded, SceneError};
+use linelit_geometry::{DVec2, DVec3};
+use linelit_scene::{MaterialKind, Projection, Texture};
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let digits = |chunk: &[u8]| {
+        let word = chunk.iter().fold(0_u32, |w, b| (w << 8) | u32::from(*b));
+        let word = word << (8 * (3 - chunk.len()));
+        let digit = |k: usize| char::from(DIGITS[(word >> (18 - 6 * k)) as usize & 63]);
+        let text: String = (0..=chunk.len()).map(digit).collect();
+        format!("{text:=<4}")
+    };
+    bytes.chunks(3).map(digits).collect()
+}
+
+/// A document around a buffer that is one view from end to end; `rest` goes on at the top.
+fn document(buffer: &[u8], rest: &str) -> String {
+    let n = buffer.len();
+    format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [ {{ "nodes": [ 0 ] }} ],
+        "bufferViews": [ {{ "buffer": 0, "byteLength": {n} }}, {{ "buffer": 0, "byteLength": {n}, "byteStride": 16 }} ],
+        "buffers": [ {{ "byteLength": {n}, "uri": "data:;base64,{}" }} ],
+        {rest} }}"#,
+        base64(buffer)
+    )
+}
+
+fn floats(list: &[f32]) -> Vec<u8> {
+    list.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+fn attempt(text: &str) -> Result<Loaded, SceneError> {
+    linelit_formats::from_bytes(
+        Format::Gltf,
+        text.as_bytes(),
+        "test.gltf",
+        &LoadOptions::default(),
+    )
+}
+
+fn load(text: &str) -> Loaded {
+    attempt(text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn has_warning(loaded: &Loaded, part: &str) -> bool {
+    loaded.warnings.iter().any(|w| w.message().contains(part))
+}
+
+/// (0,0), (1,0), (1,1), (0,1) at z = 0.
+const SQUARE: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+
+const POSITIONS: &str = r#"{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }"#;
+
+#[test]
+fn strips_fans_and_points() {
+    for (mode, want) in [(4, Some(1)), (5, Some(2)), (6, Some(2)), (0, None)] {
+        let text = document(
+            &floats(&SQUARE),
+            &format!(
+                r#""nodes": [ {{ "mesh": 0 }} ], "accessors": [ {POSITIONS} ],
+                "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "mode": {mode} }} ] }} ]"#
+            ),
+        );
+        let loaded = load(&text);
+        assert_eq!(
+            loaded.scene.triangles.len(),
+            want.unwrap_or(0),
+            "mode {mode}"
+        );
+        assert_eq!(
+            has_warning(&loaded, "points are not supported"),
+            want.is_none()
+        );
+        // Fans and strips of one square face the same way.
+        for t in 0..u32::try_from(loaded.scene.triangles.len()).unwrap() {
+            let [a, b, c] = loaded.scene.corners(t);
+            let up = (b - a).cross(c - a).z;
+            assert!(mode == 5 || up > 0.0, "mode {mode}");
+        }
+    }
+}
+
+#[test]
+fn sparse_accessors_replace_zeros_or_values() {
+    // A dense square whose corner 2 moves to (5, 6, 7), and the same from zeros alone.
+    let mut buffer = floats(&SQUARE);
+    buffer.extend([2, 0, 0, 0]);
+    buffer.extend(floats(&[5.0, 6.0, 7.0]));
+    let sparse = r#""sparse": { "count": 1,
+        "indices": { "bufferView": 2, "componentType": 5121 }, "values": { "bufferView": 3 } }"#;
+    let text = |accessor: &str| {
+        document(
+            &buffer,
+            &format!(
+                r#""nodes": [ {{ "mesh": 0 }} ], "accessors": [ {accessor} ],
+                "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "mode": 6 }} ] }} ]"#
+            ),
+        )
+        .replace(
+            r#""byteStride": 16 }"#,
+            r#""byteStride": 16 }, { "buffer": 0, "byteOffset": 48, "byteLength": 1 },
+            { "buffer": 0, "byteOffset": 52, "byteLength": 12 }"#,
+        )
+    };
+    let moved = DVec3::new(5.0, 6.0, 7.0);
+    let dense = format!("{}, {sparse} }}", POSITIONS.trim_end_matches(" }"));
+    let scene = load(&text(&dense)).scene;
+    assert_eq!(scene.corners(0), [DVec3::ZERO, DVec3::X, moved]);
+    let zeros = format!(r#"{{ "componentType": 5126, "count": 4, "type": "VEC3", {sparse} }}"#);
+    // Three corners at the origin: no triangle has area.
+    let loaded = load(&text(&zeros));
+    assert!(loaded.scene.triangles.is_empty() && has_warning(&loaded, "without area"));
+    let none = zeros.replace(sparse, "\"name\": \"nothing\"");
+    assert!(has_warning(&load(&text(&none)), "its numbers are zeros"));
+    // No file needs a billion zeros.
+    let error = attempt(&text(
+        &zeros.replace("\"count\": 4", "\"count\": 1000000000"),
+    ));
+    assert!(error.unwrap_err().message().contains("1000000000 zeros"));
+    let error = attempt(&text(
+        &dense.replace("\"componentType\": 5121", "\"componentType\": 5126"),
+    ));
+    assert!(error.is_err(), "a float is no index");
+}
+
+#[test]
+fn interleaved_and_quantised_vertices() {
+    // Positions as normalised bytes and normals as bytes, sixteen bytes a vertex.
+    let mut buffer = Vec::new();
+    for [x, y] in [[0, 0], [127, 0], [127, 127], [0, 127]] {
+        buffer.extend([x, y, 0, 0, 0, 0, 127, 0, 9, 9, 9, 9, 9, 9, 9, 9]);
+    }
+    let text = document(
+        &buffer,
+        r#""extensionsUsed": [ "KHR_mesh_quantization" ], "extensionsRequired": [ "KHR_mesh_quantization" ],
+        "nodes": [ { "mesh": 0, "scale": [ 2, 2, 2 ] } ], "accessors": [
+        { "bufferView": 1, "componentType": 5120, "normalized": true, "count": 4, "type": "VEC3" },
+        { "bufferView": 1, "byteOffset": 4, "componentType": 5120, "normalized": true, "count": 4, "type": "VEC3" } ],
+        "meshes": [ { "primitives": [ { "attributes": { "POSITION": 0, "NORMAL": 1 }, "mode": 6 } ] } ]"#,
+    );
+    let loaded = load(&text);
+    assert_eq!(loaded.warnings.len(), 1, "only that there is no light");
+    let scene = loaded.scene;
+    assert_eq!(scene.corners(0)[2], DVec3::new(2.0, 2.0, 0.0));
+    assert_eq!(
+        scene.surface(0, [0.2, 0.2], -DVec3::Z).shading_normal,
+        DVec3::Z
+    );
+}
+
+#[test]
+fn mirrored_nodes_keep_their_outside() {
+    let text = |scale: &str| {
+        document(
+            &floats(&SQUARE),
+            &format!(
+                r#""nodes": [ {{ "mesh": 0, "scale": {scale} }} ], "accessors": [ {POSITIONS} ],
+                "materials": [ {{ "emissiveFactor": [ 1, 1, 1 ] }} ],
+                "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "mode": 6, "material": 0 }} ] }} ]"#
+            ),
+        )
+    };
+    for scale in ["[ 1, 1, 1 ]", "[ -1, 1, 1 ]", "[ -1, -1, 1 ]"] {
+        let scene = load(&text(scale)).scene;
+        assert_eq!(scene.lights.len(), 1);
+        // glTF: a negative determinant turns the winding, not the face.
+        let seen = scene.surface(0, [0.3, 0.3], -DVec3::Z);
+        assert!(seen.outside, "{scale}");
+    }
+    let loaded = load(&text("[ 1, 0, 1 ]"));
+    assert!(has_warning(&loaded, "flattened by its transform"));
+}
+
+#[test]
+fn what_is_compressed_or_unknown_is_named() {
+    let draco = document(
+        &floats(&SQUARE),
+        r#""extensionsUsed": [ "KHR_draco_mesh_compression" ], "extensionsRequired": [ "KHR_draco_mesh_compression" ],
+        "nodes": [ { "mesh": 0 } ], "accessors": [ { "componentType": 5126, "count": 4, "type": "VEC3" } ],
+        "meshes": [ { "primitives": [ { "attributes": { "POSITION": 0 },
+          "extensions": { "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } } } ] } ]"#,
+    );
+    let error = attempt(&draco).unwrap_err().to_string();
+    assert!(
+        error.contains("`KHR_draco_mesh_compression` are not supported"),
+        "{error}"
+    );
+    assert!(
+        error.contains("export the scene without mesh compression"),
+        "{error}"
+    );
+
+    let odd = document(
+        &floats(&SQUARE),
+        &format!(
+            r#""extensionsUsed": [ "KHR_lights_punctual", "KHR_materials_unlit", "EXT_mesh_gpu_instancing" ],
+            "nodes": [ {{ "mesh": 0 }} ], "accessors": [ {POSITIONS} ], "scenes": [ {{ "nodes": [ 0 ] }}, {{ "nodes": [] }} ],
+            "materials": [ {{ "alphaMode": "BLEND", "extensions": {{ "KHR_materials_unlit": {{}} }} }} ],
+            "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0, "COLOR_0": 0 }}, "mode": 6, "material": 0,
+              "targets": [ {{ "POSITION": 0 }} ] }} ] }} ], "skins": [ {{ "joints": [ 0 ] }} ], "animations": [ {{}} ]"#
+        ),
+    );
+    let odd = odd.replacen(r#""scenes": [ { "nodes": [ 0 ] } ],"#, "", 1);
+    let loaded = load(&odd);
+    for part in [
+        "`KHR_lights_punctual`: lights without size",
+        "`KHR_materials_unlit` is not supported",
+        "extension `EXT_mesh_gpu_instancing`",
+        "transparency is not supported",
+        "vertex colours",
+        "morph targets",
+        "`skins`",
+        "`animations`",
+        "several scenes",
+    ] {
+        assert!(has_warning(&loaded, part), "{part}: {:#?}", loaded.warnings);
+    }
+}
+
+/// A 2 × 2 PNG: the rows (50, 100, 150) (200, 40, 80) and (10, 20, 30) (0, 255, 0).
+const PIXELS: &str = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAFklEQVR42mMwSpl2QiOAgUtEjuE/AwAciAOorEZXEQAAAABJRU5ErkJggg==";
+
+fn textured(material: &str, sampler: &str) -> Loaded {
+    let mut buffer = floats(&SQUARE);
+    // Two sets of coordinates: one as the square, one turned over and doubled.
+    buffer.extend(floats(&[0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0]));
+    buffer.extend(floats(&[0.0, 2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0]));
+    load(&document(
+        &buffer,
+        &format!(
+            r#""nodes": [ {{ "mesh": 0 }} ], "accessors": [ {POSITIONS},
+            {{ "bufferView": 0, "byteOffset": 48, "componentType": 5126, "count": 4, "type": "VEC2" }},
+            {{ "bufferView": 0, "byteOffset": 80, "componentType": 5126, "count": 4, "type": "VEC2" }} ],
+            "images": [ {{ "uri": "data:image/png;base64,{PIXELS}" }} ], "samplers": [ {sampler} ],
+            "textures": [ {{ "source": 0, "sampler": 0 }} ], "materials": [ {material} ],
+            "meshes": [ {{ "primitives": [ {{ "mode": 6, "material": 0,
+              "attributes": {{ "POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 2 }} }} ] }} ]"#
+        ),
+    ))
+}
+
+#[test]
+fn metallic_roughness_textures_are_channels() {
+    let loaded = textured(
+        r#"{ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 }, "roughnessFactor": 0.5 } }"#,
+        "{}",
+    );
+    let MaterialKind::Mix { materials, amount } = &loaded.scene.materials.last().unwrap().kind
+    else {
+        panic!("{:?}", loaded.scene.materials);
+    };
+    // The centre of the upper left pixel.
+    let uv = DVec2::new(0.25, 0.75);
+    assert!((amount.evaluate_number(uv) - 150.0 / 255.0).abs() < 1e-12);
+    for part in materials {
+        let (MaterialKind::Substrate { roughness, .. }
+        | MaterialKind::ColoredConductor { roughness, .. }) =
+            &loaded.scene.materials[*part as usize].kind
+        else {
+            panic!("{:?}", loaded.scene.materials);
+        };
+        let alpha = (0.5_f64 * 100.0 / 255.0).powi(2);
+        assert!((roughness.alpha(uv)[0] - alpha).abs() < 1e-12);
+    }
+}
+
+fn base_colour(loaded: &Loaded) -> &Texture {
+    match &loaded.scene.materials.last().unwrap().kind {
+        MaterialKind::Substrate { kd, .. } | MaterialKind::Matte { kd, .. } => kd,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn textures_wrap_turn_and_choose_their_coordinates() {
+    let material = |info: &str| {
+        format!(
+            r#"{{ "pbrMetallicRoughness": {{ "metallicFactor": 0, "baseColorTexture": {info} }} }}"#
+        )
+    };
+    // The curve of sRGB, with its straight beginning.
+    let linear = |byte: f64| match byte / 255.0 {
+        v if v <= 0.04045 => v / 12.92,
+        v => ((v + 0.055) / 1.055).powf(2.4),
+    };
+    let red = |loaded: &Loaded, u: f64, v: f64| base_colour(loaded).evaluate(DVec2::new(u, v)).x;
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+
+    // Upper left 50, upper right 200.
+    let plain = textured(&material(r#"{ "index": 0 }"#), "{}");
+    near(red(&plain, 0.25, 0.75), linear(50.0));
+    near(red(&plain, 1.25, 0.75), linear(50.0));
+    let odd = r#"{ "wrapS": 33648, "wrapT": 33071 }"#;
+    let mirrored = textured(&material(r#"{ "index": 0 }"#), odd);
+    near(red(&mirrored, 1.25, 0.75), linear(200.0));
+    near(red(&mirrored, 0.25, 7.0), linear(50.0));
+
+    // Turned by a quarter, as the extension has it: (u, v) from the top becomes (v, −u) + offset,
+    // so that the upper left of the surface shows what is at (0.25, 0.75): the lower left pixel.
+    let turned = material(
+        r#"{ "index": 0, "extensions": { "KHR_texture_transform": { "rotation": 1.5707963267948966, "offset": [ 0, 1 ] } } }"#,
+    );
+    let turned = textured(&turned, "{}");
+    near(red(&turned, 0.25, 0.75), linear(10.0));
+
+    let second = textured(&material(r#"{ "index": 0, "texCoord": 1 }"#), "{}");
+    let uv = second.scene.surface(0, [0.0, 0.0], DVec3::Z).uv;
+    assert_eq!(
+        uv,
+        DVec2::new(0.0, -1.0),
+        "the second set at the first corner, from below"
+    );
+}
+
+#[test]
+fn emission_textures_lie_over_one_light() {
+    let loaded = textured(
+        r#"{ "emissiveFactor": [ 1, 1, 1 ], "emissiveTexture": { "index": 0 },
+           "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 3 } } }"#,
+        r#"{ "wrapS": 33071, "wrapT": 33071 }"#,
+    );
+    let scene = &loaded.scene;
+    assert_eq!(
+        scene.lights.len(),
+        1,
+        "the texture goes on over the diagonal"
+    );
+    let light = &scene.lights[0];
+    let linelit_lights::Light::Area(area) = &*light.light else {
+        panic!("{light:?}");
+    };
+    let map = light.map.as_ref().unwrap();
+    assert_eq!(map.radiance, DVec3::splat(3.0));
+    // What is seen is the texture; its back is dark.
+    let uv = DVec2::new(0.25, 0.75);
+    assert_eq!(light.shown(uv, 1.0), map.evaluate(uv));
+    assert_eq!(light.shown(uv, -1.0), DVec3::ZERO);
+    // The corners of the square have the corners of the texture.
+    for t in light.triangles.clone() {
+        for [b1, b2] in [[0.0, 0.0], [1.0, 0.0], [0.3, 0.5]] {
+            let corners = scene.triangles[t as usize].map(|i| {
+                let [x, y, z] = scene.positions[i as usize].map(f64::from);
+                DVec3::new(x, y, z)
+            });
+            let point = corners[0] * (1.0 - b1 - b2) + corners[1] * b1 + corners[2] * b2;
+            let uv = scene.surface(t, [b1, b2], DVec3::NEG_Z).uv;
+            // A few roundings of numbers of order one.
+            assert!((map.coordinates.at(point) - uv).length() < 1e-14);
+        }
+    }
+    // With clamped edges the mean over the square is that of the four pixels. Two parts along each
+    // edge see it only roughly: the bilinear ramp between the pixels is a half of the image wide.
+    let linear = |byte: f64| ((byte / 255.0 + 0.055) / 1.055).powf(2.4);
+    let green = [100.0, 40.0, 20.0, 255.0].map(linear).iter().sum::<f64>() / 4.0;
+    let mean = area.emission.radiance.y / 3.0;
+    assert!((mean - green).abs() < 0.05, "{mean} {green}");
+}
+
+#[test]
+fn orthographic_cameras_see_their_magnification() {
+    let text = document(
+        &floats(&SQUARE),
+        &format!(
+            r#""nodes": [ {{ "mesh": 0, "camera": 0, "translation": [ 0, 0, 3 ] }} ], "accessors": [ {POSITIONS} ],
+            "cameras": [ {{ "type": "orthographic", "orthographic": {{ "xmag": 2, "ymag": 1, "znear": 0, "zfar": 9 }} }} ],
+            "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "mode": 6 }} ] }} ]"#
+        ),
+    );
+    let scene = load(&text).scene;
+    assert_eq!(scene.camera.projection, Projection::Orthographic);
+    let [width, height] = scene.camera.resolution();
+    assert_eq!(width, 2 * height);
+    let corner = scene.camera.ray(f64::from(width), 0.0);
+    assert!(
+        (corner.origin - DVec3::new(2.0, 1.0, 3.0)).length() < 1e-12,
+        "{corner:?}"
+    );
+    assert_eq!(corner.direction, -DVec3::Z);
+}
+
+#[test]
+fn overlapping_accessors_cannot_ask_for_everything() {
+    // Many accessors over one small buffer: as many numbers as the limit allows, then an error.
+    let buffer = vec![0_u8; 3 << 16];
+    let accessor = r#"{ "bufferView": 0, "componentType": 5121, "count": 65536, "type": "VEC3" }"#;
+    let many = vec![accessor; 200].join(",");
+    let primitives: Vec<String> = (0..200)
+        .map(|k| format!(r#"{{ "attributes": {{ "POSITION": {k} }}, "indices": 200 }}"#))
+        .collect();
+    let text = document(
+        &buffer,
+        &format!(
+            r#""nodes": [ {{ "mesh": 0 }} ], "accessors": [ {many},
+            {{ "bufferView": 0, "componentType": 5121, "count": 3, "type": "SCALAR" }} ],
+            "meshes": [ {{ "primitives": [ {} ] }} ]"#,
+            primitives.join(",")
+        ),
+    );
+    let error = attempt(&text).unwrap_err();
+    assert!(
+        error
+            .message()
+            .contains("far more numbers than the buffers hold"),
+        "{error}"
+    );
+}

@@ -1,0 +1,283 @@
+//! Image files of every kind that textures come in.
+
+use linelit_formats::{ErrorKind, LoadOptions, Root};
+use linelit_geometry::{DVec2, DVec3};
+use linelit_scene::{MaterialKind, Texture};
+
+/// Images of the system's temporary folder may be named.
+fn anywhere() -> LoadOptions {
+    LoadOptions {
+        root: Root::Anywhere,
+        ..LoadOptions::default()
+    }
+}
+
+/// The texture of an image file: (15 x, 31 y, 128) at pixel x, y of 17 × 9, the top row first.
+fn texture(name: &str, encoding: &str) -> Texture {
+    let text = format!(
+        "Camera \"perspective\" WorldBegin
+         Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"tests/images/{name}\" \"string encoding\" \"{encoding}\"
+         Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\""
+    );
+    let loaded = linelit_formats::from_pbrt_str(&text, "image.pbrt", &LoadOptions::default());
+    let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
+    match &scene.materials.last().unwrap().kind {
+        MaterialKind::Matte { kd, .. } => kd.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The largest distance of a component from the ramp, in 255ths.
+fn worst(texture: &Texture, want: impl Fn(f64, f64) -> DVec3) -> f64 {
+    let mut worst = 0.0_f64;
+    for y in 0..9 {
+        for x in 0..17 {
+            let (x, y) = (f64::from(x), f64::from(y));
+            let uv = DVec2::new((x + 0.5) / 17.0, 1.0 - (y + 0.5) / 9.0);
+            let error = texture.evaluate(uv) * 255.0 - want(x, y);
+            worst = worst.max(error.abs().max_element());
+        }
+    }
+    worst
+}
+
+fn ramp(x: f64, y: f64) -> DVec3 {
+    DVec3::new(15.0 * x, 31.0 * y, 128.0)
+}
+
+#[test]
+fn png_files_are_read_exactly() {
+    for name in ["ramp.png", "interlaced.png"] {
+        // The centres of pixels are hit to a few ulps of the coordinates, times the slope.
+        let error = worst(&texture(name, "linear"), ramp);
+        assert!(error < 1e-10, "{name}: {error}");
+    }
+}
+
+#[cfg(feature = "jpeg")]
+#[test]
+fn jpeg_files_are_read_to_their_quality() {
+    for name in ["ramp.jpg", "ramp-progressive.jpg"] {
+        let error = worst(&texture(name, "linear"), ramp);
+        assert!(error < 6.0, "{name}: {error}");
+    }
+    // Luma of Rec. 601, which JPEG has.
+    let grey = |x, y| DVec3::splat(ramp(x, y).dot(DVec3::new(0.299, 0.587, 0.114)));
+    let error = worst(&texture("grey.jpg", "linear"), grey);
+    assert!(error < 6.0, "grey.jpg: {error}");
+}
+
+/// A triangle that emits an image.
+fn lit_by(image: &std::path::Path) -> String {
+    format!(
+        "Camera \"perspective\" WorldBegin
+         AreaLightSource \"diffuse\" \"string filename\" \"{}\"
+         Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ] \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]
+         \"point2 uv\" [ 0 0 1 0 0 1 ]",
+        image.display()
+    )
+}
+
+/// Values above one are kept; half floats of ours hold these exactly, and so do both files.
+#[test]
+fn exr_and_pfm_files_are_read_exactly() {
+    use linelit_film::{Document, Image, write_pfm};
+    let folder = std::env::temp_dir().join(format!("linelit-hdr-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let image = Image::from_fn(17, 9, |x, y| {
+        [x, 31 * y, 128].map(|v| f32::from(u16::try_from(v).unwrap()) / 8.0)
+    });
+    let mut document = Document::new(17, 9);
+    document.add_image("", &image).unwrap();
+    let (exr, pfm) = (folder.join("a.exr"), folder.join("a.pfm"));
+    document.write(&exr).unwrap();
+    write_pfm(&pfm, &image).unwrap();
+    for path in [exr, pfm] {
+        let text = lit_by(&path);
+        let loaded = linelit_formats::from_pbrt_str(&text, "hdr.pbrt", &anywhere());
+        let scene = loaded.unwrap_or_else(|e| panic!("{e}")).scene;
+        let map = scene.lights[0].map.as_ref().unwrap();
+        for (x, y) in [(0, 0), (16, 8), (3, 7)] {
+            let (u, v) = (
+                (f64::from(x) + 0.5) / 17.0,
+                1.0 - (f64::from(y) + 0.5) / 9.0,
+            );
+            let got = map.evaluate(DVec2::new(u, v)) * 8.0;
+            let want = DVec3::new(f64::from(x), f64::from(31 * y), 128.0);
+            // A few ulps of the coordinates times the slope.
+            assert!((got - want).abs().max_element() < 1e-10, "{got} {want}");
+        }
+        // A value that is no light is an error with its file.
+        std::fs::write(&path, &std::fs::read(&path).unwrap()[..60]).unwrap();
+        assert!(linelit_formats::from_pbrt_str(&text, "hdr.pbrt", &anywhere()).is_err());
+    }
+}
+
+/// Values below zero are zero: what resampling leaves there without a word, others with a warning
+/// that names the pixel; what is not finite is refused by the pixel's name.
+#[test]
+fn values_below_zero_are_zero() {
+    use linelit_film::{Image, write_pfm};
+    let folder = std::env::temp_dir().join(format!("linelit-ringing-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("a.pfm");
+    let text = lit_by(&path);
+    let load = |value: f32| {
+        let image = Image::from_fn(2, 1, |x, _| [if x == 1 { value } else { 10.0 }; 3]);
+        write_pfm(&path, &image).unwrap();
+        linelit_formats::from_pbrt_str(&text, "hdr.pbrt", &anywhere())
+    };
+    for (value, warnings) in [(-0.01, 0), (-0.02, 1), (-50.0, 1)] {
+        let loaded = load(value).unwrap();
+        let map = loaded.scene.lights[0].map.as_ref().unwrap();
+        assert_eq!(map.evaluate(DVec2::new(0.75, 0.5)), DVec3::ZERO);
+        assert_eq!(loaded.warnings.len(), warnings, "{value}");
+        for warning in &loaded.warnings {
+            let want = format!(
+                "1 pixels are below zero and read as zero; the least is {value} at pixel (1, 0)"
+            );
+            assert!(warning.message().ends_with(&want), "{warning}");
+        }
+    }
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let error = load(value).unwrap_err();
+        assert!(
+            error.message().contains("a.pfm`: pixel (1, 0) is ["),
+            "{error}"
+        );
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn srgb_is_decoded() {
+    let linear = texture("ramp.png", "sRGB").evaluate(DVec2::splat(0.5));
+    // The curve of sRGB at 128/255.
+    assert!(
+        (linear.z - 0.215_860_500_113_899_26).abs() < 1e-12,
+        "{linear}"
+    );
+}
+
+/// A cut image, or one with a changed byte, is an image or an error.
+#[test]
+fn broken_images_are_errors() {
+    let folder = std::env::temp_dir().join(format!("linelit-images-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for name in [
+        "ramp.png",
+        "interlaced.png",
+        "ramp.jpg",
+        "ramp-progressive.jpg",
+        "grey.jpg",
+    ] {
+        let whole = std::fs::read(format!("tests/images/{name}")).unwrap();
+        let file = folder.join(name);
+        let text = format!(
+            "Camera \"perspective\" WorldBegin
+             Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" {:?}
+             Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"",
+            file.to_str().unwrap()
+        );
+        let attempt = |bytes: &[u8]| {
+            std::fs::write(&file, bytes).unwrap();
+            linelit_formats::from_pbrt_str(&text, "image.pbrt", &anywhere()).err()
+        };
+        for cut in (0..whole.len()).step_by(7) {
+            attempt(&whole[..cut]);
+        }
+        for k in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[k] = [0, 0xff, whole[k] ^ 0x10][k % 3];
+            attempt(&bytes);
+        }
+        let error = attempt(&whole[..whole.len() / 4]);
+        if name.ends_with("png") {
+            assert_eq!(error.unwrap().kind(), ErrorKind::Syntax, "{name}");
+        }
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn sizes_beyond_reason_are_refused() {
+    // A header that promises 60,000 × 60,000 pixels, and next to nothing behind it.
+    let mut tga = vec![
+        0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x60, 0xea, 0x60, 0xea, 24, 0,
+    ];
+    tga.extend([0x81; 4000]);
+    let file = std::env::temp_dir().join(format!("linelit-large-{}.tga", std::process::id()));
+    std::fs::write(&file, tga).unwrap();
+    let text = format!(
+        "Camera \"perspective\" WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" {:?}",
+        file.to_str().unwrap()
+    );
+    let error = linelit_formats::from_pbrt_str(&text, "image.pbrt", &anywhere()).unwrap_err();
+    std::fs::remove_file(&file).unwrap();
+    assert!(
+        error
+            .message()
+            .ends_with("a TGA image of 60000 x 60000 pixels takes 10800000000 bytes, 268692608 are allowed for a file of 4018"),
+        "{error}"
+    );
+}
+
+/// An attribute is put into the header of an EXR file.
+fn with_chromaticities(exr: &[u8], values: [f32; 8]) -> Vec<u8> {
+    let mut attribute = b"chromaticities\0chromaticities\0".to_vec();
+    attribute.extend(32_u32.to_le_bytes());
+    attribute.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    // Behind the magic number and the version; the offsets of the blocks move along.
+    let name = b"linelit\0";
+    let end = exr.windows(name.len()).position(|w| w == name);
+    assert!(end.is_none_or(|e| e > 8));
+    let mut bytes = [&exr[..8], &attribute, &exr[8..]].concat();
+    let table = exr_table(&bytes);
+    let offset = u64::from_le_bytes(*bytes[table..].first_chunk().unwrap());
+    let moved = offset + u64::try_from(attribute.len()).unwrap();
+    bytes[table..table + 8].copy_from_slice(&moved.to_le_bytes());
+    bytes
+}
+
+/// Where the table of offsets begins: behind the header.
+fn exr_table(bytes: &[u8]) -> usize {
+    let end_of_text = |at: usize| at + bytes[at..].iter().position(|b| *b == 0).unwrap() + 1;
+    let mut at = 8;
+    while bytes[at] != 0 {
+        let size = end_of_text(end_of_text(at));
+        let length = u32::from_le_bytes(*bytes[size..].first_chunk().unwrap());
+        at = size + 4 + length as usize;
+    }
+    at + 1
+}
+
+/// A picture in XYZ: D65 white, and the tristimulus values of Rec. 709's red, which is then red.
+#[test]
+fn primaries_of_exr_files_are_converted() {
+    use linelit_film::{Document, Image};
+    let folder = std::env::temp_dir().join(format!("linelit-primaries-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let xyz = [
+        [0.950_456, 1.0, 1.089_058],
+        [0.412_391, 0.212_639, 0.019_331],
+    ];
+    let image = Image::from_fn(2, 1, |x, _| xyz[x as usize]);
+    let mut document = Document::new(2, 1);
+    document.add_image("", &image).unwrap();
+    let path = folder.join("xyz.exr");
+    let third = 1.0 / 3.0;
+    let xyz = with_chromaticities(
+        &document.encode().unwrap(),
+        [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, third, third],
+    );
+    std::fs::write(&path, xyz).unwrap();
+    let loaded = linelit_formats::from_pbrt_str(&lit_by(&path), "hdr.pbrt", &anywhere());
+    let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+    let map = loaded.scene.lights[0].map.as_ref().unwrap();
+    for (u, want) in [(0.25, DVec3::ONE), (0.75, DVec3::X)] {
+        let got = map.evaluate(DVec2::new(u, 0.5));
+        // The values above have six digits, the matrix enlarges them by at most 3.3.
+        assert!((got - want).abs().max_element() < 4e-6, "{got}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}

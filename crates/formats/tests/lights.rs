@@ -1,0 +1,266 @@
+//! Which lights a scene has: merging of coplanar triangles, power, spheres, lines.
+
+mod common;
+
+use common::{area, assert_near, line, load, world};
+use linelit_geometry::DVec3;
+use linelit_scene::Scene;
+
+fn emissive(indices: &str, points: &str) -> Scene {
+    world(&format!(
+        "AreaLightSource \"diffuse\" Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point3 P\" [{points}]"
+    ))
+}
+
+/// Every triangle belongs to exactly one light, and the ranges agree with the lookup.
+fn check_ranges(scene: &Scene) {
+    let mut covered = vec![0; scene.triangles.len()];
+    for (k, light) in scene.lights.iter().enumerate() {
+        for t in light.triangles.clone() {
+            covered[t as usize] += 1;
+            assert_eq!(scene.light_of(t), Some(u32::try_from(k).unwrap()));
+        }
+        // The triangles have the light's area and lie on its polygon.
+        let sum: f64 = light
+            .triangles
+            .clone()
+            .map(|t| {
+                let [a, b, c] = scene.corners(t);
+                0.5 * (b - a).cross(c - a).length()
+            })
+            .sum();
+        let polygon = &area(scene, k).polygon;
+        assert!(
+            (sum - polygon.area()).abs() <= 1e-5 * sum,
+            "light {k}: {sum} {polygon:?}"
+        );
+    }
+    assert!(covered.iter().all(|c| *c == 1), "{covered:?}");
+}
+
+const UNIT: &str = "0 0 0  1 0 0  1 1 0  0 1 0";
+
+#[test]
+fn two_triangles_of_a_square_are_one_parallelogram() {
+    for indices in ["0 1 2 0 2 3", "0 1 2 2 3 0", "1 2 0 3 0 2", "0 1 3 1 2 3"] {
+        let scene = emissive(indices, UNIT);
+        check_ranges(&scene);
+        assert_eq!(scene.lights.len(), 1, "{indices}");
+        let polygon = &area(&scene, 0).polygon;
+        assert_eq!(polygon.vertices().len(), 4);
+        assert!(polygon.as_parallelogram().is_some());
+        assert_near(polygon.normal(), DVec3::Z);
+    }
+}
+
+#[test]
+fn vertices_need_not_be_shared_only_equal() {
+    let scene = emissive("0 1 2 3 4 5", "0 0 0  1 0 0  1 1 0   0 0 0  1 1 0  0 1 0");
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 1);
+}
+
+#[test]
+fn opposite_windings_do_not_merge() {
+    let scene = emissive("0 1 2 0 3 2", UNIT);
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 2);
+    assert_near(area(&scene, 0).polygon.normal(), DVec3::Z);
+    assert_near(area(&scene, 1).polygon.normal(), -DVec3::Z);
+}
+
+#[test]
+fn bent_quads_do_not_merge() {
+    let scene = emissive("0 1 2 0 2 3", "0 0 0  1 0 0  1 1 0  0 1 0.001");
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 2);
+}
+
+#[test]
+fn quads_that_are_flat_to_rounding_merge() {
+    // A tilted, shifted square: its corners round, so that they are flat only to f32.
+    let scene = world(
+        "AreaLightSource \"diffuse\" Translate 100.3 20.7 3.1 Rotate 33 1 2 3 Scale 0.7 0.7 0.7
+         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 0 0  1 0 0  1 1 0  0 1 0]",
+    );
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 1);
+    assert!(area(&scene, 0).polygon.as_parallelogram().is_some());
+}
+
+#[test]
+fn a_grid_of_cells_is_one_square() {
+    let n = 7;
+    let mut points = String::new();
+    let mut indices = String::new();
+    for j in 0..=n {
+        for i in 0..=n {
+            points += &format!("{} 2 {} ", 0.1 * f64::from(i), 0.1 * f64::from(j));
+        }
+    }
+    for j in 0..n {
+        for i in 0..n {
+            let a = j * (n + 1) + i;
+            let (b, c, d) = (a + 1, a + n + 2, a + n + 1);
+            indices += &format!("{a} {b} {c} {a} {c} {d} ");
+        }
+    }
+    let scene = emissive(&indices, &points);
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 1);
+    assert_eq!(area(&scene, 0).polygon.vertices().len(), 4);
+    assert_near(area(&scene, 0).polygon.normal(), -DVec3::Y);
+}
+
+#[test]
+fn an_l_becomes_convex_parts() {
+    // Three cells around a corner.
+    let points = "0 0 0  1 0 0  2 0 0  0 1 0  1 1 0  2 1 0  0 2 0  1 2 0";
+    let scene = emissive("0 1 4 0 4 3  1 2 5 1 5 4  3 4 7 3 7 6", points);
+    check_ranges(&scene);
+    assert!(scene.lights.len() <= 3, "{}", scene.lights.len());
+    let total: f64 = (0..scene.lights.len())
+        .map(|k| area(&scene, k).polygon.area())
+        .sum();
+    assert!((total - 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_ring_is_not_filled() {
+    // A square with a square hole: the union is not convex and has two outlines.
+    let points = "0 0 0 3 0 0 3 3 0 0 3 0  1 1 0 2 1 0 2 2 0 1 2 0";
+    let scene = emissive("0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7", points);
+    check_ranges(&scene);
+    let total: f64 = (0..scene.lights.len())
+        .map(|k| area(&scene, k).polygon.area())
+        .sum();
+    assert!((total - 8.0).abs() < 1e-12, "{total}");
+    assert!(scene.lights.len() <= 8);
+}
+
+#[test]
+fn parts_that_touch_in_a_corner_stay_apart() {
+    let points = "0 0 0 1 0 0 1 1 0 0 1 0  2 1 0 2 2 0 1 2 0";
+    let scene = emissive("0 1 2 0 2 3  2 4 5 2 5 6", points);
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 2);
+}
+
+#[test]
+fn many_corners_stay_within_the_limit_of_a_polygon() {
+    // A disk of 24 steps is convex but has more corners than a polygon may have.
+    let scene = world("AreaLightSource \"diffuse\" Shape \"disk\"");
+    check_ranges(&scene);
+    assert!(
+        scene.lights.len() > 1 && scene.lights.len() < 24,
+        "{}",
+        scene.lights.len()
+    );
+    let total: f64 = (0..scene.lights.len())
+        .map(|k| area(&scene, k).polygon.area())
+        .sum();
+    // The inscribed 24-gon.
+    let want = 12.0 * (std::f64::consts::TAU / 24.0).sin();
+    assert!((total - want).abs() < 1e-5, "{total} {want}");
+}
+
+#[test]
+fn a_cube_has_six_lights() {
+    let points = "0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1";
+    let indices = "0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7";
+    let scene = emissive(indices, points);
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 6);
+    for k in 0..6 {
+        let polygon = &area(&scene, k).polygon;
+        let outward = polygon.centroid() - DVec3::splat(0.5);
+        assert!(polygon.normal().dot(outward) > 0.49);
+    }
+}
+
+#[test]
+fn power_goes_to_each_triangle_of_a_mesh_but_once_to_a_quad() {
+    let text = "AreaLightSource \"diffuse\" \"float power\" 10";
+    let mesh = world(&format!(
+        "{text} Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [{UNIT}]"
+    ));
+    let quad = world(&format!(
+        "{text} Shape \"quad\" \"point o\" [0 0 0] \"vector u\" [1 0 0] \"vector v\" [0 1 0]"
+    ));
+    assert!((area(&mesh, 0).power() - 20.0).abs() < 1e-12);
+    assert!((area(&quad, 0).power() - 10.0).abs() < 1e-12);
+}
+
+#[test]
+fn triangles_of_different_radiance_do_not_merge() {
+    // Power gives the smaller triangle more radiance.
+    let scene = world(
+        "AreaLightSource \"diffuse\" \"float power\" 10
+         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 0 0  1 0 0  1 1 0  0 0.5 0]",
+    );
+    check_ranges(&scene);
+    assert_eq!(scene.lights.len(), 2);
+}
+
+#[test]
+fn lines_are_linear_lights() {
+    let scene = world(
+        "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] Translate 0 1 0
+         Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [2 0 0]
+         Shape \"quad\" \"point o\" [0 0 0] \"vector u\" [1 0 0] \"vector v\" [0 1 0]",
+    );
+    assert_eq!(scene.lights.len(), 2);
+    let light = line(&scene, 0);
+    assert_eq!(light.segment.p0, DVec3::Y);
+    assert_eq!(light.segment.p1, DVec3::new(2.0, 1.0, 0.0));
+    assert_eq!(light.radiance_radius, DVec3::new(1.0, 2.0, 3.0));
+    assert!(scene.lights[0].triangles.is_empty());
+    // The quad behind it keeps its own triangles.
+    assert_eq!(scene.light_of(0), Some(1));
+    assert_eq!(scene.light_of(1), Some(1));
+    let power = world(
+        "AreaLightSource \"diffuse\" \"float power\" 10
+         Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [2 0 0]",
+    );
+    assert!((line(&power, 0).power() - 10.0).abs() < 1e-12);
+}
+
+#[test]
+fn images_on_lines_are_named() {
+    let path = std::env::temp_dir().join(format!("linelit-line-{}.tga", std::process::id()));
+    common::write_tga(&path, [1, 1], vec![[128; 3]]);
+    let text = format!(
+        "Camera \"perspective\" WorldBegin AreaLightSource \"diffuse\" \"string filename\" \"{}\"
+         Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0]",
+        path.display()
+    );
+    let loaded = load(&text);
+    assert_eq!(line(&loaded.scene, 0).radiance_radius, DVec3::ONE);
+    let warnings: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        warnings.iter().any(|w| w.contains("no place for an image")),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn spheres_remember_what_they_are() {
+    let scene = world(
+        "AreaLightSource \"diffuse\" Translate 1 2 3 Scale 2 2 -2 Shape \"sphere\" \"float radius\" 0.5",
+    );
+    check_ranges(&scene);
+    let sphere = &scene.spheres[0];
+    assert_near(sphere.center, DVec3::new(1.0, 2.0, 3.0));
+    assert!((sphere.radius - 1.0).abs() < 1e-15 && !sphere.inward);
+    assert_eq!(sphere.lights, 0..u32::try_from(scene.lights.len()).unwrap());
+    for k in 0..scene.lights.len() {
+        let polygon = &area(&scene, k).polygon;
+        assert!(
+            polygon.normal().dot(polygon.centroid() - sphere.center) > 0.0,
+            "faces outwards"
+        );
+    }
+    // An ellipsoid is no sphere.
+    let scene = world("AreaLightSource \"diffuse\" Scale 1 2 1 Shape \"sphere\"");
+    assert!(scene.spheres.is_empty() && !scene.lights.is_empty());
+}

@@ -1,0 +1,541 @@
+//! Putting a scene together, mesh by mesh.
+
+use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
+use crate::merge::{self, Facet};
+use crate::scene::{EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32, to_f64};
+use crate::surface::corner_uvs;
+use crate::{Camera, FilmSettings, Material, Texture};
+use linelit_geometry::glam::{DAffine3, DMat3};
+use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
+use linelit_lights::{AreaLight, Emission, Light, LinearLight};
+use std::fmt;
+use std::sync::Arc;
+
+/// A triangle mesh in its own space, on its way into a scene.
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    /// Vertices, all finite.
+    pub positions: Vec<DVec3>,
+    /// Indices of vertices, all in range.
+    pub triangles: Vec<[u32; 3]>,
+    /// Normals of the vertices, of any length; as many as `positions`, or none.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates of the vertices; as many as `positions`, or none.
+    pub uvs: Vec<[f32; 2]>,
+    /// The triangles are one shape to pbrt, so that `power` goes to all of them together.
+    pub one_shape: bool,
+    /// Centre and radius of the sphere that the triangles stand for.
+    pub sphere: Option<(DVec3, f64)>,
+}
+
+/// Where a mesh stands in the world, what it is made of and what it emits.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    /// From the space of the mesh to the world.
+    pub to_world: DAffine3,
+    /// The outside is where the winding (or the vertex normals) say the inside is.
+    pub reverse: bool,
+    /// The index that [`SceneBuilder::add_material`] gave; 0 is a grey matte.
+    pub material: u32,
+    /// What the outside emits, if anything.
+    pub emission: Option<EmissionSpec>,
+}
+
+/// What [`SceneBuilder::add_mesh`] made of a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Added {
+    /// Triangles without area that were left out.
+    pub degenerate: usize,
+    /// Lights that it gave: coplanar neighbours that form a convex polygon are one.
+    pub lights: usize,
+    /// Triangles that emit but are no light.
+    pub unlit: usize,
+    /// Why the first of those is none.
+    pub why_unlit: Option<PolygonError>,
+}
+
+/// Why a mesh or a light was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AddError {
+    /// The vertex is beyond [`MAX_COORDINATE`] in world space.
+    Vertex(usize),
+    /// The transform flattens space.
+    Singular,
+    /// More triangles than allowed.
+    TooMany,
+    /// More lights than allowed.
+    TooManyLights,
+}
+
+impl fmt::Display for AddError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Vertex(k) => write!(f, "vertex {k} is beyond {MAX_COORDINATE:.2e} of the origin"),
+            Self::Singular => f.write_str("the transform flattens space"),
+            Self::TooMany => f.write_str("too many triangles"),
+            Self::TooManyLights => f.write_str("too many lights"),
+        }
+    }
+}
+
+impl std::error::Error for AddError {}
+
+/// The largest coordinate that a vertex may have in world space, 2⁶⁰: products of two differences
+/// of such are finite in `f32`, in which visibility sorts out what needs a closer look.
+pub const MAX_COORDINATE: f32 = 1_152_921_504_606_846_976.0;
+
+/// Lights that a scene may have: each takes half a kilobyte.
+const MAX_LIGHTS: usize = 1 << 20;
+
+/// Texels that the means over a textured emitter look at.
+const MEAN_BUDGET: f64 = 4e6;
+
+/// Puts a [`Scene`] together from meshes, materials and lights: transforms vertices and rounds them
+/// once, drops triangles without area, and makes lights of what emits. The crate's first page has an example.
+#[derive(Debug)]
+pub struct SceneBuilder {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    normals: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    meshes: Vec<Mesh>,
+    /// The materials so far; the first is a grey matte.
+    pub materials: Vec<Material>,
+    lights: Vec<SceneLight>,
+    light_ranges: Vec<(u32, u32, u32)>,
+    spheres: Vec<EmissiveSphere>,
+    emission_maps: Vec<Arc<Texture>>,
+    max_triangles: usize,
+    /// More lights than this are refused: a quarter of the triangles allowed, 2²⁰ at most.
+    pub max_lights: usize,
+    /// Vertices and triangles looked at so far, whether or not they are kept.
+    work: usize,
+}
+
+impl SceneBuilder {
+    /// An empty scene, which takes at most so many triangles.
+    #[must_use]
+    pub fn new(max_triangles: usize) -> Self {
+        Self {
+            positions: Vec::new(),
+            triangles: Vec::new(),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            meshes: Vec::new(),
+            materials: vec![Material::default_matte()],
+            lights: Vec::new(),
+            light_ranges: Vec::new(),
+            spheres: Vec::new(),
+            emission_maps: Vec::new(),
+            max_lights: MAX_LIGHTS.min(max_triangles / 4),
+            max_triangles: max_triangles.min(u32::MAX as usize / 4),
+            work: 0,
+        }
+    }
+
+    /// Triangles so far.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Lights so far.
+    #[must_use]
+    pub fn light_count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Adds a material and gives its index.
+    pub fn add_material(&mut self, material: Material) -> u32 {
+        self.materials.push(material);
+        index(self.materials.len() - 1)
+    }
+
+    /// Adds a texture that shapes emit and gives its index.
+    pub fn add_emission_map(&mut self, texture: Arc<Texture>) -> u32 {
+        self.emission_maps.push(texture);
+        index(self.emission_maps.len() - 1)
+    }
+
+    /// Adds a mesh: transforms, rounds, drops triangles without area, makes lights.
+    ///
+    /// # Errors
+    /// When the transform flattens space, a vertex lies too far out, or there are too many
+    /// triangles or lights; what was added of the mesh by then stays, so give the scene up.
+    ///
+    /// # Panics
+    /// When an index of the mesh is out of range.
+    pub fn add_mesh(&mut self, mesh: &MeshData, place: &Placement) -> Result<Added, AddError> {
+        let matrix = place.to_world.matrix3;
+        let determinant = matrix.determinant();
+        let size = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
+        if determinant.abs() <= 1e-14 * size {
+            return Err(AddError::Singular);
+        }
+        let vertices = self.positions.len() + mesh.positions.len();
+        self.work += mesh.positions.len() + mesh.triangles.len();
+        if self.triangles.len() + mesh.triangles.len() > self.max_triangles
+            || vertices > 4 * self.max_triangles
+            || self.work > 4 * self.max_triangles
+        {
+            return Err(AddError::TooMany);
+        }
+        let (base, first) = (self.positions.len(), self.triangles.len());
+        self.add_vertices(mesh, place)?;
+        let mut added = Added::default();
+        for t in &mesh.triangles {
+            let t = t.map(|i| i + index(base));
+            if self.has_area(t) {
+                self.triangles.push(t);
+            } else {
+                added.degenerate += 1;
+            }
+        }
+        if self.triangles.len() == first {
+            self.positions.truncate(base);
+            self.normals.truncate(base);
+            self.uvs.truncate(base);
+            return Ok(added);
+        }
+        self.meshes.push(Mesh {
+            triangles: index(first)..index(self.triangles.len()),
+            material: place.material,
+            flipped: place.reverse != (determinant < 0.0),
+            has_normals: !mesh.normals.is_empty(),
+            has_uvs: !mesh.uvs.is_empty(),
+        });
+        if let Some(emission) = &place.emission {
+            self.add_lights(first, emission, mesh.one_shape, &mut added)?;
+            // A sphere as it is knows no texture.
+            if let Some(sphere) = mesh.sphere
+                && emission.map.is_none()
+            {
+                self.note_sphere(first, added.lights, sphere, place, emission);
+            }
+        }
+        Ok(added)
+    }
+
+    fn add_vertices(&mut self, mesh: &MeshData, place: &Placement) -> Result<(), AddError> {
+        let base = self.positions.len();
+        self.positions.reserve(mesh.positions.len());
+        for (k, p) in mesh.positions.iter().enumerate() {
+            let rounded = to_f32(place.to_world.transform_point3(*p));
+            if !rounded.iter().all(|c| c.abs() <= MAX_COORDINATE) {
+                self.positions.truncate(base);
+                return Err(AddError::Vertex(k));
+            }
+            self.positions.push(rounded);
+        }
+        if !mesh.normals.is_empty() {
+            self.normals.resize(base, [0.0; 3]);
+            let sign = if place.reverse { -1.0 } else { 1.0 };
+            let to_world = sign * normal_matrix(&place.to_world.matrix3);
+            let normals = mesh.normals.iter();
+            self.normals
+                .extend(normals.map(|n| to_f32(unit(to_world * to_f64(*n)))));
+        }
+        if !mesh.uvs.is_empty() {
+            self.uvs.resize(base, [0.0; 2]);
+            self.uvs.extend_from_slice(&mesh.uvs);
+        }
+        Ok(())
+    }
+
+    fn has_area(&self, t: [u32; 3]) -> bool {
+        let [a, b, c] = t.map(|i| to_f64(self.positions[i as usize]));
+        // Differences and products of f32 are exact or nearly so in f64; squares do not underflow.
+        (b - a).cross(c - a) != DVec3::ZERO
+    }
+
+    /// Makes lights of the triangles from `first` on, puts the triangles of each light side by
+    /// side, and gives the number of lights.
+    fn add_lights(
+        &mut self,
+        first: usize,
+        spec: &EmissionSpec,
+        one_shape: bool,
+        added: &mut Added,
+    ) -> Result<(), AddError> {
+        let Some(mesh) = self.meshes.last() else {
+            return Ok(());
+        };
+        let facets = self.facets(first, mesh);
+        let total: f64 = facets.iter().map(Facet::area).sum();
+        let factors = self.emission_factors(first, mesh, spec);
+        let full = |k: usize| match spec.power {
+            Some(power) => {
+                let sides = if spec.two_sided { 2.0 } else { 1.0 };
+                let area = if one_shape { total } else { facets[k].area() };
+                spec.radiance * (power / (std::f64::consts::PI * sides * area))
+            }
+            None => spec.radiance,
+        };
+        let radiance = |k: usize| full(k) * factors.get(k).copied().unwrap_or(DVec3::ONE);
+        let texture = Coordinates::new(self, first, mesh, spec);
+        let same = |a: usize, b: usize| {
+            let (x, y) = match texture {
+                Some(_) => (full(a), full(b)),
+                None => (radiance(a), radiance(b)),
+            };
+            (x - y).abs().max_element() <= 1e-5 * x.max_element()
+                && texture.as_ref().is_none_or(|t| t.continues(a, b))
+        };
+        let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
+        let mut next = first;
+        let lights_before = self.lights.len();
+        merge::merge(&facets, same, |group| {
+            let start = next;
+            for &k in &group.facets {
+                self.triangles[next] = old[k];
+                next += 1;
+            }
+            let k = group.facets[0];
+            let emission = Emission {
+                radiance: match texture {
+                    Some(_) => mean(&group.facets, |k| (radiance(k), facets[k].area())),
+                    None => radiance(k),
+                },
+                two_sided: spec.two_sided,
+            };
+            // The dark parts of a texture are no lights.
+            let dark = spec.map.is_some() && emission.radiance == DVec3::ZERO;
+            match group.polygon {
+                Err(why) => {
+                    added.unlit += group.facets.len();
+                    added.why_unlit.get_or_insert(why);
+                }
+                Ok(_) if dark => {}
+                Ok(polygon) => {
+                    if self.lights.len() >= self.max_lights {
+                        return Err(AddError::TooManyLights);
+                    }
+                    let map = spec
+                        .map
+                        .zip(texture.as_ref())
+                        .map(|(map, texture)| EmissionMap {
+                            radiance: full(k),
+                            factor: Arc::clone(&self.emission_maps[map as usize]),
+                            coordinates: texture.plane(k),
+                        });
+                    self.push_area_light(polygon, emission, map, start, next);
+                }
+            }
+            Ok(())
+        })?;
+        added.lights = self.lights.len() - lights_before;
+        Ok(())
+    }
+
+    /// The triangles from `first` on, turned to the side that emits.
+    fn facets(&self, first: usize, mesh: &Mesh) -> Vec<Facet> {
+        let facet = |t: &[u32; 3]| {
+            let corners = t.map(|i| to_f64(self.positions[i as usize]));
+            let normal = if mesh.has_normals {
+                t.iter().map(|i| to_f64(self.normals[*i as usize])).sum()
+            } else {
+                DVec3::ZERO
+            };
+            Facet::new(corners, |winding| {
+                outward(winding, normal, mesh.flipped) == winding
+            })
+        };
+        self.triangles[first..].iter().map(facet).collect()
+    }
+
+    /// The mean of the emission's texture over each triangle from `first` on; none without one.
+    fn emission_factors(&self, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Vec<DVec3> {
+        let Some(map) = spec.map.map(|map| &self.emission_maps[map as usize]) else {
+            return Vec::new();
+        };
+        let triangles = &self.triangles[first..];
+        let budget = MEAN_BUDGET / triangles.len() as f64;
+        let factor = |t: &[u32; 3]| {
+            let uv = corner_uvs(&self.uvs, mesh, t.map(|i| i as usize));
+            emission::mean(map, uv, budget).max(DVec3::ZERO)
+        };
+        triangles.iter().map(factor).collect()
+    }
+
+    fn push_area_light(
+        &mut self,
+        polygon: ConvexPolygon,
+        emission: Emission,
+        map: Option<EmissionMap>,
+        a: usize,
+        b: usize,
+    ) {
+        self.light_ranges
+            .push((index(a), index(b), index(self.lights.len())));
+        self.lights.push(SceneLight {
+            light: Arc::new(Light::Area(AreaLight { polygon, emission })),
+            triangles: index(a)..index(b),
+            map,
+        });
+    }
+
+    fn note_sphere(
+        &mut self,
+        first: usize,
+        lights: usize,
+        (center, radius): (DVec3, f64),
+        place: &Placement,
+        spec: &EmissionSpec,
+    ) {
+        let m = place.to_world.matrix3;
+        let scale = m.x_axis.length();
+        let gram = m.transpose() * m;
+        let off = gram - DMat3::from_diagonal(DVec3::splat(scale * scale));
+        let error = [off.x_axis, off.y_axis, off.z_axis].map(|c| c.abs().max_element());
+        if error.iter().any(|e| *e > 1e-6 * scale * scale) {
+            return;
+        }
+        let radius = radius * scale;
+        let center = place.to_world.transform_point3(center);
+        if radius == 0.0 || !radius.is_finite() || !center.is_finite() {
+            return;
+        }
+        let sides = if spec.two_sided { 2.0 } else { 1.0 };
+        let area = 4.0 * std::f64::consts::PI * radius * radius;
+        let factor = spec
+            .power
+            .map_or(1.0, |p| p / (std::f64::consts::PI * area * sides));
+        self.spheres.push(EmissiveSphere {
+            center,
+            radius: radius.abs(),
+            emission: Emission {
+                radiance: spec.radiance * factor,
+                two_sided: spec.two_sided,
+            },
+            inward: place.reverse != (radius < 0.0),
+            lights: index(self.lights.len() - lights)..index(self.lights.len()),
+            triangles: index(first)..index(self.triangles.len()),
+        });
+    }
+
+    /// Adds a linear light between two points of the world; the `radiance` of `spec` is radiance ×
+    /// radius, W/(sr·m), or with `power` its colour.
+    ///
+    /// # Errors
+    /// When there are too many lights.
+    pub fn add_line(&mut self, p0: DVec3, p1: DVec3, spec: &EmissionSpec) -> Result<(), AddError> {
+        if self.lights.len() >= self.max_lights {
+            return Err(AddError::TooManyLights);
+        }
+        let length = (p1 - p0).length();
+        let factor = spec
+            .power
+            .map_or(1.0, |p| p / (2.0 * std::f64::consts::PI.powi(2) * length));
+        let at = index(self.triangles.len());
+        self.lights.push(SceneLight {
+            light: Arc::new(Light::Linear(LinearLight {
+                segment: Segment { p0, p1 },
+                radiance_radius: spec.radiance * factor,
+            })),
+            triangles: at..at,
+            map: None,
+        });
+        Ok(())
+    }
+
+    /// The finished scene.
+    pub fn finish(mut self, camera: Camera, film: FilmSettings) -> Scene {
+        if !self.normals.is_empty() {
+            self.normals.resize(self.positions.len(), [0.0; 3]);
+        }
+        if !self.uvs.is_empty() {
+            self.uvs.resize(self.positions.len(), [0.0; 2]);
+        }
+        Scene {
+            positions: self.positions,
+            triangles: self.triangles,
+            normals: self.normals,
+            uvs: self.uvs,
+            meshes: self.meshes,
+            materials: self.materials,
+            lights: self.lights,
+            spheres: self.spheres,
+            camera,
+            film,
+            light_ranges: self.light_ranges,
+        }
+    }
+}
+
+/// The inverse transpose up to a positive factor: the cofactor matrix with the sign of the
+/// determinant.
+fn normal_matrix(m: &DMat3) -> DMat3 {
+    let cofactors = DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    );
+    cofactors * m.determinant().signum()
+}
+
+/// A unit vector, or zero. What is one to `f32` rounding already stays as it is, so that scenes
+/// that were written come back bit for bit: the three components are off by half an ulp each.
+fn unit(n: DVec3) -> DVec3 {
+    let rounding = 2.0 * f64::from(f32::EPSILON);
+    if (n.length_squared() - 1.0).abs() <= rounding {
+        n
+    } else {
+        n.normalize_or_zero()
+    }
+}
+
+/// Counts are below `u32::MAX`: [`SceneBuilder::add_mesh`] refuses more.
+fn index(i: usize) -> u32 {
+    u32::try_from(i).unwrap_or(u32::MAX)
+}
+
+/// The texture coordinates of the triangles of a textured emitter.
+struct Coordinates {
+    corners: Vec<[DVec3; 3]>,
+    uvs: Vec<[DVec2; 3]>,
+}
+
+impl Coordinates {
+    /// Of the triangles from `first` on; `None` without a texture.
+    fn new(builder: &SceneBuilder, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Option<Self> {
+        spec.map?;
+        let triangles = &builder.triangles[first..];
+        let at = |i: &u32| to_f64(builder.positions[*i as usize]);
+        let uv = |t: &[u32; 3]| corner_uvs(&builder.uvs, mesh, t.map(|i| i as usize));
+        Some(Self {
+            corners: triangles
+                .iter()
+                .map(|t| [at(&t[0]), at(&t[1]), at(&t[2])])
+                .collect(),
+            uvs: triangles.iter().map(uv).collect(),
+        })
+    }
+
+    /// The coordinates over the plane of triangle `k`.
+    fn plane(&self, k: usize) -> PlaneUv {
+        PlaneUv::new(self.corners[k], self.uvs[k])
+    }
+
+    /// Whether the coordinates of one triangle go on over the other.
+    fn continues(&self, a: usize, b: usize) -> bool {
+        let over = |a: usize, b: usize| {
+            let plane = self.plane(a);
+            let corners = self.corners[b].iter().zip(self.uvs[b]);
+            corners.into_iter().all(|(p, uv)| {
+                // Positions and coordinates are rounded to f32; 8 roundings are more than add up.
+                let scale = plane.steepness() * p.length() + uv.length();
+                (plane.at(*p) - uv).length() <= 8.0 * f64::from(f32::EPSILON) * scale
+            })
+        };
+        over(a, b) && over(b, a)
+    }
+}
+
+/// The mean of values by their weights.
+fn mean(of: &[usize], value: impl Fn(usize) -> (DVec3, f64)) -> DVec3 {
+    let (sum, weight) = of.iter().fold((DVec3::ZERO, 0.0), |(sum, weight), &k| {
+        let (v, w) = value(k);
+        (sum + v * w, weight + w)
+    });
+    sum / weight
+}
