@@ -1,21 +1,13 @@
 //! Light in closed form: along the visible parts of a line, and over a whole light.
 
 use crate::ShadingPoint;
+use linelit_bsdf::{ClosedForm, Phong};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LinearLight};
-use linelit_shading::bsdf::{Bsdf, Phong};
 use linelit_shading::{batch, cylinder, horizon, phong, phong_polygon, polygon};
 
 /// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no more.
 pub(crate) const TOLERANCE: f64 = 1e-8;
-
-/// Whether the material's light has a closed form along a line and over a polygon.
-pub(crate) fn has_closed_form(bsdf: &Bsdf) -> bool {
-    match bsdf {
-        Bsdf::Lambert(_) | Bsdf::Phong(..) => true,
-        Bsdf::Layers(_) => false,
-    }
-}
 
 /// Visible pieces of the lines on an area light, relative to the shading point, to be integrated
 /// together.
@@ -50,7 +42,12 @@ impl Pieces {
     }
 
     /// Σ weight × ∫ L f_r cos θ cos θ'/r² along the pieces.
-    pub(crate) fn light(&mut self, light: &AreaLight, point: &ShadingPoint) -> DVec3 {
+    pub(crate) fn light(
+        &mut self,
+        light: &AreaLight,
+        point: &ShadingPoint,
+        reflection: &ClosedForm,
+    ) -> DVec3 {
         // The height over the light's plane, −m·q: the same all over the light.
         let height = light
             .polygon
@@ -65,25 +62,22 @@ impl Pieces {
         batch::ribbons(&self.pieces, n, &mut self.values);
         let weighted = self.values.iter().zip(&self.weights).map(|(v, w)| v * w);
         let (flat, mut glossy) = (weighted.sum(), 0.0);
-        if let Some((axis, k)) = lobe(point) {
+        if let Some((axis, k)) = lobe(point, reflection) {
             for (piece, weight) in self.pieces.iter().zip(&self.weights) {
                 glossy += phong::ribbon(piece.p0, piece.p1, n, axis, k) * weight;
             }
         }
-        emitted * reflected(point, flat, glossy) * height.abs()
+        emitted * reflected(reflection, flat, glossy) * height.abs()
     }
 }
 
-/// Light of the whole area light with nothing in between, to a tolerance as for [`convex`]; `None` where
-/// there is no closed form.
+/// Light of the whole area light with nothing in between, to a tolerance as for [`convex`].
 pub(crate) fn whole_light(
     light: &AreaLight,
     point: &ShadingPoint,
+    reflection: &ClosedForm,
     tolerance: f64,
-) -> Option<DVec3> {
-    if !has_closed_form(&point.bsdf) {
-        return None;
-    }
+) -> DVec3 {
     let height = light
         .polygon
         .normal()
@@ -95,7 +89,7 @@ pub(crate) fn whole_light(
         light.polygon.clip(point.position, point.geometric_normal)
     };
     let Some(polygon) = clipped else {
-        return Some(DVec3::ZERO);
+        return DVec3::ZERO;
     };
     let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
     let vertices = polygon.vertices();
@@ -103,24 +97,34 @@ pub(crate) fn whole_light(
         *to = *from - point.position;
     }
     let relative = &relative[..vertices.len()];
-    Some(emitted * convex(relative, point, tolerance))
+    emitted * convex(relative, point, reflection, tolerance)
 }
 
 /// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to what
 /// a diffuse surface of the lobe's albedo would reflect.
-pub(crate) fn convex(vertices: &[DVec3], point: &ShadingPoint, tolerance: f64) -> DVec3 {
+pub(crate) fn convex(
+    vertices: &[DVec3],
+    point: &ShadingPoint,
+    reflection: &ClosedForm,
+    tolerance: f64,
+) -> DVec3 {
     let flat = polygon::irradiance(vertices, point.normal);
-    let glossy = lobe(point).map_or(0.0, |(axis, k)| {
+    let glossy = lobe(point, reflection).map_or(0.0, |(axis, k)| {
         // The lobe's factor grows with k; its integral is small beside the irradiance then.
         phong_polygon::irradiance_to(vertices, point.normal, axis, k, tolerance / (k + 2.0))
     });
-    reflected(point, flat, glossy)
+    reflected(reflection, flat, glossy)
 }
 
 /// Light of the visible parts of a linear light.
-pub(crate) fn linear(light: &LinearLight, point: &ShadingPoint, parts: &[Interval]) -> DVec3 {
+pub(crate) fn linear(
+    light: &LinearLight,
+    point: &ShadingPoint,
+    reflection: &ClosedForm,
+    parts: &[Interval],
+) -> DVec3 {
     let (mut flat, mut glossy) = (0.0, 0.0);
-    let lobe = lobe(point);
+    let lobe = lobe(point, reflection);
     for piece in parts
         .iter()
         .filter_map(|part| above_surface(point, &light.segment, *part))
@@ -130,7 +134,7 @@ pub(crate) fn linear(light: &LinearLight, point: &ShadingPoint, parts: &[Interva
             glossy += phong::cylinder(piece.p0, piece.p1, point.normal, axis, k);
         }
     }
-    light.radiance_radius * reflected(point, flat, glossy)
+    light.radiance_radius * reflected(reflection, flat, glossy)
 }
 
 /// A visible part, relative to the shading point; with an interpolated normal, clipped to the
@@ -144,25 +148,17 @@ fn above_surface(point: &ShadingPoint, line: &Segment, part: Interval) -> Option
         .map(|clipped| Segment::new(clipped.p0, clipped.p1))
 }
 
-/// Axis, exponent and factor of the material's lobe, if it has one.
-fn lobe(point: &ShadingPoint) -> Option<(DVec3, f64)> {
-    match &point.bsdf {
-        Bsdf::Phong(_, phong) => {
-            let axis = Phong::axis(point.outgoing, point.normal);
-            Some((axis, phong.exponent))
-        }
-        Bsdf::Lambert(_) | Bsdf::Layers(_) => None,
-    }
+/// Axis and exponent of the reflection's lobe, if it has one.
+fn lobe(point: &ShadingPoint, reflection: &ClosedForm) -> Option<(DVec3, f64)> {
+    let phong = reflection.lobe?;
+    Some((Phong::axis(point.outgoing, point.normal), phong.exponent))
 }
 
-/// What the material makes of the diffuse and the lobe's integral.
-fn reflected(point: &ShadingPoint, flat: f64, glossy: f64) -> DVec3 {
-    match &point.bsdf {
-        Bsdf::Lambert(lambert) => lambert.value() * flat,
-        Bsdf::Phong(lambert, phong) => lambert.value() * flat + phong.scale() * glossy,
-        Bsdf::Layers(_) => {
-            debug_assert!(false, "asked only where `has_closed_form`");
-            DVec3::ZERO
-        }
+/// What the reflection makes of the diffuse and the lobe's integral.
+fn reflected(reflection: &ClosedForm, flat: f64, glossy: f64) -> DVec3 {
+    let diffuse = reflection.diffuse.value() * flat;
+    match reflection.lobe {
+        None => diffuse,
+        Some(phong) => diffuse + phong.scale() * glossy,
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::pair::Pair;
 use crate::{Estimator, ShadingPoint, Workspace};
+use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::{DiskLight, Sphere, SphereCap, SphereCone, SphereLight, SphereProjected};
 use std::fmt;

@@ -3,10 +3,10 @@
 use crate::hybrid::Way;
 use crate::options::pairs;
 use crate::{ParseEstimatorError, ShadingPoint, closed_form};
+use linelit_bsdf::ClosedForm;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::AreaLight;
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
-use linelit_shading::bsdf::Bsdf;
 use linelit_shading::polygon;
 use linelit_visibility::{Images, Shaft};
 use std::fmt;
@@ -101,6 +101,7 @@ const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
 pub(crate) fn visible_light(
     area: &AreaLight,
     point: &ShadingPoint,
+    reflection: &ClosedForm,
     images: &Images<'_>,
     penumbra: &mut Penumbra,
     tolerance: f64,
@@ -119,13 +120,13 @@ pub(crate) fn visible_light(
     let pieces = penumbra.boundary(light, images.triangles());
     let [origin, along_p, along_q] = images.axes();
     let place = |p: Point| origin + along_p * p[0] + along_q * p[1];
-    if let Bsdf::Lambert(lambert) = &point.bsdf
+    if reflection.lobe.is_none()
         && light.iter().all(|&p| point.normal.dot(place(p)) > 0.0)
         && along_p.length_squared().min(along_q.length_squared()) > WIDE * origin.length_squared()
     {
         let term = |p: &BoundaryEdge| polygon::edge(place(p.from), place(p.to), point.normal);
         let sum: f64 = pieces.iter().map(term).sum();
-        return emitted * lambert.value() * (0.5 * sum.abs());
+        return emitted * reflection.diffuse.value() * (0.5 * sum.abs());
     }
     let top = place(apex);
     let mut sum = DVec3::ZERO;
@@ -135,7 +136,7 @@ pub(crate) fn visible_light(
         let turn = u[0] * v[1] - u[1] * v[0];
         if turn != 0.0 {
             let triangle = [top, place(piece.from), place(piece.to)];
-            sum += closed_form::convex(&triangle, point, tolerance) * turn.signum();
+            sum += closed_form::convex(&triangle, point, reflection, tolerance) * turn.signum();
         }
     }
     emitted * sum.max(DVec3::ZERO)

@@ -8,9 +8,9 @@ use crate::{
     Crowd, LineOptions, Plan, PlanCounters, PlannedLight, Renderer, ShadingPoint, Workspace,
     closed_form,
 };
+use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light};
-use linelit_shading::bsdf::Bsdf;
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
 
 /// What is done about a light that is partly hidden.
@@ -212,7 +212,8 @@ impl Pair<'_> {
 
     /// Lines that take as long as an edge in the closed form.
     fn lines_for_an_edge(&self, area: &AreaLight) -> f64 {
-        let Bsdf::Phong(_, phong) = &self.point.bsdf else {
+        let reflection = self.point.bsdf.closed_form();
+        let Some(phong) = reflection.and_then(|reflection| reflection.lobe) else {
             return LINES_FOR_AN_EDGE;
         };
         let vertices = area.polygon.vertices();
@@ -279,11 +280,12 @@ impl Pair<'_> {
         }
         let way = choose(&shaft);
         if way == Way::Exact
-            && self.light.has_closed_form(&self.point.bsdf)
+            && let Some(reflection) = self.light.closed_form(self.point)
             && let Some(images) = shaft.images()
         {
             plan.exact_penumbrae += 1;
-            return visible_light(area, self.point, &images, penumbra, self.tolerance());
+            let tolerance = self.tolerance();
+            return visible_light(area, self.point, &reflection, &images, penumbra, tolerance);
         }
         match way {
             Way::Points(points) => self.points_in_shaft(area, points, &mut shaft),
@@ -318,11 +320,17 @@ impl Pair<'_> {
             }
             ShaftClass::Empty => {
                 plan.unoccluded += 1;
-                let value = (along == Along::Analytic)
-                    .then(|| closed_form::whole_light(area, self.point, self.tolerance()))
-                    .flatten()?;
+                let Along::Analytic(reflection) = along else {
+                    return None;
+                };
                 plan.closed_form += 1;
-                Some(value)
+                let tolerance = self.tolerance();
+                Some(closed_form::whole_light(
+                    area,
+                    self.point,
+                    &reflection,
+                    tolerance,
+                ))
             }
             ShaftClass::Partial => None,
         }
@@ -330,10 +338,8 @@ impl Pair<'_> {
 
     /// Without a closed form, one point of each line's visible part.
     pub(crate) fn along(&self) -> Along {
-        if self.light.has_closed_form(&self.point.bsdf) {
-            Along::Analytic
-        } else {
-            Along::Point
-        }
+        self.light
+            .closed_form(self.point)
+            .map_or(Along::Point, Along::Analytic)
     }
 }

@@ -7,12 +7,12 @@ use crate::estimator::ParseEstimatorError;
 use crate::options::pairs;
 use crate::pair::Pair;
 use crate::{ShadingPoint, Workspace};
+use linelit_bsdf::{GlossyLobe, Phong, Reflection};
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_lights::LinearLight;
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
 use linelit_samplers::Sampler;
-use linelit_shading::bsdf::{Bsdf, Layers, Lobe as Layer, Phong};
 use linelit_shading::ltc::GgxLobes;
 use linelit_shading::phong;
 use std::f64::consts::FRAC_1_PI;
@@ -204,7 +204,11 @@ impl Pair<'_> {
         let Some(flat) = LinearSampler::new(technique, line, x, n) else {
             return DVec3::ZERO;
         };
-        let albedo = diffuse_albedo(&self.point.bsdf).max(DVec3::splat(LEAST_ALBEDO));
+        let albedo = self
+            .point
+            .bsdf
+            .diffuse_albedo()
+            .max(DVec3::splat(LEAST_ALBEDO));
         let two = Two {
             heuristic,
             count: f64::from(self.count()),
@@ -280,38 +284,28 @@ struct Lobe {
 }
 
 impl Lobe {
-    /// `None` if the material has no lobe, or the line does not meet its cosine.
+    /// `None` if the reflection has no such lobe, or the line does not meet its cosine.
     fn new(point: &ShadingPoint, line: &Segment) -> Option<Self> {
-        let seen = line.relative_to(point.position);
-        let (map, reflected) = match &point.bsdf {
-            Bsdf::Phong(_, phong) if phong.specular != DVec3::ZERO => {
+        let relative = line.relative_to(point.position);
+        let (map, reflected) = match point.bsdf.glossy_lobe()? {
+            GlossyLobe::Phong { scale, lobe } => {
                 let axis = Phong::axis(point.outgoing, point.normal);
-                let lit = phong::cylinder(seen.p0, seen.p1, point.normal, axis, phong.exponent);
-                (phong_map(axis, phong.exponent), phong.scale() * lit)
+                let (p0, p1) = (relative.p0, relative.p1);
+                let whole = phong::cylinder(p0, p1, point.normal, axis, lobe.exponent);
+                (phong_map(axis, lobe.exponent), scale * lobe.scale() * whole)
             }
-            Bsdf::Layers(layers) => glossy_layer(layers, point, &seen)?,
-            Bsdf::Lambert(_) | Bsdf::Phong(..) => return None,
+            GlossyLobe::Ggx {
+                scale,
+                roughness,
+                f0,
+            } => {
+                let (map, whole) = ggx(roughness, f0, point, &relative);
+                (map, scale * whole)
+            }
         };
         let sampler = LtcSampler::new(line, point.position, point.normal, map)?;
         Some(Self { sampler, reflected })
     }
-}
-
-/// Of the first layer with a fitted lobe: its map from the cosine to the world, and what it reflects
-/// of the line.
-fn glossy_layer(layers: &Layers, point: &ShadingPoint, seen: &Segment) -> Option<(DMat3, DVec3)> {
-    layers.lobes().find_map(|(scale, lobe)| match lobe {
-        Layer::Frostbite(material) => {
-            let (map, lit) = ggx(material.roughness(), material.f0, point, seen);
-            Some((map, scale * lit))
-        }
-        Layer::Phong(lobe) => {
-            let axis = Phong::axis(point.outgoing, point.normal);
-            let lit = phong::cylinder(seen.p0, seen.p1, point.normal, axis, lobe.exponent);
-            Some((phong_map(axis, lobe.exponent), scale * lobe.scale() * lit))
-        }
-        Layer::OrenNayar(_) | Layer::Reflector(_) | Layer::Substrate(_) => None,
-    })
 }
 
 /// GGX as its two fitted lobes, of weights F0 and 1 − F0: the map of the one that gives more, and
@@ -339,22 +333,6 @@ fn phong_map(axis: DVec3, k: f64) -> DMat3 {
     let frame = Frame::from_normal(axis);
     let across = (2.0 / (k + 1.0)).sqrt().min(1.0);
     DMat3::from_cols(frame.x * across, frame.y * across, frame.z)
-}
-
-/// The albedo of the diffuse part.
-fn diffuse_albedo(bsdf: &Bsdf) -> DVec3 {
-    match bsdf {
-        Bsdf::Lambert(lambert) | Bsdf::Phong(lambert, _) => lambert.albedo,
-        Bsdf::Layers(layers) => layers.lobes().fold(layers.diffuse(), |sum, (scale, lobe)| {
-            sum + scale
-                * match lobe {
-                    Layer::Frostbite(material) => material.diffuse,
-                    Layer::OrenNayar(rough) => rough.albedo,
-                    Layer::Substrate(coated) => coated.diffuse,
-                    Layer::Phong(_) | Layer::Reflector(_) => DVec3::ZERO,
-                }
-        }),
-    }
 }
 
 /// L R f_r cos θ towards `w`, whatever stands between.

@@ -3,6 +3,7 @@
 use crate::closed_form::Pieces;
 use crate::pair::Pair;
 use crate::{LineOptions, PlanCounters, PlannedLight, SegmentCounters, ShadingPoint};
+use linelit_bsdf::ClosedForm;
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample, LineSampler, Orientation};
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
@@ -25,10 +26,10 @@ pub(crate) struct Streams<'a> {
 }
 
 /// Which integral is taken along the visible parts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Along {
     /// The closed form (Billen & Dutré 2016, section 5.3).
-    Analytic,
+    Analytic(ClosedForm),
     /// One point, uniform in the visible length (Salesin & Jarosz 2019, eqs. 14–15).
     Point,
 }
@@ -133,15 +134,15 @@ pub(crate) fn gather<'v>(
             continue;
         }
         match along {
-            Along::Analytic => pieces.add(point, line, parts, weights[i]),
+            Along::Analytic(_) => pieces.add(point, line, parts, weights[i]),
             Along::Point => {
                 let value = one_point((planned, light), point, line, parts, places[i]);
                 out.sum += value * weights[i];
             }
         }
     }
-    if along == Along::Analytic {
-        out.sum = pieces.light(light, point);
+    if let Along::Analytic(reflection) = &along {
+        out.sum = pieces.light(light, point, reflection);
     }
     out
 }

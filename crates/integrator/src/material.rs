@@ -6,10 +6,10 @@
 //! index, roughness is α after the material's remapping.
 
 use crate::differential::Change;
+use linelit_bsdf::microfacet::TrowbridgeReitz;
+use linelit_bsdf::{Bsdf, Fresnel, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate};
 use linelit_geometry::DVec3;
 use linelit_scene::{Footprint, MaterialKind, RayDifferential, Roughness, Scene, Surface, Texture};
-use linelit_shading::bsdf::{Bsdf, Fresnel, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate};
-use linelit_shading::microfacet::TrowbridgeReitz;
 
 /// A perfect reflection or refraction of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -304,6 +304,7 @@ fn index_of_refraction(eta: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::{Renderer, ShadingPoint, Workspace};
+    use linelit_bsdf::Reflection;
     use linelit_formats::LoadOptions;
 
     /// The shading point in the middle of a floor of some material, seen from 45° along −x.

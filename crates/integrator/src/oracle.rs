@@ -32,11 +32,9 @@ impl Renderer<'_> {
             let Light::Area(area) = &*light.light else {
                 continue;
             };
-            let along = if light.has_closed_form(&point.bsdf) {
-                Along::Analytic
-            } else {
-                Along::Point
-            };
+            let along = light
+                .closed_form(point)
+                .map_or(Along::Point, Along::Analytic);
             let dimension = first_dimension(light.index);
             let streams = Streams {
                 samples: &Sampler::new(SamplerKind::Stratified, seed)

@@ -6,6 +6,7 @@ use crate::{
     Estimator, LineOptions, LinearOptions, PlannedLight, Settings, ShadingPoint, ShaftPoints,
     Workspace, closed_form,
 };
+use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::DVec3;
 use linelit_lights::linear::LinearTechnique;
 use linelit_lights::{AreaLight, Light, LinearLight};
@@ -85,9 +86,7 @@ impl Pair<'_> {
             }
             Estimator::PointBsdf => self.points_by_bsdf(area, workspace),
             Estimator::LineArea(options) => self.lines(area, options, Along::Point, workspace),
-            Estimator::LineAnalytic(options) => {
-                self.lines(area, options, Along::Analytic, workspace)
-            }
+            Estimator::LineAnalytic(options) => self.lines(area, options, self.along(), workspace),
             Estimator::Mix(mix) => self.mix(area, &mix, workspace),
             Estimator::ShaftPoints(points) => {
                 self.by_shaft(area, workspace, |_| Way::Points(points))
@@ -105,10 +104,6 @@ impl Pair<'_> {
         along: Along,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        let along = match along {
-            Along::Analytic => self.along(),
-            Along::Point => Along::Point,
-        };
         let Workspace {
             scratch,
             visible,
@@ -161,18 +156,20 @@ impl Pair<'_> {
             | Estimator::LineAnalytic(_)
             | Estimator::Mix(_)
             | Estimator::Exact(_)
-            | Estimator::Hybrid => {
-                if closed_form::has_closed_form(&self.point.bsdf) {
-                    self.whole_linear_light(linear, workspace)
-                } else {
-                    self.points_on_line(linear, LinearOptions::default(), workspace)
-                }
-            }
+            | Estimator::Hybrid => match self.point.bsdf.closed_form() {
+                Some(reflection) => self.whole_linear_light(linear, &reflection, workspace),
+                None => self.points_on_line(linear, LinearOptions::default(), workspace),
+            },
         }
     }
 
     /// One line query finds all there is to know of a linear light.
-    fn whole_linear_light(&self, linear: &LinearLight, workspace: &mut Workspace) -> DVec3 {
+    fn whole_linear_light(
+        &self,
+        linear: &LinearLight,
+        reflection: &ClosedForm,
+        workspace: &mut Workspace,
+    ) -> DVec3 {
         let ends = [linear.segment.p0, linear.segment.p1];
         let query = ShaftQuery {
             point: self.point.position,
@@ -183,6 +180,6 @@ impl Pair<'_> {
         shaft.visible(&[linear.segment], &mut workspace.visible);
         workspace.segments.lines += 1;
         workspace.segments.pieces += workspace.visible.line(0).len() as u64;
-        closed_form::linear(linear, self.point, workspace.visible.line(0))
+        closed_form::linear(linear, self.point, reflection, workspace.visible.line(0))
     }
 }

@@ -1,8 +1,8 @@
 //! Shading points: where a camera ray meets the scene.
 
 use crate::Bounce;
+use linelit_bsdf::{Bsdf, Reflection};
 use linelit_geometry::DVec3;
-use linelit_shading::bsdf::Bsdf;
 
 /// How far a shading point is lifted off its surface, relative to the size of its coordinates and
 /// of its triangle: sixteen units of `f32` roundoff (6e-8), above what single-precision visibility
@@ -34,7 +34,7 @@ impl ShadingPoint {
     /// Whether the material's light has a closed form along a line and over a polygon.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {
-        crate::closed_form::has_closed_form(&self.bsdf)
+        self.bsdf.closed_form().is_some()
     }
 
     /// The cosine at the shading point towards `w` (unit): zero below the shading normal's or the

@@ -1,11 +1,11 @@
 //! Point samples: one shadow ray each.
 
 use crate::pair::Pair;
-use crate::{PlannedLight, ShadingPoint, Workspace, closed_form};
+use crate::{PlannedLight, ShadingPoint, Workspace};
+use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, LIGHT_MARGIN};
 use linelit_lights::{AngularLines, AreaLight, AreaSampler, SolidAngleSampler};
-use linelit_shading::bsdf::Bsdf;
 use linelit_visibility::Ray;
 
 impl Pair<'_> {
@@ -142,8 +142,12 @@ impl PlannedLight {
         emitted * point.bsdf.eval(w, point.outgoing, point.normal) * cosine
     }
 
-    /// Whether what the light sends has a closed form along a line and over a polygon.
-    pub(crate) fn has_closed_form(&self, bsdf: &Bsdf) -> bool {
-        self.texture.is_none() && closed_form::has_closed_form(bsdf)
+    /// The reflection of a point where the light's integral over it has a closed form along a line
+    /// and over a polygon.
+    pub(crate) fn closed_form(&self, point: &ShadingPoint) -> Option<ClosedForm> {
+        match self.texture {
+            None => point.bsdf.closed_form(),
+            Some(_) => None,
+        }
     }
 }

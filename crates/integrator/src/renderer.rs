@@ -8,6 +8,7 @@ use crate::{
     Estimator, LightChoice, LineOptions, Plan, PlannedLight, ShadingPoint, Spheres, Workspace,
     selection,
 };
+use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};

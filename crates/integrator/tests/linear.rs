@@ -3,6 +3,7 @@
 mod common;
 
 use common::{CLUTTER, load, points, room, room_text, trials};
+use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec3, Segment};
 use linelit_integrator::{Estimator, Renderer, Settings, Workspace};
 use linelit_lights::Light;

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{CLUTTER, SQUARE, TRIANGLE, points, room, trials};
+use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_integrator::{
     Estimator, LightChoice, Renderer, Settings, ShadingPoint, Spheres, Workspace,

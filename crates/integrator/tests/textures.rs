@@ -3,6 +3,7 @@
 mod common;
 
 use common::{CLUTTER, Case, SQUARE, TRIANGLE, agree_on, points, room, settings, trials};
+use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec2, DVec3};
 use linelit_integrator::Renderer;
 use linelit_lights::Light;

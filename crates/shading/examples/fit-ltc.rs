@@ -14,9 +14,9 @@
     reason = "printing is what the program is for"
 )]
 
+use linelit_bsdf::microfacet::{Ggx, schlick};
 use linelit_geometry::{DMat3, DVec3};
 use linelit_shading::ltc::{FIT_ERROR, GgxLobes, Ltc, MIN_ROUGHNESS};
-use linelit_shading::microfacet::{Ggx, schlick};
 use linelit_testkit::quadrature::gauss_legendre;
 use std::fmt::Write;
 

@@ -2,7 +2,6 @@
 #![deny(unsafe_code)]
 
 pub mod batch;
-pub mod bsdf;
 pub mod cosine_lobe;
 pub mod cylinder;
 mod exact;
@@ -12,7 +11,6 @@ pub mod horizon;
 mod lobe;
 pub mod ltc;
 mod ltc_table;
-pub mod microfacet;
 mod ordinary;
 mod ordinary_lobe;
 pub mod phong;

@@ -196,7 +196,7 @@ pub const MIN_ROUGHNESS: f64 = 0.1;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::microfacet::Ggx;
+    use linelit_bsdf::microfacet::Ggx;
     use linelit_testkit::assert_close;
     use linelit_testkit::quadrature::gauss_legendre;
 

@@ -1,7 +1,7 @@
 //! A lobe of exponent zero: one where its cosine is positive, nothing elsewhere, wherever it is asked.
 
+use linelit_bsdf::Phong;
 use linelit_geometry::{DVec3, predicates};
-use linelit_shading::bsdf::Phong;
 use linelit_shading::cosine_lobe::CosineLobe;
 use linelit_shading::{cylinder, phong, phong_polygon, point_line, polygon, ribbon};
 use linelit_testkit::assert_close;

@@ -7,13 +7,14 @@
 //! which are called but may be as infinite as what they are given, and `quadrature`'s values of an
 //! integrand that is itself no number.
 
-use linelit_geometry::{DMat3, DVec3, Frame, Segment};
-use linelit_shading::bsdf::{
-    Bsdf, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate,
+use linelit_bsdf::microfacet::{Ggx, TrowbridgeReitz, schlick};
+use linelit_bsdf::{
+    Bsdf, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflection, Reflector,
+    Substrate,
 };
+use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_shading::cosine_lobe::CosineLobe;
 use linelit_shading::ltc::{GgxLobes, Ltc};
-use linelit_shading::microfacet::{Ggx, TrowbridgeReitz, schlick};
 use linelit_shading::quadrature::{self, Model};
 use linelit_shading::ribbon::{Sides, emitter, reflected};
 use linelit_shading::{

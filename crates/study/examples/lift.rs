@@ -8,6 +8,7 @@
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
 
 use anyhow::Context;
+use linelit_bsdf::Reflection;
 use linelit_film::Image;
 use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec3, LIGHT_MARGIN};

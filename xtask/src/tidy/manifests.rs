@@ -5,15 +5,16 @@ use crate::manifest;
 use std::fs;
 
 /// Crate, crates of the house it may know, crates of others it may know. The table of `docs/architecture.md`.
-const MAY_KNOW: [(&str, &[&str], &[&str]); 15] = [
+const MAY_KNOW: [(&str, &[&str], &[&str]); 16] = [
     ("geometry", &[], &["glam", "smallvec"]),
     ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
     ("lights", &["geometry"], &[]),
+    ("bsdf", &["geometry"], &[]),
     ("shading", &["geometry"], &[]),
     ("penumbra", &["geometry"], &[]),
     ("visibility", &["geometry"], &["obvhs", "rayon"]),
     ("mis", &[], &[]),
-    ("scene", &["geometry", "lights"], &[]),
+    ("scene", &["geometry", "lights", "bsdf"], &[]),
     (
         "formats",
         &["scene", "geometry", "lights", "film"],
@@ -26,6 +27,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 15] = [
             "geometry",
             "lights",
             "samplers",
+            "bsdf",
             "shading",
             "visibility",
             "mis",
@@ -48,6 +50,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 15] = [
             "geometry",
             "lights",
             "samplers",
+            "bsdf",
             "shading",
             "visibility",
             "mis",
@@ -72,8 +75,10 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 15] = [
 ];
 
 /// What any crate may use in its tests and benches, beside what it may know anyway.
-const FOR_TESTS: [&str; 6] = [
+const FOR_TESTS: [&str; 7] = [
     "linelit-testkit",
+    // What shading's transformed cosines are fitted to.
+    "linelit-bsdf",
     "proptest",
     "criterion",
     "insta",

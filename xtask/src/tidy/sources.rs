@@ -5,12 +5,13 @@ use crate::source::lines_with;
 use std::fs;
 
 /// Crates that do no I/O, start no thread and cannot fail.
-const PURE: [&str; 5] = ["geometry", "samplers", "lights", "shading", "mis"];
+const PURE: [&str; 6] = ["geometry", "samplers", "lights", "bsdf", "shading", "mis"];
 /// All libraries.
-const LIBRARIES: [&str; 13] = [
+const LIBRARIES: [&str; 14] = [
     "geometry",
     "samplers",
     "lights",
+    "bsdf",
     "shading",
     "visibility",
     "mis",
@@ -23,10 +24,11 @@ const LIBRARIES: [&str; 13] = [
     "testkit",
 ];
 /// The crates in the path of a pixel.
-const PIXEL_PATH: [&str; 8] = [
+const PIXEL_PATH: [&str; 9] = [
     "geometry",
     "samplers",
     "lights",
+    "bsdf",
     "shading",
     "visibility",
     "mis",
@@ -333,7 +335,7 @@ const CULLING: &str = "crates/visibility/src/simd/x86.rs";
 
 pub(super) fn numbers(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
-    for file in house.shipped(&["geometry", "lights", "shading", "mis"]) {
+    for file in house.shipped(&["geometry", "lights", "bsdf", "shading", "mis"]) {
         if !F32_ROOMS.iter().any(|room| file.path.starts_with(room)) {
             problems.extend(file.complain("f32", "f64 in geometry, lights, shading and mis"));
         }

@@ -8,12 +8,12 @@ use super::{
     Smoothing, Technique,
 };
 use crate::hybrid::POINTS_FOR_A_LINE_IN_CROWDS;
-use crate::lines::Along;
 use crate::pair::Pair;
 use crate::points::meets;
 use crate::{
     LineOptions, PlanCounters, PlannedLight, SegmentCounters, Settings, ShadingPoint, Workspace,
 };
+use linelit_bsdf::Reflection;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample, Orientation};
 use linelit_mis::{Heuristic, smoothing};
@@ -120,7 +120,7 @@ impl Pair<'_> {
     /// without its 1/S).
     pub(crate) fn mix(&self, area: &AreaLight, mix: &Mix, workspace: &mut Workspace) -> DVec3 {
         if let Some((line, samples)) = mix.closed(self.count())
-            && self.light.has_closed_form(&self.point.bsdf)
+            && self.light.closed_form(self.point).is_some()
         {
             return self.closed(area, (line, samples), workspace);
         }
@@ -229,7 +229,7 @@ impl Pair<'_> {
             },
             ..LineOptions::default()
         };
-        pair.lines(area, options, Along::Analytic, workspace)
+        pair.lines(area, options, pair.along(), workspace)
     }
 
     /// Draws the samples of all techniques; those of two rounds are independent.

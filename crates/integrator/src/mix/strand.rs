@@ -2,6 +2,7 @@
 
 use super::{LineDirection, LineMeasure, LineTechnique, Mix, MixHeuristic, Pieces, Technique};
 use crate::{EmissionTexture, ShadingPoint};
+use linelit_bsdf::Reflection;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{
     AngularLines, AreaSampler, ImportanceImage, LineSample, LineSampler, OffsetDensity,

@@ -3,6 +3,7 @@
 use crate::cli::ConvertArgs;
 use crate::output::note;
 use anyhow::Result;
+use linelit_bsdf::Reflection;
 use linelit_film::{ByteImage, FilmError, encode_tga, write_atomically, write_atomically_with};
 use linelit_formats::{ExportOptions, LoadOptions};
 use linelit_geometry::{DVec3, Frame};

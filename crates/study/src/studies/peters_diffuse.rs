@@ -5,6 +5,7 @@ use super::exhibition::{
 };
 use crate::engine::image::{self, Window};
 use anyhow::{Result, bail};
+use linelit_bsdf::Reflection;
 use linelit_film::Image;
 use linelit_geometry::{DVec3, Segment};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};

@@ -4,11 +4,11 @@ use super::exhibition::{
     Context, Exhibition, Row, blurred_rmse, exposed, render_with, rmse, section, table,
 };
 use anyhow::Result;
+use linelit_bsdf::{Bsdf, Frostbite, Layers, Lobe, Reflection};
 use linelit_film::Image;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint};
 use linelit_samplers::SamplerKind;
-use linelit_shading::bsdf::{Bsdf, Frostbite, Layers, Lobe};
 
 /// Pixels of the pictures.
 const SIZE: [u32; 2] = [320, 200];

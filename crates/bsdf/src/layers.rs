@@ -1,7 +1,7 @@
 //! A sum of reflections.
 
-use super::{Lobe, about, numbers};
-use crate::exact::{settle, settled};
+use crate::finite::{settle, settled};
+use crate::{Lobe, about, numbers};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
 
@@ -121,7 +121,7 @@ impl Layers {
         let wo = above(frame.to_local(wo));
         let choice = self.choice(wo)?;
         let mut rest = u[0];
-        let rescaled = |rest: f64, share: f64| [(rest / share).min(super::ONE_MINUS), u[1]];
+        let rescaled = |rest: f64, share: f64| [(rest / share).min(crate::ONE_MINUS), u[1]];
         if rest < choice.diffuse || self.count == 0 {
             let [v, turn] = rescaled(rest, choice.diffuse);
             let wi = about(DVec3::Z, (1.0 - v).sqrt(), turn);

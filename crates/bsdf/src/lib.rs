@@ -1,22 +1,15 @@
-//! Reflection at a surface: the models of pbrt-v3's materials, Phong and Frostbite's.
-//!
-//! | model | source |
-//! |---|---|
-//! | [`Lambert`], [`OrenNayar`] | diffuse; Oren & Nayar 1994 |
-//! | [`Phong`] | Lafortune & Willems 1994 |
-//! | [`Reflector`] with [`Fresnel`] | Torrance & Sparrow 1967, Trowbridge–Reitz facets |
-//! | [`Substrate`] | Ashikhmin & Shirley 2000 |
-//! | [`Frostbite`] | Lagarde & de Rousiers 2014 |
-//!
-//! [`Layers`] adds them up; [`Bsdf`] is what an estimator holds. Perfect mirrors are not among them:
-//! no light of an area reflects in them at a rate per solid angle.
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
 
+mod finite;
 mod fresnel;
 mod frostbite;
 mod lambert;
 mod layers;
 mod lobe;
+pub mod microfacet;
 mod phong;
+mod reflection;
 mod reflector;
 mod substrate;
 #[cfg(test)]
@@ -28,10 +21,11 @@ pub use lambert::{Lambert, OrenNayar};
 pub use layers::Layers;
 pub use lobe::Lobe;
 pub use phong::Phong;
+pub use reflection::{ClosedForm, GlossyLobe, Reflection};
 pub use reflector::Reflector;
 pub use substrate::Substrate;
 
-use crate::exact::{settle, settled};
+use crate::finite::{settle, settled};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
@@ -72,9 +66,22 @@ impl From<Layers> for Bsdf {
 }
 
 impl Bsdf {
-    /// f(ω_i, ω_o) in 1/sr, for unit directions on the side of the normal `n`.
-    #[must_use]
-    pub fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
+    /// The share of the diffuse part in the albedo at normal incidence; `None` for black.
+    fn diffuse_share(&self) -> Option<f64> {
+        let (diffuse, glossy) = match self {
+            Self::Lambert(lambert) => (lambert.albedo.element_sum(), 0.0),
+            Self::Phong(lambert, phong) => {
+                (lambert.albedo.element_sum(), phong.specular.element_sum())
+            }
+            Self::Layers(_) => return None,
+        };
+        let sum = diffuse + glossy;
+        (sum > 0.0).then(|| diffuse / sum)
+    }
+}
+
+impl Reflection for Bsdf {
+    fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
         match self {
             Self::Lambert(lambert) => lambert.value(),
             Self::Phong(lambert, phong) => {
@@ -88,11 +95,7 @@ impl Bsdf {
     /// by their visible normals; one of them, with a probability in proportion to about its albedo,
     /// for which `u[0]` is split and rescaled. `None` for a black surface, and where a microfacet
     /// reflects into the surface.
-    ///
-    /// The direction may lie below the surface (where the lobe sinks into it): its density is right,
-    /// and it contributes nothing.
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
+    fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
         if let Self::Layers(layers) = self {
             return layers.sample(u, wo, n);
         }
@@ -110,11 +113,10 @@ impl Bsdf {
         }
     }
 
-    /// The density of [`Bsdf::sample`], per solid angle. For diffuse and Phong:
+    /// For diffuse and Phong:
     /// α max(0, n·ω)/π + (1 − α) (k + 1)/(2π) max(0, R·ω)ᵏ with the share α of the diffuse part.
     /// With microfacets it integrates to less than one, by what they reflect into the surface.
-    #[must_use]
-    pub fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
+    fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
         if let Self::Layers(layers) = self {
             return layers.pdf(wi, wo, n);
         }
@@ -130,28 +132,48 @@ impl Bsdf {
         })
     }
 
-    /// The share of the diffuse part in the albedo at normal incidence; `None` for black.
-    fn diffuse_share(&self) -> Option<f64> {
-        let (diffuse, glossy) = match self {
-            Self::Lambert(lambert) => (lambert.albedo.element_sum(), 0.0),
-            Self::Phong(lambert, phong) => {
-                (lambert.albedo.element_sum(), phong.specular.element_sum())
-            }
-            Self::Layers(_) => return None,
-        };
-        let sum = diffuse + glossy;
-        (sum > 0.0).then(|| diffuse / sum)
-    }
-
-    /// Whether it reflects nothing.
-    #[must_use]
-    pub fn is_black(&self) -> bool {
+    fn is_black(&self) -> bool {
         match self {
             Self::Lambert(lambert) => lambert.albedo == DVec3::ZERO,
             Self::Phong(lambert, phong) => {
                 lambert.albedo == DVec3::ZERO && phong.specular == DVec3::ZERO
             }
             Self::Layers(layers) => layers.is_black(),
+        }
+    }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        match self {
+            Self::Lambert(diffuse) => Some(ClosedForm {
+                diffuse: *diffuse,
+                lobe: None,
+            }),
+            Self::Phong(diffuse, lobe) => Some(ClosedForm {
+                diffuse: *diffuse,
+                lobe: Some(*lobe),
+            }),
+            Self::Layers(_) => None,
+        }
+    }
+
+    fn diffuse_albedo(&self) -> DVec3 {
+        match self {
+            Self::Lambert(lambert) | Self::Phong(lambert, _) => lambert.albedo,
+            Self::Layers(layers) => layers.lobes().fold(layers.diffuse(), |sum, (scale, lobe)| {
+                sum + scale * lobe.diffuse_albedo()
+            }),
+        }
+    }
+
+    /// Of several, the first.
+    fn glossy_lobe(&self) -> Option<GlossyLobe> {
+        match self {
+            Self::Lambert(_) => None,
+            Self::Phong(_, lobe) => (lobe.specular != DVec3::ZERO).then_some(GlossyLobe::Phong {
+                scale: DVec3::ONE,
+                lobe: *lobe,
+            }),
+            Self::Layers(layers) => layers.lobes().find_map(|(scale, lobe)| lobe.glossy(scale)),
         }
     }
 }

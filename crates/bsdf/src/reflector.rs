@@ -1,7 +1,7 @@
 //! A rough mirror.
 
-use super::Fresnel;
-use crate::exact::settled;
+use crate::Fresnel;
+use crate::finite::settled;
 use crate::microfacet::{TrowbridgeReitz, half};
 use linelit_geometry::DVec3;
 

@@ -1,6 +1,6 @@
 //! A diffuse base under a glossy coat.
 
-use crate::exact::settled;
+use crate::finite::settled;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use linelit_geometry::DVec3;
 use std::f64::consts::PI;

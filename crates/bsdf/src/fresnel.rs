@@ -1,6 +1,6 @@
 //! How much of the light an interface reflects.
 
-use crate::exact::{fraction, settled};
+use crate::finite::{fraction, settled};
 use crate::microfacet::schlick;
 use linelit_geometry::DVec3;
 
@@ -39,7 +39,7 @@ impl Fresnel {
     /// The reflected share at a cosine of incidence.
     ///
     /// ```
-    /// use linelit_shading::bsdf::Fresnel;
+    /// use linelit_bsdf::Fresnel;
     /// // ((1 − η)/(1 + η))² at normal incidence, everything at a grazing one.
     /// let glass = Fresnel::Dielectric { eta: 1.5 };
     /// assert!((glass.at(1.0).x - 0.04).abs() < 1e-15 && glass.at(0.0).x > 1.0 - 1e-15);

@@ -1,7 +1,7 @@
 //! One rough lobe of a reflection, whichever its model.
 
-use super::{Frostbite, OrenNayar, Phong, Reflector, Substrate};
 use crate::microfacet::TrowbridgeReitz;
+use crate::{Frostbite, GlossyLobe, OrenNayar, Phong, Reflector, Substrate};
 use linelit_geometry::DVec3;
 
 /// One model of reflection, in the local frame of the surface (normal +z).
@@ -47,7 +47,7 @@ impl Lobe {
     /// Draws ω_i for the part about the mirror direction.
     pub(crate) fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
         match self {
-            Self::Phong(lobe) => Some(super::about(mirrored(wo), lobe.sample_cosine(u[0]), u[1])),
+            Self::Phong(lobe) => Some(crate::about(mirrored(wo), lobe.sample_cosine(u[0]), u[1])),
             _ => self.facets()?.sample(wo, u),
         }
     }
@@ -67,6 +67,29 @@ impl Lobe {
             Self::Substrate(lobe) => Some(lobe.facets),
             Self::Frostbite(lobe) => Some(lobe.facets),
             Self::OrenNayar(_) | Self::Phong(_) => None,
+        }
+    }
+
+    /// The albedo of the diffuse part, by channel.
+    pub(crate) fn diffuse_albedo(&self) -> DVec3 {
+        match self {
+            Self::Frostbite(material) => material.diffuse,
+            Self::OrenNayar(rough) => rough.albedo,
+            Self::Substrate(coated) => coated.diffuse,
+            Self::Phong(_) | Self::Reflector(_) => DVec3::ZERO,
+        }
+    }
+
+    /// The part about the mirror direction, if its transformation from the cosine is known.
+    pub(crate) fn glossy(&self, scale: DVec3) -> Option<GlossyLobe> {
+        match self {
+            Self::Frostbite(material) => Some(GlossyLobe::Ggx {
+                scale,
+                roughness: material.roughness(),
+                f0: material.f0,
+            }),
+            Self::Phong(lobe) => Some(GlossyLobe::Phong { scale, lobe: *lobe }),
+            Self::OrenNayar(_) | Self::Reflector(_) | Self::Substrate(_) => None,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Frostbite's standard material.
 
-use super::Fresnel;
-use crate::exact::{fraction, settled};
+use crate::Fresnel;
+use crate::finite::{fraction, settled};
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use linelit_geometry::DVec3;
 use std::f64::consts::FRAC_1_PI;

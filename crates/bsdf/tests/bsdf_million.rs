@@ -1,9 +1,9 @@
 //! The laws of what samples reflections, at a million samples: χ², what the density integrates to, and
 //! sample → invert → sample, from the normal to grazing views.
 
+use linelit_bsdf::microfacet::TrowbridgeReitz;
+use linelit_bsdf::{Bsdf, Frostbite, Lambert, Layers, Lobe, Phong, Reflection};
 use linelit_geometry::{DVec3, Frame};
-use linelit_shading::bsdf::{Bsdf, Frostbite, Lambert, Layers, Lobe, Phong};
-use linelit_shading::microfacet::TrowbridgeReitz;
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::quadrature::cubature;
 use linelit_testkit::rng::SplitMix64;

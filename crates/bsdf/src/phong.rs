@@ -1,7 +1,6 @@
 //! The modified Phong lobe.
 
-use crate::exact::{settle, settled};
-use crate::phong::normalisation;
+use crate::finite::{settle, settled};
 use linelit_geometry::DVec3;
 use std::f64::consts::TAU;
 
@@ -27,7 +26,7 @@ impl Phong {
     /// k_s (k + 2)/(2π).
     #[must_use]
     pub fn scale(&self) -> DVec3 {
-        settled(self.specular * normalisation(self.exponent))
+        settled(self.specular * settle((self.exponent + 2.0) / TAU))
     }
 
     /// f for a cosine ω_i·R.

@@ -1,6 +1,6 @@
 //! Diffuse reflection.
 
-use crate::exact::settled;
+use crate::finite::settled;
 use linelit_geometry::DVec3;
 use std::f64::consts::FRAC_1_PI;
 

@@ -9,7 +9,7 @@
 //! masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy & Benyoub
 //! 2023 (a spherical cap); Schlick 1994.
 
-use crate::exact::{fraction, settle, settled};
+use crate::finite::{fraction, settle, settled};
 use linelit_geometry::DVec3;
 use std::f64::consts::{PI, TAU};
 
