@@ -34,13 +34,11 @@
 
 mod closed_form;
 mod curved;
-mod differential;
 mod estimator;
 mod exact;
 mod hybrid;
 mod linear;
 mod lines;
-mod material;
 pub mod mix;
 mod options;
 mod oracle;
@@ -51,18 +49,15 @@ mod points;
 mod renderer;
 mod selection;
 mod shaft_points;
-mod texture;
 mod workspace;
 
 pub use curved::Spheres;
 pub use estimator::{ESTIMATOR_NAMES, Estimator, LineOptions, ParseEstimatorError};
 pub use exact::ExactOptions;
 pub use linear::{LinearHeuristic, LinearOptions};
-pub use material::Bounce;
 pub use plan::{Crowd, Plan, PlanCounters, PlannedLight};
 pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use renderer::{Renderer, Settings};
 pub use selection::LightChoice;
 pub use shaft_points::ShaftPoints;
-pub use texture::EmissionTexture;
 pub use workspace::{Counts, SegmentCounters, Workspace};

@@ -1,10 +1,10 @@
 //! What a scene, and what a shading point, does not need.
 
 use crate::selection::Tables;
-use crate::{EmissionTexture, Estimator, ShadingPoint, Spheres};
+use crate::{Estimator, ShadingPoint, Spheres};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, Light, Sphere, SphereLight};
-use linelit_scene::{EmissiveSphere, Scene, SceneLight};
+use linelit_scene::{EmissionTexture, EmissiveSphere, Scene, SceneLight};
 use std::fmt;
 use std::ops::{AddAssign, Range};
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! Shading points: where a camera ray meets the scene.
 
-use crate::Bounce;
 use linelit_bsdf::{Bsdf, Reflection};
 use linelit_geometry::DVec3;
+use linelit_scene::Bounce;
 
 /// How far a shading point is lifted off its surface, relative to the size of its coordinates and
 /// of its triangle: sixteen units of `f32` roundoff (6e-8), above what single-precision visibility

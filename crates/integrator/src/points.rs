@@ -137,7 +137,8 @@ impl PlannedLight {
         let side = -area.polygon.normal().dot(w);
         let emitted = match &self.texture {
             None => area.emission.towards(side),
-            Some(texture) => texture.towards(area, on_light, side),
+            Some(_) if area.emission.towards(side) == DVec3::ZERO => DVec3::ZERO,
+            Some(texture) => texture.radiance(on_light),
         };
         emitted * point.bsdf.eval(w, point.outgoing, point.normal) * cosine
     }

@@ -1,7 +1,6 @@
 //! From a pixel to its direct light.
 
 use crate::hybrid;
-use crate::material::{Bounce, Response, response};
 use crate::pair::Pair;
 use crate::point::SURFACE_OFFSET;
 use crate::{
@@ -12,7 +11,7 @@ use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::{RayDifferential, Scene, Surface};
+use linelit_scene::{Bounce, RayDifferential, Response, Scene, Surface};
 use linelit_visibility::{Hit, Occluders, Ray};
 
 /// Sample dimensions of one (point, light) pair.
@@ -246,7 +245,7 @@ impl<'s> Renderer<'s> {
         let geometric_normal = towards(surface.geometric_normal, outgoing);
         let normal = towards(surface.shading_normal, geometric_normal);
         let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + self.extent(hit.triangle));
-        let Response { bsdf, bounces } = response(self.scene, &surface, outgoing, normal, beside);
+        let Response { bsdf, bounces } = self.scene.response(&surface, outgoing, normal, beside);
         ShadingPoint {
             position: surface.point + geometric_normal * lift,
             lift,

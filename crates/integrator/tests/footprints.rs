@@ -4,8 +4,8 @@ mod common;
 
 use common::load;
 use linelit_geometry::DVec3;
-use linelit_integrator::{Bounce, Renderer, Settings, Workspace};
-use linelit_scene::Scene;
+use linelit_integrator::{Renderer, Settings, Workspace};
+use linelit_scene::{Bounce, Scene};
 use proptest::prelude::*;
 
 /// A scene in front of a camera of so many pixels; the checkerboard makes it one with textures.

@@ -1,13 +1,14 @@
 //! One technique of a mix, made ready for a shading point and a light.
 
 use super::{LineDirection, LineMeasure, LineTechnique, Mix, MixHeuristic, Pieces, Technique};
-use crate::{EmissionTexture, ShadingPoint};
+use crate::ShadingPoint;
 use linelit_bsdf::Reflection;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{
     AngularLines, AreaSampler, ImportanceImage, LineSample, LineSampler, OffsetDensity,
     SolidAngleSampler, TextureAxis, TexturedLines, TexturedSampler,
 };
+use linelit_scene::EmissionTexture;
 use std::f64::consts::PI;
 
 /// A technique, the samples expected of it and the samples it gets.

@@ -1,8 +1,8 @@
-//! Emission that varies over an area light.
+//! Emission that varies over an area light, with what points are drawn in proportion to.
 
+use crate::EmissionMap;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaLight, ImportanceImage, TexturedSampler};
-use linelit_scene::EmissionMap;
+use linelit_lights::{ImportanceImage, TexturedSampler};
 
 /// Cells of the importance images of all lights together, and of one light at least and at most.
 const CELLS: f64 = 4e6;
@@ -30,7 +30,8 @@ pub struct EmissionTexture {
 impl EmissionTexture {
     /// The texture over `light`, one of `count` textured ones; `None` if nothing can be drawn in
     /// proportion to it.
-    pub(crate) fn new(map: &EmissionMap, light: &ConvexPolygon, count: usize) -> Option<Self> {
+    #[must_use]
+    pub fn new(map: &EmissionMap, light: &ConvexPolygon, count: usize) -> Option<Self> {
         let (around, fits) = match light.as_parallelogram() {
             Some(_) => (*light, true),
             None => (surrounding(light)?, false),
@@ -67,28 +68,28 @@ impl EmissionTexture {
         })
     }
 
-    /// The radiance at a point of the light, seen from the side whose sign is `side`.
-    pub(crate) fn towards(&self, area: &AreaLight, on_light: DVec3, side: f64) -> DVec3 {
-        if area.emission.towards(side) == DVec3::ZERO {
-            DVec3::ZERO
-        } else {
-            self.map.at(on_light)
-        }
+    /// The radiance at a point of the light, W/(m²·sr), on the side that emits.
+    #[must_use]
+    pub fn radiance(&self, on_light: DVec3) -> DVec3 {
+        self.map.at(on_light)
     }
 
     /// Points in proportion to the texture, on the light or (see [`EmissionTexture::fits`]) around
     /// it.
-    pub(crate) fn points(&self) -> Option<TexturedSampler<'_>> {
+    #[must_use]
+    pub fn points(&self) -> Option<TexturedSampler<'_>> {
         TexturedSampler::new(&self.around, &self.importance)
     }
 
     /// Whether all points that are drawn lie on the light.
-    pub(crate) const fn fits(&self) -> bool {
+    #[must_use]
+    pub const fn fits(&self) -> bool {
         self.fits
     }
 
     /// The importance over the light, if it is a parallelogram.
-    pub(crate) fn over(&self, light: &ConvexPolygon) -> Option<&ImportanceImage> {
+    #[must_use]
+    pub fn over(&self, light: &ConvexPolygon) -> Option<&ImportanceImage> {
         (self.fits && self.around == *light).then_some(&self.importance)
     }
 }
@@ -168,10 +169,8 @@ fn whole(number: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{ImageData, ImageTexture, PlaneUv, Texture, TextureFilter, UvMapping, Wrap};
     use linelit_geometry::DVec2;
-    use linelit_scene::{
-        ImageData, ImageTexture, PlaneUv, Texture, TextureFilter, UvMapping, Wrap,
-    };
     use std::sync::Arc;
 
     /// An image that is white in its first pixels and black in the others, repeated over the unit square.

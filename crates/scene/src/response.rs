@@ -1,4 +1,4 @@
-//! From a material of the scene at a surface to what estimators ask: the lobes that lights reflect
+//! From a material of the scene at a surface to its reflection: the lobes that lights reflect
 //! in, and the directions into which mirrors and glass send the view on.
 //!
 //! The models are pbrt-v3's, with its conventions: plastic has its Fresnel term the wrong way round
@@ -6,10 +6,10 @@
 //! index, roughness is α after the material's remapping.
 
 use crate::differential::Change;
+use crate::{Footprint, MaterialKind, RayDifferential, Roughness, Scene, Surface, Texture};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, Fresnel, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate};
 use linelit_geometry::DVec3;
-use linelit_scene::{Footprint, MaterialKind, RayDifferential, Roughness, Scene, Surface, Texture};
 
 /// A perfect reflection or refraction of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,42 +23,47 @@ pub struct Bounce {
 }
 
 /// What a surface does with light.
-pub(crate) struct Response {
+#[derive(Clone, Debug)]
+pub struct Response {
     /// The lobes that lights reflect in.
     pub bsdf: Bsdf,
-    /// Perfect mirrors and glass.
+    /// Where perfect mirrors and glass send the view on; empty for most materials.
     pub bounces: Vec<Bounce>,
 }
 
-/// What the material of a surface does with light towards `outgoing`, about the shading normal
-/// `normal` on the viewer's side; `beside` are the rays beside the one that met it.
-#[inline]
-pub(crate) fn response(
-    scene: &Scene,
-    surface: &Surface,
-    outgoing: DVec3,
-    normal: DVec3,
-    beside: Option<&RayDifferential>,
-) -> Response {
-    let mut builder = Builder {
-        scene,
-        surface,
-        at: surface.footprint(),
-        outgoing,
-        normal,
-        beside,
-        layers: Layers::new(DVec3::ZERO),
-        anisotropic: false,
-        bounces: Vec::new(),
-    };
-    builder.material(surface.material, DVec3::ONE);
-    let mut layers = builder.layers;
-    if builder.anisotropic {
-        layers.set_tangent(surface.dp_du);
-    }
-    Response {
-        bsdf: layers.into(),
-        bounces: builder.bounces,
+impl Scene {
+    /// What the material of a surface does with light towards the unit direction `outgoing`, about
+    /// the shading normal `normal` on the viewer's side; `beside` are the rays beside the one that
+    /// met the surface.
+    #[inline]
+    #[must_use]
+    pub fn response(
+        &self,
+        surface: &Surface,
+        outgoing: DVec3,
+        normal: DVec3,
+        beside: Option<&RayDifferential>,
+    ) -> Response {
+        let mut builder = Builder {
+            scene: self,
+            surface,
+            at: surface.footprint(),
+            outgoing,
+            normal,
+            beside,
+            layers: Layers::new(DVec3::ZERO),
+            anisotropic: false,
+            bounces: Vec::new(),
+        };
+        builder.material(surface.material, DVec3::ONE);
+        let mut layers = builder.layers;
+        if builder.anisotropic {
+            layers.set_tangent(surface.dp_du);
+        }
+        Response {
+            bsdf: layers.into(),
+            bounces: builder.bounces,
+        }
     }
 }
 
@@ -297,119 +302,5 @@ fn index_of_refraction(eta: f64) -> f64 {
         eta
     } else {
         1.5
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Renderer, ShadingPoint, Workspace};
-    use linelit_bsdf::Reflection;
-    use linelit_formats::LoadOptions;
-
-    /// The shading point in the middle of a floor of some material, seen from 45° along −x.
-    fn floor(materials: &str) -> ShadingPoint {
-        let text = format!(
-            r#"
-            LookAt -2 0 2  0 0 0  0 0 1
-            Camera "perspective" "float fov" [ 20 ]
-            Film "image" "integer xresolution" [ 3 ] "integer yresolution" [ 3 ]
-            WorldBegin
-            AttributeBegin
-                AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
-                Shape "quad" "point o" [ 0 0 5 ] "vector u" [ 0 1 0 ] "vector v" [ 1 0 0 ]
-            AttributeEnd
-            {materials}
-            Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
-                "point3 P" [ -5 -5 0  5 -5 0  5 5 0  -5 5 0 ]
-            "#
-        );
-        let options = LoadOptions::default();
-        let scene = linelit_formats::from_pbrt_str(&text, "floor.pbrt", &options)
-            .unwrap()
-            .scene;
-        let mut workspace = Workspace::new();
-        Renderer::new(&scene)
-            .shading_point([1, 1], &mut workspace)
-            .unwrap()
-    }
-
-    fn albedo(point: &ShadingPoint) -> DVec3 {
-        match &point.bsdf {
-            Bsdf::Lambert(lambert) => lambert.albedo,
-            other => panic!("not diffuse: {other:?}"),
-        }
-    }
-
-    #[test]
-    fn diffuse_parts_of_a_mixture_add_up_to_lambert() {
-        let point = floor(
-            r#"
-            MakeNamedMaterial "a" "string type" "matte" "rgb Kd" [ 1 0 0 ]
-            MakeNamedMaterial "b" "string type" "plastic" "rgb Kd" [ 0 0 1 ] "rgb Ks" [ 0 0 0 ]
-            Material "mix" "string namedmaterial1" "a" "string namedmaterial2" "b" "rgb amount" [ .25 .25 .25 ]
-            "#,
-        );
-        assert!((albedo(&point) - DVec3::new(0.25, 0.0, 0.75)).length() < 1e-15);
-        assert!(point.bounces.is_empty());
-    }
-
-    #[test]
-    fn mirrors_send_the_view_on_and_reflect_no_light() {
-        let point = floor(r#"Material "mirror" "rgb Kr" [ .5 .5 .5 ]"#);
-        assert!(point.bsdf.is_black());
-        let [bounce] = point.bounces[..] else {
-            panic!("one bounce: {:?}", point.bounces)
-        };
-        let want = DVec3::new(1.0, 0.0, 1.0).normalize();
-        assert!((bounce.direction - want).length() < 1e-7, "{bounce:?}");
-        assert_eq!(bounce.weight, DVec3::splat(0.5));
-    }
-
-    /// Snell, from outside: sin t = sin 45°/1.5; radiance falls by η².
-    #[test]
-    fn glass_reflects_and_refracts() {
-        let point = floor(r#"Material "glass" "float index" 1.5"#);
-        let [mirrored, refracted] = point.bounces[..] else {
-            panic!("two bounces: {:?}", point.bounces)
-        };
-        let reflectance = Fresnel::Dielectric { eta: 1.5 }.at(0.5f64.sqrt()).x;
-        // The camera's ray is at 45° but for the f32 of the transform.
-        assert!((mirrored.weight.x - reflectance).abs() < 1e-7);
-        assert!((refracted.direction.x - 0.5f64.sqrt() / 1.5).abs() < 1e-7);
-        assert!(refracted.direction.z < 0.0);
-        let energy = refracted.weight.x * 2.25 + mirrored.weight.x;
-        assert!((energy - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn opacity_lets_the_view_straight_through() {
-        let point = floor(
-            r#"Material "uber" "rgb Kd" [ .8 .8 .8 ] "rgb Ks" [ 0 0 0 ] "rgb opacity" [ .25 .25 .25 ]"#,
-        );
-        assert!((albedo(&point) - DVec3::splat(0.2)).length() < 1e-15);
-        let [through] = point.bounces[..] else {
-            panic!("one bounce: {:?}", point.bounces)
-        };
-        assert!((through.direction + point.outgoing).length() < 1e-15);
-        assert_eq!(through.weight, DVec3::splat(0.75));
-    }
-
-    #[test]
-    fn roughness_is_remapped_and_follows_the_tangents() {
-        let facets = |text: &str| match floor(text).bsdf {
-            Bsdf::Layers(layers) => match layers.lobes().next() {
-                Some((_, Lobe::Reflector(lobe))) => lobe.facets.alpha(),
-                other => panic!("{other:?}"),
-            },
-            other => panic!("{other:?}"),
-        };
-        let plain = facets(
-            r#"Material "metal" "bool remaproughness" "false" "float uroughness" .1 "float vroughness" .4"#,
-        );
-        assert_eq!(plain.map(f64::to_bits), [0.1f64, 0.4].map(f64::to_bits));
-        let remapped = facets(r#"Material "metal" "float roughness" .1"#);
-        // pbrt-v3's polynomial at ln 0.1, by hand.
-        assert!((remapped[0] - 0.461_760_032).abs() < 1e-9, "{remapped:?}");
     }
 }
