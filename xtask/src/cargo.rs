@@ -42,10 +42,10 @@ pub(crate) fn status(command: &mut Command) -> u8 {
     }
 }
 
-/// `linelit COMMAND REST`, built with optimisation; in the caller's working folder.
-pub(crate) fn study(command: &str, rest: &[String]) -> u8 {
-    let mut run = start("study");
-    run.args(["--bin", "linelit", "--", command]).args(rest);
+/// A program of a crate with its arguments, built with optimisation; in the caller's working folder.
+pub(crate) fn program(package: &str, name: &str, arguments: &[String]) -> u8 {
+    let mut run = start(package);
+    run.args(["--bin", name, "--"]).args(arguments);
     status(&mut run)
 }
 

@@ -56,8 +56,12 @@ fn main() -> ExitCode {
             println!("{USAGE}");
             0
         }
-        "render" | "converge" | "compare" | "info" | "convert" | "check-references"
-        | "load-all" => cargo::study(command, rest),
+        "render" | "converge" | "compare" | "info" | "convert" => {
+            cargo::program("cli", "linelit", arguments.as_slice())
+        }
+        "check-references" | "load-all" => {
+            cargo::program("workshop", "workshop", arguments.as_slice())
+        }
         "bench" => match rest.split_first() {
             None => return usage("bench needs to know WHAT to measure"),
             Some((what, more)) => match what.split_once('/') {
@@ -65,10 +69,10 @@ fn main() -> ExitCode {
                 None if what == "visibility" => {
                     // Scene files are beyond what the crate itself knows.
                     let files = more.iter().any(|a| a == "--scene");
-                    let package = if files { "study" } else { "visibility" };
+                    let package = if files { "workshop" } else { "visibility" };
                     cargo::example(package, "visibility_bench", more)
                 }
-                None => cargo::study(command, rest),
+                None => cargo::program("workshop", "workshop", arguments.as_slice()),
             },
         },
         "vectors" if rest.is_empty() => return usage("vectors needs a folder"),

@@ -184,7 +184,7 @@ pub(crate) fn fuzz(words: &[String]) -> Result<u8, String> {
             other => return Err(format!("fuzz has no `{other}`")),
         }
     }
-    let mut command = cargo::cargo(["test", "--package", "linelit-study", "--test", "fuzz"]);
+    let mut command = cargo::cargo(["test", "--package", "linelit-cli", "--test", "fuzz"]);
     command
         .args(["--", "--ignored", "--nocapture"])
         .current_dir(cargo::root())

@@ -1,31 +1,13 @@
-//! Convergence studies for direct illumination: the library behind the `linelit` command.
-//!
-//! The crate measures how the error of an estimator falls with samples and with time: it runs
-//! estimators over the pixels of scenes in independent trials, scores them against a reference
-//! whose own error it states, fits orders of convergence and writes a report.
-//!
-//! ```no_run
-//! use linelit_integrator::{Renderer, Settings, Workspace};
-//!
-//! let loaded = linelit_scenes::Library::default().load("cornell-box")?;
-//! let renderer = Renderer::new(&loaded.scene);
-//! let mut workspace = Workspace::new();
-//! let radiance = renderer.pixel(&Settings::default(), [256, 400], &mut workspace);
-//! println!("{radiance}");
-//! # anyhow::Ok(())
-//! ```
+#![doc = include_str!("../README.md")]
 
-pub mod cli;
-pub mod commands;
-pub mod compare;
 pub mod engine;
-pub mod folder;
 pub mod memory;
-pub mod output;
+pub mod pixels;
 pub mod plots;
+pub mod record;
 pub mod report;
+pub mod spec;
 pub mod stats;
-pub mod studies;
 pub mod tables;
 
 /// Version of linelit, for metadata.
@@ -43,7 +25,7 @@ pub fn short_name(name: &str) -> String {
     stem.into_owned()
 }
 
-/// The example of the README, run as a test.
+/// The example of the project's page, run as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
-struct Readme;
+struct Project;

@@ -68,7 +68,8 @@ fn addresses() -> Option<u64> {
 }
 
 /// The number of KiB behind a key of `/proc/PID/status` or `/proc/meminfo`.
-pub(crate) fn kib(text: &str, key: &str) -> Option<u64> {
+#[must_use]
+pub fn kib(text: &str, key: &str) -> Option<u64> {
     let line = text.lines().find_map(|l| l.strip_prefix(key))?;
     line.split_ascii_whitespace().next()?.parse().ok()
 }

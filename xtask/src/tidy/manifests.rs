@@ -5,7 +5,7 @@ use crate::manifest;
 use std::fs;
 
 /// Crate, crates of the house it may know, crates of others it may know. The table of `docs/architecture.md`.
-const MAY_KNOW: [(&str, &[&str], &[&str]); 16] = [
+const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     ("geometry", &[], &["glam", "smallvec"]),
     ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
     ("lights", &["geometry"], &[]),
@@ -43,6 +43,19 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 16] = [
     ("scenes", &["scene", "formats", "film"], &["anyhow"]),
     (
         "study",
+        &["scene", "geometry", "samplers", "integrator", "film"],
+        &[
+            "anyhow",
+            "indicatif",
+            "maud",
+            "rayon",
+            "rustix",
+            "serde",
+            "serde_json",
+        ],
+    ),
+    (
+        "papers",
         &[
             "scene",
             "formats",
@@ -52,22 +65,60 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 16] = [
             "samplers",
             "bsdf",
             "shading",
-            "visibility",
-            "mis",
             "integrator",
             "film",
+            "study",
+        ],
+        &["anyhow", "indicatif", "serde", "serde_json"],
+    ),
+    (
+        "cli",
+        &[
+            "scene",
+            "formats",
+            "scenes",
+            "geometry",
+            "lights",
+            "bsdf",
+            "samplers",
+            "integrator",
+            "film",
+            "study",
+            "papers",
         ],
         &[
             "anyhow",
             "clap",
             "indicatif",
-            "maud",
             "rayon",
             "rustix",
             "serde",
             "serde_json",
-            "toml",
-            "libc",
+        ],
+    ),
+    (
+        "workshop",
+        &[
+            "scene",
+            "formats",
+            "scenes",
+            "geometry",
+            "lights",
+            "bsdf",
+            "samplers",
+            "visibility",
+            "integrator",
+            "film",
+            "study",
+            "cli",
+        ],
+        &[
+            "anyhow",
+            "clap",
+            "indicatif",
+            "rayon",
+            "serde",
+            "serde_json",
         ],
     ),
     ("testkit", &[], &["dashu-float", "puruspe", "proptest"]),
@@ -75,7 +126,7 @@ const MAY_KNOW: [(&str, &[&str], &[&str]); 16] = [
 ];
 
 /// What any crate may use in its tests and benches, beside what it may know anyway.
-const FOR_TESTS: [&str; 7] = [
+const FOR_TESTS: &[&str] = &[
     "linelit-testkit",
     // What shading's transformed cosines are fitted to.
     "linelit-bsdf",
@@ -84,6 +135,7 @@ const FOR_TESTS: [&str; 7] = [
     "insta",
     "sobol_burley",
     "serde_json",
+    "rustix",
 ];
 
 pub(super) fn dependency_table(house: &House) -> Vec<String> {
@@ -112,8 +164,8 @@ pub(super) fn dependency_table(house: &House) -> Vec<String> {
         }
         for (name, _) in &member.dev_dependencies {
             // Tests of the crates that end in images may look at the whole way.
-            let whole_way =
-                matches!(folder.as_str(), "integrator" | "study") && name.starts_with("linelit-");
+            let whole_way = matches!(folder.as_str(), "integrator" | "study" | "cli")
+                && name.starts_with("linelit-");
             if !allowed(name) && !FOR_TESTS.contains(&name.as_str()) && !whole_way {
                 problems.push(format!(
                     "{}: may not depend on {name}, not even in tests",
@@ -124,6 +176,15 @@ pub(super) fn dependency_table(house: &House) -> Vec<String> {
     }
     problems
 }
+
+/// What is for this repository alone: tests, tools, and what leans on the papers' numbers.
+const UNPUBLISHED: [&str; 5] = [
+    "linelit-testkit",
+    "linelit-papers",
+    "linelit-cli",
+    "linelit-workshop",
+    "xtask",
+];
 
 pub(super) fn hygiene(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
@@ -164,10 +225,10 @@ pub(super) fn hygiene(house: &House) -> Vec<String> {
                 ));
             }
         }
-        let internal = matches!(name.as_str(), "linelit-testkit" | "xtask");
-        if internal == published {
+        if UNPUBLISHED.contains(&name.as_str()) == published {
             problems.push(format!(
-                "{name}: publish = false belongs to testkit and xtask, and to them alone"
+                "{name}: publish = false belongs to {}, and to them alone",
+                UNPUBLISHED.join(", ")
             ));
         }
     }

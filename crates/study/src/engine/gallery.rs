@@ -1,7 +1,7 @@
 //! Pictures by several estimators, for the same time or the same samples, and how wrong each is.
 
 use super::{Cell, Reference, Targets, run_cell, score};
-use crate::studies::{Budget, Gallery, StudySpec};
+use crate::spec::{Budget, Gallery, StudySpec};
 use indicatif::ProgressBar;
 use linelit_film::Image;
 use linelit_integrator::{Estimator, Renderer, Settings};

@@ -15,4 +15,4 @@ pub use gallery::GalleryPicture;
 pub use reference::{Reference, reference};
 pub use run::{CELL_SECONDS, Cell, CellRun, Targets, Times, run_cell};
 pub use score::{Score, score};
-pub use study::{CellResult, LeftOut, Opened, SceneResult, View, open_all, run_scene};
+pub use study::{CellResult, LeftOut, Opened, SceneResult, open_all, run_scene};

@@ -3,9 +3,9 @@
 use super::gallery::{GalleryPicture, gallery};
 use super::image::{self, Window};
 use super::{Cell, CellRun, Reference, Score, Targets, Times, reference, run_cell, score};
-use crate::cli::Pixels;
 use crate::memory;
-use crate::studies::StudySpec;
+use crate::pixels::Pixels;
+use crate::spec::{StudySpec, View};
 use anyhow::{Result, bail};
 use indicatif::ProgressBar;
 use linelit_film::Image;
@@ -13,7 +13,6 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Estimator, Renderer, Settings, ShadingPoint};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
-use linelit_scenes::Library;
 use std::time::Instant;
 
 /// What was measured on one scene.
@@ -75,19 +74,6 @@ pub struct LeftOut {
     pub samples: u32,
 }
 
-/// Where a study looks: a scene, and which of its pixels.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// The scene, by file or name.
-    pub scene: String,
-    /// The name under which results stand.
-    pub label: String,
-    /// The pixels.
-    pub pixels: Pixels,
-    /// Whether the gallery is rendered here.
-    pub with_gallery: bool,
-}
-
 /// A view whose scene is in memory, checked as far as that goes without measuring.
 #[derive(Debug)]
 pub struct Opened {
@@ -106,16 +92,19 @@ impl Opened {
     }
 }
 
-/// Opens everything a study looks at, so that what is wrong with the last scene is found before
+/// Opens everything a study looks at with `load`, by file or name, so that what is wrong with the last scene is found before
 /// the first is measured.
 ///
 /// # Errors
 /// If a scene cannot be loaded or has nothing to light, a pixel is outside it, the camera sees
 /// nothing at the pixels, or the study does not fit into memory.
-pub fn open_all(spec: &StudySpec, library: &Library) -> Result<Vec<Opened>> {
+pub fn open_all(
+    spec: &StudySpec,
+    load: &mut dyn FnMut(&str) -> Result<Scene>,
+) -> Result<Vec<Opened>> {
     let views = spec.views().into_iter();
     let opened: Vec<Opened> = views
-        .map(|view| open(spec, view, library))
+        .map(|view| open(spec, view, load))
         .collect::<Result<_>>()?;
     // The first is looked at next anyway, when nothing can be lost yet.
     for later in opened.iter().skip(1) {
@@ -125,9 +114,13 @@ pub fn open_all(spec: &StudySpec, library: &Library) -> Result<Vec<Opened>> {
     Ok(opened)
 }
 
-fn open(spec: &StudySpec, view: View, library: &Library) -> Result<Opened> {
+fn open(
+    spec: &StudySpec,
+    view: View,
+    load: &mut dyn FnMut(&str) -> Result<Scene>,
+) -> Result<Opened> {
     let start = Instant::now();
-    let mut scene = library.load_lit(&view.scene)?.scene;
+    let mut scene = load(&view.scene)?;
     let load_seconds = start.elapsed().as_secs_f64();
     let picture_size = picture_size(&scene);
     check_memory(spec, &view.pixels)?;

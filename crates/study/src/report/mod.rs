@@ -11,6 +11,7 @@ mod summary;
 
 pub use study::plot_files;
 
+use crate::tables::{commit, cpu_name};
 use linelit_film::{Exposure, FilmError, HeatMap, Image, encode_png};
 
 /// A page.
@@ -26,6 +27,24 @@ pub struct Report {
     pub facts: Vec<(String, String)>,
     /// The command that repeats it all.
     pub command: String,
+}
+
+impl Report {
+    /// A page that says what linelit and what machine made it; without the command that did.
+    #[must_use]
+    pub fn new(title: &str, summary: Vec<String>, sections: Vec<Section>) -> Self {
+        Self {
+            title: title.to_owned(),
+            summary,
+            sections,
+            facts: vec![
+                ("version".to_owned(), crate::version()),
+                ("commit".to_owned(), commit()),
+                ("processor".to_owned(), cpu_name()),
+            ],
+            command: String::new(),
+        }
+    }
 }
 
 /// A part of a page: one scene, or one figure.

@@ -1,0 +1,183 @@
+//! `linelit render`.
+
+use super::{bar, pool};
+use crate::args::{Crop, LightEstimator, RenderArgs};
+use crate::output::{Output, OutputError};
+use anyhow::{Result, bail};
+use linelit_film::{Document, Exposure, Image};
+use linelit_integrator::{Counts, Renderer, Settings};
+use linelit_study::engine::image::{self, Window};
+use linelit_study::{short_name, version};
+use std::time::Instant;
+
+/// Renders a scene to an image.
+///
+/// # Errors
+/// If the scene cannot be read or the image cannot be written.
+pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
+    // Before the work, lest that be lost.
+    linelit_film::try_place(&args.output)?;
+    let pool = pool(&args.common)?;
+    let start = Instant::now();
+    let mut scene = args.common.read.library().load_lit(&args.scene)?.scene;
+    if let Some(resolution) = args.resolution {
+        scene.set_resolution(resolution.width, resolution.height);
+    }
+    let window = window(&scene, args.crop);
+    pool.install(|| image::check_memory(window))?;
+    let load_seconds = start.elapsed().as_secs_f64();
+    let built = Instant::now();
+    let mut renderer = pool.install(|| Renderer::new(&scene));
+    set_light_estimators(&mut renderer, &args.light_estimator)?;
+    let build_seconds = built.elapsed().as_secs_f64();
+    let settings = Settings {
+        estimator: args.estimator,
+        sampler: args.sampler,
+        samples: args.samples,
+        lights: args.lights,
+        spheres: args.spheres,
+        pixel_samples: args.pixel_samples,
+        seed: args.seed,
+        show_lights: !args.hide_lights,
+        bounces: args.bounces,
+        skip: true,
+        share: true,
+    };
+    let drawn = Instant::now();
+    let (image, counts) =
+        pool.install(|| image::render(&renderer, &settings, window, &bar("rendering")));
+    let seconds = drawn.elapsed().as_secs_f64();
+    let times = [load_seconds, build_seconds, seconds];
+    let result = args.common.json.then(|| json(args, &image, &counts, times));
+    write(image, args, &settings)?;
+    if let Some(result) = result {
+        writeln!(out, "{result}")?;
+    } else if args.explain {
+        explain(&renderer, &counts, times, out)?;
+    }
+    Ok(())
+}
+
+fn set_light_estimators(renderer: &mut Renderer<'_>, list: &[LightEstimator]) -> Result<()> {
+    let count = renderer.scene().lights.len();
+    for own in list {
+        if own.light as usize >= count {
+            bail!(
+                "no light {}: the scene has {count}, counted from 0",
+                own.light
+            );
+        }
+        renderer.set_light_estimator(own.light, Some(own.estimator));
+    }
+    Ok(())
+}
+
+fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Window {
+    let Some(Crop([x0, x1, y0, y1])) = crop else {
+        let [x0, x1, y0, y1] = scene.film.crop;
+        return Window { x0, x1, y0, y1 };
+    };
+    let (x0, x1) = span(x0, x1, scene.film.width);
+    let (y0, y1) = span(y0, y1, scene.film.height);
+    Window { x0, x1, y0, y1 }
+}
+
+/// The pixels of a range of fractions, at least one (pbrt: rounded up at both ends).
+fn span(lo: f64, hi: f64, size: u32) -> (u32, u32) {
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "fractions of a u32"
+    )]
+    let pixel = |f: f64| ((f64::from(size) * f).ceil() as u32).min(size);
+    let first = pixel(lo).min(size - 1);
+    (first, pixel(hi).max(first + 1))
+}
+
+/// Takes the image, whose memory the file's text needs.
+fn write(image: Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
+    let path = &args.output;
+    if path.extension().is_some_and(|e| e == "png") {
+        linelit_film::write_png(path, &image, Exposure::default())?;
+        return Ok(());
+    }
+    let mut document = Document::new(image.width, image.height);
+    document.add_image("", &image)?;
+    drop(image);
+    document.set("scene", short_name(&args.scene));
+    document.set("estimator", settings.estimator);
+    for own in &args.light_estimator {
+        let name = format!("estimatorOfLight{}", own.light);
+        document.set(&name, own.estimator);
+    }
+    document.set("sampler", settings.sampler);
+    document.set("samples", settings.samples);
+    document.set("pixelSamples", settings.pixel_samples);
+    document.set("seed", settings.seed);
+    document.set("linelit", version());
+    linelit_film::write_atomically(path, &document.into_bytes()?)?;
+    Ok(())
+}
+
+fn explain(
+    renderer: &Renderer<'_>,
+    counts: &Counts,
+    times: [f64; 3],
+    out: &mut Output,
+) -> Result<(), OutputError> {
+    writeln!(
+        out,
+        "{:>14}  lights, {} of them dark",
+        renderer.plan().lights().len(),
+        renderer.plan().dark_lights()
+    )?;
+    write!(out, "{}", counts.plan)?;
+    writeln!(out, "{:>14}  rays", counts.visibility.rays)?;
+    writeln!(
+        out,
+        "{:>14}  shafts, {} of them too dense to keep",
+        counts.visibility.shafts, counts.visibility.dense_shafts
+    )?;
+    writeln!(out, "{:>14}  box tests", counts.visibility.node_tests)?;
+    writeln!(
+        out,
+        "{:>14}  triangle tests",
+        counts.visibility.triangle_tests
+    )?;
+    writeln!(
+        out,
+        "{:>14}  visible pieces of {} lines",
+        counts.segments.pieces, counts.segments.lines
+    )?;
+    let [load, build, render] = times;
+    writeln!(
+        out,
+        "load {load:.3} s, build {build:.3} s, render {render:.3} s"
+    )
+}
+
+fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> serde_json::Value {
+    let plan: serde_json::Map<_, _> = counts
+        .plan
+        .rows()
+        .iter()
+        .map(|(k, v)| ((*k).to_owned(), (*v).into()))
+        .collect();
+    serde_json::json!({
+        "scene": args.scene,
+        "output": args.output,
+        "width": image.width,
+        "height": image.height,
+        "mean": image.mean(),
+        "load_seconds": times[0],
+        "build_seconds": times[1],
+        "render_seconds": times[2],
+        "plan": plan,
+        "rays": counts.visibility.rays,
+        "shafts": counts.visibility.shafts,
+        "line_queries": counts.visibility.line_queries,
+        "node_tests": counts.visibility.node_tests,
+        "triangle_tests": counts.visibility.triangle_tests,
+        "intervals": counts.visibility.intervals,
+    })
+}

@@ -1,0 +1,20 @@
+//! The `linelit` command.
+
+use linelit_cli::args::{Cli, Command};
+use linelit_cli::{commands, program};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    program::start(|cli: &Cli, out| {
+        if let Some(set) = cli.isa {
+            set.limit();
+        }
+        match &cli.command {
+            Command::Render(args) => commands::render(args, out),
+            Command::Converge(args) => commands::converge(args, out),
+            Command::Compare(args) => commands::compare(args, out),
+            Command::Info(args) => commands::info(args, out),
+            Command::Convert(args) => commands::convert(args),
+        }
+    })
+}

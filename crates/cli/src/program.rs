@@ -1,0 +1,57 @@
+//! How a program of this workspace starts and ends.
+
+use crate::args::UsageError;
+use crate::output::{CLOSED_STATUS, Output, OutputError, note};
+use anyhow::Result;
+use clap::Parser;
+use linelit_formats::SceneError;
+use std::process::ExitCode;
+
+/// The exit status for usage errors, which clap has, too.
+const USAGE_STATUS: u8 = 2;
+
+/// Reads the command line, works, and says what went wrong: 0 done, 1 failed, 2 usage, 141 when
+/// nobody reads standard output any more.
+pub fn start<C: Parser>(work: impl FnOnce(&C, &mut Output) -> Result<()>) -> ExitCode {
+    let mut out = Output::stdout();
+    match run(work, &mut out) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure(&error),
+    }
+}
+
+fn run<C: Parser>(
+    work: impl FnOnce(&C, &mut Output) -> Result<()>,
+    out: &mut Output,
+) -> Result<()> {
+    match C::try_parse() {
+        Ok(words) => work(&words, out)?,
+        // What was asked for: help, or the version.
+        Err(text) if !text.use_stderr() => write!(out, "{}", text.render())?,
+        Err(error) => return Err(error.into()),
+    }
+    Ok(out.flush()?)
+}
+
+/// Says what went wrong, and the exit status for it.
+fn failure(error: &anyhow::Error) -> ExitCode {
+    if let Some(OutputError::Closed) = error.downcast_ref() {
+        return ExitCode::from(CLOSED_STATUS);
+    }
+    if let Some(usage) = error.downcast_ref::<clap::Error>() {
+        note(format_args!("{}", usage.render().to_string().trim_end()));
+        return ExitCode::from(USAGE_STATUS);
+    }
+    if let Some(UsageError(what)) = error.downcast_ref() {
+        note(format_args!(
+            "error: {what}\n\nFor more information, try '--help'."
+        ));
+        return ExitCode::from(USAGE_STATUS);
+    }
+    // Errors of scene files bring their own heading.
+    match error.downcast_ref::<SceneError>() {
+        Some(error) => note(format_args!("{error}")),
+        None => note(format_args!("error: {error:#}")),
+    }
+    ExitCode::FAILURE
+}

@@ -1,0 +1,438 @@
+//! Shirley & Wang 1991: one sample for all luminaires, and thousands of them.
+
+use crate::picture_study::{
+    Context, PictureStudy, Row, exposed, render_with, rmse, section, table,
+};
+use anyhow::Result;
+use indicatif::ProgressBar;
+use linelit_film::Image;
+use linelit_formats::LoadOptions;
+use linelit_geometry::DVec3;
+use linelit_integrator::{LightChoice, Renderer, Settings, Spheres};
+use linelit_lights::Light;
+use linelit_lights::selection::{Importance, LightTree};
+use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
+use linelit_scenes::luminaires;
+use linelit_study::engine::image::{self, Window};
+use linelit_study::engine::{Cell, Targets, run_cell};
+use linelit_study::plots::{ConvergencePlot, Palette, PlotPoint, Series};
+use linelit_study::report::{Picture, Plot, Section};
+use std::hint::black_box;
+use std::time::Instant;
+
+/// The paper's resolution.
+const SIZE: [u32; 2] = [128; 2];
+/// Lines to each luminaire for references, and for one that every single pixel is held to.
+const LINES: u32 = 64;
+const SHARP: u32 = 1024;
+/// Rays through a pixel in Figs. 6 and 8.
+const RAYS: u32 = 100;
+
+/// Everything of the paper, and the light tree.
+///
+/// # Errors
+/// If a scene cannot be read.
+pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
+    let mut sections = Vec::new();
+    let mut rows = Vec::new();
+    let two = scene(&luminaires::room(2), context)?;
+    let many = scene(&luminaires::room(32), context)?;
+    for (name, scene) in [
+        ("Figs. 5 and 6: 2 luminaires", &two),
+        ("Figs. 7 and 8: 32 luminaires", &many),
+    ] {
+        sections.push(all_or_one(name, scene, context, &mut rows)?);
+    }
+    sections.push(alphas(&many, context, &mut rows)?);
+    sections.push(bands(&two, context, &mut rows)?);
+    sections.push(balls(context, &mut rows)?);
+    sections.push(thousands(context, &mut rows)?);
+    sections.push(logarithm(context, &mut rows)?);
+    let summary = "One shadow ray for the union of all luminaires, with the probabilities α of Shirley & \
+                   Wang and of a light tree.";
+    Ok(PictureStudy {
+        title: "Many luminaires: Shirley & Wang 1991".to_owned(),
+        summary: vec![summary.to_owned()],
+        sections,
+        rows,
+    })
+}
+
+fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
+    let options = LoadOptions {
+        strict: context.library.options.strict,
+        ..LoadOptions::default()
+    };
+    let mut scene = linelit_formats::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene;
+    let [width, height] = context.size(SIZE);
+    scene.set_resolution(width, height);
+    Ok(scene)
+}
+
+fn settings(lights: LightChoice, samples: u32, pixel_samples: u32, seed: u64) -> Result<Settings> {
+    Ok(Settings {
+        estimator: "point-solid-angle".parse()?,
+        sampler: SamplerKind::Independent,
+        lights,
+        samples,
+        pixel_samples,
+        seed,
+        show_lights: false,
+        ..Settings::default()
+    })
+}
+
+/// Whole pixels, camera samples and all.
+fn pixels(renderer: &Renderer<'_>, settings: &Settings, progress: &ProgressBar) -> Image {
+    let film = &renderer.scene().film;
+    let window = Window::whole(film.width, film.height);
+    image::render(renderer, settings, window, progress).0
+}
+
+/// The exact light of the pixels' centres: enough lines of each luminaire.
+fn exact(renderer: &Renderer<'_>, samples: u32, progress: &ProgressBar) -> Result<Image> {
+    let settings = Settings {
+        estimator: "line-analytic".parse()?,
+        sampler: SamplerKind::Stratified,
+        samples,
+        show_lights: false,
+        seed: 77,
+        ..Settings::default()
+    };
+    Ok(pixels(renderer, &settings, progress))
+}
+
+/// Figs. 5–8: a shadow ray for each luminaire or one for all, with 1 and 100 rays through a pixel.
+fn all_or_one(
+    name: &str,
+    scene: &Scene,
+    context: &Context<'_>,
+    rows: &mut Vec<Row>,
+) -> Result<Section> {
+    let renderer = Renderer::new(scene);
+    let lights = renderer.plan().lights().len();
+    let centre = exact(&renderer, LINES, context.progress)?;
+    let many = settings(LightChoice::Tree, 4, 3 * RAYS, 1 << 40)?;
+    let smooth = pixels(&renderer, &many, context.progress);
+    let (mut pictures, mut own) = (Vec::new(), Vec::new());
+    for (rays, reference) in [(1, &centre), (RAYS, &smooth)] {
+        for (choice, shadows) in [(LightChoice::All, lights), (LightChoice::Estimate, 1)] {
+            let image = pixels(
+                &renderer,
+                &settings(choice, 1, rays, context.seed)?,
+                context.progress,
+            );
+            let error = rmse(&image, reference);
+            let caption =
+                format!("{rays} rays a pixel, {shadows} shadow rays each: RMSE {error:.4}");
+            pictures.push(exposed(&image, reference, &caption)?);
+            #[allow(clippy::cast_precision_loss, reason = "small")]
+            let total = (shadows * rays as usize) as f64;
+            let values = [("RMSE", error), ("shadow rays a pixel", total)];
+            own.push(Row::new(format!("{name}: {rays} rays, {choice}"), &values));
+        }
+    }
+    let lead = "Left of each pair: a shadow ray to each luminaire; right: one to the union of all, with α \
+                by an estimate of the unshadowed light.";
+    let tables = vec![table(
+        "Against 64 lines a luminaire (1 ray) and 300 rays (100 rays).",
+        &["shadow rays a pixel", "RMSE"],
+        &own,
+    )];
+    rows.extend(own);
+    Ok(section(name, lead, pictures, tables))
+}
+
+/// The choices of one light of many.
+const CHOICES: [LightChoice; 5] = [
+    LightChoice::Uniform,
+    LightChoice::Power,
+    LightChoice::Estimate,
+    LightChoice::Exact,
+    LightChoice::Tree,
+];
+
+/// Fig. 9: equal α and better ones; the error over the number of shadow rays.
+fn alphas(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
+    let renderer = Renderer::new(scene);
+    let reference = exact(&renderer, LINES, context.progress)?;
+    let mut pictures = Vec::new();
+    for choice in CHOICES {
+        let image = pixels(
+            &renderer,
+            &settings(choice, 1, 1, context.seed)?,
+            context.progress,
+        );
+        let error = rmse(&image, &reference);
+        pictures.push(exposed(
+            &image,
+            &reference,
+            &format!("α by {choice}: RMSE {error:.4}"),
+        )?);
+        rows.push(Row::new(
+            format!("Fig. 9: {choice}, 1 ray"),
+            &[("RMSE", error)],
+        ));
+    }
+    let mut series = Vec::new();
+    for choice in CHOICES {
+        let points = [1u32, 4, 16, 64]
+            .into_iter()
+            .map(|n| error_at(&renderer, choice, n, &reference, context))
+            .collect::<Result<_>>()?;
+        series.push(line(choice.to_string(), points));
+    }
+    let all = vec![error_at(
+        &renderer,
+        LightChoice::All,
+        1,
+        &reference,
+        context,
+    )?];
+    series.push(line("a ray for each".to_owned(), all));
+    let lead = "Left: α = 1/32. With α by what each luminaire would give unshadowed, one ray to the union \
+                is far less noisy.";
+    let mut out = section("Fig. 9", lead, pictures, Vec::new());
+    out.plots.push(plot(series));
+    Ok(out)
+}
+
+fn line(name: String, points: Vec<PlotPoint>) -> Series {
+    Series {
+        estimator: name,
+        sampler: "independent".to_owned(),
+        points,
+    }
+}
+
+fn plot(series: Vec<Series>) -> Plot {
+    let palette = Palette::new(series.iter().map(|s| s.estimator.as_str()));
+    let plot = ConvergencePlot {
+        title: "error over shadow rays".to_owned(),
+        x_label: "shadow rays of a shading point".to_owned(),
+        y_label: "root mean squared error".to_owned(),
+        x_ticks: Some(vec![1.0, 4.0, 16.0, 64.0]),
+        guides: vec![-0.5],
+        series,
+        palette,
+    };
+    Plot {
+        svg: plot.render(),
+        caption: "32 luminaires: error over shadow rays.".to_owned(),
+    }
+}
+
+fn error_at(
+    renderer: &Renderer<'_>,
+    choice: LightChoice,
+    samples: u32,
+    reference: &Image,
+    context: &Context<'_>,
+) -> Result<PlotPoint> {
+    let image = pixels(
+        renderer,
+        &settings(choice, samples, 1, context.seed + 5)?,
+        context.progress,
+    );
+    #[allow(clippy::cast_precision_loss, reason = "small")]
+    let each = if choice == LightChoice::All {
+        renderer.plan().lights().len() as f64
+    } else {
+        1.0
+    };
+    Ok(PlotPoint {
+        x: each * f64::from(samples),
+        y: rmse(&image, reference),
+        y_error: 0.0,
+    })
+}
+
+/// Fig. 10: α by centres loses light; with the rule of false zeros none is lost.
+fn bands(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
+    let renderer = Renderer::new(scene);
+    let reference = exact(&renderer, SHARP, context.progress)?;
+    let mut pictures = vec![exposed(&reference, &reference, "reference")?];
+    let mut own = Vec::new();
+    for choice in [
+        LightChoice::Centre,
+        LightChoice::Estimate,
+        LightChoice::Tree,
+    ] {
+        let image = pixels(
+            &renderer,
+            &settings(choice, 1024, 1, context.seed)?,
+            context.progress,
+        );
+        // Light that is lost: pixels that are dark, or less than half as bright, though noise at 1024
+        // samples is a few percent.
+        let lost = |(p, q): &(&[f32; 3], &[f32; 3])| q[0] > 1e-3 && p[0] < 0.5 * q[0];
+        let count = image.rgb.iter().zip(&reference.rgb).filter(lost).count();
+        let mean = |i: &Image| i.rgb.iter().map(|p| f64::from(p[0])).sum::<f64>();
+        let missing = 1.0 - mean(&image) / mean(&reference);
+        pictures.push(exposed(
+            &image,
+            &reference,
+            &format!("α by {choice}, 1024 rays: {count} pixels have lost light"),
+        )?);
+        #[allow(clippy::cast_precision_loss, reason = "small")]
+        let values = [
+            ("pixels that lost light", count as f64),
+            ("light missing in all", missing),
+        ];
+        own.push(Row::new(format!("Fig. 10: {choice}"), &values));
+    }
+    let lead = "α by the luminaires' centres is zero where a centre is below the horizon of the ball and \
+                the rest is not: bands. The rule that α may vanish only where no point can contribute \
+                removes them.";
+    let tables = vec![table(
+        "",
+        &["pixels that lost light", "light missing in all"],
+        &own,
+    )];
+    rows.extend(own);
+    Ok(section("Fig. 10", lead, pictures, tables))
+}
+
+/// Figs. 2 and 3: a sphere by three densities.
+fn balls(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
+    let scene = scene(&luminaires::shining_ball(), context)?;
+    let renderer = Renderer::new(&scene);
+    let shade = |estimator: &str, samples, seed| -> Result<Image> {
+        let settings = Settings {
+            estimator: estimator.parse()?,
+            spheres: Spheres::Exact,
+            ..settings(LightChoice::All, samples, 1, seed)?
+        };
+        Ok(pixels(&renderer, &settings, context.progress))
+    };
+    let reference = shade("point-solid-angle", 1024, 9)?;
+    let (mut pictures, mut own): (Vec<Picture>, _) = (Vec::new(), Vec::new());
+    for (what, estimator) in [
+        ("whole area", "point-area"),
+        ("visible area", "point-visible-area"),
+        ("solid angle", "point-solid-angle"),
+    ] {
+        let image = shade(estimator, 1, context.seed)?;
+        let error = rmse(&image, &reference);
+        pictures.push(exposed(
+            &image,
+            &reference,
+            &format!("{what}: RMSE {error:.4}"),
+        )?);
+        own.push(Row::new(
+            format!("Figs. 2-3: {what}, 1 ray"),
+            &[("RMSE", error)],
+        ));
+    }
+    let lead = "A sphere by points uniform on all of its area, on the part that is seen, and in solid angle.";
+    let tables = vec![table("One ray a pixel.", &["RMSE"], &own)];
+    rows.extend(own);
+    Ok(section("Figs. 2 and 3: spheres", lead, pictures, tables))
+}
+
+/// Ten thousand luminaires: the tree against the probabilities that are best without knowing shadows.
+fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
+    let hall = luminaires::hall(context.or_least(100, 4));
+    let mut scene = scene(&hall, context)?;
+    scene.set_resolution(64, 64);
+    let renderer = Renderer::new(&scene);
+    let across = || (0..64u32).step_by(4);
+    let grid: Vec<[u32; 2]> = across()
+        .flat_map(|y| across().map(move |x| [x, y]))
+        .collect();
+    let targets = Targets::find(&renderer, &grid);
+    // α by an estimate is drawn anew for each trial, so that it needs trials; of the others the
+    // samples of a trial are independent, too, and α costs once.
+    let spread = |choice| -> Result<f64> {
+        let (samples, trials) = match choice {
+            LightChoice::Estimate => (1, 32),
+            _ => (128, 8),
+        };
+        let settings = settings(choice, samples, 1, context.seed)?;
+        let run = run_cell(&renderer, &targets, Cell { settings, trials });
+        let n = f64::from(trials);
+        let variance = |i: usize| {
+            let values = run.trials_of(i);
+            let mean = values.iter().copied().sum::<DVec3>() / n;
+            let squares = values.iter().map(|v| (*v - mean).length_squared());
+            squares.sum::<f64>() / (3.0 * (n - 1.0))
+        };
+        let points = targets.points.len();
+        #[allow(clippy::cast_precision_loss, reason = "small")]
+        let mean = (0..points).map(variance).sum::<f64>() / points as f64;
+        Ok((mean * f64::from(samples)).sqrt())
+    };
+    let ideal = spread(LightChoice::Exact)?;
+    let mut own = Vec::new();
+    for choice in CHOICES {
+        let deviation = spread(choice)?;
+        let values = [("RMSE", deviation), ("over ideal", deviation / ideal)];
+        own.push(Row::new(format!("10,000 luminaires: {choice}"), &values));
+    }
+    let size = context.size(SIZE);
+    scene.set_resolution(size[0], size[1]);
+    let renderer = Renderer::new(&scene);
+    let render = |choice| -> Result<Image> {
+        Ok(render_with(
+            &renderer,
+            &settings(choice, 4, 1, context.seed)?,
+            size,
+            context.progress,
+            |_| {},
+        ))
+    };
+    let tree = render(LightChoice::Tree)?;
+    let power = render(LightChoice::Power)?;
+    let pictures = vec![
+        exposed(&power, &tree, "by power, 4 rays")?,
+        exposed(&tree, &tree, "by the tree, 4 rays")?,
+    ];
+    let lead = "A hall with 10,000 luminaires and columns between them. The ideal without knowledge of \
+                shadows is α in proportion to the exact unshadowed light of each.";
+    let tables = vec![table(
+        "Standard deviation of one ray a point.",
+        &["RMSE", "over ideal"],
+        &own,
+    )];
+    rows.extend(own);
+    Ok(section("Ten thousand luminaires", lead, pictures, tables))
+}
+
+/// What a pick costs by the number of lights.
+fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
+    let mut own = Vec::new();
+    let mut costs = Vec::new();
+    for &side in context.or_least(&[4u32, 13, 40, 126][..], &[4]) {
+        let scene = scene(&luminaires::hall(side), context)?;
+        let lights: Vec<Light> = scene.lights.iter().map(|l| *l.light).collect();
+        let tree = LightTree::new(&lights, Importance::default());
+        let points: Vec<DVec3> = (0..256)
+            .map(|i| {
+                let at = |k: f64| 30.0 * ((f64::from(i) + 0.5) * k).fract() - 15.0;
+                DVec3::new(at(0.618_034), 0.0, at(0.754_878))
+            })
+            .collect();
+        let mut least = f64::INFINITY;
+        for _ in 0..40 {
+            let start = Instant::now();
+            for (i, x) in points.iter().enumerate() {
+                #[allow(clippy::cast_precision_loss, reason = "small")]
+                let u = (i as f64 * 0.381_966).fract();
+                black_box(tree.pick(|i| &lights[i], black_box(*x), DVec3::Y, u));
+            }
+            least = least.min(start.elapsed().as_secs_f64() * 1e9 / 256.0);
+        }
+        let count = f64::from(side * side);
+        costs.push((count.log2(), least));
+        let values = [
+            ("ns per pick", least),
+            ("ns per doubling", least / count.log2()),
+        ];
+        own.push(Row::new(format!("tree of {count} luminaires"), &values));
+    }
+    rows.extend(own.clone());
+    let lead = "The cost of choosing one light by the tree: a straight line over the logarithm.";
+    let tables = vec![table("", &["ns per pick", "ns per doubling"], &own)];
+    Ok(section("The cost of the tree", lead, Vec::new(), tables))
+}

@@ -1,0 +1,109 @@
+//! The command line of the workshop.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use linelit_cli::args::{
+    List, MOST_SAMPLES, ReadArgs, SampleCounts, SceneArgs, instruction_set, seconds,
+};
+use linelit_geometry::isa::InstructionSet;
+use linelit_integrator::Estimator;
+use linelit_study::pixels::Resolution;
+use std::path::PathBuf;
+
+/// The tools of those who work on linelit; `cargo xtask` starts them.
+#[derive(Debug, Parser)]
+#[command(name = "workshop", version, about, disable_help_subcommand = true)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// No vector instructions beyond scalar, avx2 or avx512: for tests, as results do not depend
+    /// on it.
+    #[arg(long, global = true, hide = true, value_name = "SET", value_parser = instruction_set)]
+    pub(crate) isa: Option<InstructionSet>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Hold renders to the reference images below a folder.
+    CheckReferences(CheckArgs),
+    /// Load and render every scene file below a folder; a line per file.
+    LoadAll(LoadAllArgs),
+    /// Measure speed: error against time of all ways to direct light.
+    Bench(BenchArgs),
+}
+
+/// `bench`.
+#[derive(Args, Debug)]
+pub(crate) struct BenchArgs {
+    /// What to measure.
+    pub(crate) what: Bench,
+    /// Scene file, or the name of a built-in scene, in place of all built-in ones.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) scene: Option<String>,
+    /// Estimators to measure, separated by commas outside brackets; the last competes with the rest.
+    #[arg(long, value_name = "E,E…")]
+    pub(crate) estimators: Option<List<Estimator>>,
+    /// Numbers of samples, in ascending order; powers of two unless told. `mis` takes the first.
+    #[arg(long, value_name = "N,N…")]
+    pub(crate) samples: Option<SampleCounts>,
+    /// Resolution of the image whose pixels are measured.
+    #[arg(long, value_name = "WxH", default_value = "32x24")]
+    pub(crate) resolution: Resolution,
+    /// An image of that resolution, without lights, to measure errors by.
+    #[arg(long, value_name = "IMAGE")]
+    pub(crate) reference: Option<PathBuf>,
+    /// Times that everything is run, in alternation.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) rounds: u32,
+    /// How scenes are read.
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// The benchmarks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Bench {
+    /// Error against time.
+    EqualTime,
+    /// What the densities of one technique at another's samples cost.
+    Mis,
+}
+
+/// `load-all`.
+#[derive(Args, Debug)]
+pub(crate) struct LoadAllArgs {
+    /// The folder.
+    pub(crate) dir: PathBuf,
+    /// Seconds on the processor that a file may take.
+    #[arg(long, default_value_t = 5.0, value_parser = seconds)]
+    pub(crate) seconds: f64,
+    /// Print a line of JSON per file.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Do one file in this process: what the command starts for each.
+    #[arg(long, hide = true)]
+    pub(crate) one: bool,
+}
+
+/// `check-references`.
+#[derive(Args, Debug)]
+pub(crate) struct CheckArgs {
+    /// The folder with `references/` and `scenes/` below it.
+    pub(crate) dir: PathBuf,
+    /// Light samples per shading point and light.
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
+    pub(crate) samples: u32,
+    /// Only the references whose name contains this, such as `kitchen`.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) only: Option<String>,
+    /// A folder for a page with ours, theirs and the difference side by side.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Common flags.
+    #[command(flatten)]
+    pub(crate) common: SceneArgs,
+}

@@ -1,0 +1,197 @@
+//! `bench equal-time`: who reaches an error first.
+
+use crate::args::BenchArgs;
+use anyhow::{Context, Result, bail};
+use linelit_cli::output::{Output, OutputError};
+use linelit_film::Image;
+use linelit_geometry::DVec3;
+use linelit_integrator::{Estimator, Renderer, ShadingPoint};
+use linelit_study::engine::{Contest, Curve, Targets, Truth, contest};
+use linelit_study::pixels::Resolution;
+use serde_json::json;
+use std::path::Path;
+
+/// What is compared unless told: rays first; the last competes with all.
+const ESTIMATORS: [&str; 7] = [
+    "point-area",
+    "point-solid-angle",
+    "point-area[visibility=shaft]",
+    "point-solid-angle[visibility=shaft]",
+    "line-analytic",
+    "exact",
+    "hybrid",
+];
+
+/// Prints the curves, and who wins.
+pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
+    let mut rows = Vec::new();
+    for name in super::scenes(args) {
+        let curves = measure(name, args)?;
+        if args.json {
+            rows.extend(json_rows(name, &curves));
+        } else {
+            print(name, args, &curves, out)?;
+        }
+    }
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
+    }
+    Ok(())
+}
+
+fn default_estimators() -> Result<Vec<Estimator>> {
+    let parsed = ESTIMATORS.map(|text| text.parse().context("a built-in name"));
+    parsed.into_iter().collect()
+}
+
+fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
+    let mut scene = args.read.library().load_lit(name)?.scene;
+    let Resolution { width, height } = args.resolution;
+    scene.set_resolution(width, height);
+    let renderer = Renderer::new(&scene);
+    let targets = Targets::find(&renderer, &super::pixels([width, height]));
+    let all = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024];
+    let estimators = match &args.estimators {
+        Some(list) => list.0.clone(),
+        None => default_estimators()?,
+    };
+    let asked = args.samples.as_ref().map(|counts| &counts.0);
+    let entry = |estimator: &Estimator| {
+        let most = if estimator.to_string().starts_with("point") {
+            1024
+        } else {
+            256
+        };
+        let samples = match asked {
+            Some(list) => list.clone(),
+            None => all.into_iter().filter(|&n| n <= most).collect(),
+        };
+        (*estimator, samples)
+    };
+    let what = Contest {
+        entries: estimators.iter().map(entry).collect(),
+        rounds: args.rounds,
+        truth: match &args.reference {
+            Some(path) => given(path, [width, height], &targets)?,
+            None => Truth::Computed(1024, 16),
+        },
+    };
+    Ok(contest(&renderer, &targets, &what))
+}
+
+/// The values of an image at the targets.
+fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets) -> Result<Truth> {
+    let image = Image::read(path)?;
+    if [image.width, image.height] != [width, height] {
+        bail!(
+            "{} is {} x {} pixels, not {width} x {height}",
+            path.display(),
+            image.width,
+            image.height
+        );
+    }
+    let value = |([x, y], _): &([u32; 2], ShadingPoint)| {
+        DVec3::from_array(image.rgb[(y * width + x) as usize].map(f64::from))
+    };
+    Ok(Truth::Given(targets.points.iter().map(value).collect()))
+}
+
+/// Whether an estimator shoots a ray for each sample.
+fn is_rays(estimator: &Estimator) -> bool {
+    matches!(estimator, Estimator::PointArea | Estimator::PointSolidAngle)
+}
+
+/// The hybrid's worst time to an error, divided by the best of the others' to the same, and where.
+fn worst(curves: &[Curve]) -> Option<(f64, u32)> {
+    let (hybrid, others) = curves.split_last()?;
+    let ratio = |point: &linelit_study::engine::ContestPoint| {
+        let times = others.iter().filter_map(|curve| curve.time_to(point.mse));
+        let best = times.reduce(f64::min)?;
+        Some((point.time / best, point.samples))
+    };
+    let ratios = hybrid.points.iter().filter_map(ratio);
+    ratios.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+fn print(
+    name: &str,
+    args: &BenchArgs,
+    curves: &[Curve],
+    out: &mut Output,
+) -> Result<(), OutputError> {
+    let error = if args.reference.is_some() {
+        "mean relative squared error"
+    } else {
+        "relative mean squared error"
+    };
+    writeln!(out, "{name}: microseconds a point and {error}")?;
+    let mut counts: Vec<u32> = [1, 4, 16, 64, 256, 1024].to_vec();
+    if let Some(curve) = curves.first().filter(|_| args.samples.is_some()) {
+        counts = curve.points.iter().map(|p| p.samples).collect();
+    }
+    write!(out, "{:38}", "samples")?;
+    for n in &counts {
+        write!(out, "{n:>18}")?;
+    }
+    writeln!(out)?;
+    for curve in curves {
+        write!(out, "{:38}", curve.estimator.to_string())?;
+        for n in &counts {
+            match curve.points.iter().find(|p| p.samples == *n) {
+                Some(p) if args.reference.is_some() => {
+                    write!(out, "{:9.2} {:8.1e}", p.time, p.mrse)?
+                }
+                Some(p) => write!(out, "{:9.2} {:8.1e}", p.time, p.mse)?,
+                None => write!(out, "{:>18}", "")?,
+            }
+        }
+        writeln!(out)?;
+    }
+    for samples in [16, 64] {
+        for rays in curves.iter().filter(|c| is_rays(&c.estimator)) {
+            let Some(at) = rays.points.iter().find(|p| p.samples == samples) else {
+                continue;
+            };
+            write!(
+                out,
+                "  in the time of {samples} rays by {} ({:.2} us), error less than theirs by:",
+                rays.estimator, at.time
+            )?;
+            for curve in curves.iter().filter(|c| !is_rays(&c.estimator)) {
+                if let Some(error) = curve.error_at(at.time) {
+                    write!(out, "  {} {:.1e}", curve.estimator, at.mse / error)?;
+                }
+            }
+            writeln!(out)?;
+        }
+    }
+    if let Some((ratio, samples)) = worst(curves) {
+        writeln!(
+            out,
+            "  hybrid: at most {ratio:.2} of the best of the others' time to equal error (N = {samples})"
+        )?;
+    }
+    writeln!(out)
+}
+
+fn json_rows(name: &str, curves: &[Curve]) -> Vec<serde_json::Value> {
+    let (scene, light) = match name.rsplit_once('-') {
+        Some((scene, light @ ("small" | "large"))) => (scene, light),
+        _ => (name, ""),
+    };
+    let mut rows = Vec::new();
+    for curve in curves {
+        for p in &curve.points {
+            rows.push(json!({
+                "scene": scene,
+                "light": light,
+                "estimator": curve.estimator.to_string(),
+                "samples": p.samples,
+                "us_point": p.time,
+                "mse": p.mse,
+                "mrse": p.mrse,
+            }));
+        }
+    }
+    rows
+}

@@ -1,0 +1,45 @@
+//! `bench`: what takes how long.
+
+mod equal_time;
+mod mis;
+
+use crate::args::{Bench, BenchArgs};
+use anyhow::Result;
+use linelit_cli::output::Output;
+
+/// Runs a benchmark.
+///
+/// # Errors
+/// If a scene cannot be read.
+pub(crate) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
+    match args.what {
+        Bench::EqualTime => equal_time::run(args, out),
+        Bench::Mis => mis::run(args, out),
+    }
+}
+
+/// Measured unless a scene is named.
+const SCENES: [&str; 8] = [
+    "grid-planes-small",
+    "grid-planes-large",
+    "triangle-soup-small",
+    "triangle-soup-large",
+    "cornell-box-small",
+    "cornell-box-large",
+    "colonnade-small",
+    "colonnade-large",
+];
+
+/// The scenes to measure.
+fn scenes(args: &BenchArgs) -> Vec<&str> {
+    match &args.scene {
+        Some(name) => vec![name],
+        None => SCENES.to_vec(),
+    }
+}
+
+/// All pixels of an image, row by row.
+fn pixels([width, height]: [u32; 2]) -> Vec<[u32; 2]> {
+    let row = |y| (0..width).map(move |x| [x, y]);
+    (0..height).flat_map(row).collect()
+}

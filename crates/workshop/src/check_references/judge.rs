@@ -1,0 +1,260 @@
+//! Pixel against pixel, and why some differ.
+
+use super::replicate::Replicated;
+use super::{Entry, NOISE_REPLICATES};
+use linelit_film::Image;
+use linelit_geometry::DVec3;
+use linelit_integrator::{Renderer, ShadingPoint, Workspace};
+use linelit_lights::Light;
+use linelit_study::stats::student::quantile;
+
+/// Lines of the brute-force estimate that decides between two renderers.
+const BRUTE_LINES: u32 = 256;
+/// With more pixels than this to decide on, the other renderer is not what is wrong.
+const BRUTE_PIXELS: usize = 60;
+/// Over all pixels and channels of one image.
+const ALPHA: f64 = 0.01;
+/// The share of pixels that must pass, as in Mitsuba's render tests.
+const PASS_SHARE: f64 = 0.9975;
+
+/// One row of the table.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Row {
+    pub(super) name: &'static str,
+    pub(super) estimator: &'static str,
+    pub(super) pixels: usize,
+    pub(super) mean: f64,
+    pub(super) reference_mean: f64,
+    /// Without the pixels left out.
+    pub(super) mean_ratio: f64,
+    /// The standard error of that ratio, by the noise of both.
+    pub(super) ratio_error: f64,
+    /// With the pixels left out.
+    pub(super) mean_ratio_of_all: f64,
+    pub(super) mrse: f64,
+    pub(super) passing: f64,
+    /// Pixels that differ for none of the reasons below.
+    pub(super) unexplained: Vec<[u32; 2]>,
+    /// Rays a hundredth of a pixel apart meet other surfaces.
+    pub(super) edges: Vec<[u32; 2]>,
+    /// The light lies between the horizons of the surface and of its smooth normal: pbrt-v3 takes
+    /// the absolute cosine there, we take zero.
+    pub(super) horizon: Vec<[u32; 2]>,
+    /// The light itself, seen: sums of thousands of equal `f32` round it off.
+    pub(super) lights: Vec<[u32; 2]>,
+    /// A brute-force estimate gives our value and not theirs.
+    pub(super) wrong: Vec<[u32; 2]>,
+    pub(super) ok: bool,
+}
+
+/// A row and its pictures.
+pub(super) struct Comparison {
+    pub(super) row: Row,
+    pub(super) ours: Image,
+    pub(super) reference: Image,
+}
+
+/// Why a pixel differs.
+enum Reason {
+    Edge,
+    Light,
+    Horizon,
+}
+
+/// Compares all pixels.
+pub(super) fn judge(
+    entry: &Entry,
+    renderer: &Renderer<'_>,
+    reference: Image,
+    ours: &Replicated,
+    theirs: &Replicated,
+) -> Comparison {
+    let mut pixels = compared(entry, &reference);
+    let total = pixels.len();
+    let value = |p: usize| DVec3::from_array(reference.rgb[p].map(f64::from));
+    // How noisy the reference is: its own technique at fewer samples, scaled by the order that
+    // stratified points have where the light is partly hidden (variance N^-1.5, the slowest).
+    let noise = (theirs.samples / entry.samples).powf(1.5);
+    // Sidak over pixels and channels. The spread is estimated from the replicates of the points,
+    // so the score follows Student's distribution.
+    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
+    let confidence = (1.0 - ALPHA).powf(1.0 / (3.0 * total as f64));
+    let t = quantile(confidence, NOISE_REPLICATES - 1);
+    let differs = |p: &usize| {
+        let variance = ours.variance[*p] / ours.replicates + theirs.variance[*p] * noise;
+        // Both hold f32 geometry and pixels: 1e-5 of the value is what a grazing cosine makes of
+        // their rounding.
+        let allowed = variance.map(f64::sqrt) * t + value(*p).abs() * 1e-5 + DVec3::splat(1e-7);
+        (ours.mean[*p] - value(*p)).abs().cmpgt(allowed).any()
+    };
+    let outliers: Vec<usize> = pixels.iter().copied().filter(differs).collect();
+    let width = reference.width as usize;
+    let place = |p: usize| [p % width, p / width].map(|c| u32::try_from(c).unwrap_or(0));
+    let all = ratio(&pixels, |p| (ours.mean[p], value(p)));
+    let mut row = empty_row(entry, total);
+    let mut to_decide = Vec::new();
+    for &p in &outliers {
+        let gap = (ours.mean[p] - value(p)).abs();
+        // A sum of N equal numbers in f32 rounds by half a unit of the sum at most, each time.
+        let rounded = gap.cmple(value(p) * (entry.samples * 2f64.powi(-25))).all();
+        match visible_reason(renderer, place(p), rounded) {
+            Some(Reason::Edge) => row.edges.push(place(p)),
+            Some(Reason::Light) => row.lights.push(place(p)),
+            Some(Reason::Horizon) => row.horizon.push(place(p)),
+            None => to_decide.push(p),
+        }
+    }
+    let decide = to_decide.len() <= BRUTE_PIXELS;
+    for p in to_decide {
+        let spread = (ours.variance[p] / ours.replicates).map(f64::sqrt);
+        let is_wrong =
+            || brute_force_decides(renderer, entry, place(p), [ours.mean[p], value(p)], spread);
+        if decide && is_wrong() {
+            row.wrong.push(place(p));
+        } else {
+            row.unexplained.push(place(p));
+        }
+    }
+    let left_out = |p: &usize| outliers.contains(p) && !row.unexplained.contains(&place(*p));
+    pixels.retain(|p| !left_out(p));
+    let variance: f64 = pixels
+        .iter()
+        .map(|&p| {
+            let both = ours.variance[p] / ours.replicates + theirs.variance[p] * noise;
+            // Channels see the same samples: their errors add up.
+            both.map(f64::sqrt).element_sum().powi(2)
+        })
+        .sum();
+    let sum: f64 = pixels.iter().map(|&p| value(p).element_sum()).sum();
+    row.ratio_error = variance.sqrt() / sum;
+    fill(&mut row, &pixels, all, |p| (ours.mean[p], value(p)));
+    let shown = |p: DVec3| {
+        #[allow(clippy::cast_possible_truncation, reason = "a picture")]
+        p.to_array().map(|c| c as f32)
+    };
+    let mut picture = Image::new(reference.width, reference.height);
+    for (to, from) in picture.rgb.iter_mut().zip(&ours.mean) {
+        *to = shown(*from);
+    }
+    Comparison {
+        row,
+        ours: picture,
+        reference,
+    }
+}
+
+/// The pixels that are compared.
+fn compared(entry: &Entry, reference: &Image) -> Vec<usize> {
+    let (width, stride) = (reference.width as usize, entry.stride as usize);
+    let on_grid =
+        |p: &usize| (p % width).is_multiple_of(stride) && (p / width).is_multiple_of(stride);
+    (0..reference.rgb.len()).filter(on_grid).collect()
+}
+
+/// A reason that the scene shows by itself.
+fn visible_reason(renderer: &Renderer<'_>, pixel: [u32; 2], rounded: bool) -> Option<Reason> {
+    if renderer.straddles_edge(pixel, 0.01) {
+        return Some(Reason::Edge);
+    }
+    let mut workspace = Workspace::new();
+    let point = renderer.shading_point(pixel, &mut workspace)?;
+    if rounded && point.emitted != DVec3::ZERO {
+        return Some(Reason::Light);
+    }
+    let between = renderer.scene().lights.iter().any(|l| match &*l.light {
+        Light::Area(area) => between_horizons(&point, area.polygon.vertices()),
+        _ => false,
+    });
+    between.then_some(Reason::Horizon)
+}
+
+/// Whether part of a light is above the surface and below the shading normal's horizon, or the
+/// reverse.
+fn between_horizons(point: &ShadingPoint, light: &[DVec3]) -> bool {
+    if point.normal == point.geometric_normal {
+        return false;
+    }
+    let above = |n: DVec3| {
+        light
+            .iter()
+            .filter(|v| n.dot(**v - point.position) > 0.0)
+            .count()
+    };
+    let (surface, smooth) = (above(point.geometric_normal), above(point.normal));
+    let cut = |count: usize| (1..light.len()).contains(&count);
+    surface != smooth || cut(surface) || cut(smooth)
+}
+
+/// Whether brute-force estimates in f64, without hierarchy or kernels, give our value and not
+/// theirs: then it is the reference that is wrong.
+fn brute_force_decides(
+    renderer: &Renderer<'_>,
+    entry: &Entry,
+    pixel: [u32; 2],
+    [ours, theirs]: [DVec3; 2],
+    spread: DVec3,
+) -> bool {
+    let mut workspace = Workspace::new();
+    let Some(point) = renderer.shading_point(pixel, &mut workspace) else {
+        return ours == DVec3::ZERO;
+    };
+    let emitted = if entry.hide_lights {
+        DVec3::ZERO
+    } else {
+        point.emitted
+    };
+    let [a, b] = [4711, 4712].map(|seed| renderer.brute_force(&point, pixel, BRUTE_LINES, seed));
+    let brute = emitted + 0.5 * (a + b);
+    let allowed = spread * 5.0 + (a - b).abs() * 2.0 + brute.abs() * 1e-3;
+    let agrees = |value: DVec3| (brute - value).abs().cmple(allowed).all();
+    agrees(ours) && !agrees(theirs)
+}
+
+fn empty_row(entry: &Entry, pixels: usize) -> Row {
+    Row {
+        name: entry.name,
+        estimator: entry.ours.estimator,
+        pixels,
+        mean: 0.0,
+        reference_mean: 0.0,
+        mean_ratio: 0.0,
+        ratio_error: 0.0,
+        mean_ratio_of_all: 0.0,
+        mrse: 0.0,
+        passing: 0.0,
+        unexplained: Vec::new(),
+        edges: Vec::new(),
+        horizon: Vec::new(),
+        lights: Vec::new(),
+        wrong: Vec::new(),
+        ok: false,
+    }
+}
+
+/// The ratio of two sums over pixels.
+fn ratio(pixels: &[usize], values: impl Fn(usize) -> (DVec3, DVec3)) -> f64 {
+    let sums = pixels.iter().fold([0.0; 2], |[a, b], &p| {
+        let (got, want) = values(p);
+        [a + got.element_sum(), b + want.element_sum()]
+    });
+    sums[0] / sums[1]
+}
+
+/// The numbers over the pixels that are not left out.
+fn fill(row: &mut Row, pixels: &[usize], all: f64, values: impl Fn(usize) -> (DVec3, DVec3)) {
+    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
+    let (count, total) = (3.0 * pixels.len() as f64, row.pixels as f64);
+    for &p in pixels {
+        let (got, want) = values(p);
+        row.mean += got.element_sum() / count;
+        row.reference_mean += want.element_sum() / count;
+        row.mrse += ((got - want) * (got - want) / (want * want + 1e-6)).element_sum() / count;
+    }
+    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
+    let failing = row.unexplained.len() as f64;
+    row.passing = 1.0 - failing / total;
+    row.mean_ratio = ratio(pixels, values);
+    row.mean_ratio_of_all = all;
+    let allowed = 2e-4_f64.max(3.0 * row.ratio_error);
+    row.ok = row.passing >= PASS_SHARE && (row.mean_ratio - 1.0).abs() < allowed;
+}

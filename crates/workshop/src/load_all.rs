@@ -1,0 +1,258 @@
+//! `linelit load-all`: every scene file below a folder, each in a process of its own.
+//!
+//! A file passes if it loads and renders, or is refused with an error. It fails if the process
+//! panics or dies, takes longer than the limit, or more memory than the limit. Time is that of the
+//! processor where the system tells it (Linux), so that a busy machine is not the file's fault.
+
+use crate::args::LoadAllArgs;
+use anyhow::{Context, Result, bail};
+use indicatif::ProgressBar;
+use linelit_cli::output::{Output, note};
+use linelit_formats::{Format, LoadOptions, SceneError};
+use linelit_integrator::{Renderer, Settings};
+use linelit_study::engine::image::{self, Window};
+use linelit_study::memory::kib;
+use serde::{Deserialize, Serialize};
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// The picture that is rendered of each file.
+const PICTURE: [u32; 2] = [32, 18];
+/// Light samples per shading point and light.
+const SAMPLES: u32 = 2;
+/// Pairs of pixel and light that are rendered at most: files with many lights get fewer pixels.
+const MAX_PAIRS: usize = 1 << 20;
+/// Triangles of a file: what a process can hold within its memory. Larger scenes are refused with
+/// the loader's own error.
+const MAX_TRIANGLES: usize = 2 << 20;
+/// Bytes that a process may take at most, in KiB.
+const MAX_KIB: u64 = 1 << 20;
+/// Ticks of a second in `/proc/PID/stat`: 100 on all of Linux's usual platforms.
+const TICKS: f64 = 100.0;
+/// How many times longer than the limit a process may take on the wall: it may wait for others.
+const PATIENCE: f64 = 12.0;
+
+/// What a child process says of its file, as one line of JSON.
+#[derive(Debug, Serialize, Deserialize)]
+struct Outcome {
+    file: String,
+    /// The counts, or the error.
+    result: std::result::Result<Counts, String>,
+    /// The most memory that the process held, if the system tells.
+    peak_kib: u64,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Counts {
+    triangles: usize,
+    lights: usize,
+    warnings: usize,
+}
+
+/// Loads and renders every scene file below a folder; prints a line per file.
+///
+/// # Errors
+/// If a file fails (see the module), or there is none.
+pub(crate) fn run(args: &LoadAllArgs, out: &mut Output) -> Result<()> {
+    if args.one {
+        writeln!(out, "{}", serde_json::to_string(&attempt(&args.dir))?)?;
+        return Ok(());
+    }
+    let mut files = Vec::new();
+    collect(&args.dir, &mut files);
+    files.sort();
+    if files.is_empty() {
+        bail!("no scene files below {}", args.dir.display());
+    }
+    let mut failures = 0;
+    for file in &files {
+        let name = file.strip_prefix(&args.dir).unwrap_or(file).display();
+        match in_child(file, args.seconds) {
+            Ok(outcome) if args.json => writeln!(out, "{}", serde_json::to_string(&outcome)?)?,
+            Ok(outcome) => writeln!(out, "{name}: {}", line(&outcome.result))?,
+            Err(problem) => {
+                failures += 1;
+                writeln!(out, "{name}: FAILED: {problem:#}")?;
+            }
+        }
+    }
+    if failures > 0 {
+        bail!("{failures} of {} files failed", files.len());
+    }
+    note(format_args!("{} files, none failed", files.len()));
+    Ok(())
+}
+
+/// The line of a file that passed.
+fn line(result: &std::result::Result<Counts, String>) -> String {
+    let several = |n: usize, what: &str| {
+        let plural = if n == 1 { "" } else { "s" };
+        format!("{n} {what}{plural}")
+    };
+    match result {
+        Ok(c) => format!(
+            "ok, {}, {}, {}",
+            several(c.triangles, "triangle"),
+            several(c.lights, "light"),
+            several(c.warnings, "warning")
+        ),
+        // What and where; the excerpt is for those who load the file by itself.
+        Err(error) => {
+            let mut lines = error.lines().map(str::trim);
+            let what = lines.next().unwrap_or("error");
+            let place = lines.next().and_then(|l| l.strip_prefix("--> "));
+            place.map_or_else(|| what.to_owned(), |place| format!("{what} ({place})"))
+        }
+    }
+}
+
+/// All files below a folder whose names end like a scene's; a file stands for itself.
+fn collect(path: &Path, files: &mut Vec<PathBuf>) {
+    if !path.is_dir() {
+        files.push(path.to_owned());
+        return;
+    }
+    let Ok(entries) = std::fs::read_dir(path) else {
+        return;
+    };
+    for path in entries.filter_map(|e| e.ok().map(|e| e.path())) {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+        // Links to folders may lead in circles.
+        let descend = path.is_dir() && !path.is_symlink();
+        if descend || (path.is_file() && Format::from_extension(extension).is_some()) {
+            collect(&path, files);
+        }
+    }
+}
+
+/// Loads and renders one file: what the child does.
+fn attempt(file: &Path) -> Outcome {
+    let result = load_and_render(file).map_err(|e| e.to_string());
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    Outcome {
+        file: file.display().to_string(),
+        result,
+        peak_kib: kib(&status, "VmHWM:").unwrap_or(0),
+    }
+}
+
+fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
+    let options = LoadOptions {
+        max_triangles: MAX_TRIANGLES,
+        ..LoadOptions::default()
+    };
+    let loaded = linelit_formats::load(file, &options)?;
+    let mut scene = loaded.scene;
+    let (triangles, lights) = (scene.triangles.len(), scene.lights.len());
+    if lights == 0 {
+        linelit_formats::add_framing_light(&mut scene);
+    }
+    let pixels = (PICTURE[0] * PICTURE[1]) as usize;
+    let coarse = (pixels * scene.lights.len()).div_ceil(MAX_PAIRS).max(1);
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at most the side of the picture"
+    )]
+    let side = |n: u32| (f64::from(n) / (coarse as f64).sqrt()).ceil().max(1.0) as u32;
+    let [width, height] = PICTURE.map(side);
+    scene.set_resolution(width, height);
+    let settings = Settings {
+        samples: SAMPLES,
+        ..Settings::default()
+    };
+    let renderer = Renderer::new(&scene);
+    let window = Window::whole(width, height);
+    let (image, _) = image::render(&renderer, &settings, window, &ProgressBar::hidden());
+    let finite = image.mean().iter().all(|v| v.is_finite());
+    assert!(finite, "the picture of {} is not finite", file.display());
+    Ok(Counts {
+        triangles,
+        lights,
+        warnings: loaded.warnings.len(),
+    })
+}
+
+/// What the child says of a file; an error for what must not happen.
+fn in_child(file: &Path, seconds: f64) -> Result<Outcome> {
+    let program = std::env::current_exe().context("finding the program itself")?;
+    let mut child = Command::new(program)
+        .args(["load-all", "--one"])
+        .arg(file)
+        .env("RAYON_NUM_THREADS", "1")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .context("starting a process for the file")?;
+    let watched = watch(&mut child, seconds);
+    if watched.is_err() {
+        child.kill().context("ending the process")?;
+    }
+    let output = child.wait_with_output().context("waiting for the end")?;
+    watched?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let Ok(outcome) = serde_json::from_str::<Outcome>(text.trim()) else {
+        let noise = String::from_utf8_lossy(&output.stderr);
+        let mut lines = noise.lines().skip_while(|l| !l.contains("panicked"));
+        match (lines.next(), lines.next()) {
+            (Some(place), Some(what)) => bail!("{place} {what}"),
+            _ => bail!("the process died: {}", output.status),
+        }
+    };
+    if outcome.peak_kib > MAX_KIB {
+        bail!("took {} MiB", outcome.peak_kib >> 10);
+    }
+    Ok(outcome)
+}
+
+/// Waits until a process ends, or takes too much.
+fn watch(child: &mut Child, seconds: f64) -> Result<()> {
+    let start = Instant::now();
+    let folder = PathBuf::from(format!("/proc/{}", child.id()));
+    while child.try_wait().context("watching the process")?.is_none() {
+        let wall = start.elapsed().as_secs_f64();
+        let used = processor_seconds(&folder).unwrap_or(wall);
+        if used > seconds || wall > PATIENCE * seconds {
+            bail!("took more than {seconds} s");
+        }
+        let status = std::fs::read_to_string(folder.join("status")).unwrap_or_default();
+        if let Some(held) = kib(&status, "VmRSS:")
+            && held > MAX_KIB
+        {
+            bail!("took more than {} MiB", MAX_KIB >> 10);
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(())
+}
+
+/// Seconds that a process has run, in and out of the kernel.
+fn processor_seconds(folder: &Path) -> Option<f64> {
+    let mut text = String::new();
+    let mut file = std::fs::File::open(folder.join("stat")).ok()?;
+    file.read_to_string(&mut text).ok()?;
+    // The name in brackets may hold anything; user and system time are the 12th and 13th behind it.
+    let (_, numbers) = text.rsplit_once(')')?;
+    let mut numbers = numbers.split_ascii_whitespace().skip(11);
+    let mut ticks = || numbers.next()?.parse::<f64>().ok();
+    Some((ticks()? + ticks()?) / TICKS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_say_what_and_where() {
+        let counts = Counts {
+            triangles: 12,
+            lights: 1,
+            warnings: 0,
+        };
+        assert_eq!(line(&Ok(counts)), "ok, 12 triangles, 1 light, 0 warnings");
+        let error = "error: it is odd\n --> a.obj:3:1\n  |\n3 | f 1\n";
+        assert_eq!(line(&Err(error.into())), "error: it is odd (a.obj:3:1)");
+    }
+}

@@ -1,0 +1,23 @@
+//! The tools of those who work on linelit: `cargo xtask COMMAND` starts them.
+
+mod args;
+mod bench;
+mod check_references;
+mod load_all;
+
+use args::{Cli, Command};
+use linelit_cli::program;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    program::start(|cli: &Cli, out| {
+        if let Some(set) = cli.isa {
+            set.limit();
+        }
+        match &cli.command {
+            Command::CheckReferences(args) => check_references::run(args, out),
+            Command::LoadAll(args) => load_all::run(args, out),
+            Command::Bench(args) => bench::run(args, out),
+        }
+    })
+}

@@ -1,0 +1,76 @@
+//! The workshop's commands, as `cargo xtask` starts them.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+fn workshop(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_workshop"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let dir = std::env::temp_dir().join(format!("linelit-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).unwrap();
+    dir
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn usage_errors_exit_with_two() {
+    for arguments in [
+        &["bench", "mis", "--samples", "2,1"][..],
+        &["bench", "nothing"],
+        &["load-all", "scenes", "--seconds", "-1"],
+        &["render", "cornell-box", "-o", "x.exr"],
+    ] {
+        let output = workshop(arguments);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn benches_print_their_tables() {
+    let small = "--scene floating-quad --rounds 1 --samples 1 --json --resolution";
+    for (what, size, more) in [
+        ("mis", "4x4", ""),
+        ("equal-time", "2x2", "--estimators point-area,line-analytic"),
+    ] {
+        let words = format!("bench {what} {small} {size} {more}");
+        let output = workshop(&words.split_ascii_whitespace().collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(!value.as_array().unwrap().is_empty(), "{what}: {value}");
+    }
+}
+
+#[test]
+fn every_file_of_a_folder_is_loaded_and_rendered() {
+    let dir = folder("load-all");
+    let inner = dir.join("inner");
+    std::fs::create_dir_all(&inner).unwrap();
+    let (good, bad) = (dir.join("good.obj"), inner.join("bad.ply"));
+    std::fs::write(&good, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    std::fs::write(&bad, "ply\nformat ascii 1.0\nelement vertex x\n").unwrap();
+    std::fs::write(dir.join("notes.txt"), "no scene").unwrap();
+    let output = workshop(&["load-all", dir.to_str().unwrap()]);
+    let out = text(&output.stdout);
+    assert!(output.status.success(), "{out}{}", text(&output.stderr));
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!(lines.len(), 2, "{out}");
+    assert_eq!(lines[0], "good.obj: ok, 1 triangle, 0 lights, 1 warning");
+    assert!(lines[1].starts_with("inner/bad.ply: error: `x` is not a number of rows ("));
+    assert!(lines[1].ends_with("bad.ply:3:1)"), "{out}");
+
+    // Whoever has no time at all fails, and so does the whole.
+    let output = workshop(&["load-all", dir.to_str().unwrap(), "--seconds", "1e-9"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stdout).contains("FAILED: took more than "));
+    std::fs::remove_dir_all(&dir).unwrap();
+}
