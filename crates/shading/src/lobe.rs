@@ -15,6 +15,10 @@ pub(crate) const DEPTH: f64 = 40.0;
 /// Exponents from here on are smooth enough for the rule even at the lobe's horizon.
 pub(crate) const SMOOTH: f64 = 6.0;
 
+/// Of cosines with the axis below, only powers of less than 140 leave anything of the range of numbers: times
+/// that, the roundings of values are 1e-13, and those of directions, over the cosine, may be any.
+const LOW: f64 = 1e-2;
+
 /// A piece of the arc that starts at the lobe's highest point on it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Panel<const COUNT: usize> {
@@ -50,11 +54,14 @@ pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f
             }
         };
         let ([a0, a1], [b0, b1]) = (ends(0), ends(1));
+        if (z1 - z0).abs() * k > f64::EPSILON * 64.0 * z0.max(z1) {
+            return fall([z0, z1], [[a0, a1], [b0, b1]], k);
+        }
         let flat = (2.0 * (a0 * b0 + a1 * b1) + (a0 * b1 + a1 * b0)) / 6.0;
         return [flat, half_power(log_cosine(fan, axis, 0, z0), k)];
     }
     // Where both ends are close to the lobe's horizon, their values say more than the tangents do.
-    let low = z0 + z1 < fan.sine;
+    let low = z0 + z1 < fan.sine.max(LOW);
     let rise = |end: usize| {
         if low {
             let [here, there] = if end == 0 { [z0, z1] } else { [z1, z0] };
@@ -91,6 +98,30 @@ pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f
         sum += side(fan, start, start, slope, k, -1.0);
     }
     [sum / fan.sine, half_power(log_peak, k)]
+}
+
+/// Where rounding gives both ends one direction, next to its horizon the lobe may still change, linearly.
+#[cold]
+fn fall([z0, z1]: [f64; 2], factors: [[f64; 2]; 2], k: f64) -> [f64; 2] {
+    let peak = z0.max(z1);
+    let rough = k < SMOOTH && k.fract() != 0.0;
+    let sum: f64 = (0..NODES)
+        .map(|i| {
+            // From the lower end; of a small power that is no integer, by the eighth root.
+            let (s, weight) = if rough {
+                let seventh = NODE[i].powi(7);
+                (seventh * NODE[i], 8.0 * seventh * WEIGHT[i])
+            } else {
+                (NODE[i], WEIGHT[i])
+            };
+            let at = |[a, b]: [f64; 2]| {
+                let [low, high] = if z0 < z1 { [a, b] } else { [b, a] };
+                low * (1.0 - s) + high * s
+            };
+            weight * at(factors[0]) * at(factors[1]) * (at([z0, z1]) / peak).powf(k)
+        })
+        .sum();
+    [sum, half_power(peak.ln(), k)]
 }
 
 /// exp(k log/2); 1 for k = 0, also of nothing.

@@ -185,10 +185,9 @@ impl Shape {
     }
 }
 
-/// The nearest that the light's plane is, by its power of ten: where two horizons meet, lobes have products of 1e-17 of
-/// that with numbers that have to be exact to 1e-17 of themselves again, above the range's 1e-308.
-const DIFFUSE: f64 = -280.0;
-const LOBES: f64 = -240.0;
+/// The nearest that the light's plane is, by its power of ten: below 1e-280 of the polygon's size, so are cosines with
+/// roundings that have to be known.
+const NEAREST: f64 = -280.0;
 
 /// Ordinary ones, slivers, far ones, and from nearly their plane, the foot inside or outside.
 fn shape(nearest: f64) -> impl Strategy<Value = Shape> {
@@ -230,7 +229,7 @@ fn unit() -> impl Strategy<Value = DVec3> {
 
 /// The same with an axis: any, the normal but for little, or one whose horizon passes at little from a corner.
 fn lit_and_axis() -> impl Strategy<Value = (Shape, DVec3, DVec3)> {
-    (lit(LOBES), unit(), 0..4u8, -18.0..-1.0f64).prop_map(|((shape, n), away, kind, little)| {
+    (lit(NEAREST), unit(), 0..4u8, -18.0..-1.0f64).prop_map(|((shape, n), away, kind, little)| {
         let little = 10f64.powf(little);
         let corner = shape.vertices()[1].normalize();
         let w = match kind {
@@ -254,7 +253,7 @@ proptest! {
     #![proptest_config(config(30))]
 
     #[test]
-    fn diffuse_and_solid_angle((shape, n) in lit(DIFFUSE), scale in -400..400i32) {
+    fn diffuse_and_solid_angle((shape, n) in lit(NEAREST), scale in -400..400i32) {
         let corners = shape.vertices();
         let solid = shape.integral(0.0, &[], |_| 1.0);
         let whole = solid_angle::polygon(&corners);
@@ -301,7 +300,7 @@ proptest! {
     /// Mapped corners are rounded by η = 7 roundings × the map's condition (below 1e4) of their distance, and
     /// a polygon by 80 η over its height and width.
     #[test]
-    fn transformed_cosines((shape, n) in lit(LOBES), roughness in 0.1..1.0f64, cosine in 0.05..1.0f64) {
+    fn transformed_cosines((shape, n) in lit(NEAREST), roughness in 0.1..1.0f64, cosine in 0.05..1.0f64) {
         let corners = shape.vertices();
         let frame = Frame::from_normal(n);
         let lobes = GgxLobes::new(roughness, cosine, 0.3);
@@ -339,7 +338,7 @@ fn flat() -> impl Strategy<Value = Vec<DVec3>> {
             .prop_map(|(a, b, shares)| shares.iter().map(|t| a.lerp(b, *t)).collect()),
         (point(), powers).prop_map(|(a, powers)| powers.iter().map(|s| a * *s).collect()),
         // Of the shading point's own plane, that outside.
-        (shape(DIFFUSE), 0..3usize).prop_map(|(shape, turn)| {
+        (shape(NEAREST), 0..3usize).prop_map(|(shape, turn)| {
             let at = |p: &[f64; 2]| {
                 let v = [p[0] + 10.0, p[1], 0.0];
                 DVec3::new(v[turn], v[(turn + 1) % 3], v[(turn + 2) % 3])
@@ -401,4 +400,32 @@ proptest! {
         let got = solid_angle::sphere_projected(centre, radius, n);
         assert_close!(got, want, error + 1e-12 * TAU * s * s, "projected {s} {lift}");
     }
+}
+
+/// An axis along the normal but for rounding: what it cuts off is nothing, however little of the polygon is above
+/// the horizon (it had been a whole quarter of the sphere).
+#[test]
+fn an_axis_along_the_normal_has_its_horizon() {
+    let n = DVec3::new(0.09950371902099893, 0.0, 0.9950371902099893);
+    let at = |x, y| DVec3::new(x, y, 1.6044845891587217e-18);
+    let corners = [
+        at(-1.118575248118755, -0.042294925702861766),
+        at(0.7678519477302862, -0.04229230762515642),
+        at(-0.7040152265218295, -0.042289907029151225),
+    ];
+    let frame = Frame::from_normal(n);
+    let lobe = CosineLobe {
+        stretch: DVec3::new(-1.0, -0.9, 0.8),
+        exponent: 0.0,
+        weight: DVec3::ONE,
+    };
+    let value = lobe.polygon(&frame, frame.z, &corners).x;
+    let diffuse = polygon::irradiance(&corners, n);
+    assert!(diffuse > 0.0);
+    assert_close!(
+        value,
+        diffuse,
+        1e-10 * diffuse,
+        "exponent 0 along the normal"
+    );
 }

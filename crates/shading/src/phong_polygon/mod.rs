@@ -8,6 +8,7 @@
 //! is δ long, ρ the angle along the arc from â to the point of the side at v, which is R long.
 
 mod boundary;
+mod cut;
 mod lines;
 pub(crate) mod triangles;
 
@@ -27,6 +28,9 @@ const ENOUGH: f64 = 1e-11;
 
 /// Cut corners that are not nearer than one in so many of the greatest distance are right enough.
 const NEAR: f64 = 100.0;
+
+/// Nearer to the lobe's horizon, rounded corners do not know how high they are.
+const LOWEST: f64 = 1e-6;
 
 /// Over a smaller polygon that sum cancels unless the lobe is as narrow.
 const SMALL: f64 = 1e-3;
@@ -52,12 +56,12 @@ const SMALL: f64 = 1e-3;
 /// ```
 ///
 /// where every term is positive: the inner integral as a lobe along a line ([`phong`](crate::phong)),
-/// the outer one by sixteen nodes on halves of the lobe's window, until they agree. What the horizon
-/// leaves of a triangle is a product of quotients of its determinant, which is exact but for its last
-/// digit. Neither cost grows with k: some 10 µs and, where it is needed, 40 to 300 µs.
+/// the outer one by sixteen nodes on halves of the lobe's window, until they agree. What both horizons
+/// leave of a triangle is known by products and quotients of determinants, which are exact but for their
+/// last digit. Neither cost grows with k: some 10 µs and, where it is needed, 40 to 300 µs.
 ///
-/// **Domain**: convex, either order, any number of vertices, their plane at zero or 1e-240 of their size at
-/// least; w of any length, as in [`cosine_lobe`](crate::cosine_lobe).
+/// **Domain**: convex, either order, any number of vertices, their plane at zero or 1e-280 of their size at
+/// least (nearer, cosines with the horizons are below the range of numbers); w of any length, as in [`cosine_lobe`](crate::cosine_lobe).
 ///
 /// **Error**: below 1e-10 relative at any exponent from 0 to 1e5, for slivers, edge-on and in the tails
 /// alike, down to results of 1e-280 (`docs/accuracy.md`).
@@ -140,11 +144,15 @@ fn scaled(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     polygon[..vertices.len()].copy_from_slice(vertices);
     let mut count = vertices.len();
     for plane in [n, w] {
-        let source = polygon;
-        let source = &source[..count];
-        if !source.iter().any(|p| dot(plane, *p) > 0.0) {
+        // Of cut corners rounding may say that nothing is above.
+        if !vertices.iter().any(|p| dot(plane, *p) > 0.0) {
             return 0.0;
         }
+        if count == 0 {
+            break;
+        }
+        let source = polygon;
+        let source = &source[..count];
         let cut = |i: usize, j: usize, ci, cj| crossing(source[i], source[j], plane, ci, cj);
         count = clip_with(source, plane, |i| source[i], cut, &mut polygon);
     }
@@ -164,7 +172,9 @@ fn scaled(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
             return sum.value / (k + 2.0) * length;
         }
     }
-    triangles::integral(vertices, n, w, k, highest(polygon, w)).abs()
+    let highest = highest(polygon, w);
+    let peak = if highest > LOWEST { highest } else { 0.0 };
+    triangles::integral(vertices, n, w, k, peak).abs()
 }
 
 /// How far the other vertices are from the first one, at most, over its distance.

@@ -9,13 +9,13 @@
 //! ```
 //!
 //! The inner integral is that of a lobe along a line ([`lobe`](crate::lobe)), the outer one is by
-//! nodes. What a cut leaves of a triangle is a product of quotients of its determinant, and n·ω and
-//! w·ω follow from their values at the corners: nothing cancels, however thin a sliver.
+//! nodes. What [horizons](super::cut) leave of a triangle has determinants that are products and quotients,
+//! and n·ω and w·ω follow from their values at the corners: nothing cancels, however thin a sliver.
 
-use crate::exact::{cross_at_crossing, dot, length, value_at_crossing};
+use super::cut::Horizons;
+use crate::exact::{dot, length};
 use crate::fan::Fan;
 use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
-use crate::horizon::crossing;
 use crate::lobe::{SMOOTH, over_sine};
 use crate::solid_angle::volume;
 use linelit_geometry::{DVec3, predicates};
@@ -29,61 +29,62 @@ const NOTHING: f64 = 120.0;
 const LONGEST: f64 = -0.1;
 /// The square of a side, so short that the third corner is not opposite the middle of the longest.
 const SLENDER: f64 = 0.01;
-/// Height of a triangle from where on its rounded corners know their determinant to 2e-13.
-const FAT: f64 = 1e-3;
-/// A difference below this share of its terms has lost more than three bits.
-const CANCELLED: f64 = 0.125;
+/// Of what is 1e-300 of that, products with its own roundings are within the range of numbers.
+const SCALE: f64 = 1_267_650_600_228_229_401_496_703_205_376.0;
 /// The most halvings of one sweep, lest rounding errors be followed without end.
 const BUDGET: i32 = 200;
 /// The most rounds of halving: a half-sphere's triangles have sides of at most 180°, 90°, 45°.
 const HALVINGS: u32 = 6;
 
-/// A corner: its direction (at first, the point), and n and w times it.
+/// A corner: its direction, or a point that way.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
-    at: DVec3,
-    facing: f64,
-    lobe: f64,
+pub(super) struct Corner {
+    pub(super) at: DVec3,
+    /// n and w times it.
+    pub(super) values: [f64; 2],
 }
 
 impl Corner {
-    /// The sum of two with weights that are not negative.
-    fn blend(self, a: f64, other: Self, b: f64) -> Self {
+    pub(super) fn new(at: DVec3, normals: [DVec3; 2]) -> Self {
         Self {
-            at: self.at * a + other.at * b,
-            facing: self.facing * a + other.facing * b,
-            lobe: self.lobe * a + other.lobe * b,
+            at,
+            values: normals.map(|k| dot(k, at)),
         }
     }
 
-    fn unit(self) -> Self {
-        let length = length(self.at);
+    fn each(self, at: DVec3, f: impl Fn(usize) -> f64) -> Self {
         Self {
-            at: self.at / length,
-            facing: self.facing / length,
-            lobe: self.lobe / length,
+            at,
+            values: [f(0), f(1)],
         }
+    }
+
+    /// The sum of two with weights that are not negative.
+    fn blend(self, a: f64, other: Self, b: f64) -> Self {
+        let at = self.at * a + other.at * b;
+        self.each(at, |i| self.values[i] * a + other.values[i] * b)
+    }
+
+    pub(super) fn over(self, length: f64) -> Self {
+        self.each(self.at / length, |i| self.values[i] / length)
     }
 
     /// With the greatest cosines there are: a cut may be so near the shading point that its distance
     /// underflows.
-    fn at_most(self, [facing, lobe]: [f64; 2]) -> Self {
-        Self {
-            facing: self.facing.min(facing),
-            lobe: self.lobe.min(lobe),
-            ..self
-        }
+    pub(super) fn at_most(self, most: [f64; 2]) -> Self {
+        self.each(self.at, |i| self.values[i].min(most[i]))
     }
 }
 
 /// A triangle and its corners' determinant, of either sign.
 #[derive(Clone, Copy, Debug)]
-struct Triangle {
-    corners: [Corner; 3],
+pub(super) struct Triangle {
+    pub(super) corners: [Corner; 3],
     /// The cross products of the ends of the sides opposite the corners, in order. Of a side of nearly 180°
     /// its rounded ends know neither the plane nor the sine.
-    sides: [DVec3; 3],
-    volume: f64,
+    pub(super) sides: [DVec3; 3],
+    /// As two factors: of half a turn's sliver the product is below the range of numbers.
+    pub(super) volume: [f64; 2],
 }
 
 /// The lobe.
@@ -109,11 +110,7 @@ pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64
             f64::NEG_INFINITY
         },
     };
-    let corner = |at: DVec3| Corner {
-        at,
-        facing: dot(n, at),
-        lobe: dot(w, at),
-    };
+    let horizons = Horizons::new(n, w);
     let first = vertices[0];
     let mut sum = 0.0;
     for pair in vertices[1..].windows(2) {
@@ -121,181 +118,14 @@ pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64
         if volume == 0.0 {
             continue;
         }
-        let side = predicates::cross;
-        let triangle = Triangle {
-            corners: [corner(first), corner(pair[0]), corner(pair[1])],
-            sides: [
-                side(pair[0], pair[1]),
-                side(pair[1], first),
-                side(first, pair[0]),
-            ],
-            volume,
-        };
-        sum += lobe.above_horizon(triangle);
+        let points = [first, pair[0], pair[1]].map(|p| p * SCALE);
+        let volume = volume * (SCALE * SCALE * SCALE);
+        sum += horizons.above(points, volume, |t| lobe.divided(t, HALVINGS));
     }
     sum
 }
 
-/// The parts of a triangle with `value` ≥ 0, that is, above `plane`; `cut(i, j)` is the point of the side
-/// from i to j where it vanishes. Of corners as they were `given`, products may be taken anew.
-fn clip(
-    triangle: Triangle,
-    plane: DVec3,
-    value: [f64; 3],
-    cut: impl Fn(usize, usize) -> Corner,
-    given: bool,
-) -> [Option<Triangle>; 2] {
-    let Triangle {
-        corners,
-        sides,
-        volume,
-    } = triangle;
-    let above = value.map(|c| c >= 0.0);
-    // What is kept of the side from i, above, to j, below; and the rest of it.
-    let kept = |i: usize, j: usize| value[i] / (value[i] - value[j]);
-    let lost = |i: usize, j: usize| -value[j] / (value[i] - value[j]);
-    let odd = match above {
-        [true, true, true] => return [Some(triangle), None],
-        [false, false, false] => return [None; 2],
-        [_, b, c] if b == c => 0,
-        [a, _, c] if a == c => 1,
-        _ => 2,
-    };
-    let (i, j, l) = (odd, (odd + 1) % 3, (odd + 2) % 3);
-    if above[i] {
-        let (right, left) = (kept(i, j), kept(i, l));
-        let volume = volume * right * left;
-        let part = Triangle {
-            corners: [corners[i], cut(i, j), cut(i, l)],
-            sides: [
-                plane * (volume / value[i]),
-                sides[j] * left,
-                sides[l] * right,
-            ],
-            volume,
-        };
-        return [Some(part), None];
-    }
-    let (q, p) = (cut(j, i), cut(l, i));
-    // By the cross products of exact corners, unless p is so near the shading point that they cancel.
-    let (one, other) = (sides[i] * lost(l, i), sides[l] * kept(l, i));
-    let terms = length(one) + length(other);
-    let product = length(corners[j].at) * length(p.at);
-    let diagonal = if terms < product {
-        one - other
-    } else {
-        predicates::cross(corners[j].at, p.at)
-    };
-    // A diagonal of nearly 180° cancels in both; its halves share out the volume by its sine.
-    let diagonal = if given && length(diagonal) < CANCELLED * terms.min(product) {
-        cross_at_crossing(plane, corners[j].at, corners[l].at, corners[i].at)
-    } else {
-        diagonal
-    };
-    // The sides from j and l to i end at q and p; the four-sided rest is divided from j to p.
-    let rest = volume * lost(l, i) * kept(j, i);
-    [
-        Some(Triangle {
-            corners: [corners[j], corners[l], p],
-            sides: [sides[j] * kept(l, i), -diagonal, sides[i]],
-            volume: volume * kept(l, i),
-        }),
-        Some(Triangle {
-            corners: [corners[j], p, q],
-            sides: [plane * (rest / value[j]), sides[l] * kept(j, i), diagonal],
-            volume: rest,
-        }),
-    ]
-}
-
 impl Lobe {
-    fn above_horizon(&self, triangle: Triangle) -> f64 {
-        let c = triangle.corners;
-        let cut = |i: usize, j: usize| {
-            let at = crossing(c[i].at, c[j].at, self.n, c[i].facing, c[j].facing);
-            let span = c[j].facing - c[i].facing;
-            let lobe = if c[i].lobe * c[j].lobe >= 0.0 {
-                c[i].lobe * (c[j].facing / span) + c[j].lobe * (-c[i].facing / span)
-            } else {
-                value_at_crossing(self.w, self.n, c[i].at, c[j].at)
-            };
-            Corner {
-                at,
-                facing: 0.0,
-                lobe,
-            }
-        };
-        let parts = clip(triangle, self.n, c.map(|c| c.facing), cut, true);
-        parts.into_iter().flatten().map(|t| self.above(t)).sum()
-    }
-
-    fn above(&self, triangle: Triangle) -> f64 {
-        let c = triangle.corners;
-        let cut = |i: usize, j: usize| {
-            let span = c[j].lobe - c[i].lobe;
-            let turn = if j == (i + 1) % 3 { 1.0 } else { -1.0 };
-            let side = triangle.sides[3 - i - j] * turn;
-            Corner {
-                at: self.crossing_again(c[i], c[j], side),
-                facing: c[i].facing * (c[j].lobe / span) + c[j].facing * (-c[i].lobe / span),
-                lobe: 0.0,
-            }
-        };
-        let parts = clip(triangle, self.w, c.map(|c| c.lobe), cut, false);
-        parts.into_iter().flatten().map(|t| self.whole(t)).sum()
-    }
-
-    /// The greatest values of n·ω and w·ω.
-    fn most(&self) -> [f64; 2] {
-        [self.n.length(), self.w.length()]
-    }
-
-    /// A triangle that is above both horizons, by directions.
-    fn whole(&self, triangle: Triangle) -> f64 {
-        let lengths = triangle.corners.map(|c| length(c.at));
-        if lengths.iter().any(|r| !(*r > 0.0)) {
-            return 0.0;
-        }
-        let most = self.most();
-        let corners = triangle.corners.map(|c| c.unit().at_most(most));
-        let [a, b, c] = corners.map(|c| c.at);
-        let direct = volume(a, b, c);
-        // Where a cut is near the shading point, its distance is not known so well.
-        let across = (b - a).length_squared().max((c - a).length_squared());
-        let volume = if direct * direct > FAT * FAT * across {
-            direct
-        } else {
-            triangle.volume / lengths[0] / lengths[1] / lengths[2]
-        };
-        let side = |i: usize| triangle.sides[i] / lengths[(i + 1) % 3] / lengths[(i + 2) % 3];
-        let parts = Triangle {
-            corners,
-            sides: [side(0), side(1), side(2)],
-            volume,
-        };
-        self.divided(parts, HALVINGS)
-    }
-
-    /// Where a side meets the lobe's own horizon: between its ends where one of them is rounded (on the
-    /// surface's horizon), unless the cross product of the exact ones says more.
-    fn crossing_again(&self, from: Corner, to: Corner, side: DVec3) -> DVec3 {
-        if from.facing * to.facing > 0.0 {
-            return crossing(from.at, to.at, self.w, from.lobe, to.lobe);
-        }
-        let span = to.lobe - from.lobe;
-        // On the surface's own horizon the side is along n, and rounded; w may be, too, or nearly.
-        if from.facing == 0.0 && to.facing == 0.0 {
-            let share = dot(self.n, side) / self.n.length_squared();
-            return predicates::cross(self.w, self.n) * (share / span);
-        }
-        // What the roundings of the ends and of the side are relative to.
-        let ends = length(from.at) * to.lobe.abs() + length(to.at) * from.lobe.abs();
-        if ends <= length(side) {
-            return from.at * (to.lobe / span) + to.at * (-from.lobe / span);
-        }
-        predicates::cross(self.w, side) / span
-    }
-
     /// A triangle of unit vectors: by parts, while it has a long side.
     fn divided(&self, triangle: Triangle, rounds: u32) -> f64 {
         let corners = triangle.corners;
@@ -315,7 +145,7 @@ impl Lobe {
         if rounds == 0 || 1.0 - 0.5 * chords[longest] >= LONGEST {
             let [apex, from, to] = turn(pick(f64::lt)).map(|i| corners[i]);
             return match Sweep::new(*self, apex, from, to) {
-                Some(sweep) => triangle.volume * sweep.integral(),
+                Some(sweep) => triangle.volume[0] * triangle.volume[1] * sweep.integral(),
                 None => 0.0,
             };
         }
@@ -340,7 +170,7 @@ impl Lobe {
         let normal = predicates::cross(b - a, c - a).normalize_or_zero();
         // Which pole is meant, and whether it is inside, rounded corners of (nearly) half a sphere do not
         // know: the triangle's orientation and its sides do.
-        let turn = triangle.volume.signum();
+        let turn = triangle.volume[0].signum() * triangle.volume[1].signum();
         let centre = self.corner(normal * turn);
         let volumes = triangle.sides.map(|side| dot(centre.at, side));
         if volumes.iter().any(|v| v * turn < 0.0) {
@@ -356,7 +186,7 @@ impl Lobe {
                     predicates::cross(to.at, centre.at),
                     predicates::cross(centre.at, from.at),
                 ],
-                volume: volumes[(i + 2) % 3],
+                volume: [volumes[(i + 2) % 3], 1.0],
             };
             self.divided(part, rounds - 1)
         };
@@ -365,10 +195,10 @@ impl Lobe {
 
     /// A corner from its direction alone.
     fn corner(&self, at: DVec3) -> Corner {
+        let corner = Corner::new(at, [self.n, self.w]);
         Corner {
-            at,
-            facing: dot(self.n, at).max(0.0),
-            lobe: dot(self.w, at).max(0.0),
+            values: corner.values.map(|v| v.max(0.0)),
+            ..corner
         }
     }
 
@@ -377,7 +207,7 @@ impl Lobe {
         let Triangle {
             corners: [a, b, c],
             sides: [across, left, right],
-            volume: whole,
+            volume: [one, other],
         } = triangle;
         let sine = length(across).min(1.0);
         let angle = sine.atan2(b.at.dot(c.at));
@@ -389,13 +219,18 @@ impl Lobe {
             at: b.at * half_cosine + tangent * half_sine,
             ..b.blend(weight, c, weight)
         }
-        .at_most(self.most());
+        .at_most([self.n.length(), self.w.length()]);
+        let volume = if one.abs() < other.abs() {
+            [one * weight, other]
+        } else {
+            [one, other * weight]
+        };
         let inner = predicates::cross(a.at, middle.at);
         let half = |corners: [Corner; 3], [left, right]: [DVec3; 2]| {
             let part = Triangle {
                 corners,
                 sides: [across * weight, left, right],
-                volume: whole * weight,
+                volume,
             };
             self.divided(part, rounds - 1)
         };
@@ -485,7 +320,8 @@ impl Sweep {
             let (a, b, c) = (self.apex.at, self.from, self.to);
             let cosine = self.angle.cos();
             // The side's own highest point, and the arc through the axis.
-            let foot = ((c.lobe - b.lobe * cosine) / self.sine).atan2(b.lobe) / self.angle;
+            let foot =
+                ((c.values[1] - b.values[1] * cosine) / self.sine).atan2(b.values[1]) / self.angle;
             if foot > 0.0 && foot < 1.0 {
                 offer(foot);
             }
@@ -505,7 +341,7 @@ impl Sweep {
             return 0.0;
         }
         let end = self.edge(u);
-        let (z0, z1) = (self.apex.lobe, end.lobe);
+        let (z0, z1) = (self.apex.values[1], end.values[1]);
         let cosine = dot(self.apex.at, end.at);
         let sine = predicates::cross(self.apex.at, end.at).length();
         // The slopes at both ends, times the sine. On shorter arcs an end is as good, and slopes are noise.
@@ -523,9 +359,9 @@ impl Sweep {
         let end = self.edge(u);
         let Lobe { w, k, .. } = self.lobe;
         let values = [
-            [self.apex.facing, end.facing],
+            [self.apex.values[0], end.values[0]],
             [0.0, 1.0],
-            [self.apex.lobe, end.lobe],
+            [self.apex.values[1], end.values[1]],
         ];
         let ends = [self.apex.at, end.at];
         let fan =
