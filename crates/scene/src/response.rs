@@ -273,7 +273,9 @@ impl Builder<'_> {
         if sine_square < 1.0 {
             let inner = (1.0 - sine_square).sqrt();
             let n = self.normal;
-            let refracted = n * (cosine / relative - inner) - self.outgoing / relative;
+            // Its sign counts: a shading normal may be turned away from the viewer.
+            let refracted =
+                n * (n.dot(self.outgoing) / relative - inner) - self.outgoing / relative;
             let weight = kt * (DVec3::ONE - reflected) / (relative * relative);
             let changes = self.changes();
             let changes =
