@@ -66,12 +66,6 @@ fn main() -> ExitCode {
             None => return usage("bench needs to know WHAT to measure"),
             Some((what, more)) => match what.split_once('/') {
                 Some((package, bench)) => cargo::criterion(package, bench, more),
-                None if what == "visibility" => {
-                    // Scene files are beyond what the crate itself knows.
-                    let files = more.iter().any(|a| a == "--scene");
-                    let package = if files { "workshop" } else { "visibility" };
-                    cargo::example(package, "visibility_bench", more)
-                }
                 None => cargo::program("workshop", "workshop", arguments.as_slice()),
             },
         },

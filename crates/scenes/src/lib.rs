@@ -9,10 +9,14 @@ pub mod luminaires;
 mod mesh;
 mod rooms;
 mod text;
+#[cfg(feature = "load")]
+mod visibility;
 mod window;
 
 #[cfg(feature = "load")]
 pub use library::{Library, locate};
+#[cfg(feature = "load")]
+pub use visibility::{VisibilityScene, stratified_lines};
 
 use text::{diffuse, facing_down, light_text, line_text, main_file, main_files, phong};
 

@@ -24,8 +24,3 @@ pub fn short_name(name: &str) -> String {
         .map_or(name.into(), |s| s.to_string_lossy());
     stem.into_owned()
 }
-
-/// The example of the project's page, run as a test.
-#[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Project;

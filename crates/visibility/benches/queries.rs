@@ -1,50 +1,63 @@
-//! Rays and shafts on the built-in soup and grid: ordinary points, grazing points, no occluder.
+//! Lines from shading points of the built-in soup and grid: ordinary points, grazing points, no
+//! occluder.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use linelit_geometry::DVec3;
-use linelit_visibility::{
-    LightCorners, Occluders, Scratch, VisibleLines,
-    measure::{self, Workload},
-};
+use linelit_scenes::{Library, VisibilityScene, stratified_lines};
+use linelit_visibility::{LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines};
 use std::hint::black_box;
 
+/// Where the camera's rays first meet the scene, off the surface towards the eye.
+fn shading_points(occluders: &Occluders, scene: &VisibilityScene) -> Vec<DVec3> {
+    let mut scratch = Scratch::new();
+    let meet = |&[origin, direction]: &[DVec3; 2]| {
+        let ray = Ray {
+            origin,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = occluders.closest_hit(&ray, &mut scratch)?;
+        Some(origin + direction * (hit.t - 2e-5))
+    };
+    scene.view(16, 12).iter().filter_map(meet).collect()
+}
+
 fn lines(c: &mut Criterion) {
-    for scene in [measure::soup(), measure::grid()] {
+    for name in ["triangle-soup-large", "grid-planes-large"] {
+        let scene = VisibilityScene::load(&Library::default(), name).unwrap();
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
         let empty = Occluders::build(&[], &[]);
-        let points = measure::shading_points(&occluders, &scene.view(16, 12), 2e-5);
+        let points = shading_points(&occluders, &scene);
         let grazing: Vec<DVec3> = scene.lights[0]
             .1
             .iter()
             .map(|v| *v + DVec3::new(1.0, -1e-3, 0.5))
             .collect();
-        for (name, light) in &scene.lights {
-            let mut group = c.benchmark_group(format!("{} {name}", scene.name));
+        for (light_name, light) in &scene.lights {
+            let mut group = c.benchmark_group(format!("{name} {light_name}"));
             for (what, occluders, points) in [
                 ("ordinary", &occluders, &points),
                 ("grazing", &occluders, &grazing),
                 ("empty", &empty, &points),
             ] {
-                let work = Workload {
-                    positions: &scene.positions,
-                    triangles: &scene.triangles,
-                    light: LightCorners::new(light).unwrap(),
-                    exclude: 0..0,
-                    points,
-                };
                 for n in [1, 16, 64] {
-                    let lines = measure::stratified_lines(light, n, &mut || 0.37);
+                    let lines = stratified_lines(light, n, &mut || 0.37);
                     let mut scratch = Scratch::new();
                     let mut out = VisibleLines::new();
                     group.bench_function(BenchmarkId::new(what, n), |b| {
                         b.iter(|| {
-                            black_box(measure::trace_lines(
-                                occluders,
-                                &work,
-                                &lines,
-                                &mut scratch,
-                                &mut out,
-                            ))
+                            for &point in points {
+                                let query = ShaftQuery {
+                                    point,
+                                    light: LightCorners::new(light).unwrap(),
+                                    exclude: 0..0,
+                                };
+                                occluders
+                                    .shaft(query, &mut scratch)
+                                    .visible(&lines, &mut out);
+                                black_box(&out);
+                            }
                         });
                     });
                 }

@@ -75,8 +75,6 @@ mod dispatch;
 mod frame;
 mod images;
 mod lines;
-#[doc(hidden)]
-pub mod measure;
 mod merge;
 mod node;
 mod occluders;

@@ -2,10 +2,9 @@
 
 mod common;
 
-use common::{NONE, Rng};
-use linelit_visibility::{
-    LightCorners, Occluders, Scratch, ShaftQuery, VisibleLines, brute, measure,
-};
+use common::{NONE, Rng, shading_points};
+use linelit_scenes::{Library, VisibilityScene, stratified_lines};
+use linelit_visibility::{LightCorners, Occluders, Scratch, ShaftQuery, VisibleLines, brute};
 
 /// Ends of intervals are `f64` in the light's frame, whose coordinates of a vertex are off by a
 /// few ε times its distance over the light's size (at most 1e2 here); a side nearly along the
@@ -16,15 +15,16 @@ const TOLERANCE: f64 = 1e-9;
 #[test]
 fn builtin_scenes_agree_with_brute_force() {
     let mut rng = Rng(linelit_testkit::cases::seed(9));
-    for scene in [measure::soup(), measure::grid()] {
+    for name in ["triangle-soup-large", "grid-planes-large"] {
+        let scene = VisibilityScene::load(&Library::default(), name).unwrap();
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
-        let points = measure::shading_points(&occluders, &scene.view(36, 27), 2e-5);
+        let points = shading_points(&occluders, &scene, [36, 27]);
         let mut scratch = Scratch::new();
         let mut out = VisibleLines::new();
         let mut count = 0;
         while count < 100_000 {
             let (_, light) = &scene.lights[rng.index(2)];
-            let lines = measure::stratified_lines(light, 48, &mut || rng.unit());
+            let lines = stratified_lines(light, 48, &mut || rng.unit());
             for &point in &points {
                 let query = ShaftQuery {
                     point,
@@ -59,7 +59,7 @@ fn builtin_scenes_agree_with_brute_force() {
 /// shafts empty, partial and dense.
 #[test]
 fn colonnade_agrees_with_brute_force() {
-    let whole = measure::colonnade();
+    let whole = VisibilityScene::load(&Library::default(), "colonnade-large").unwrap();
     let inside = |t: &&[u32; 3]| {
         let x = |i: u32| whole.positions[i as usize][0];
         let near = |i: u32| (-4.4..-2.6).contains(&x(i));
@@ -68,13 +68,13 @@ fn colonnade_agrees_with_brute_force() {
     let triangles: Vec<[u32; 3]> = whole.triangles.iter().filter(inside).copied().collect();
     assert!(triangles.len() > 20_000, "{}", triangles.len());
     let occluders = Occluders::build(&whole.positions, &triangles);
-    let points = measure::shading_points(&occluders, &whole.view(12, 9), 2e-5);
+    let points = shading_points(&occluders, &whole, [12, 9]);
     let mut rng = Rng(linelit_testkit::cases::seed(10));
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
     for (_, light) in &whole.lights {
         for &point in &points {
-            let lines = measure::stratified_lines(light, 8, &mut || rng.unit());
+            let lines = stratified_lines(light, 8, &mut || rng.unit());
             let query = ShaftQuery {
                 point,
                 light: LightCorners::new(light).unwrap(),

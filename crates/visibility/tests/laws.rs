@@ -4,10 +4,10 @@ mod common;
 
 use common::{NONE, Rng, chord, light, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_scenes::{Library, VisibilityScene};
 use linelit_testkit::cases::cases;
 use linelit_visibility::{
     InstructionSet, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
-    measure,
 };
 use proptest::prelude::*;
 
@@ -176,7 +176,8 @@ proptest! {
 /// corners' 36 and the number's 4.
 #[test]
 fn hierarchies_are_compact() {
-    for scene in [measure::grid(), measure::soup()] {
+    for name in ["grid-planes-large", "triangle-soup-large"] {
+        let scene = VisibilityScene::load(&Library::default(), name).unwrap();
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
         let count = occluders.triangle_count();
         assert!(occluders.memory() < 100 * count && occluders.memory() > 40 * count);

@@ -1,6 +1,6 @@
 //! The command line of the workshop.
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use linelit_cli::args::{
     List, MOST_SAMPLES, ReadArgs, SampleCounts, SceneArgs, instruction_set, seconds,
 };
@@ -29,15 +29,25 @@ pub(crate) enum Command {
     CheckReferences(CheckArgs),
     /// Load and render every scene file below a folder; a line per file.
     LoadAll(LoadAllArgs),
-    /// Measure speed: error against time of all ways to direct light.
-    Bench(BenchArgs),
+    /// Measure speed.
+    #[command(subcommand)]
+    Bench(Bench),
 }
 
-/// `bench`.
+/// The benchmarks.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Bench {
+    /// Error against time.
+    EqualTime(BenchArgs),
+    /// What the densities of one technique at another's samples cost.
+    Mis(BenchArgs),
+    /// What rays and lines cost, beside obvhs's rays.
+    Visibility(VisibilityArgs),
+}
+
+/// `bench equal-time` and `bench mis`.
 #[derive(Args, Debug)]
 pub(crate) struct BenchArgs {
-    /// What to measure.
-    pub(crate) what: Bench,
     /// Scene file, or the name of a built-in scene, in place of all built-in ones.
     #[arg(long, value_name = "PATH")]
     pub(crate) scene: Option<String>,
@@ -64,13 +74,33 @@ pub(crate) struct BenchArgs {
     pub(crate) json: bool,
 }
 
-/// The benchmarks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Bench {
-    /// Error against time.
-    EqualTime,
-    /// What the densities of one technique at another's samples cost.
-    Mis,
+/// `bench visibility`.
+#[derive(Args, Debug)]
+pub(crate) struct VisibilityArgs {
+    /// Scene file, or the name of a built-in scene, in place of three built-in ones.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) scene: Option<String>,
+    /// Only this light: S, L, S1, L1 … or linear.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) light_name: Option<String>,
+    /// Fewer points and rounds.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// No table, but the bare work for a profiler: N lines a point, or eight rays for 0.
+    #[arg(long, value_name = "N")]
+    pub(crate) only: Option<u32>,
+    /// How many times `--only` works.
+    #[arg(long, value_name = "K", default_value_t = 1, requires = "only")]
+    pub(crate) repeat: u32,
+    /// No table, but N lines of each light compared with brute force.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "json"])]
+    pub(crate) verify: Option<usize>,
+    /// How scenes are read.
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// `load-all`.

@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod check_references;
 mod load_all;
+mod visibility;
 
 use args::{Cli, Command};
 use linelit_cli::program;

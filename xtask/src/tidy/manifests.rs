@@ -40,7 +40,11 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
         &[],
         &["exr", "flate2", "png", "thiserror", "zune-jpeg"],
     ),
-    ("scenes", &["scene", "formats", "film"], &["anyhow"]),
+    (
+        "scenes",
+        &["geometry", "lights", "scene", "formats", "film"],
+        &["anyhow"],
+    ),
     (
         "study",
         &["scene", "geometry", "samplers", "integrator", "film"],
@@ -70,6 +74,25 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "study",
         ],
         &["anyhow", "indicatif", "serde", "serde_json"],
+    ),
+    (
+        "linelit",
+        &[
+            "bsdf",
+            "film",
+            "formats",
+            "geometry",
+            "integrator",
+            "lights",
+            "mis",
+            "penumbra",
+            "samplers",
+            "scene",
+            "shading",
+            "study",
+            "visibility",
+        ],
+        &[],
     ),
     (
         "cli",
@@ -116,6 +139,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "anyhow",
             "clap",
             "indicatif",
+            "obvhs",
             "rayon",
             "serde",
             "serde_json",
@@ -128,6 +152,8 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
 /// What any crate may use in its tests and benches, beside what it may know anyway.
 const FOR_TESTS: &[&str] = &[
     "linelit-testkit",
+    // Scenes for benches and tests of queries.
+    "linelit-scenes",
     // What shading's transformed cosines are fitted to.
     "linelit-bsdf",
     "proptest",

@@ -2,7 +2,38 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use linelit_geometry::{DVec3, Segment};
+use linelit_scenes::VisibilityScene;
+use linelit_visibility::{Occluders, Ray, Scratch};
 use std::ops::Range;
+
+/// Where the camera's rays first meet the scene, off the surface towards the eye, but for what is
+/// in the plane of a light: the scene shows its lights.
+pub(crate) fn shading_points(
+    occluders: &Occluders,
+    scene: &VisibilityScene,
+    [width, height]: [u32; 2],
+) -> Vec<DVec3> {
+    let mut scratch = Scratch::new();
+    let meet = |&[origin, direction]: &[DVec3; 2]| {
+        let ray = Ray {
+            origin,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = occluders.closest_hit(&ray, &mut scratch)?;
+        Some(origin + direction * (hit.t - 2e-5))
+    };
+    let in_plane = |p: &DVec3| {
+        scene.lights.iter().any(|(_, light)| {
+            let normal = (light[1] - light[0]).cross(light[2] - light[0]);
+            normal.dot(*p - light[0]).abs() <= 1e-4 * normal.length()
+        })
+    };
+    let view = scene.view(width, height);
+    let points = view.iter().filter_map(meet);
+    points.filter(|p| !in_plane(p)).collect()
+}
 
 /// SplitMix64: enough for test scenes.
 #[derive(Clone, Debug)]

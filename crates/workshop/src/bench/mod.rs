@@ -11,10 +11,11 @@ use linelit_cli::output::Output;
 ///
 /// # Errors
 /// If a scene cannot be read.
-pub(crate) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
-    match args.what {
-        Bench::EqualTime => equal_time::run(args, out),
-        Bench::Mis => mis::run(args, out),
+pub(crate) fn run(what: &Bench, out: &mut Output) -> Result<()> {
+    match what {
+        Bench::EqualTime(args) => equal_time::run(args, out),
+        Bench::Mis(args) => mis::run(args, out),
+        Bench::Visibility(args) => crate::visibility::run(args, out),
     }
 }
 

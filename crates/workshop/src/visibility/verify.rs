@@ -1,35 +1,35 @@
 //! Lines of a scene against brute force in `f64`.
 
-use super::{Workload, hash_unit, stratified_lines};
-use crate::{Occluders, Scratch, ShaftQuery, VisibleLines, brute};
+use super::{Workload, hash_unit};
 use linelit_geometry::DVec3;
+use linelit_scenes::stratified_lines;
+use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines, brute};
 
 /// Lines a point.
-const LINES: usize = 48;
+const LINES: u32 = 48;
 
 /// How lines compare with brute force.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Verified {
+pub(super) struct Verified {
     /// Lines compared.
-    pub lines: usize,
+    pub(super) lines: usize,
     /// Lines of dense shafts among them.
-    pub dense: usize,
+    pub(super) dense: usize,
     /// The largest difference of a line's visible fraction.
-    pub largest: f64,
+    pub(super) largest: f64,
     /// Lines that one of the two finds wholly visible or wholly hidden, and the other not.
-    pub misclassified: usize,
+    pub(super) misclassified: usize,
 }
 
 /// Compares at least `least` lines from points all over the view, 48 a point.
 ///
 /// Brute force is spared the triangles that a plane through the shading point and a side of the
 /// light, or parallel to the light, has wholly on the far side, with room for rounding.
-#[must_use]
-pub fn verify(occluders: &Occluders, work: &Workload<'_>, least: usize) -> Verified {
+pub(super) fn verify(occluders: &Occluders, work: &Workload<'_>, least: usize) -> Verified {
     let mut found = Verified::default();
     let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
     let mut state = 17;
-    let count = least.div_ceil(LINES).min(work.points.len()).max(1);
+    let count = least.div_ceil(LINES as usize).min(work.points.len()).max(1);
     for k in 0..count {
         let Some(&point) = work.points.get(k * work.points.len() / count) else {
             break;

@@ -1,7 +1,7 @@
 //! The same rays through obvhs's own hierarchies.
 
-use crate::Ray;
 use linelit_geometry::glam::Vec3A;
+use linelit_visibility::Ray;
 use obvhs::{
     BvhBuildParams,
     bvh2::{Bvh2, builder::build_bvh2_from_tris},
@@ -12,7 +12,7 @@ use std::{ops::Range, time::Duration};
 
 /// obvhs's binary and its compressed eight-wide hierarchy over the same triangles, with its own
 /// triangle test; triangles are laid out in the order of the leaves, as its documentation advises.
-pub struct Rivals {
+pub(super) struct Rivals {
     bvh2: Bvh2,
     bvh2_triangles: Vec<Triangle>,
     cwbvh: CwBvh,
@@ -27,8 +27,7 @@ impl std::fmt::Debug for Rivals {
 
 impl Rivals {
     /// Builds both.
-    #[must_use]
-    pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+    pub(super) fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let input: Vec<Triangle> = triangles
             .iter()
             .map(|t| {
@@ -53,8 +52,7 @@ impl Rivals {
     }
 
     /// Any hit through the binary hierarchy.
-    #[must_use]
-    pub fn bvh2_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
+    pub(super) fn bvh2_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
         !self.bvh2.ray_traverse_miss(convert(ray), |ray, k| {
             let t = self.bvh2_triangles[k].intersect(ray);
             if t < ray.tmax && exclude.contains(&self.bvh2.primitive_indices[k]) {
@@ -65,8 +63,7 @@ impl Rivals {
     }
 
     /// Any hit through the wide hierarchy.
-    #[must_use]
-    pub fn cwbvh_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
+    pub(super) fn cwbvh_any_hit(&self, ray: &Ray, exclude: &Range<u32>) -> bool {
         !self.cwbvh.ray_traverse_miss(convert(ray), |ray, k| {
             let t = self.cwbvh_triangles[k].intersect(ray);
             if t < ray.tmax && exclude.contains(&self.cwbvh.primitive_indices[k]) {

@@ -1,105 +1,77 @@
-//! The table of `cargo xtask bench visibility`.
+//! The table of `bench visibility`.
 
-use super::{Rivals, Scene, Timings, Workload, repeat, shading_points, time, verify};
-use crate::{InstructionSet, LightCorners, Occluders};
+use super::{Rivals, Timings, Workload, repeat, shading_points, time, verify::verify};
+use crate::args::VisibilityArgs;
+use anyhow::Result;
+use linelit_cli::output::Output;
 use linelit_geometry::DVec3;
-use std::fmt::Write;
+use linelit_scenes::VisibilityScene;
+use linelit_visibility::{LightCorners, Occluders};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::time::Instant;
 
 /// The work counters are taken with the first.
-const LINES: [usize; 5] = [16, 1, 4, 64, 256];
+const LINES: [u32; 5] = [16, 1, 4, 64, 256];
 
-/// What to measure and how to print it.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Fewer points and rounds.
-    pub quick: bool,
-    /// Objects instead of a table.
-    pub json: bool,
-    /// AVX2 at the most.
-    pub avx2: bool,
-    /// Only this light.
-    pub light: Option<String>,
-    /// No table, but the bare work for a profiler: lines a point, and how many times.
-    pub only: Option<(usize, usize)>,
-    /// No table, but this many lines of each light compared with brute force.
-    pub verify: Option<usize>,
-}
+/// Measured unless a scene is named.
+const SCENES: [&str; 3] = [
+    "grid-planes-large",
+    "triangle-soup-large",
+    "colonnade-large",
+];
 
-impl Options {
-    /// From a program's arguments.
-    ///
-    /// # Errors
-    /// If a number is none.
-    pub fn parse(args: &[String]) -> Result<Self, std::num::ParseIntError> {
-        let flag = |name: &str| args.iter().any(|a| a == name);
-        let number = |name: &str| value(args, name).map(str::parse).transpose();
-        let times = number("--repeat")?.unwrap_or(1);
-        Ok(Self {
-            quick: flag("--quick"),
-            json: flag("--json"),
-            avx2: flag("--avx2"),
-            light: value(args, "--light-name").map(str::to_owned),
-            only: number("--only")?.map(|n| (n, times)),
-            verify: number("--verify")?,
-        })
-    }
-}
+/// How far a shading point is off its surface.
+const OFFSET: f64 = 2e-5;
 
-/// What follows an option.
-#[must_use]
-pub fn value<'a>(args: &'a [String], name: &str) -> Option<&'a str> {
-    let at = args.iter().position(|a| a == name)?;
-    args.get(at + 1).map(String::as_str)
-}
-
-/// Measures scenes and hands each part of the report to `print`; `now` gives seconds.
-pub fn report(
-    scenes: &[Scene],
-    options: &Options,
-    now: &dyn Fn() -> f64,
-    print: &mut dyn FnMut(&str),
-) {
+/// Measures what rays and lines cost on one scene or on all.
+///
+/// # Errors
+/// If a scene cannot be read.
+pub(crate) fn run(args: &VisibilityArgs, out: &mut Output) -> Result<()> {
+    let names = match &args.scene {
+        Some(name) => vec![name.as_str()],
+        None => SCENES.to_vec(),
+    };
     let mut rows = Vec::new();
-    for scene in scenes {
-        run(scene, options, now, print, &mut rows);
+    for name in names {
+        let scene = VisibilityScene::load(&args.read.library(), name)?;
+        measure(&scene, args, out, &mut rows)?;
     }
-    if options.json {
-        print(&format!("[\n{}\n]", rows.join(",\n")));
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
     }
+    Ok(())
 }
 
 #[allow(clippy::cast_precision_loss, reason = "counts")]
-fn run(
-    scene: &Scene,
-    options: &Options,
-    now: &dyn Fn() -> f64,
-    print: &mut dyn FnMut(&str),
-    rows: &mut Vec<String>,
-) {
-    let start = now();
-    let mut occluders = Occluders::build(&scene.positions, &scene.triangles);
-    let build = now() - start;
-    if options.avx2 {
-        occluders = occluders.limited_to(InstructionSet::Avx2);
-    }
-    let rivals = (options.only.is_none() && options.verify.is_none())
-        .then(|| Rivals::build(&scene.positions, &scene.triangles));
-    let side = if options.quick { 24 } else { 48 };
-    let view = scene.view(side * 4 / 3, side);
+fn measure(
+    scene: &VisibilityScene,
+    args: &VisibilityArgs,
+    out: &mut Output,
+    rows: &mut Vec<Value>,
+) -> Result<()> {
+    let start = Instant::now();
+    let occluders = Occluders::build(&scene.positions, &scene.triangles);
+    let build = start.elapsed().as_secs_f64();
+    let bare = args.only.is_some() || args.verify.is_some();
+    let rivals = (!bare).then(|| Rivals::build(&scene.positions, &scene.triangles));
+    let side = if args.quick { 24 } else { 48 };
     let bytes = occluders.memory() as f64 / occluders.triangle_count().max(1) as f64;
-    if !options.json {
-        print(&format!(
+    if !args.json {
+        writeln!(
+            out,
             "{}: {} triangles, built in {build:.3} s, {bytes:.0} bytes a triangle, {:?}",
             scene.name,
             occluders.triangle_count(),
             occluders.instruction_set(),
-        ));
+        )?;
     }
-    let all = shading_points(&occluders, &view, 2e-5);
+    let all = shading_points(&occluders, &scene.view(side * 4 / 3, side), OFFSET);
     let linear = scene.lights.last().map(|(_, light)| across(light));
     let linear = linear.map(|ends| ("linear".to_owned(), ends.to_vec()));
     for (name, light) in scene.lights.iter().chain(&linear) {
-        if options.light.as_ref().is_some_and(|o| o != name) {
+        if args.light_name.as_ref().is_some_and(|only| only != name) {
             continue;
         }
         let (u, v) = match (&light[..], scene.lights.last()) {
@@ -121,39 +93,40 @@ fn run(
             exclude: 0..0,
             points: &points,
         };
-        if let Some((n, times)) = options.only {
-            repeat(&occluders, &work, n, times);
+        if let Some(lines) = args.only {
+            repeat(&occluders, &work, lines, args.repeat);
             continue;
         }
-        if let Some(least) = options.verify {
+        if let Some(least) = args.verify {
             let v = verify(&occluders, &work, least);
-            print(&format!(
+            writeln!(
+                out,
                 "  {name}: {} lines ({} of dense shafts) against brute force: largest difference \
                  of a visible fraction {:.1e}, {} misclassified",
                 v.lines, v.dense, v.largest, v.misclassified
-            ));
+            )?;
             continue;
         }
-        let rounds = if options.quick { 7 } else { 15 };
+        let rounds = if args.quick { 7 } else { 15 };
         // A linear light has one line.
         let lines = if light.len() == 2 { &[1] } else { &LINES[..] };
-        let mut t = time(&occluders, rivals.as_ref(), &work, lines, rounds, now);
+        let mut t = time(&occluders, rivals.as_ref(), &work, lines, rounds);
         t.lines.sort_by_key(|l| l.0);
         t.shaft_points.sort_by_key(|p| p.0);
-        if options.json {
+        if args.json {
             rows.extend(t.lines.iter().map(|&(n, ns, ratio)| {
-                format!(
-                    "  {{\"scene\": \"{}\", \"light\": \"{name}\", \"lines\": {n}, \
-                     \"ns_line\": {ns:.2}, \"ns_ray\": {:.2}, \"ratio\": {ratio:.4}, \
-                     \"ns_ray_bvh2\": {:.2}, \"ns_ray_cwbvh\": {:.2}, \
-                     \"bytes_per_triangle\": {bytes:.1}, \"build_seconds\": {build:.4}}}",
-                    scene.name, t.ray, t.bvh2, t.cwbvh
-                )
+                json!({
+                    "scene": scene.name, "light": name, "lines": n, "ns_line": ns,
+                    "ns_ray": t.ray, "ratio": ratio, "ns_ray_bvh2": t.bvh2,
+                    "ns_ray_cwbvh": t.cwbvh, "bytes_per_triangle": bytes,
+                    "build_seconds": build,
+                })
             }));
         } else {
-            print(&table(name, points.len(), &t));
+            writeln!(out, "{}", table(name, points.len(), &t))?;
         }
     }
+    Ok(())
 }
 
 /// A linear light along the middle of a light.

@@ -1,36 +1,34 @@
-//! Measuring the queries: rays and lines side by side, ours and obvhs's.
-//!
-//! For benchmarks, not for renderers; not part of the stable interface. Time comes from the
-//! caller, as this crate knows no clocks.
+//! `bench visibility`: rays and lines side by side, ours and obvhs's.
 
 mod report;
 mod rivals;
-mod scenes;
 mod verify;
 
-pub use report::{Options, report, value};
-pub use rivals::Rivals;
-pub use scenes::{Scene, colonnade, grid, shading_points, soup};
-pub use verify::{Verified, verify};
+pub(crate) use report::run;
 
-use crate::{Counters, LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines};
 use linelit_geometry::{DVec3, Segment};
+use linelit_scenes::stratified_lines;
+use linelit_visibility::{
+    Counters, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
+};
+use rivals::Rivals;
 use std::ops::Range;
+use std::time::Instant;
 
 /// A light in a scene, and the points to shade.
 #[derive(Clone, Debug)]
-pub struct Workload<'a> {
+struct Workload<'a> {
     /// Corner positions.
-    pub positions: &'a [[f32; 3]],
+    positions: &'a [[f32; 3]],
     /// Triangles by their corners.
-    pub triangles: &'a [[u32; 3]],
+    triangles: &'a [[u32; 3]],
     /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
     /// that reach beyond them.
-    pub light: LightCorners<'a>,
+    light: LightCorners<'a>,
     /// The light's own triangles.
-    pub exclude: Range<u32>,
+    exclude: Range<u32>,
     /// Shading points, off their surfaces.
-    pub points: &'a [DVec3],
+    points: &'a [DVec3],
 }
 
 impl<'a> Workload<'a> {
@@ -45,49 +43,23 @@ impl<'a> Workload<'a> {
 
 /// Nanoseconds per query, undisturbed: sums over small chunks of the least time in any round.
 #[derive(Clone, Debug, Default)]
-pub struct Timings {
+struct Timings {
     /// Our any-hit ray.
-    pub ray: f64,
+    ray: f64,
     /// obvhs's binary hierarchy.
-    pub bvh2: f64,
+    bvh2: f64,
     /// obvhs's compressed wide hierarchy.
-    pub cwbvh: f64,
+    cwbvh: f64,
     /// Lines a point, nanoseconds per line, and that ÷ our ray within the same round.
-    pub lines: Vec<(usize, f64, f64)>,
+    lines: Vec<(u32, f64, f64)>,
     /// Shaft-shared points a shading point, nanoseconds per point.
-    pub shaft_points: Vec<(usize, f64)>,
+    shaft_points: Vec<(u32, f64)>,
     /// Work of one pass over all points with the first number of lines.
-    pub counters: Counters,
+    counters: Counters,
     /// Share of rays that meet something.
-    pub hit_share: f64,
+    hit_share: f64,
     /// Mean visible share of the lines.
-    pub visible_share: f64,
-}
-
-/// Stratified lines across the light, parallel to the side from its first corner to its last; for a
-/// linear light all are the light itself.
-#[must_use]
-pub fn stratified_lines(
-    light: &[DVec3],
-    count: usize,
-    jitter: &mut impl FnMut() -> f64,
-) -> Vec<Segment> {
-    let o = light[0];
-    let v = light[light.len() - 1] - o;
-    let u = if light.len() == 2 {
-        DVec3::ZERO
-    } else {
-        light[1] - o
-    };
-    (0..count)
-        .map(|i| {
-            #[allow(clippy::cast_precision_loss, reason = "few lines")]
-            let s = (i as f64 + jitter()) / count as f64;
-            let reach = if light.len() == 3 { 1.0 - s } else { 1.0 };
-            let p0 = o + u * s;
-            Segment::new(p0, p0 + v * reach)
-        })
-        .collect()
+    visible_share: f64,
 }
 
 /// A counter-based random number in [0, 1).
@@ -152,18 +124,19 @@ struct Fastest {
 )]
 impl Fastest {
     /// Times `f` on every chunk of `0..count`.
-    fn round(&mut self, count: usize, now: &dyn Fn() -> f64, mut f: impl FnMut(Range<usize>)) {
+    fn round(&mut self, count: usize, mut f: impl FnMut(Range<usize>)) {
         if self.chunk == 0 {
-            let start = now();
+            let start = Instant::now();
             f(0..count);
-            let points = (UNDISTURBED / (now() - start) * count as f64).clamp(1.0, CHUNK as f64);
+            let taken = start.elapsed().as_secs_f64();
+            let points = (UNDISTURBED / taken * count as f64).clamp(1.0, CHUNK as f64);
             self.chunk = points as usize;
             self.least = vec![f64::INFINITY; count.div_ceil(self.chunk)];
         }
         for (k, least) in self.least.iter_mut().enumerate() {
-            let start = now();
+            let start = Instant::now();
             f(k * self.chunk..count.min((k + 1) * self.chunk));
-            *least = least.min(now() - start);
+            *least = least.min(start.elapsed().as_secs_f64());
         }
     }
 
@@ -173,15 +146,13 @@ impl Fastest {
     }
 }
 
-/// Times rays and lines in alternation, `rounds` times; `now` gives seconds.
-#[must_use]
-pub fn time(
+/// Times rays and lines in alternation, `rounds` times.
+fn time(
     occluders: &Occluders,
     rivals: Option<&Rivals>,
     work: &Workload<'_>,
-    lines: &[usize],
+    lines: &[u32],
     rounds: usize,
-    now: &dyn Fn() -> f64,
 ) -> Timings {
     const RAYS: usize = 8;
     let rays = shadow_rays(work, RAYS);
@@ -198,7 +169,7 @@ pub fn time(
     let mut sink = 0;
     for _ in 0..rounds {
         let mut shoot = |k: usize, f: &mut dyn FnMut(&Ray) -> bool| {
-            ray_times[k].round(points, now, |r| {
+            ray_times[k].round(points, |r| {
                 let rays = &rays[r.start * RAYS..r.end * RAYS];
                 sink += rays.iter().filter(|r| f(r)).count();
             });
@@ -211,12 +182,12 @@ pub fn time(
             shoot(2, &mut |r| rivals.cwbvh_any_hit(r, &work.exclude));
         }
         for (set, [line_time, point_time]) in sets.iter().zip(&mut line_times) {
-            line_time.round(points, now, |r| {
+            line_time.round(points, |r| {
                 let part = work.part(r);
                 std::hint::black_box(trace_lines(occluders, &part, set, &mut scratch, &mut out));
             });
             let targets: Vec<DVec3> = set.iter().map(|l| l.at(0.37)).collect();
-            point_time.round(points, now, |r| {
+            point_time.round(points, |r| {
                 sink += trace_points(occluders, &work.part(r), &targets, &mut scratch);
             });
         }
@@ -228,11 +199,11 @@ pub fn time(
         cwbvh: ray_times[2].each(rays.len()),
         ..Timings::default()
     };
-    for (set, [line_time, point_time]) in sets.iter().zip(&line_times) {
+    for ((n, set), [line_time, point_time]) in lines.iter().zip(&sets).zip(&line_times) {
         let ns = line_time.each(points * set.len());
-        result.lines.push((set.len(), ns, ns / result.ray));
+        result.lines.push((*n, ns, ns / result.ray));
         let ns = point_time.each(points * set.len());
-        result.shaft_points.push((set.len(), ns));
+        result.shaft_points.push((*n, ns));
     }
     scratch.counters = Counters::default();
     if let Some(set) = sets.first() {
@@ -253,7 +224,7 @@ pub fn time(
 /// Answers `count` lines a point (none: eight rays a point) `times` over: nothing but the work, for
 /// profilers.
 #[inline(never)]
-pub fn repeat(occluders: &Occluders, work: &Workload<'_>, count: usize, times: usize) {
+fn repeat(occluders: &Occluders, work: &Workload<'_>, count: u32, times: u32) {
     let mut state = 11;
     let lines = stratified_lines(work.light.corners(), count, &mut || hash_unit(&mut state));
     let rays = shadow_rays(work, 8);
@@ -284,7 +255,7 @@ fn trace_rays(
 
 /// The mean visible share of lines over all shading points.
 #[inline(never)]
-pub fn trace_lines(
+fn trace_lines(
     occluders: &Occluders,
     work: &Workload<'_>,
     lines: &[Segment],
@@ -300,14 +271,14 @@ pub fn trace_lines(
         };
         let mut shaft = occluders.shaft(query, scratch);
         match shaft.class() {
-            crate::ShaftClass::Empty => {
+            ShaftClass::Empty => {
                 #[allow(clippy::cast_precision_loss, reason = "few lines")]
                 {
                     sum += lines.len() as f64;
                 }
             }
-            crate::ShaftClass::Blocked => {}
-            crate::ShaftClass::Partial => {
+            ShaftClass::Blocked => {}
+            ShaftClass::Partial => {
                 shaft.visible(lines, out);
                 for i in 0..lines.len() {
                     sum += out.fraction(i);
@@ -321,7 +292,7 @@ pub fn trace_lines(
 }
 
 /// The number of visible points of the light, over all shading points.
-pub fn trace_points(
+fn trace_points(
     occluders: &Occluders,
     work: &Workload<'_>,
     targets: &[DVec3],
@@ -336,12 +307,26 @@ pub fn trace_points(
         };
         let mut shaft = occluders.shaft(query, scratch);
         seen += match shaft.class() {
-            crate::ShaftClass::Empty => targets.len(),
-            crate::ShaftClass::Blocked => 0,
-            crate::ShaftClass::Partial => {
-                targets.iter().filter(|t| shaft.point_visible(**t)).count()
-            }
+            ShaftClass::Empty => targets.len(),
+            ShaftClass::Blocked => 0,
+            ShaftClass::Partial => targets.iter().filter(|t| shaft.point_visible(**t)).count(),
         };
     }
     seen
+}
+
+/// Where the camera's rays first meet the scene, moved off the surface towards the eye.
+fn shading_points(occluders: &Occluders, view: &[[DVec3; 2]], offset: f64) -> Vec<DVec3> {
+    let mut scratch = Scratch::new();
+    let meet = |&[origin, direction]: &[DVec3; 2]| {
+        let ray = Ray {
+            origin,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        };
+        let hit = occluders.closest_hit(&ray, &mut scratch)?;
+        Some(origin + direction * (hit.t - offset))
+    };
+    view.iter().filter_map(meet).collect()
 }

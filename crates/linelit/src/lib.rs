@@ -1,0 +1,25 @@
+#![doc = include_str!("../README.md")]
+
+pub use linelit_bsdf as bsdf;
+#[cfg(feature = "render")]
+pub use linelit_film as film;
+#[cfg(feature = "formats")]
+pub use linelit_formats as formats;
+pub use linelit_geometry as geometry;
+#[cfg(feature = "render")]
+pub use linelit_integrator as integrator;
+pub use linelit_lights as lights;
+pub use linelit_mis as mis;
+pub use linelit_penumbra as penumbra;
+pub use linelit_samplers as samplers;
+#[cfg(feature = "render")]
+pub use linelit_scene as scene;
+pub use linelit_shading as shading;
+#[cfg(feature = "study")]
+pub use linelit_study as study;
+pub use linelit_visibility as visibility;
+
+/// The example of the project's page, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Project;
