@@ -27,8 +27,15 @@ impl ParallelLines {
     /// normal. At an angle that is not finite there are none: one knot, a range of no width.
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, angle: f64) -> Self {
+        Self::in_frame(polygon, &polygon.plane_frame(), angle)
+    }
+
+    /// The lines at `angle` radians from the x axis of a frame of the polygon's plane,
+    /// counter-clockwise about the normal; see [`ParallelLines::new`].
+    #[must_use]
+    pub fn in_frame(polygon: &ConvexPolygon, frame: &PlaneFrame, angle: f64) -> Self {
         // The frame's x axis runs along the lines, so v = x and u = y.
-        let frame = polygon.plane_frame_turned(angle);
+        let frame = frame.turned(angle);
         let vertices = polygon.vertices();
         let n = vertices.len();
         let mut plane = [DVec2::ZERO; CAPACITY];
@@ -71,8 +78,8 @@ impl ParallelLines {
         for (i, a) in plane.iter().enumerate() {
             let b = plane[(i + 1) % plane.len()];
             let mut reach = |v: f64| {
-                lo = lo.min(v);
-                hi = hi.max(v);
+                lo = if v < lo { v } else { lo };
+                hi = if v > hi { v } else { hi };
             };
             if a.y == u {
                 reach(a.x);
@@ -151,7 +158,7 @@ impl ParallelLines {
         let w = (u - self.knots[k - 1]) / (self.knots[k] - self.knots[k - 1]);
         let lerp = |c: &[f64; CAPACITY]| c[k - 1] * (1.0 - w) + c[k] * w;
         let (lo, hi) = (lerp(&self.lower), lerp(&self.upper));
-        Some((lo, hi.max(lo)))
+        Some((lo, if hi > lo { hi } else { lo }))
     }
 
     /// The segment at offset `u`, along [`ParallelLines::direction`]; `None` outside the range.

@@ -12,20 +12,31 @@ pub struct PlaneFrame {
 }
 
 impl PlaneFrame {
-    /// The plane through `origin` with the unit normal `normal`; its x axis lies along `tangent`
-    /// turned by `angle` (radians, counter-clockwise about the normal; not at all if that is not
-    /// finite).
+    /// The plane through `origin` with the unit normal `normal`; its x axis lies along `tangent`.
     #[must_use]
-    pub fn new(origin: DVec3, normal: DVec3, tangent: DVec3, angle: f64) -> Self {
-        let base = Frame::from_normal_and_tangent(normal, tangent);
-        let angle = if angle.is_finite() { angle } else { 0.0 };
-        let (sin, cos) = angle.sin_cos();
-        let axes = Frame {
-            x: base.x * cos + base.y * sin,
-            y: base.y * cos - base.x * sin,
-            z: base.z,
-        };
+    pub fn new(origin: DVec3, normal: DVec3, tangent: DVec3) -> Self {
+        let axes = Frame::from_normal_and_tangent(normal, tangent);
         Self { origin, axes }
+    }
+
+    /// The same plane with the axes turned by `angle` radians, counter-clockwise about the normal;
+    /// not at all if that is not finite.
+    #[must_use]
+    pub fn turned(&self, angle: f64) -> Self {
+        if angle == 0.0 || !angle.is_finite() {
+            return *self;
+        }
+        let (sin, cos) = angle.sin_cos();
+        let Frame { x, y, z } = self.axes;
+        let axes = Frame {
+            x: x * cos + y * sin,
+            y: y * cos - x * sin,
+            z,
+        };
+        Self {
+            origin: self.origin,
+            axes,
+        }
     }
 
     /// Plane coordinates of the foot of `p`.

@@ -291,11 +291,7 @@ impl ConvexPolygon {
     #[must_use]
     pub fn diameter(&self) -> f64 {
         let first = self.vertices[0];
-        2.0 * self
-            .vertices()
-            .iter()
-            .map(|&p| predicates::length(p - first))
-            .fold(0.0, f64::max)
+        2.0 * predicates::longest(self.vertices().iter().map(|&p| p - first))
     }
 
     /// Origin and edge vectors, where the polygon is a parallelogram to 8 ε of its size.
@@ -308,14 +304,8 @@ impl ConvexPolygon {
     /// The frame of the plane: origin at the first vertex, x along the first edge.
     #[must_use]
     pub fn plane_frame(&self) -> PlaneFrame {
-        self.plane_frame_turned(0.0)
-    }
-
-    /// [`ConvexPolygon::plane_frame`] turned by `angle` radians about the normal.
-    #[must_use]
-    pub fn plane_frame_turned(&self, angle: f64) -> PlaneFrame {
         let tangent = self.longest_leading_edge();
-        PlaneFrame::new(self.vertices[0], self.normal, tangent, angle)
+        PlaneFrame::new(self.vertices[0], self.normal, tangent)
     }
 
     /// The first edge, or the next one that has a length.

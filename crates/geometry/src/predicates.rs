@@ -154,6 +154,21 @@ pub fn normalize(v: DVec3) -> Option<DVec3> {
     Some(unit / unit.length())
 }
 
+/// The greatest [`length`] of some vectors, zero of none: one square root for all of them.
+#[inline]
+pub(crate) fn longest(vectors: impl Iterator<Item = DVec3> + Clone) -> f64 {
+    let squares = vectors.clone().map(DVec3::length_squared);
+    let square = squares.fold(
+        0.0,
+        |most, square| if square > most { square } else { most },
+    );
+    if squares_are_safe(square) {
+        square.sqrt()
+    } else {
+        vectors.map(length).fold(0.0, f64::max)
+    }
+}
+
 /// Whether no square that matters to this sum of three has lost digits: one that underflows is
 /// below 1e-308, which is nothing next to 1e-270.
 #[inline]

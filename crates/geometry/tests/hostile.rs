@@ -79,7 +79,7 @@ proptest! {
     #[test]
     fn frames(z in hostile_direction(), x in hostile_vector(), p in hostile_vector(), angle in hostile()) {
         let [z, x, p] = [z, x, p].map(vector);
-        let plane = PlaneFrame::new(p, z, x, angle);
+        let plane = PlaneFrame::new(p, z, x).turned(angle);
         prop_assert!(is_orthonormal(&plane.axes), "{plane:?}");
         prop_assert!(plane.turn_from(&plane).abs() < 32.0 * f64::EPSILON);
         for x in [x, z, z + x * 1e-3, z + x * 1e-9, -z] {
@@ -214,8 +214,10 @@ fn lines(
     unit: f64,
     x: DVec3,
 ) -> Result<(), TestCaseError> {
-    prop_assert!(is_orthonormal(&p.plane_frame_turned(angle).axes));
+    prop_assert!(is_orthonormal(&p.plane_frame().turned(angle).axes));
     let lines = ParallelLines::new(p, angle);
+    let same = ParallelLines::in_frame(p, &p.plane_frame(), angle);
+    prop_assert_eq!(same.knots(), lines.knots());
     let (a, b) = lines.range();
     prop_assert!(a <= b && a.is_finite() && b.is_finite());
     prop_assert!(lines.knots().windows(2).all(|w| w[0] < w[1]));

@@ -100,8 +100,8 @@ impl AngularLines {
     /// Lines proportional to the solid angle of their neighbourhood.
     #[must_use]
     pub fn by_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
-        let at = (x, height(polygon, x));
-        Self::new(polygon, angle_rad, at, None, Marginal::Solid)
+        let lines = ParallelLines::new(polygon, angle_rad);
+        Self::new(lines, x, height(polygon, x), None, Marginal::Solid)
     }
 
     /// Lines nearly proportional to the solid angle of their neighbourhood: on each piece between the offsets of vertices
@@ -112,8 +112,8 @@ impl AngularLines {
     /// times as wide as it is far lie between 0.60 and 1.10. [`AngularLines::total`] is the normalisation, not Ω.
     #[must_use]
     pub fn by_warped_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
-        let at = (x, height(polygon, x));
-        Self::new(polygon, angle_rad, at, None, Marginal::Warped)
+        let lines = ParallelLines::new(polygon, angle_rad);
+        Self::new(lines, x, height(polygon, x), None, Marginal::Warped)
     }
 
     /// Lines proportional to the projected solid angle, of the part of the light above the horizon of the unit `normal`.
@@ -139,24 +139,25 @@ impl AngularLines {
         match polygon.clip(horizon, normal) {
             // The frame is the whole polygon's, so that the angle keeps its meaning.
             Some(above) => {
-                let turned = angle_rad + polygon.plane_frame().turn_from(&above.plane_frame());
-                Self::new(&above, turned, (x, height), Some(normal), marginal)
+                let frame = above.plane_frame();
+                let turned = angle_rad + polygon.plane_frame().turn_from(&frame);
+                let lines = ParallelLines::in_frame(&above, &frame, turned);
+                Self::new(lines, x, height, Some(normal), marginal)
             }
             None => Self {
                 pieces: Pieces::new(core::iter::empty()),
-                ..Self::new(polygon, angle_rad, (x, height), None, Marginal::Solid)
+                ..Self::by_solid_angle(polygon, angle_rad, x)
             },
         }
     }
 
     fn new(
-        polygon: &ConvexPolygon,
-        angle_rad: f64,
-        (x, height): (DVec3, f64),
+        lines: ParallelLines,
+        x: DVec3,
+        height: f64,
         normal: Option<DVec3>,
         marginal: Marginal,
     ) -> Self {
-        let lines = ParallelLines::new(polygon, angle_rad);
         let (offset, along) = lines.coordinates(x);
         let axes = lines.frame().axes;
         let towards = axes.z * height.signum();

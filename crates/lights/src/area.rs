@@ -17,7 +17,10 @@ impl<M: Measure> PointSample<M> {
     /// A point with its density, which is zero where the point has a coordinate that is not finite.
     #[inline(always)]
     pub(crate) fn at(point: DVec3, pdf: Pdf<M>) -> Self {
-        let pdf = if point.is_finite() { pdf } else { Pdf::ZERO };
+        // Zero where all three are finite, NaN otherwise.
+        let rest = point * 0.0;
+        let finite = rest.x + rest.y + rest.z == 0.0;
+        let pdf = if finite { pdf } else { Pdf::ZERO };
         Self { point, pdf }
     }
 

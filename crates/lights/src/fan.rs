@@ -18,6 +18,12 @@ pub(crate) fn unit(x: f64) -> f64 {
     if x < 1.0 { x } else { 1.0 }
 }
 
+/// The smaller of two numbers, of which the second is one.
+#[inline(always)]
+pub(crate) fn at_most(x: f64, most: f64) -> f64 {
+    if x < most { x } else { most }
+}
+
 /// [`unit`] below one: for random numbers that an inversion gives back.
 #[inline(always)]
 pub(crate) fn below_one(x: f64) -> f64 {
@@ -26,7 +32,7 @@ pub(crate) fn below_one(x: f64) -> f64 {
 }
 
 /// A piecewise constant distribution over at most 23 pieces: triangles of a fan, or trapezoids between vertices, in place.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pieces {
     /// Weight of each piece, ≥ 0.
     weight: [f64; MAX_TRIANGLES + 1],
@@ -36,17 +42,19 @@ pub(crate) struct Pieces {
 
 impl Pieces {
     pub(crate) fn new(weights: impl Iterator<Item = f64>) -> Self {
-        let mut out = Self {
-            weight: [0.0; MAX_TRIANGLES + 1],
-            count: 0,
-            total: 0.0,
-        };
-        for (slot, w) in out.weight.iter_mut().zip(weights) {
-            *slot = w.max(0.0);
-            out.total += *slot;
-            out.count += 1;
-        }
+        let mut out = Self::default();
+        weights.for_each(|w| out.push(w));
         out
+    }
+
+    /// Adds a piece, of the weight 0 where it is negative or no number, while there is room.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, weight: f64) {
+        if let Some(slot) = self.weight.get_mut(self.count) {
+            *slot = if weight > 0.0 { weight } else { 0.0 };
+            self.total += *slot;
+            self.count += 1;
+        }
     }
 
     /// Whether there is anything to pick.

@@ -1,7 +1,7 @@
 //! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
 
 use crate::area::PointSample;
-use crate::fan::{below_one, unit};
+use crate::fan::{at_most, below_one, unit};
 use crate::pdf::{Area, Length, Offset, Pdf};
 use core::f64::consts::PI;
 use linelit_geometry::intervals::Interval;
@@ -129,7 +129,7 @@ impl LineSampler {
         let (a, b) = self.lines.range();
         let u = unit(u);
         let offset = match self.density {
-            OffsetDensity::Uniform => (a + u * (b - a)).min(b),
+            OffsetDensity::Uniform => at_most(a + u * (b - a), b),
             OffsetDensity::Length => self.by_length(u),
         };
         let Some(ends) = self.lines.extent(offset) else {
@@ -161,8 +161,8 @@ impl LineSampler {
         if whole <= 0.0 {
             return knots[k - 1];
         }
-        let xi = ((target - self.cumulative[k - 1]) / whole).clamp(0.0, 1.0);
-        (knots[k - 1] + w * linear_warp(xi, l0, l1)).min(knots[k])
+        let xi = unit((target - self.cumulative[k - 1]) / whole);
+        at_most(knots[k - 1] + w * linear_warp(xi, l0, l1), knots[k])
     }
 
     /// The density of the line at `offset`; zero outside the light.
@@ -205,22 +205,18 @@ impl LineSampler {
     /// density is the joint one, `p_u/Σ visible length`, per area; 0 if nothing is visible.
     #[must_use]
     pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
-        let total = measure(visible);
-        let mut rest = unit(xi) * total;
-        let mut t = None;
-        for part in visible.iter().map(within) {
-            t = Some((part.lo + rest).min(part.hi));
-            if rest < part.length() {
-                break;
-            }
-            rest -= part.length();
-        }
-        match t {
-            Some(t) if total > 0.0 => {
-                let pdf = Self::joint(line.pdf, line.segment.length() * total);
-                PointSample::at(line.segment.at(t), pdf)
-            }
-            _ => PointSample::none(line.segment.p0),
+        let (t, total) = if let [part] = visible {
+            let part = within(part);
+            let total = part.length();
+            (at_most(part.lo + unit(xi) * total, part.hi), total)
+        } else {
+            among(visible, unit(xi))
+        };
+        if total > 0.0 {
+            let pdf = Self::joint(line.pdf, line.segment.length() * total);
+            PointSample::at(line.segment.at(t), pdf)
+        } else {
+            PointSample::none(line.segment.p0)
         }
     }
 
@@ -293,6 +289,20 @@ pub(crate) fn within(part: &Interval) -> Interval {
 /// Total length of the intervals.
 fn measure(visible: &[Interval]) -> f64 {
     visible.iter().map(|part| within(part).length()).sum()
+}
+
+/// The place with the fraction `xi` of the intervals' length below it, and that length.
+fn among(visible: &[Interval], xi: f64) -> (f64, f64) {
+    let total = measure(visible);
+    let (mut rest, mut t) = (xi * total, 0.0);
+    for part in visible.iter().map(within) {
+        t = at_most(part.lo + rest, part.hi);
+        if rest < part.length() {
+            break;
+        }
+        rest -= part.length();
+    }
+    (t, total)
 }
 
 /// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥ 0): the place with

@@ -36,7 +36,11 @@ impl Proxy {
         let corners = fan::triangle(polygon.vertices(), i);
         let [a, b, c] = corners.map(|p| p - x);
         let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
-        let length = [a, b, c].map(predicates::length);
+        let length = [
+            predicates::length(a),
+            predicates::length(b),
+            predicates::length(c),
+        ];
         let [la, lb, lc] = length;
         // b̂ − â = (b − a)/|b| + a (1/|b| − 1/|a|), the last difference formed from the edge.
         let chord = |p: DVec3, edge: DVec3, l: f64| {

@@ -56,13 +56,14 @@ impl SolidAngleSampler {
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, x: DVec3) -> Self {
         let mut kept = [SphericalTriangle::default(); KEPT];
-        let pieces = Pieces::new((0..polygon.vertices().len() - 2).map(|i| {
+        let mut pieces = Pieces::default();
+        for i in 0..polygon.vertices().len() - 2 {
             let triangle = seen(polygon, x, i);
-            if i < KEPT {
-                kept[i] = triangle;
+            pieces.push(triangle.solid_angle());
+            if let Some(kept) = kept.get_mut(i) {
+                *kept = triangle;
             }
-            triangle.solid_angle()
-        }));
+        }
         Self {
             polygon: *polygon,
             x,
@@ -72,11 +73,11 @@ impl SolidAngleSampler {
         }
     }
 
-    fn triangle(&self, i: usize) -> SphericalTriangle {
-        if i < KEPT {
-            self.kept[i]
-        } else {
-            seen(&self.polygon, self.x, i)
+    /// What `ask` says of a triangle of the fan.
+    fn of_triangle<T>(&self, i: usize, ask: impl Fn(&SphericalTriangle) -> T) -> T {
+        match self.kept.get(i) {
+            Some(kept) => ask(kept),
+            None => ask(&seen(&self.polygon, self.x, i)),
         }
     }
 
@@ -94,7 +95,7 @@ impl SolidAngleSampler {
             return PointSample::none(vertices[0]);
         }
         let (i, place) = self.pieces.pick(u[0]);
-        let (lambda, kappa) = self.triangle(i).sample([place, unit(u[1])]);
+        let (lambda, kappa) = self.of_triangle(i, |t| t.sample([place, unit(u[1])]));
         PointSample {
             point: fan::place(fan::triangle(vertices, i), lambda, kappa),
             pdf: self.pdf,
@@ -114,7 +115,7 @@ impl SolidAngleSampler {
             return None;
         }
         let at = fan::locate(&self.polygon, point)?;
-        let [place, v] = self.triangle(at.triangle).invert(at.lambda, at.kappa);
+        let [place, v] = self.of_triangle(at.triangle, |t| t.invert(at.lambda, at.kappa));
         Some([self.pieces.unpick(at.triangle, place), below_one(v)])
     }
 }

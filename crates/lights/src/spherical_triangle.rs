@@ -47,9 +47,12 @@ struct Side {
     one_plus: f64,
     tan_half: f64,
     cross: DVec3,
+    /// Length of the product: |a| |b| sin θ.
+    length: f64,
 }
 
 impl Side {
+    #[inline(always)]
     fn new(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
         // a × b = a × (b − a): the edge carries the digits that the corners have lost when far away.
         Self::from_cross(predicates::cross(a, edge), a.dot(b), la * lb)
@@ -60,6 +63,7 @@ impl Side {
         Self::from_cross(cross_in_plane(a, edge), a.dot(b), la * lb)
     }
 
+    #[inline]
     fn from_cross(cross: DVec3, dot: f64, product: f64) -> Self {
         let length = predicates::length(cross);
         if dot >= 0.0 {
@@ -67,6 +71,7 @@ impl Side {
                 one_plus: 1.0 + dot / product,
                 tan_half: length / (product + dot),
                 cross,
+                length,
             }
         } else {
             let one_minus = product - dot;
@@ -74,6 +79,7 @@ impl Side {
                 one_plus: (length / product) * (length / one_minus),
                 tan_half: one_minus / length,
                 cross,
+                length,
             }
         }
     }
@@ -88,20 +94,17 @@ pub(crate) fn cross_in_plane(a: DVec3, edge: DVec3) -> DVec3 {
 /// Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))` with the longest side in the part of ab: the one combination whose denominator
 /// keeps its digits also where x comes close to an edge.
 fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
-    let [ab, bc, ca] = sides.map(|s| s.one_plus);
-    let i = if ab <= bc && ab <= ca {
-        0
-    } else if bc <= ca {
-        1
+    let [ab, bc, ca] = sides;
+    let (long, next, la, lb) = if ab.one_plus <= bc.one_plus && ab.one_plus <= ca.one_plus {
+        (ab, bc, len[0], len[1])
+    } else if bc.one_plus <= ca.one_plus {
+        (bc, ca, len[1], len[2])
     } else {
-        2
+        (ca, ab, len[2], len[0])
     };
-    let (long, next) = (&sides[i], &sides[(i + 1) % 3]);
-    let (la, lb) = (len[i], len[(i + 1) % 3]);
-    let cross = predicates::length(next.cross);
     // a·t, t the unit tangent at b towards c; −(a × b) = b × a.
-    let at = -long.cross.dot(next.cross) / (la * lb * cross);
-    let d = det / (la * cross);
+    let at = -long.cross.dot(next.cross) / (la * lb * next.length);
+    let d = det / (la * next.length);
     (d * next.tan_half).atan2(long.one_plus + at * next.tan_half)
 }
 
@@ -127,16 +130,21 @@ impl SphericalTriangle {
     /// was subtracted; `det` is the magnitude of its determinant, which the caller knows best (distance from the plane
     /// times twice the area).
     pub(crate) fn new(corners: [DVec3; 3], edges: [DVec3; 3], det: f64) -> Self {
-        let length = corners.map(predicates::length);
+        let [a, b, c] = corners;
+        let length = [
+            predicates::length(a),
+            predicates::length(b),
+            predicates::length(c),
+        ];
         let side =
             |i: usize, j: usize| Side::new(corners[i], corners[j], edges[i], length[i], length[j]);
         let sides = [side(0, 1), side(1, 2), side(2, 0)];
         let half = half_solid_angle(&sides, &length, det);
-        let d = det / (length[0] * predicates::length(sides[1].cross));
+        let d = det / (length[0] * sides[1].length);
         let (p, tau_end) = (sides[0].one_plus, sides[1].tan_half);
         let mut out = Self {
-            a: corners[0],
-            b: corners[1],
+            a,
+            b,
             ab: edges[0],
             bc: edges[1],
             length,
