@@ -40,6 +40,7 @@ mod solid_angle;
 mod sphere;
 mod sphere_projected;
 mod spherical_triangle;
+mod technique;
 mod textured_lines;
 mod triangle;
 
@@ -58,5 +59,6 @@ pub use real::Real;
 pub use solid_angle::SolidAngleSampler;
 pub use sphere::{Sphere, SphereCap, SphereCone};
 pub use sphere_projected::SphereProjected;
+pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
 pub use textured_lines::TexturedLines;
 pub use triangle::triangle_solid_angle;
