@@ -4,11 +4,12 @@
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{
-    AngularLines, AreaSampler, LineSampler, OffsetDensity, Pdf, ProxySampler, SolidAngle,
-    SolidAngleSampler,
+    AngularLines, Area, AreaSampler, LineSampler, LineTechnique, Measure, OffsetDensity, Pdf,
+    PointTechnique, PointsOnLines, ProxySampler, SolidAngle, SolidAngleSampler,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
-use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};
+use linelit_testkit::laws::Laws;
+use linelit_testkit::quadrature::gauss_legendre;
 use linelit_testkit::rng::SplitMix64;
 
 /// A shading point, its normal and a light, with the edge length of the histogram and how well inverses resolve.
@@ -179,105 +180,88 @@ fn chi2_on_area(
     (chi2_test(&observed, &expected, 5.0).p_value, mass)
 }
 
-/// Solid angle density → density per area.
-fn per_area(case: &Case, point: DVec3, pdf: Pdf<SolidAngle>) -> f64 {
-    let d = point - case.x;
-    let r2 = d.length_squared();
-    pdf.to_area(r2, case.polygon.normal().dot(d) / r2.sqrt())
-        .value()
+/// Measures of points on a polygon.
+trait OnPolygon: Measure {
+    /// The same density per area.
+    fn per_area(pdf: Pdf<Self>, case: &Case, point: DVec3) -> f64
+    where
+        Self: Sized;
 }
 
-type Point = Box<dyn Fn([f64; 2]) -> DVec3>;
-type Density = Box<dyn Fn(DVec3) -> f64>;
-type Inverse = Box<dyn Fn(DVec3) -> Option<[f64; 2]>>;
+impl OnPolygon for Area {
+    fn per_area(pdf: Pdf<Self>, _: &Case, _: DVec3) -> f64 {
+        pdf.value()
+    }
+}
 
-/// Every point technique on a polygon, as closures; densities per area.
-fn techniques(case: &Case) -> Vec<(&'static str, Point, Density, Inverse)> {
-    let here = || Case {
-        name: case.name,
-        polygon: case.polygon,
-        x: case.x,
-        n: case.n,
-    };
-    let area = AreaSampler::new(&case.polygon);
-    let solid = SolidAngleSampler::new(&case.polygon, case.x);
-    let proxy = ProxySampler::new(&case.polygon, case.x);
-    let lines = AngularLines::by_solid_angle(&case.polygon, 0.7, case.x);
-    let warped = AngularLines::by_warped_solid_angle(&case.polygon, 0.7, case.x);
-    let cosine = AngularLines::by_projected_solid_angle(&case.polygon, 0.7, case.x, case.n);
-    let whole = [Interval::UNIT];
-    let plain = LineSampler::new(&case.polygon, 0.7, OffsetDensity::Length);
-    let on_lines = |l: AngularLines| -> Point {
-        Box::new(move |u| l.point(&l.sample(u[0]), &[Interval::UNIT], u[1]).point)
-    };
-    let (c1, c2, c3, c4, c5) = (here(), here(), here(), here(), here());
-    vec![
-        (
-            "area",
-            Box::new(move |u| area.sample(u).point),
-            Box::new(move |p| area.pdf(p).value()),
-            Box::new(move |p| area.invert(p)),
-        ),
-        (
-            "solid angle",
-            Box::new(move |u| solid.sample(u).point),
-            Box::new(move |p| per_area(&c1, p, solid.pdf(p))),
-            Box::new(move |p| solid.invert(p)),
-        ),
-        (
-            "proxy",
-            Box::new(move |u| proxy.sample(u).point),
-            Box::new(move |p| per_area(&c2, p, proxy.pdf(p))),
-            Box::new(move |p| proxy.invert(p)),
-        ),
-        (
-            "points on lines",
-            Box::new(move |u| plain.point(&plain.sample(u[0]), &whole, u[1]).point),
-            Box::new(move |p| plain.joint_pdf(p, &whole).value()),
-            Box::new(move |p| plain.invert_point(p, &whole)),
-        ),
-        (
-            "solid-angle lines",
-            on_lines(lines),
-            Box::new(move |p| per_area(&c3, p, lines.joint_pdf(p, &whole))),
-            Box::new(move |p| lines.invert_point(p, &whole)),
-        ),
-        (
-            "warped solid-angle lines",
-            on_lines(warped),
-            Box::new(move |p| per_area(&c5, p, warped.joint_pdf(p, &whole))),
-            Box::new(move |p| warped.invert_point(p, &whole)),
-        ),
-        (
-            "projected solid angle",
-            on_lines(cosine),
-            Box::new(move |p| per_area(&c4, p, cosine.joint_pdf(p, &whole))),
-            Box::new(move |p| cosine.invert_point(p, &whole)),
-        ),
-    ]
+impl OnPolygon for SolidAngle {
+    fn per_area(pdf: Pdf<Self>, case: &Case, point: DVec3) -> f64 {
+        let d = point - case.x;
+        let r2 = d.length_squared();
+        pdf.to_area(r2, case.polygon.normal().dot(d) / r2.sqrt())
+            .value()
+    }
+}
+
+/// A law of any technique.
+trait Law {
+    fn hold<T: PointTechnique<Measure: OnPolygon>>(&self, name: &str, case: &Case, technique: &T);
+}
+
+/// How many techniques [`hold`] goes through.
+const TECHNIQUES: usize = 7;
+
+/// Holds every point technique on a polygon to a law.
+fn hold(law: &impl Law, case: &Case) {
+    let Case { polygon, x, n, .. } = case;
+    let lines = LineSampler::new(polygon, 0.7, OffsetDensity::Length);
+    let solid = AngularLines::by_solid_angle(polygon, 0.7, *x);
+    let warped = AngularLines::by_warped_solid_angle(polygon, 0.7, *x);
+    let cosine = AngularLines::by_projected_solid_angle(polygon, 0.7, *x, *n);
+    law.hold("area", case, &AreaSampler::new(polygon));
+    law.hold("solid angle", case, &SolidAngleSampler::new(polygon, *x));
+    law.hold("proxy", case, &ProxySampler::new(polygon, *x));
+    law.hold("points on lines", case, &PointsOnLines(lines));
+    law.hold("solid-angle lines", case, &PointsOnLines(solid));
+    law.hold("warped solid-angle lines", case, &PointsOnLines(warped));
+    law.hold("projected solid angle", case, &PointsOnLines(cosine));
+}
+
+/// χ² of so many samples at a level, and a density that integrates to one.
+struct Fits {
+    samples: u32,
+    alpha: f64,
+}
+
+impl Law for Fits {
+    fn hold<T: PointTechnique<Measure: OnPolygon>>(&self, name: &str, case: &Case, technique: &T) {
+        let (p, mass) = chi2_on_area(
+            case,
+            self.samples,
+            |u| technique.sample(u).point,
+            |p| T::Measure::per_area(technique.pdf(p), case, p),
+        );
+        assert!(p > self.alpha, "{name} on {}: p = {p:e}", case.name);
+        // The horizon cuts cells of the projected measure; elsewhere the rule converges to rounding.
+        let below = |v: &DVec3| case.n.dot(*v - case.x) < 0.0;
+        let cut = name == "projected solid angle" && case.polygon.vertices().iter().any(below);
+        // The warped density has kinks at the offsets of vertices, which do too; `offsets_fit`
+        // integrates between them.
+        let kinked = name == "warped solid-angle lines";
+        let tolerance = if cut || kinked { 1e-3 } else { 1e-8 };
+        assert!(
+            (mass - 1.0).abs() < tolerance,
+            "{name} on {}: ∫ = {mass}",
+            case.name
+        );
+    }
 }
 
 fn points_fit(samples: u32) {
     let cases = cases();
-    let alpha = sidak(0.01, cases.len() * 7);
+    let alpha = sidak(0.01, cases.len() * TECHNIQUES);
     for case in &cases {
-        for (name, sample, density, _) in techniques(case) {
-            let (p, mass) = chi2_on_area(case, samples, sample, density);
-            assert!(p > alpha, "{name} on {}: p = {p:e}", case.name);
-            // The horizon cuts cells of the projected measure; elsewhere the rule converges to rounding.
-            let below = |v: &&DVec3| case.n.dot(**v - case.x) < 0.0;
-            let cut = name == "projected solid angle"
-                && case.polygon.vertices().iter().find(below).is_some();
-            // The warped density has kinks at the offsets of vertices, which do too; `laws_1d` integrates between
-            // them.
-            let kinked = name == "warped solid-angle lines";
-            let tolerance = if cut || kinked { 1e-3 } else { 1e-8 };
-            assert!(
-                (mass - 1.0).abs() < tolerance,
-                "{name} on {}: ∫ = {mass}",
-                case.name
-            );
-        }
+        hold(&Fits { samples, alpha }, case);
     }
 }
 
@@ -292,31 +276,38 @@ fn points_on_polygons_fit_their_pdf_long() {
     points_fit(1_000_000);
 }
 
+/// sample → invert → sample.
+struct Inverts;
+
+impl Law for Inverts {
+    fn hold<T: PointTechnique<Measure: OnPolygon>>(&self, name: &str, case: &Case, technique: &T) {
+        // Rounded coordinates move the place; the density per area over its mean, at most 1e3 here,
+        // scales it to ξ. The CDF of the line techniques adds its own ε times the full turn.
+        let tolerance = 1e3 * resolution(case);
+        let mut rng = linelit_testkit::cases::rng(3);
+        for _ in 0..2000 {
+            let u = [rng.next_f64(), rng.next_f64()];
+            let point = technique.sample(u).point;
+            let Some(back) = technique.invert(point) else {
+                panic!("{name} on {}: {u:?} is outside", case.name);
+            };
+            // Near the fan's apex and where lines shrink to a point the second coordinate is
+            // ill-defined: compare the points.
+            let again = technique.sample(back).point;
+            let error = (again - point).length() / case.polygon.area().sqrt();
+            assert!(
+                error < tolerance,
+                "{name} on {}: {u:?} {back:?} {error:e}",
+                case.name
+            );
+        }
+    }
+}
+
 #[test]
 fn points_on_polygons_invert() {
-    let mut rng = linelit_testkit::cases::rng(3);
     for case in &cases() {
-        // Rounded coordinates move the place; the density per area over its mean, at most 1e3 here, scales it to ξ. The
-        // CDF of the line techniques adds its own ε times the full turn.
-        let tolerance = 1e3 * resolution(case);
-        for (name, sample, _, invert) in techniques(case) {
-            for _ in 0..2000 {
-                let u = [rng.next_f64(), rng.next_f64()];
-                let point = sample(u);
-                let Some(back) = invert(point) else {
-                    panic!("{name} on {}: {u:?} is outside", case.name);
-                };
-                // Near the fan's apex and where lines shrink to a point the second coordinate is ill-defined: compare
-                // the points.
-                let again = sample(back);
-                let error = (again - point).length() / case.polygon.area().sqrt();
-                assert!(
-                    error < tolerance,
-                    "{name} on {}: {u:?} {back:?} {error:e}",
-                    case.name
-                );
-            }
-        }
+        hold(&Inverts, case);
     }
 }
 
@@ -359,7 +350,8 @@ fn occluded_lines_estimate_what_is_visible() {
                     let part = |i: &Interval| {
                         rule.integrate(i.lo, i.hi, |t| {
                             let p = segment.at(t);
-                            per_area(case, p, lines.joint_pdf(p, &visible)) * segment.length()
+                            let pdf = lines.joint_pdf(p, &visible);
+                            SolidAngle::per_area(pdf, case, p) * segment.length()
                         })
                     };
                     visible.iter().map(part).sum()
@@ -380,55 +372,31 @@ fn occluded_lines_estimate_what_is_visible() {
     }
 }
 
-/// The laws for a density on an interval: χ² over 64 equal cells, mass one, round trip.
-fn laws_1d(
-    name: &str,
-    range: (f64, f64),
-    knots: &[f64],
-    (samples, condition): (u32, f64),
-    sample: impl Fn(f64) -> f64,
-    pdf: impl Fn(f64) -> f64,
-    invert: impl Fn(f64) -> Option<f64>,
-) -> f64 {
-    const BINS: usize = 64;
-    let (a, b) = range;
-    let mut rng = SplitMix64::new(9);
-    let mut observed = vec![0_u64; BINS];
-    for _ in 0..samples {
-        let xi = rng.next_f64();
-        let x = sample(xi);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "below BINS"
-        )]
-        let bin = ((x - a) / (b - a) * BINS as f64) as usize;
-        observed[bin.min(BINS - 1)] += 1;
-        let back = invert(x).unwrap_or_else(|| panic!("{name}: {x} is outside"));
-        // A place resolved to ε of the range and of the coordinates, times the density there; and the rounding of the CDF.
-        let place = 1.0 + (b - a + a.abs().max(b.abs())) * pdf(x);
-        let tolerance = 64.0 * f64::EPSILON * (place + condition);
-        assert!(
-            (back - xi).abs() <= tolerance,
-            "{name}: {xi} → {x} → {back}"
+/// The laws of the offsets of lines; `condition` is that of the CDF.
+fn offsets_obey(
+    name: String,
+    lines: &impl LineTechnique,
+    samples: u32,
+    condition: f64,
+    alpha: f64,
+) {
+    let (a, b) = lines.lines().range();
+    let extent = b - a + a.abs().max(b.abs());
+    Laws::new(name)
+        .samples(samples as usize)
+        .alpha(alpha)
+        .seed(9)
+        .kinks(lines.lines().knots())
+        // The rounding of the CDF, and a place resolved to ε of the range and of the coordinates.
+        .round_trip(64.0 * f64::EPSILON * (1.0 + condition))
+        .resolution(64.0 * f64::EPSILON * extent)
+        .mass(1e-8)
+        .check_1d(
+            [a, b],
+            |u| lines.sample(u).offset,
+            |offset| lines.pdf(offset).value(),
+            |offset| lines.invert(offset),
         );
-    }
-    let edge = |i: usize| a + (b - a) * i as f64 / BINS as f64;
-    let expected: Vec<f64> = (0..BINS)
-        .map(|i| {
-            let mut cuts = vec![edge(i), edge(i + 1)];
-            cuts.extend(knots.iter().filter(|k| **k > edge(i) && **k < edge(i + 1)));
-            cuts.sort_by(f64::total_cmp);
-            let mass: f64 = cuts
-                .windows(2)
-                .map(|c| gauss_kronrod(&pdf, c[0], c[1], 1e-10).value)
-                .sum();
-            mass * f64::from(samples)
-        })
-        .collect();
-    let mass = expected.iter().sum::<f64>() / f64::from(samples);
-    assert!((mass - 1.0).abs() < 1e-8, "{name}: ∫ = {mass}");
-    chi2_test(&observed, &expected, 5.0).p_value
 }
 
 #[test]
@@ -448,46 +416,26 @@ fn offsets_fit(plain: u32, angular: u32) {
     for case in &cases {
         for angle in [0.0, 0.7, 2.5] {
             for density in [OffsetDensity::Uniform, OffsetDensity::Length] {
-                let s = LineSampler::new(&case.polygon, angle, density);
+                let lines = LineSampler::new(&case.polygon, angle, density);
                 let name = format!("{density:?} {angle} on {}", case.name);
-                let p = laws_1d(
-                    &name,
-                    s.lines().range(),
-                    s.lines().knots(),
-                    (plain, 0.0),
-                    |xi| s.sample(xi).offset,
-                    |u| s.pdf(u).value(),
-                    |u| s.invert(u),
-                );
-                assert!(p > alpha, "{name}: p = {p:e}");
+                offsets_obey(name, &lines, plain, 0.0, alpha);
             }
-            let lines = AngularLines::by_solid_angle(&case.polygon, angle, case.x);
+            let solid = AngularLines::by_solid_angle(&case.polygon, angle, case.x);
+            let warped = AngularLines::by_warped_solid_angle(&case.polygon, angle, case.x);
             let cosine =
                 AngularLines::by_projected_solid_angle(&case.polygon, angle, case.x, case.n);
-            let warped = AngularLines::by_warped_solid_angle(&case.polygon, angle, case.x);
-            for (s, kind) in [
-                (lines, "solid angle"),
-                (warped, "warped solid angle"),
-                (cosine, "projected solid angle"),
+            // Lambert's sum for a light that is not small has terms of order one, whatever their sum.
+            let condition = match case.name {
+                "tiny" => 0.0,
+                _ => 1.0 / cosine.total().min(1.0),
+            };
+            for (lines, kind, condition) in [
+                (solid, "solid angle", 0.0),
+                (warped, "warped solid angle", 0.0),
+                (cosine, "projected solid angle", condition),
             ] {
-                // Lambert's sum for a light that is not small has terms of order one, whatever their sum.
-                let condition = if kind == "projected solid angle" {
-                    1.0 / s.total().min(1.0)
-                } else {
-                    0.0
-                };
-                let condition = if case.name == "tiny" { 0.0 } else { condition };
                 let name = format!("lines by {kind} {angle} on {}", case.name);
-                let p = laws_1d(
-                    &name,
-                    s.lines().range(),
-                    s.lines().knots(),
-                    (angular, condition),
-                    |xi| s.sample(xi).offset,
-                    |u| s.pdf(u).value(),
-                    |u| s.invert(u),
-                );
-                assert!(p > alpha, "{name}: p = {p:e}");
+                offsets_obey(name, &lines, angular, condition, alpha);
             }
         }
     }

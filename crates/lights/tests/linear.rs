@@ -5,10 +5,10 @@ use linelit_lights::linear::{
     AlongProfile, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProfiledLine,
     across_lambert,
 };
-use linelit_lights::{Pdf, ThinSolidAngle};
-use linelit_testkit::chi2::{chi2_test, sidak};
+use linelit_lights::{LinearPointTechnique, Pdf, ThinSolidAngle};
+use linelit_testkit::chi2::sidak;
+use linelit_testkit::laws::Laws;
 use linelit_testkit::quadrature::gauss_kronrod;
-use linelit_testkit::rng::SplitMix64;
 use std::f64::consts::PI;
 
 struct Case {
@@ -83,19 +83,17 @@ impl Case {
     }
 }
 
-/// χ² of the places on the light; also checks the mass and the inverse.
-fn laws(
-    case: &Case,
-    name: &str,
+/// How hard a technique is looked at, and how well it does.
+struct Level<'a> {
     samples: u32,
-    knots: &[f64],
+    alpha: f64,
+    /// Where the density jumps.
+    knots: &'a [f64],
     round_trip: f64,
-    (sample, pdf, invert): (
-        impl Fn(f64) -> LinearSample,
-        impl Fn(f64) -> Pdf<ThinSolidAngle>,
-        impl Fn(f64) -> Option<f64>,
-    ),
-) -> f64 {
+}
+
+/// The laws of places on the light, and that the parts of a sample agree.
+fn laws(case: &Case, name: &str, level: &Level<'_>, technique: &impl LinearPointTechnique) {
     const BINS: usize = 48;
     // Cells bounded by fractions that are equally spaced in angle: a long light is dark but for its near part.
     let (h, foot) = case.foot();
@@ -107,60 +105,39 @@ fn laws(
         BINS => 1.0,
         _ => foot + (a + (b - a) * i as f64 / BINS as f64).tan() * h / l,
     };
-    let edges: Vec<f64> = (0..=BINS).map(edge).collect();
-    let mut rng = SplitMix64::new(23);
-    let mut observed = vec![0_u64; BINS];
-    for _ in 0..samples {
-        let xi = rng.next_f64();
-        let s = sample(xi);
-        observed[edges[1..BINS].partition_point(|e| *e <= s.t)] += 1;
-        // The sample's parts agree: place, direction, density.
-        let p = case.light.at(s.t) - case.x;
-        let slack = 64.0 * case.resolution();
-        let off = (p.normalize() - s.direction).length();
-        assert!(
-            off < slack,
-            "{name} on {}: direction off by {off:e} > {slack:e}",
-            case.name
-        );
-        let back = invert(s.t).unwrap_or_else(|| panic!("{name} on {}: {s:?} outside", case.name));
-        let error = (back - xi).abs();
-        assert!(
-            error < round_trip,
-            "{name} on {}: {xi} → {} → {back}",
-            case.name,
-            s.t
-        );
-    }
-    let expected: Vec<f64> = edges
-        .windows(2)
-        .map(|e| {
-            let mut cuts = e.to_vec();
-            cuts.extend(knots.iter().filter(|k| **k > e[0] && **k < e[1]));
-            cuts.sort_by(f64::total_cmp);
-            let density = |t: f64| case.per_fraction(t, pdf(t));
-            let mass: f64 = cuts
-                .windows(2)
-                .map(|c| gauss_kronrod(density, c[0], c[1], 1e-10).value)
-                .sum();
-            mass * f64::from(samples)
-        })
-        .collect();
-    let mass = expected.iter().sum::<f64>() / f64::from(samples);
-    // The distance of a point is resolved to ε of the coordinates, and enters cubed. The baseline by bisection is allowed
-    // what its differences lose.
+    // The baseline by bisection is allowed what its differences lose.
     let baseline = if name == "newton-bisection" {
         1e-5
     } else {
         0.0
     };
-    let slack = baseline + 1e-9 + 64.0 * case.resolution();
-    assert!(
-        (mass - 1.0).abs() < slack,
-        "{name} on {}: ∫ = {mass}",
-        case.name
-    );
-    chi2_test(&observed, &expected, 5.0).p_value
+    let slack = 64.0 * case.resolution();
+    Laws::new(format!("{name} on {}", case.name))
+        .samples(level.samples as usize)
+        .alpha(level.alpha)
+        .seed(23)
+        .cells((0..=BINS).map(edge).collect())
+        .kinks(level.knots)
+        .round_trip(level.round_trip)
+        .resolution(0.0)
+        // The distance of a point is resolved to ε of the coordinates, and enters cubed.
+        .mass(baseline + 1e-9 + slack)
+        .check_1d(
+            [0.0, 1.0],
+            |u| {
+                let s = technique.sample(u);
+                let p = case.light.at(s.t) - case.x;
+                let off = (p.normalize() - s.direction).length();
+                assert!(
+                    off < slack,
+                    "{name} on {}: direction off by {off:e} > {slack:e}",
+                    case.name
+                );
+                s.t
+            },
+            |t| case.per_fraction(t, technique.pdf(t)),
+            |t| technique.invert(t),
+        );
 }
 
 fn all_techniques(samples: u32) {
@@ -177,15 +154,13 @@ fn all_techniques(samples: u32) {
             } else {
                 64.0 * case.resolution()
             };
-            let p = laws(
-                case,
-                name,
+            let level = Level {
                 samples,
-                &[a, b],
+                alpha,
+                knots: &[a, b],
                 round_trip,
-                (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
-            );
-            assert!(p > alpha, "{name} on {}: p = {p:e}", case.name);
+            };
+            laws(case, name, &level, &s);
         }
     }
 }
@@ -432,16 +407,13 @@ fn ltc_fits(samples: u32) {
                     case.name
                 );
             }
-            let round_trip = 1e3 * case.resolution();
-            let p = laws(
-                case,
-                "ltc",
+            let level = Level {
                 samples,
-                &knots,
-                round_trip,
-                (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
-            );
-            assert!(p > alpha, "ltc on {}: p = {p:e}", case.name);
+                alpha,
+                knots: &knots,
+                round_trip: 1e3 * case.resolution(),
+            };
+            laws(case, "ltc", &level, &s);
         }
     }
     assert!(seen >= 8, "{seen} of 12 see the light");
@@ -475,15 +447,13 @@ fn profiles_fit(samples: u32) {
         .view()
         .range();
         let knots: Vec<f64> = knots.into_iter().chain([a, b]).collect();
-        let p = laws(
-            case,
-            "profile",
+        let level = Level {
             samples,
-            &knots,
-            256.0 * case.resolution(),
-            (|xi| s.sample(xi), |t| s.pdf(t), |t| s.invert(t)),
-        );
-        assert!(p > alpha, "profile on {}: p = {p:e}", case.name);
+            alpha,
+            knots: &knots,
+            round_trip: 256.0 * case.resolution(),
+        };
+        laws(case, "profile", &level, &s);
         // Zero variance: cosine × profile over density is the irradiance.
         for i in 0..100 {
             let q = s.sample((f64::from(i) + 0.5) / 100.0);

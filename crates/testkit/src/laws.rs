@@ -1,13 +1,15 @@
-//! The three laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to one, and
-//! sample → invert → sample returns to the same place.
+//! The three laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to
+//! one, and sample → invert → sample returns to the same place.
 //!
-//! A sampler is three closures over a rectangular (or interval) domain: `sample` maps uniform numbers in [0, 1) into the
-//! domain, `pdf` is the density with respect to the domain's own measure (zero where nothing is sampled), `invert` maps
-//! a point back to uniform numbers. Samplers on surfaces are checked through any chart whose measure is that of the
-//! pdf: plane coordinates for area densities, (azimuth, z) for solid angle (dω = dφ dz).
+//! A sampler is three closures over an interval or a rectangle: `sample` maps uniform numbers in
+//! [0, 1) into the domain, `pdf` is the density with respect to the domain's own measure (zero where
+//! nothing is sampled), `invert` maps a point back to uniform numbers. They know no type of any
+//! other crate, so that they serve anybody's techniques: offsets of lines, places along a light, and
+//! points of surfaces through any chart whose measure is that of the pdf (plane coordinates for
+//! area densities; azimuth and z for solid angle, dω = dφ dz).
 
 use crate::chi2::{ChiSquare, chi2_test};
-use crate::quadrature::cubature;
+use crate::quadrature::{cubature, gauss_kronrod};
 use crate::rng::SplitMix64;
 use std::fmt;
 
@@ -26,6 +28,10 @@ pub struct Laws {
     alpha: f64,
     seed: u64,
     round_trip: f64,
+    resolution: Option<f64>,
+    mass: f64,
+    kinks: Vec<f64>,
+    cells: Vec<f64>,
 }
 
 /// What a passing check measured.
@@ -37,7 +43,8 @@ pub struct Report {
     pub integral: f64,
     /// The error estimate of that integral.
     pub integral_error: f64,
-    /// The largest distance between a sample and its round trip, in units of the domain's extent.
+    /// The largest error of a round trip: in 1-D of the uniform number, in 2-D of the place in units
+    /// of the domain's extent.
     pub round_trip: f64,
 }
 
@@ -72,6 +79,10 @@ impl Laws {
             alpha: 1e-4,
             seed: 1,
             round_trip: 2f64.powi(-40),
+            resolution: None,
+            mass: 1e-9,
+            kinks: Vec::new(),
+            cells: Vec::new(),
         }
     }
 
@@ -103,10 +114,42 @@ impl Laws {
         self
     }
 
-    /// The allowed distance of round trips, in units of the domain's extent (per axis).
+    /// The allowed error of round trips: in 1-D of the uniform number where places are exact (see
+    /// [`Laws::resolution`]), in 2-D of the place in units of the domain's extent (per axis).
     #[must_use]
     pub fn round_trip(mut self, tolerance: f64) -> Self {
         self.round_trip = tolerance;
+        self
+    }
+
+    /// In 1-D, how far rounding moves a place of the domain; times the pdf there it is allowed to
+    /// round trips on top. Unless told, the tolerance of round trips times the domain's extent.
+    #[must_use]
+    pub fn resolution(mut self, distance: f64) -> Self {
+        self.resolution = Some(distance);
+        self
+    }
+
+    /// In 1-D, how far from one the integral of the pdf may be beside the quadrature's own error:
+    /// 1e-9 unless told.
+    #[must_use]
+    pub fn mass(mut self, tolerance: f64) -> Self {
+        self.mass = tolerance;
+        self
+    }
+
+    /// In 1-D, places where the pdf jumps or has a corner: the quadrature stops there.
+    #[must_use]
+    pub fn kinks(mut self, places: &[f64]) -> Self {
+        self.kinks = places.to_vec();
+        self
+    }
+
+    /// In 1-D, the borders of the bins, ascending from one end of the domain to the other, in place
+    /// of bins of equal width.
+    #[must_use]
+    pub fn cells(mut self, borders: Vec<f64>) -> Self {
+        self.cells = borders;
         self
     }
 
@@ -142,8 +185,10 @@ impl Laws {
 
     /// As [`Laws::check_1d`], returning what is broken.
     ///
-    /// Besides the 2-D laws this demands that `invert` recovers the uniform number itself, to the round-trip tolerance
-    /// times 1 + pdf·extent (the condition of the inverse).
+    /// The laws: every sample lies in the domain and has a positive, finite pdf; `invert` recovers
+    /// its uniform number, to [`Laws::round_trip`] and [`Laws::resolution`] times the pdf; the
+    /// histogram passes a χ² test against the pdf integrated over each bin, between its
+    /// [`Laws::kinks`] to 1e-10; these integrals sum to one.
     ///
     /// # Errors
     /// The first broken law.
@@ -154,32 +199,67 @@ impl Laws {
         mut pdf: impl FnMut(f64) -> f64,
         mut invert: impl FnMut(f64) -> Option<f64>,
     ) -> Result<Report, Broken> {
-        let extent = domain[1] - domain[0];
-        let mut rng = SplitMix64::new(self.seed ^ 0x5151);
-        for _ in 0..self.samples.min(10_000) {
+        let [low, high] = domain;
+        let equal = |i: usize| low + (high - low) * (i as f64 / self.bins as f64);
+        let borders = match self.cells.as_slice() {
+            [] => (0..=self.bins).map(equal).collect(),
+            told => told.to_vec(),
+        };
+        let bins = borders.len() - 1;
+        let resolution = self.resolution.unwrap_or(self.round_trip * (high - low));
+        let mut histogram = vec![0_u64; bins];
+        let mut rng = SplitMix64::new(self.seed);
+        let mut worst = 0.0_f64;
+        for _ in 0..self.samples {
             let u = rng.next_f64();
             let x = sample(u);
-            let back = invert(x).unwrap_or(f64::NAN);
-            let allowed = self.round_trip * (1.0 + pdf(x) * extent);
-            if (back - u)
-                .abs()
-                .partial_cmp(&allowed)
-                .is_none_or(std::cmp::Ordering::is_gt)
-            {
+            if !(low..=high).contains(&x) {
+                return self.broken(format!(
+                    "sample({u:?}) = {x:?} lies outside the domain {domain:?}"
+                ));
+            }
+            histogram[borders[1..bins].partition_point(|b| *b <= x)] += 1;
+            let density = pdf(x);
+            if density <= 0.0 || !density.is_finite() {
+                return self.broken(format!("sample({u:?}) = {x:?} has pdf {density:?}"));
+            }
+            let Some(back) = invert(x) else {
+                return self.broken(format!("invert({x:?}) finds nothing, yet it was sampled"));
+            };
+            let allowed = self.round_trip + resolution * density;
+            let error = (back - u).abs();
+            if error > allowed || !(0.0..=1.0).contains(&back) {
                 return self.broken(format!(
                     "invert(sample({u:?}) = {x:?}) = {back:?}, off by more than {allowed:.1e}"
                 ));
             }
+            worst = worst.max(error);
         }
-        // A second, unused axis of extent one makes this the 2-D check with a single column.
-        let columns = [self.bins, 1];
-        self.verdict(
-            [domain, [0.0, 1.0]],
-            columns,
-            |u| [sample(u[0]), 0.5],
-            |x| pdf(x[0]),
-            |x| invert(x[0]).map(|u| [u, 0.5]),
-        )
+        let (mut expected, mut integral, mut error) = (Vec::with_capacity(bins), 0.0, 0.0);
+        for bin in borders.windows(2) {
+            let mut cuts = bin.to_vec();
+            let inside = |k: &&f64| **k > bin[0] && **k < bin[1];
+            cuts.extend(self.kinks.iter().filter(inside));
+            cuts.sort_by(f64::total_cmp);
+            let mut mass = 0.0;
+            for cut in cuts.windows(2) {
+                let part = gauss_kronrod(&mut pdf, cut[0], cut[1], 1e-10);
+                mass += part.value;
+                error += part.error;
+            }
+            expected.push(mass * self.samples as f64);
+            integral += mass;
+        }
+        self.normalised(integral, error, self.mass)?;
+        let chi2 = self.fits(&histogram, &expected, |i| {
+            format!("{:.4}", 0.5 * (borders[i] + borders[i + 1]))
+        })?;
+        Ok(Report {
+            chi2,
+            integral,
+            integral_error: error,
+            round_trip: worst,
+        })
     }
 
     /// As [`Laws::check_2d`], returning what is broken.
@@ -233,16 +313,16 @@ impl Laws {
             }
         }
         let (expected, integral, integral_error) = self.expected(domain, cells, &mut pdf);
-        self.normalised(integral, integral_error)?;
-        let chi2 = chi2_test(&histogram, &expected, 5.0);
-        if chi2.p_value < self.alpha {
-            return self.broken(format!(
-                "the histogram of {} samples does not follow the pdf: {chi2:?}, α = {:.1e}; worst cells: {}",
-                self.samples,
-                self.alpha,
-                worst_cells(&histogram, &expected, domain, cells)
-            ));
-        }
+        // Rounding of some 10⁵ evaluations beside the quadrature's own estimate.
+        self.normalised(integral, integral_error, 1e-9)?;
+        let centre = |axis: usize, i: usize| {
+            let [low, high] = domain[axis];
+            low + (high - low) * ((i as f64 + 0.5) / cells[axis] as f64)
+        };
+        let chi2 = self.fits(&histogram, &expected, |i| {
+            let at = [centre(0, i / cells[1]), centre(1, i % cells[1])];
+            format!("({:.4}, {:.4})", at[0], at[1])
+        })?;
         Ok(Report {
             chi2,
             integral,
@@ -306,14 +386,40 @@ impl Laws {
         (expected, integral, error)
     }
 
-    fn normalised(&self, integral: f64, error: f64) -> Result<(), Broken> {
+    /// The χ² test of counts against what the pdf expects; `place` names a cell.
+    fn fits(
+        &self,
+        histogram: &[u64],
+        expected: &[f64],
+        place: impl Fn(usize) -> String,
+    ) -> Result<ChiSquare, Broken> {
+        let chi2 = chi2_test(histogram, expected, 5.0);
+        if chi2.p_value >= self.alpha {
+            return Ok(chi2);
+        }
+        let excess =
+            |i: usize| (histogram[i] as f64 - expected[i]).powi(2) / expected[i].max(1e-300);
+        let mut order: Vec<usize> = (0..expected.len()).collect();
+        order.sort_by(|&i, &j| excess(j).total_cmp(&excess(i)));
+        let words = order.iter().take(3).map(|&i| {
+            let (seen, wanted) = (histogram[i], expected[i]);
+            format!("near {}: {seen} seen, {wanted:.1} expected", place(i))
+        });
+        self.broken(format!(
+            "the histogram of {} samples does not follow the pdf: {chi2:?}, α = {:.1e}; worst cells: {}",
+            self.samples,
+            self.alpha,
+            words.collect::<Vec<_>>().join("; ")
+        ))
+    }
+
+    fn normalised(&self, integral: f64, error: f64, rounding: f64) -> Result<(), Broken> {
         if !integral.is_finite() || error > WORST_INTEGRAL_ERROR {
             return self.broken(format!(
                 "∫ pdf = {integral:?} cannot be computed well enough (± {error:.1e})"
             ));
         }
-        // Rounding of some 10⁵ evaluations beside the quadrature's own estimate.
-        if (integral - 1.0).abs() > error + 1e-9 {
+        if (integral - 1.0).abs() > error + rounding {
             return self.broken(format!("∫ pdf = {integral:?} ± {error:.1e}, not 1"));
         }
         Ok(())
@@ -344,30 +450,6 @@ fn cell_of(x: [f64; 2], domain: [[f64; 2]; 2], cells: [usize; 2]) -> Option<usiz
         index = index * cells[k] + i;
     }
     Some(index)
-}
-
-/// The three cells that add most to χ², in words.
-fn worst_cells(
-    histogram: &[u64],
-    expected: &[f64],
-    domain: [[f64; 2]; 2],
-    cells: [usize; 2],
-) -> String {
-    let excess = |i: usize| (histogram[i] as f64 - expected[i]).powi(2) / expected[i].max(1e-300);
-    let mut order: Vec<usize> = (0..expected.len()).collect();
-    order.sort_by(|&i, &j| excess(j).total_cmp(&excess(i)));
-    let centre = |axis: usize, i: usize| {
-        domain[axis][0]
-            + (domain[axis][1] - domain[axis][0]) * ((i as f64 + 0.5) / cells[axis] as f64)
-    };
-    let words = order.iter().take(3).map(|&i| {
-        let at = [centre(0, i / cells[1]), centre(1, i % cells[1])];
-        format!(
-            "near ({:.4}, {:.4}): {} seen, {:.1} expected",
-            at[0], at[1], histogram[i], expected[i]
-        )
-    });
-    words.collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]
