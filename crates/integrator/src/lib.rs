@@ -1,8 +1,7 @@
-//! Direct light at a shading point, by points, by lines and in closed form.
+//! Pictures of scenes in direct light: from a pixel to a shading point, and which lights it asks.
 //!
-//! The estimators are thin: `lights` turns random numbers into samples, `visibility` says what of
-//! them is seen, `shading` integrates. What a scene or a shading point does not need is dropped by
-//! the [`Plan`] and counted.
+//! How the light of one light is estimated is `linelit-estimators`'. What a scene or a shading point
+//! does not need is dropped by the [`Plan`] and counted.
 //!
 //! ```
 //! use linelit_integrator::{Renderer, Settings, Workspace};
@@ -32,32 +31,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod closed_form;
-mod curved;
-mod estimator;
-mod exact;
-mod hybrid;
-mod linear;
-mod lines;
-pub mod mix;
-mod options;
-mod oracle;
-mod pair;
 mod plan;
 mod point;
-mod points;
+mod probe;
 mod renderer;
 mod selection;
-mod shaft_points;
+mod settings;
 mod workspace;
 
-pub use curved::Spheres;
-pub use estimator::{ESTIMATOR_NAMES, Estimator, LineOptions, ParseEstimatorError};
-pub use exact::ExactOptions;
-pub use linear::{LinearHeuristic, LinearOptions};
-pub use plan::{Crowd, Plan, PlanCounters, PlannedLight};
+pub use linelit_estimators::{
+    ESTIMATOR_NAMES, Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SegmentCounters,
+};
+pub use plan::{Plan, PlannedLight, PlannedTexture};
 pub use point::{SURFACE_OFFSET, ShadingPoint};
-pub use renderer::{Renderer, Settings};
+pub use renderer::Renderer;
 pub use selection::LightChoice;
-pub use shaft_points::ShaftPoints;
-pub use workspace::{Counts, SegmentCounters, Workspace};
+pub use settings::{Settings, Spheres};
+pub use workspace::{Counts, Workspace};

@@ -1,79 +1,17 @@
 //! From a pixel to its direct light.
 
-use crate::hybrid;
-use crate::pair::Pair;
 use crate::point::SURFACE_OFFSET;
-use crate::{
-    Estimator, LightChoice, LineOptions, Plan, PlannedLight, ShadingPoint, Spheres, Workspace,
-    selection,
-};
+use crate::probe;
+use crate::{LightChoice, Plan, PlannedLight, Settings, ShadingPoint, Workspace, selection};
 use linelit_bsdf::Reflection;
+use linelit_estimators::{
+    Estimator, Queries, Query, RandomNumbers, brute_force, estimate, streams,
+};
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_scene::{Bounce, RayDifferential, Response, Scene, Surface};
 use linelit_visibility::{Hit, Occluders, Ray};
-
-/// Sample dimensions of one (point, light) pair.
-const DIMENSIONS_PER_LIGHT: u32 = 16;
-/// Sample dimensions before the first light: the camera's.
-const CAMERA_DIMENSIONS: u32 = 4;
-
-/// The first sample dimension of a light: of its `index` in the scene for the first camera sample, as many further on for
-/// each that follows as the scene has lights.
-pub(crate) const fn first_dimension(slot: u32) -> u32 {
-    slot.wrapping_mul(DIMENSIONS_PER_LIGHT)
-        .wrapping_add(CAMERA_DIMENSIONS)
-}
-
-/// How many samples of what.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// The estimator.
-    pub estimator: Estimator,
-    /// The sampling pattern.
-    pub sampler: SamplerKind,
-    /// Light samples per shading point and light; of one light at a time ([`LightChoice`]), per
-    /// shading point.
-    pub samples: u32,
-    /// Which lights a shading point samples.
-    pub lights: LightChoice,
-    /// What stands for emissive spheres.
-    pub spheres: Spheres,
-    /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
-    pub pixel_samples: u32,
-    /// The seed; two seeds give independent estimates.
-    pub seed: u64,
-    /// Whether a light that the camera sees shows its radiance.
-    pub show_lights: bool,
-    /// How many perfect reflections and refractions in a row the view follows; 0 leaves mirrors and
-    /// glass black (but for lights), as direct light alone does.
-    pub bounces: u32,
-    /// Whether what cannot matter is skipped and what has a closed form takes it. Off, every
-    /// sample is taken: for tests, and for studies of an estimator as its paper has it.
-    pub skip: bool,
-    /// Whether the lines and points of a combination share one traversal. Off, each has its own, as
-    /// published: to measure what that costs. Estimates differ by rounding.
-    pub share: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            estimator: Estimator::LineAnalytic(LineOptions::default()),
-            sampler: SamplerKind::Stratified,
-            samples: 16,
-            lights: LightChoice::All,
-            spheres: Spheres::Facets,
-            pixel_samples: 1,
-            seed: 0,
-            show_lights: true,
-            bounces: 0,
-            skip: true,
-            share: true,
-        }
-    }
-}
 
 /// A scene ready to be estimated: occluders built, plan made.
 #[derive(Debug)]
@@ -97,8 +35,8 @@ impl<'s> Renderer<'s> {
             has_textures: scene.has_textures(),
         };
         scene.prepare_textures();
-        let crowds = hybrid::crowds(&renderer);
-        renderer.plan.set_crowds(&crowds);
+        let occlusion = probe::occlusion(&renderer);
+        renderer.plan.set_occlusion(&occlusion);
         renderer
     }
 
@@ -135,7 +73,8 @@ impl<'s> Renderer<'s> {
     #[must_use]
     pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
         let count = settings.pixel_samples.max(1);
-        let camera = Sampler::new(settings.sampler, settings.seed).points(pixel, 0, count);
+        let camera =
+            Sampler::new(settings.sampler, settings.seed).points(pixel, streams::CAMERA, count);
         let spacing = f64::from(count).sqrt().recip();
         let mut sum = DVec3::ZERO;
         for i in 0..count {
@@ -176,8 +115,8 @@ impl<'s> Renderer<'s> {
         for bounce in &point.bounces {
             path.repetition = path.repetition.wrapping_add(path.stride);
             if let Some(next) = self.follow(point, bounce, workspace) {
-                let seen = self.reflected(path, &next, bounces - 1, workspace);
-                sum += bounce.weight * (next.emitted + seen);
+                let reflected = self.reflected(path, &next, bounces - 1, workspace);
+                sum += bounce.weight * (next.emitted + reflected);
             }
         }
         sum
@@ -200,7 +139,9 @@ impl<'s> Renderer<'s> {
             t_min: 0.0,
             t_max: f64::INFINITY,
         };
-        let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
+        let hit = self
+            .occluders
+            .closest_hit(&ray, &mut workspace.buffers.scratch)?;
         Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
     }
 
@@ -229,7 +170,9 @@ impl<'s> Renderer<'s> {
             t_min: 0.0,
             t_max: f64::INFINITY,
         };
-        let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch)?;
+        let hit = self
+            .occluders
+            .closest_hit(&ray, &mut workspace.buffers.scratch)?;
         let beside = (self.has_textures).then(|| self.scene.camera.differential(x, y, spacing));
         Some(self.surface_point(&hit, camera.direction, beside.as_ref()))
     }
@@ -247,12 +190,14 @@ impl<'s> Renderer<'s> {
         let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + self.extent(hit.triangle));
         let Response { bsdf, bounces } = self.scene.response(&surface, outgoing, normal, beside);
         ShadingPoint {
-            position: surface.point + geometric_normal * lift,
+            shading: linelit_estimators::ShadingPoint {
+                position: surface.point + geometric_normal * lift,
+                geometric_normal,
+                normal,
+                outgoing,
+                bsdf,
+            },
             lift,
-            geometric_normal,
-            normal,
-            outgoing,
-            bsdf,
             bounces,
             emitted: self.emitted(&surface, outgoing),
         }
@@ -295,7 +240,9 @@ impl<'s> Renderer<'s> {
                 t_min: 0.0,
                 t_max: f64::INFINITY,
             };
-            let hit = self.occluders.closest_hit(&ray, &mut workspace.scratch);
+            let hit = self
+                .occluders
+                .closest_hit(&ray, &mut workspace.buffers.scratch);
             hit.map(|hit| {
                 let surface = self
                     .scene
@@ -335,9 +282,9 @@ impl<'s> Renderer<'s> {
         repetition: u32,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        workspace.plan.points += 1;
+        workspace.buffers.plan.points += 1;
         if settings.skip && point.bsdf.is_black() {
-            workspace.plan.black_materials += 1;
+            workspace.buffers.plan.black_materials += 1;
             return DVec3::ZERO;
         }
         let lights = self.plan.lights_of(settings.spheres);
@@ -364,7 +311,7 @@ impl<'s> Renderer<'s> {
         sum
     }
 
-    /// The light of one of them.
+    /// Radiance that one light sends from `point` to the viewer.
     fn one_light(
         &self,
         settings: &Settings,
@@ -373,21 +320,58 @@ impl<'s> Renderer<'s> {
         (pixel, repetition): ([u32; 2], u32),
         workspace: &mut Workspace,
     ) -> DVec3 {
-        if settings.skip && !Plan::reaches(light, point, &mut workspace.plan) {
+        let source = light.source();
+        let buffers = &mut workspace.buffers;
+        if settings.skip && !source.reaches(point, &mut buffers.plan) {
             return DVec3::ZERO;
         }
         let total = u32::try_from(self.scene.lights.len()).unwrap_or(u32::MAX);
-        let slot = repetition.wrapping_mul(total).wrapping_add(light.index);
-        let pair = Pair {
-            occluders: &self.occluders,
-            settings,
-            light,
-            point,
+        let numbers = RandomNumbers {
+            sampler: settings.sampler,
+            seed: settings.seed,
             pixel,
-            dimension: first_dimension(slot),
-            each: 1,
+            pair: repetition.wrapping_mul(total).wrapping_add(light.index),
         };
-        pair.estimate(workspace)
+        let estimator = light.estimator.as_ref().unwrap_or(&settings.estimator);
+        let (occluders, samples) = (&self.occluders, settings.samples);
+        let mut query = Query::new(occluders, &source, point, estimator, numbers, samples);
+        query.skip = settings.skip;
+        if !settings.share {
+            query.queries = Queries::SeparateRays;
+        }
+        estimate(&query, buffers)
+    }
+
+    /// The direct light of all area lights by `count` stratified lines each, with visibility by
+    /// brute force in `f64` ([`brute_force`]).
+    ///
+    /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and the
+    /// first camera sample with the sampler `stratified` and the same seed and count.
+    #[must_use]
+    pub fn brute_force(
+        &self,
+        point: &ShadingPoint,
+        pixel: [u32; 2],
+        count: u32,
+        seed: u64,
+    ) -> DVec3 {
+        let estimator = Estimator::analytic();
+        let mut sum = DVec3::ZERO;
+        for light in self.plan.lights() {
+            let Light::Area(area) = &*light.light else {
+                continue;
+            };
+            let numbers = RandomNumbers {
+                sampler: SamplerKind::Stratified,
+                seed,
+                pixel,
+                pair: light.index,
+            };
+            let source = light.source();
+            let query = Query::new(&self.occluders, &source, point, &estimator, numbers, count);
+            sum += brute_force(&query, area, &self.scene.positions, &self.scene.triangles);
+        }
+        sum
     }
 }
 

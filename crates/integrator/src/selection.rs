@@ -1,6 +1,7 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
+use linelit_estimators::streams::light_choice;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::Light;
 use linelit_lights::selection::{
@@ -17,7 +18,6 @@ use std::sync::OnceLock;
 /// Which lights a shading point samples: all of them, or for each sample one, with the probability
 /// αᵢ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum LightChoice {
     /// `all`: as many samples of each light.
     #[default]
@@ -112,10 +112,6 @@ pub(crate) struct Drawn {
     pub probability: f64,
 }
 
-/// The dimension of the random numbers that pick lights, far from those of the lights themselves;
-/// each camera sample takes the two below the last's.
-const DIMENSION: u32 = u32::MAX;
-
 /// Draws a light for each sample of a shading point; `workspace.drawn` then holds each light that
 /// was picked, once.
 pub(crate) fn draw(
@@ -129,7 +125,7 @@ pub(crate) fn draw(
     let tables = plan.tables_of(settings.spheres);
     let (x, n) = (point.position, point.normal);
     let count = settings.samples.max(1);
-    let dimension = DIMENSION.wrapping_sub(repetition.wrapping_mul(2));
+    let dimension = light_choice(repetition);
     let numbers = Sampler::new(settings.sampler, settings.seed).points(pixel, dimension, count);
     let Workspace { weights, drawn, .. } = workspace;
     drawn.clear();

@@ -35,13 +35,10 @@ fn text(triangles: &[[[f64; 3]; 3]]) -> String {
 
 /// A diffuse point at `x`, looking up.
 fn point_at(renderer: &Renderer<'_>, x: [f64; 3]) -> ShadingPoint {
-    let (_, any) = points(renderer).swap_remove(0);
-    ShadingPoint {
-        position: DVec3::from_array(x),
-        geometric_normal: DVec3::Z,
-        normal: DVec3::Z,
-        ..any
-    }
+    let (_, mut point) = points(renderer).swap_remove(0);
+    point.position = DVec3::from_array(x);
+    (point.geometric_normal, point.normal) = (DVec3::Z, DVec3::Z);
+    point
 }
 
 fn exact(renderer: &Renderer<'_>, estimator: &str, point: &ShadingPoint) -> DVec3 {

@@ -3,7 +3,7 @@
 use crate::Findings;
 use crate::picture_study::Context;
 use anyhow::Result;
-use linelit_integrator::{Estimator, LineOptions, Renderer, Settings};
+use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_study::engine::{CELL_SECONDS, Cell, Targets, run_cell};
@@ -198,7 +198,7 @@ fn row(paper: &Paper, mut scene: Scene, context: &Context<'_>) -> Row {
         .collect();
     let targets = Targets::find(&renderer, &pixels);
     let settings = Settings {
-        estimator: Estimator::LineAnalytic(LineOptions::default()),
+        estimator: Estimator::analytic(),
         sampler: SamplerKind::Stratified,
         samples: LINES,
         seed: context.seed,

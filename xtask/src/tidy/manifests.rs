@@ -21,6 +21,20 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
         &["flate2", "thiserror"],
     ),
     (
+        "estimators",
+        &[
+            "geometry",
+            "samplers",
+            "mis",
+            "lights",
+            "bsdf",
+            "penumbra",
+            "visibility",
+            "shading",
+        ],
+        &[],
+    ),
+    (
         "integrator",
         &[
             "scene",
@@ -30,8 +44,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "bsdf",
             "shading",
             "visibility",
-            "mis",
-            "penumbra",
+            "estimators",
         ],
         &[],
     ),
@@ -47,7 +60,14 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "study",
-        &["scene", "geometry", "samplers", "integrator", "film"],
+        &[
+            "scene",
+            "geometry",
+            "samplers",
+            "estimators",
+            "integrator",
+            "film",
+        ],
         &[
             "anyhow",
             "indicatif",
@@ -130,6 +150,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "bsdf",
             "samplers",
             "visibility",
+            "estimators",
             "integrator",
             "film",
             "study",

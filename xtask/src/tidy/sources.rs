@@ -19,6 +19,7 @@ const LIBRARIES: &[&str] = &[
     "scene",
     "formats",
     "scenes",
+    "estimators",
     "integrator",
     "film",
     "study",
@@ -27,7 +28,7 @@ const LIBRARIES: &[&str] = &[
     "testkit",
 ];
 /// The crates in the path of a pixel.
-const PIXEL_PATH: [&str; 9] = [
+const PIXEL_PATH: [&str; 10] = [
     "geometry",
     "samplers",
     "lights",
@@ -36,6 +37,7 @@ const PIXEL_PATH: [&str; 9] = [
     "visibility",
     "mis",
     "penumbra",
+    "estimators",
     "integrator",
 ];
 
@@ -273,6 +275,7 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
         "papers",
         "cli",
         "visibility",
+        "estimators",
         "integrator",
     ]) {
         problems.extend(file.complain(

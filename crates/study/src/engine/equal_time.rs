@@ -210,7 +210,7 @@ fn computed(
     (lines, trials): (u32, u32),
     workspace: &mut Workspace,
 ) -> Vec<DVec3> {
-    let exact = Estimator::Exact(linelit_integrator::ExactOptions::default());
+    let exact = Estimator::exact();
     let value = |(pixel, point): &([u32; 2], ShadingPoint)| {
         workspace.take_counts();
         let first = settings(exact, lines, REFERENCE_SEED);
@@ -239,7 +239,7 @@ mod tests {
             mrse: mse,
         };
         Curve {
-            estimator: Estimator::PointArea,
+            estimator: Estimator::points(linelit_estimators::PointBy::Area),
             points: points.iter().map(point).collect(),
         }
     }

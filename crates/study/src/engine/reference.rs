@@ -1,9 +1,9 @@
 //! The reference that estimates are scored against, and how wrong it is itself.
 
 use super::{Cell, CellRun, Targets, run_cell};
+use linelit_estimators::{LineBy, Points};
 use linelit_geometry::DVec3;
-use linelit_integrator::mix::{LineMeasure, LineTechnique, Mix, Part, Technique};
-use linelit_integrator::{Estimator, LineOptions, Renderer, Settings, ShadingPoint};
+use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint};
 use linelit_samplers::SamplerKind;
 use std::time::{Duration, Instant};
 
@@ -35,7 +35,7 @@ impl Reference {
         Self {
             values: vec![DVec3::ZERO; points],
             mse: 0.0,
-            estimator: Estimator::LineAnalytic(LineOptions::default()),
+            estimator: Estimator::analytic(),
             samples: 0,
             replicates: 0,
         }
@@ -83,17 +83,9 @@ pub fn reference(
 fn estimator(targets: &Targets) -> Estimator {
     let closed = |(_, point): &([u32; 2], ShadingPoint)| point.has_closed_form();
     if targets.points.iter().all(closed) {
-        return Estimator::LineAnalytic(LineOptions::default());
+        return Estimator::analytic();
     }
-    let part = |technique| Part {
-        technique,
-        share: 1,
-    };
-    let lines = Technique::Line(LineTechnique::new(LineMeasure::SolidAngle));
-    Mix::new(&[part(lines), part(Technique::PointBsdf)]).map_or(
-        Estimator::LineAnalytic(LineOptions::default()),
-        Estimator::Mix,
-    )
+    Estimator::lines(LineBy::SolidAngle).with(Points::bsdf())
 }
 
 fn merge(

@@ -3,6 +3,7 @@
 use crate::args::BenchArgs;
 use anyhow::{Context, Result, bail};
 use linelit_cli::output::{Output, OutputError};
+use linelit_estimators::PointBy;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, ShadingPoint};
@@ -98,7 +99,9 @@ fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets) -> Result<Tr
 
 /// Whether an estimator shoots a ray for each sample.
 fn is_rays(estimator: &Estimator) -> bool {
-    matches!(estimator, Estimator::PointArea | Estimator::PointSolidAngle)
+    [PointBy::Area, PointBy::SolidAngle]
+        .map(Estimator::points)
+        .contains(estimator)
 }
 
 /// The hybrid's worst time to an error, divided by the best of the others' to the same, and where.

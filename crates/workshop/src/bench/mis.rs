@@ -5,7 +5,6 @@ use crate::args::BenchArgs;
 use anyhow::{Context, Result, bail};
 use linelit_cli::args::SampleCounts;
 use linelit_cli::output::{Output, OutputError};
-use linelit_integrator::mix::Mix;
 use linelit_integrator::{Counts, Estimator, Renderer, Settings, Workspace};
 use linelit_study::engine::Targets;
 use linelit_study::pixels::Resolution;
@@ -71,9 +70,9 @@ pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
             )?;
         }
         for mix in &mixes {
-            let Estimator::Mix(mix) = mix else {
+            if mix.alone().is_some() {
                 bail!("`{mix}` is no combination");
-            };
+            }
             let cost = measure(&renderer, &targets, (mix, samples), args.rounds);
             if args.json {
                 rows.push(json!({
@@ -94,7 +93,7 @@ pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-fn print(mix: &Mix, cost: &Cost, out: &mut Output) -> Result<(), OutputError> {
+fn print(mix: &Estimator, cost: &Cost, out: &mut Output) -> Result<(), OutputError> {
     let [apart, shared] = cost.each();
     writeln!(
         out,
@@ -114,7 +113,7 @@ fn print(mix: &Mix, cost: &Cost, out: &mut Output) -> Result<(), OutputError> {
 fn measure(
     renderer: &Renderer<'_>,
     targets: &Targets,
-    (mix, samples): (&Mix, u32),
+    (mix, samples): (&Estimator, u32),
     rounds: u32,
 ) -> Cost {
     let mut workspace = Workspace::new();
@@ -124,7 +123,7 @@ fn measure(
     for seed in 0..rounds {
         for (k, share) in [false, true].into_iter().enumerate() {
             let settings = Settings {
-                estimator: Estimator::Mix(*mix),
+                estimator: *mix,
                 samples,
                 seed: u64::from(seed),
                 share,

@@ -1,86 +1,12 @@
 //! Light in closed form past occluders: soft shadows without noise.
 
-use crate::hybrid::Way;
-use crate::options::pairs;
-use crate::{ParseEstimatorError, ShadingPoint, closed_form};
+use crate::{ShadingPoint, closed_form};
 use linelit_bsdf::ClosedForm;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::AreaLight;
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::polygon;
-use linelit_visibility::{Images, Shaft};
-use std::fmt;
-
-/// How exact [`Estimator::Exact`](crate::Estimator::Exact) is, and where it gives up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExactOptions {
-    /// The accuracy asked for, relative to the light unshadowed: 1e-3 to 1e-10.
-    pub tolerance: f64,
-    /// Past more candidates than this, lines take over.
-    pub limit: u32,
-}
-
-impl Default for ExactOptions {
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-6,
-            limit: 224,
-        }
-    }
-}
-
-impl ExactOptions {
-    /// Exact where few enough triangles are in between.
-    pub(crate) fn way(&self, shaft: &Shaft<'_>) -> Way {
-        let few = shaft.candidates() <= self.limit as usize && !shaft.is_dense();
-        if few { Way::Exact } else { Way::Lines }
-    }
-
-    pub(crate) fn parse(options: &str) -> Result<Self, ParseEstimatorError> {
-        let mut out = Self::default();
-        for (key, value) in pairs(options) {
-            let wrong = |expected: &str| {
-                ParseEstimatorError::new(format!("{key} `{value}`; expected {expected}"))
-            };
-            match key {
-                "tolerance" => {
-                    let parsed = value.parse().ok();
-                    out.tolerance = parsed
-                        .filter(|t| (1e-10..=1e-3).contains(t))
-                        .ok_or_else(|| wrong("1e-10 to 1e-3"))?;
-                }
-                "limit" => {
-                    out.limit = value.parse().map_err(|_| wrong("a number of triangles"))?;
-                }
-                _ => {
-                    return Err(ParseEstimatorError::new(format!(
-                        "`exact` has no option `{key}`; expected tolerance or limit"
-                    )));
-                }
-            }
-        }
-        Ok(out)
-    }
-}
-
-impl fmt::Display for ExactOptions {
-    /// Options that are the default are left out.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let default = Self::default();
-        let mut parts = Vec::new();
-        if self.tolerance.to_bits() != default.tolerance.to_bits() {
-            parts.push(format!("tolerance={:e}", self.tolerance));
-        }
-        if self.limit != default.limit {
-            parts.push(format!("limit={}", self.limit));
-        }
-        if parts.is_empty() {
-            Ok(())
-        } else {
-            write!(f, "[{}]", parts.join(","))
-        }
-    }
-}
+use linelit_visibility::Images;
 
 /// Lights whose sides are longer than the root of this times their distance take Lambert's sum over
 /// the boundary; for smaller ones it would lose more than two digits.
@@ -98,9 +24,9 @@ const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
 ///
 /// On diffuse surfaces there is no error but rounding, 1e-12 of the light unshadowed whatever
 /// `tolerance` was asked for; on glossy ones the closed forms over triangles keep it.
-pub(crate) fn visible_light(
+pub(crate) fn visible_light<R>(
     area: &AreaLight,
-    point: &ShadingPoint,
+    point: &ShadingPoint<R>,
     reflection: &ClosedForm,
     images: &Images<'_>,
     penumbra: &mut Penumbra,
@@ -144,8 +70,8 @@ pub(crate) fn visible_light(
 
 /// The light's corners in its plane; with an interpolated normal, of the part above the surface's
 /// own horizon (the closed forms clip to the normal's).
-fn above_surface<'a>(
-    point: &ShadingPoint,
+fn above_surface<'a, R>(
+    point: &ShadingPoint<R>,
     images: &Images<'_>,
     out: &'a mut [Point; CORNERS],
 ) -> &'a [Point] {

@@ -1,10 +1,12 @@
 //! Light in closed form: along the visible parts of a line, and over a whole light.
 
-use crate::ShadingPoint;
-use linelit_bsdf::{ClosedForm, Phong};
+use crate::line_sum::Along;
+use crate::{EmissionTexture, PlanCounters, Query, ShadingPoint};
+use linelit_bsdf::{ClosedForm, Phong, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LinearLight};
 use linelit_shading::{batch, cylinder, horizon, phong, phong_polygon, polygon};
+use linelit_visibility::ShaftClass;
 
 /// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no more.
 pub(crate) const TOLERANCE: f64 = 1e-8;
@@ -26,9 +28,9 @@ impl Pieces {
     }
 
     /// Adds the visible parts of a line.
-    pub(crate) fn add(
+    pub(crate) fn add<R>(
         &mut self,
-        point: &ShadingPoint,
+        point: &ShadingPoint<R>,
         line: &Segment,
         parts: &[Interval],
         weight: f64,
@@ -42,10 +44,10 @@ impl Pieces {
     }
 
     /// Σ weight × ∫ L f_r cos θ cos θ'/r² along the pieces.
-    pub(crate) fn light(
+    pub(crate) fn light<R>(
         &mut self,
         light: &AreaLight,
-        point: &ShadingPoint,
+        point: &ShadingPoint<R>,
         reflection: &ClosedForm,
     ) -> DVec3 {
         // The height over the light's plane, −m·q: the same all over the light.
@@ -72,9 +74,9 @@ impl Pieces {
 }
 
 /// Light of the whole area light with nothing in between, to a tolerance as for [`convex`].
-pub(crate) fn whole_light(
+pub(crate) fn whole_light<R>(
     light: &AreaLight,
-    point: &ShadingPoint,
+    point: &ShadingPoint<R>,
     reflection: &ClosedForm,
     tolerance: f64,
 ) -> DVec3 {
@@ -102,9 +104,9 @@ pub(crate) fn whole_light(
 
 /// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to what
 /// a diffuse surface of the lobe's albedo would reflect.
-pub(crate) fn convex(
+pub(crate) fn convex<R>(
     vertices: &[DVec3],
-    point: &ShadingPoint,
+    point: &ShadingPoint<R>,
     reflection: &ClosedForm,
     tolerance: f64,
 ) -> DVec3 {
@@ -116,10 +118,36 @@ pub(crate) fn convex(
     reflected(reflection, flat, glossy)
 }
 
+/// The light where the shaft's class says it all: nothing, or the whole light in closed form if
+/// there is one.
+pub(crate) fn without_samples<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    class: ShaftClass,
+    along: Along,
+    plan: &mut PlanCounters,
+) -> Option<DVec3> {
+    match class {
+        ShaftClass::Blocked => {
+            plan.hidden += 1;
+            Some(DVec3::ZERO)
+        }
+        ShaftClass::Empty => {
+            plan.unoccluded += 1;
+            let Along::Analytic(reflection) = along else {
+                return None;
+            };
+            plan.closed_form += 1;
+            Some(whole_light(area, query.point, &reflection, query.tolerance))
+        }
+        ShaftClass::Partial => None,
+    }
+}
+
 /// Light of the visible parts of a linear light.
-pub(crate) fn linear(
+pub(crate) fn linear<R>(
     light: &LinearLight,
-    point: &ShadingPoint,
+    point: &ShadingPoint<R>,
     reflection: &ClosedForm,
     parts: &[Interval],
 ) -> DVec3 {
@@ -139,7 +167,7 @@ pub(crate) fn linear(
 
 /// A visible part, relative to the shading point; with an interpolated normal, clipped to the
 /// geometric horizon (the closed forms clip to the normal's own).
-fn above_surface(point: &ShadingPoint, line: &Segment, part: Interval) -> Option<Segment> {
+fn above_surface<R>(point: &ShadingPoint<R>, line: &Segment, part: Interval) -> Option<Segment> {
     let piece = line.piece(part.lo, part.hi).relative_to(point.position);
     if point.geometric_normal == point.normal {
         return Some(piece);
@@ -149,7 +177,7 @@ fn above_surface(point: &ShadingPoint, line: &Segment, part: Interval) -> Option
 }
 
 /// Axis and exponent of the reflection's lobe, if it has one.
-fn lobe(point: &ShadingPoint, reflection: &ClosedForm) -> Option<(DVec3, f64)> {
+fn lobe<R>(point: &ShadingPoint<R>, reflection: &ClosedForm) -> Option<(DVec3, f64)> {
     let phong = reflection.lobe?;
     Some((Phong::axis(point.outgoing, point.normal), phong.exponent))
 }

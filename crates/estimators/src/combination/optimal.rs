@@ -1,7 +1,7 @@
-//! Optimal weights for a mix: from one half of the samples for the other.
+//! Optimal weights of a combination: from one half of the samples for the other.
 
-use super::estimate::Sample;
-use super::{MOST_TECHNIQUES, Optimal};
+use super::Sample;
+use crate::{MOST_TECHNIQUES, Optimal};
 use linelit_geometry::DVec3;
 use linelit_mis::{OptimalSystem, clamped_optimal, optimal_contribution};
 
@@ -23,7 +23,7 @@ pub(super) fn sum(kind: Optimal, expected: &Techniques, halves: [Half<'_>; 2]) -
     let systems = halves.map(|half| system(expected, half));
     let used = expected.iter().filter(|n| **n > 0.0).count();
     let ridge = DAMPING * used as f64 / expected.iter().sum::<f64>().max(1.0);
-    let taught = |half: Half<'_>, by: &OptimalSystem<MOST_TECHNIQUES, 3>| {
+    let weighted = |half: Half<'_>, by: &OptimalSystem<MOST_TECHNIQUES, 3>| {
         let alphas = by.damped_alphas(ridge);
         let one = |sample: &Sample| match kind {
             Optimal::Free => free(&alphas, expected, sample),
@@ -31,7 +31,7 @@ pub(super) fn sum(kind: Optimal, expected: &Techniques, halves: [Half<'_>; 2]) -
         };
         half.samples.iter().map(one).sum::<DVec3>()
     };
-    0.5 * (taught(halves[0], &systems[1]) + taught(halves[1], &systems[0]))
+    0.5 * (weighted(halves[0], &systems[1]) + weighted(halves[1], &systems[0]))
 }
 
 /// Half of the samples, and how many draws of each technique gave none.
@@ -60,7 +60,7 @@ fn system(expected: &Techniques, half: Half<'_>) -> OptimalSystem<MOST_TECHNIQUE
 
 /// The optimal estimator, channel by channel.
 fn free(alphas: &[Techniques; 3], expected: &Techniques, sample: &Sample) -> DVec3 {
-    let (ps, i) = (&sample.densities, sample.strand);
+    let (ps, i) = (&sample.densities, sample.technique);
     DVec3::from_array(
         [0, 1, 2].map(|c| optimal_contribution(&alphas[c], expected, ps, sample.value[c], i)),
     )
@@ -69,7 +69,7 @@ fn free(alphas: &[Techniques; 3], expected: &Techniques, sample: &Sample) -> DVe
 /// Weights between none and all: the optimal ones where α ≥ 0 and Σ α_k p_k ≤ f, which is what
 /// they are if techniques sample parts of the light.
 fn clamped(alphas: &[Techniques; 3], expected: &Techniques, sample: &Sample) -> DVec3 {
-    let (ps, i) = (&sample.densities, sample.strand);
+    let (ps, i) = (&sample.densities, sample.technique);
     let mut parts = [0.0; MOST_TECHNIQUES];
     for (k, part) in parts.iter_mut().enumerate() {
         *part = alphas.iter().map(|a| a[k]).sum::<f64>().max(0.0);

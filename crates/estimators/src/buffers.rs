@@ -1,0 +1,23 @@
+//! The memory of one thread.
+
+use crate::combination::CombinationBuffers;
+use crate::line_sum::Draws;
+use crate::{PlanCounters, SegmentCounters};
+use linelit_penumbra::Penumbra;
+use linelit_visibility::{Scratch, VisibleLines};
+
+/// Memory that estimates use again, and counters; one for each thread. No estimate depends on
+/// those before it.
+#[derive(Debug, Default)]
+pub struct Buffers {
+    /// What rays and shafts keep, with their counters.
+    pub scratch: Scratch,
+    /// What was skipped and what was done.
+    pub plan: PlanCounters,
+    /// Lines and their visible pieces.
+    pub segments: SegmentCounters,
+    pub(crate) visible: VisibleLines,
+    pub(crate) draws: Draws,
+    pub(crate) combination: CombinationBuffers<'static>,
+    pub(crate) penumbra: Penumbra,
+}

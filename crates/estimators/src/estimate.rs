@@ -1,0 +1,85 @@
+//! From an estimator to what it does for each kind of light.
+
+use crate::line_sum::{self, Along};
+use crate::strategy::{self, Strategy};
+use crate::{
+    Buffers, EmissionTexture, Integration, LinearOptions, PointBy, Query, Technique, combination,
+    linear, point_sum, round,
+};
+use linelit_bsdf::Reflection;
+use linelit_geometry::DVec3;
+use linelit_lights::linear::LinearTechnique;
+use linelit_lights::{AreaLight, Light, LinearLight};
+
+/// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
+///
+/// Unbiased for every estimator, and a pure function of the query. Where
+/// [`LightSource::reaches`](crate::LightSource::reaches) says no, it is zero.
+#[must_use]
+pub fn estimate<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    match query.light.light {
+        Light::Area(light) => area(query, light, buffers),
+        Light::Linear(light) => line(query, light, buffers),
+        Light::Sphere(light) => round::sphere(query, light, of_round(query), buffers),
+        Light::Disk(light) => round::disk(query, light, of_round(query), buffers),
+    }
+}
+
+fn area<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    match query.estimator.alone() {
+        None => combination::combined(query, area, buffers),
+        Some(Technique::Points(points)) if points.in_shaft => {
+            let by = Strategy::Points(points.by);
+            strategy::through_shaft(query, area, buffers, |_| by)
+        }
+        Some(Technique::Points(points)) => point_sum::by_rays(query, area, points.by, buffers),
+        Some(Technique::Lines(lines)) => match lines.integration {
+            Integration::Points => line_sum::lines(query, area, lines, Along::Point, buffers),
+            Integration::Analytic => {
+                line_sum::lines(query, area, lines, Along::best(query), buffers)
+            }
+            Integration::Exact(options) => strategy::exact(query, area, options, buffers),
+            Integration::Cheapest => strategy::hybrid(query, area, buffers),
+        },
+    }
+}
+
+/// A linear light has no surface that a direction of the BSDF could meet: lines and combinations
+/// take the closed form along all of it, where there is one.
+fn line<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    light: &LinearLight,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    let technique = LinearOptions::Technique;
+    let options = match query.estimator.alone() {
+        Some(Technique::Points(points)) => match points.by {
+            PointBy::Area | PointBy::VisibleArea | PointBy::Texture => {
+                technique(LinearTechnique::Area)
+            }
+            PointBy::SolidAngle => technique(LinearTechnique::ClippedSolidAngle),
+            PointBy::ProjectedSolidAngle | PointBy::Bsdf => LinearOptions::default(),
+            PointBy::Linear(options) => options,
+        },
+        Some(Technique::Lines(_)) | None => match query.point.bsdf.closed_form() {
+            Some(reflection) => return linear::whole(query, light, &reflection, buffers),
+            None => LinearOptions::default(),
+        },
+    };
+    linear::points(query, light, options, buffers)
+}
+
+/// The density of points on spheres and disks: lines and combinations take the solid angle.
+fn of_round<R, T>(query: &Query<'_, R, T>) -> PointBy {
+    match query.estimator.alone() {
+        Some(Technique::Points(points)) if !points.in_shaft => points.by,
+        Some(Technique::Points(_) | Technique::Lines(_)) | None => PointBy::SolidAngle,
+    }
+}

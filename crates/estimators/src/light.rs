@@ -1,0 +1,138 @@
+//! A light among its surroundings, and what it emits.
+
+use crate::{OcclusionStats, PlanCounters, ShadingPoint};
+use linelit_bsdf::{ClosedForm, Reflection};
+use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_lights::{AreaLight, ImportanceImage, Light, TexturedSampler};
+use std::ops::Range;
+
+/// Emission that varies over an area light, and what points are drawn in proportion to.
+pub trait EmissionTexture {
+    /// The radiance at a point of the light, W/(m²·sr), on the side that emits.
+    fn radiance(&self, on_light: DVec3) -> DVec3;
+
+    /// Points in proportion to the emission, on the light or (see [`fits`](Self::fits)) around it;
+    /// `None` where there is no such density: points then are uniform on the area.
+    fn points(&self) -> Option<TexturedSampler<'_>>;
+
+    /// Whether all points that are drawn lie on the light.
+    fn fits(&self) -> bool;
+
+    /// The image over `part`, if that is a parallelogram that the image covers exactly.
+    fn over(&self, part: &ConvexPolygon) -> Option<&ImportanceImage>;
+}
+
+/// The texture of lights that have none: there is no value of it.
+#[derive(Clone, Copy, Debug)]
+pub enum NoTexture {}
+
+impl EmissionTexture for NoTexture {
+    fn radiance(&self, _: DVec3) -> DVec3 {
+        match *self {}
+    }
+
+    fn points(&self) -> Option<TexturedSampler<'_>> {
+        match *self {}
+    }
+
+    fn fits(&self) -> bool {
+        match *self {}
+    }
+
+    fn over(&self, _: &ConvexPolygon) -> Option<&ImportanceImage> {
+        match *self {}
+    }
+}
+
+/// A light, which triangles are its own, and how occluded it usually is.
+#[derive(Clone, Debug)]
+pub struct LightSource<'a, T = NoTexture> {
+    /// The light.
+    pub light: &'a Light,
+    /// Its triangles among those of the occluders, which never block it; empty if it has none.
+    pub triangles: Range<u32>,
+    /// What an area light emits where, if not the same everywhere.
+    pub texture: Option<&'a T>,
+    /// How occluded the light usually is; chooses the strategy of `hybrid`.
+    pub occlusion: OcclusionStats,
+}
+
+impl<'a> LightSource<'a> {
+    /// A light of one radiance that none of the occluders belongs to.
+    #[must_use]
+    pub fn new(light: &'a Light) -> Self {
+        Self {
+            light,
+            triangles: 0..0,
+            texture: None,
+            occlusion: OcclusionStats::default(),
+        }
+    }
+}
+
+impl<T: EmissionTexture> LightSource<'_, T> {
+    /// The radiance that the area light sends from one of its points against the unit direction
+    /// `w`, W/(m²·sr).
+    #[inline]
+    pub(crate) fn emitted(&self, area: &AreaLight, on_light: DVec3, w: DVec3) -> DVec3 {
+        let side = -area.polygon.normal().dot(w);
+        let even = area.emission.towards(side);
+        match self.texture {
+            Some(texture) if even != DVec3::ZERO => texture.radiance(on_light),
+            Some(_) | None => even,
+        }
+    }
+
+    /// The reflection of a point where the light's integral over it has a closed form along a line
+    /// and over a polygon.
+    pub(crate) fn closed_form<R: Reflection>(&self, point: &ShadingPoint<R>) -> Option<ClosedForm> {
+        match self.texture {
+            None => point.bsdf.closed_form(),
+            Some(_) => None,
+        }
+    }
+
+    /// Whether the light can reach the point at all: some of it is above the horizon, on the side
+    /// that emits. Where not, every estimator gives zero. Counts why not.
+    pub fn reaches<R: Reflection>(
+        &self,
+        point: &ShadingPoint<R>,
+        counters: &mut PlanCounters,
+    ) -> bool {
+        counters.point_lights += 1;
+        match self.light {
+            Light::Area(area) => {
+                if !area.faces(point.position) {
+                    counters.facing_away += 1;
+                    return false;
+                }
+                above_horizon(point, area.polygon.vertices(), counters)
+            }
+            Light::Linear(line) => {
+                above_horizon(point, &[line.segment.p0, line.segment.p1], counters)
+            }
+            // Their samplers ask for the horizon themselves.
+            Light::Sphere(_) | Light::Disk(_) => true,
+        }
+    }
+}
+
+/// Whether any vertex is above both horizons. A convex light has its highest point at a vertex.
+fn above_horizon<R>(
+    point: &ShadingPoint<R>,
+    vertices: &[DVec3],
+    counters: &mut PlanCounters,
+) -> bool {
+    let highest = |n: DVec3| {
+        let height = |v: &DVec3| n.dot(*v - point.position);
+        vertices
+            .iter()
+            .map(height)
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    let above = highest(point.geometric_normal) > 0.0 && highest(point.normal) > 0.0;
+    if !above {
+        counters.below_horizon += 1;
+    }
+    above
+}

@@ -1,0 +1,124 @@
+//! One shading point and one light: what an estimator works on.
+
+use crate::{
+    Buffers, EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Stream,
+    closed_form,
+};
+use linelit_geometry::{DVec3, LIGHT_MARGIN};
+use linelit_lights::AreaLight;
+use linelit_samplers::SampleSet;
+use linelit_visibility::{Occluders, Ray, ShaftQuery};
+
+/// One shading point and one light, and how the light from one to the other is estimated.
+#[derive(Debug)]
+pub struct Query<'a, R, T> {
+    /// What may stand between.
+    pub occluders: &'a Occluders,
+    /// The light.
+    pub light: &'a LightSource<'a, T>,
+    /// The shading point.
+    pub point: &'a ShadingPoint<R>,
+    /// Where random numbers come from.
+    pub numbers: RandomNumbers,
+    /// The estimator.
+    pub estimator: &'a Estimator,
+    /// How many samples are taken.
+    pub samples: u32,
+    /// Whether what has a closed form takes it where nothing is hidden, and what is wholly hidden
+    /// takes no samples. Off, every sample is taken, as published.
+    pub skip: bool,
+    /// How the lines and points of a combination ask for visibility.
+    pub queries: Queries,
+    /// The relative accuracy of closed forms.
+    pub(crate) tolerance: f64,
+}
+
+/// How the lines and points of a combination ask for visibility.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Queries {
+    /// One shaft answers all.
+    #[default]
+    OneShaft,
+    /// Each line and each point has a traversal of its own, as published.
+    SeparateRays,
+}
+
+impl<R, T> Clone for Query<'_, R, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<R, T> Copy for Query<'_, R, T> {}
+
+impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
+    /// A query that skips what it can and shares one shaft.
+    #[must_use]
+    pub const fn new(
+        occluders: &'a Occluders,
+        light: &'a LightSource<'a, T>,
+        point: &'a ShadingPoint<R>,
+        estimator: &'a Estimator,
+        numbers: RandomNumbers,
+        samples: u32,
+    ) -> Self {
+        Self {
+            occluders,
+            light,
+            point,
+            numbers,
+            estimator,
+            samples: if samples == 0 { 1 } else { samples },
+            skip: true,
+            queries: Queries::OneShaft,
+            tolerance: closed_form::TOLERANCE,
+        }
+    }
+
+    /// With another number of samples.
+    pub(crate) const fn with_samples(self, samples: u32) -> Self {
+        Self { samples, ..self }
+    }
+
+    /// With `each` samples in place of one.
+    pub(crate) const fn times(self, each: u32) -> Self {
+        self.with_samples(self.samples.saturating_mul(each))
+    }
+
+    /// With closed forms of another relative accuracy.
+    pub(crate) const fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// The samples of a technique that stands alone.
+    pub(crate) fn numbers(&self) -> SampleSet {
+        self.numbers.points(Stream::Samples, self.samples)
+    }
+
+    /// What is asked about an area light.
+    pub(crate) fn shaft<'b>(&self, area: &'b AreaLight) -> ShaftQuery<'b> {
+        ShaftQuery {
+            point: self.point.position,
+            light: (&area.polygon).into(),
+            exclude: self.light.triangles.clone(),
+        }
+    }
+
+    /// Whether nothing stands between the shading point and a point of the light; one ray.
+    pub(crate) fn sees(&self, on_light: DVec3, buffers: &mut Buffers) -> bool {
+        self.is_free(on_light - self.point.position, buffers)
+    }
+
+    /// Whether nothing stands before a point of the light, given relative to the shading point.
+    pub(crate) fn is_free(&self, to_light: DVec3, buffers: &mut Buffers) -> bool {
+        let ray = Ray {
+            origin: self.point.position,
+            direction: to_light,
+            t_min: 0.0,
+            t_max: 1.0 - LIGHT_MARGIN,
+        };
+        !self
+            .occluders
+            .any_hit(&ray, &self.light.triangles, &mut buffers.scratch)
+    }
+}

@@ -1,0 +1,77 @@
+//! Which sample dimension means what: the one table.
+
+use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+
+/// Sample dimensions of one (shading point, light) pair.
+const PER_LIGHT: u32 = 16;
+/// Sample dimensions before the first light's.
+const BEFORE_LIGHTS: u32 = 4;
+
+/// The sample dimension of places in the pixel's filter.
+pub const CAMERA: u32 = 0;
+
+/// The sample dimension of the numbers that pick lights for a shading point; the one below it is that
+/// of points on lights that the choice looks at. `repetition` numbers the shading points of a pixel.
+///
+/// They count down from the largest, far from those of the lights.
+#[must_use]
+pub const fn light_choice(repetition: u32) -> u32 {
+    u32::MAX.wrapping_sub(repetition.wrapping_mul(2))
+}
+
+/// What random numbers of a (shading point, light) pair are for.
+///
+/// Streams that share a dimension are never asked for by one estimate, or differ in the pattern.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stream {
+    /// Samples of a technique that stands alone: dimension 0 of the pair.
+    Samples,
+    /// Directions of lines and whole numbers of samples, always independent: dimension 1.
+    Orientation,
+    /// Glossy samples of a linear light, beside its diffuse ones: dimension 1.
+    Glossy,
+    /// Samples of a technique in a combination, by its place: dimensions 2 to 9.
+    Technique(u32),
+}
+
+/// The random numbers of one (shading point, light) pair: pure functions of seed, pixel and
+/// dimension.
+#[derive(Clone, Copy, Debug)]
+pub struct RandomNumbers {
+    /// The pattern.
+    pub sampler: SamplerKind,
+    /// The seed; two seeds give independent estimates.
+    pub seed: u64,
+    /// The pixel.
+    pub pixel: [u32; 2],
+    /// The pair's number in the pixel, the same in each pixel for patterns that reach across them.
+    pub pair: u32,
+}
+
+impl RandomNumbers {
+    fn dimension(&self, stream: Stream) -> u32 {
+        let first = self
+            .pair
+            .wrapping_mul(PER_LIGHT)
+            .wrapping_add(BEFORE_LIGHTS);
+        first.wrapping_add(match stream {
+            Stream::Samples => 0,
+            Stream::Orientation | Stream::Glossy => 1,
+            Stream::Technique(index) => 2 + index,
+        })
+    }
+
+    /// `count` points of a stream, by the pattern.
+    #[must_use]
+    pub fn points(&self, stream: Stream, count: u32) -> SampleSet {
+        let sampler = Sampler::new(self.sampler, self.seed);
+        sampler.points(self.pixel, self.dimension(stream), count)
+    }
+
+    /// `count` independent points of a stream, whatever the pattern.
+    #[must_use]
+    pub fn independent(&self, stream: Stream, count: u32) -> SampleSet {
+        let sampler = Sampler::new(SamplerKind::Independent, self.seed);
+        sampler.points(self.pixel, self.dimension(stream), count)
+    }
+}

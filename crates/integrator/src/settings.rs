@@ -1,0 +1,89 @@
+//! How a picture is estimated.
+
+use crate::LightChoice;
+use linelit_estimators::Estimator;
+use linelit_samplers::SamplerKind;
+use std::fmt;
+use std::str::FromStr;
+
+/// How many samples of what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The estimator.
+    pub estimator: Estimator,
+    /// The sampling pattern.
+    pub sampler: SamplerKind,
+    /// Light samples per shading point and light; of one light at a time ([`LightChoice`]), per
+    /// shading point.
+    pub samples: u32,
+    /// Which lights a shading point samples.
+    pub lights: LightChoice,
+    /// What stands for emissive spheres.
+    pub spheres: Spheres,
+    /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
+    pub pixel_samples: u32,
+    /// The seed; two seeds give independent estimates.
+    pub seed: u64,
+    /// Whether a light that the camera sees shows its radiance.
+    pub show_lights: bool,
+    /// How many perfect reflections and refractions in a row the view follows; 0 leaves mirrors and
+    /// glass black (but for lights), as direct light alone does.
+    pub bounces: u32,
+    /// Whether what cannot matter is skipped and what has a closed form takes it. Off, every
+    /// sample is taken: for tests, and for studies of an estimator as its paper has it.
+    pub skip: bool,
+    /// Whether the lines and points of a combination share one traversal. Off, each has its own, as
+    /// published: to measure what that costs. Estimates differ by rounding.
+    pub share: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            estimator: Estimator::analytic(),
+            sampler: SamplerKind::Stratified,
+            samples: 16,
+            lights: LightChoice::All,
+            spheres: Spheres::Facets,
+            pixel_samples: 1,
+            seed: 0,
+            show_lights: true,
+            bounces: 0,
+            skip: true,
+            share: true,
+        }
+    }
+}
+
+/// What stands for an emissive sphere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spheres {
+    /// `facets`: its triangles, which are what the camera sees and what lines can be drawn on.
+    #[default]
+    Facets,
+    /// `exact`: the sphere itself, sampled by points whatever the estimator: by area
+    /// (`point-area`), by the area that is seen (`point-visible-area`), by directions of the BSDF
+    /// (`point-bsdf`), by solid angle (all others). Spheres that emit inwards or an image keep their facets.
+    Exact,
+}
+
+impl fmt::Display for Spheres {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Facets => "facets",
+            Self::Exact => "exact",
+        })
+    }
+}
+
+impl FromStr for Spheres {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "facets" => Ok(Self::Facets),
+            "exact" => Ok(Self::Exact),
+            _ => Err(format!("spheres `{text}`; expected facets or exact")),
+        }
+    }
+}
