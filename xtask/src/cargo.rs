@@ -51,14 +51,16 @@ pub(crate) fn program(package: &str, name: &str, arguments: &[String]) -> u8 {
 
 /// An example program of a crate, built with optimisation.
 pub(crate) fn example(package: &str, name: &str, rest: &[String]) -> u8 {
-    let folder = root().join("crates").join(package).join("examples");
-    if !folder.join(format!("{name}.rs")).exists() && !folder.join(name).exists() {
-        eprintln!("error: linelit-{package} has no example `{name}` yet");
-        return 1;
-    }
     let mut run = start(package);
     run.args(["--example", name, "--"]).args(rest);
     status(&mut run)
+}
+
+/// One of the workshop's tables of closed forms and techniques, which build without the renderer.
+pub(crate) fn table(name: &str, rest: &[String]) -> u8 {
+    let mut run = start("workshop");
+    run.args(["--no-default-features", "--example", name, "--"]);
+    status(run.args(rest))
 }
 
 /// A criterion bench of a crate.

@@ -71,17 +71,11 @@ fn main() -> ExitCode {
         },
         "vectors" if rest.is_empty() => return usage("vectors needs a folder"),
         // Both crates, whatever the first says; the worse of the two counts.
-        "vectors" => {
-            cargo::example("shading", command, rest).max(cargo::example("lights", command, rest))
-        }
+        "vectors" => cargo::table("vectors", rest).max(cargo::table("vectors_lights", rest)),
         // Both crates, whatever the first says; the worse of the two counts.
-        "accuracy" => cargo::example("shading", command, rest).max(cargo::example(
-            "lights",
-            "accuracy_lights",
-            rest,
-        )),
+        "accuracy" => cargo::table("accuracy", rest).max(cargo::table("accuracy_lights", rest)),
         "pixels" => cargo::example("integrator", command, rest),
-        "fit-ltc" => cargo::example("shading", command, rest),
+        "fit-ltc" => cargo::table("fit-ltc", rest),
         "fuzz" => match suite::fuzz(rest) {
             Ok(status) => status,
             Err(unknown) => return usage(&unknown),

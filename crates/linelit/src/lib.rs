@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub use linelit_bsdf as bsdf;
+pub use linelit_estimators as estimators;
 #[cfg(feature = "render")]
 pub use linelit_film as film;
 #[cfg(feature = "formats")]

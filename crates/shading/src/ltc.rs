@@ -2,7 +2,7 @@
 //!
 //! A linear map M takes the cosine lobe cos θ/π to a lobe shaped like a glossy reflection times the
 //! receiver's cosine; integrals over the lobe are Lambert integrals over the light mapped by M⁻¹.
-//! The maps are fitted by the example `fit-ltc` of this crate (`cargo xtask fit-ltc`), over roughness
+//! The maps are fitted by `cargo xtask fit-ltc`, over roughness
 //! and inclination, once for the lobe without Fresnel reflectance and once for its grazing part, whose
 //! sum with the weights F0 and 1 − F0 is the reflection.
 //!

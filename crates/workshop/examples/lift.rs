@@ -1,5 +1,5 @@
 //! How much light passes under occluders if shadow rays start farther off their surface:
-//! `cargo run --release -p linelit-study --example lift -- SCENE [REFERENCE [SHARE]]`.
+//! `cargo run --release -p linelit-workshop --example lift -- SCENE [REFERENCE [SHARE]]`.
 //!
 //! For each pixel of a diffuse scene, 256 stratified points of each light are asked twice, from the
 //! shading point as it is (16 units of `f32` roundoff off its surface) and from SHARE × (1 + the

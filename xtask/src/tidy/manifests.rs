@@ -99,6 +99,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
         "linelit",
         &[
             "bsdf",
+            "estimators",
             "film",
             "formats",
             "geometry",
@@ -147,6 +148,8 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "scenes",
             "geometry",
             "lights",
+            "shading",
+            "testkit",
             "bsdf",
             "samplers",
             "visibility",

@@ -1,14 +1,14 @@
 //! Evaluates the sampling techniques on every file of reference vectors in a folder that concerns them, prints the median
 //! and worst error of each quantity, and exits 1 if a case exceeds the tolerance that its conditioning derives.
 //!
-//! `cargo run --release -p linelit-lights --example vectors -- crates/lights/tests/vectors`
+//! `cargo run --release -p linelit-workshop --no-default-features --example vectors_lights -- crates/lights/tests/vectors`
 #![expect(
     clippy::print_stdout,
     clippy::print_stderr,
     reason = "an example prints"
 )]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../../lights/tests/common/mod.rs"]
 mod common;
 
 use common::reference::{self, Rows};

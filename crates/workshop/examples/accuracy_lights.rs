@@ -11,13 +11,13 @@
     reason = "printing is what the program is for"
 )]
 
-#[path = "../tests/common/accuracy.rs"]
+#[path = "../../lights/tests/common/accuracy.rs"]
 mod accuracy;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-const HEAD: &str = include_str!("accuracy-head.md");
+const HEAD: &str = include_str!("accuracy-lights-head.md");
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

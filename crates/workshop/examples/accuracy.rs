@@ -11,21 +11,21 @@
     reason = "printing is what the program is for"
 )]
 
-#[path = "../tests/common/accuracy.rs"]
+#[path = "../../shading/tests/common/accuracy.rs"]
 mod accuracy;
-#[path = "../tests/common/lobe_oracle.rs"]
+#[path = "../../shading/tests/common/lobe_oracle.rs"]
 mod lobe_oracle;
-#[path = "../tests/common/lobe_rows.rs"]
+#[path = "../../shading/tests/common/lobe_rows.rs"]
 mod lobe_rows;
-#[path = "../tests/common/naive.rs"]
+#[path = "../../shading/tests/common/naive.rs"]
 mod naive;
-#[path = "../tests/common/oracle.rs"]
+#[path = "../../shading/tests/common/oracle.rs"]
 mod oracle;
-#[path = "../tests/common/polygon_oracle.rs"]
+#[path = "../../shading/tests/common/polygon_oracle.rs"]
 mod polygon_oracle;
-#[path = "../tests/common/report.rs"]
+#[path = "../../shading/tests/common/report.rs"]
 mod report;
-#[path = "../tests/common/solid_rows.rs"]
+#[path = "../../shading/tests/common/solid_rows.rs"]
 mod solid_rows;
 
 use accuracy::Row;

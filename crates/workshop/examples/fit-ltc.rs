@@ -390,7 +390,10 @@ fn entries(text: &str) -> Vec<f64> {
 /// Whether a fresh fit is the table that is compiled in, but for the last digit of its entries, which the
 /// library's functions may turn.
 fn same(text: &str) -> bool {
-    let (new, old) = (entries(text), entries(include_str!("../src/ltc_table.rs")));
+    let (new, old) = (
+        entries(text),
+        entries(include_str!("../../shading/src/ltc_table.rs")),
+    );
     let apart = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(0.01);
     let most = new.iter().zip(&old).map(apart).fold(0.0, f64::max);
     println!("{} entries, differing by {most:.1e} at most", old.len());
