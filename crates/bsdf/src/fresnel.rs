@@ -9,7 +9,6 @@ use linelit_geometry::DVec3;
 /// **Domain**: cosines in [0, 1] (others are clamped). **Range**: [0, 1]. **Source**: Lagarde 2013,
 /// "Memo on Fresnel equations"; Schlick 1994.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Fresnel {
     /// All of it.
     Full,

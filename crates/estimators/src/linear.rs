@@ -71,13 +71,11 @@ fn by_one<R: Reflection, T: EmissionTexture>(
     let (set, count) = (query.numbers(), query.samples);
     let mut sum = DVec3::ZERO;
     let (mut numbers, mut samples) = ([0.0; BATCH], [LinearSample::default(); BATCH]);
-    let mut first = 0;
-    while first < count {
+    for first in (0..count).step_by(BATCH) {
         let some = numbers.len().min((count - first) as usize);
         for (slot, i) in numbers[..some].iter_mut().zip(first..) {
             *slot = set.get_1d(i);
         }
-        first += some as u32;
         let taken = &mut samples[..some];
         sampler.sample_into(&numbers[..some], taken);
         for sample in taken {
@@ -213,13 +211,13 @@ impl Lobe {
 
 /// GGX as its two fitted lobes, of weights F0 and 1 − F0: the map of the one that gives more, and
 /// what both give.
-fn ggx<R>(roughness: f64, f0: DVec3, point: &ShadingPoint<R>, seen: &Segment) -> (DMat3, DVec3) {
+fn ggx<R>(roughness: f64, f0: DVec3, point: &ShadingPoint<R>, line: &Segment) -> (DMat3, DVec3) {
     let frame = Frame::from_normal_and_tangent(point.normal, point.outgoing);
     let cosine = point.normal.dot(point.outgoing);
     // With F0 = ½ both lobes have half their albedo.
     let halves = GgxLobes::new(roughness, cosine, 0.5);
     let [flat, grazing] = halves.lobes();
-    let [a, b] = [flat, grazing].map(|l| 2.0 * l.line(&frame, seen.p0, seen.p1));
+    let [a, b] = [flat, grazing].map(|l| 2.0 * l.line(&frame, line.p0, line.p1));
     let f0_mean = f0.element_sum() / 3.0;
     let lobe = if f0_mean * a >= (1.0 - f0_mean) * b {
         flat

@@ -232,7 +232,7 @@ impl<'s> Renderer<'s> {
     pub fn straddles_edge(&self, pixel: [u32; 2], distance: f64) -> bool {
         let mut workspace = Workspace::new();
         let [x, y] = pixel.map(f64::from);
-        let mut seen = |dx: f64, dy: f64| {
+        let mut surface_at = |dx: f64, dy: f64| {
             let camera = self.scene.camera.ray(x + 0.5 + dx, y + 0.5 + dy);
             let ray = Ray {
                 origin: camera.origin,
@@ -250,7 +250,7 @@ impl<'s> Renderer<'s> {
                 (self.scene.mesh_of(hit.triangle), surface.geometric_normal)
             })
         };
-        let centre = seen(0.0, 0.0);
+        let centre = surface_at(0.0, 0.0);
         let same = |other: &Option<(u32, DVec3)>| match (&centre, other) {
             (Some((a, n)), Some((b, m))) => a == b && n.dot(*m) > 0.999,
             (a, b) => a.is_none() && b.is_none(),
@@ -266,7 +266,7 @@ impl<'s> Renderer<'s> {
             (0.0, d),
             (0.0, -d),
         ];
-        !around.iter().all(|&(dx, dy)| same(&seen(dx, dy)))
+        !around.iter().all(|&(dx, dy)| same(&surface_at(dx, dy)))
     }
 
     /// The light that all lights of the scene send directly from `point` to its viewer,

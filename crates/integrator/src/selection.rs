@@ -190,8 +190,8 @@ fn irradiance(light: &Light, point: &ShadingPoint) -> f64 {
             mean(area.emission.radiance) * polygon::irradiance(&relative[..vertices.len()], n).abs()
         }
         Light::Linear(line) => {
-            let seen = line.segment.relative_to(x);
-            mean(line.radiance_radius) * cylinder::irradiance(seen.p0, seen.p1, n)
+            let relative = line.segment.relative_to(x);
+            mean(line.radiance_radius) * cylinder::irradiance(relative.p0, relative.p1, n)
         }
         Light::Sphere(sphere) => {
             let to = sphere.sphere.center - x;
