@@ -1,9 +1,9 @@
 //! Textured quads: images as densities.
 
-use crate::area::PointSample;
-use crate::fan::{below_one, unit};
-use crate::pdf::{Area, Pdf};
-use crate::real::power_of_two_over;
+use crate::density::{Area, Pdf};
+use crate::linear::precision::power_of_two_over;
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{below_one, unit};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
 /// Which way a line runs over a texture.

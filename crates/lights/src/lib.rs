@@ -20,45 +20,31 @@
 //! assert!((other.value() / sample.pdf.value() - 1.0).abs() < 0.5);
 //! ```
 
-mod angle;
-mod angular_lines;
-mod area;
-mod disk;
-mod disk_cone;
-mod fan;
+mod density;
 mod image;
-mod irradiance;
 mod light;
+mod line;
 pub mod linear;
-mod lines;
-mod pdf;
-mod piece;
-mod proxy;
-mod real;
+mod polygon;
+mod round;
 pub mod selection;
-mod solid_angle;
-mod sphere;
-mod sphere_projected;
-mod spherical_triangle;
 mod technique;
-mod textured_lines;
-mod triangle;
 
-pub use angular_lines::AngularLines;
-pub use area::{AreaSampler, PointSample};
-pub use disk::Disk;
-pub use disk_cone::DiskCone;
-pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
-pub use light::{AreaLight, DiskLight, Emission, Light, LinearLight, SphereLight};
-pub use lines::{LineSample, LineSampler, OffsetDensity, Orientation};
-pub use pdf::{
+pub use density::{
     Area, Length, Measure, Offset, Pdf, ProjectedSolidAngle, SolidAngle, ThinSolidAngle,
 };
-pub use proxy::ProxySampler;
-pub use real::Real;
-pub use solid_angle::SolidAngleSampler;
-pub use sphere::{Sphere, SphereCap, SphereCone};
-pub use sphere_projected::SphereProjected;
+pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
+pub use light::{AreaLight, DiskLight, Emission, Light, LinearLight, SphereLight};
+pub use line::by_angle::AngularLines;
+pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Orientation};
+pub use line::by_texture::TexturedLines;
+pub use linear::precision::Real;
+pub use polygon::area::{AreaSampler, PointSample};
+pub use polygon::proxy::ProxySampler;
+pub use polygon::solid_angle::SolidAngleSampler;
+pub use polygon::triangle::triangle_solid_angle;
+pub use round::disk::Disk;
+pub use round::disk_cone::DiskCone;
+pub use round::sphere::{Sphere, SphereCap, SphereCone};
+pub use round::sphere_projected::SphereProjected;
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
-pub use textured_lines::TexturedLines;
-pub use triangle::triangle_solid_angle;

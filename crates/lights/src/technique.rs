@@ -20,8 +20,8 @@
 //! assert_eq!(middle(&disk), Some([0.5, 0.5]));
 //! ```
 
+use crate::density::{Area, Measure, Offset, Pdf, SolidAngle, ThinSolidAngle};
 use crate::linear::{LinearSample, LinearSampler, LtcSampler, ProfiledLine};
-use crate::pdf::{Area, Measure, Offset, Pdf, SolidAngle, ThinSolidAngle};
 use crate::{
     AngularLines, AreaSampler, Disk, DiskCone, LineSample, LineSampler, PointSample, ProxySampler,
     SolidAngleSampler, SphereCap, SphereCone, SphereProjected, TexturedLines, TexturedSampler,

@@ -50,11 +50,7 @@ const UNSAFE_ROOMS: [&str; 4] = [
 ];
 
 /// Where `f32` may stand in the crates of f64: kernels with a stated error bound.
-const F32_ROOMS: [&str; 3] = [
-    "crates/lights/src/linear",
-    "crates/lights/src/real.rs",
-    "crates/shading/src/ltc",
-];
+const F32_ROOMS: [&str; 3] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
 
 /// Foreign crates and the one room that may name each.
 const NAMED_ONLY_IN: [(&str, &[&str]); 9] = [
@@ -305,7 +301,7 @@ const HEAP_ROOMS: [(&str, &str); 7] = [
         "tables of a textured light, built with it",
     ),
     (
-        "crates/lights/src/textured_lines.rs",
+        "crates/lights/src/line/by_texture.rs",
         "tables of a textured light and a direction, built with it",
     ),
     (

@@ -6,8 +6,8 @@
 
 use super::projected::{End, Inversion};
 use super::view::{LineView, SolidAngleEnd, nearer};
-use crate::angle::{Angle, rotate, step_sin_cos};
-use crate::real::Real;
+use crate::linear::precision::Real;
+use crate::linear::trig::{Angle, rotate, step_sin_cos};
 
 /// Most samples in a block.
 pub(crate) const BLOCK: usize = 16;

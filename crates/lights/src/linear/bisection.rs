@@ -7,7 +7,7 @@
 //! so that the cost is compared at equal accuracy.
 
 use super::view::LineView;
-use crate::fan::unit;
+use crate::polygon::fan::unit;
 use linelit_geometry::DVec3;
 
 /// Iterations end when the CDF is hit to this, by default.

@@ -3,9 +3,9 @@
 use super::batch::{BLOCK, Batch};
 use super::projected::ProjectedLine;
 use super::{LinearSample, seen};
-use crate::fan::below_one;
-use crate::pdf::{Pdf, ThinSolidAngle};
-use crate::real::Real;
+use crate::density::{Pdf, ThinSolidAngle};
+use crate::linear::precision::Real;
+use crate::polygon::fan::below_one;
 use core::f64::consts::PI;
 use linelit_geometry::{DMat3, DVec3, Segment};
 

@@ -10,8 +10,10 @@ mod as_printed;
 mod batch;
 mod bisection;
 mod ltc;
+pub(crate) mod precision;
 mod profile;
 mod projected;
+pub(crate) mod trig;
 mod view;
 mod warps;
 
@@ -21,9 +23,9 @@ pub use profile::{AlongProfile, ProfiledLine, across_lambert};
 pub use projected::ProjectedLine;
 pub use view::{ArcPoint, LineView};
 
-use crate::fan::below_one;
-use crate::pdf::{Length, Pdf, ThinSolidAngle};
-use crate::real::Real;
+use crate::density::{Length, Pdf, ThinSolidAngle};
+use crate::linear::precision::Real;
+use crate::polygon::fan::below_one;
 use batch::{BLOCK, Batch};
 use bisection::{LineIntegral, TOLERANCE};
 use linelit_geometry::{DVec3, Segment, predicates};

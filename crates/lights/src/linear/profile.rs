@@ -2,8 +2,8 @@
 
 use super::projected::ProjectedLine;
 use super::{LinearSample, seen};
-use crate::fan::{ONE_MINUS, below_one, unit};
-use crate::pdf::{Pdf, ThinSolidAngle};
+use crate::density::{Pdf, ThinSolidAngle};
+use crate::polygon::fan::{ONE_MINUS, below_one, unit};
 use linelit_geometry::{DVec3, Segment, predicates};
 
 /// Relative radiance along a linear light: constant on equal cells, each value ≥ 0.

@@ -2,8 +2,8 @@
 
 use super::batch::Batch;
 use super::view::{ArcPoint, LineView, SolidAngleEnd, nearer};
-use crate::angle::{Angle, double_angle, rotate, step_sin_cos};
-use crate::real::Real;
+use crate::linear::precision::Real;
+use crate::linear::trig::{Angle, double_angle, rotate, step_sin_cos};
 
 /// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
 /// the line is visible.

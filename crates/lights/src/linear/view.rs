@@ -1,7 +1,7 @@
 //! A line as the shading point sees it: clipping, solid angle, and the map between angles and places.
 
-use crate::angle::double_angle;
-use crate::real::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
+use crate::linear::precision::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
+use crate::linear::trig::double_angle;
 
 /// A straight line seen from the origin, clipped or not, with the few numbers that every technique starts from.
 ///

@@ -5,8 +5,8 @@
 //! middle), then handed to the solid-angle technique. Peters 2021, Fig. 6e–f compares against them.
 
 use super::view::LineView;
-use crate::lines::linear_warp;
-use crate::real::Real;
+use crate::line::by_length::linear_warp;
+use crate::linear::precision::Real;
 
 /// A density on [0, 1] in Bernstein form of degree 2, coefficients ≥ 0: linear where the middle one is the mean.
 #[derive(Clone, Copy, Debug)]

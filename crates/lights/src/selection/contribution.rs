@@ -1,8 +1,8 @@
 //! What a light may contribute to a surface point, without shadows.
 
-use crate::area::AreaSampler;
 use crate::light::{Light, mean};
-use crate::sphere::SphereCap;
+use crate::polygon::area::AreaSampler;
+use crate::round::sphere::SphereCap;
 use linelit_geometry::{DVec3, predicates};
 
 /// Whether any point of the light can light the surface point `x` with the unit normal `n`: some of it is above the tangent

@@ -26,8 +26,8 @@ mod tree;
 pub use contribution::{can_contribute, unshadowed, unshadowed_at_center};
 pub use tree::{Importance, LightTree};
 
-use crate::fan::ONE_MINUS;
 use crate::light::Light;
+use crate::polygon::fan::ONE_MINUS;
 
 /// A light that has been chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::bounds::{LightBounds, Reach};
 use super::{Picked, can_contribute, unit};
-use crate::fan::ONE_MINUS;
 use crate::light::Light;
+use crate::polygon::fan::ONE_MINUS;
 use linelit_geometry::DVec3;
 
 /// How a node of the tree is weighed against its sibling.

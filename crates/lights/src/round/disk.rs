@@ -1,9 +1,9 @@
 //! Disks, uniform by area through the concentric map.
 
-use crate::area::PointSample;
-use crate::fan::{below_one, unit};
+use crate::density::{Area, Pdf};
 use crate::light::power;
-use crate::pdf::{Area, Pdf};
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{below_one, unit};
 use core::f64::consts::{FRAC_PI_4, PI};
 use linelit_geometry::{DVec3, Frame};
 

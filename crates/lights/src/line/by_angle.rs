@@ -13,13 +13,13 @@
 //! [`crate::linear::ProjectedLine`]. That makes it a projected-solid-angle sampler for polygons, too (the task of
 //! Peters 2021, "BRDF importance sampling for polygonal lights"), of relative accuracy for lights of any size.
 
-use crate::area::PointSample;
-use crate::fan::{ONE_MINUS, Pieces, below_one, unit};
-use crate::irradiance::Trapezoid;
+use crate::density::{Offset, Pdf, SolidAngle};
+use crate::line::by_length::{LineSample, is_visible, linear_warp, locate, within};
+use crate::line::piece::{Angles, Line, Piece, Warp};
+use crate::line::trapezoid::Trapezoid;
 use crate::linear::{ArcPoint, LineView, ProjectedLine};
-use crate::lines::{self, LineSample, linear_warp, within};
-use crate::pdf::{Offset, Pdf, SolidAngle};
-use crate::piece::{Angles, Line, Piece, Warp};
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{ONE_MINUS, Pieces, below_one, unit};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
@@ -505,7 +505,7 @@ impl AngularLines {
         let Some((offset, t)) = self.locate(point) else {
             return Pdf::ZERO;
         };
-        let seen = lines::is_visible(t, visible);
+        let seen = is_visible(t, visible);
         match self.visible_measure(offset, visible) {
             Some(total) if seen => self.joint_value(point, &total),
             _ => Pdf::ZERO,
@@ -538,7 +538,7 @@ impl AngularLines {
     /// coordinates (64 ε).
     #[must_use]
     pub fn locate(&self, point: DVec3) -> Option<(f64, f64)> {
-        lines::locate(&self.lines, point)
+        locate(&self.lines, point)
     }
 
     fn interval(&self, offset: f64, part: Interval) -> Option<Thin> {

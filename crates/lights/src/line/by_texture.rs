@@ -1,10 +1,10 @@
 //! Line samples of a textured parallelogram: offsets by the texture's marginal, points by the texture along the line.
 
-use crate::area::PointSample;
-use crate::fan::{below_one, unit};
+use crate::density::{Area, Length, Offset, Pdf};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};
-use crate::lines::{LineSample, is_visible, locate, within};
-use crate::pdf::{Area, Length, Offset, Pdf};
+use crate::line::by_length::{LineSample, is_visible, locate, within};
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{below_one, unit};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 

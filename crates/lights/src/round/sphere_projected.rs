@@ -1,10 +1,10 @@
 //! Spheres by projected solid angle.
 
-use crate::area::PointSample;
-use crate::fan::{below_one, unit};
-use crate::pdf::{Pdf, SolidAngle};
-use crate::real::power_of_two_over;
-use crate::sphere::Sphere;
+use crate::density::{Pdf, SolidAngle};
+use crate::linear::precision::power_of_two_over;
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{below_one, unit};
+use crate::round::sphere::Sphere;
 use core::f64::consts::PI;
 use linelit_geometry::{DVec3, predicates};
 

@@ -1,9 +1,9 @@
 //! Uniform by solid angle on any convex polygon.
 
-use crate::area::PointSample;
-use crate::fan::{self, Pieces, below_one, unit};
-use crate::pdf::{Pdf, SolidAngle};
-use crate::spherical_triangle::SphericalTriangle;
+use crate::density::{Pdf, SolidAngle};
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{self, Pieces, below_one, unit};
+use crate::polygon::spherical_triangle::SphericalTriangle;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
 /// Triangles whose set-up is kept; those beyond are set up again for each sample.

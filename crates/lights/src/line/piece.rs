@@ -1,8 +1,8 @@
 //! A piece of a light between the parallel lines through two of its neighbouring vertices, relative to the shading point's
 //! foot in the light's plane.
 
-use crate::fan::unit;
-use crate::irradiance::Trapezoid;
+use crate::line::trapezoid::Trapezoid;
+use crate::polygon::fan::unit;
 use linelit_geometry::DVec3;
 
 /// One piece between neighbouring knots: the first line relative to the foot, and the steps to the last one, formed before

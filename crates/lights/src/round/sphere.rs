@@ -1,10 +1,10 @@
 //! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap, solid angle.
 
-use crate::area::PointSample;
-use crate::fan::{below_one, unit};
+use crate::density::{Area, Pdf, SolidAngle};
 use crate::light::power;
-use crate::pdf::{Area, Pdf, SolidAngle};
-use crate::real::power_of_two_over;
+use crate::linear::precision::power_of_two_over;
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{below_one, unit};
 use core::f64::consts::PI;
 use linelit_geometry::{DVec3, Frame, predicates};
 

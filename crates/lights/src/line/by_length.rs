@@ -1,8 +1,8 @@
 //! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
 
-use crate::area::PointSample;
-use crate::fan::{at_most, below_one, unit};
-use crate::pdf::{Area, Length, Offset, Pdf};
+use crate::density::{Area, Length, Offset, Pdf};
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{at_most, below_one, unit};
 use core::f64::consts::PI;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};

@@ -1,7 +1,7 @@
 //! Uniform by area: the classic point technique.
 
-use crate::fan::{self, Pieces, below_one, unit};
-use crate::pdf::{Area, Measure, Pdf};
+use crate::density::{Area, Measure, Pdf};
+use crate::polygon::fan::{self, Pieces, below_one, unit};
 use linelit_geometry::{ConvexPolygon, DVec3};
 
 /// A point of a light and the density it was drawn with.

@@ -1,6 +1,6 @@
 //! The solid angle of a triangle in either precision.
 
-use crate::real::{Real, V3, cross, dot, length, sub};
+use crate::linear::precision::{Real, V3, cross, dot, length, sub};
 
 /// The solid angle in sr that the triangle of three points relative to the shading point subtends; 0 if it is degenerate,
 /// or if the shading point is in its plane.

@@ -1,10 +1,10 @@
 //! Disks by solid angle: the elliptic cone of directions that meet them.
 
-use crate::area::PointSample;
-use crate::disk::Disk;
-use crate::fan::{ONE_MINUS, Pieces, below_one, unit};
-use crate::lines::linear_warp;
-use crate::pdf::{Pdf, SolidAngle};
+use crate::density::{Pdf, SolidAngle};
+use crate::line::by_length::linear_warp;
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{ONE_MINUS, Pieces, below_one, unit};
+use crate::round::disk::Disk;
 use core::f64::consts::FRAC_PI_2;
 use linelit_geometry::{DVec3, Frame, predicates};
 

@@ -1,7 +1,7 @@
 //! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made of.
 
-use crate::real::power_of_two_over;
-use crate::spherical_triangle::{self, cross_in_plane};
+use crate::linear::precision::power_of_two_over;
+use crate::polygon::spherical_triangle::{self, cross_in_plane};
 use linelit_geometry::{DVec3, predicates};
 
 /// The square of z/r below which Lambert's sum is taken apart: it has lost two digits of sixteen there.

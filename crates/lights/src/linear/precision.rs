@@ -1,6 +1,6 @@
 //! The two precisions of the kernels, and the little vector algebra that they need.
 
-use crate::angle::{ARC_TANGENT, taylor};
+use crate::linear::trig::{ARC_TANGENT, taylor};
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use linelit_geometry::predicates;

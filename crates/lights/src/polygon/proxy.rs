@@ -1,8 +1,8 @@
 //! Shirley & Wang's imaginary triangle at unit distance.
 
-use crate::area::PointSample;
-use crate::fan::{self, FanPoint, Pieces, below_one, unit};
-use crate::pdf::{Pdf, SolidAngle};
+use crate::density::{Pdf, SolidAngle};
+use crate::polygon::area::PointSample;
+use crate::polygon::fan::{self, FanPoint, Pieces, below_one, unit};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
 /// Samples a polygon through the imaginary triangles whose vertices lie at unit distance from `x` in the directions of the

@@ -1,7 +1,7 @@
 //! Angles with their sines and cosines, by polynomials: short for what is small, without calls, and the same bits on every
 //! machine.
 
-use crate::real::Real;
+use crate::linear::precision::Real;
 
 /// The coefficients ±1/(2k + first)! of the sine's (first = 1) or cosine's (0) Taylor series in x², and with
 /// first = 3 those of what the sine leaves.

@@ -1,0 +1,7 @@
+//! Lines on convex polygons, by length, by angle and by a texture, and points on their visible parts.
+
+pub(crate) mod by_angle;
+pub(crate) mod by_length;
+pub(crate) mod by_texture;
+mod piece;
+mod trapezoid;

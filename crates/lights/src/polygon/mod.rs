@@ -1,0 +1,8 @@
+//! Points of convex polygons.
+
+pub(crate) mod area;
+pub(crate) mod fan;
+pub(crate) mod proxy;
+pub(crate) mod solid_angle;
+pub(crate) mod spherical_triangle;
+pub(crate) mod triangle;
