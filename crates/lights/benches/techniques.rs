@@ -1,4 +1,5 @@
-//! Nanoseconds per light and per sample of every technique, scalar and batched, and of choosing a light.
+//! Nanoseconds per light and per sample of every technique, scalar and batched, and of choosing a
+//! light.
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented items"

@@ -1,4 +1,5 @@
-//! Light from a square lamp on the floor below, by solid angle and by projected solid angle: the latter is exact.
+//! Light from a square lamp on the floor below, by solid angle and by projected solid angle: the
+//! latter is exact.
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};

@@ -1,7 +1,8 @@
 //! Probability densities that carry their measure in the type.
 //!
-//! A density per square metre and a density per steradian are both just numbers, and mixing them up is the most common
-//! bug in light sampling code. Here each measure is a type and there is one conversion function per pair.
+//! A density per square metre and a density per steradian are both just numbers, and mixing them up
+//! is the most common bug in light sampling code. Here each measure is a type and there is one
+//! conversion function per pair.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -10,7 +11,8 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// A measure that a density can refer to. Sealed: implemented for the marker types of this module only.
+/// A measure that a density can refer to. Sealed: implemented for the marker types of this module
+/// only.
 pub trait Measure: sealed::Sealed + Copy + fmt::Debug + 'static {
     /// The unit of a density in this measure, e.g. `"1/m²"`.
     const UNIT: &'static str;
@@ -54,7 +56,8 @@ measure!(
     "1/m"
 );
 measure!(
-    /// Solid angle per radius of a linear light (a cylinder whose radius R goes to zero), dω/R; densities in m/sr.
+    /// Solid angle per radius of a linear light (a cylinder whose radius R goes to zero), dω/R;
+    /// densities in m/sr.
     ///
     /// This is what Peters 2021, §3.1 calls the density in solid angle measure *times radius*.
     ThinSolidAngle,
@@ -63,13 +66,14 @@ measure!(
 
 /// A probability density with respect to the measure `M`, never negative.
 ///
-/// The value 0 means "cannot be sampled" (degenerate input); infinities and NaN are mapped to 0 by [`Pdf::new`], so an
-/// estimator has one thing to check: [`Pdf::is_positive`].
+/// The value 0 means "cannot be sampled" (degenerate input); infinities and NaN are mapped to 0 by
+/// [`Pdf::new`], so an estimator has one thing to check: [`Pdf::is_positive`].
 ///
 /// ```
 /// use linelit_lights::{Area, Pdf};
 /// let uniform = Pdf::<Area>::new(1.0 / 4.0); // a light of 4 m²
-/// let seen = uniform.to_solid_angle(25.0, -0.5); // 5 m away, its normal at 120° to the direction towards it
+/// // 5 m away, its normal at 120° to the direction towards it.
+/// let seen = uniform.to_solid_angle(25.0, -0.5);
 /// assert_eq!(seen.value(), 0.25 * 25.0 / 0.5);
 /// ```
 pub struct Pdf<M: Measure>(f64, PhantomData<M>);
@@ -130,7 +134,8 @@ impl<M: Measure> Pdf<M> {
         self.0 > 0.0
     }
 
-    /// The density of a sample taken with probability `p` from this technique (one of several luminaires or pieces).
+    /// The density of a sample taken with probability `p` from this technique (one of several
+    /// luminaires or pieces).
     #[must_use]
     pub fn scaled(self, p: f64) -> Self {
         Self::new(self.0 * p)
@@ -138,8 +143,9 @@ impl<M: Measure> Pdf<M> {
 }
 
 impl Pdf<Area> {
-    /// Area → solid angle: `p_ω = p_A r²/|cos θ'|` with `distance_squared` = r² and `cos_light` = cos θ', the cosine
-    /// between the light's normal and the direction (its sign does not matter). 0 where the light is seen edge-on.
+    /// Area → solid angle: `p_ω = p_A r²/|cos θ'|` with `distance_squared` = r² and `cos_light` =
+    /// cos θ', the cosine between the light's normal and the direction (its sign does not matter).
+    /// 0 where the light is seen edge-on.
     #[must_use]
     pub fn to_solid_angle(self, distance_squared: f64, cos_light: f64) -> Pdf<SolidAngle> {
         Pdf::new(self.0 * distance_squared / cos_light.abs())
@@ -153,8 +159,8 @@ impl Pdf<SolidAngle> {
         Pdf::new(self.0 * cos_light.abs() / distance_squared)
     }
 
-    /// Solid angle → projected solid angle: `p_⊥ = p_ω/(n·ω)` with `cos_surface` = n·ω at the shading point; 0 at or
-    /// below the horizon.
+    /// Solid angle → projected solid angle: `p_⊥ = p_ω/(n·ω)` with `cos_surface` = n·ω at the
+    /// shading point; 0 at or below the horizon.
     #[must_use]
     pub fn to_projected(self, cos_surface: f64) -> Pdf<ProjectedSolidAngle> {
         Pdf::new(self.0 / cos_surface)
@@ -172,7 +178,8 @@ impl Pdf<ProjectedSolidAngle> {
 impl Pdf<Offset> {
     /// The joint density per area of a point at density `along` on a line sample: `p_A = p_u p_t`.
     ///
-    /// Offset and length are orthogonal coordinates on the light, so du dt = dA (Billen & Dutré 2016, eq. 4).
+    /// Offset and length are orthogonal coordinates on the light, so du dt = dA (Billen & Dutré
+    /// 2016, eq. 4).
     #[must_use]
     pub fn joint(self, along: Pdf<Length>) -> Pdf<Area> {
         Pdf::new(self.0 * along.0)
@@ -180,8 +187,9 @@ impl Pdf<Offset> {
 }
 
 impl Pdf<Length> {
-    /// Length along a linear light → thin solid angle: dω/R = 2h/r³ dt, so `p = p_t r³/(2h)`, where r is the distance
-    /// of the point and h that of the whole line (`line_distance`). Peters 2021, §3.1.
+    /// Length along a linear light → thin solid angle: dω/R = 2h/r³ dt, so `p = p_t r³/(2h)`, where
+    /// r is the distance of the point and h that of the whole line (`line_distance`). Peters 2021,
+    /// §3.1.
     #[must_use]
     pub fn to_thin_solid_angle(self, distance: f64, line_distance: f64) -> Pdf<ThinSolidAngle> {
         Pdf::new(self.0 * (distance * distance) * (distance / (2.0 * line_distance)))

@@ -55,8 +55,8 @@ impl Rows {
     }
 }
 
-/// A density on the unit square that is constant on the pixels of an image: rows by their sums, then pixels of a row; or,
-/// for lines, rows or columns by their sums, then pixels along them.
+/// A density on the unit square that is constant on the pixels of an image: rows by their sums,
+/// then pixels of a row; or, for lines, rows or columns by their sums, then pixels along them.
 ///
 /// Allocates when made, two numbers for each pixel; sampling is one or two binary searches.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,8 +65,8 @@ pub struct ImportanceImage {
     columns: Rows,
 }
 
-/// The place in [0, 1) where the fraction `u` of the last of the running sums is reached: a cell of positive share, and the
-/// place in it.
+/// The place in [0, 1) where the fraction `u` of the last of the running sums is reached: a cell of
+/// positive share, and the place in it.
 pub(crate) fn pick(sums: &[f64], u: f64) -> (usize, f64) {
     pick_mass(sums, unit(u) * sums[sums.len() - 1])
 }
@@ -117,8 +117,8 @@ pub(crate) fn cell(x: f64, n: usize) -> (usize, f64) {
 #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
 fn coordinate(i: usize, place: f64, n: usize) -> f64 {
     let mut x = below_one((i as f64 + place) / n as f64);
-    // Quotient and product each round: next to a border the cell may be the neighbour's, which may be black. One or two
-    // steps bring it back.
+    // Quotient and product each round: next to a border the cell may be the neighbour's, which may
+    // be black. One or two steps bring it back.
     while cell(x, n).0 > i {
         x = x.next_down();
     }
@@ -132,9 +132,9 @@ fn coordinate(i: usize, place: f64, n: usize) -> f64 {
 const LEAST: f64 = 1e-280;
 
 impl ImportanceImage {
-    /// An image of `width × height` values ≥ 0 (luminance, say), first row at v = 0; a value below 1e-280 of the largest
-    /// counts as zero, since the density of a row of them would not be a number. `None` if the count is wrong, a value
-    /// is negative or not finite, or all are zero.
+    /// An image of `width × height` values ≥ 0 (luminance, say), first row at v = 0; a value below
+    /// 1e-280 of the largest counts as zero, since the density of a row of them would not be a
+    /// number. `None` if the count is wrong, a value is negative or not finite, or all are zero.
     #[must_use]
     pub fn new(width: usize, height: usize, values: &[f64]) -> Option<Self> {
         let usable = values.iter().all(|v| *v >= 0.0 && v.is_finite());
@@ -186,7 +186,8 @@ impl ImportanceImage {
         &self.table(axis).totals
     }
 
-    /// The point (u, v) of the unit square for two random numbers in [0, 1): `x[1]` picks the row, `x[0]` the place in it.
+    /// The point (u, v) of the unit square for two random numbers in [0, 1): `x[1]` picks the row,
+    /// `x[0]` the place in it.
     #[must_use]
     pub fn sample(&self, x: [f64; 2]) -> [f64; 2] {
         let (j, v) = pick(&self.rows.totals, x[1]);
@@ -219,8 +220,8 @@ impl ImportanceImage {
         })
     }
 
-    /// The offset of a line along `axis` (its v for lines along u, its u for lines along v), drawn by the marginal density
-    /// of the image: the mean of the density over the line.
+    /// The offset of a line along `axis` (its v for lines along u, its u for lines along v), drawn
+    /// by the marginal density of the image: the mean of the density over the line.
     #[must_use]
     pub fn sample_offset(&self, axis: TextureAxis, x: f64) -> f64 {
         let table = self.table(axis);
@@ -246,8 +247,9 @@ impl ImportanceImage {
         (table.totals[j + 1] > table.totals[j]).then(|| unpick(&table.totals, j, place))
     }
 
-    /// The place on the line at `offset` along `axis`, drawn by the density along it. With [`ImportanceImage::sample_offset`]
-    /// this makes the same density as [`ImportanceImage::sample`], whichever the axis.
+    /// The place on the line at `offset` along `axis`, drawn by the density along it. With
+    /// [`ImportanceImage::sample_offset`] this makes the same density as
+    /// [`ImportanceImage::sample`], whichever the axis.
     #[must_use]
     pub fn sample_along(&self, axis: TextureAxis, offset: f64, x: f64) -> f64 {
         let table = self.table(axis);
@@ -256,7 +258,8 @@ impl ImportanceImage {
         coordinate(i, place, table.length)
     }
 
-    /// The density at a place of the line at `offset` along `axis`, with mean 1 on [0, 1]; zero on a black line.
+    /// The density at a place of the line at `offset` along `axis`, with mean 1 on [0, 1]; zero on
+    /// a black line.
     #[must_use]
     pub fn along_density(&self, axis: TextureAxis, offset: f64, place: f64) -> f64 {
         let table = self.table(axis);
@@ -271,7 +274,8 @@ impl ImportanceImage {
         }
     }
 
-    /// The random number that gives a place on the line at `offset` along `axis`; `None` where the density is zero.
+    /// The random number that gives a place on the line at `offset` along `axis`; `None` where the
+    /// density is zero.
     #[must_use]
     pub fn invert_along(&self, axis: TextureAxis, offset: f64, place: f64) -> Option<f64> {
         let table = self.table(axis);
@@ -295,7 +299,8 @@ impl ImportanceImage {
     }
 }
 
-/// Samples a parallelogram by an image on it; the image's u runs along the first edge, v along the last.
+/// Samples a parallelogram by an image on it; the image's u runs along the first edge, v along the
+/// last.
 ///
 /// Density per area: the image's, over A. Zero variance for what is proportional to the image.
 #[derive(Clone, Copy, Debug)]

@@ -1,14 +1,17 @@
-//! Area and linear lights, with `sample`, `pdf` and `invert` for every sampling technique, and line parametrisations.
+//! Area and linear lights, with `sample`, `pdf` and `invert` for every sampling technique, and line
+//! parametrisations.
 //!
-//! A technique is set up once per light and shading point and then takes any number of random numbers: it never
-//! allocates, never fails and never panics. Degenerate input (a light seen edge-on, of no size, or with the shading point
-//! on it) gives the density 0, or `None`. Densities name their measure in their type, [`Pdf`].
+//! A technique is set up once per light and shading point and then takes any number of random
+//! numbers: it never allocates, never fails and never panics. Degenerate input (a light seen
+//! edge-on, of no size, or with the shading point on it) gives the density 0, or `None`. Densities
+//! name their measure in their type, [`Pdf`].
 //!
 //! ```
 //! use linelit_geometry::{ConvexPolygon, DVec3};
 //! use linelit_lights::{AreaSampler, SolidAngleSampler};
 //!
-//! let light = ConvexPolygon::parallelogram(DVec3::new(0.0, 0.0, 3.0), DVec3::X, DVec3::Y).unwrap();
+//! let corner = DVec3::new(0.0, 0.0, 3.0);
+//! let light = ConvexPolygon::parallelogram(corner, DVec3::X, DVec3::Y).unwrap();
 //! let x = DVec3::new(2.0, 0.0, 0.0);
 //! let (by_area, by_angle) = (AreaSampler::new(&light), SolidAngleSampler::new(&light, x));
 //!

@@ -6,7 +6,8 @@ use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 /// Emission of a surface light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
-    /// Emitted radiance in W/(m² sr), linear RGB, the same in all directions of the emitting side(s).
+    /// Emitted radiance in W/(m² sr), linear RGB, the same in all directions of the emitting
+    /// side(s).
     pub radiance: DVec3,
     /// Whether both sides emit; otherwise only the side that the normal points to.
     pub two_sided: bool,
@@ -22,8 +23,8 @@ impl Emission {
         }
     }
 
-    /// Radiance towards a receiver, where `side` is positive on the side that the normal points to: zero behind a
-    /// one-sided light and in its plane.
+    /// Radiance towards a receiver, where `side` is positive on the side that the normal points to:
+    /// zero behind a one-sided light and in its plane.
     #[must_use]
     pub fn towards(&self, side: f64) -> DVec3 {
         if side > 0.0 || (self.two_sided && side < 0.0) {
@@ -59,9 +60,9 @@ impl AreaLight {
     }
 }
 
-/// A linear light: a Lambertian cylinder whose radius goes to zero while radiance × radius stays finite
-/// (Nishita et al. 1985; Peters 2021, §3.1). No surface sample and no ray can ever hit it, so BSDF sampling contributes
-/// nothing and its own techniques have the MIS weight 1.
+/// A linear light: a Lambertian cylinder whose radius goes to zero while radiance × radius stays
+/// finite (Nishita et al. 1985; Peters 2021, §3.1). No surface sample and no ray can ever hit it,
+/// so BSDF sampling contributes nothing and its own techniques have the MIS weight 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearLight {
     /// The axis.
@@ -132,8 +133,8 @@ pub enum Light {
 }
 
 impl Light {
-    /// Emitted power in W, averaged over the channels; of every kind of light, `f64::MAX` where it overflows, and zero
-    /// where it is negative or no number.
+    /// Emitted power in W, averaged over the channels; of every kind of light, `f64::MAX` where it
+    /// overflows, and zero where it is negative or no number.
     #[must_use]
     pub fn power(&self) -> f64 {
         match self {

@@ -65,7 +65,8 @@ pub trait PointTechnique {
 /// one over the range of [`LineTechnique::lines`]; the joint density integrates to one over what is
 /// visible, as long as some of each line is; both inverses lead back.
 ///
-/// **Source**: Billen & Dutré 2016, section 4; the joint density: Salesin & Jarosz 2019, eqs. 12–15.
+/// **Source**: Billen & Dutré 2016, section 4; the joint density: Salesin & Jarosz 2019, eqs.
+/// 12–15.
 pub trait LineTechnique {
     /// What the densities of points on lines refer to: [`Area`] of the light (1/m²), or
     /// [`SolidAngle`] at the shading point (1/sr).
@@ -108,7 +109,8 @@ pub trait LineTechnique {
 /// A way to choose points of a linear light, from one random number.
 ///
 /// The third currency, for lights without a surface: a place t in [0, 1] along the light, and the
-/// density per solid angle times the light's radius, [`ThinSolidAngle`] in m/sr (Peters 2021, §3.1).
+/// density per solid angle times the light's radius, [`ThinSolidAngle`] in m/sr (Peters 2021,
+/// §3.1).
 ///
 /// **Laws**: those of [`PointTechnique`], along the light.
 pub trait LinearPointTechnique {

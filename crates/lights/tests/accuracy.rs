@@ -34,8 +34,9 @@ fn the_papers_worst_case_is_found_and_not_exceeded() {
     );
 }
 
-/// A light at any distance from the shading point's own plane gives all it has, also nearer than 1e-9, where offsets go by the
-/// plain solid angle: the mean of n·ω/p against Lambert's sum in 77 digits.
+/// A light at any distance from the shading point's own plane gives all it has, also nearer than
+/// 1e-9, where offsets go by the plain solid angle: the mean of n·ω/p against Lambert's sum in 77
+/// digits.
 #[test]
 fn no_light_is_lost_next_to_the_plane() {
     const STRATA: u32 = 1 << 12;
@@ -66,8 +67,8 @@ fn no_light_is_lost_next_to_the_plane() {
                 })
                 .sum::<f64>()
                 / f64::from(STRATA);
-            // The weight of a line lies between 0 and Ω and turns a few times; an edge through the foot, moved by the
-            // rounding of its ends, lets a share ε/z through.
+            // The weight of a line lies between 0 and Ω and turns a few times; an edge through the
+            // foot, moved by the rounding of its ends, lets a share ε/z through.
             let strata = 8.0 * lines.total() / f64::from(STRATA);
             let edge = if foot == "on an edge" {
                 8.0 * f64::EPSILON / z

@@ -1,5 +1,6 @@
-//! Every public function with floats that attack it in any argument: none panics, densities are finite and not negative,
-//! numbers given back lie in [0, 1), and what is drawn with a positive density lies on the light.
+//! Every public function with floats that attack it in any argument: none panics, densities are
+//! finite and not negative, numbers given back lie in [0, 1), and what is drawn with a positive
+//! density lies on the light.
 //!
 //! (`selection` has tests of its own.)
 
@@ -63,8 +64,9 @@ fn share(x: f64, most: f64) -> Check {
     Ok(())
 }
 
-/// A sample of positive density lies within the box of the polygon and in its plane, to 64 ε of its coordinates: points
-/// are interpolated between vertices, or placed in a frame with its origin at one.
+/// A sample of positive density lies within the box of the polygon and in its plane, to 64 ε of its
+/// coordinates: points are interpolated between vertices, or placed in a frame with its origin at
+/// one.
 fn on_polygon<M: Measure>(s: PointSample<M>, p: &Shape) -> Check {
     density(s.pdf)?;
     if s.pdf.is_positive() {
@@ -86,7 +88,8 @@ fn is_on(point: DVec3, Shape { polygon: p, scale }: &Shape) -> bool {
         && p.normal().dot(point - p.vertices()[0]).abs() <= slack
 }
 
-/// A polygon, and the size that its coordinates are rounded to: that of the whole which it is a part of.
+/// A polygon, and the size that its coordinates are rounded to: that of the whole which it is a
+/// part of.
 #[derive(Clone, Debug)]
 struct Shape {
     polygon: ConvexPolygon,

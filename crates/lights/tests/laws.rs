@@ -1,5 +1,6 @@
-//! The three laws of every sampling technique: the histogram of its samples fits its pdf (χ²), the pdf integrates to one,
-//! and sample → invert → sample returns. On ordinary, tiny, huge, grazing and far-from-origin lights.
+//! The three laws of every sampling technique: the histogram of its samples fits its pdf (χ²), the
+//! pdf integrates to one, and sample → invert → sample returns. On ordinary, tiny, huge, grazing
+//! and far-from-origin lights.
 
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};
@@ -12,7 +13,8 @@ use linelit_testkit::laws::Laws;
 use linelit_testkit::quadrature::gauss_legendre;
 use linelit_testkit::rng::SplitMix64;
 
-/// A shading point, its normal and a light, with the edge length of the histogram and how well inverses resolve.
+/// A shading point, its normal and a light, with the edge length of the histogram and how well
+/// inverses resolve.
 struct Case {
     name: &'static str,
     polygon: ConvexPolygon,
@@ -126,8 +128,8 @@ fn fan_seams(polygon: &ConvexPolygon) -> Vec<f64> {
         .collect()
 }
 
-/// Counts how often each of `bins × bins` cells of the light's area coordinates is hit, against the integral of the density
-/// per area over the cell.
+/// Counts how often each of `bins × bins` cells of the light's area coordinates is hit, against the
+/// integral of the density per area over the cell.
 fn chi2_on_area(
     case: &Case,
     samples: u32,
@@ -242,7 +244,8 @@ impl Law for Fits {
             |p| T::Measure::per_area(technique.pdf(p), case, p),
         );
         assert!(p > self.alpha, "{name} on {}: p = {p:e}", case.name);
-        // The horizon cuts cells of the projected measure; elsewhere the rule converges to rounding.
+        // The horizon cuts cells of the projected measure; elsewhere the rule converges to
+        // rounding.
         let below = |v: &DVec3| case.n.dot(*v - case.x) < 0.0;
         let cut = name == "projected solid angle" && case.polygon.vertices().iter().any(below);
         // The warped density has kinks at the offsets of vertices, which do too; `offsets_fit`
@@ -424,7 +427,8 @@ fn offsets_fit(plain: u32, angular: u32) {
             let warped = AngularLines::by_warped_solid_angle(&case.polygon, angle, case.x);
             let cosine =
                 AngularLines::by_projected_solid_angle(&case.polygon, angle, case.x, case.n);
-            // Lambert's sum for a light that is not small has terms of order one, whatever their sum.
+            // Lambert's sum for a light that is not small has terms of order one, whatever their
+            // sum.
             let condition = match case.name {
                 "tiny" => 0.0,
                 _ => 1.0 / cosine.total().min(1.0),

@@ -95,7 +95,8 @@ struct Level<'a> {
 /// The laws of places on the light, and that the parts of a sample agree.
 fn laws(case: &Case, name: &str, level: &Level<'_>, technique: &impl LinearPointTechnique) {
     const BINS: usize = 48;
-    // Cells bounded by fractions that are equally spaced in angle: a long light is dark but for its near part.
+    // Cells bounded by fractions that are equally spaced in angle: a long light is dark but for its
+    // near part.
     let (h, foot) = case.foot();
     let l = case.light.length();
     let angle = |t: f64| ((t - foot) * l / h).atan();
@@ -178,7 +179,8 @@ fn techniques_obey_the_laws_long() {
 
 #[test]
 fn techniques_agree_on_the_irradiance() {
-    // The mean of cos/pdf is the projected solid angle for every technique; for the last ones each sample is.
+    // The mean of cos/pdf is the projected solid angle for every technique; for the last ones each
+    // sample is.
     for case in &cases() {
         let exact = LinearSampler::new(
             LinearTechnique::ProjectedSolidAngle,
@@ -471,7 +473,8 @@ fn profiles_fit(samples: u32) {
     assert!((across_lambert(DVec3::X, DVec3::new(0.6, 0.8, 0.0), 2.0) - 0.64).abs() < 1e-15);
 }
 
-/// The same lines in `f32` and `f64`: the CDF, evaluated in `f64` for the `f32` input, at the `f32` sample.
+/// The same lines in `f32` and `f64`: the CDF, evaluated in `f64` for the `f32` input, at the `f32`
+/// sample.
 #[test]
 fn single_precision_inverts_everywhere() {
     use linelit_lights::linear::ProjectedLine;

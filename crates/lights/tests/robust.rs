@@ -132,7 +132,8 @@ proptest! {
     }
 }
 
-/// The shading point on the light's edge, an interval of no length and the smallest random number: back into [0, 1).
+/// The shading point on the light's edge, an interval of no length and the smallest random number:
+/// back into [0, 1).
 #[test]
 fn an_inversion_stays_below_one() {
     let p = [
@@ -288,7 +289,8 @@ fn samplers_are_right_at_every_scale_of_a_polygon() {
     assert!((up(1.0) - 0.11776).abs() < 1e-5, "{}", up(1.0));
 }
 
-/// Lines as far as they are long keep their projected solid angle, as `f64` and `f32` know it, and `None` comes beyond.
+/// Lines as far as they are long keep their projected solid angle, as `f64` and `f32` know it, and
+/// `None` comes beyond.
 #[test]
 fn line_kernels_have_the_scales_that_they_name() {
     let (p0, p1, n) = ([0.3, -0.5, 1.0], [0.9, 0.6, 0.7], [0.0, 0.6, 0.8]);
@@ -359,7 +361,8 @@ fn next_to_the_plane() {
         let light = ConvexPolygon::try_new(&corners).unwrap();
         let by = AngularLines::by_projected_solid_angle(&light, 0.3, DVec3::ZERO, n);
         let drawn = by.point(&by.sample(0.5), &[Interval::UNIT], 0.5);
-        // From 1e-14 on, points of the light are rounded to other directions than drawn, perhaps below the horizon.
+        // From 1e-14 on, points of the light are rounded to other directions than drawn, perhaps
+        // below the horizon.
         assert!(by.total() > 3.0, "1e{e}");
         assert!(drawn.pdf.is_positive() || e < -14, "1e{e}");
         let solid = SolidAngleSampler::new(&light, DVec3::ZERO).solid_angle();

@@ -1,5 +1,5 @@
-//! The laws of what samples spheres and disks: χ² at a million samples, densities integrate to one, round trips; on ordinary,
-//! tiny, huge, grazing and far-from-origin lights.
+//! The laws of what samples spheres and disks: χ² at a million samples, densities integrate to one,
+//! round trips; on ordinary, tiny, huge, grazing and far-from-origin lights.
 
 use linelit_geometry::{DVec3, Frame};
 use linelit_lights::{Disk, DiskCone, Sphere, SphereCap, SphereCone, SphereProjected};
@@ -15,8 +15,8 @@ const SAMPLES: u32 = 1_000_000;
 /// Techniques and lights of this file.
 const TESTS: usize = 30;
 
-/// Counts samples by two coordinates in [0, 1), which are uniform by area, and compares with the integral of the density per
-/// area. Returns p-value and total mass.
+/// Counts samples by two coordinates in [0, 1), which are uniform by area, and compares with the
+/// integral of the density per area. Returns p-value and total mass.
 fn fit(
     total: f64,
     sample: impl Fn([f64; 2]) -> [f64; 2],
@@ -113,8 +113,8 @@ fn spheres_obey_the_laws() {
             },
         );
         assert!(p > sidak(0.01, TESTS), "cone, {name}: p = {p:e}");
-        // The rim is where the cosine's root ends: the rule's error there, over 40 nodes cubed; for grazing cones the
-        // coordinates round by ε d/(d − R).
+        // The rim is where the cosine's root ends: the rule's error there, over 40 nodes cubed; for
+        // grazing cones the coordinates round by ε d/(d − R).
         assert!((mass - 1.0).abs() < 1e-4, "cone, {name}: ∫ = {mass}");
         let (p, mass) = fit(area, |u| seen(at(u)), |u| visible.pdf(at(u)).value());
         assert!(p > sidak(0.01, TESTS), "cap, {name}: p = {p:e}");
@@ -129,8 +129,8 @@ fn spheres_obey_the_laws() {
     }
 }
 
-/// Name, shading point, disk.
-/// Name, the angle of the centre from the normal in degrees, distance, radius, and place of the shading point.
+/// Name, shading point, disk. Name, the angle of the centre from the normal in degrees, distance,
+/// radius, and place of the shading point.
 fn projected_spheres() -> [(&'static str, f64, f64, f64, DVec3); 12] {
     let o = DVec3::ZERO;
     [
@@ -149,8 +149,8 @@ fn projected_spheres() -> [(&'static str, f64, f64, f64, DVec3); 12] {
     ]
 }
 
-/// ∫ n·ω dω over cells of the cone that are equally large in solid angle, above the horizon. At one azimuth the cosine is
-/// c cos α + A sin α, so that the horizon is at a known angle.
+/// ∫ n·ω dω over cells of the cone that are equally large in solid angle, above the horizon. At one
+/// azimuth the cosine is c cos α + A sin α, so that the horizon is at a known angle.
 fn cells_above(cone: &SphereCone, (c, n): (f64, DVec3), x: DVec3) -> Vec<f64> {
     let k = cone.solid_angle() / TAU;
     let angle = |i: usize| 2.0 * (0.5 * k * i as f64 / RINGS as f64).sqrt().asin();
@@ -193,8 +193,8 @@ fn cells_above(cone: &SphereCone, (c, n): (f64, DVec3), x: DVec3) -> Vec<f64> {
     out
 }
 
-/// All laws in the chart of the cone, whose measure is solid angle; the horizon is a jump there. And no variance: the cosine
-/// over the density is one number.
+/// All laws in the chart of the cone, whose measure is solid angle; the horizon is a jump there.
+/// And no variance: the cosine over the density is one number.
 #[test]
 fn spheres_by_projected_solid_angle_obey_the_laws() {
     let n = DVec3::new(0.48, -0.6, 0.64);
@@ -397,7 +397,8 @@ fn degenerate_disks_have_no_density() {
     assert!(!DiskCone::new(&disk, DVec3::Z).pdf(outside).is_positive());
 }
 
-/// Hostile positions: tiny solid angles, points within 1e-9 of the disk, of its plane and of its rim.
+/// Hostile positions: tiny solid angles, points within 1e-9 of the disk, of its plane and of its
+/// rim.
 #[test]
 fn hostile_disks_stay_finite() {
     let mut rng = linelit_testkit::cases::rng(23);

@@ -1,4 +1,5 @@
-//! Choosing among lights: probabilities add up, frequencies fit them, zeros are true, and the tree is good.
+//! Choosing among lights: probabilities add up, frequencies fit them, zeros are true, and the tree
+//! is good.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_lights::selection::{
@@ -214,7 +215,8 @@ fn hall(n: u32) -> Vec<Light> {
         .collect()
 }
 
-/// Root mean square over receivers of the relative standard deviation of one sample, with half of the clusters in shadow.
+/// Root mean square over receivers of the relative standard deviation of one sample, with half of
+/// the clusters in shadow.
 fn noise(lights: &[Light], probability: impl Fn(DVec3, DVec3, usize, &[f64]) -> f64) -> f64 {
     let mut rng = SplitMix64::new(41);
     let mut sum = 0.0;

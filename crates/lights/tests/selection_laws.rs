@@ -1,4 +1,5 @@
-//! Whatever the lights and wherever the point: one light for each number, probabilities that add up to one, true zeros.
+//! Whatever the lights and wherever the point: one light for each number, probabilities that add up
+//! to one, true zeros.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};
 use linelit_lights::selection::{Discrete, Estimated, Importance, LightTree, can_contribute};
@@ -148,7 +149,8 @@ fn holds(
             prop_assert!((0.0..1.0).contains(&picked.rest));
         }
     }
-    // 2 (D + 1) ε for the walks, 64 levels at most; ½ ε a light for each of the two sums, of groups and here.
+    // 2 (D + 1) ε for the walks, 64 levels at most; ½ ε a light for each of the two sums, of groups
+    // and here.
     let tolerance = (130.0 + lights.len() as f64) * f64::EPSILON;
     let want = if any { 1.0 } else { 0.0 };
     prop_assert!(
@@ -188,7 +190,8 @@ proptest! {
         }
     }
 
-    /// Points, normals and numbers that are none: no panic, a light or none, never the density zero.
+    /// Points, normals and numbers that are none: no panic, a light or none, never the density
+    /// zero.
     #[test]
     fn questions_may_be_nonsense(
         lights in hostile(),

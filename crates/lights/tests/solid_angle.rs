@@ -1,4 +1,5 @@
-//! The solid angle from 1e-13 to 2π, in one technique: against closed forms, by additivity, and through the inverse.
+//! The solid angle from 1e-13 to 2π, in one technique: against closed forms, by additivity, and
+//! through the inverse.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AngularLines, SolidAngleSampler};
@@ -18,8 +19,8 @@ fn centred_squares_at_every_distance() {
             ConvexPolygon::parallelogram(o, 2.0 * DVec3::X, 2.0 * DVec3::Y).expect("a square");
         let want = 4.0 * corner(1.0, 1.0, d);
         let got = SolidAngleSampler::new(&square, DVec3::ZERO).solid_angle();
-        // Two triangles of five relatively accurate factors each; the diagonal passes over x, at which the angle between
-        // its ends, nearly π, is the accurate 1 + cos.
+        // Two triangles of five relatively accurate factors each; the diagonal passes over x, at
+        // which the angle between its ends, nearly π, is the accurate 1 + cos.
         assert_close!(got, want, rel = 16.0 * f64::EPSILON, "distance {d}");
         let lines = AngularLines::by_solid_angle(&square, 0.3, DVec3::ZERO).total();
         // The offsets of turned lines are rounded coordinates, which count against the distance.
@@ -64,8 +65,8 @@ fn inverse_at_every_distance() {
             let u = [rng.next_f64(), rng.next_f64()];
             let point = sampler.sample(u).point;
             let back = sampler.invert(point).expect("on the light");
-            // A point is resolved to ε of its coordinates, of the size of the light; seen from d that turns the direction by
-            // ε/d, and the solid angle is spread over 2π or less.
+            // A point is resolved to ε of its coordinates, of the size of the light; seen from d
+            // that turns the direction by ε/d, and the solid angle is spread over 2π or less.
             let slack = 64.0 * f64::EPSILON * (1.0 + 1.0 / d)
                 / (1.0 - u[0]).min(u[0]).min(1.0 - u[1]).min(u[1]);
             for k in 0..2 {

@@ -104,7 +104,8 @@ fn images_obey_the_laws() {
             counts[1 + axis as usize][pixel(uv)] += 1;
             let product =
                 image.offset_density(axis, offset) * image.along_density(axis, offset, along);
-            // Marginal times conditional is the joint density: running sums of rows and columns round by up to 7 and 5 ε.
+            // Marginal times conditional is the joint density: running sums of rows and columns
+            // round by up to 7 and 5 ε.
             assert!((product / image.density(uv) - 1.0).abs() < 32.0 * f64::EPSILON);
             let back = [
                 image.invert_offset(axis, offset).expect("not black"),
@@ -185,7 +186,8 @@ fn points_on_textured_quads_obey_the_laws() {
             let p = s.sample(u);
             let uv = s.coordinates(p.point);
             counts[pixel(uv)] += 1;
-            // A point so near a border that its coordinates round across has the neighbour's density.
+            // A point so near a border that its coordinates round across has the neighbour's
+            // density.
             let near = |x: f64, n: usize| {
                 let place = (x * n as f64).fract();
                 place.min(1.0 - place) < slack * n as f64
@@ -199,8 +201,8 @@ fn points_on_textured_quads_obey_the_laws() {
             let error = (back[0] - u[0]).abs() + (back[1] - u[1]).abs();
             assert!(error < 16.0 * slack, "{name}: {u:?} {back:?}");
         }
-        // The far quad's points are rounded across borders, into black pixels too: with a probability of the resolution
-        // times the borders.
+        // The far quad's points are rounded across borders, into black pixels too: with a
+        // probability of the resolution times the borders.
         let expected: Vec<f64> = values
             .iter()
             .map(|v| f64::from(N) * (v / total).max(1e-9))
@@ -258,7 +260,8 @@ fn lines_fit(samples: u32) {
                 );
                 let p = s.point(&line, &[Interval::UNIT], u[1]);
                 if !p.pdf.is_positive() {
-                    // An oblique strip holds the image's mean: it may be wider than what the line meets.
+                    // An oblique strip holds the image's mean: it may be wider than what the line
+                    // meets.
                     assert!(!edge, "{name} {way}: {u:?}");
                     continue;
                 }
@@ -282,11 +285,13 @@ fn lines_fit(samples: u32) {
                 }
             }
             let tests = 2 * quads.len() * 5;
-            // The mean weight is one; weights are at most a few, so that their deviation is below 2.
+            // The mean weight is one; weights are at most a few, so that their deviation is below
+            // 2.
             let mean = mean / f64::from(samples);
             let sigma = 2.0 / f64::from(samples).sqrt();
             assert!((mean - 1.0).abs() < 5.0 * sigma, "{name} {way}: {mean}");
-            // Offsets: each bin's mass by many small steps, whose error is at most one step of the density at each jump.
+            // Offsets: each bin's mass by many small steps, whose error is at most one step of the
+            // density at each jump.
             let expected: Vec<f64> = (0..32)
                 .map(|bin| {
                     let steps = 3500;
@@ -376,7 +381,8 @@ fn oblique_lines_have_the_marginal_of_the_image() {
     for k in 0..100 {
         let u = a + (b - a) * (f64::from(k) + 0.5) / 100.0;
         let error = s.pdf(u).value() - s.lines().length(u) / quad.area();
-        // The length grows by at most its largest value over the first or last strip's neighbourhood; half a strip off.
+        // The length grows by at most its largest value over the first or last strip's
+        // neighbourhood; half a strip off.
         assert!(error.abs() * (b - a) < 0.05, "{k}: {error}");
     }
 }

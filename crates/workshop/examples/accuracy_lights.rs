@@ -1,10 +1,11 @@
-//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, in `f64` by a search for the worst and in `f32`, and
-//! errors of solid angles in `f32`.
+//! Writes `docs/accuracy-lights.md`: backward errors of linear lights, in `f64` by a search for the
+//! worst and in `f32`, and errors of solid angles in `f32`.
 //!
-//! `accuracy_lights [--check] [--quick] [--cases N] [DIR]`: DIR is the folder of the documents, `docs` by default; N random
-//! starts of the search in `f64` (10⁶ if not given; Peters 2021, §3.4 took 28 billion); `--check` compares with the
-//! committed table instead of writing and exits 1 when a row is worse; `--quick` takes a twentieth of the inputs;
-//! `--keep-search` keeps the committed rows of the search in `f64`, which takes minutes, and writes the others anew.
+//! `accuracy_lights [--check] [--quick] [--cases N] [DIR]`: DIR is the folder of the documents,
+//! `docs` by default; N random starts of the search in `f64` (10⁶ if not given; Peters 2021, §3.4
+//! took 28 billion); `--check` compares with the committed table instead of writing and exits 1
+//! when a row is worse; `--quick` takes a twentieth of the inputs; `--keep-search` keeps the
+//! committed rows of the search in `f64`, which takes minutes, and writes the others anew.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,

@@ -1,5 +1,6 @@
-//! Evaluates the sampling techniques on every file of reference vectors in a folder that concerns them, prints the median
-//! and worst error of each quantity, and exits 1 if a case exceeds the tolerance that its conditioning derives.
+//! Evaluates the sampling techniques on every file of reference vectors in a folder that concerns
+//! them, prints the median and worst error of each quantity, and exits 1 if a case exceeds the
+//! tolerance that its conditioning derives.
 //!
 //! `cargo run --release -p linelit-workshop --no-default-features --example vectors_lights -- crates/lights/tests/vectors`
 #![expect(

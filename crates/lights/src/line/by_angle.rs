@@ -1,17 +1,19 @@
-//! Line samples proportional to the solid angle, or the projected solid angle, of their line: any convex polygon, any
-//! direction of the lines.
+//! Line samples proportional to the solid angle, or the projected solid angle, of their line: any
+//! convex polygon, any direction of the lines.
 //!
-//! Salesin & Jarosz 2019 (§3.3, eqs. 16–19) sample the solid angle of *rectangles* along lines parallel to an edge, by
-//! Ureña's spherical rectangle, and leave other shapes and directions as future work. On the light's plane at the distance
-//! z, with lines along y and offsets u = z tan ψ, a line spans η = sin φ from η₀ to η₁ and `dΩ = dη dψ`. The
-//! marginal density of the offset is `(η₁ − η₀) z/(z² + u²)/Ω` for any shape, and its CDF is the solid angle of the part
-//! of the light before the line: on a trapezoid between two vertices the sum of two spherical triangles, in which nothing
-//! cancels. It is inverted by Newton's method in ψ within a bracket.
+//! Salesin & Jarosz 2019 (§3.3, eqs. 16–19) sample the solid angle of *rectangles* along lines
+//! parallel to an edge, by Ureña's spherical rectangle, and leave other shapes and directions as
+//! future work. On the light's plane at the distance z, with lines along y and offsets u = z tan ψ,
+//! a line spans η = sin φ from η₀ to η₁ and `dΩ = dη dψ`. The marginal density of the offset is
+//! `(η₁ − η₀) z/(z² + u²)/Ω` for any shape, and its CDF is the solid angle of the part of the light
+//! before the line: on a trapezoid between two vertices the sum of two spherical triangles, in
+//! which nothing cancels. It is inverted by Newton's method in ψ within a bracket.
 //!
-//! With the cosine at the receiver the same holds for the projected solid angle: the marginal is z times the ribbon
-//! integral of the line, the CDF is Lambert's irradiance of the part, and the point along the line comes from
-//! [`crate::linear::ProjectedLine`]. That makes it a projected-solid-angle sampler for polygons, too (the task of
-//! Peters 2021, "BRDF importance sampling for polygonal lights"), of relative accuracy for lights of any size.
+//! With the cosine at the receiver the same holds for the projected solid angle: the marginal is z
+//! times the ribbon integral of the line, the CDF is Lambert's irradiance of the part, and the
+//! point along the line comes from [`crate::linear::ProjectedLine`]. That makes it a
+//! projected-solid-angle sampler for polygons, too (the task of Peters 2021, "BRDF importance
+//! sampling for polygonal lights"), of relative accuracy for lights of any size.
 
 use crate::density::{Offset, Pdf, SolidAngle};
 use crate::line::by_length::{LineSample, is_visible, linear_warp, locate, within};
@@ -25,34 +27,39 @@ use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates}
 
 /// After a step this small, relative to the piece, the next one would be rounding.
 const LAST_STEP: f64 = 2e-9;
-/// Nearer to the light's plane than this, relative to the way to the farthest of the light, the corners of its part above the
-/// horizon, rounded to ε of their size, know the projected measure next to the foot to less than seven digits: there the
-/// offsets go by solid angle.
+/// Nearer to the light's plane than this, relative to the way to the farthest of the light, the
+/// corners of its part above the horizon, rounded to ε of their size, know the projected measure
+/// next to the foot to less than seven digits: there the offsets go by solid angle.
 const NEAREST: f64 = 1e-9;
-/// By how much more than what is above the horizon is kept there, relative to the same: a few roundings of a corner.
+/// By how much more than what is above the horizon is kept there, relative to the same: a few
+/// roundings of a corner.
 const MORE: f64 = 16.0 * f64::EPSILON;
-/// The ratio of the distances of a piece's lines from which on angles do not tell them apart well: three digits are lost.
+/// The ratio of the distances of a piece's lines from which on angles do not tell them apart well:
+/// three digits are lost.
 const WIDE: f64 = 1e3;
 /// Steps at most in offsets: they may have to halve down to rounding.
 const MOST_HALVINGS: u32 = 128;
 /// Newton steps at most; the bracket halves at least every second one.
 const MOST_STEPS: u32 = 64;
 
-/// Parallel lines on a convex polygon with offsets proportional to (projected) solid angle, and points on them.
+/// Parallel lines on a convex polygon with offsets proportional to (projected) solid angle, and
+/// points on them.
 ///
-/// A point is drawn in two steps: [`AngularLines::sample`] picks the line and [`AngularLines::point`] a point of its visible
-/// part, uniform in the same measure. The joint density of eq. 19, `p = S/(Ω Σ_visible Δη)` per solid angle, is
-/// [`AngularLines::joint_pdf`]; unoccluded it is 1/Ω, or (n·ω)/E for the projected measure: zero variance for a diffuse
+/// A point is drawn in two steps: [`AngularLines::sample`] picks the line and
+/// [`AngularLines::point`] a point of its visible part, uniform in the same measure. The joint
+/// density of eq. 19, `p = S/(Ω Σ_visible Δη)` per solid angle, is [`AngularLines::joint_pdf`];
+/// unoccluded it is 1/Ω, or (n·ω)/E for the projected measure: zero variance for a diffuse
 /// receiver.
 ///
-/// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is not finite. Lines run at
-/// `angle_rad` from the polygon's first edge.
+/// **Domain**: any shading point; in the light's plane every density is 0, and at an angle that is
+/// not finite. Lines run at `angle_rad` from the polygon's first edge.
 ///
-/// **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence limits the CDF itself. An edge or the
-/// horizon through the foot of a shading point at the distance z is known to ε r/z of the measure, for corners are rounded to
-/// ε of their distance r; of a light that the shading point touches (z < 1e-14 r, foot inside) f64 has no points in the
-/// directions that matter, and the projected measure is known to its order of magnitude.
-/// `docs/accuracy-lights.md` has the rows.
+/// **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence limits the CDF
+/// itself. An edge or the horizon through the foot of a shading point at the distance z is known to
+/// ε r/z of the measure, for corners are rounded to ε of their distance r; of a light that the
+/// shading point touches (z < 1e-14 r, foot inside) f64 has no points in the directions that
+/// matter, and the projected measure is known to its order of magnitude. `docs/accuracy-lights.md`
+/// has the rows.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
@@ -76,10 +83,12 @@ const MOST_STEPS: u32 = 64;
 pub struct AngularLines {
     lines: ParallelLines,
     x: DVec3,
-    /// Foot of the shading point in line coordinates (offset, along) and its distance from the plane.
+    /// Foot of the shading point in line coordinates (offset, along) and its distance from the
+    /// plane.
     foot: (f64, f64),
     z: f64,
-    /// Shading normal in the frame (along, across, towards the light); `None` for the plain solid angle.
+    /// Shading normal in the frame (along, across, towards the light); `None` for the plain solid
+    /// angle.
     normal: Option<DVec3>,
     pieces: Pieces,
     marginal: Marginal,
@@ -104,23 +113,27 @@ impl AngularLines {
         Self::new(lines, x, height(polygon, x), None, Marginal::Solid)
     }
 
-    /// Lines nearly proportional to the solid angle of their neighbourhood: on each piece between the offsets of vertices
-    /// the marginal density is linear in the angle ψ, tan ψ = u/z, between its exact ends.
+    /// Lines nearly proportional to the solid angle of their neighbourhood: on each piece between
+    /// the offsets of vertices the marginal density is linear in the angle ψ, tan ψ = u/z, between
+    /// its exact ends.
     ///
-    /// That density is known exactly and inverted without iteration, so that everything is as unbiased as with
-    /// [`AngularLines::by_solid_angle`], at less than half the cost of a line. Unoccluded, the weights of a triangle three
-    /// times as wide as it is far lie between 0.60 and 1.10. [`AngularLines::total`] is the normalisation, not Ω.
+    /// That density is known exactly and inverted without iteration, so that everything is as
+    /// unbiased as with [`AngularLines::by_solid_angle`], at less than half the cost of a line.
+    /// Unoccluded, the weights of a triangle three times as wide as it is far lie between 0.60 and
+    /// 1.10. [`AngularLines::total`] is the normalisation, not Ω.
     #[must_use]
     pub fn by_warped_solid_angle(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
         let lines = ParallelLines::new(polygon, angle_rad);
         Self::new(lines, x, height(polygon, x), None, Marginal::Warped)
     }
 
-    /// Lines proportional to the projected solid angle, of the part of the light above the horizon of the unit `normal`.
+    /// Lines proportional to the projected solid angle, of the part of the light above the horizon
+    /// of the unit `normal`.
     ///
-    /// Where the shading point is nearer to the light's plane than 1e-9 of the way to the farthest of the light, lines are
-    /// proportional to the plain solid angle of that part instead, and points on them to the projected one: as unbiased, of
-    /// weights below Ω, and [`AngularLines::total`] is Ω.
+    /// Where the shading point is nearer to the light's plane than 1e-9 of the way to the farthest
+    /// of the light, lines are proportional to the plain solid angle of that part instead, and
+    /// points on them to the projected one: as unbiased, of weights below Ω, and
+    /// [`AngularLines::total`] is Ω.
     #[must_use]
     pub fn by_projected_solid_angle(
         polygon: &ConvexPolygon,
@@ -370,8 +383,8 @@ impl AngularLines {
         angles.fraction(v)
     }
 
-    /// [`AngularLines::find`] where the foot is so near, next to the piece's width, that most of it is at angles that are
-    /// rounded to the same one: by bracketed Newton steps in s itself.
+    /// [`AngularLines::find`] where the foot is so near, next to the piece's width, that most of it
+    /// is at angles that are rounded to the same one: by bracketed Newton steps in s itself.
     #[cold]
     #[inline(never)]
     fn find_wide(&self, piece: &Piece, target: f64, whole: f64) -> f64 {
@@ -404,7 +417,8 @@ impl AngularLines {
         s
     }
 
-    /// The marginal density of the line at `offset`: `S z/(z² + u²)/Ω`, or with the ribbon integral in place of S.
+    /// The marginal density of the line at `offset`: `S z/(z² + u²)/Ω`, or with the ribbon integral
+    /// in place of S.
     #[must_use]
     pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
         let Some((lo, hi)) = self
@@ -447,8 +461,9 @@ impl AngularLines {
         Some(self.pieces.unpick(k, unit(below / whole)))
     }
 
-    /// A point of the visible part of a line that [`AngularLines::sample`] gave, uniform in the measure; `visible` holds the visible intervals of the line's
-    /// parameter in [0, 1] and `xi` is a random number in [0, 1). Density 0 if nothing is visible.
+    /// A point of the visible part of a line that [`AngularLines::sample`] gave, uniform in the
+    /// measure; `visible` holds the visible intervals of the line's parameter in [0, 1] and `xi` is
+    /// a random number in [0, 1). Density 0 if nothing is visible.
     #[must_use]
     pub fn point(
         &self,
@@ -498,8 +513,9 @@ impl AngularLines {
         Some((part, self.interval(offset, part)?, place, seen))
     }
 
-    /// The joint density per solid angle of any point of the light, given the visible intervals of the line through it
-    /// (of the parameter in [0, 1] along [`ParallelLines::segment`]); zero where the point is hidden (eq. 19).
+    /// The joint density per solid angle of any point of the light, given the visible intervals of
+    /// the line through it (of the parameter in [0, 1] along [`ParallelLines::segment`]); zero
+    /// where the point is hidden (eq. 19).
     #[must_use]
     pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<SolidAngle> {
         let Some((offset, t)) = self.locate(point) else {
@@ -512,8 +528,8 @@ impl AngularLines {
         }
     }
 
-    /// The random number that gives a visible point of its line; with [`AngularLines::invert`] of its offset the
-    /// inverse of the whole map. `None` where the point is hidden.
+    /// The random number that gives a visible point of its line; with [`AngularLines::invert`] of
+    /// its offset the inverse of the whole map. `None` where the point is hidden.
     #[must_use]
     pub fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
         let (offset, t) = self.locate(point)?;
@@ -534,8 +550,8 @@ impl AngularLines {
         None
     }
 
-    /// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by the rounding of the
-    /// coordinates (64 ε).
+    /// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by
+    /// the rounding of the coordinates (64 ε).
     #[must_use]
     pub fn locate(&self, point: DVec3) -> Option<(f64, f64)> {
         locate(&self.lines, point)

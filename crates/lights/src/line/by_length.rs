@@ -12,16 +12,18 @@ use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
 pub enum Orientation {
     /// The same direction everywhere: this fraction of π from the light's first edge.
     Fixed(f64),
-    /// A direction of its own for every line, uniform in [0, π): unbiased, but it brings back the rate N^-1/2.
+    /// A direction of its own for every line, uniform in [0, π): unbiased, but it brings back the
+    /// rate N^-1/2.
     UniformPerLine,
     /// One random direction for all the lines of a shading point, uniform in [0, π).
     ParallelPerPoint,
 }
 
 impl Orientation {
-    /// The angle in radians from the light's first edge; `u` in [0, 1) is the random number of the line or of the
-    /// shading point, which [`Orientation::Fixed`] ignores. Every angle in [0, π) has the density 1/π, and all lines
-    /// of one angle cover the light once, so the estimator needs no further factor.
+    /// The angle in radians from the light's first edge; `u` in [0, 1) is the random number of the
+    /// line or of the shading point, which [`Orientation::Fixed`] ignores. Every angle in [0, π)
+    /// has the density 1/π, and all lines of one angle cover the light once, so the estimator needs
+    /// no further factor.
     #[must_use]
     pub fn angle_rad(self, u: f64) -> f64 {
         match self {
@@ -48,7 +50,8 @@ impl Orientation {
 pub enum OffsetDensity {
     /// Constant over the range [a, b]: `1/(b − a)`.
     Uniform,
-    /// Proportional to the length of the line: `l(u)/A`, the marginal of the uniform density by area.
+    /// Proportional to the length of the line: `l(u)/A`, the marginal of the uniform density by
+    /// area.
     Length,
 }
 
@@ -65,15 +68,17 @@ pub struct LineSample {
 
 /// Draws parallel lines on a convex polygon.
 ///
-/// **Accuracy**: the CDF is linear (uniform) or piecewise quadratic (by length) in the offset; the latter is inverted
-/// piece by piece by `s = ξ(l₀ + l₁)/(l₀ + √((1−ξ) l₀² + ξ l₁²))`, which has no cancellation. Round trips hold to a few
-/// ε of the range, divided by the density relative to its mean.
+/// **Accuracy**: the CDF is linear (uniform) or piecewise quadratic (by length) in the offset; the
+/// latter is inverted piece by piece by `s = ξ(l₀ + l₁)/(l₀ + √((1−ξ) l₀² + ξ l₁²))`, which has no
+/// cancellation. Round trips hold to a few ε of the range, divided by the density relative to its
+/// mean.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{LineSampler, OffsetDensity};
 /// let light = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
-/// // Lines along the first edge: their length shrinks from 1 to 0, so half of them lie below 1 − √½.
+/// // Lines along the first edge: their length shrinks from 1 to 0, so that half of them lie
+/// // below 1 − √½.
 /// let sampler = LineSampler::new(&light, 0.0, OffsetDensity::Length);
 /// let line = sampler.sample(0.5);
 /// assert!((line.offset - (1.0 - 0.5f64.sqrt())).abs() < 1e-15);
@@ -198,11 +203,13 @@ impl LineSampler {
         Some(below_one(u))
     }
 
-    /// A point of the visible part of a line, uniform in length: the conditional that makes a line sample a point sample
-    /// and importance-samples the visibility (Salesin & Jarosz 2019, eqs. 12–15).
+    /// A point of the visible part of a line, uniform in length: the conditional that makes a line
+    /// sample a point sample and importance-samples the visibility (Salesin & Jarosz 2019, eqs.
+    /// 12–15).
     ///
-    /// `visible` holds the visible intervals of the line's parameter in [0, 1], `xi` is a random number in [0, 1). The
-    /// density is the joint one, `p_u/Σ visible length`, per area; 0 if nothing is visible.
+    /// `visible` holds the visible intervals of the line's parameter in [0, 1], `xi` is a random
+    /// number in [0, 1). The density is the joint one, `p_u/Σ visible length`, per area; 0 if
+    /// nothing is visible.
     #[must_use]
     pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
         let (t, total) = if let [part] = visible {
@@ -224,8 +231,8 @@ impl LineSampler {
         offset.joint(Pdf::<Length>::new(1.0 / visible_length))
     }
 
-    /// The joint density per area of any point of the light, given the visible intervals of the line through it; zero
-    /// where the point is hidden or outside the light.
+    /// The joint density per area of any point of the light, given the visible intervals of the
+    /// line through it; zero where the point is hidden or outside the light.
     #[must_use]
     pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Area> {
         match locate(&self.lines, point) {
@@ -249,8 +256,8 @@ impl LineSampler {
     }
 }
 
-/// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by the rounding of the coordinates
-/// (64 ε).
+/// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by the
+/// rounding of the coordinates (64 ε).
 pub(crate) fn locate(lines: &ParallelLines, point: DVec3) -> Option<(f64, f64)> {
     let (u, v) = lines.coordinates(point);
     let (a, b) = lines.range();
@@ -305,8 +312,8 @@ fn among(visible: &[Interval], xi: f64) -> (f64, f64) {
     (t, total)
 }
 
-/// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥ 0): the place with
-/// the fraction `xi` of the mass below it.
+/// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥
+/// 0): the place with the fraction `xi` of the mass below it.
 pub(crate) fn linear_warp(xi: f64, p0: f64, p1: f64) -> f64 {
     let root = (p0 * p0 * (1.0 - xi) + p1 * p1 * xi).sqrt();
     let denominator = p0 + root;

@@ -1,4 +1,5 @@
-//! Line samples of a textured parallelogram: offsets by the texture's marginal, points by the texture along the line.
+//! Line samples of a textured parallelogram: offsets by the texture's marginal, points by the
+//! texture along the line.
 
 use crate::density::{Area, Length, Offset, Pdf};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};
@@ -8,16 +9,19 @@ use crate::polygon::fan::{below_one, unit};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
-/// Draws parallel lines on a textured parallelogram, their offsets in proportion to what the importance image holds along
-/// them, and points on the visible part of such a line in proportion to the image.
+/// Draws parallel lines on a textured parallelogram, their offsets in proportion to what the
+/// importance image holds along them, and points on the visible part of such a line in proportion
+/// to the image.
 ///
-/// **Density** of the offset: constant on strips, each with the exact mass of the image in it. For lines along an edge of
-/// the light the strips are the rows or the columns of the image, and the density is its marginal: the estimate of
-/// something proportional to the image has no variance. For any other direction the true marginal runs piecewise linearly
-/// between the offsets of all the corners of pixels; strips of the larger offset of a pixel's two edges take its mean.
+/// **Density** of the offset: constant on strips, each with the exact mass of the image in it. For
+/// lines along an edge of the light the strips are the rows or the columns of the image, and the
+/// density is its marginal: the estimate of something proportional to the image has no variance.
+/// For any other direction the true marginal runs piecewise linearly between the offsets of all the
+/// corners of pixels; strips of the larger offset of a pixel's two edges take its mean.
 ///
-/// **Cost**: set up once for each light and direction (for each pixel a few strips, and the strips are kept); an offset is
-/// one binary search, a point on a line along an edge two, on another a walk over the pixels that it crosses.
+/// **Cost**: set up once for each light and direction (for each pixel a few strips, and the strips
+/// are kept); an offset is one binary search, a point on a line along an edge two, on another a
+/// walk over the pixels that it crosses.
 ///
 /// **Accuracy**: round trips to a few ε over the density relative to its mean.
 ///
@@ -52,8 +56,8 @@ const MOST_STRIPS: usize = 1 << 13;
 const PARALLEL: f64 = 1e-12;
 
 impl<'i> TexturedLines<'i> {
-    /// Lines at `angle_rad` from the polygon's first edge, counter-clockwise about its normal. `None` unless the polygon is
-    /// a parallelogram and the angle finite.
+    /// Lines at `angle_rad` from the polygon's first edge, counter-clockwise about its normal.
+    /// `None` unless the polygon is a parallelogram and the angle finite.
     #[must_use]
     pub fn new(
         polygon: &ConvexPolygon,
@@ -152,7 +156,8 @@ impl<'i> TexturedLines<'i> {
         Pdf::new(mass / self.strips[count] * (count as f64 / self.width()))
     }
 
-    /// Density of the line at `offset`; zero outside the light and where the image is black along the strip.
+    /// Density of the line at `offset`; zero outside the light and where the image is black along
+    /// the strip.
     #[must_use]
     pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
         let (a, b) = self.lines.range();
@@ -172,8 +177,9 @@ impl<'i> TexturedLines<'i> {
         })
     }
 
-    /// A point of the visible part of a line in proportion to the image: as [`LineSampler::point`](crate::LineSampler::point),
-    /// with the texture. The density is the joint one, per area; 0 if nothing that is visible emits.
+    /// A point of the visible part of a line in proportion to the image: as
+    /// [`LineSampler::point`](crate::LineSampler::point), with the texture. The density is the
+    /// joint one, per area; 0 if nothing that is visible emits.
     #[must_use]
     pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
         let track = self.track(&line.segment, line.offset);
@@ -205,8 +211,8 @@ impl<'i> TexturedLines<'i> {
         offset.joint(Pdf::<Length>::new(value / mass))
     }
 
-    /// The joint density per area of any point of the light, given the visible intervals of the line through it; zero
-    /// where the point is hidden, black or outside the light.
+    /// The joint density per area of any point of the light, given the visible intervals of the
+    /// line through it; zero where the point is hidden, black or outside the light.
     #[must_use]
     pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Area> {
         let Some((u, t)) = locate(&self.lines, point).filter(|(_, t)| is_visible(*t, visible))
@@ -221,7 +227,8 @@ impl<'i> TexturedLines<'i> {
         Self::joint(self.pdf(u), track.value(t), mass)
     }
 
-    /// The random numbers of offset and place that give a visible point; `None` where it is hidden or black.
+    /// The random numbers of offset and place that give a visible point; `None` where it is hidden
+    /// or black.
     #[must_use]
     pub fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
         let (u, t) = locate(&self.lines, point).filter(|(_, t)| is_visible(*t, visible))?;
@@ -271,8 +278,9 @@ fn sums_of_lines(image: &ImportanceImage, axis: TextureAxis, against: bool) -> V
     out
 }
 
-/// Running sums of the mass of the image in equal strips of the range of offsets, which grow by `du` and `dv` over the
-/// whole image. A pixel's offsets are the sum of two uniform ones: their distribution is a trapezoid.
+/// Running sums of the mass of the image in equal strips of the range of offsets, which grow by
+/// `du` and `dv` over the whole image. A pixel's offsets are the sum of two uniform ones: their
+/// distribution is a trapezoid.
 #[allow(
     clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
@@ -425,7 +433,8 @@ impl Track<'_> {
             .sum()
     }
 
-    /// The pixels that the line crosses, in order: beginning and end of its parameter, value; until `visit` returns false.
+    /// The pixels that the line crosses, in order: beginning and end of its parameter, value; until
+    /// `visit` returns false.
     #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
     fn walk(&self, mut visit: impl FnMut(f64, f64, f64) -> bool) {
         let (width, height) = self.image.size();

@@ -1,12 +1,12 @@
-//! A piece of a light between the parallel lines through two of its neighbouring vertices, relative to the shading point's
-//! foot in the light's plane.
+//! A piece of a light between the parallel lines through two of its neighbouring vertices, relative
+//! to the shading point's foot in the light's plane.
 
 use crate::line::trapezoid::Trapezoid;
 use crate::polygon::fan::unit;
 use linelit_geometry::DVec3;
 
-/// One piece between neighbouring knots: the first line relative to the foot, and the steps to the last one, formed before
-/// the foot was subtracted.
+/// One piece between neighbouring knots: the first line relative to the foot, and the steps to the
+/// last one, formed before the foot was subtracted.
 #[derive(Clone, Copy)]
 pub(crate) struct Piece {
     pub(crate) first: Line,

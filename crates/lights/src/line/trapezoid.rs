@@ -1,14 +1,16 @@
-//! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made of.
+//! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made
+//! of.
 
 use crate::linear::precision::power_of_two_over;
 use crate::polygon::spherical_triangle::{self, cross_in_plane};
 use linelit_geometry::{DVec3, predicates};
 
-/// The square of z/r below which Lambert's sum is taken apart: it has lost two digits of sixteen there.
+/// The square of z/r below which Lambert's sum is taken apart: it has lost two digits of sixteen
+/// there.
 const GRAZING: f64 = 1e-4;
 
-/// A trapezoid of the light between two parallel lines, relative to the shading point: (a, b) on the one line, (d, c) on
-/// the other, at the distance `width`.
+/// A trapezoid of the light between two parallel lines, relative to the shading point: (a, b) on
+/// the one line, (d, c) on the other, at the distance `width`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trapezoid {
     pub(crate) corners: [DVec3; 4],
@@ -20,7 +22,8 @@ pub(crate) struct Trapezoid {
 }
 
 impl Trapezoid {
-    /// Ω as the sum of two triangles whose determinants are `z × width × line length`: nothing cancels.
+    /// Ω as the sum of two triangles whose determinants are `z × width × line length`: nothing
+    /// cancels.
     pub(crate) fn solid_angle(&self) -> f64 {
         let [a, b, c, d] = self.corners;
         let [ab, bc, cd, da] = self.edges;
@@ -34,10 +37,11 @@ impl Trapezoid {
 
     /// `∫ max(0, n·ω) dω` for a trapezoid that is above the horizon of `n`.
     ///
-    /// Lambert's sum over edges, `½ Σ Θᵢ (Xᵢ·n)/|Xᵢ|`, when the size is half the distance or more; below that its
-    /// form centred on the first corner, in which the terms of the full turn have been cancelled by hand. In both the
-    /// part of n across the plane adds up to z²/r² from terms of one, so that next to the plane, with the foot of the
-    /// shading point outside, [`Trapezoid::beside`] has that part. Error about 100 ε relative to a piece as it is given.
+    /// Lambert's sum over edges, `½ Σ Θᵢ (Xᵢ·n)/|Xᵢ|`, when the size is half the distance or more;
+    /// below that its form centred on the first corner, in which the terms of the full turn have
+    /// been cancelled by hand. In both the part of n across the plane adds up to z²/r² from terms
+    /// of one, so that next to the plane, with the foot of the shading point outside,
+    /// [`Trapezoid::beside`] has that part. Error about 100 ε relative to a piece as it is given.
     pub(crate) fn irradiance(&self, n: DVec3) -> f64 {
         if self.z * self.z < GRAZING * self.corners[0].length_squared() && self.foot_is_outside() {
             return self.beside(n).abs();
@@ -66,9 +70,9 @@ impl Trapezoid {
 
     /// [`Trapezoid::irradiance`] next to the plane with the foot outside.
     ///
-    /// The part of n in the plane is a sum over the edges of Θᵢ z/|Xᵢ|, of the order of the result. The part across it is,
-    /// in polar coordinates (r, φ) about the foot, `−½ n_z z² Σ ∫ dφ/(r² + z²)`, for the full turns `∮ dφ` add up to
-    /// nothing: [`edge_below_turn`].
+    /// The part of n in the plane is a sum over the edges of Θᵢ z/|Xᵢ|, of the order of the result.
+    /// The part across it is, in polar coordinates (r, φ) about the foot, `−½ n_z z² Σ ∫ dφ/(r² +
+    /// z²)`, for the full turns `∮ dφ` add up to nothing: [`edge_below_turn`].
     #[cold]
     #[inline(never)]
     fn beside(&self, n: DVec3) -> f64 {
@@ -138,10 +142,12 @@ impl Trapezoid {
     }
 }
 
-/// `z² ∫ dφ/(r² + z²)` along an edge, in polar coordinates about the foot: the turn φ − (p/d) θ from the foot of its line to a
-/// place t of it, with p its distance in the plane, d in space, tan φ = t/p and tan θ = t/d, between the two ends.
+/// `z² ∫ dφ/(r² + z²)` along an edge, in polar coordinates about the foot: the turn φ − (p/d) θ
+/// from the foot of its line to a place t of it, with p its distance in the plane, d in space, tan
+/// φ = t/p and tan θ = t/d, between the two ends.
 ///
-/// φ − θ has the tangent `k t/(p d + t²)` with k = z²/(d + p), and 1 − p/d is k/d: nothing that is large cancels.
+/// φ − θ has the tangent `k t/(p d + t²)` with k = z²/(d + p), and 1 − p/d is k/d: nothing that is
+/// large cancels.
 fn edge_below_turn(from: DVec3, edge: DVec3, z: f64) -> f64 {
     let length = edge.x.hypot(edge.y);
     if length <= 0.0 {

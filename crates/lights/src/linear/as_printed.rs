@@ -1,12 +1,14 @@
-//! Peters' algorithms 1 and 2 as they are printed, in single precision: what this crate is compared with.
+//! Peters' algorithms 1 and 2 as they are printed, in single precision: what this crate is compared
+//! with.
 
-/// Samples a linear light in proportion to projected solid angle by Peters 2021, algorithms 1 and 2, word for word in
-/// `f32`, two iterations, with the interpolated clip of §3.2. The direction (of unit length but for rounding); `None` below
-/// the horizon.
+/// Samples a linear light in proportion to projected solid angle by Peters 2021, algorithms 1 and
+/// 2, word for word in `f32`, two iterations, with the interpolated clip of §3.2. The direction (of
+/// unit length but for rounding); `None` below the horizon.
 ///
-/// **Error**: none in exact arithmetic but 1.58e-5 in ξ; in `f32` the antiderivative of eq. 2 cancels for lines that are
-/// short, far or nearly collinear with the shading point, until no digit is left (`docs/accuracy-lights.md`). For
-/// comparison only: [`ProjectedLine`](super::ProjectedLine) has no such places.
+/// **Error**: none in exact arithmetic but 1.58e-5 in ξ; in `f32` the antiderivative of eq. 2
+/// cancels for lines that are short, far or nearly collinear with the shading point, until no digit
+/// is left (`docs/accuracy-lights.md`). For comparison only:
+/// [`ProjectedLine`](super::ProjectedLine) has no such places.
 #[must_use]
 pub fn sample_as_printed(p0: [f32; 3], p1: [f32; 3], n: [f32; 3], xi: f32) -> Option<[f32; 3]> {
     let line = AsPrinted::new(p0, p1, n)?;

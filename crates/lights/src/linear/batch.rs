@@ -1,8 +1,9 @@
 //! Projected solid angle for many random numbers at once: every operation in a loop over columns.
 //!
-//! The loops have no branches and no calls, so that the compiler uses what vector instructions there are; their length is
-//! not known to it, because it would unroll them instead. The kernels are those of one sample, and so are the bits but for
-//! the steps that some samples of a block take more than they need.
+//! The loops have no branches and no calls, so that the compiler uses what vector instructions
+//! there are; their length is not known to it, because it would unroll them instead. The kernels
+//! are those of one sample, and so are the bits but for the steps that some samples of a block take
+//! more than they need.
 
 use super::projected::{End, Inversion};
 use super::view::{LineView, SolidAngleEnd, nearer};
@@ -36,8 +37,8 @@ struct Angles {
 }
 
 impl Batch {
-    /// Samples for at most [`BLOCK`] random numbers: steps until the longest was below the fraction `close` of the distance
-    /// to the nearer end.
+    /// Samples for at most [`BLOCK`] random numbers: steps until the longest was below the fraction
+    /// `close` of the distance to the nearer end.
     pub(crate) fn fill(
         &mut self,
         arc: &Inversion<f64>,

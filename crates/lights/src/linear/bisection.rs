@@ -1,10 +1,13 @@
-//! Baseline: projected solid angle by Newton's method with bisection (Li, Aittala, Durand & Lehtinen 2018, §5.2).
+//! Baseline: projected solid angle by Newton's method with bisection (Li, Aittala, Durand &
+//! Lehtinen 2018, §5.2).
 //!
-//! Their renderer samples edges by the antiderivative of the cosine along the line and inverts it by Newton's method in
-//! the line coordinate, which falls back to bisection when a step leaves the bracket. Peters 2021 compares against it
-//! (Table 1, Fig. 6g). Differences of the antiderivative cancel for lines that are short, far or nearly collinear with
-//! the shading point, down to no digits at all: the baseline is kept as it is, for the comparison. The tolerance is the backward error of Peters' two steps unless said otherwise,
-//! so that the cost is compared at equal accuracy.
+//! Their renderer samples edges by the antiderivative of the cosine along the line and inverts it
+//! by Newton's method in the line coordinate, which falls back to bisection when a step leaves the
+//! bracket. Peters 2021 compares against it (Table 1, Fig. 6g). Differences of the antiderivative
+//! cancel for lines that are short, far or nearly collinear with the shading point, down to no
+//! digits at all: the baseline is kept as it is, for the comparison. The tolerance is the backward
+//! error of Peters' two steps unless said otherwise, so that the cost is compared at equal
+//! accuracy.
 
 use super::view::LineView;
 use crate::polygon::fan::unit;
@@ -12,10 +15,12 @@ use linelit_geometry::DVec3;
 
 /// Iterations end when the CDF is hit to this, by default.
 pub(crate) const TOLERANCE: f64 = 1.58e-5;
-/// … or after so many (their 20 are too few for a line 1e5 times as long as its distance: off by 3e-4).
+/// … or after so many (their 20 are too few for a line 1e5 times as long as its distance: off by
+/// 3e-4).
 const MOST: u32 = 60;
 
-/// The line in its own coordinates: s along it from its closest point, at distance h; cosine (a + b s)/r.
+/// The line in its own coordinates: s along it from its closest point, at distance h; cosine (a + b
+/// s)/r.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LineIntegral {
     h: f64,

@@ -9,15 +9,18 @@ use crate::polygon::fan::below_one;
 use core::f64::consts::PI;
 use linelit_geometry::{DMat3, DVec3, Segment};
 
-/// Samples a linear light by an LTC, `p_M(ω) = (1/π) max(0, ω_c·z) |M⁻¹|/|M⁻¹ω|³` with `ω_c = M⁻¹ω/|M⁻¹ω|`.
+/// Samples a linear light by an LTC, `p_M(ω) = (1/π) max(0, ω_c·z) |M⁻¹|/|M⁻¹ω|³` with `ω_c =
+/// M⁻¹ω/|M⁻¹ω|`.
 ///
-/// The ends, clipped at the surface's horizon, go through M⁻¹, are clipped again at the horizon of the cosine, and the
-/// line is sampled there by projected solid angle. M maps straight lines to straight lines and keeps fractions along
-/// them, so the place on the light is the place in cosine space. The radius of the thin cylinder does not keep: the
-/// factor `dR/dR_c = |Mᵀ(s × l₀)|/|s × l₀|` (eq. 5) multiplies the density.
+/// The ends, clipped at the surface's horizon, go through M⁻¹, are clipped again at the horizon of
+/// the cosine, and the line is sampled there by projected solid angle. M maps straight lines to
+/// straight lines and keeps fractions along them, so the place on the light is the place in cosine
+/// space. The radius of the thin cylinder does not keep: the factor `dR/dR_c = |Mᵀ(s × l₀)|/|s ×
+/// l₀|` (eq. 5) multiplies the density.
 ///
-/// **Domain**: `m` maps cosine space (z the axis of the cosine) to world space and must be invertible; which BRDF it
-/// fits is for the tables in the shading crate to say. **Units**: densities in m/sr.
+/// **Domain**: `m` maps cosine space (z the axis of the cosine) to world space and must be
+/// invertible; which BRDF it fits is for the tables in the shading crate to say. **Units**:
+/// densities in m/sr.
 #[derive(Clone, Copy, Debug)]
 pub struct LtcSampler {
     line: ProjectedLine<f64>,
@@ -33,8 +36,9 @@ pub struct LtcSampler {
 }
 
 impl LtcSampler {
-    /// The per-light part for the shading point `x` with unit normal `normal`. `None` if nothing of the line is above
-    /// both horizons, or `m` is singular, or the integral or its reciprocal no number.
+    /// The per-light part for the shading point `x` with unit normal `normal`. `None` if nothing of
+    /// the line is above both horizons, or `m` is singular, or the integral or its reciprocal no
+    /// number.
     #[must_use]
     pub fn new(light: &Segment, x: DVec3, normal: DVec3, m: DMat3) -> Option<Self> {
         let determinant = m.determinant();
@@ -68,8 +72,8 @@ impl LtcSampler {
         (out.density.is_usable() && out.integral().is_usable()).then_some(out)
     }
 
-    /// `∫ p_M dω` over the light, per radius, in 1/m: the specular shading estimate for unit radiance × radius, before
-    /// the LTC's magnitude.
+    /// `∫ p_M dω` over the light, per radius, in 1/m: the specular shading estimate for unit
+    /// radiance × radius, before the LTC's magnitude.
     #[must_use]
     pub fn integral(&self) -> f64 {
         self.line.projected_solid_angle() / (PI * self.factor)
@@ -82,8 +86,8 @@ impl LtcSampler {
         self.at(arc.lambda, cosine)
     }
 
-    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both holds; the same numbers to
-    /// rounding as [`LtcSampler::sample`] gives, and cheaper each.
+    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both
+    /// holds; the same numbers to rounding as [`LtcSampler::sample`] gives, and cheaper each.
     pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
         let mut batch = Batch::default();
         for (numbers, slots) in xi.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
@@ -118,7 +122,8 @@ impl LtcSampler {
         })
     }
 
-    /// The random number that gives the fraction `t` of the whole light; `None` where the LTC vanishes.
+    /// The random number that gives the fraction `t` of the whole light; `None` where the LTC
+    /// vanishes.
     #[must_use]
     pub fn invert(&self, t: f64) -> Option<f64> {
         let (_, lambda) = self.locate(t)?;

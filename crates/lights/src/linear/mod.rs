@@ -1,10 +1,11 @@
 //! Techniques for linear lights: thin cylinders given by radiance × radius (Peters 2021).
 //!
-//! [`LinearSampler`] is the door: pick a [`LinearTechnique`], set it up once per light and shading point, then take
-//! samples. The kernels behind it are generic over the precision: [`LineView`] and [`ProjectedLine`] also run in `f32`.
+//! [`LinearSampler`] is the door: pick a [`LinearTechnique`], set it up once per light and shading
+//! point, then take samples. The kernels behind it are generic over the precision: [`LineView`] and
+//! [`ProjectedLine`] also run in `f32`.
 //!
-//! Densities are per solid angle and times the radius, [`ThinSolidAngle`], in m/sr, so that for a light of radiance ×
-//! radius `LR` the estimate of reflected radiance is `LR · f_r · (n·ω)/pdf`.
+//! Densities are per solid angle and times the radius, [`ThinSolidAngle`], in m/sr, so that for a
+//! light of radiance × radius `LR` the estimate of reflected radiance is `LR · f_r · (n·ω)/pdf`.
 
 mod as_printed;
 mod batch;
@@ -119,14 +120,16 @@ enum Kind {
 pub struct LinearSampler {
     kind: Kind,
     view: LineView<f64>,
-    /// What the density is a multiple of: one over the length, the solid angle or the projected solid angle.
+    /// What the density is a multiple of: one over the length, the solid angle or the projected
+    /// solid angle.
     density: f64,
 }
 
 impl LinearSampler {
-    /// The per-light part. `None` if the technique can give no sample: the light has no length, the shading point is on
-    /// its infinite line, either is beyond the domain of [`LineView`], or (all but [`LinearTechnique::Area`] and [`LinearTechnique::SolidAngle`]) nothing of it is
-    /// above the horizon of the unit `normal`.
+    /// The per-light part. `None` if the technique can give no sample: the light has no length, the
+    /// shading point is on its infinite line, either is beyond the domain of [`LineView`], or (all
+    /// but [`LinearTechnique::Area`] and [`LinearTechnique::SolidAngle`]) nothing of it is above
+    /// the horizon of the unit `normal`.
     #[inline]
     #[must_use]
     pub fn new(
@@ -159,8 +162,9 @@ impl LinearSampler {
         })
     }
 
-    /// [`LinearTechnique::NewtonBisection`] with another tolerance for the CDF than 1.58e-5, for comparing costs at equal
-    /// error. Below 1e-12 it often iterates in vain, because its antiderivative cancels.
+    /// [`LinearTechnique::NewtonBisection`] with another tolerance for the CDF than 1.58e-5, for
+    /// comparing costs at equal error. Below 1e-12 it often iterates in vain, because its
+    /// antiderivative cancels.
     #[must_use]
     pub fn newton_bisection(
         light: &Segment,
@@ -183,9 +187,10 @@ impl LinearSampler {
         &self.view
     }
 
-    /// What a diffuse receiver gets of a unit of radiance × radius without shadows, the projected solid angle per radius
-    /// in sr/m, where the technique knows it: [`LinearTechnique::ProjectedSolidAngle`] and
-    /// [`LinearTechnique::NewtonBisection`]. Zero of the others.
+    /// What a diffuse receiver gets of a unit of radiance × radius without shadows, the projected
+    /// solid angle per radius in sr/m, where the technique knows it:
+    /// [`LinearTechnique::ProjectedSolidAngle`] and [`LinearTechnique::NewtonBisection`]. Zero of
+    /// the others.
     #[must_use]
     pub fn irradiance(&self) -> f64 {
         match &self.kind {
@@ -217,8 +222,9 @@ impl LinearSampler {
         }
     }
 
-    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both holds.
-    /// The same numbers to rounding as [`LinearSampler::sample`] gives, and cheaper each for the projected solid angle.
+    /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both
+    /// holds. The same numbers to rounding as [`LinearSampler::sample`] gives, and cheaper each for
+    /// the projected solid angle.
     pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
         let mut done = 0;
         if let Kind::Projected(p) = &self.kind {
@@ -266,7 +272,8 @@ impl LinearSampler {
         }
     }
 
-    /// The random number that gives the fraction `t` of the whole light; `None` where the technique never goes.
+    /// The random number that gives the fraction `t` of the whole light; `None` where the technique
+    /// never goes.
     #[must_use]
     pub fn invert(&self, t: f64) -> Option<f64> {
         let lambda = self.view.clipped_fraction(t)?;

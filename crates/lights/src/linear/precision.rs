@@ -33,8 +33,8 @@ pub trait Real:
     const EPSILON: Self;
     /// Steps at most in the inversion of the projected solid angle.
     const STEPS: u32;
-    /// A step smaller than this fraction of the distance to the nearer end leaves an error below the precision, because
-    /// convergence is of fourth order: at most the fourth root of EPSILON/4.
+    /// A step smaller than this fraction of the distance to the nearer end leaves an error below
+    /// the precision, because convergence is of fourth order: at most the fourth root of EPSILON/4.
     const CLOSE: Self;
 
     /// The same number.
@@ -44,8 +44,8 @@ pub trait Real:
 
     /// The nearest number.
     fn from_f64(x: f64) -> Self;
-    /// A length below which the digits of [`Real::length`] go: where squares are below the normal numbers by less than
-    /// their precision, and the rounding of `f32`s themselves.
+    /// A length below which the digits of [`Real::length`] go: where squares are below the normal
+    /// numbers by less than their precision, and the rounding of `f32`s themselves.
     const LEAST: Self;
 
     /// √x.
@@ -69,8 +69,8 @@ pub trait Real:
     fn atan2(self, x: Self) -> Self;
     /// `a·b − c·d`, accurate relative to the result.
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
-    /// Where the line p0 p1 crosses the horizon n·p = 0, from more digits than the precision has: of ends as they are given,
-    /// with the heights c0 and c1 of opposite signs.
+    /// Where the line p0 p1 crosses the horizon n·p = 0, from more digits than the precision has:
+    /// of ends as they are given, with the heights c0 and c1 of opposite signs.
     fn on_horizon(ends: [[Self; 3]; 2], n: [Self; 3]) -> [Self; 3];
     /// The dot product; in `f32` accumulated in `f64` and rounded once.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
@@ -111,8 +111,9 @@ pub trait Real:
     }
 }
 
-/// A power of two that takes a number > 0 to [1, 2), subnormals and the largest as far as it goes: a factor that changes no
-/// bit of what does not depend on scale, so that squares and products are numbers.
+/// A power of two that takes a number > 0 to [1, 2), subnormals and the largest as far as it goes:
+/// a factor that changes no bit of what does not depend on scale, so that squares and products are
+/// numbers.
 pub(crate) fn power_of_two_over(x: f64) -> f64 {
     let exponent = (x.to_bits() >> 52) & 0x7FF;
     f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
@@ -208,7 +209,8 @@ impl Real for f64 {
     #[cold]
     #[inline(never)]
     fn on_horizon([p0, p1]: [[Self; 3]; 2], n: [Self; 3]) -> [Self; 3] {
-        // (n × (p0 × p1))/(n·(p1 − p0)) with the inner product in twice the precision: two parts by component.
+        // (n × (p0 × p1))/(n·(p1 − p0)) with the inner product in twice the precision: two parts by
+        // component.
         let part = |i: usize, j: usize| {
             let (p, ep) = predicates::two_product(p0[i], p1[j]);
             let (q, eq) = predicates::two_product(p0[j], p1[i]);
@@ -344,8 +346,8 @@ pub(crate) fn length<T: Real>(a: V3<T>) -> T {
     T::length(a)
 }
 
-/// The cross product: its length and direction to a few ε, each component accurate relative to itself where the vectors are
-/// nearly parallel.
+/// The cross product: its length and direction to a few ε, each component accurate relative to
+/// itself where the vectors are nearly parallel.
 #[inline(always)]
 pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     let plain = plain_cross(a, b);

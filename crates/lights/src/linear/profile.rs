@@ -13,8 +13,8 @@ pub struct AlongProfile {
 }
 
 impl AlongProfile {
-    /// A profile with these values from the first end to the second. `None` if there are none, one is negative or not
-    /// finite, or all are zero. (Allocates; made once per light.)
+    /// A profile with these values from the first end to the second. `None` if there are none, one
+    /// is negative or not finite, or all are zero. (Allocates; made once per light.)
     #[must_use]
     pub fn new(values: &[f64]) -> Option<Self> {
         let usable = values.iter().all(|v| *v >= 0.0 && v.is_finite());
@@ -47,12 +47,13 @@ impl AlongProfile {
     }
 }
 
-/// A profile across the light: relative radiance `sin^k γ` for the angle γ between the light's axis and the emitted unit
-/// direction, `k = 0` a Lambertian surface, larger `k` a louvre that hides the lamp from along its axis. In [0, 1]: `k` < 0,
-/// which would shine without bound along the axis, and NaN count as 0.
+/// A profile across the light: relative radiance `sin^k γ` for the angle γ between the light's axis
+/// and the emitted unit direction, `k = 0` a Lambertian surface, larger `k` a louvre that hides the
+/// lamp from along its axis. In [0, 1]: `k` < 0, which would shine without bound along the axis,
+/// and NaN count as 0.
 ///
-/// It multiplies the radiance; no technique here samples by it, as Peters 2021, §3.1 recommends ("possibly at the cost of
-/// increased variance").
+/// It multiplies the radiance; no technique here samples by it, as Peters 2021, §3.1 recommends
+/// ("possibly at the cost of increased variance").
 #[must_use]
 pub fn across_lambert(axis: DVec3, direction: DVec3, k: f64) -> f64 {
     let axis = predicates::normalize(axis).unwrap_or(DVec3::ZERO);
@@ -60,11 +61,12 @@ pub fn across_lambert(axis: DVec3, direction: DVec3, k: f64) -> f64 {
     unit(sine).powf(k.max(0.0))
 }
 
-/// Samples a linear light proportionally to cosine × profile: zero variance on a diffuse surface for any profile.
+/// Samples a linear light proportionally to cosine × profile: zero variance on a diffuse surface
+/// for any profile.
 ///
-/// The light is cut at the cells of the profile; each cell is a line of its own, of which the projected solid angle times
-/// the value is the probability. Costs one projected solid angle per cell and set-up, and again per sample for the search
-/// (linear in the cells; no allocation).
+/// The light is cut at the cells of the profile; each cell is a line of its own, of which the
+/// projected solid angle times the value is the probability. Costs one projected solid angle per
+/// cell and set-up, and again per sample for the search (linear in the cells; no allocation).
 #[derive(Clone, Copy, Debug)]
 pub struct ProfiledLine<'p> {
     light: Segment,
@@ -162,7 +164,8 @@ impl<'p> ProfiledLine<'p> {
         Pdf::new(cosine * self.profile.at(t) / self.total)
     }
 
-    /// The random number that gives the fraction `t`; `None` where nothing emits or below the horizon.
+    /// The random number that gives the fraction `t`; `None` where nothing emits or below the
+    /// horizon.
     #[must_use]
     pub fn invert(&self, t: f64) -> Option<f64> {
         if !(0.0..=1.0).contains(&t) {

@@ -5,28 +5,30 @@ use super::view::{ArcPoint, LineView, SolidAngleEnd, nearer};
 use crate::linear::precision::Real;
 use crate::linear::trig::{Angle, double_angle, rotate, step_sin_cos};
 
-/// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a diffuse surface wherever
-/// the line is visible.
+/// Samples a line proportionally to the cosine n·ω within its solid angle: zero variance on a
+/// diffuse surface wherever the line is visible.
 ///
-/// **Formula** (Peters 2021, eqs. 2–4, rewritten). With v the angle from the first end, C₀ = cos φ₀, S₀ = sin φ₀,
-/// N(v) = n·ω(v) = N₀ cos v + N′ sin v, the mass below v is
+/// **Formula** (Peters 2021, eqs. 2–4, rewritten). With v the angle from the first end, C₀ = cos
+/// φ₀, S₀ = sin φ₀, N(v) = n·ω(v) = N₀ cos v + N′ sin v, the mass below v is
 ///
 /// ```text
 /// H(v) = ∫₀ᵛ 2 cos(φ₀+u) N(u) du
 ///      = (C₀N₀ − S₀N′) (v − sin v cos v) + 2 C₀N₀ sin v cos v + (C₀N′ − S₀N₀) sin² v
 /// ```
 ///
-/// with the first bracket as a series for v < ½. The paper takes differences of antiderivatives anchored at the closest
-/// point q of the line, which cancel along the line's extension and far away; anchored at an end they do not. It is the end
-/// that has at most half of the mass before the sample. H(v) = ξ H(δ) is solved by Halley's irrational step (the root of
-/// the local quadratic) with a cubic term, from the solid-angle sample of ξ, warped by the cosines at the ends; the second
-/// step is the inverse of the Taylor series about the end of the first.
+/// with the first bracket as a series for v < ½. The paper takes differences of antiderivatives
+/// anchored at the closest point q of the line, which cancel along the line's extension and far
+/// away; anchored at an end they do not. It is the end that has at most half of the mass before the
+/// sample. H(v) = ξ H(δ) is solved by Halley's irrational step (the root of the local quadratic)
+/// with a cubic term, from the solid-angle sample of ξ, warped by the cosines at the ends; the
+/// second step is the inverse of the Taylor series about the end of the first.
 ///
-/// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle × radius).
+/// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle ×
+/// radius).
 ///
 /// **Error** in ξ: 1.58e-5 in exact arithmetic after 2 steps (the paper's bound), 2.1e-7 after 3;
-/// [`ProjectedLine::sample`] steps on until the next step could not matter. See `docs/accuracy-lights.md` for measured
-/// worst cases in both precisions.
+/// [`ProjectedLine::sample`] steps on until the next step could not matter. See
+/// `docs/accuracy-lights.md` for measured worst cases in both precisions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProjectedLine<T> {
     view: LineView<T>,
@@ -79,8 +81,8 @@ impl<T: Real> End<T> {
         }
     }
 
-    /// The solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020): one step closer than the paper's
-    /// start.
+    /// The solid-angle sample of ξ warped by the cosines at the ends (Hart et al. 2020): one step
+    /// closer than the paper's start.
     #[inline(always)]
     pub(crate) fn start(&self, xi: T, ends: &SolidAngleEnd<T>) -> Angle<T> {
         let [p0, p1] = self.over_sine;
@@ -108,9 +110,9 @@ impl<T: Real> End<T> {
         a * rest + (b * sc + d * (at.s * at.s))
     }
 
-    /// Two steps of fourth order, the first held to half a radian and to the arc, and how far the second went. The mass of
-    /// the first comes from the same sum as [`End::mass`], anchored where it begins, so that the second needs no more
-    /// than sine and cosine of the first.
+    /// Two steps of fourth order, the first held to half a radian and to the arc, and how far the
+    /// second went. The mass of the first comes from the same sum as [`End::mass`], anchored where
+    /// it begins, so that the second needs no more than sine and cosine of the first.
     #[inline(always)]
     pub(crate) fn two_steps(&self, at: &Angle<T>, target: T, delta: T) -> (Angle<T>, T) {
         let half = T::from_f64(0.5);
@@ -157,9 +159,10 @@ impl<T: Real> End<T> {
         )
     }
 
-    /// Peters' step: the root of smaller magnitude of the quadratic Taylor polynomial of H − target at v; its extremum if
-    /// none. And that step with the cubic term, which takes an error to its fourth power: H″′ = −4 (cos φ N + sin φ N′), and
-    /// the slope where the step ends is twice the root of the discriminant.
+    /// Peters' step: the root of smaller magnitude of the quadratic Taylor polynomial of H − target
+    /// at v; its extremum if none. And that step with the cubic term, which takes an error to its
+    /// fourth power: H″′ = −4 (cos φ N + sin φ N′), and the slope where the step ends is twice the
+    /// root of the discriminant.
     #[inline(always)]
     pub(crate) fn steps(&self, at: &Angle<T>, target: T) -> [T; 2] {
         let excess = self.mass(at) - target;
@@ -171,8 +174,8 @@ impl<T: Real> End<T> {
     }
 }
 
-/// The root of smaller magnitude of the quadratic Taylor polynomial of the mass, or its extremum if none; and that with the
-/// cubic term, from (cos φ, sin φ) and (N, N′).
+/// The root of smaller magnitude of the quadratic Taylor polynomial of the mass, or its extremum if
+/// none; and that with the cubic term, from (cos φ, sin φ) and (N, N′).
 #[inline(always)]
 fn halley<T: Real>(excess: T, (cos, sin): (T, T), (n, dn): (T, T)) -> [T; 2] {
     let (slope, bend) = (cos * n, cos * dn - sin * n);
@@ -189,15 +192,15 @@ fn halley<T: Real>(excess: T, (cos, sin): (T, T), (n, dn): (T, T)) -> [T; 2] {
 }
 
 impl<T: Real> ProjectedLine<T> {
-    /// The per-light part: ends relative to the shading point, unit normal. `None` if nothing of the line is above the
-    /// horizon, and as for [`LineView::new`].
+    /// The per-light part: ends relative to the shading point, unit normal. `None` if nothing of
+    /// the line is above the horizon, and as for [`LineView::new`].
     #[must_use]
     pub fn new(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
         Self::of(LineView::clipped(p0, p1, normal)?)
     }
 
-    /// The same for a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by the normal; `None` for one
-    /// that has none.
+    /// The same for a view that [`LineView::clipped`] or [`LineView::with_edge`] has clipped by the
+    /// normal; `None` for one that has none.
     #[inline(always)]
     #[must_use]
     pub fn of(view: LineView<T>) -> Option<Self> {
@@ -211,14 +214,15 @@ impl<T: Real> ProjectedLine<T> {
         &self.view
     }
 
-    /// Projected solid angle per radius, `dΩ⊥/dR` in sr/m: the irradiance for a unit of radiance × radius.
+    /// Projected solid angle per radius, `dΩ⊥/dR` in sr/m: the irradiance for a unit of radiance ×
+    /// radius.
     #[must_use]
     pub fn projected_solid_angle(&self) -> T {
         self.arc.projected_solid_angle(&self.view)
     }
 
-    /// The sample, to the precision: two steps nearly everywhere, more where ξ is close to an end of a line that spans
-    /// almost a half-plane.
+    /// The sample, to the precision: two steps nearly everywhere, more where ξ is close to an end
+    /// of a line that spans almost a half-plane.
     #[must_use]
     pub fn sample(&self, xi: T) -> ArcPoint<T> {
         self.arc.sample(&self.view, xi)
@@ -229,16 +233,18 @@ impl<T: Real> ProjectedLine<T> {
         self.arc.sample_with_cosine(&self.view, xi)
     }
 
-    /// The sample to about the accuracy that the paper has after its two steps, and for less: steps end when one was below
-    /// a fortieth of the distance to the nearer end (what is left is about its cube). One step does nearly everywhere.
-    /// Worst backward error in ξ by search: `docs/accuracy-lights.md`.
+    /// The sample to about the accuracy that the paper has after its two steps, and for less: steps
+    /// end when one was below a fortieth of the distance to the nearer end (what is left is about
+    /// its cube). One step does nearly everywhere. Worst backward error in ξ by search:
+    /// `docs/accuracy-lights.md`.
     #[must_use]
     pub fn sample_coarse(&self, xi: T) -> ArcPoint<T> {
         let (second, at) = self.arc.find_to(&self.view, xi, T::from_f64(COARSE));
         self.view.arc_point(second, at.s, at.c)
     }
 
-    /// The angle v from the first end after a number of steps from the solid-angle sample: the paper's, who takes 2.
+    /// The angle v from the first end after a number of steps from the solid-angle sample: the
+    /// paper's, who takes 2.
     #[must_use]
     pub fn angle_steps(&self, xi: T, steps: u32) -> T {
         let xi = xi.unit();
@@ -253,7 +259,8 @@ impl<T: Real> ProjectedLine<T> {
         at.v
     }
 
-    /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring backward errors.
+    /// The fraction of the mass below the angle `v`: the exact CDF, for inversion and for measuring
+    /// backward errors.
     #[must_use]
     pub fn cdf(&self, v: T) -> T {
         self.arc.cdf(v)
@@ -265,8 +272,9 @@ impl<T: Real> ProjectedLine<T> {
         self.arc.cdf(self.view.angle_of(lambda))
     }
 
-    /// The random number of a place given by both its fractions, λ and 1 − λ ([`ArcPoint`]): from the smaller, so that places
-    /// next to the second end of a line that runs away from the shading point keep their digits.
+    /// The random number of a place given by both its fractions, λ and 1 − λ ([`ArcPoint`]): from
+    /// the smaller, so that places next to the second end of a line that runs away from the shading
+    /// point keep their digits.
     #[must_use]
     pub fn invert_fractions(&self, lambda: T, rest: T) -> T {
         if lambda > rest {
@@ -301,7 +309,8 @@ impl<T: Real> Inversion<T> {
         let end = |second: bool| {
             let (here, there) = (usize::from(second), usize::from(!second));
             let (cos, sin) = view.foot_angle(second);
-            // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in between.
+            // N′ from N(δ) = N₀ cos δ + N′ sin δ: N(v) then is right at both ends and positive in
+            // between.
             let dn = (n[there] - n[here] * cos_delta) * per_sine;
             let (a, d) = (cos * n[here], sin * dn);
             End {
@@ -345,7 +354,8 @@ impl<T: Real> Inversion<T> {
         self.output(view, second, at.s, at.c)
     }
 
-    /// The angle from the end that it says, to the precision: two steps, more where the second was large.
+    /// The angle from the end that it says, to the precision: two steps, more where the second was
+    /// large.
     #[inline(always)]
     fn find(&self, view: &LineView<T>, xi: T) -> (bool, Angle<T>) {
         let (second, xi) = nearer(xi.unit());
@@ -375,8 +385,8 @@ impl<T: Real> Inversion<T> {
         at
     }
 
-    /// The angle from the end that it says, in steps until one is below the fraction `close` of the distance to the nearer
-    /// end.
+    /// The angle from the end that it says, in steps until one is below the fraction `close` of the
+    /// distance to the nearer end.
     #[inline]
     fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> (bool, Angle<T>) {
         let (second, xi) = nearer(xi.unit());

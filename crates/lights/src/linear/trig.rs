@@ -1,10 +1,10 @@
-//! Angles with their sines and cosines, by polynomials: short for what is small, without calls, and the same bits on every
-//! machine.
+//! Angles with their sines and cosines, by polynomials: short for what is small, without calls, and
+//! the same bits on every machine.
 
 use crate::linear::precision::Real;
 
-/// The coefficients ±1/(2k + first)! of the sine's (first = 1) or cosine's (0) Taylor series in x², and with
-/// first = 3 those of what the sine leaves.
+/// The coefficients ±1/(2k + first)! of the sine's (first = 1) or cosine's (0) Taylor series in x²,
+/// and with first = 3 those of what the sine leaves.
 pub(crate) const fn taylor(first: u32) -> [f64; 8] {
     let mut out = [0.0; 8];
     let (mut n, mut term) = (1, 1.0);
@@ -22,8 +22,8 @@ pub(crate) const fn taylor(first: u32) -> [f64; 8] {
     out
 }
 
-/// Numerator and denominator in x² of the quotient for atan(x)/x on |x| ≤ 1 that interpolates at Chebyshev's points, found
-/// in 60 digits: relative error 5e-17.
+/// Numerator and denominator in x² of the quotient for atan(x)/x on |x| ≤ 1 that interpolates at
+/// Chebyshev's points, found in 60 digits: relative error 5e-17.
 pub(crate) const ARC_TANGENT: [[f64; 7]; 2] = [
     [
         1.0,
@@ -53,8 +53,8 @@ pub(crate) struct Angle<T> {
     pub c: T,
 }
 
-/// Twice the angle whose tangent is a/b, a ≥ 0, b ≥ 0, not both zero, and its sine and cosine: [0, π]. Relatively accurate
-/// to a few ε, the sine too; two divisions and no branch.
+/// Twice the angle whose tangent is a/b, a ≥ 0, b ≥ 0, not both zero, and its sine and cosine: [0,
+/// π]. Relatively accurate to a few ε, the sine too; two divisions and no branch.
 #[inline(always)]
 pub(crate) fn double_angle<T: Real>(a: T, b: T) -> Angle<T> {
     let one = T::from_f64(1.0);

@@ -1,20 +1,23 @@
-//! A line as the shading point sees it: clipping, solid angle, and the map between angles and places.
+//! A line as the shading point sees it: clipping, solid angle, and the map between angles and
+//! places.
 
 use crate::linear::precision::{Real, V3, add, cross, dot, length, plain_cross, scale, sub};
 use crate::linear::trig::double_angle;
 
-/// A straight line seen from the origin, clipped or not, with the few numbers that every technique starts from.
+/// A straight line seen from the origin, clipped or not, with the few numbers that every technique
+/// starts from.
 ///
-/// With q the point of the infinite line closest to the origin, h = |q| and φ the angle from q, the line is the arc
-/// φ₀ … φ₁ of a great circle; v = φ − φ₀ runs over [0, δ]. All differences are formed so that nothing cancels for lines
-/// that are short, far, nearly collinear with the origin or passing close to it; cross products are accurate by
-/// component. Generic over `f32` and `f64`.
+/// With q the point of the infinite line closest to the origin, h = |q| and φ the angle from q, the
+/// line is the arc φ₀ … φ₁ of a great circle; v = φ − φ₀ runs over [0, δ]. All differences are
+/// formed so that nothing cancels for lines that are short, far, nearly collinear with the origin
+/// or passing close to it; cross products are accurate by component. Generic over `f32` and `f64`.
 ///
 /// Places λ and random numbers are of [0, 1]; what is not counts as the nearer end, NaN as 0.
 ///
-/// **Domain**: lengths of lines and of vectors to their ends, and products of the length with the distance h, whose squares
-/// `f64` holds with its digits: 1e-145 to 1e154; in `f32` that hold themselves as `f32`: 1e-37 to 1e38, so that lines as far as they are
-/// long may have sizes from 1e-18 to 1e18. Beyond, `None`.
+/// **Domain**: lengths of lines and of vectors to their ends, and products of the length with the
+/// distance h, whose squares `f64` holds with its digits: 1e-145 to 1e154; in `f32` that hold
+/// themselves as `f32`: 1e-37 to 1e38, so that lines as far as they are long may have sizes from
+/// 1e-18 to 1e18. Beyond, `None`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LineView<T> {
     /// The clipped ends.
@@ -24,7 +27,8 @@ pub struct LineView<T> {
     whole: T,
     /// Fractions of the whole line at which the clipped line begins and ends.
     range: [T; 2],
-    /// Their difference, relatively accurate also where little is left, and with the sign that leads away from each end.
+    /// Their difference, relatively accurate also where little is left, and with the sign that
+    /// leads away from each end.
     kept: [T; 2],
     /// Clipped length.
     l: T,
@@ -48,14 +52,14 @@ pub struct LineView<T> {
     plus: [T; 2],
     /// sin φ₁ − sin φ₀.
     sine_range: T,
-    /// Whether places resolve it better than directions ([`LineView::is_short`]); unit tangent t of the fan at the first
-    /// end where not.
+    /// Whether places resolve it better than directions ([`LineView::is_short`]); unit tangent t of
+    /// the fan at the first end where not.
     short: bool,
     tangent: V3<T>,
 }
 
-/// What is left of a line above the horizon: ends, their fractions of the whole, the fraction that is left, and the heights
-/// n·p of the ends.
+/// What is left of a line above the horizon: ends, their fractions of the whole, the fraction that
+/// is left, and the heights n·p of the ends.
 struct Kept<T> {
     ends: [V3<T>; 2],
     range: [T; 2],
@@ -64,25 +68,27 @@ struct Kept<T> {
 }
 
 impl<T: Real> LineView<T> {
-    /// The whole line between two points relative to the shading point. `None` if it has no length, if the shading point
-    /// is on the infinite line (its solid angle is zero or infinite), if a coordinate is not finite, or beyond the domain.
+    /// The whole line between two points relative to the shading point. `None` if it has no length,
+    /// if the shading point is on the infinite line (its solid angle is zero or infinite), if a
+    /// coordinate is not finite, or beyond the domain.
     #[must_use]
     pub fn new(p0: [T; 3], p1: [T; 3]) -> Option<Self> {
         Self::build(p0, p1, sub(p1, p0), cross(p0, p1), None)
     }
 
-    /// The part of the line in the half-space `normal·p ≥ 0`. `None` as for [`LineView::new`], or if nothing is above
-    /// the horizon.
+    /// The part of the line in the half-space `normal·p ≥ 0`. `None` as for [`LineView::new`], or
+    /// if nothing is above the horizon.
     ///
-    /// The end on the horizon is `(n × (p0 × p1))/(n·e)`, accurate relative to itself (Peters 2021, §3.2 clips too, by
-    /// interpolation, whose absolute error matters when the crossing is close to the shading point).
+    /// The end on the horizon is `(n × (p0 × p1))/(n·e)`, accurate relative to itself (Peters 2021,
+    /// §3.2 clips too, by interpolation, whose absolute error matters when the crossing is close to
+    /// the shading point).
     #[must_use]
     pub fn clipped(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
         Self::build(p0, p1, sub(p1, p0), cross(p0, p1), Some(normal))
     }
 
-    /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that knows it more
-    /// accurately, because it formed it before the shading point was subtracted.
+    /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that
+    /// knows it more accurately, because it formed it before the shading point was subtracted.
     #[inline(always)]
     #[must_use]
     pub fn with_edge(p0: [T; 3], p1: [T; 3], edge: [T; 3], normal: Option<[T; 3]>) -> Option<Self> {
@@ -111,7 +117,8 @@ impl<T: Real> LineView<T> {
         Self::finish(kept, (edge, whole), (x, area))
     }
 
-    /// What depends on the clipped ends. The edge and the cross product p0 × p1 of the whole line come with their lengths.
+    /// What depends on the clipped ends. The edge and the cross product p0 × p1 of the whole line
+    /// come with their lengths.
     #[inline(always)]
     fn finish(part: Kept<T>, (edge, whole): (V3<T>, T), (x, area): (V3<T>, T)) -> Option<Self> {
         let Kept {
@@ -142,8 +149,8 @@ impl<T: Real> LineView<T> {
         } else {
             sine[1] - sine[0]
         };
-        // Both distances, sin δ and the least sum of [`LineView::arc_point`], sin δ/r, by their reciprocals: a comparison
-        // that NaN fails.
+        // Both distances, sin δ and the least sum of [`LineView::arc_point`], sin δ/r, by their
+        // reciprocals: a comparison that NaN fails.
         let inverse_sine = product * per_area / kept;
         let least_sum = inverse_sine * r[0].at_least(r[1]);
         let smallest = T::LEAST
@@ -235,8 +242,8 @@ impl<T: Real> LineView<T> {
         self.inverse_sine
     }
 
-    /// Cosine and sine of the angle from the foot of the line to an end, the sine positive if the line runs away from the
-    /// foot there: h/r₀ and s₀/r₀, or h/r₁ and −s₁/r₁.
+    /// Cosine and sine of the angle from the foot of the line to an end, the sine positive if the
+    /// line runs away from the foot there: h/r₀ and s₀/r₀, or h/r₁ and −s₁/r₁.
     pub(crate) fn foot_angle(&self, second: bool) -> (T, T) {
         if second {
             (self.cosine[1], -self.sine[1])
@@ -253,7 +260,8 @@ impl<T: Real> LineView<T> {
         ]
     }
 
-    /// Solid angle per radius in sr/m: `dΩ/dR = (2/h)(sin φ₁ − sin φ₀)` (Peters 2021, eq. 1 and its limit).
+    /// Solid angle per radius in sr/m: `dΩ/dR = (2/h)(sin φ₁ − sin φ₀)` (Peters 2021, eq. 1 and its
+    /// limit).
     #[must_use]
     pub fn solid_angle(&self) -> T {
         (self.sine_range + self.sine_range) / self.h
@@ -265,7 +273,8 @@ impl<T: Real> LineView<T> {
         length(self.at(lambda))
     }
 
-    /// The place `lambda` in [0, 1] on the (clipped) line, relative to the shading point, from the nearer end.
+    /// The place `lambda` in [0, 1] on the (clipped) line, relative to the shading point, from the
+    /// nearer end.
     #[must_use]
     pub fn at(&self, lambda: T) -> [T; 3] {
         let lambda = lambda.unit();
@@ -289,7 +298,8 @@ impl<T: Real> LineView<T> {
         (t >= a && t <= b && b > a).then(|| ((t - a) / (b - a)).at_most(T::ONE))
     }
 
-    /// The sample that is uniform in solid angle (Peters 2021, §3.1): sin φ runs linearly in ξ. No trigonometry.
+    /// The sample that is uniform in solid angle (Peters 2021, §3.1): sin φ runs linearly in ξ. No
+    /// trigonometry.
     #[must_use]
     pub fn sample_solid_angle(&self, xi: T) -> ArcPoint<T> {
         let (second, xi) = nearer(xi.unit());
@@ -313,7 +323,8 @@ impl<T: Real> LineView<T> {
         }
     }
 
-    /// The fraction of the solid angle below the place `lambda`: the inverse of [`LineView::sample_solid_angle`].
+    /// The fraction of the solid angle below the place `lambda`: the inverse of
+    /// [`LineView::sample_solid_angle`].
     #[must_use]
     pub fn invert_solid_angle(&self, lambda: T) -> T {
         let lambda = lambda.unit();
@@ -357,24 +368,25 @@ impl<T: Real> LineView<T> {
         self.height[0] * (T::ONE - lambda) + self.height[1] * lambda
     }
 
-    /// The cosine n·ω at the place `lambda` of a line that was clipped by n; zero of one that was not.
+    /// The cosine n·ω at the place `lambda` of a line that was clipped by n; zero of one that was
+    /// not.
     #[must_use]
     pub fn cosine(&self, lambda: T) -> T {
         self.height(lambda) / self.distance(lambda)
     }
 
-    /// Whether a place on the line is better resolved by its fraction from the nearer end than by its direction. A relative
-    /// error ε of the distance s from that end turns the direction by ε s h/r²: by at most ε where the line runs away from
-    /// its foot, however small the angle that it subtends; by ε l/h where the foot is inside, so that the line then must be
-    /// shorter than h.
+    /// Whether a place on the line is better resolved by its fraction from the nearer end than by
+    /// its direction. A relative error ε of the distance s from that end turns the direction by ε s
+    /// h/r²: by at most ε where the line runs away from its foot, however small the angle that it
+    /// subtends; by ε l/h where the foot is inside, so that the line then must be shorter than h.
     #[must_use]
     pub fn is_short(&self) -> bool {
         self.short
     }
 
-    /// sin(δ − v) for the angle v from an end. It is accurate relative to itself unless v is close to δ: callers measure v
-    /// from the end that has at most half of the sample space behind it, and the density on an arc, a product of two
-    /// sinusoids, is nowhere many times its mean.
+    /// sin(δ − v) for the angle v from an end. It is accurate relative to itself unless v is close
+    /// to δ: callers measure v from the end that has at most half of the sample space behind it,
+    /// and the density on an arc, a product of two sinusoids, is nowhere many times its mean.
     #[inline(always)]
     pub(crate) fn sine_of_rest(&self, s: T, c: T) -> T {
         (self.sin_delta * c - self.cos_delta * s).at_least(T::ZERO)
@@ -382,8 +394,9 @@ impl<T: Real> LineView<T> {
 
     /// The place and direction from sine and cosine of the angle v from the first or second end.
     ///
-    /// 1/r interpolates like a direction, `1/r = (sin(δ−v)/r₀ + sin v/r₁)/sin δ`: all terms are positive. The ends are
-    /// looked up by index: which of them is nearer is anybody's guess, and a branch on it would be mispredicted.
+    /// 1/r interpolates like a direction, `1/r = (sin(δ−v)/r₀ + sin v/r₁)/sin δ`: all terms are
+    /// positive. The ends are looked up by index: which of them is nearer is anybody's guess, and a
+    /// branch on it would be mispredicted.
     #[inline]
     pub(crate) fn arc_point(&self, second: bool, s: T, c: T) -> ArcPoint<T> {
         let (here, there) = (usize::from(second), usize::from(!second));
@@ -423,7 +436,8 @@ impl<T: Real> LineView<T> {
         }
     }
 
-    /// [`LineView::arc_point`] without a branch, on a line that [is short](LineView::is_short) or not.
+    /// [`LineView::arc_point`] without a branch, on a line that [is short](LineView::is_short) or
+    /// not.
     #[inline(always)]
     pub(crate) fn place<const SHORT: bool>(&self, second: bool, s: T, c: T) -> ArcPoint<T> {
         let far = self.sine_of_rest(s, c);
@@ -479,7 +493,8 @@ fn sides<T: Real>(sine: [T; 2], cosine: [T; 2]) -> [(T, T); 2] {
     [side(0), side(1)]
 }
 
-/// cos φ at an end, and 1 − sin φ and 1 + sin φ (or the other way round) there and at the other end.
+/// cos φ at an end, and 1 − sin φ and 1 + sin φ (or the other way round) there and at the other
+/// end.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SolidAngleEnd<T> {
     pub cosine: T,
@@ -503,9 +518,9 @@ impl<T: Real> SolidAngleEnd<T> {
         }
     }
 
-    /// The solid-angle sample that divides `whole` into `below` and `above` from this end: tan(v/2) as a
-    /// quotient of two numbers ≥ 0, v from this end, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)` and
-    /// cos φ = √((1 − sin φ)(1 + sin φ)), both factors linear in ξ = below/whole.
+    /// The solid-angle sample that divides `whole` into `below` and `above` from this end: tan(v/2)
+    /// as a quotient of two numbers ≥ 0, v from this end, by `tan(v/2) = ξ Δ sin/(cos φ₀ + cos φ)`
+    /// and cos φ = √((1 − sin φ)(1 + sin φ)), both factors linear in ξ = below/whole.
     #[inline(always)]
     pub(crate) fn half_tangent(&self, [below, above, whole]: [T; 3]) -> (T, T) {
         let lerp = |a: [T; 2]| a[0] * above + a[1] * below;
@@ -514,8 +529,8 @@ impl<T: Real> SolidAngleEnd<T> {
     }
 }
 
-/// The end from which a sample is measured, and its random number from there: the end that has at most half of the sample
-/// space behind it, so that what is next to either end keeps its digits.
+/// The end from which a sample is measured, and its random number from there: the end that has at
+/// most half of the sample space behind it, so that what is next to either end keeps its digits.
 #[inline(always)]
 pub(crate) fn nearer<T: Real>(xi: T) -> (bool, T) {
     let rest = T::ONE - xi;
@@ -555,10 +570,11 @@ fn clip<T: Real>(ends: [V3<T>; 2], edge: V3<T>, x: (V3<T>, T), n: V3<T>) -> Opti
     Some(out)
 }
 
-/// The point on the horizon: (n × x)/(n·e), whose error is that of x = p0 × p1, ε |x|/|n·e|; or from the nearer end, whose
-/// error is ε times its distance and the way from it. The first is right where the line passes close by, the second where
-/// it nearly lies in the horizon. Where both have lost more than six bits, the line passing close by *and* nearly in the
-/// horizon, it is formed from more digits.
+/// The point on the horizon: (n × x)/(n·e), whose error is that of x = p0 × p1, ε |x|/|n·e|; or
+/// from the nearer end, whose error is ε times its distance and the way from it. The first is right
+/// where the line passes close by, the second where it nearly lies in the horizon. Where both have
+/// lost more than six bits, the line passing close by *and* nearly in the horizon, it is formed
+/// from more digits.
 #[inline(always)]
 fn on_horizon<T: Real>(
     ends: [V3<T>; 2],
@@ -596,8 +612,9 @@ fn height<T: Real>(n: V3<T>, p: V3<T>) -> T {
     }
 }
 
-/// A place on a line, by position and by direction: a unit direction in `f32` resolves a far line only to ε/δ of its
-/// length, while a fraction of a long line that passes close by resolves its near part only to ε l/h.
+/// A place on a line, by position and by direction: a unit direction in `f32` resolves a far line
+/// only to ε/δ of its length, while a fraction of a long line that passes close by resolves its
+/// near part only to ε l/h.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArcPoint<T> {
     /// Fraction of the clipped line, in [0, 1].

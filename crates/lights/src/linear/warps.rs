@@ -1,14 +1,16 @@
 //! Baselines: clipped solid angle sampling with the cosine approximated in primary sample space.
 //!
-//! Hart, Pharr, Müller, Lopes, McGuire & Shirley 2020, "Practical product sampling by fitting and composing warps": the
-//! random number is warped by a density that is linear or quadratic and interpolates the cosine at the ends (and the
-//! middle), then handed to the solid-angle technique. Peters 2021, Fig. 6e–f compares against them.
+//! Hart, Pharr, Müller, Lopes, McGuire & Shirley 2020, "Practical product sampling by fitting and
+//! composing warps": the random number is warped by a density that is linear or quadratic and
+//! interpolates the cosine at the ends (and the middle), then handed to the solid-angle technique.
+//! Peters 2021, Fig. 6e–f compares against them.
 
 use super::view::LineView;
 use crate::line::by_length::linear_warp;
 use crate::linear::precision::Real;
 
-/// A density on [0, 1] in Bernstein form of degree 2, coefficients ≥ 0: linear where the middle one is the mean.
+/// A density on [0, 1] in Bernstein form of degree 2, coefficients ≥ 0: linear where the middle one
+/// is the mean.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Warp {
     b: [f64; 3],
@@ -25,9 +27,9 @@ impl Warp {
         })
     }
 
-    /// The density that interpolates the cosine at both ends and in the middle of the solid angle. A negative Bernstein
-    /// coefficient (the parabola dipping below zero near a grazing end) is raised to zero, which keeps the density
-    /// positive inside.
+    /// The density that interpolates the cosine at both ends and in the middle of the solid angle.
+    /// A negative Bernstein coefficient (the parabola dipping below zero near a grazing end) is
+    /// raised to zero, which keeps the density positive inside.
     pub(crate) fn quadratic(view: &LineView<f64>) -> Option<Self> {
         let [c0, c1] = view.end_cosines();
         let middle = view.sample_solid_angle(0.5).lambda;

@@ -35,8 +35,8 @@ impl<M: Measure> PointSample<M> {
 
 /// Samples a convex polygon uniformly by area: density 1/A everywhere (Shirley & Wang 1991, §2).
 ///
-/// A parallelogram is sampled by its two edge vectors, every other polygon by a fan of triangles whose area CDF picks
-/// one; a triangle by `b + λ(c − b)`, λ = u₀, then `a + √u₁ (q − a)`.
+/// A parallelogram is sampled by its two edge vectors, every other polygon by a fan of triangles
+/// whose area CDF picks one; a triangle by `b + λ(c − b)`, λ = u₀, then `a + √u₁ (q − a)`.
 ///
 /// **Accuracy**: points lie in the polygon to the rounding of their coordinates.
 ///

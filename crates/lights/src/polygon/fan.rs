@@ -1,7 +1,8 @@
 //! The fan of a convex polygon: which triangle, and where on its outer edge.
 //!
-//! All triangles share the first vertex. The random number that picks a triangle is stretched and goes on to pick the
-//! point on that triangle's outer edge, so the map from random numbers to the polygon is continuous over the whole fan.
+//! All triangles share the first vertex. The random number that picks a triangle is stretched and
+//! goes on to pick the point on that triangle's outer edge, so the map from random numbers to the
+//! polygon is continuous over the whole fan.
 
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
@@ -31,7 +32,8 @@ pub(crate) fn below_one(x: f64) -> f64 {
     if x < ONE_MINUS { x } else { ONE_MINUS }
 }
 
-/// A piecewise constant distribution over at most 23 pieces: triangles of a fan, or trapezoids between vertices, in place.
+/// A piecewise constant distribution over at most 23 pieces: triangles of a fan, or trapezoids
+/// between vertices, in place.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pieces {
     /// Weight of each piece, ≥ 0.
@@ -93,7 +95,8 @@ impl Pieces {
     }
 }
 
-/// A point of a fan triangle (a, b, c): `q = b + lambda (c − b)` on the outer edge, then `a + kappa (q − a)`.
+/// A point of a fan triangle (a, b, c): `q = b + lambda (c − b)` on the outer edge, then `a + kappa
+/// (q − a)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FanPoint {
     pub(crate) triangle: usize,
@@ -106,8 +109,9 @@ pub(crate) fn triangle(vertices: &[DVec3], i: usize) -> [DVec3; 3] {
     [vertices[0], vertices[i + 1], vertices[i + 2]]
 }
 
-/// Where a point of the polygon stands in the fan; `None` where it lies outside by more than the rounding of its
-/// coordinates (64 ε of the largest coordinate, which moves λ and κ by as much relative to the polygon's size).
+/// Where a point of the polygon stands in the fan; `None` where it lies outside by more than the
+/// rounding of its coordinates (64 ε of the largest coordinate, which moves λ and κ by as much
+/// relative to the polygon's size).
 pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> {
     let v = polygon.vertices();
     let p = point - v[0];

@@ -5,13 +5,15 @@ use crate::polygon::area::PointSample;
 use crate::polygon::fan::{self, FanPoint, Pieces, below_one, unit};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
-/// Samples a polygon through the imaginary triangles whose vertices lie at unit distance from `x` in the directions of the
-/// light's: uniform on those, which is close to uniform in solid angle, most of all at grazing incidence.
+/// Samples a polygon through the imaginary triangles whose vertices lie at unit distance from `x`
+/// in the directions of the light's: uniform on those, which is close to uniform in solid angle,
+/// most of all at grazing incidence.
 ///
-/// **Formula** (Shirley & Wang 1991, §2; they print no density): on a proxy triangle with unit vertices v̂, a point q at the
-/// distance r has the density `2r³/|det(v̂₀, v̂₁, v̂₂)|` per solid angle; with a fan, `r³/(distance of its plane × ΣA)`.
-/// The ratio of its extremes is 2.9 where plain area sampling has 11. [`crate::SolidAngleSampler`] is exact and not much
-/// slower; this one is for the comparison.
+/// **Formula** (Shirley & Wang 1991, §2; they print no density): on a proxy triangle with unit
+/// vertices v̂, a point q at the distance r has the density `2r³/|det(v̂₀, v̂₁, v̂₂)|` per solid
+/// angle; with a fan, `r³/(distance of its plane × ΣA)`. The ratio of its extremes is 2.9 where
+/// plain area sampling has 11. [`crate::SolidAngleSampler`] is exact and not much slower; this one
+/// is for the comparison.
 ///
 /// **Domain**: any `x`; density 0 in the light's plane. Points are returned on the light itself.
 #[derive(Clone, Copy, Debug)]

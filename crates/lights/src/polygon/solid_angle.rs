@@ -11,21 +11,24 @@ const KEPT: usize = 2;
 
 /// Samples a convex polygon uniformly by the solid angle it subtends at `x`: density 1/Ω.
 ///
-/// The polygon is a fan of spherical triangles; the solid angle of each picks one. A rectangle is two of them, which is
-/// more accurate than the classic angle sum of the spherical rectangle by up to seven digits when far away.
+/// The polygon is a fan of spherical triangles; the solid angle of each picks one. A rectangle is
+/// two of them, which is more accurate than the classic angle sum of the spherical rectangle by up
+/// to seven digits when far away.
 ///
-/// **Domain**: any `x`; in the light's plane, Ω = 0 and every density is 0. Both sides of the light are sampled alike:
-/// whether the back emits is for [`crate::AreaLight::faces`] to say. No threshold switches the technique: it is the same
-/// from Ω = 1e-12 (and far below) to 2π.
+/// **Domain**: any `x`; in the light's plane, Ω = 0 and every density is 0. Both sides of the light
+/// are sampled alike: whether the back emits is for [`crate::AreaLight::faces`] to say. No
+/// threshold switches the technique: it is the same from Ω = 1e-12 (and far below) to 2π.
 ///
-/// **Accuracy**: Ω to about 10 ε (1 + r/z), where r is the largest vertex distance and z that of the plane: at grazing
-/// incidence the factor r/z is the conditioning of the problem in the coordinates.
+/// **Accuracy**: Ω to about 10 ε (1 + r/z), where r is the largest vertex distance and z that of
+/// the plane: at grazing incidence the factor r/z is the conditioning of the problem in the
+/// coordinates.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::SolidAngleSampler;
 /// // One face of a cube seen from the cube's centre: 4π/6.
-/// let face = ConvexPolygon::parallelogram(DVec3::new(-1.0, -1.0, 1.0), 2.0 * DVec3::X, 2.0 * DVec3::Y).unwrap();
+/// let corner = DVec3::new(-1.0, -1.0, 1.0);
+/// let face = ConvexPolygon::parallelogram(corner, 2.0 * DVec3::X, 2.0 * DVec3::Y).unwrap();
 /// let sampler = SolidAngleSampler::new(&face, DVec3::ZERO);
 /// assert!((sampler.solid_angle() - 4.0 * std::f64::consts::PI / 6.0).abs() < 1e-14);
 /// let sample = sampler.sample([0.3, 0.7]);

@@ -1,21 +1,23 @@
-//! Uniform by solid angle on a triangle, from 1e-12 sr and less up to 2π, without a threshold that switches technique.
+//! Uniform by solid angle on a triangle, from 1e-12 sr and less up to 2π, without a threshold that
+//! switches technique.
 //!
-//! Arvo's classic map (1995) goes through cosines of the sides and angles; all of them are 1 − O(Ω) for a small triangle
-//! and its digits are gone below Ω = 1e-5 or so, where renderers switch to area sampling. Here every quantity is a ratio
-//! of positive terms. With `h = Ω/2`, `τ = tan(θ/2)` for the arc θ from b along bc, `τ₁` its value at c,
-//! `P = 1 + a·b` and `D = det(a, b, c)/sin θ₁` (unit vectors), the sub-triangle (a, b, q(τ)) has
-//! `tan(ξh) = τ D/(P + τ (a·t))`, and eliminating the signed `a·t` by the known end of the arc gives
+//! Arvo's classic map (1995) goes through cosines of the sides and angles; all of them are 1 − O(Ω)
+//! for a small triangle and its digits are gone below Ω = 1e-5 or so, where renderers switch to
+//! area sampling. Here every quantity is a ratio of positive terms. With `h = Ω/2`, `τ = tan(θ/2)`
+//! for the arc θ from b along bc, `τ₁` its value at c, `P = 1 + a·b` and `D = det(a, b, c)/sin θ₁`
+//! (unit vectors), the sub-triangle (a, b, q(τ)) has `tan(ξh) = τ D/(P + τ (a·t))`, and eliminating
+//! the signed `a·t` by the known end of the arc gives
 //!
 //! ```text
 //! τ(ξ) = P sin(ξh) / [ D sin((1−ξ)h)/sin h + P sin(ξh)/τ₁ ]
 //! ```
 //!
-//! which is monotone and has no subtraction. The second random number places the point on the arc from a to q with
-//! `sin²(s/2) = ξ₂ sin²(s₁/2)`.
+//! which is monotone and has no subtraction. The second random number places the point on the arc
+//! from a to q with `sin²(s/2) = ξ₂ sin²(s₁/2)`.
 //!
-//! Points are returned on the plane of the triangle, by interpolation between its vertices, so they stay in the triangle
-//! however small or far it is. (The sub-triangle in tangent form: Peters 2021, "BRDF importance sampling for polygonal
-//! lights", §4; the elimination is ours.)
+//! Points are returned on the plane of the triangle, by interpolation between its vertices, so they
+//! stay in the triangle however small or far it is. (The sub-triangle in tangent form: Peters 2021,
+//! "BRDF importance sampling for polygonal lights", §4; the elimination is ours.)
 
 use linelit_geometry::{DVec3, predicates};
 
@@ -41,7 +43,8 @@ pub(crate) struct SphericalTriangle {
     cos_half: f64,
 }
 
-/// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b; all relatively accurate.
+/// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b; all
+/// relatively accurate.
 #[derive(Clone, Copy)]
 struct Side {
     one_plus: f64,
@@ -54,11 +57,13 @@ struct Side {
 impl Side {
     #[inline(always)]
     fn new(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
-        // a × b = a × (b − a): the edge carries the digits that the corners have lost when far away.
+        // a × b = a × (b − a): the edge carries the digits that the corners have lost when far
+        // away.
         Self::from_cross(predicates::cross(a, edge), a.dot(b), la * lb)
     }
 
-    /// The same for an edge that is parallel to the plane z = const: two components of the product have one term only.
+    /// The same for an edge that is parallel to the plane z = const: two components of the product
+    /// have one term only.
     fn in_plane(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
         Self::from_cross(cross_in_plane(a, edge), a.dot(b), la * lb)
     }
@@ -91,8 +96,8 @@ pub(crate) fn cross_in_plane(a: DVec3, edge: DVec3) -> DVec3 {
     DVec3::new(-a.z * edge.y, a.z * edge.x, turn)
 }
 
-/// Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))` with the longest side in the part of ab: the one combination whose denominator
-/// keeps its digits also where x comes close to an edge.
+/// Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))` with the longest side in the part of ab: the one combination
+/// whose denominator keeps its digits also where x comes close to an edge.
 fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     let [ab, bc, ca] = sides;
     let (long, next, la, lb) = if ab.one_plus <= bc.one_plus && ab.one_plus <= ca.one_plus {
@@ -108,8 +113,8 @@ fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     (d * next.tan_half).atan2(long.one_plus + at * next.tan_half)
 }
 
-/// Half the solid angle of a triangle with a side on each of two lines in the plane z = const; `det` is the magnitude of its
-/// determinant. 0 if it is degenerate.
+/// Half the solid angle of a triangle with a side on each of two lines in the plane z = const;
+/// `det` is the magnitude of its determinant. 0 if it is degenerate.
 pub(crate) fn half_angle_in_plane(
     corners: [DVec3; 3],
     edges: [DVec3; 3],
@@ -126,9 +131,9 @@ pub(crate) fn half_angle_in_plane(
 }
 
 impl SphericalTriangle {
-    /// The triangle with corners relative to the shading point and the edges ab, bc, ca formed before the shading point
-    /// was subtracted; `det` is the magnitude of its determinant, which the caller knows best (distance from the plane
-    /// times twice the area).
+    /// The triangle with corners relative to the shading point and the edges ab, bc, ca formed
+    /// before the shading point was subtracted; `det` is the magnitude of its determinant, which
+    /// the caller knows best (distance from the plane times twice the area).
     pub(crate) fn new(corners: [DVec3; 3], edges: [DVec3; 3], det: f64) -> Self {
         let [a, b, c] = corners;
         let length = [
@@ -209,7 +214,8 @@ impl SphericalTriangle {
         [self.invert_outer(lambda), self.invert_inner(lambda, kappa)]
     }
 
-    /// From `sin(ξh)/sin((1−ξ)h) = ρ = τ τ₁ D/((τ₁ − τ) P sin h)`: `tan(ξh) = ρ sin h/(1 + ρ cos h)`.
+    /// From `sin(ξh)/sin((1−ξ)h) = ρ = τ τ₁ D/((τ₁ − τ) P sin h)`: `tan(ξh) = ρ sin h/(1 + ρ cos
+    /// h)`.
     fn invert_outer(&self, lambda: f64) -> f64 {
         if self.half <= 0.0 || lambda <= 0.0 {
             return 0.0;

@@ -2,19 +2,21 @@
 
 use crate::linear::precision::{Real, V3, cross, dot, length, sub};
 
-/// The solid angle in sr that the triangle of three points relative to the shading point subtends; 0 if it is degenerate,
-/// or if the shading point is in its plane.
+/// The solid angle in sr that the triangle of three points relative to the shading point subtends;
+/// 0 if it is degenerate, or if the shading point is in its plane.
 ///
-/// **Formula**: Ω = 2 atan2(D τ, P + τ (a·t)) with (a, b) the side of the largest angle, `P = 1 + a·b`, τ the tangent of
-/// half the side bc, t the tangent at b towards c, and D the determinant over sin bc. The determinant is taken from the
-/// edges, so it is exact to rounding however small the triangle is; van Oosterom & Strackee's denominator with unit vectors
-/// loses 3e-5 of Ω in `f32` at Ω = 1e-5.
+/// **Formula**: Ω = 2 atan2(D τ, P + τ (a·t)) with (a, b) the side of the largest angle, `P = 1 +
+/// a·b`, τ the tangent of half the side bc, t the tangent at b towards c, and D the determinant
+/// over sin bc. The determinant is taken from the edges, so it is exact to rounding however small
+/// the triangle is; van Oosterom & Strackee's denominator with unit vectors loses 3e-5 of Ω in
+/// `f32` at Ω = 1e-5.
 ///
-/// **Domain**: distances and their products by two whose squares `f64` holds with its digits, 1e-145 to 1e154, and in `f32`
-/// themselves, 1e-37 to 1e38; zero beyond.
+/// **Domain**: distances and their products by two whose squares `f64` holds with its digits,
+/// 1e-145 to 1e154, and in `f32` themselves, 1e-37 to 1e38; zero beyond.
 ///
-/// **Error**: a few ε (1 + r/z) of Ω, with the distance r and the distance z from the plane, for Ω from the underflow
-/// threshold to 2π. In `f32` the 99th percentile over triangles of Ω = 1e-9 … 1 is below 1e-5 (tested).
+/// **Error**: a few ε (1 + r/z) of Ω, with the distance r and the distance z from the plane, for Ω
+/// from the underflow threshold to 2π. In `f32` the 99th percentile over triangles of Ω = 1e-9 … 1
+/// is below 1e-5 (tested).
 ///
 /// ```
 /// use linelit_lights::triangle_solid_angle;
@@ -73,7 +75,8 @@ mod tests {
     use super::*;
     use linelit_testkit::rng::SplitMix64;
 
-    /// Triangles of a given size class: relative errors of the `f32` form against the `f64` form of the same vertices.
+    /// Triangles of a given size class: relative errors of the `f32` form against the `f64` form of
+    /// the same vertices.
     fn errors(size: f64, quad: bool) -> Vec<f64> {
         let mut rng = SplitMix64::new(29);
         let mut out = Vec::new();

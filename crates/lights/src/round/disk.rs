@@ -25,8 +25,8 @@ impl Disk {
         power(PI * self.radius * self.radius)
     }
 
-    /// A point from two random numbers in [0, 1): Shirley & Chiu's concentric map (1997), which keeps neighbours and
-    /// shapes, so that stratified numbers stay stratified.
+    /// A point from two random numbers in [0, 1): Shirley & Chiu's concentric map (1997), which
+    /// keeps neighbours and shapes, so that stratified numbers stay stratified.
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let [a, b] = u.map(|u| 2.0 * unit(u) - 1.0);
@@ -49,7 +49,8 @@ impl Disk {
         Pdf::new(1.0 / self.area())
     }
 
-    /// The random numbers that give `point`; `None` outside the disk by more than 64 ε of its coordinates.
+    /// The random numbers that give `point`; `None` outside the disk by more than 64 ε of its
+    /// coordinates.
     #[must_use]
     pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         let frame = Frame::from_normal(self.normal);

@@ -13,22 +13,24 @@ const PIECES: usize = 8;
 
 /// Samples a disk nearly uniformly in solid angle, with the exact density.
 ///
-/// **Formula**: what x sees of a disk is an elliptic cone about the bisector of the nearest and the farthest point of its
-/// rim (Guillén et al. 2017, "Area-preserving parameterizations for spherical ellipses"). With a ≥ b the tangents of its
-/// half angles, `A = √(1 + a²)`, `B = √(1 + b²)`, and s the turn for which a point of the rim lies along
-/// `(aB cos s, bA sin s)`,
+/// **Formula**: what x sees of a disk is an elliptic cone about the bisector of the nearest and the
+/// farthest point of its rim (Guillén et al. 2017, "Area-preserving parameterizations for spherical
+/// ellipses"). With a ≥ b the tangents of its half angles, `A = √(1 + a²)`, `B = √(1 + b²)`, and s
+/// the turn for which a point of the rim lies along `(aB cos s, bA sin s)`,
 ///
 /// ```text
 /// dΩ = ab/(AB + p(s)) ds,    p(s) = √(B² cos² s + A² sin² s)
 /// ```
 ///
-/// whose integral is elliptic, but which varies by less than a factor of two for any disk: s is drawn by its linear
-/// interpolation between eighths of a quarter turn, and `1 − cos θ` uniformly up to the rim. The density is that of what is drawn.
+/// whose integral is elliptic, but which varies by less than a factor of two for any disk: s is
+/// drawn by its linear interpolation between eighths of a quarter turn, and `1 − cos θ` uniformly
+/// up to the rim. The density is that of what is drawn.
 ///
-/// **Units**: densities in 1/sr. **Domain**: any x off the disk's plane; in it the density is zero, and so it is within its
-/// rounding: where the cone is 1e14 times as wide as high, and nearer to the plane than 1e-150 radii. Both sides are sampled.
-/// **Accuracy**: the density is within 1 % of 1/Ω; it is what the sample is drawn by to a few ε times 1 + R/h, h the
-/// distance from the plane.
+/// **Units**: densities in 1/sr. **Domain**: any x off the disk's plane; in it the density is zero,
+/// and so it is within its rounding: where the cone is 1e14 times as wide as high, and nearer to
+/// the plane than 1e-150 radii. Both sides are sampled.
+/// **Accuracy**: the density is within 1 % of 1/Ω; it is what the sample is drawn by to a few ε
+/// times 1 + R/h, h the distance from the plane.
 ///
 /// ```
 /// use linelit_geometry::DVec3;
@@ -55,8 +57,8 @@ pub struct DiskCone {
     pieces: Pieces,
 }
 
-/// A cone this many times flatter than wide is the plane itself: heights are differences of coordinates, whose rounding is
-/// of this size, and directions of its samples are rounded to it.
+/// A cone this many times flatter than wide is the plane itself: heights are differences of
+/// coordinates, whose rounding is of this size, and directions of its samples are rounded to it.
 const FLAT: f64 = 32.0 * f64::EPSILON;
 
 /// Sine and cosine of the ends of the pieces.
@@ -74,8 +76,8 @@ impl DiskCone {
         let along = to.dot(disk.normal);
         let (h, lateral) = (along.abs(), to - disk.normal * along);
         let rho = predicates::length(lateral);
-        // The nearest and farthest points of the rim, and the tangent of half the angle between them from its side that
-        // does not cancel.
+        // The nearest and farthest points of the rim, and the tangent of half the angle between
+        // them from its side that does not cancel.
         let (near, far) = ((rho - r).hypot(h), (rho + r).hypot(h));
         let product = near * far;
         let dot = (rho - r) * (rho + r) + h * h;
@@ -132,7 +134,8 @@ impl DiskCone {
         (tan * tan / (q * (1.0 + q)), across.map(|x| x / tan))
     }
 
-    /// The density of the turn, over a quarter, at a place in a piece; for the four quarters together.
+    /// The density of the turn, over a quarter, at a place in a piece; for the four quarters
+    /// together.
     fn turn_density(&self, piece: usize, place: f64) -> f64 {
         let [a, b] = [self.density[piece], self.density[piece + 1]];
         (a + (b - a) * place) / (4.0 * self.pieces.total())
@@ -145,7 +148,8 @@ impl DiskCone {
             return PointSample::none(self.disk.center);
         }
         let u = u.map(unit);
-        // The quarters that run backwards, so that the turn is continuous, mirror those that run forwards.
+        // The quarters that run backwards, so that the turn is continuous, mirror those that run
+        // forwards.
         let scaled = 4.0 * u[0];
         let (within, [sx, sy]) = match scaled {
             t if t < 1.0 => (t, [1.0, 1.0]),

@@ -1,4 +1,5 @@
-//! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap, solid angle.
+//! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap,
+//! solid angle.
 
 use crate::density::{Area, Pdf, SolidAngle};
 use crate::light::power;
@@ -43,7 +44,8 @@ impl Sphere {
         (d, Frame::from_normal(z))
     }
 
-    /// Whether a point of the surface faces `x` outside it; `scale` takes lengths to where their products are numbers.
+    /// Whether a point of the surface faces `x` outside it; `scale` takes lengths to where their
+    /// products are numbers.
     pub(crate) fn faces(&self, point: DVec3, x: DVec3, scale: f64) -> bool {
         let (out, to_x) = ((point - self.center) * scale, (x - point) * scale);
         out.dot(to_x) >= 0.0
@@ -74,8 +76,9 @@ fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
 
 /// Uniform by area on the part of a sphere that faces `x`, or on all of it.
 ///
-/// Visible cap (`x` outside at the distance d): points whose normal has the cosine ≥ s = R/d to the direction towards x;
-/// density `1/(2πR²(1 − s))`. Whole surface, or `x` inside: `1/(4πR²)`; at least half of it is wasted outside.
+/// Visible cap (`x` outside at the distance d): points whose normal has the cosine ≥ s = R/d to the
+/// direction towards x; density `1/(2πR²(1 − s))`. Whole surface, or `x` inside: `1/(4πR²)`; at
+/// least half of it is wasted outside.
 ///
 /// ```
 /// use linelit_geometry::DVec3;
@@ -159,12 +162,14 @@ impl SphereCap {
     }
 }
 
-/// Uniform by solid angle: the cone of directions from `x` that meet the sphere; the whole sphere of directions from inside.
+/// Uniform by solid angle: the cone of directions from `x` that meet the sphere; the whole sphere
+/// of directions from inside.
 ///
-/// **Formula**: `1/(2πk)` with `k = 1 − cos θ_max = s²/(1 + √(1 − s²))`, s = R/d, `1 − s² = (d − R)(d + R)/d²`: relatively
-/// accurate from inside to cones of any smallness. The point is placed by its normal, from the central angle, with
-/// `s² − sin² θ = k(1 − ξ)(2 − k(1 + ξ))`, so that no direction misses at the rim and no digits are lost far from the
-/// origin. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
+/// **Formula**: `1/(2πk)` with `k = 1 − cos θ_max = s²/(1 + √(1 − s²))`, s = R/d, `1 − s² = (d −
+/// R)(d + R)/d²`: relatively accurate from inside to cones of any smallness. The point is placed by
+/// its normal, from the central angle, with `s² − sin² θ = k(1 − ξ)(2 − k(1 + ξ))`, so that no
+/// direction misses at the rim and no digits are lost far from the origin. (Wang 1992; Shirley &
+/// Wang 1991, Fig. 3.)
 ///
 /// ```
 /// use linelit_geometry::DVec3;
@@ -179,7 +184,8 @@ pub struct SphereCone {
     sphere: Sphere,
     x: DVec3,
     frame: Frame,
-    /// A power of two, and by it the distance of the centre and the radius, of which the larger is about one.
+    /// A power of two, and by it the distance of the centre and the radius, of which the larger is
+    /// about one.
     scale: f64,
     d: f64,
     r: f64,
@@ -259,7 +265,8 @@ impl SphereCone {
             return None;
         }
         let v = (point - self.sphere.center) * self.scale;
-        // From x: across as from the centre; along, the distance to the centre minus the height of the point.
+        // From x: across as from the centre; along, the distance to the centre minus the height of
+        // the point.
         let (across, along) = {
             let (a, b) = (v.dot(self.frame.x), v.dot(self.frame.y));
             (a * a + b * b, self.d - v.dot(self.frame.z))

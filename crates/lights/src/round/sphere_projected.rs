@@ -8,29 +8,30 @@ use crate::round::sphere::Sphere;
 use core::f64::consts::PI;
 use linelit_geometry::{DVec3, predicates};
 
-/// In proportion to the cosine n·ω within the sphere's solid angle above the horizon of n: zero variance on a diffuse
-/// surface that sees all of it.
+/// In proportion to the cosine n·ω within the sphere's solid angle above the horizon of n: zero
+/// variance on a diffuse surface that sees all of it.
 ///
-/// **Formula.** Dropped onto the surface's plane, directions by projected solid angle are points by area, and the cap of
-/// directions with sin θ = σ = R/d at the angle β from n is an ellipse: centre (κ sin β, 0) with κ = cos θ, semi-axes
-/// σ cos β and σ. A sphere above the horizon is a uniform point of its ellipse, `ω·n = √(g² + σ²(1 − r²))` with
-/// g = κ cos β − σ p sin β at the point (p, q) of the unit disk. The horizon replaces the side of the ellipse beyond the
-/// points where both touch, at |y| = y_t, by the unit circle; slices at constant y then have the width
+/// **Formula.** Dropped onto the surface's plane, directions by projected solid angle are points by
+/// area, and the cap of directions with sin θ = σ = R/d at the angle β from n is an ellipse: centre
+/// (κ sin β, 0) with κ = cos θ, semi-axes σ cos β and σ. A sphere above the horizon is a uniform
+/// point of its ellipse, `ω·n = √(g² + σ²(1 − r²))` with g = κ cos β − σ p sin β at the point (p,
+/// q) of the unit disk. The horizon replaces the side of the ellipse beyond the points where both
+/// touch, at |y| = y_t, by the unit circle; slices at constant y then have the width
 ///
 /// ```text
 /// W(y) = (κ² cos² β + σ² − y²)/(√(1−y²) + κ sin β) + cos β √(σ²−y²)    |y| < y_t
 ///        2 cos β √(σ²−y²)                                              beyond, if cos β > 0
 /// ```
 ///
-/// whose integral has a closed form, and is inverted by Newton's method in a bracket. Nothing cancels for small spheres.
-/// (The ellipse and the circle are those of Ureña & Georgiev 2018 and of Peters & Dachsbacher 2019, who draw along other
-/// curves.)
+/// whose integral has a closed form, and is inverted by Newton's method in a bracket. Nothing
+/// cancels for small spheres. (The ellipse and the circle are those of Ureña & Georgiev 2018 and of
+/// Peters & Dachsbacher 2019, who draw along other curves.)
 ///
-/// **Domain**: shading points outside the sphere. **Units**: densities in 1/sr. **Error**: a few ε of the coordinates
-/// against the radius.
+/// **Domain**: shading points outside the sphere. **Units**: densities in 1/sr. **Error**: a few ε
+/// of the coordinates against the radius.
 ///
-/// **When it pays**: what a cone ([`SphereCone`](crate::SphereCone)) leaves without shadows is, of one sample, this part of
-/// the mean:
+/// **When it pays**: what a cone ([`SphereCone`](crate::SphereCone)) leaves without shadows is, of
+/// one sample, this part of the mean:
 ///
 /// | | θ = 5° | 15° | 30° | 60° |
 /// |---|---|---|---|---|
@@ -39,8 +40,8 @@ use linelit_geometry::{DVec3, predicates};
 /// | 75° | 0.16 | 0.49 | 0.82 (cut) | 1.03 (cut) |
 /// | 90° | 1.33 (cut) | 1.33 (cut) | 1.33 (cut) | 1.31 (cut) |
 ///
-/// A sample costs 1.5 times as much as of a cone above the horizon (40 against 27 ns), and some 400 ns where that cuts: both
-/// well below a shadow ray.
+/// A sample costs 1.5 times as much as of a cone above the horizon (40 against 27 ns), and some 400
+/// ns where that cuts: both well below a shadow ray.
 ///
 /// ```
 /// use linelit_geometry::DVec3;
@@ -58,7 +59,8 @@ pub struct SphereProjected {
     sphere: Sphere,
     x: DVec3,
     normal: DVec3,
-    /// Across the view in the plane of n and away from it, across that plane, and towards the centre.
+    /// Across the view in the plane of n and away from it, across that plane, and towards the
+    /// centre.
     axes: [DVec3; 3],
     /// A power of two, and by it the distance of the centre, about one, and the radius.
     scale: f64,
@@ -84,7 +86,8 @@ struct Cut {
     half: f64,
 }
 
-/// A direction as seen from the view towards the centre: across by `axes`, and its cosine to the centre less κ.
+/// A direction as seen from the view towards the centre: across by `axes`, and its cosine to the
+/// centre less κ.
 struct Seen {
     across: [f64; 2],
     excess: f64,
@@ -102,8 +105,9 @@ struct Slice {
 }
 
 impl SphereProjected {
-    /// The per-light part for the shading point `x` with unit normal `normal` (any other is made one). `None` if `x` is not
-    /// outside the sphere, the normal zero or not finite, or nothing of the sphere above the horizon.
+    /// The per-light part for the shading point `x` with unit normal `normal` (any other is made
+    /// one). `None` if `x` is not outside the sphere, the normal zero or not finite, or nothing of
+    /// the sphere above the horizon.
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3, normal: DVec3) -> Option<Self> {
         let to_center = sphere.center - x;
@@ -180,7 +184,8 @@ impl SphereProjected {
         PointSample::at(self.place(&seen), Pdf::new(seen.cosine / self.area))
     }
 
-    /// The density at a point of the surface; zero on the side that faces away and below the horizon.
+    /// The density at a point of the surface; zero on the side that faces away and below the
+    /// horizon.
     #[must_use]
     pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
         let direction = predicates::normalize(point - self.x).unwrap_or(DVec3::ZERO);
@@ -284,8 +289,8 @@ impl SphereProjected {
         }
     }
 
-    /// The height |q| that has the fraction `share` of the mass of its side below it: Newton's method in a bracket, from a
-    /// start that is right where slices shrink to nothing.
+    /// The height |q| that has the fraction `share` of the mass of its side below it: Newton's
+    /// method in a bracket, from a start that is right where slices shrink to nothing.
     fn height(&self, cut: &Cut, share: f64) -> f64 {
         let target = share * cut.half;
         let (mut low, mut high) = (0.0, cut.last);

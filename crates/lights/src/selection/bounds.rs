@@ -15,8 +15,8 @@ pub(crate) enum Reach {
     All,
 }
 
-/// What a group of lights looks like from outside: a box, a cone that holds all normals, the power; and the first two
-/// moments of where the power is and whereto it shines.
+/// What a group of lights looks like from outside: a box, a cone that holds all normals, the power;
+/// and the first two moments of where the power is and whereto it shines.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightBounds {
     lo: DVec3,
@@ -33,7 +33,8 @@ pub(crate) struct LightBounds {
     /// Whether some are spheres or disks, which touch their box only to rounding.
     round: bool,
     pub(crate) power: f64,
-    /// Power-weighted mean position, mean squared distance from it, and mean normal (of two-sided lights: zero).
+    /// Power-weighted mean position, mean squared distance from it, and mean normal (of two-sided
+    /// lights: zero).
     mean: DVec3,
     variance: f64,
     normal: DVec3,
@@ -43,7 +44,8 @@ pub(crate) struct LightBounds {
 const POWER: f64 = 1e280;
 
 impl LightBounds {
-    /// One light; `None` if it emits nothing. Powers above [`POWER`] count as that, so that those of groups are finite.
+    /// One light; `None` if it emits nothing. Powers above [`POWER`] count as that, so that those
+    /// of groups are finite.
     pub(crate) fn new(light: &Light) -> Option<Self> {
         let power = light.power();
         if power.is_nan() || power <= 0.0 {
@@ -68,7 +70,8 @@ impl LightBounds {
             Light::Area(l) => {
                 let vertices = l.polygon.vertices();
                 let c = l.polygon.centroid();
-                // A triangle's second moment is 1/12 of the sum of its corners'; near enough for any polygon.
+                // A triangle's second moment is 1/12 of the sum of its corners'; near enough for
+                // any polygon.
                 let spread: f64 = vertices.iter().map(|v| (*v - c).length_squared()).sum();
                 let sides = one_side(l.polygon.normal(), l.emission.two_sided);
                 (around(vertices), c, spread / 12.0, sides)
@@ -145,8 +148,8 @@ impl LightBounds {
         0.5 * self.lo + 0.5 * self.hi
     }
 
-    /// Cost of a group for the surface area orientation heuristic (Conty & Kulla 2018, §4.3, eq. 1): power × area of the
-    /// box × the measure of the directions that are lit.
+    /// Cost of a group for the surface area orientation heuristic (Conty & Kulla 2018, §4.3, eq.
+    /// 1): power × area of the box × the measure of the directions that are lit.
     pub(crate) fn cost(&self) -> f64 {
         let d = self.hi - self.lo;
         let area = 2.0 * (d.x * d.y + d.y * d.z + d.z * d.x);
@@ -162,8 +165,9 @@ impl LightBounds {
         2.0 * PI * (1.0 - co) + 0.5 * PI * (2.0 * w * so - (o - 2.0 * w).cos() - 2.0 * o * so + co)
     }
 
-    /// Whether the group is small for its distance from `x`: its box has a radius below `ratio` times the distance, or a
-    /// quarter of that if it straddles the horizon, where a mean says little of its lights.
+    /// Whether the group is small for its distance from `x`: its box has a radius below `ratio`
+    /// times the distance, or a quarter of that if it straddles the horizon, where a mean says
+    /// little of its lights.
     pub(crate) fn is_far(&self, x: DVec3, n: DVec3, ratio: f64) -> bool {
         let to = self.center() - x;
         let height = n.dot(to);
@@ -175,11 +179,12 @@ impl LightBounds {
     /// Whether lights of the group can contribute to a surface at `x` with the unit normal `n`, as
     /// [`can_contribute`](super::can_contribute) decides it for each.
     ///
-    /// [`Reach::None`] and [`Reach::All`] are true whatever was rounded. Heights over the tangent plane: rounding is
-    /// monotonic and a box's corners are reached by the same operations as a light's, so the highest corner is never
-    /// below a vertex in it, bit for bit; spheres and disks, whose heights are found otherwise, get a slack of 8 ε of
-    /// the terms (2 ε each for both sums and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have
-    /// some 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
+    /// [`Reach::None`] and [`Reach::All`] are true whatever was rounded. Heights over the tangent
+    /// plane: rounding is monotonic and a box's corners are reached by the same operations as a
+    /// light's, so the highest corner is never below a vertex in it, bit for bit; spheres and
+    /// disks, whose heights are found otherwise, get a slack of 8 ε of the terms (2 ε each for both
+    /// sums and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have some
+    /// 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
     pub(crate) fn reach(&self, x: DVec3, n: DVec3) -> Reach {
         let (a, b) = (n * (self.lo - x), n * (self.hi - x));
         let sum = |v: DVec3| v.x + v.y + v.z;
@@ -217,8 +222,8 @@ impl LightBounds {
         }
     }
 
-    /// Upper-bound importance at `x` with the unit normal `n` (Conty & Kulla 2018, §5, eq. 3), with cosines of at least
-    /// 10⁻³.
+    /// Upper-bound importance at `x` with the unit normal `n` (Conty & Kulla 2018, §5, eq. 3), with
+    /// cosines of at least 10⁻³.
     pub(crate) fn bound(&self, x: DVec3, n: DVec3) -> f64 {
         let to = self.center() - x;
         let d2 = to.length_squared();
@@ -227,7 +232,8 @@ impl LightBounds {
             return self.power / near;
         }
         let d = d2.sqrt();
-        // Angles as (sin, cos): the box as seen from x, off the axis of the normals, off the surface normal.
+        // Angles as (sin, cos): the box as seen from x, off the axis of the normals, off the
+        // surface normal.
         let angle = |cosine: f64| {
             let c = cosine.clamp(-1.0, 1.0);
             (((1.0 - c) * (1.0 + c)).sqrt(), c)
@@ -240,10 +246,11 @@ impl LightBounds {
         self.power * emit.max(floor) * incident.max(floor) / near
     }
 
-    /// Expected contribution at `x` from the moments: the group as a blurred light, smooth and positive everywhere.
+    /// Expected contribution at `x` from the moments: the group as a blurred light, smooth and
+    /// positive everywhere.
     ///
-    /// The mean of max(0, c) over a spread s about c is taken as (c + √(c² + s²/4))/2, exact for no spread (then it is
-    /// max(0, c)) and for normals of all directions (¼).
+    /// The mean of max(0, c) over a spread s about c is taken as (c + √(c² + s²/4))/2, exact for no
+    /// spread (then it is max(0, c)) and for normals of all directions (¼).
     pub(crate) fn expected(&self, x: DVec3, n: DVec3) -> f64 {
         let to = self.mean - x;
         let d2 = to.length_squared() + self.variance;
@@ -268,7 +275,8 @@ fn radius2(lo: DVec3, hi: DVec3) -> f64 {
     0.25 * (hi - lo).length_squared()
 }
 
-/// (sin, cos) of the half angle under which a ball is seen whose centre is at the distance `d` beyond its radius.
+/// (sin, cos) of the half angle under which a ball is seen whose centre is at the distance `d`
+/// beyond its radius.
 fn box_angle(radius: f64, d: f64) -> (f64, f64) {
     let sine = (radius / d).min(1.0);
     (sine, ((1.0 - sine) * (1.0 + sine)).sqrt())
@@ -330,7 +338,8 @@ mod tests {
             ..ProptestConfig::default()
         })]
 
-        /// Axes of all kinds, many nearly the same or nearly opposite, where the plane of both is lost in rounding.
+        /// Axes of all kinds, many nearly the same or nearly opposite, where the plane of both is
+        /// lost in rounding.
         #[test]
         fn unions_hold_both_cones(
             a in unit_vector().prop_map(DVec3::from),

@@ -5,8 +5,8 @@ use crate::polygon::area::AreaSampler;
 use crate::round::sphere::SphereCap;
 use linelit_geometry::{DVec3, predicates};
 
-/// Whether any point of the light can light the surface point `x` with the unit normal `n`: some of it is above the tangent
-/// plane, and x is on an emitting side. This is the test that allows α = 0.
+/// Whether any point of the light can light the surface point `x` with the unit normal `n`: some of
+/// it is above the tangent plane, and x is on an emitting side. This is the test that allows α = 0.
 #[must_use]
 pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
     match light {
@@ -25,8 +25,9 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
     }
 }
 
-/// One-sample estimate of the irradiance at `x` from a random point of the light, averaged over the channels, the geometry
-/// term set to visible (Shirley & Wang 1991, eq. 3). A cheap Lhat; for the exact unshadowed value use the closed forms.
+/// One-sample estimate of the irradiance at `x` from a random point of the light, averaged over the
+/// channels, the geometry term set to visible (Shirley & Wang 1991, eq. 3). A cheap Lhat; for the
+/// exact unshadowed value use the closed forms.
 #[must_use]
 pub fn unshadowed(light: &Light, x: DVec3, n: DVec3, u: [f64; 2]) -> f64 {
     match light {
@@ -46,8 +47,9 @@ pub fn unshadowed(light: &Light, x: DVec3, n: DVec3, u: [f64; 2]) -> f64 {
     }
 }
 
-/// The estimate from the light's centre: deterministic, and wrong where the centre is below the horizon while other parts
-/// are not. It makes the bands of Shirley & Wang's Fig. 10 if α = 0 follows from it; for that comparison only.
+/// The estimate from the light's centre: deterministic, and wrong where the centre is below the
+/// horizon while other parts are not. It makes the bands of Shirley & Wang's Fig. 10 if α = 0
+/// follows from it; for that comparison only.
 #[must_use]
 pub fn unshadowed_at_center(light: &Light, x: DVec3, n: DVec3) -> f64 {
     match light {

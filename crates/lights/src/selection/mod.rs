@@ -1,7 +1,8 @@
 //! Choosing among many luminaires (Shirley & Wang 1991, §3): one sample for the union of N lights.
 //!
-//! Light i is taken with the probability αᵢ and its point with its own density pᵢ, so the density on the union is αᵢ pᵢ
-//! (eq. 7). Here are the ways to choose α; all of them answer for the probability of any light, which MIS needs.
+//! Light i is taken with the probability αᵢ and its point with its own density pᵢ, so the density
+//! on the union is αᵢ pᵢ (eq. 7). Here are the ways to choose α; all of them answer for the
+//! probability of any light, which MIS needs.
 //!
 //! | way | α | cost |
 //! |---|---|---|
@@ -52,8 +53,9 @@ pub struct Discrete {
 }
 
 impl Discrete {
-    /// Probabilities proportional to `weights` ≥ 0, positive for every positive weight: what is lost in the rounding of the
-    /// others is raised to an ulp of their sum. `None` if one is negative or not finite, or all are zero.
+    /// Probabilities proportional to `weights` ≥ 0, positive for every positive weight: what is
+    /// lost in the rounding of the others is raised to an ulp of their sum. `None` if one is
+    /// negative or not finite, or all are zero.
     #[must_use]
     pub fn new(weights: &[f64]) -> Option<Self> {
         if weights.iter().any(|w| *w < 0.0 || !w.is_finite()) {
@@ -137,12 +139,14 @@ pub const FLOOR: f64 = 0.05;
 /// The largest estimate of one light.
 const ESTIMATE: f64 = 1e280;
 
-/// α in proportion to an estimate of every light's unshadowed contribution at one shading point, made anew for each.
+/// α in proportion to an estimate of every light's unshadowed contribution at one shading point,
+/// made anew for each.
 ///
-/// **False zeros** (Shirley & Wang 1991, §3): an estimate from one random point may be zero although other points of the
-/// light contribute. αᵢ may be zero only if *no* point can ([`can_contribute`]); every other light gets at least
-/// [`FLOOR`]/N of the sum before normalising. The point that was used for the estimate must not be used again for the
-/// shadow ray when α is to serve as a density for MIS.
+/// **False zeros** (Shirley & Wang 1991, §3): an estimate from one random point may be zero
+/// although other points of the light contribute. αᵢ may be zero only if *no* point can
+/// ([`can_contribute`]); every other light gets at least [`FLOOR`]/N of the sum before normalising.
+/// The point that was used for the estimate must not be used again for the shadow ray when α is to
+/// serve as a density for MIS.
 ///
 /// The buffer is the caller's: nothing is allocated.
 ///

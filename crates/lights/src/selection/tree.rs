@@ -11,16 +11,18 @@ use linelit_geometry::DVec3;
 pub enum Importance {
     /// Conservative bounds of distance and angles (Conty & Kulla 2018).
     Bounds,
-    /// The moments of the group, as a blurred light, with a twentieth of the bound added as a defence against groups that
-    /// are better than they look on average. Less noise: a bound overrates whatever is near and spread out. With 10,000
-    /// lamps of which half are shadowed, the standard deviation is 1.19 times that of choosing by the true unshadowed
-    /// contribution (1.88 times by bounds).
+    /// The moments of the group, as a blurred light, with a twentieth of the bound added as a
+    /// defence against groups that are better than they look on average. Less noise: a bound
+    /// overrates whatever is near and spread out. With 10,000 lamps of which half are shadowed, the
+    /// standard deviation is 1.19 times that of choosing by the true unshadowed contribution (1.88
+    /// times by bounds).
     Moments,
-    /// By moments, too, but of groups that are small for their distance: whatever is near is first opened (the cut of
-    /// Barnes & Hut 1986, of a size that grows with the logarithm of the number of lights), one group of the cut is taken
-    /// in proportion to its moments, and in it a light as above. With the 10,000 lamps above the standard deviation is 1.03
-    /// times that of choosing by the true unshadowed contribution. A pick costs about fourteen times that by moments: 15 µs among 16,000 lamps, 10
-    /// among 1,600.
+    /// By moments, too, but of groups that are small for their distance: whatever is near is first
+    /// opened (the cut of Barnes & Hut 1986, of a size that grows with the logarithm of the number
+    /// of lights), one group of the cut is taken in proportion to its moments, and in it a light as
+    /// above. With the 10,000 lamps above the standard deviation is 1.03 times that of choosing by
+    /// the true unshadowed contribution. A pick costs about fourteen times that by moments: 15 µs
+    /// among 16,000 lamps, 10 among 1,600.
     #[default]
     Cut,
 }
@@ -60,14 +62,16 @@ const WAITING: usize = 80;
 
 /// A binary tree over lights, split by the surface area orientation heuristic (Conty & Kulla 2018).
 ///
-/// A light is picked by walking down, at each node by the importances of the two children at the shading point; a child
-/// without any light that [`can_contribute`] is never entered. So a light is found wherever there is one, and the
-/// probabilities of those that can contribute are positive and add up to one: to 2(D + 1) ε, where D is the depth, for a
-/// product of D shares has D − 1 roundings and each pair of shares is complementary to half an ε. Lights without power are
-/// left out. [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when sampled.
+/// A light is picked by walking down, at each node by the importances of the two children at the
+/// shading point; a child without any light that [`can_contribute`] is never entered. So a light is
+/// found wherever there is one, and the probabilities of those that can contribute are positive and
+/// add up to one: to 2(D + 1) ε, where D is the depth, for a product of D shares has D − 1
+/// roundings and each pair of shares is complementary to half an ε. Lights without power are left
+/// out. [`LightTree::probability`] retraces the walk. Allocates when built (O(N log N)), never when
+/// sampled.
 ///
-/// The tree keeps bounds; the lights themselves stay with whoever has them, and every question takes `light`, which must
-/// give for an index the light that the tree was built over.
+/// The tree keeps bounds; the lights themselves stay with whoever has them, and every question
+/// takes `light`, which must give for an index the light that the tree was built over.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
@@ -91,7 +95,8 @@ const WAITING: usize = 80;
 #[derive(Clone, Debug)]
 pub struct LightTree {
     nodes: Vec<Node>,
-    /// For each light the branches from the root, first branch in the lowest bit; `None` if it is not in the tree.
+    /// For each light the branches from the root, first branch in the lowest bit; `None` if it is
+    /// not in the tree.
     trails: Vec<Option<u64>>,
     importance: Importance,
 }
@@ -100,7 +105,8 @@ pub struct LightTree {
 const FAR: f64 = 0.4;
 /// The share of the bound in [`Importance::Moments`].
 const DEFENCE: f64 = 0.05;
-/// The range of importances: with as many groups as there is memory for, sums are finite and shares positive.
+/// The range of importances: with as many groups as there is memory for, sums are finite and shares
+/// positive.
 const IMPORTANCES: (f64, f64) = (1e-140, 1e140);
 /// The least share of a child that has a light to give, which no rounding can take for none.
 const SHARE: f64 = f64::EPSILON;
@@ -180,8 +186,8 @@ impl LightTree {
         }
     }
 
-    /// The first node, at or below this one and in the order of the tree, of which every light can contribute; `None` if
-    /// none of this one's can.
+    /// The first node, at or below this one and in the order of the tree, of which every light can
+    /// contribute; `None` if none of this one's can.
     fn lit<'l>(
         &self,
         node: usize,
@@ -208,8 +214,8 @@ impl LightTree {
         None
     }
 
-    /// The children of an inner node, as far as they can contribute, and the probability of the first: zero or one only if
-    /// the other cannot.
+    /// The children of an inner node, as far as they can contribute, and the probability of the
+    /// first: zero or one only if the other cannot.
     fn branch<'l>(
         &self,
         Step { node, lit }: Step,
@@ -237,8 +243,8 @@ impl LightTree {
         (first, at(a, lit), at(b, second))
     }
 
-    /// A light for the shading point `x` with the unit normal `n` and a random number in [0, 1); `None` if no light can
-    /// contribute. Only light of which `light` says so can be picked.
+    /// A light for the shading point `x` with the unit normal `n` and a random number in [0, 1);
+    /// `None` if no light can contribute. Only light of which `light` says so can be picked.
     #[must_use]
     pub fn pick<'l>(
         &self,
@@ -267,7 +273,8 @@ impl LightTree {
         })
     }
 
-    /// Where a walk begins: the root, or a group of the cut; its probability, and what is left of the random number.
+    /// Where a walk begins: the root, or a group of the cut; its probability, and what is left of
+    /// the random number.
     fn enter<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
@@ -385,8 +392,8 @@ impl LightTree {
         }
     }
 
-    /// The probability with which [`LightTree::pick`] takes light `index`: zero if and only if it cannot contribute, has no
-    /// power or is not in the tree.
+    /// The probability with which [`LightTree::pick`] takes light `index`: zero if and only if it
+    /// cannot contribute, has no power or is not in the tree.
     #[must_use]
     pub fn probability<'l>(
         &self,

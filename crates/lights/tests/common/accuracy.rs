@@ -1,8 +1,8 @@
 //! Backward errors of linear lights and errors of solid angles in single precision: the rows of
 //! `docs/accuracy-lights.md`.
 //!
-//! The backward error of a sample is the change of the random number ξ that explains it: |CDF(sample) − ξ|, with the CDF
-//! evaluated in `f64` for the very same input.
+//! The backward error of a sample is the change of the random number ξ that explains it:
+//! |CDF(sample) − ξ|, with the CDF evaluated in `f64` for the very same input.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::linear::{ArcPoint, ProjectedLine, sample_as_printed};
@@ -65,7 +65,8 @@ impl Random {
 /// In place of a number of steps: `sample_coarse`.
 const COARSE: u32 = u32::MAX;
 
-/// A case in the plane of the line: normal angle ν, end angles φ₀ < φ₁ from the closest point, random number ξ.
+/// A case in the plane of the line: normal angle ν, end angles φ₀ < φ₁ from the closest point,
+/// random number ξ.
 #[derive(Clone, Copy, Debug)]
 struct Planar {
     nu: f64,
@@ -231,8 +232,9 @@ fn class(name: &str, rng: &mut Random) -> (DVec3, DVec3, DVec3) {
     )
 }
 
-/// A line through the shading point to a distance, and a normal that is perpendicular to its plane to an angle of 1e-7 to
-/// 0.1, so that the horizon is nearly the plane of the fan and crosses the line anywhere, often next to the point.
+/// A line through the shading point to a distance, and a normal that is perpendicular to its plane
+/// to an angle of 1e-7 to 0.1, so that the horizon is nearly the plane of the fan and crosses the
+/// line anywhere, often next to the point.
 fn nearly_in_the_horizon(h: &str, rng: &mut Random) -> (DVec3, DVec3, DVec3) {
     let (p0, p1) = line_of(h, rng);
     let across = p0.cross(p1).normalize();
@@ -278,14 +280,16 @@ fn line_of(name: &str, rng: &mut Random) -> (DVec3, DVec3) {
 fn backward(exact: &ProjectedLine<f64>, w: DVec3, xi: f64) -> f64 {
     let (a, _) = exact.view().ends();
     let p0 = DVec3::from(a);
-    // Angle within the plane of the fan, signed so that a sample before the first end counts as outside.
+    // Angle within the plane of the fan, signed so that a sample before the first end counts as
+    // outside.
     let axis = p0.cross(DVec3::from(exact.view().ends().1));
     let v = p0.cross(w).dot(axis.normalize()).atan2(p0.dot(w));
     let error = (exact.cdf(v.clamp(0.0, exact.view().angle())) - xi).abs();
     if error.is_nan() { f64::INFINITY } else { error }
 }
 
-/// Rows in exact arithmetic, for what it matters: the worst over random starts and a search from the worst of them.
+/// Rows in exact arithmetic, for what it matters: the worst over random starts and a search from
+/// the worst of them.
 pub(crate) fn in_double(cases: u64) -> Vec<Row> {
     let rows = [
         (Some(0), "0 steps (solid angle)", 0.5),
@@ -389,8 +393,8 @@ fn quantiles(mut e: Vec<f64>) -> [f64; 4] {
     [at(1, 2), at(99, 100), at(999, 1000), at(1, 1)]
 }
 
-/// Relative errors of solid angles in `f32` against `f64` for the same vertices, by decades of Ω, beside the formula of
-/// van Oosterom & Strackee.
+/// Relative errors of solid angles in `f32` against `f64` for the same vertices, by decades of Ω,
+/// beside the formula of van Oosterom & Strackee.
 pub(crate) fn solid_angles(cases: u64) -> Vec<Row> {
     let mut out = Vec::new();
     for quad in [false, true] {
@@ -490,8 +494,8 @@ const FEET: [(&str, [i32; 2]); 7] = [
     ("outside", [-8, -5]),
 ];
 
-/// Relative errors of solid angles of triangles next to whose plane the shading point is, plain, and projected with a
-/// horizon that cuts, against 77 digits.
+/// Relative errors of solid angles of triangles next to whose plane the shading point is, plain,
+/// and projected with a horizon that cuts, against 77 digits.
 pub(crate) fn near_the_plane(cases: u64) -> Vec<Row> {
     let mut out = Vec::new();
     for (foot, exponents) in FEET {
@@ -571,8 +575,8 @@ pub(crate) fn triangle_about(foot: &str, z: f64, rng: &mut Random) -> [DVec3; 3]
 
 type Vector = [Precise; 3];
 
-/// The sum over edges of the angles at which they are seen, times what stands on them; the solid angle by van Oosterom &
-/// Strackee.
+/// The sum over edges of the angles at which they are seen, times what stands on them; the solid
+/// angle by van Oosterom & Strackee.
 fn precise_solid_angle(corners: &[DVec3]) -> f64 {
     let p: Vec<Vector> = corners.iter().map(|c| real::vector(c.to_array())).collect();
     let [a, b, c] = [0, 1, 2].map(|k| &p[k]);
@@ -649,8 +653,9 @@ pub(crate) fn regressions(rows: &[Row], table: &str) -> Vec<String> {
             ));
             continue;
         };
-        // Fewer inputs of the same stream cannot be worse; a quantile of fewer, and a search from fewer starts, can be by
-        // chance: by a quarter at most, for the thousands of inputs that tests take.
+        // Fewer inputs of the same stream cannot be worse; a quantile of fewer, and a search from
+        // fewer starts, can be by chance: by a quarter at most, for the thousands of inputs that
+        // tests take.
         let got = measure(row);
         // Where the table states that the goal is missed, it is held to what it states.
         let missed = committed > row.goal;

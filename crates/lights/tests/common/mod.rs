@@ -5,7 +5,8 @@ pub(crate) mod reference;
 
 use linelit_geometry::DVec3;
 
-/// One case of a vector file: a line of JSON whose values are numbers, strings holding numbers, or nested lists of them.
+/// One case of a vector file: a line of JSON whose values are numbers, strings holding numbers, or
+/// nested lists of them.
 pub(crate) struct Case<'a>(&'a str);
 
 impl<'a> Case<'a> {

@@ -1,4 +1,5 @@
-//! The techniques against reference vectors of 25 digits; errors against tolerances that each case's conditioning derives.
+//! The techniques against reference vectors of 25 digits; errors against tolerances that each
+//! case's conditioning derives.
 #![allow(dead_code, reason = "a test and an example use a part of it each")]
 
 use super::Case;
@@ -49,8 +50,8 @@ impl Rows {
         }
     }
 
-    /// Asserts that every quantity keeps its tolerance, and that the tolerances are not a thousand times too wide: that
-    /// would hide a regression.
+    /// Asserts that every quantity keeps its tolerance, and that the tolerances are not a thousand
+    /// times too wide: that would hide a regression.
     pub(crate) fn assert(&self) {
         for r in &self.0 {
             let (what, ratio, tag) = (r.what, r.ratio, &r.tag);
@@ -106,7 +107,8 @@ pub(crate) fn linear_lights(file: &str) -> Rows {
         for lambda in [case.number("t_sa"), view.sample_solid_angle(xi).lambda] {
             worst.check(5, (view.invert_solid_angle(lambda) - xi).abs(), place, tag);
         }
-        // An error in ξ moves the angle by 1/p, p = pdf · dΩ/dv = 2 pdf/distance being the density per angle.
+        // An error in ξ moves the angle by 1/p, p = pdf · dΩ/dv = 2 pdf/distance being the density
+        // per angle.
         let (error, pdf) = (
             (DVec3::from(arc.direction) - case.point("dir_psa")).length(),
             case.number("pdf_psa"),
@@ -118,7 +120,8 @@ pub(crate) fn linear_lights(file: &str) -> Rows {
 }
 
 fn on_plane(points: &[(f64, f64)], z: f64) -> ConvexPolygon {
-    // u → x, y → y, and the first edge does not matter: angles are given to the polygon's own frame.
+    // u → x, y → y, and the first edge does not matter: angles are given to the polygon's own
+    // frame.
     let points: Vec<_> = points.iter().map(|&(u, y)| DVec3::new(u, y, z)).collect();
     ConvexPolygon::try_new(&points).expect("a polygon")
 }
@@ -129,7 +132,8 @@ fn along_y(p: &ConvexPolygon) -> f64 {
     f.x.cross(DVec3::Y).dot(f.z).atan2(f.x.dot(DVec3::Y))
 }
 
-/// How far rounding the coordinates of the light moves it, relative to its smallest extent and its distance.
+/// How far rounding the coordinates of the light moves it, relative to its smallest extent and its
+/// distance.
 fn conditioning(points: &[(f64, f64)], z: f64) -> f64 {
     let far = points
         .iter()
@@ -158,8 +162,9 @@ pub(crate) fn polygons(file: &str) -> Rows {
         let Ok(polygon) = ConvexPolygon::try_new(&points) else {
             continue;
         };
-        // The vertices are planar to a few ε of their coordinates only, and the polygon is flattened: the solid angle moves
-        // by that over the plane's distance and the light's thickness.
+        // The vertices are planar to a few ε of their coordinates only, and the polygon is
+        // flattened: the solid angle moves by that over the plane's distance and the light's
+        // thickness.
         let z = polygon.normal().dot(points[0]).abs();
         let far = points.iter().map(|p| p.length()).fold(0.0, f64::max);
         let size = polygon.area() / polygon.diameter();
@@ -197,8 +202,8 @@ pub(crate) fn solid_angle_lines(file: &str) -> Rows {
         };
         let polygon = on_plane(&points, z);
         let lines = AngularLines::by_solid_angle(&polygon, along_y(&polygon), DVec3::ZERO);
-        // The polygon's own vertices, frame and offsets are rounded coordinates: each error is a few ε of the
-        // coordinates, divided by the extent that it changes.
+        // The polygon's own vertices, frame and offsets are rounded coordinates: each error is a
+        // few ε of the coordinates, divided by the extent that it changes.
         let tolerance = 8.0 * EPS * conditioning(&points, z);
         worst.check(
             0,
@@ -239,7 +244,8 @@ pub(crate) fn solid_angle_lines(file: &str) -> Rows {
             let error = (sample.point.y - case.number("y")).abs() / extent(|p| p.1);
             worst.check(4, error, 4.0 * tolerance, tag);
         } else {
-            // The length of the line changes with the offset, so its error enters relative to the line.
+            // The length of the line changes with the offset, so its error enters relative to the
+            // line.
             let shape = width * line.pdf.value() * line.segment.length() / extent(|p| p.1);
             let slack = tolerance * (4.0 + 1.0 / shape.min(1.0));
             worst.check(
