@@ -12,10 +12,11 @@ use linelit_lights::linear::{
 };
 use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Disk, DiskCone, DiskLight, Emission,
-    ImportanceImage, Length, Light, LineSample, LineSampler, LinearLight, Measure, Offset,
-    OffsetDensity, Orientation, Pdf, PointSample, ProjectedSolidAngle, ProxySampler, Real,
-    SolidAngle, SolidAngleSampler, Sphere, SphereCap, SphereCone, SphereLight, SphereProjected,
-    TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle, triangle_solid_angle,
+    ImportanceImage, Length, Light, LineSample, LineSampler, LineTechnique, LinearLight, Measure,
+    Offset, OffsetDensity, Orientation, Pdf, PointSample, PointTechnique, PointsOnLines,
+    ProjectedSolidAngle, ProxySampler, Real, SolidAngle, SolidAngleSampler, Sphere, SphereCap,
+    SphereCone, SphereLight, SphereProjected, TextureAxis, TexturedLines, TexturedSampler,
+    ThinSolidAngle, triangle_solid_angle,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
@@ -133,6 +134,37 @@ fn cases(cases: u32) -> ProptestConfig {
     }
 }
 
+/// A line technique with hostile numbers, and the point technique it makes.
+fn on_lines<T: LineTechnique + Copy>(
+    lines: &T,
+    shape: &Shape,
+    u: [f64; 2],
+    visible: &[Interval],
+    offset: f64,
+    q: DVec3,
+) -> Check {
+    let (a, b) = lines.lines().range();
+    let line = lines.sample(u[0]);
+    on_line(&line, shape)?;
+    for parts in [visible, &[Interval::UNIT]] {
+        let s = lines.point(&line, parts, u[1]);
+        on_polygon(s, shape)?;
+        for at in [q, s.point] {
+            density(lines.joint_pdf(at, parts))?;
+            numbers(lines.invert_point(at, parts))?;
+        }
+    }
+    for at in [offset, a, b, line.offset] {
+        density(lines.pdf(at))?;
+        numbers(lines.invert(at).map(|u| [u]))?;
+    }
+    let points = PointsOnLines(*lines);
+    let s = points.sample(u);
+    on_polygon(s, shape)?;
+    density(points.pdf(s.point))?;
+    numbers(points.invert(q))
+}
+
 proptest! {
     #![proptest_config(cases(1_500))]
 
@@ -166,19 +198,7 @@ proptest! {
         let p = shape.polygon;
         for by in [OffsetDensity::Uniform, OffsetDensity::Length] {
             let lines = LineSampler::new(&p, angle, by);
-            let (a, b) = lines.lines().range();
-            let line = lines.sample(u[0]);
-            on_line(&line, &shape)?;
-            let s = lines.point(&line, &visible, u[1]);
-            on_polygon(s, &shape)?;
-            for at in [offset, a, b, line.offset] {
-                density(lines.pdf(at))?;
-                numbers(lines.invert(at).map(|u| [u]))?;
-            }
-            for at in [v(q), s.point] {
-                density(lines.joint_pdf(at, &visible))?;
-                numbers(lines.invert_point(at, &visible))?;
-            }
+            on_lines(&lines, &shape, u, &visible, offset, v(q))?;
         }
         for o in [Orientation::Fixed(angle), Orientation::UniformPerLine, Orientation::ParallelPerPoint] {
             let _ = (o.angle_rad(u[0]), o.varies_per_line(), o.varies_per_point());
@@ -198,22 +218,8 @@ proptest! {
             AngularLines::by_projected_solid_angle(&p, angle, x, n),
         ] {
             prop_assert!(lines.total() >= 0.0 && lines.total().is_finite());
-            let (a, b) = lines.lines().range();
-            let line = lines.sample(u[0]);
-            on_line(&line, &shape)?;
-            for parts in [&visible[..], &[Interval::UNIT]] {
-                let s = lines.point(&line, parts, u[1]);
-                on_polygon(s, &shape)?;
-                for at in [v(q), s.point] {
-                    density(lines.joint_pdf(at, parts))?;
-                    numbers(lines.invert_point(at, parts))?;
-                    let _ = lines.locate(at);
-                }
-            }
-            for at in [offset, a, b, line.offset] {
-                density(lines.pdf(at))?;
-                numbers(lines.invert(at).map(|u| [u]))?;
-            }
+            on_lines(&lines, &shape, u, &visible, offset, v(q))?;
+            let _ = (lines.locate(v(q)), lines.locate(lines.sample(u[0]).segment.p0));
         }
     }
 
