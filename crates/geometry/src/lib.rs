@@ -60,3 +60,8 @@ pub use polygon::{ConvexPolygon, MAX_VERTICES, PolygonError};
 pub use segment::Segment;
 pub use shadow::{LIGHT_MARGIN, POINT_MARGIN, ShadowCoords, ShadowTriangle};
 pub use triangle::Triangle;
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

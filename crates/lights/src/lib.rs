@@ -51,3 +51,8 @@ pub use round::disk_cone::DiskCone;
 pub use round::sphere::{Sphere, SphereCap, SphereCone};
 pub use round::sphere_projected::SphereProjected;
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
