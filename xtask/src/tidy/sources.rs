@@ -50,7 +50,7 @@ const UNSAFE_ROOMS: [&str; 4] = [
 ];
 
 /// Where `f32` may stand in the crates of f64: kernels with a stated error bound.
-const F32_ROOMS: [&str; 3] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
+const F32_ROOMS: [&str; 2] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
 
 /// Foreign crates and the one room that may name each.
 const NAMED_ONLY_IN: [(&str, &[&str]); 9] = [
