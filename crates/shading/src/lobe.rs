@@ -19,6 +19,9 @@ pub(crate) const SMOOTH: f64 = 6.0;
 /// that, the roundings of values are 1e-13, and those of directions, over the cosine, may be any.
 const LOW: f64 = 1e-2;
 
+/// Up to that sine an arc is a point: slopes over it, squared, would leave the range of numbers.
+const POINT: f64 = 1e-100;
+
 /// A piece of the arc that starts at the lobe's highest point on it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Panel<const COUNT: usize> {
@@ -44,7 +47,7 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
 pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f64; 2] {
     let lobe = N - 1;
     let [z0, z1] = [fan.cosine(lobe, 0), fan.cosine(lobe, 1)];
-    if fan.sine <= 0.0 {
+    if fan.sine <= POINT {
         // All in one direction, in which a factor (like 1/|p|) may still change linearly.
         let ends = |i: usize| {
             if i < lobe {
