@@ -5,13 +5,14 @@ use crate::accuracy::{
     printed_error, shape, sine, vector,
 };
 use crate::lobe_oracle::{self, Rule};
-use crate::naive;
 use crate::polygon_oracle::Oracle;
+use crate::{naive, oracle};
 use linelit_geometry::{DVec3, Frame};
 use linelit_shading::cosine_lobe::CosineLobe;
 use linelit_shading::quadrature::{self, Model};
 use linelit_shading::{phong, phong_polygon, solid_angle, spherical_gaussian};
 use linelit_testkit::dd::Dd;
+use linelit_testkit::precise::Wide;
 use linelit_testkit::real::Real;
 use linelit_testkit::rng::SplitMix64;
 
@@ -296,6 +297,11 @@ pub(crate) fn quadratures(count: usize) -> Vec<Row> {
 /// What can go wrong with a lobe over a polygon, besides the domains of the diffuse one.
 const LOBE_DOMAINS: [&str; 3] = ["axis at an edge", "exponent 1e3 to 1e5", PLANE];
 
+/// Lobes of even exponents, which have sums of so many digits as it takes: at all distances of the plane, of any
+/// axis, and with an axis along the normal, or opposite, to rounding or nearly.
+const ANY_AXIS: &str = "in its plane, even exponent";
+const ALONG: &str = "axis along the normal";
+
 /// A polygon of a domain and the lobe's axis.
 pub(crate) fn lobe_over_polygon(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3, DVec3) {
     // The oracle's doubled digits do not tell the way round any nearer.
@@ -315,6 +321,64 @@ pub(crate) fn lobe_over_polygon(domain: &str, rng: &mut SplitMix64) -> (Vec<DVec
         _ => axis(corners[0], corners[2], rng),
     };
     (corners, n, w)
+}
+
+/// Rows of [`ANY_AXIS`] and [`ALONG`].
+fn even_lobes(domain: &'static str, count: usize) -> Row {
+    let mut rng = SplitMix64::new(6);
+    let mut samples = Vec::new();
+    while samples.len() < count {
+        let (low, high) = if rng.next_f64() < 0.5 {
+            (-280.0, -20.0)
+        } else {
+            (-20.0, -7.0)
+        };
+        let (corners, n) = flat_shape(low, high, &mut rng);
+        let away = vector(&mut rng);
+        let w = if domain == ALONG {
+            let side = if rng.next_f64() < 0.5 { n } else { -n };
+            (side + away * log_uniform(&mut rng, -18.0, -1.0)).normalize()
+        } else {
+            away
+        };
+        let even = u32::try_from(rng.below(6)).expect("small");
+        let k = 2 * even;
+        let want = evenly(&corners, n, w, k);
+        if want < 1e-280 {
+            continue;
+        }
+        let k = f64::from(k);
+        let omega = solid_angle::polygon(&corners);
+        let printed = integer(k, samples.len()).map_or(f64::NAN, |k| {
+            printed_error(naive::phong_polygon(&corners, n, w, k), Dd::new(want), 0.0)
+        });
+        let ours = phong_polygon::irradiance(&corners, n, w, k);
+        samples.push(Sample {
+            condition: 1.0 / omega.min(2.0 * std::f64::consts::PI / (k + 2.0)),
+            ours: error(ours, Dd::new(want), 0.0),
+            printed,
+        });
+    }
+    Row {
+        function: "phong_polygon::irradiance",
+        domain,
+        samples,
+        goal: 1e-10,
+    }
+}
+
+/// [`oracle::wide_lobe`] of as many digits as what cancels: those of the distance twice, of the result, and of what
+/// the axis is off the normal or its opposite.
+fn evenly(corners: &[DVec3], n: DVec3, w: DVec3, k: u32) -> f64 {
+    let corners: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
+    let coordinates = corners.iter().flatten().filter(|x| **x != 0.0);
+    let least = coordinates.fold(1.0, |a: f64, b| a.min(b.abs()));
+    let (n, w) = (n.to_array(), w.to_array());
+    if least > 1e-40 {
+        oracle::wide_lobe::<Wide<1536>>(&corners, n, w, k)
+    } else {
+        oracle::wide_lobe::<Wide<2560>>(&corners, n, w, k)
+    }
 }
 
 /// Phong over polygons, relative to itself.
@@ -355,5 +419,6 @@ pub(crate) fn phong_polygons(count: usize) -> Vec<Row> {
             goal: 1e-10,
         });
     }
+    rows.extend([ANY_AXIS, ALONG].map(|domain| even_lobes(domain, count.div_ceil(25))));
     rows
 }
