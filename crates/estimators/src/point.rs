@@ -22,6 +22,19 @@ pub struct ShadingPoint<R = Bsdf> {
 }
 
 impl<R: Reflection> ShadingPoint<R> {
+    /// A point of a flat surface: the geometric normal is the shading normal. `position` must be
+    /// lifted off the surface if the surface is among the occluders.
+    #[must_use]
+    pub const fn new(position: DVec3, normal: DVec3, outgoing: DVec3, bsdf: R) -> Self {
+        Self {
+            position,
+            geometric_normal: normal,
+            normal,
+            outgoing,
+            bsdf,
+        }
+    }
+
     /// The cosine at the shading point towards the unit vector `w`: zero below the horizon of the
     /// shading normal or of the geometric one.
     #[inline]

@@ -49,6 +49,17 @@ pub struct RandomNumbers {
 }
 
 impl RandomNumbers {
+    /// The numbers of a pair in a pixel.
+    #[must_use]
+    pub const fn new(sampler: SamplerKind, seed: u64, pixel: [u32; 2], pair: u32) -> Self {
+        Self {
+            sampler,
+            seed,
+            pixel,
+            pair,
+        }
+    }
+
     fn dimension(&self, stream: Stream) -> u32 {
         let first = self
             .pair

@@ -1,6 +1,7 @@
 //! Billen & Dutré 2016, Figs. 9 and 13: the order of convergence of points and lines.
 
-use linelit_integrator::LightChoice;
+use linelit_estimators::PointBy;
+use linelit_integrator::{Estimator, LightChoice};
 use linelit_samplers::SamplerKind;
 use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::spec::{PaperOrder, REFERENCE_LIMIT, StudySpec};
@@ -108,10 +109,7 @@ pub(super) fn spec() -> StudySpec {
         ]
         .map(str::to_owned)
         .to_vec(),
-        estimators: ["point-area", "line-analytic"]
-            .iter()
-            .filter_map(|n| n.parse().ok())
-            .collect(),
+        estimators: vec![Estimator::points(PointBy::Area), Estimator::analytic()],
         samplers: vec![
             SamplerKind::Independent,
             SamplerKind::Stratified,

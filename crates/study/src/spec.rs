@@ -2,6 +2,7 @@
 
 use crate::engine::CELL_SECONDS;
 use crate::pixels::{Pixels, Resolution};
+use linelit_estimators::{LineBy, PointBy};
 use linelit_integrator::{Estimator, LightChoice};
 use linelit_samplers::SamplerKind;
 use std::time::Duration;
@@ -167,15 +168,12 @@ impl Default for StudySpec {
                 "grid-planes-large".to_owned(),
                 "cornell-box-large".to_owned(),
             ],
-            estimators: [
-                "point-area",
-                "point-solid-angle",
-                "line-area",
-                "line-analytic",
-            ]
-            .iter()
-            .filter_map(|name| name.parse().ok())
-            .collect(),
+            estimators: vec![
+                Estimator::points(PointBy::Area),
+                Estimator::points(PointBy::SolidAngle),
+                Estimator::lines(LineBy::Area),
+                Estimator::analytic(),
+            ],
             samplers: vec![
                 SamplerKind::Independent,
                 SamplerKind::Stratified,

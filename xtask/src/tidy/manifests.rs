@@ -89,6 +89,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "samplers",
             "bsdf",
             "shading",
+            "estimators",
             "integrator",
             "film",
             "study",
