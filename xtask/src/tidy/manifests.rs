@@ -18,7 +18,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     (
         "formats",
         &["scene", "geometry", "lights", "film"],
-        &["flate2", "thiserror"],
+        &["flate2", "thiserror", "tobj"],
     ),
     (
         "estimators",

@@ -53,7 +53,7 @@ const UNSAFE_ROOMS: [&str; 4] = [
 const F32_ROOMS: [&str; 2] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
 
 /// Foreign crates and the one room that may name each.
-const NAMED_ONLY_IN: [(&str, &[&str]); 9] = [
+const NAMED_ONLY_IN: [(&str, &[&str]); 10] = [
     ("glam", &["geometry"]),
     ("obvhs", &["visibility", "workshop"]),
     ("rand", &["samplers"]),
@@ -63,6 +63,7 @@ const NAMED_ONLY_IN: [(&str, &[&str]); 9] = [
     ("png", &["film"]),
     ("zune_jpeg", &["film"]),
     ("flate2", &["film", "formats"]),
+    ("tobj", &["formats"]),
 ];
 
 pub(super) fn foreign_names(house: &House) -> Vec<String> {

@@ -1,0 +1,453 @@
+//! What tobj is given to read: statements that it reads as we mean them.
+//!
+//! tobj names no place, takes indices of vertices to come, ends at indices of normals that do not
+//! exist, mixes up meshes whose faces have normals in part, panics where the product of an index
+//! overflows, and reads `l a b c` as a triangle. So each statement is judged here while it passes,
+//! with its place, and tobj gets vertices of finite numbers, faces with indices in range, and each
+//! group of faces alike under a name of its own.
+
+use super::lines::{self, Line, Lines};
+use super::mtl;
+use crate::assembly::Assembly;
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use linelit_scene::EmissionSpec;
+use std::collections::{HashMap, HashSet};
+use std::io::{self, BufRead, Read, Write as _};
+
+/// Statements of the format that mean nothing to a renderer of triangles.
+const SILENT: [&str; 8] = ["o", "g", "s", "bevel", "c_interp", "d_interp", "lod", "mg"];
+
+/// Statements that describe things we do not draw.
+const UNSUPPORTED: &str = "p vp cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con \
+                           call csh shadow_obj trace_obj ctech stech";
+
+const KNOWN: [&str; 7] = ["v", "vt", "vn", "f", "l", "usemtl", "mtllib"];
+
+/// What indices are of, in the order in which corners have them.
+const WHAT: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+
+/// Position, texture coordinate and normal of a corner, as indices from zero.
+type Corner = [Option<u32>; 3];
+
+/// Faces in a row with one material, which all have normals or none, and coordinates or none; or
+/// a line element. Its place among all is its name for tobj.
+#[derive(Clone)]
+pub(super) struct Group {
+    /// Index and emission.
+    pub(super) material: (u32, Option<EmissionSpec>),
+    pub(super) is_line: bool,
+    /// Which indices its corners have.
+    has: [bool; 3],
+    /// Its first statement.
+    pub(super) first: Span,
+}
+
+/// The statements of a file, as tobj shall read them.
+pub(super) struct Statements<'a> {
+    pub(super) base: Assembly,
+    pub(super) groups: Vec<Group>,
+    /// Faces and line elements, drawn or not.
+    pub(super) shapes: usize,
+    source: &'a Source,
+    lines: Lines<'a>,
+    /// Positions, texture coordinates and normals so far.
+    counts: [usize; 3],
+    materials: HashMap<String, (u32, Option<EmissionSpec>)>,
+    libraries: HashSet<String>,
+    material: (u32, Option<EmissionSpec>),
+    /// Whether the last group goes on.
+    is_open: bool,
+    /// The last statement that was taken, and what was wrong with it.
+    last: Span,
+    refused: Option<SceneError>,
+    /// What is being handed on, how far, and whether nothing follows.
+    text: Vec<u8>,
+    at: usize,
+    ended: bool,
+}
+
+impl BufRead for Statements<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        while self.at == self.text.len() && !self.ended {
+            self.text.clear();
+            self.at = 0;
+            match self.lines.next() {
+                Some(line) => {
+                    if let Err(error) = self.statement(&line) {
+                        self.refused = Some(error);
+                        self.text.clear();
+                        self.ended = true;
+                    }
+                    self.last = line.span;
+                }
+                None => self.ended = true,
+            }
+        }
+        Ok(&self.text[self.at..])
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.at += count;
+    }
+}
+
+impl Read for Statements<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = self.fill_buf()?.read(out)?;
+        self.consume(count);
+        Ok(count)
+    }
+}
+
+impl<'a> Statements<'a> {
+    pub(super) fn new(source: &'a Source, base: Assembly) -> Self {
+        Self {
+            base,
+            groups: Vec::new(),
+            shapes: 0,
+            source,
+            lines: Lines::new(source),
+            counts: [0; 3],
+            materials: HashMap::new(),
+            libraries: HashSet::new(),
+            material: (0, None),
+            is_open: false,
+            last: Span::default(),
+            refused: None,
+            text: Vec::new(),
+            at: 0,
+            ended: false,
+        }
+    }
+
+    /// Reads the material libraries, which some files name behind the first use of a material.
+    pub(super) fn read_libraries(&mut self) -> Result<()> {
+        let source = self.source;
+        for line in Lines::that_begin_with(source, b"mtllib") {
+            self.statement(&line)?;
+        }
+        Ok(())
+    }
+
+    /// What tobj made of it all; an error has the place of the last statement that it was given.
+    pub(super) fn check<T>(&mut self, read: std::result::Result<T, tobj::LoadError>) -> Result<T> {
+        if let Some(refused) = self.refused.take() {
+            return Err(refused);
+        }
+        read.map_err(|error| {
+            let error = SceneError::new(ErrorKind::Syntax, error.to_string());
+            error.at(self.source, self.last, "in this statement")
+        })
+    }
+
+    fn statement(&mut self, line: &Line) -> Result<()> {
+        let source = self.source;
+        let Some((&keyword, rest)) = line.words.split_first() else {
+            return Ok(());
+        };
+        match &source.bytes()[keyword.start..keyword.end] {
+            b"v" => {
+                // A fourth number is a weight; six or more are position and colour.
+                if rest.len() >= 6 {
+                    let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+                    let message = "vertex colours are not supported";
+                    self.base
+                        .warn(ErrorKind::Unsupported, message, "left out", &at)?;
+                }
+                let position = lines::numbers::<3>(source, keyword, rest)?;
+                self.vertex(0, "v", &position);
+            }
+            b"vn" => {
+                let normal = self.finite(rest, lines::numbers::<3>(source, keyword, rest))?;
+                self.vertex(2, "vn", &normal);
+            }
+            b"vt" => {
+                // The second coordinate may be left out.
+                let two = lines::numbers::<2>(source, keyword, rest);
+                let one = || lines::numbers::<1>(source, keyword, rest).map(|[u]| [u, 0.0]);
+                let uv = self.finite(rest, if rest.len() < 2 { one() } else { two })?;
+                self.vertex(1, "vt", &uv);
+            }
+            b"f" | b"fo" => self.face(line.span, rest)?,
+            b"l" => self.polyline(keyword, rest)?,
+            b"usemtl" => self.use_material(keyword, line.rest(source))?,
+            b"mtllib" => self.name_libraries(keyword, line)?,
+            _ => self.other(keyword)?,
+        }
+        Ok(())
+    }
+
+    fn vertex(&mut self, kind: usize, keyword: &str, numbers: &[f64]) {
+        self.counts[kind] += 1;
+        self.text.extend(keyword.as_bytes());
+        for number in numbers {
+            self.put(format_args!(" {number:e}"));
+        }
+        self.text.push(b'\n');
+    }
+
+    fn put(&mut self, text: std::fmt::Arguments<'_>) {
+        self.text
+            .write_fmt(text)
+            .expect("writing to memory does not fail");
+    }
+
+    /// The numbers of a normal or a texture coordinate: zeros after a warning where the file has
+    /// what its writer could not compute.
+    fn finite<const N: usize>(
+        &mut self,
+        words: &[Span],
+        numbers: Result<[f64; N]>,
+    ) -> Result<[f64; N]> {
+        // What C libraries print for NaN and infinity: `nan`, `-nan(ind)`, `1.#QNAN`, `inf`.
+        let source = self.source;
+        let is_odd = |span: &Span| {
+            let word = source.text(*span).to_ascii_lowercase();
+            ["nan", "#ind", "inf"].iter().any(|odd| word.contains(odd))
+        };
+        match (numbers, words.iter().find(|w| is_odd(w))) {
+            (Err(_), Some(odd)) => {
+                let at = |e: SceneError, label: &str| e.at(source, *odd, label);
+                let message = "normals or texture coordinates that are not finite";
+                self.base
+                    .warn(ErrorKind::OutOfRange, message, "replaced by zeros", &at)?;
+                Ok([0.0; N])
+            }
+            (numbers, _) => numbers,
+        }
+    }
+
+    fn other(&mut self, keyword: Span) -> Result<()> {
+        let source = self.source;
+        let word = source.text(keyword);
+        if SILENT.contains(&word.as_str()) {
+            return Ok(());
+        }
+        let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+        if UNSUPPORTED.split(' ').any(|known| known == word) {
+            let message = format!("OBJ statement `{word}` is not supported");
+            return self
+                .base
+                .warn(ErrorKind::Unsupported, message, "left out", &at);
+        }
+        let word: String = word.chars().take(40).collect();
+        let near = nearest(&word, KNOWN.into_iter().chain(SILENT));
+        let message = format!("unknown OBJ statement `{word}`");
+        let suggest = |e: SceneError, label: &str| at(e, label).suggest(near);
+        self.base
+            .warn(ErrorKind::UnknownName, message, "left out", &suggest)
+    }
+
+    /// An index of the file (from one, or negative from the end) as an index from zero.
+    fn resolve(&self, span: Span, text: &[u8], kind: usize) -> Result<u32> {
+        let (source, count) = (self.source, self.counts[kind]);
+        let what = WHAT[kind];
+        let shown = String::from_utf8_lossy(text)
+            .chars()
+            .take(40)
+            .collect::<String>();
+        let index = std::str::from_utf8(text)
+            .ok()
+            .and_then(|t| t.parse::<i64>().ok());
+        let Some(index) = index else {
+            let message = format!("`{shown}` is no index of a {what}");
+            return Err(SceneError::new(ErrorKind::Syntax, message).at(
+                source,
+                span,
+                "expected an integer",
+            ));
+        };
+        let count_i = i64::try_from(count).unwrap_or(i64::MAX);
+        let zero_based = if index < 0 {
+            count_i + index
+        } else {
+            index - 1
+        };
+        let fits = (0..count_i).contains(&zero_based);
+        u32::try_from(zero_based)
+            .ok()
+            .filter(|_| fits)
+            .ok_or_else(|| {
+                let message = format!("{what} {index} does not exist");
+                let label = match count {
+                    0 => format!("there is no {what} so far"),
+                    _ => format!("there are {count} so far, counted from 1"),
+                };
+                SceneError::new(ErrorKind::BadMesh, message).at(source, span, label)
+            })
+    }
+
+    fn corner(&mut self, span: Span) -> Result<Corner> {
+        let text = &self.source.bytes()[span.start..span.end];
+        let mut parts = text.split(|b| *b == b'/');
+        let position = self.resolve(span, parts.next().unwrap_or(&[]), 0)?;
+        let uv = self.optional(span, parts.next(), 1)?;
+        let normal = self.optional(span, parts.next(), 2)?;
+        Ok([Some(position), uv, normal])
+    }
+
+    /// An index that may be left out; a warning where there is no such thing, as other readers
+    /// draw such faces without.
+    fn optional(&mut self, span: Span, text: Option<&[u8]>, kind: usize) -> Result<Option<u32>> {
+        let Some(text) = text.filter(|t| !t.is_empty()) else {
+            return Ok(None);
+        };
+        match self.resolve(span, text, kind) {
+            Ok(index) => Ok(Some(index)),
+            Err(error) if error.kind() == ErrorKind::BadMesh => {
+                let (source, what) = (self.source, WHAT[kind]);
+                let message = format!("faces with a {what} that does not exist");
+                let at = |e: SceneError, _: &str| e.at(source, span, error.message());
+                self.base
+                    .warn(ErrorKind::BadMesh, message, "drawn without", &at)?;
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn face(&mut self, line: Span, rest: &[Span]) -> Result<()> {
+        self.shapes += 1;
+        if rest.len() < 3 {
+            let source = self.source;
+            let at = |e: SceneError, label: &str| e.at(source, line, label);
+            let message = "a face with fewer than three corners";
+            return self.base.warn(ErrorKind::BadMesh, message, "left out", &at);
+        }
+        let corners = rest
+            .iter()
+            .map(|s| self.corner(*s))
+            .collect::<Result<Vec<_>>>()?;
+        // Normals and texture coordinates are for all corners of a mesh or for none.
+        let has = [0, 1, 2].map(|k| corners.iter().all(|c| c[k].is_some()));
+        if !self.is_open || self.groups.last().is_none_or(|g| g.has != has) {
+            self.begin(false, has, line);
+        }
+        self.text.push(b'f');
+        for corner in corners {
+            let shown = [0, 1, 2].map(|k| match corner[k] {
+                Some(index) if has[k] => (u64::from(index) + 1).to_string(),
+                _ => String::new(),
+            });
+            self.put(format_args!(" {}", shown.join("/")));
+        }
+        self.text.push(b'\n');
+        Ok(())
+    }
+
+    /// Begins a group.
+    fn begin(&mut self, is_line: bool, has: [bool; 3], first: Span) {
+        self.put(format_args!("g {}\n", self.groups.len()));
+        self.is_open = !is_line;
+        self.groups.push(Group {
+            material: self.material,
+            is_line,
+            has,
+            first,
+        });
+    }
+
+    /// A line element: linear lights if the material emits.
+    fn polyline(&mut self, keyword: Span, rest: &[Span]) -> Result<()> {
+        self.shapes += 1;
+        let ends = rest.iter().map(|s| self.corner(*s).map(|c| c[0]));
+        let ends = ends
+            .collect::<Result<Option<Vec<_>>>>()?
+            .unwrap_or_default();
+        if self.material.1.is_none() {
+            let source = self.source;
+            let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+            let message = "line elements without an emissive material are nothing";
+            return self
+                .base
+                .warn(ErrorKind::Suspicious, message, "left out", &at);
+        }
+        self.begin(true, [true, false, false], keyword);
+        for pair in ends.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|index| u64::from(index) + 1);
+            self.put(format_args!("l {a} {b}\n"));
+        }
+        Ok(())
+    }
+
+    fn use_material(&mut self, keyword: Span, (name, span): (String, Span)) -> Result<()> {
+        let source = self.source;
+        self.is_open = false;
+        let found = self.materials.get(&name).copied();
+        self.material = found.unwrap_or((0, None));
+        if found.is_none() {
+            let shown: String = name.chars().take(40).collect();
+            let message = format!("unknown material `{shown}`");
+            let place = if span.start == span.end {
+                keyword
+            } else {
+                span
+            };
+            let materials = &self.materials;
+            // Called for the first warning of a name only: suggestions take time.
+            let at = |e: SceneError, label: &str| {
+                let near = nearest(&name, materials.keys().map(String::as_str));
+                e.at(source, place, label).suggest(near)
+            };
+            self.base.warn(
+                ErrorKind::UnknownName,
+                message,
+                "replaced by grey, 0.5",
+                &at,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// `mtllib a.mtl b.mtl` names two libraries, or one whose name holds a blank.
+    fn name_libraries(&mut self, keyword: Span, line: &Line) -> Result<()> {
+        let source = self.source;
+        let (whole, span) = line.rest(source);
+        if line.words.len() > 2 && !self.base.has_file(&whole) {
+            for word in &line.words[1..] {
+                self.library(*word, &source.text(*word))?;
+            }
+            return Ok(());
+        }
+        let place = if span.start == span.end {
+            keyword
+        } else {
+            span
+        };
+        self.library(place, &whole)
+    }
+
+    fn library(&mut self, place: Span, name: &str) -> Result<()> {
+        let source = self.source;
+        let at = |e: SceneError, label: &str| e.at(source, place, label);
+        if !self.libraries.insert(name.to_owned()) {
+            return Ok(());
+        }
+        match self.base.open(name, &at) {
+            Ok(file) => {
+                let library = Source::new(file.path, file.bytes);
+                if !mtl::begins(&library) {
+                    // What other files hold is nobody's business.
+                    let message = format!("`{name}` is no material library");
+                    let error = SceneError::new(ErrorKind::Syntax, message);
+                    return Err(at(error, "does not begin with a statement of the format"));
+                }
+                let materials = mtl::read(&mut self.base, &library)
+                    .map_err(|e| e.note(format!("read for {}", source.short(place))))?;
+                self.materials.extend(materials);
+                Ok(())
+            }
+            // A missing library is common; the shapes are still worth seeing.
+            Err(error) if error.kind() == ErrorKind::Io => {
+                let message = error.message().to_owned();
+                self.base.warn(
+                    ErrorKind::Io,
+                    message,
+                    "its materials become grey, 0.5",
+                    &at,
+                )
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
