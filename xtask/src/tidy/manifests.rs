@@ -18,7 +18,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     (
         "formats",
         &["scene", "geometry", "lights", "film"],
-        &["flate2", "thiserror", "tobj"],
+        &["flate2", "gltf", "serde", "serde_json", "thiserror", "tobj"],
     ),
     (
         "estimators",

@@ -53,7 +53,7 @@ const UNSAFE_ROOMS: [&str; 4] = [
 const F32_ROOMS: [&str; 2] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
 
 /// Foreign crates and the one room that may name each.
-const NAMED_ONLY_IN: [(&str, &[&str]); 10] = [
+const NAMED_ONLY_IN: [(&str, &[&str]); 11] = [
     ("glam", &["geometry"]),
     ("obvhs", &["visibility", "workshop"]),
     ("rand", &["samplers"]),
@@ -64,6 +64,7 @@ const NAMED_ONLY_IN: [(&str, &[&str]); 10] = [
     ("zune_jpeg", &["film"]),
     ("flate2", &["film", "formats"]),
     ("tobj", &["formats"]),
+    ("gltf", &["formats"]),
 ];
 
 pub(super) fn foreign_names(house: &House) -> Vec<String> {

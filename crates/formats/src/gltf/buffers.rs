@@ -1,9 +1,11 @@
 //! Buffers, views and accessors: the binary side of a glTF file.
 
-use super::document::Document;
-use super::json::Node;
+use super::document::{Document, List, Raw};
 use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result};
+use crate::diagnostics::{ErrorKind, Result, SceneError};
+use gltf::json::accessor::{Accessor, ComponentType, Type, sparse};
+use gltf::json::buffer;
+use gltf::json::validation::{Checked, USize64};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
@@ -46,48 +48,41 @@ pub(super) struct Numbers {
 }
 
 impl Buffers {
-    pub(super) fn new(document: &Document<'_>, embedded: Option<Arc<[u8]>>) -> Result<Self> {
-        let count = document.list("buffers")?.len();
-        Ok(Self {
-            loaded: vec![None; count],
+    pub(super) fn new(doc: &Document<'_>, embedded: Option<Arc<[u8]>>) -> Self {
+        Self {
+            loaded: vec![None; doc.lists.buffers.len()],
             decoded: HashMap::new(),
             embedded,
             numbers_left: FREE_NUMBERS,
-        })
+        }
     }
 
-    fn buffer(
+    fn buffer<'a>(
         &mut self,
-        doc: &Document<'_>,
+        doc: &Document<'a>,
         base: &mut Assembly,
         index: usize,
+        raw: Raw<'a>,
     ) -> Result<Arc<[u8]>> {
         if let Some(data) = &self.loaded[index] {
             return Ok(Arc::clone(data));
         }
-        let node = &doc.list("buffers")?[index];
-        let data: Arc<[u8]> = match doc.string(node, "uri")? {
-            Some(uri) => {
-                let place = doc.require(doc.get(node, "uri"), node, "uri")?;
-                load_uri(doc, base, uri, place)?.into()
-            }
+        let node: buffer::Buffer = doc.read(raw)?;
+        let data: Arc<[u8]> = match &node.uri {
+            Some(uri) => load_uri(doc, base, uri, doc.find(raw, &["uri"]))?.into(),
             None => match &self.embedded {
                 Some(data) if index == 0 => Arc::clone(data),
                 _ => {
                     let message = "a buffer without `uri` and without binary chunk";
-                    return Err(doc.error(
-                        ErrorKind::MissingParameter,
-                        message,
-                        node,
-                        "has no data",
-                    ));
+                    let kind = ErrorKind::MissingParameter;
+                    return Err(doc.error(kind, message, raw, "has no data"));
                 }
             },
         };
-        let length = doc.require(doc.size(node, "byteLength")?, node, "byteLength")?;
+        let length = size(node.byte_length);
         if data.len() < length {
             let message = format!("a buffer of {} bytes should have {length}", data.len());
-            return Err(doc.error(ErrorKind::Truncated, message, node, "too short"));
+            return Err(doc.error(ErrorKind::Truncated, message, raw, "too short"));
         }
         // Bytes that nobody shares are decoded at most once, as one number each.
         self.numbers_left = self.numbers_left.saturating_add(data.len());
@@ -96,62 +91,62 @@ impl Buffers {
     }
 
     /// The bytes of a view and its stride, if it has one.
-    pub(super) fn view(
+    pub(super) fn view<'a>(
         &mut self,
-        doc: &Document<'_>,
+        doc: &Document<'a>,
         base: &mut Assembly,
-        index: usize,
+        raw: Raw<'a>,
     ) -> Result<View> {
-        let node = &doc.list("bufferViews")?[index];
-        let buffer = doc.require(doc.index(node, "buffer", "buffers")?, node, "buffer")?;
-        let data = self.buffer(doc, base, buffer)?;
-        let start = doc.size(node, "byteOffset")?.unwrap_or(0);
-        let length = doc.require(doc.size(node, "byteLength")?, node, "byteLength")?;
+        let node: buffer::View = doc.read(raw)?;
+        let index = node.buffer.value();
+        let buffer = doc.element(List::Buffers, index, raw, "buffer")?;
+        let data = self.buffer(doc, base, index, buffer)?;
+        let (start, length) = (node.byte_offset.map_or(0, size), size(node.byte_length));
         match start.checked_add(length) {
             Some(end) if end <= data.len() => Ok(View {
                 data,
                 range: start..end,
-                stride: doc.size(node, "byteStride")?,
+                stride: node.byte_stride.map(|s| s.0),
             }),
             _ => {
                 let message = format!(
                     "a view of {length} bytes from {start} leaves its buffer of {} bytes",
                     data.len()
                 );
-                Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"))
+                Err(doc.error(ErrorKind::BadMesh, message, raw, "out of range"))
             }
         }
     }
 
     /// All numbers of an accessor.
-    pub(super) fn numbers(
+    pub(super) fn numbers<'a>(
         &mut self,
-        doc: &Document<'_>,
+        doc: &Document<'a>,
         base: &mut Assembly,
-        index: usize,
+        (index, raw): (usize, Raw<'a>),
     ) -> Result<Rc<Numbers>> {
         if let Some(numbers) = self.decoded.get(&index) {
             return Ok(Rc::clone(numbers));
         }
-        let node = &doc.list("accessors")?[index];
-        let layout = Layout::new(doc, node)?;
-        let view = doc.index(node, "bufferView", "bufferViews")?;
-        let sparse = doc.object(node, "sparse")?;
-        let mut values = match view {
-            Some(view) => self.dense(doc, base, node, view, layout)?,
+        let node: Accessor = doc.read(raw)?;
+        let layout = Layout::new(doc, &node, raw)?;
+        let mut values = match node.buffer_view {
+            Some(view) => {
+                let view = doc.element(List::BufferViews, view.value(), raw, "bufferView")?;
+                let offset = node.byte_offset.map_or(0, size);
+                self.dense(doc, base, raw, view, offset, layout)?
+            }
             None => {
-                if sparse.is_none() {
-                    let at = |e: crate::diagnostics::SceneError, label: &str| {
-                        e.at(doc.source, node.span, label)
-                    };
+                if node.sparse.is_none() {
+                    let at = |e: SceneError, label: &str| e.at(doc.source, doc.span(raw), label);
                     let message = "an accessor without `bufferView`: its numbers are zeros";
                     base.warn(ErrorKind::Suspicious, message, "has no data", &at)?;
                 }
-                zeros(doc, node, layout, base.max_triangles)?
+                zeros(doc, raw, layout, base.max_triangles)?
             }
         };
-        if let Some(sparse) = sparse {
-            self.sparse(doc, base, sparse, layout, &mut values)?;
+        if let Some(sparse) = &node.sparse {
+            self.sparse(doc, base, sparse, raw, layout, &mut values)?;
         }
         let width = layout.width;
         let numbers = Rc::new(Numbers { width, values });
@@ -159,13 +154,14 @@ impl Buffers {
         Ok(numbers)
     }
 
-    /// `layout.count` elements of a view, from the offset that the node gives.
-    fn dense(
+    /// `layout.count` elements of a view, from an offset on.
+    fn dense<'a>(
         &mut self,
-        doc: &Document<'_>,
+        doc: &Document<'a>,
         base: &mut Assembly,
-        node: &Node,
-        view: usize,
+        node: Raw<'a>,
+        view: Raw<'a>,
+        offset: usize,
         layout: Layout,
     ) -> Result<Vec<f64>> {
         let View {
@@ -181,7 +177,6 @@ impl Buffers {
         } = layout;
         let size = width * component.size();
         let stride = stride.unwrap_or(size);
-        let offset = doc.size(node, "byteOffset")?.unwrap_or(0);
         let bytes = &data[range];
         let needed = count.checked_sub(1).map_or(Some(0), |n| {
             n.checked_mul(stride)?
@@ -206,37 +201,44 @@ impl Buffers {
             values.extend(
                 element
                     .chunks_exact(component.size())
-                    .map(|b| component.value(b) * factor),
+                    .map(|b| value(component, b) * factor),
             );
         }
         Ok(values)
     }
 
     /// Replaces single elements.
-    fn sparse(
+    fn sparse<'a>(
         &mut self,
-        doc: &Document<'_>,
+        doc: &Document<'a>,
         base: &mut Assembly,
-        sparse: &Node,
+        sparse: &sparse::Sparse,
+        raw: Raw<'a>,
         layout: Layout,
         values: &mut [f64],
     ) -> Result<()> {
-        let count = doc.require(doc.size(sparse, "count")?, sparse, "count")?;
-        let part = |key: &str| doc.require(doc.object(sparse, key)?, sparse, key);
-        let (places, new) = (part("indices")?, part("values")?);
-        let component = Component::read(doc, places)?;
+        let part = |key: &str| doc.find(raw, &["sparse", key]);
+        let (places, new) = (part("indices"), part("values"));
+        let count = size(sparse.count);
+        let Checked::Valid(component) = sparse.indices.component_type else {
+            let message = "sparse indices of another type than unsigned integers";
+            return Err(doc.error(ErrorKind::BadParameter, message, places, ""));
+        };
         let place_layout = Layout {
-            component,
+            component: component.0,
             width: 1,
             count,
             factor: 1.0,
         };
-        let view = |node: &Node| {
-            let view = doc.index(node, "bufferView", "bufferViews")?;
-            doc.require(view, node, "bufferView")
-        };
-        let indices = self.dense(doc, base, places, view(places)?, place_layout)?;
-        let new = self.dense(doc, base, new, view(new)?, Layout { count, ..layout })?;
+        let view =
+            |from: Raw<'a>, index: usize| doc.element(List::BufferViews, index, from, "bufferView");
+        let of_indices = view(places, sparse.indices.buffer_view.value())?;
+        let offset = size(sparse.indices.byte_offset);
+        let indices = self.dense(doc, base, places, of_indices, offset, place_layout)?;
+        let of_values = view(new, sparse.values.buffer_view.value())?;
+        let offset = size(sparse.values.byte_offset);
+        let layout_of_new = Layout { count, ..layout };
+        let new = self.dense(doc, base, new, of_values, offset, layout_of_new)?;
         for (index, element) in indices.iter().zip(new.chunks_exact(layout.width)) {
             let place = whole(*index, layout.count).ok_or_else(|| {
                 let message = format!("sparse index {index} is out of range");
@@ -263,7 +265,7 @@ fn whole(value: f64, count: usize) -> Option<usize> {
 
 /// The elements of an accessor without a view: zeros, which sparse values replace. No file needs
 /// many of them.
-fn zeros(doc: &Document<'_>, node: &Node, layout: Layout, most: usize) -> Result<Vec<f64>> {
+fn zeros<'a>(doc: &Document<'a>, node: Raw<'a>, layout: Layout, most: usize) -> Result<Vec<f64>> {
     if layout.count > most.min(MAX_ZEROS) {
         let message = format!("an accessor of {} zeros", layout.count);
         return Err(doc.error(ErrorKind::Limit, message, node, "without any data"));
@@ -277,7 +279,7 @@ const MAX_ZEROS: usize = 1 << 20;
 /// What the numbers of an accessor look like.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
-    component: Component,
+    component: ComponentType,
     width: usize,
     count: usize,
     /// One, or what turns normalised integers into fractions.
@@ -285,43 +287,50 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(doc: &Document<'_>, node: &Node) -> Result<Self> {
-        let component = Component::read(doc, node)?;
-        let ty = doc.require(doc.string(node, "type")?, node, "type")?;
-        let width = match ty {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" | "MAT2" => 4,
-            "MAT3" => 9,
-            "MAT4" => 16,
-            _ => {
-                let message = "an accessor of unknown `type`";
-                return Err(doc.error(ErrorKind::BadParameter, message, node, ""));
-            }
+    fn new<'a>(doc: &Document<'a>, node: &Accessor, raw: Raw<'a>) -> Result<Self> {
+        let wrong = |key: &str| {
+            let message = format!("an accessor of unknown `{key}`");
+            doc.error(ErrorKind::BadParameter, message, raw, "")
         };
-        let factor = if doc.bool(node, "normalized")? {
-            component.unit()
-        } else {
-            1.0
+        let Checked::Valid(component) = node.component_type else {
+            return Err(wrong("componentType"));
+        };
+        let Checked::Valid(kind) = node.type_ else {
+            return Err(wrong("type"));
         };
         Ok(Self {
-            component,
-            width,
-            count: doc.require(doc.size(node, "count")?, node, "count")?,
-            factor,
+            component: component.0,
+            width: match kind {
+                Type::Scalar => 1,
+                Type::Vec2 => 2,
+                Type::Vec3 => 3,
+                Type::Vec4 | Type::Mat2 => 4,
+                Type::Mat3 => 9,
+                Type::Mat4 => 16,
+            },
+            count: size(node.count),
+            factor: if node.normalized {
+                unit(component.0)
+            } else {
+                1.0
+            },
         })
     }
 }
 
+/// A count or an offset; none of a file is as large as what does not fit.
+fn size(value: USize64) -> usize {
+    usize::try_from(value.0).unwrap_or(usize::MAX)
+}
+
 /// A file or a `data:` URI.
-pub(super) fn load_uri(
-    doc: &Document<'_>,
+pub(super) fn load_uri<'a>(
+    doc: &Document<'a>,
     base: &mut Assembly,
     uri: &str,
-    place: &Node,
+    place: Raw<'a>,
 ) -> Result<Vec<u8>> {
-    let at = |e: crate::diagnostics::SceneError, label: &str| e.at(doc.source, place.span, label);
+    let at = |e: SceneError, label: &str| e.at(doc.source, doc.span(place), label);
     let Some(data) = uri.strip_prefix("data:") else {
         return base.open(&percent_decode(uri), &at).map(|file| file.bytes);
     };
@@ -383,68 +392,27 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// The type of a component.
-#[derive(Clone, Copy, Debug)]
-enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
+/// The factor that turns normalised integers into fractions.
+const fn unit(component: ComponentType) -> f64 {
+    match component {
+        ComponentType::I8 => 1.0 / 127.0,
+        ComponentType::U8 => 1.0 / 255.0,
+        ComponentType::I16 => 1.0 / 32767.0,
+        ComponentType::U16 => 1.0 / 65535.0,
+        ComponentType::U32 => 1.0 / 4294967295.0,
+        ComponentType::F32 => 1.0,
+    }
 }
 
-impl Component {
-    fn read(doc: &Document<'_>, node: &Node) -> Result<Self> {
-        let code = doc.require(doc.size(node, "componentType")?, node, "componentType")?;
-        Self::from_code(code).ok_or_else(|| {
-            let message = format!("component type {code} does not exist");
-            doc.error(ErrorKind::BadParameter, message, node, "")
-        })
-    }
-
-    const fn from_code(code: usize) -> Option<Self> {
-        Some(match code {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
-    }
-
-    const fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-
-    /// The factor that turns normalised integers into fractions.
-    const fn unit(self) -> f64 {
-        match self {
-            Self::I8 => 1.0 / 127.0,
-            Self::U8 => 1.0 / 255.0,
-            Self::I16 => 1.0 / 32767.0,
-            Self::U16 => 1.0 / 65535.0,
-            Self::U32 => 1.0 / 4294967295.0,
-            Self::F32 => 1.0,
-        }
-    }
-
-    fn value(self, b: &[u8]) -> f64 {
-        let four = || [b[0], b[1], b[2], b[3]];
-        match self {
-            Self::I8 => f64::from(i8::from_le_bytes([b[0]])),
-            Self::U8 => f64::from(b[0]),
-            Self::I16 => f64::from(i16::from_le_bytes([b[0], b[1]])),
-            Self::U16 => f64::from(u16::from_le_bytes([b[0], b[1]])),
-            Self::U32 => f64::from(u32::from_le_bytes(four())),
-            Self::F32 => f64::from(f32::from_le_bytes(four())),
-        }
+fn value(component: ComponentType, b: &[u8]) -> f64 {
+    let four = || [b[0], b[1], b[2], b[3]];
+    match component {
+        ComponentType::I8 => f64::from(i8::from_le_bytes([b[0]])),
+        ComponentType::U8 => f64::from(b[0]),
+        ComponentType::I16 => f64::from(i16::from_le_bytes([b[0], b[1]])),
+        ComponentType::U16 => f64::from(u16::from_le_bytes([b[0], b[1]])),
+        ComponentType::U32 => f64::from(u32::from_le_bytes(four())),
+        ComponentType::F32 => f64::from(f32::from_le_bytes(four())),
     }
 }
 

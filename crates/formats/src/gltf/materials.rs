@@ -1,14 +1,16 @@
 //! glTF materials.
 //!
 //! Metallic–roughness becomes a `substrate` with 4 % reflectance at normal incidence (or what
-//! `KHR_materials_ior` and `KHR_materials_specular` say; nothing: Lambert), a coloured conductor, or
-//! their mixture, with α = roughness².
+//! `KHR_materials_ior` and `KHR_materials_specular` say; nothing: Lambert), a coloured conductor,
+//! or their mixture, with α = roughness².
 
 use super::Reader;
-use super::document::Document;
-use super::json::Node;
-use super::textures::Channel;
+use super::document::{Document, Raw};
+use super::textures::{Channel, Use};
 use crate::diagnostics::{ErrorKind, Result};
+use gltf::json::material as json;
+use gltf::json::material::AlphaMode;
+use gltf::json::validation::Checked;
 use linelit_geometry::DVec3;
 use linelit_scene::{Material, MaterialKind, NormalMap, Remap, Roughness, Texture};
 use std::sync::Arc;
@@ -23,7 +25,7 @@ pub(super) struct Entry {
     pub(super) emission_map: Option<u32>,
     pub(super) two_sided: bool,
     /// The set of texture coordinates that its textures are for.
-    pub(super) uv_set: usize,
+    pub(super) uv_set: u32,
 }
 
 /// Extensions of materials that change more than a detail, and what is drawn instead.
@@ -48,23 +50,21 @@ pub(super) fn names_extension(name: &str) -> bool {
 
 impl Reader {
     pub(super) fn read_materials(&mut self, doc: &Document<'_>) -> Result<()> {
-        for node in doc.list("materials")? {
-            let entry = self.material(doc, node)?;
+        for raw in &doc.lists.materials {
+            let entry = self.material(doc, raw)?;
             self.materials.push(entry);
         }
         Ok(())
     }
 
-    fn material(&mut self, doc: &Document<'_>, node: &Node) -> Result<Entry> {
-        let name = doc
-            .get(node, "name")
-            .and(doc.string(node, "name").ok().flatten());
-        let name = name.unwrap_or("material").to_owned();
+    fn material<'a>(&mut self, doc: &Document<'a>, raw: Raw<'a>) -> Result<Entry> {
+        let node: json::Material = doc.read(raw)?;
+        let name = node.name.clone().unwrap_or_else(|| "material".to_owned());
         let mut uv_set = None;
-        let surface = self.metallic_roughness(doc, node, &mut uv_set)?;
-        let normal_map = self.normal_map(doc, node, &mut uv_set)?;
-        let (emission, emission_map) = self.emission(doc, node, &mut uv_set)?;
-        self.warn_about_rest(doc, node)?;
+        let surface = self.metallic_roughness(doc, &node, raw, &mut uv_set)?;
+        let normal_map = self.normal_map(doc, &node, raw, &mut uv_set)?;
+        let (emission, emission_map) = self.emission(doc, &node, raw, &mut uv_set)?;
+        self.warn_about_rest(doc, &node, raw)?;
         let mut add = |kind| {
             self.base.builder.add_material(Material {
                 name: name.clone(),
@@ -85,62 +85,68 @@ impl Reader {
             index,
             emission,
             emission_map,
-            two_sided: doc.bool(node, "doubleSided")?,
+            two_sided: node.double_sided,
             uv_set: uv_set.unwrap_or(0),
         })
     }
 
     /// Names what is not drawn.
-    fn warn_about_rest(&mut self, doc: &Document<'_>, node: &Node) -> Result<()> {
-        if let Some(mode) = doc.get(node, "alphaMode")
-            && doc.string(node, "alphaMode")? != Some("OPAQUE")
-        {
+    fn warn_about_rest<'a>(
+        &mut self,
+        doc: &Document<'a>,
+        node: &json::Material,
+        raw: Raw<'a>,
+    ) -> Result<()> {
+        if node.alpha_mode != Checked::Valid(AlphaMode::Opaque) {
             let message = "transparency is not supported: shapes are opaque";
-            self.warn(doc, ErrorKind::Unsupported, message, mode, "ignored")?;
+            let place = doc.span(doc.find(raw, &["alphaMode"]));
+            self.warn(doc, ErrorKind::Unsupported, message, place, "ignored")?;
         }
         // Occlusion textures darken ambient light, of which there is none here.
-        let Some(extensions) = doc.object(node, "extensions")? else {
+        let Some(extensions) = doc.get(raw, "extensions") else {
             return Ok(());
         };
         for (name, instead) in EXTENSIONS {
             if let Some(extension) = doc.get(extensions, name) {
                 let message = format!("`{name}` is not supported");
-                self.warn(doc, ErrorKind::Unsupported, &message, extension, instead)?;
+                let place = doc.span(extension);
+                self.warn(doc, ErrorKind::Unsupported, &message, place, instead)?;
             }
         }
         Ok(())
     }
 
     /// Base colour, metalness and roughness.
-    fn metallic_roughness(
+    fn metallic_roughness<'a>(
         &mut self,
-        doc: &Document<'_>,
-        node: &Node,
-        uv_set: &mut Option<usize>,
+        doc: &Document<'a>,
+        node: &json::Material,
+        raw: Raw<'a>,
+        uv_set: &mut Option<u32>,
     ) -> Result<Surface> {
-        let specular = self.specular(doc, node)?;
-        let Some(pbr) = doc.object(node, "pbrMetallicRoughness")? else {
-            let one = Texture::number(1.0);
-            let roughness = constant_roughness(1.0);
-            return Ok(surface(one.clone(), specular, one, roughness));
-        };
-        let [r, g, b, _] = doc.vector::<4>(pbr, "baseColorFactor")?.unwrap_or([1.0; 4]);
-        let factor = self.colour(doc, pbr, [r, g, b])?;
+        let specular = self.specular(doc, node, raw)?;
+        let pbr = &node.pbr_metallic_roughness;
+        let [r, g, b, _] = pbr.base_color_factor.0;
+        let of_colour = doc.find(raw, &["pbrMetallicRoughness"]);
+        let factor = self.colour(doc, of_colour, [r, g, b])?;
         let mut colour = Texture::Constant(factor);
-        if let Some(info) = doc.object(pbr, "baseColorTexture")?
-            && let Some(texture) = self.texture(doc, info, Channel::Colour, 1.0, uv_set)?
-        {
-            colour = if factor == DVec3::ONE {
-                texture
-            } else {
-                Texture::Product(Arc::new(texture), Arc::new(colour))
-            };
+        if let Some(info) = &pbr.base_color_texture {
+            let place = doc.find(raw, &["pbrMetallicRoughness", "baseColorTexture"]);
+            let info = Use::new(info, place);
+            if let Some(texture) = self.texture(doc, &info, Channel::Colour, 1.0, uv_set)? {
+                colour = if factor == DVec3::ONE {
+                    texture
+                } else {
+                    Texture::Product(Arc::new(texture), Arc::new(colour))
+                };
+            }
         }
-        let share =
-            |key: &str| -> Result<f64> { Ok(doc.number(pbr, key)?.unwrap_or(1.0).clamp(0.0, 1.0)) };
-        let (metallic, roughness) = (share("metallicFactor")?, share("roughnessFactor")?);
+        let share = |factor: json::StrengthFactor| f64::from(factor.0).clamp(0.0, 1.0);
+        let (metallic, roughness) = (share(pbr.metallic_factor), share(pbr.roughness_factor));
         let (mut metalness, mut alpha) = (Texture::number(metallic), constant_roughness(roughness));
-        if let Some(info) = doc.object(pbr, "metallicRoughnessTexture")? {
+        if let Some(info) = &pbr.metallic_roughness_texture {
+            let place = doc.find(raw, &["pbrMetallicRoughness", "metallicRoughnessTexture"]);
+            let info = &Use::new(info, place);
             if metallic > 0.0
                 && let Some(map) = self.texture(doc, info, Channel::Blue, metallic, uv_set)?
             {
@@ -161,86 +167,101 @@ impl Reader {
     }
 
     /// The reflectance at normal incidence of the base.
-    fn specular(&mut self, doc: &Document<'_>, node: &Node) -> Result<DVec3> {
-        const DEFAULT: DVec3 = DVec3::splat(0.04);
-        let Some(extensions) = doc.object(node, "extensions")? else {
-            return Ok(DEFAULT);
-        };
-        let mut reflectance = DEFAULT;
-        if let Some(extension) = doc.object(extensions, "KHR_materials_ior")?
-            && let Some(eta) = doc.number(extension, "ior")?
-        {
-            let root = (eta - 1.0) / (eta + 1.0);
-            reflectance = DVec3::splat(if eta >= 1.0 { root * root } else { 1.0 });
-        }
-        let Some(extension) = doc.object(extensions, "KHR_materials_specular")? else {
+    fn specular<'a>(
+        &mut self,
+        doc: &Document<'a>,
+        node: &json::Material,
+        raw: Raw<'a>,
+    ) -> Result<DVec3> {
+        let mut reflectance = DVec3::splat(0.04);
+        let Some(extensions) = &node.extensions else {
             return Ok(reflectance);
         };
-        for key in ["specularTexture", "specularColorTexture"] {
-            if let Some(info) = doc.get(extension, key) {
+        if let Some(extension) = &extensions.ior {
+            let eta = f64::from(extension.ior.0);
+            let root = (eta - 1.0) / (eta + 1.0);
+            let is_index = (1.0..=f64::from(f32::MAX)).contains(&eta);
+            reflectance = DVec3::splat(if is_index { root * root } else { 1.0 });
+        }
+        let Some(extension) = &extensions.specular else {
+            return Ok(reflectance);
+        };
+        let place = doc.find(raw, &["extensions", "KHR_materials_specular"]);
+        for (key, texture) in [
+            ("specularTexture", &extension.specular_texture),
+            ("specularColorTexture", &extension.specular_color_texture),
+        ] {
+            if texture.is_some() {
                 let message = format!("`{key}` is not supported");
-                self.warn(doc, ErrorKind::Unsupported, &message, info, "left out")?;
+                let place = doc.span(doc.find(place, &[key]));
+                self.warn(doc, ErrorKind::Unsupported, &message, place, "left out")?;
             }
         }
-        let factor = doc.number(extension, "specularFactor")?.unwrap_or(1.0);
-        let colour = doc
-            .vector::<3>(extension, "specularColorFactor")?
-            .unwrap_or([1.0; 3]);
-        let colour = self.colour(doc, extension, colour)? * factor.max(0.0);
+        let factor = f64::from(extension.specular_factor.0).clamp(0.0, f64::from(f32::MAX));
+        let colour = self.colour(doc, place, extension.specular_color_factor.0)? * factor;
         Ok((reflectance * colour).min(DVec3::ONE))
     }
 
-    fn normal_map(
+    fn normal_map<'a>(
         &mut self,
-        doc: &Document<'_>,
-        node: &Node,
-        uv_set: &mut Option<usize>,
+        doc: &Document<'a>,
+        node: &json::Material,
+        raw: Raw<'a>,
+        uv_set: &mut Option<u32>,
     ) -> Result<Option<NormalMap>> {
-        let Some(info) = doc.object(node, "normalTexture")? else {
+        let Some(normal) = &node.normal_texture else {
             return Ok(None);
         };
-        let scale = doc.number(info, "scale")?.unwrap_or(1.0);
-        let texture = self.texture(doc, info, Channel::Linear, 1.0, uv_set)?;
+        let place = doc.find(raw, &["normalTexture"]);
+        let info = doc.read(place)?;
+        let info = Use::new(&info, place);
+        let texture = self.texture(doc, &info, Channel::Linear, 1.0, uv_set)?;
+        let scale = f64::from(normal.scale);
         Ok(texture.map(|texture| NormalMap { texture, scale }))
     }
 
-    /// A colour without negative parts.
-    fn colour(&self, doc: &Document<'_>, node: &Node, rgb: [f64; 3]) -> Result<DVec3> {
-        let rgb = DVec3::from_array(rgb);
-        if rgb.min_element() >= 0.0 {
+    /// A finite colour without negative parts.
+    fn colour<'a>(&self, doc: &Document<'a>, place: Raw<'a>, rgb: [f32; 3]) -> Result<DVec3> {
+        let rgb = DVec3::from_array(rgb.map(f64::from));
+        if rgb.min_element() >= 0.0 && rgb.is_finite() {
             return Ok(rgb);
         }
-        Err(doc.error(
-            ErrorKind::OutOfRange,
-            "a negative colour",
-            node,
-            "must not be negative",
-        ))
+        let (message, label) = if rgb.is_finite() {
+            ("a negative colour", "must not be negative")
+        } else {
+            ("a colour that is not finite", "must be finite")
+        };
+        Err(doc.error(ErrorKind::OutOfRange, message, place, label))
     }
 
-    fn emission(
+    fn emission<'a>(
         &mut self,
-        doc: &Document<'_>,
-        node: &Node,
-        uv_set: &mut Option<usize>,
+        doc: &Document<'a>,
+        node: &json::Material,
+        raw: Raw<'a>,
+        uv_set: &mut Option<u32>,
     ) -> Result<(Option<DVec3>, Option<u32>)> {
-        let factor = doc.vector::<3>(node, "emissiveFactor")?.unwrap_or_default();
-        let mut radiance = self.colour(doc, node, factor)?;
-        if let Some(extensions) = doc.object(node, "extensions")?
-            && let Some(extension) = doc.object(extensions, "KHR_materials_emissive_strength")?
-        {
-            radiance *= doc
-                .number(extension, "emissiveStrength")?
-                .unwrap_or(1.0)
-                .max(0.0);
+        let mut radiance = self.colour(doc, raw, node.emissive_factor.0)?;
+        let strength = node
+            .extensions
+            .as_ref()
+            .and_then(|e| e.emissive_strength.as_ref());
+        if let Some(extension) = strength {
+            let strength = extension.emissive_strength.0;
+            if !strength.is_finite() {
+                let message = "`emissiveStrength` is not finite";
+                return Err(doc.error(ErrorKind::OutOfRange, message, raw, "must be finite"));
+            }
+            radiance *= f64::from(strength).max(0.0);
         }
         if radiance == DVec3::ZERO {
             return Ok((None, None));
         }
-        let Some(info) = doc.object(node, "emissiveTexture")? else {
+        let Some(info) = &node.emissive_texture else {
             return Ok((Some(radiance), None));
         };
-        let Some(map) = self.texture(doc, info, Channel::Colour, 1.0, uv_set)? else {
+        let info = Use::new(info, doc.find(raw, &["emissiveTexture"]));
+        let Some(map) = self.texture(doc, &info, Channel::Colour, 1.0, uv_set)? else {
             return Ok((Some(radiance), None));
         };
         let map = self.base.builder.add_emission_map(Arc::new(map));

@@ -1,15 +1,23 @@
 //! glTF meshes.
 
+use super::Reader;
 use super::buffers::Numbers;
-use super::document::Document;
-use super::json::Node;
-use super::{Reader, short};
+use super::document::{Document, List, Raw};
 use crate::diagnostics::{ErrorKind, Result, SceneError};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{EmissionSpec, MeshData, Placement};
+use serde::Deserialize;
 use std::collections::HashMap;
 use std::rc::Rc;
+
+#[derive(Deserialize)]
+struct Mesh<'a> {
+    #[serde(borrow)]
+    primitives: Vec<Raw<'a>>,
+}
 
 /// What a primitive is made of.
 #[derive(Debug)]
@@ -29,17 +37,17 @@ impl Reader {
         index: usize,
         to_world: DAffine3,
     ) -> Result<()> {
-        let node = &doc.list("meshes")?[index];
+        let raw = doc.known(List::Meshes, index);
         let primitives = match &self.meshes[index] {
             Some(primitives) => Rc::clone(primitives),
             None => {
-                let primitives = Rc::new(self.primitives(doc, node)?);
+                let primitives = Rc::new(self.primitives(doc, raw)?);
                 self.meshes[index] = Some(Rc::clone(&primitives));
                 primitives
             }
         };
-        let place = short(node);
-        let at = |e: SceneError, label: &str| e.at(doc.source, place.span, label);
+        let place = doc.start(raw);
+        let at = |e: SceneError, label: &str| e.at(doc.source, place, label);
         for (shape, material) in primitives.iter() {
             self.shapes += 1;
             let material = material.map(|m| self.materials[m]);
@@ -69,7 +77,7 @@ impl Reader {
                     }
                     None => {
                         let message = "lines without an emissive material are nothing";
-                        self.warn(doc, ErrorKind::Suspicious, message, &place, "left out")?;
+                        self.warn(doc, ErrorKind::Suspicious, message, place, "left out")?;
                     }
                 },
             }
@@ -77,80 +85,69 @@ impl Reader {
         Ok(())
     }
 
-    fn primitives(
+    fn primitives<'a>(
         &mut self,
-        doc: &Document<'_>,
-        mesh: &Node,
+        doc: &Document<'a>,
+        mesh: Raw<'a>,
     ) -> Result<Vec<(Shape, Option<usize>)>> {
         let mut list = Vec::new();
-        for node in doc.array(mesh, "primitives")? {
-            if let Some(targets) = doc.get(node, "targets") {
+        for raw in doc.read::<Mesh<'_>>(mesh)?.primitives {
+            let node: Primitive = doc.read(raw)?;
+            if node.targets.is_some() {
                 let message = "morph targets are not supported";
-                self.warn(
-                    doc,
-                    ErrorKind::Unsupported,
-                    message,
-                    &short(targets),
-                    "left out",
-                )?;
+                let place = doc.start(doc.find(raw, &["targets"]));
+                self.warn(doc, ErrorKind::Unsupported, message, place, "left out")?;
             }
-            let material = doc.index(node, "material", "materials")?;
+            let material = node.material.map(|m| m.value());
+            if let Some(index) = material {
+                doc.element(List::Materials, index, raw, "material")?;
+            }
             let uv_set = material.map_or(0, |m| self.materials[m].uv_set);
-            if let Some(shape) = self.primitive(doc, node, uv_set)? {
+            if let Some(shape) = self.primitive(doc, &node, raw, uv_set)? {
                 list.push((shape, material));
             }
         }
         Ok(list)
     }
 
-    fn primitive(
+    fn primitive<'a>(
         &mut self,
-        doc: &Document<'_>,
-        node: &Node,
-        uv_set: usize,
+        doc: &Document<'a>,
+        node: &Primitive,
+        raw: Raw<'a>,
+        uv_set: u32,
     ) -> Result<Option<Shape>> {
-        refuse_compression(doc, node)?;
-        let attributes = doc.require(doc.object(node, "attributes")?, node, "attributes")?;
-        let Some(positions) = self.attribute(doc, attributes, "POSITION", 3, None)? else {
+        refuse_compression(doc, node, raw)?;
+        let Some(positions) = self.attribute(doc, node, raw, Semantic::Positions, 3, None)? else {
             let message = "a primitive without positions";
-            self.warn(doc, ErrorKind::BadMesh, message, &short(node), "left out")?;
+            self.warn(doc, ErrorKind::BadMesh, message, doc.start(raw), "left out")?;
             return Ok(None);
         };
+        let count = Some(positions.values.len() / 3);
+        let normals = self.attribute(doc, node, raw, Semantic::Normals, 3, count)?;
+        let uvs = self.attribute(doc, node, raw, Semantic::TexCoords(uv_set), 2, count)?;
         let count = positions.values.len() / 3;
-        let normals = self.attribute(doc, attributes, "NORMAL", 3, Some(count))?;
-        let uv_key = format!("TEXCOORD_{uv_set}");
-        let uvs = self.attribute(doc, attributes, &uv_key, 2, Some(count))?;
-        if let Some(colours) = doc.get(attributes, "COLOR_0") {
+        if node
+            .attributes
+            .contains_key(&Checked::Valid(Semantic::Colors(0)))
+        {
             let message = "vertex colours are not supported";
-            self.warn(doc, ErrorKind::Unsupported, message, colours, "left out")?;
+            let place = doc.span(doc.find(raw, &["attributes", "COLOR_0"]));
+            self.warn(doc, ErrorKind::Unsupported, message, place, "left out")?;
         }
-        let indices = self.indices(doc, node, count)?;
-        let mode = doc.size(node, "mode")?.unwrap_or(4);
+        let indices = self.indices(doc, node, raw, count)?;
         let vertices = Vertices {
             positions,
             normals,
             uvs,
         };
-        let shape = if let Some(pairs) = line_pairs(mode, indices.len()) {
-            let point = |k: usize| vertices.position(indices[k] as usize);
-            Shape::Lines(
-                pairs
-                    .into_iter()
-                    .map(|[a, b]| [point(a), point(b)])
-                    .collect(),
-            )
-        } else if let Some(corners) = triangle_corners(mode, indices.len()) {
-            let corners = corners.into_iter().map(|t| t.map(|k| indices[k]));
-            Shape::Triangles(vertices.compact(corners))
-        } else {
-            let message = "points are not supported";
-            self.warn(
-                doc,
-                ErrorKind::Unsupported,
-                message,
-                &short(node),
-                "left out",
-            )?;
+        let (shape, why_not) = match node.mode {
+            Checked::Valid(mode) => (vertices.shape(mode, &indices), "points are not supported"),
+            Checked::Invalid => (None, "a primitive of unknown `mode`"),
+        };
+        let Some(shape) = shape else {
+            let place = doc.start(raw);
+            self.warn(doc, ErrorKind::Unsupported, why_not, place, "left out")?;
             return Ok(None);
         };
         let finite = match &shape {
@@ -161,27 +158,28 @@ impl Reader {
             return Ok(Some(shape));
         }
         let message = "a vertex is not finite";
-        Err(doc.error(
-            ErrorKind::BadMesh,
-            message,
-            &short(node),
-            "in this primitive",
-        ))
+        let error = SceneError::new(ErrorKind::BadMesh, message);
+        Err(error.at(doc.source, doc.start(raw), "in this primitive"))
     }
 
     /// The numbers of a vertex attribute, `width` per vertex.
-    fn attribute(
+    fn attribute<'a>(
         &mut self,
-        doc: &Document<'_>,
-        attributes: &Node,
-        key: &str,
+        doc: &Document<'a>,
+        node: &Primitive,
+        raw: Raw<'a>,
+        semantic: Semantic,
         width: usize,
         count: Option<usize>,
     ) -> Result<Option<Rc<Numbers>>> {
-        let Some(index) = doc.index(attributes, key, "accessors")? else {
+        let key = semantic.to_string();
+        let Some(index) = node.attributes.get(&Checked::Valid(semantic)) else {
             return Ok(None);
         };
-        let numbers = self.buffers.numbers(doc, &mut self.base, index)?;
+        let attributes = doc.find(raw, &["attributes"]);
+        let accessor = doc.element(List::Accessors, index.value(), attributes, &key)?;
+        let accessor = (index.value(), accessor);
+        let numbers = self.buffers.numbers(doc, &mut self.base, accessor)?;
         if numbers.width != width {
             let message = format!(
                 "`{key}` has {} numbers per vertex, expected {width}",
@@ -205,22 +203,27 @@ impl Reader {
     }
 
     /// The indices of a primitive, all in range; without them all vertices in order.
-    fn indices(&mut self, doc: &Document<'_>, node: &Node, count: usize) -> Result<Vec<u32>> {
-        let accessor = doc.index(node, "indices", "accessors")?;
-        let numbers = match accessor {
-            Some(accessor) => Some(self.buffers.numbers(doc, &mut self.base, accessor)?),
+    fn indices<'a>(
+        &mut self,
+        doc: &Document<'a>,
+        node: &Primitive,
+        raw: Raw<'a>,
+        count: usize,
+    ) -> Result<Vec<u32>> {
+        let numbers = match node.indices {
+            Some(index) => {
+                let accessor = doc.element(List::Accessors, index.value(), raw, "indices")?;
+                let accessor = (index.value(), accessor);
+                Some(self.buffers.numbers(doc, &mut self.base, accessor)?)
+            }
             None => None,
         };
         // Primitives may share their numbers, so that small files can ask for much.
         self.indices += numbers.as_ref().map_or(count, |n| n.values.len());
         if self.indices > 3 * self.base.max_triangles {
             let message = format!("more than {} triangles", self.base.max_triangles);
-            return Err(doc.error(
-                ErrorKind::Limit,
-                message,
-                &short(node),
-                "this one is too many",
-            ));
+            let error = SceneError::new(ErrorKind::Limit, message);
+            return Err(error.at(doc.source, doc.start(raw), "this one is too many"));
         }
         let Some(numbers) = numbers else {
             return Ok((0..u32::try_from(count).unwrap_or(u32::MAX)).collect());
@@ -235,7 +238,7 @@ impl Reader {
             let exact = f64::from(index).to_bits() == v.abs().to_bits();
             let fits = *v >= 0.0 && (index as usize) < count && exact;
             fits.then_some(index).ok_or_else(|| {
-                let place = doc.get(node, "indices").unwrap_or(node);
+                let place = doc.find(raw, &["indices"]);
                 let message = format!("index {v} is out of range");
                 let label = format!("there are {count} vertices");
                 doc.error(ErrorKind::BadMesh, message, place, &label)
@@ -246,24 +249,20 @@ impl Reader {
 }
 
 /// Refuses a primitive whose vertices are there in compressed form alone.
-fn refuse_compression(doc: &Document<'_>, node: &Node) -> Result<()> {
+fn refuse_compression<'a>(doc: &Document<'a>, node: &Primitive, raw: Raw<'a>) -> Result<()> {
     const DRACO: &str = "KHR_draco_mesh_compression";
-    let Some(extension) = doc
-        .object(node, "extensions")?
-        .and_then(|extensions| doc.get(extensions, DRACO))
-    else {
+    let extensions = doc.get(raw, "extensions");
+    let Some(extension) = extensions.and_then(|extensions| doc.get(extensions, DRACO)) else {
         return Ok(());
     };
     // Where the extension is not required, the plain vertices are there as well.
-    let position = match doc.object(node, "attributes")? {
-        Some(attributes) => doc.index(attributes, "POSITION", "accessors")?,
-        None => None,
-    };
-    let accessor = position.map(|index| Ok(&doc.list("accessors")?[index]));
-    if let Some(accessor) = accessor.transpose()?
-        && doc.get(accessor, "bufferView").is_some()
-    {
-        return Ok(());
+    let positions = node.attributes.get(&Checked::Valid(Semantic::Positions));
+    if let Some(index) = positions {
+        let attributes = doc.find(raw, &["attributes"]);
+        let accessor = doc.element(List::Accessors, index.value(), attributes, "POSITION")?;
+        if doc.get(accessor, "bufferView").is_some() {
+            return Ok(());
+        }
     }
     let message = format!("meshes compressed by `{DRACO}` are not supported");
     let error = doc.error(ErrorKind::Unsupported, message, extension, "cannot be read");
@@ -271,17 +270,17 @@ fn refuse_compression(doc: &Document<'_>, node: &Node) -> Result<()> {
 }
 
 /// The ends of the lines of a topology, as places in the index list.
-fn line_pairs(mode: usize, n: usize) -> Option<Vec<[usize; 2]>> {
+fn line_pairs(mode: Mode, n: usize) -> Option<Vec<[usize; 2]>> {
     match mode {
-        1 => Some((0..n / 2).map(|k| [2 * k, 2 * k + 1]).collect()),
-        2 => Some((0..n).map(|k| [k, (k + 1) % n]).collect()),
-        3 => Some((1..n).map(|k| [k - 1, k]).collect()),
+        Mode::Lines => Some((0..n / 2).map(|k| [2 * k, 2 * k + 1]).collect()),
+        Mode::LineLoop => Some((0..n).map(|k| [k, (k + 1) % n]).collect()),
+        Mode::LineStrip => Some((1..n).map(|k| [k - 1, k]).collect()),
         _ => None,
     }
 }
 
 /// The corners of the triangles of a topology, as places in the index list.
-fn triangle_corners(mode: usize, n: usize) -> Option<Vec<[usize; 3]>> {
+fn triangle_corners(mode: Mode, n: usize) -> Option<Vec<[usize; 3]>> {
     // Every other triangle of a strip is wound the other way.
     let in_strip = |k: usize| {
         if k.is_multiple_of(2) {
@@ -291,9 +290,9 @@ fn triangle_corners(mode: usize, n: usize) -> Option<Vec<[usize; 3]>> {
         }
     };
     match mode {
-        4 => Some((0..n / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()),
-        5 => Some((2..n).map(in_strip).collect()),
-        6 => Some((2..n).map(|k| [0, k - 1, k]).collect()),
+        Mode::Triangles => Some((0..n / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()),
+        Mode::TriangleStrip => Some((2..n).map(in_strip).collect()),
+        Mode::TriangleFan => Some((2..n).map(|k| [0, k - 1, k]).collect()),
         _ => None,
     }
 }
@@ -309,6 +308,18 @@ impl Vertices {
     fn position(&self, i: usize) -> DVec3 {
         let p = &self.positions.values[3 * i..3 * i + 3];
         DVec3::new(p[0], p[1], p[2])
+    }
+
+    /// What a topology makes of an index list; `None` of points.
+    fn shape(&self, mode: Mode, indices: &[u32]) -> Option<Shape> {
+        if let Some(pairs) = line_pairs(mode, indices.len()) {
+            let ends = pairs.into_iter();
+            let ends = ends.map(|pair| pair.map(|k| self.position(indices[k] as usize)));
+            return Some(Shape::Lines(ends.collect()));
+        }
+        let corners = triangle_corners(mode, indices.len())?.into_iter();
+        let triangles = corners.map(|t| t.map(|k| indices[k]));
+        Some(Shape::Triangles(self.compact(triangles)))
     }
 
     /// A mesh of the vertices that its triangles use.

@@ -1,14 +1,14 @@
 //! glTF 2.0, as `.gltf` with its files or as `.glb`.
 //!
-//! A reader of our own: all errors name the place in the JSON, and nothing is trusted. Read are
-//! the nodes of the default scene with their transforms, triangles in all three topologies, lines
-//! (linear lights, if their material emits: radiance × radius is then the emission), materials
-//! with the extensions listed in [`EXTENSIONS`], and the first camera.
+//! The structures are those of the crate gltf, of those that lose nothing by it (its nodes and
+//! cameras are `f32`, and it refuses scenes without nodes); errors name the place in the JSON. Read
+//! are the nodes of the default scene with their transforms, triangles in all three topologies,
+//! lines (linear lights, if their material emits: radiance × radius is then the emission),
+//! materials with the extensions listed in [`EXTENSIONS`], and the first camera.
 //! Emission is one-sided unless the material is double-sided.
 
 mod buffers;
 mod document;
-mod json;
 mod materials;
 mod meshes;
 mod textures;
@@ -17,11 +17,11 @@ use crate::assembly::Assembly;
 use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
 use crate::load::{LoadOptions, Loaded};
 use buffers::Buffers;
-use document::Document;
-use json::Node;
+use document::{Document, List, Raw};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
 use linelit_scene::{Camera, FilmSettings, Projection};
+use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -114,17 +114,18 @@ fn chunks(source: &Source) -> Result<Chunks> {
 }
 
 fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Result<Loaded> {
-    let root = json::parse(source)?;
-    let doc = Document::new(source, root);
-    let version = doc.require(doc.object(&doc.root, "asset")?, &short(&doc.root), "asset")?;
-    if let Some(text) = doc.string(version, "version")?
-        && !text.starts_with("2.")
-    {
+    let doc = Document::new(source)?;
+    let asset = doc.lists.asset.ok_or_else(|| {
+        let first = source.bytes().iter().position(|b| *b == b'{').unwrap_or(0);
+        let error = SceneError::new(ErrorKind::MissingParameter, "`asset` is missing");
+        error.at(source, Span::new(first, first + 1), "in this object")
+    })?;
+    if !doc.read::<Asset>(asset)?.version.starts_with("2.") {
         let message = "only glTF 2 is supported";
-        return Err(doc.error(ErrorKind::Unsupported, message, version, "another version"));
+        return Err(doc.error(ErrorKind::Unsupported, message, asset, "another version"));
     }
     let mut reader = Reader {
-        buffers: Buffers::new(&doc, binary)?,
+        buffers: Buffers::new(&doc, binary),
         base,
         camera: None,
         materials: Vec::new(),
@@ -135,9 +136,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
     };
     reader.warn_extensions(&doc)?;
     reader.read_materials(&doc)?;
-    reader
-        .meshes
-        .resize_with(doc.list("meshes")?.len(), || None);
+    reader.meshes.resize_with(doc.lists.meshes.len(), || None);
     reader.read_nodes(&doc)?;
     let (camera, film) = reader.camera.unzip();
     let film = film.unwrap_or_default();
@@ -146,12 +145,48 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         .finish(source.name(), reader.shapes > 0, camera, film)
 }
 
-/// The start of a long value, to point at.
-fn short(node: &Node) -> Node {
-    Node {
-        value: json::Value::Null,
-        span: Span::new(node.span.start, node.span.start + 1),
-    }
+/// Of which glTF the file is.
+#[derive(Deserialize)]
+struct Asset {
+    version: String,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct SceneNodes<'a> {
+    #[serde(borrow)]
+    nodes: Vec<Raw<'a>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Node<'a> {
+    #[serde(borrow)]
+    children: Vec<Raw<'a>>,
+    mesh: Option<usize>,
+    camera: Option<usize>,
+    matrix: Option<[f64; 16]>,
+    translation: [f64; 3],
+    rotation: Option<[f64; 4]>,
+    scale: Option<[f64; 3]>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Lenses<'a> {
+    r#type: String,
+    #[serde(borrow)]
+    perspective: Option<Raw<'a>>,
+    orthographic: Option<Raw<'a>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Lens {
+    yfov: Option<f64>,
+    aspect_ratio: Option<f64>,
+    xmag: Option<f64>,
+    ymag: Option<f64>,
 }
 
 struct Reader {
@@ -174,150 +209,176 @@ impl Reader {
         doc: &Document<'_>,
         kind: ErrorKind,
         message: &str,
-        node: &Node,
+        span: Span,
         label: &str,
     ) -> Result<()> {
-        let at = |e: SceneError, label: &str| e.at(doc.source, node.span, label);
+        let at = |e: SceneError, label: &str| e.at(doc.source, span, label);
         self.base.warn(kind, message, label, &at)
     }
 
     /// Names what the file uses and we do not read. Extensions of materials are named where they
     /// are used.
     fn warn_extensions(&mut self, doc: &Document<'_>) -> Result<()> {
-        for node in doc.list("extensionsUsed")? {
-            let json::Value::String(name) = &node.value else {
-                continue;
-            };
-            if EXTENSIONS.contains(&name.as_str()) || materials::names_extension(name) {
+        for raw in &doc.lists.extensions_used {
+            let name: String = doc.read(raw)?;
+            if EXTENSIONS.contains(&name.as_str()) || materials::names_extension(&name) {
                 continue;
             }
             if name == "KHR_lights_punctual" {
                 let message = "`KHR_lights_punctual`: lights without size are not supported";
-                self.warn(doc, ErrorKind::Unsupported, message, node, "left out")?;
+                self.warn(
+                    doc,
+                    ErrorKind::Unsupported,
+                    message,
+                    doc.span(raw),
+                    "left out",
+                )?;
                 continue;
             }
             let name: String = name.chars().take(60).collect();
             let message = format!("extension `{name}` is not supported");
-            self.warn(doc, ErrorKind::Unsupported, &message, node, "left out")?;
+            self.warn(
+                doc,
+                ErrorKind::Unsupported,
+                &message,
+                doc.span(raw),
+                "left out",
+            )?;
         }
-        for key in ["animations", "skins"] {
-            if let Some(first) = doc.list(key)?.first() {
+        let lists = [
+            ("animations", &doc.lists.animations),
+            ("skins", &doc.lists.skins),
+        ];
+        for (key, list) in lists {
+            if let Some(first) = list.first() {
                 let message = format!("`{key}` are not supported: nodes are drawn as they stand");
-                let place = short(first);
-                self.warn(doc, ErrorKind::Unsupported, &message, &place, "left out")?;
+                let place = doc.start(first);
+                self.warn(doc, ErrorKind::Unsupported, &message, place, "left out")?;
             }
         }
-        if let Some(second) = doc.list("scenes")?.get(1) {
+        if let Some(second) = doc.lists.scenes.get(1) {
             let message = "a file with several scenes: one is drawn";
             let label = "not the only one";
-            self.warn(doc, ErrorKind::Suspicious, message, &short(second), label)?;
+            self.warn(
+                doc,
+                ErrorKind::Suspicious,
+                message,
+                doc.start(second),
+                label,
+            )?;
         }
         Ok(())
     }
 
     /// Walks the nodes of the scene; a node may appear only once.
     fn read_nodes(&mut self, doc: &Document<'_>) -> Result<()> {
-        let nodes = doc.list("nodes")?;
-        let mut seen = vec![false; nodes.len()];
+        let mut seen = vec![false; doc.lists.nodes.len()];
         let mut stack: Vec<(usize, DAffine3)> = Vec::new();
-        let scene = doc.index(&doc.root, "scene", "scenes")?.unwrap_or(0);
-        match doc.list("scenes")?.get(scene) {
+        let scene = match doc.lists.scene {
+            Some(raw) => {
+                let index = doc.read(raw)?;
+                Some(doc.element(List::Scenes, index, raw, "scene")?)
+            }
+            None => doc.lists.scenes.first().copied(),
+        };
+        match scene {
             Some(scene) => {
-                for node in doc.array(scene, "nodes")?.iter().rev() {
-                    let index = doc.as_index("nodes", node, "nodes")?;
-                    self.visit(doc, node, index, &mut seen)?;
+                for child in doc.read::<SceneNodes<'_>>(scene)?.nodes.into_iter().rev() {
+                    let index = self.visit(doc, child, "nodes", &mut seen)?;
                     stack.push((index, DAffine3::IDENTITY));
                 }
             }
             None => {
-                for index in roots(doc, nodes)? {
+                for index in roots(doc)? {
                     seen[index] = true;
                     stack.push((index, DAffine3::IDENTITY));
                 }
             }
         }
         while let Some((index, parent)) = stack.pop() {
-            let node = &nodes[index];
-            let to_world = parent * transform(doc, node)?;
+            let raw = doc.known(List::Nodes, index);
+            let node: Node<'_> = doc.read(raw)?;
+            let to_world = parent * transform(&node);
             if !to_world.is_finite() {
                 let message = "the transform is not finite";
-                return Err(doc.error(ErrorKind::BadTransform, message, &short(node), ""));
+                let error = SceneError::new(ErrorKind::BadTransform, message);
+                return Err(error.at(doc.source, doc.start(raw), ""));
             }
-            for child in doc.array(node, "children")?.iter().rev() {
-                let index = doc.as_index("children", child, "nodes")?;
-                self.visit(doc, child, index, &mut seen)?;
+            for child in node.children.iter().rev() {
+                let index = self.visit(doc, child, "children", &mut seen)?;
                 stack.push((index, to_world));
             }
-            if let Some(mesh) = doc.index(node, "mesh", "meshes")? {
+            if let Some(mesh) = node.mesh {
+                doc.element(List::Meshes, mesh, raw, "mesh")?;
                 self.place_mesh(doc, mesh, to_world)?;
             }
-            if let Some(camera) = doc.index(node, "camera", "cameras")? {
+            if let Some(camera) = node.camera {
+                let camera = doc.element(List::Cameras, camera, raw, "camera")?;
                 self.read_camera(doc, camera, to_world)?;
             }
         }
         Ok(())
     }
 
-    fn visit(
+    /// The index of a child, which nobody else may have.
+    fn visit<'a>(
         &self,
-        doc: &Document<'_>,
-        place: &Node,
-        index: usize,
+        doc: &Document<'a>,
+        child: Raw<'a>,
+        key: &str,
         seen: &mut [bool],
-    ) -> Result<()> {
+    ) -> Result<usize> {
+        let index = doc.read(child)?;
+        doc.element(List::Nodes, index, child, key)?;
         if std::mem::replace(&mut seen[index], true) {
             let message = format!("node {index} is reached twice");
-            return Err(doc.error(ErrorKind::Recursion, message, place, "nodes form a tree"));
+            return Err(doc.error(ErrorKind::Recursion, message, child, "nodes form a tree"));
         }
-        Ok(())
+        Ok(index)
     }
 
-    fn read_camera(&mut self, doc: &Document<'_>, index: usize, to_world: DAffine3) -> Result<()> {
-        let node = &doc.list("cameras")?[index];
+    fn read_camera<'a>(
+        &mut self,
+        doc: &Document<'a>,
+        raw: Raw<'a>,
+        to_world: DAffine3,
+    ) -> Result<()> {
         if self.camera.is_some() {
             let message = "further cameras are left out";
-            return self.warn(
-                doc,
-                ErrorKind::Suspicious,
-                message,
-                &short(node),
-                "the first one is used",
-            );
+            let label = "the first one is used";
+            return self.warn(doc, ErrorKind::Suspicious, message, doc.start(raw), label);
         }
-        let positive = |object: &Node, key: &str| match doc.number(object, key)? {
-            Some(v) if v > 0.0 => Ok(Some(v)),
-            Some(v) => {
-                let message = format!("`{key}` of a camera is {v}");
-                Err(doc.error(ErrorKind::OutOfRange, message, object, "must be positive"))
-            }
-            None => Ok(None),
+        let lenses: Lenses<'_> = doc.read(raw)?;
+        let (key, lens) = if lenses.r#type == "orthographic" {
+            ("orthographic", lenses.orthographic)
+        } else {
+            ("perspective", lenses.perspective)
         };
-        let (projection, window, aspect) = match doc.string(node, "type")? {
-            Some("orthographic") => {
-                let object =
-                    doc.require(doc.object(node, "orthographic")?, node, "orthographic")?;
-                let x = doc.require(positive(object, "xmag")?, object, "xmag")?;
-                let y = doc.require(positive(object, "ymag")?, object, "ymag")?;
-                (Projection::Orthographic, Some([-x, x, -y, y]), x / y)
+        let place = doc.require(lens, raw, key)?;
+        let lens: Lens = doc.read(place)?;
+        let positive = |value: Option<f64>, key: &str| match value {
+            Some(v) if !(v > 0.0 && v <= f64::from(f32::MAX)) => {
+                let message = format!("`{key}` of a camera is {v}");
+                Err(doc.error(ErrorKind::OutOfRange, message, place, "must be positive"))
             }
-            _ => {
-                let object = doc.require(doc.object(node, "perspective")?, node, "perspective")?;
-                let y_fov = doc.require(positive(object, "yfov")?, object, "yfov")?;
-                let aspect = positive(object, "aspectRatio")?.unwrap_or(16.0 / 9.0);
-                // Ours is the angle over the shorter side.
-                let half = (0.5 * y_fov).tan() * aspect.min(1.0);
-                let fov_degrees = 2.0 * half.atan().to_degrees();
-                if y_fov >= std::f64::consts::PI || fov_degrees <= 0.0 {
-                    let message = format!("`yfov` of a camera is {y_fov}");
-                    return Err(doc.error(
-                        ErrorKind::OutOfRange,
-                        message,
-                        object,
-                        "expected an angle below π",
-                    ));
-                }
-                (Projection::Perspective { fov_degrees }, None, aspect)
+            value => Ok(value),
+        };
+        let (projection, window, aspect) = if key == "orthographic" {
+            let x = doc.require(positive(lens.xmag, "xmag")?, place, "xmag")?;
+            let y = doc.require(positive(lens.ymag, "ymag")?, place, "ymag")?;
+            (Projection::Orthographic, Some([-x, x, -y, y]), x / y)
+        } else {
+            let y_fov = doc.require(positive(lens.yfov, "yfov")?, place, "yfov")?;
+            let aspect = positive(lens.aspect_ratio, "aspectRatio")?.unwrap_or(16.0 / 9.0);
+            // Ours is the angle over the shorter side.
+            let half = (0.5 * y_fov).tan() * aspect.min(1.0);
+            let fov_degrees = 2.0 * half.atan().to_degrees();
+            if y_fov >= std::f64::consts::PI || fov_degrees <= 0.0 {
+                let message = format!("`yfov` of a camera is {y_fov}");
+                let label = "expected an angle below π";
+                return Err(doc.error(ErrorKind::OutOfRange, message, place, label));
             }
+            (Projection::Perspective { fov_degrees }, None, aspect)
         };
         let aspect = aspect.clamp(1.0 / 16.0, 16.0);
         #[allow(
@@ -339,26 +400,28 @@ impl Reader {
 }
 
 /// Nodes that are nobody's child.
-fn roots(doc: &Document<'_>, nodes: &[Node]) -> Result<Vec<usize>> {
-    let mut is_child = vec![false; nodes.len()];
-    for node in nodes {
-        for child in doc.array(node, "children")? {
-            is_child[doc.as_index("children", child, "nodes")?] = true;
+fn roots(doc: &Document<'_>) -> Result<Vec<usize>> {
+    let mut is_child = vec![false; doc.lists.nodes.len()];
+    for raw in &doc.lists.nodes {
+        for child in doc.read::<Node<'_>>(raw)?.children {
+            let index = doc.read(child)?;
+            doc.element(List::Nodes, index, child, "children")?;
+            is_child[index] = true;
         }
     }
-    Ok((0..nodes.len()).rev().filter(|i| !is_child[*i]).collect())
+    Ok((0..is_child.len())
+        .rev()
+        .filter(|i| !is_child[*i])
+        .collect())
 }
 
 /// A node's own transform.
-fn transform(doc: &Document<'_>, node: &Node) -> Result<DAffine3> {
-    if let Some(m) = doc.vector::<16>(node, "matrix")? {
-        return Ok(DAffine3::from_mat4(DMat4::from_cols_array(&m)));
+fn transform(node: &Node<'_>) -> DAffine3 {
+    if let Some(m) = &node.matrix {
+        return DAffine3::from_mat4(DMat4::from_cols_array(m));
     }
-    let t = doc.vector::<3>(node, "translation")?.unwrap_or_default();
-    let r = doc
-        .vector::<4>(node, "rotation")?
-        .unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    let s = doc.vector::<3>(node, "scale")?.unwrap_or([1.0; 3]);
+    let r = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let s = node.scale.unwrap_or([1.0; 3]);
     let rotation = DQuat::from_array(r);
     let length = rotation.length();
     // Files hold unit quaternions to three digits; zero is none.
@@ -367,9 +430,5 @@ fn transform(doc: &Document<'_>, node: &Node) -> Result<DAffine3> {
     } else {
         DQuat::IDENTITY
     };
-    Ok(DAffine3::from_scale_rotation_translation(
-        s.into(),
-        rotation,
-        t.into(),
-    ))
+    DAffine3::from_scale_rotation_translation(s.into(), rotation, node.translation.into())
 }

@@ -2,15 +2,40 @@
 
 use super::Reader;
 use super::buffers::load_uri;
-use super::document::Document;
-use super::json::Node;
+use super::document::{Document, List, Raw};
 use crate::diagnostics::{ErrorKind, Result, SceneError};
+use gltf::json::image;
+use gltf::json::texture::{Info, MinFilter, Sampler, Texture as JsonTexture, WrappingMode};
+use gltf::json::validation::Checked;
 use linelit_geometry::DVec2;
 use linelit_scene::{ImageData, ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
+use serde::Deserialize;
 use std::sync::Arc;
 
 /// Pixels, and the name of their file if they have one.
 pub(super) type NamedImage = (Arc<ImageData>, String);
+
+/// The texture that a material names, and where.
+pub(super) struct Use<'i, 'a> {
+    info: &'i Info,
+    place: Raw<'a>,
+}
+
+impl<'i, 'a> Use<'i, 'a> {
+    pub(super) const fn new(info: &'i Info, place: Raw<'a>) -> Self {
+        Self { info, place }
+    }
+}
+
+/// `KHR_texture_transform`, which gltf has in `f32` and for some textures only.
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Transform {
+    offset: [f64; 2],
+    rotation: f64,
+    scale: Option<[f64; 2]>,
+    tex_coord: Option<u32>,
+}
 
 /// What a texture is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,46 +53,51 @@ pub(super) enum Channel {
 impl Reader {
     /// A texture; `None` after a warning if it cannot be drawn. All textures of a material share
     /// one set of texture coordinates, which the first names.
-    pub(super) fn texture(
+    pub(super) fn texture<'a>(
         &mut self,
-        doc: &Document<'_>,
-        info: &Node,
+        doc: &Document<'a>,
+        named: &Use<'_, 'a>,
         channel: Channel,
         scale: f64,
-        uv_set: &mut Option<usize>,
+        uv_set: &mut Option<u32>,
     ) -> Result<Option<Texture>> {
-        let index = doc.require(doc.index(info, "index", "textures")?, info, "index")?;
-        let transform = match doc.object(info, "extensions")? {
-            Some(extensions) => doc.object(extensions, "KHR_texture_transform")?,
-            None => None,
-        };
-        let mut set = doc.size(info, "texCoord")?.unwrap_or(0);
-        if let Some(transform) = transform {
-            set = doc.size(transform, "texCoord")?.unwrap_or(set);
-        }
+        let Use { info, place } = *named;
+        let raw = doc.element(List::Textures, info.index.value(), place, "index")?;
+        let extensions = doc.get(place, "extensions");
+        let transform = extensions.and_then(|e| doc.get(e, "KHR_texture_transform"));
+        let transform: Option<Transform> = transform.map(|t| doc.read(t)).transpose()?;
+        let set = transform.as_ref().and_then(|t| t.tex_coord);
+        let set = set.unwrap_or(info.tex_coord);
         if *uv_set.get_or_insert(set) != set {
             let message =
                 "textures of a material with different texture coordinates are not supported";
             let label = "drawn with those of the first";
-            self.warn(doc, ErrorKind::Unsupported, message, info, label)?;
+            self.warn(doc, ErrorKind::Unsupported, message, doc.span(place), label)?;
         }
-        let node = &doc.list("textures")?[index];
-        let Some(image) = doc.index(node, "source", "images")? else {
+        let node: JsonTexture = doc.read(raw)?;
+        // What gltf has for none.
+        if node.source.value() == u32::MAX as usize {
             let message = "a texture without an image that can be read";
-            self.warn(doc, ErrorKind::Unsupported, message, node, "left out")?;
+            self.warn(
+                doc,
+                ErrorKind::Unsupported,
+                message,
+                doc.span(raw),
+                "left out",
+            )?;
             return Ok(None);
-        };
-        let (wrap, filter) = match doc.index(node, "sampler", "samplers")? {
-            Some(sampler) => {
-                let sampler = &doc.list("samplers")?[sampler];
-                (wraps(doc, sampler)?, filter(doc, sampler)?)
+        }
+        let image = node.source.value();
+        doc.element(List::Images, image, raw, "source")?;
+        let (wrap, filter) = match node.sampler {
+            Some(index) => {
+                let sampler = doc.element(List::Samplers, index.value(), raw, "sampler")?;
+                let sampler: Sampler = doc.read(sampler)?;
+                ([sampler.wrap_s, sampler.wrap_t].map(wrap), filter(&sampler))
             }
             None => ([Wrap::Repeat; 2], TextureFilter::default()),
         };
-        let mapping = match transform {
-            Some(transform) => mapping(doc, transform)?,
-            None => UvMapping::IDENTITY,
-        };
+        let mapping = transform.map_or(UvMapping::IDENTITY, |t| mapping(&t));
         let data = self.image(doc, image, channel)?;
         Ok(data.map(|(data, filename)| {
             Texture::Image(Arc::new(ImageTexture {
@@ -113,9 +143,9 @@ impl Reader {
         index: usize,
         srgb: bool,
     ) -> Result<Option<NamedImage>> {
-        let node = &doc.list("images")?[index];
-        let at = |e: SceneError, label: &str| e.at(doc.source, node.span, label);
-        match self.image_bytes(doc, node) {
+        let raw = doc.known(List::Images, index);
+        let at = |e: SceneError, label: &str| e.at(doc.source, doc.span(raw), label);
+        match self.image_bytes(doc, raw) {
             Ok((name, filename, bytes)) => {
                 let data = self.base.decode(&name, &bytes, srgb, &at)?;
                 Ok(data.map(|data| (data, filename)))
@@ -123,7 +153,7 @@ impl Reader {
             // A missing image is common; the shapes are still worth seeing.
             Err(error) if error.kind() == ErrorKind::Io => {
                 let message = error.message().to_owned();
-                self.warn(doc, ErrorKind::Io, &message, node, "left out")?;
+                self.warn(doc, ErrorKind::Io, &message, doc.span(raw), "left out")?;
                 Ok(None)
             }
             Err(error) => Err(error),
@@ -131,11 +161,12 @@ impl Reader {
     }
 
     /// The bytes of an image file, a name that ends in its type, and its file name if it has one.
-    fn image_bytes(
+    fn image_bytes<'a>(
         &mut self,
-        doc: &Document<'_>,
-        node: &Node,
+        doc: &Document<'a>,
+        raw: Raw<'a>,
     ) -> Result<(String, String, Vec<u8>)> {
+        let node: image::Image = doc.read(raw)?;
         let by_type = |mime: &str| match mime {
             m if m.contains("image/png") => "image.png".to_owned(),
             m if m.contains("image/jpeg") => "image.jpeg".to_owned(),
@@ -144,9 +175,8 @@ impl Reader {
                 format!("image.{kind}")
             }
         };
-        if let Some(uri) = doc.string(node, "uri")? {
-            let place = doc.require(doc.get(node, "uri"), node, "uri")?;
-            let bytes = load_uri(doc, &mut self.base, uri, place)?;
+        if let Some(uri) = &node.uri {
+            let bytes = load_uri(doc, &mut self.base, uri, doc.find(raw, &["uri"]))?;
             return Ok(match uri.strip_prefix("data:") {
                 Some(data) => (
                     by_type(&data.chars().take(40).collect::<String>()),
@@ -159,39 +189,37 @@ impl Reader {
                 }
             });
         }
-        let mime = doc.string(node, "mimeType")?.unwrap_or("");
-        let view = doc.require(doc.index(node, "bufferView", "bufferViews")?, node, "uri")?;
+        let mime = node.mime_type.as_ref().map_or("", |mime| &mime.0);
+        let index = doc.require(node.buffer_view, raw, "uri")?.value();
+        let view = doc.element(List::BufferViews, index, raw, "bufferView")?;
         let view = self.buffers.view(doc, &mut self.base, view)?;
         Ok((by_type(mime), String::new(), view.bytes().to_vec()))
     }
 }
 
 /// What lies beyond the edges of an image.
-fn wraps(doc: &Document<'_>, sampler: &Node) -> Result<[Wrap; 2]> {
-    let wrap = |key: &str| -> Result<Wrap> {
-        Ok(match doc.size(sampler, key)? {
-            Some(33071) => Wrap::Clamp,
-            Some(33648) => Wrap::Mirror,
-            _ => Wrap::Repeat,
-        })
-    };
-    Ok([wrap("wrapS")?, wrap("wrapT")?])
+const fn wrap(mode: Checked<WrappingMode>) -> Wrap {
+    match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
+    }
 }
 
 /// How an image is looked up where it is smaller than on the screen: `minFilter`, which names the
 /// copies too. Where it names none, or nothing (then it is the renderer's choice), the footprint is
 /// still averaged. `magFilter` is not asked: magnified images are bilinear.
-fn filter(doc: &Document<'_>, sampler: &Node) -> Result<TextureFilter> {
-    Ok(match doc.size(sampler, "minFilter")? {
-        // NEAREST, NEAREST_MIPMAP_NEAREST, NEAREST_MIPMAP_LINEAR.
-        Some(9728 | 9984 | 9986) => TextureFilter::Point,
-        // LINEAR_MIPMAP_NEAREST.
-        Some(9985) => TextureFilter::Bilinear,
-        // LINEAR_MIPMAP_LINEAR.
-        Some(9987) => TextureFilter::Trilinear,
-        // LINEAR, and what the format does not know.
-        Some(_) | None => TextureFilter::default(),
-    })
+fn filter(sampler: &Sampler) -> TextureFilter {
+    match sampler.min_filter {
+        Some(Checked::Valid(
+            MinFilter::Nearest | MinFilter::NearestMipmapNearest | MinFilter::NearestMipmapLinear,
+        )) => TextureFilter::Point,
+        Some(Checked::Valid(MinFilter::LinearMipmapNearest)) => TextureFilter::Bilinear,
+        Some(Checked::Valid(MinFilter::LinearMipmapLinear)) => TextureFilter::Trilinear,
+        Some(Checked::Valid(MinFilter::Linear) | Checked::Invalid) | None => {
+            TextureFilter::default()
+        }
+    }
 }
 
 /// `KHR_texture_transform`. glTF counts v from the top: the mesh reader turns it over, and the
@@ -199,14 +227,13 @@ fn filter(doc: &Document<'_>, sampler: &Node) -> Result<TextureFilter> {
 ///
 /// With w = 1 − v, u' = o₁ + s₁ u cos r + s₂ v sin r and v' = o₂ − s₁ u sin r + s₂ v cos r become
 /// (u', w') = R(r) (s₁ u, s₂ w) + (o₁ + s₂ sin r, 1 − o₂ − s₂ cos r).
-fn mapping(doc: &Document<'_>, transform: &Node) -> Result<UvMapping> {
-    let [sx, sy] = doc.vector::<2>(transform, "scale")?.unwrap_or([1.0; 2]);
-    let [ox, oy] = doc.vector::<2>(transform, "offset")?.unwrap_or([0.0; 2]);
-    let rotation = doc.number(transform, "rotation")?.unwrap_or(0.0);
-    let (sin, cos) = rotation.sin_cos();
-    Ok(UvMapping {
+fn mapping(transform: &Transform) -> UvMapping {
+    let [sx, sy] = transform.scale.unwrap_or([1.0; 2]);
+    let [ox, oy] = transform.offset;
+    let (sin, cos) = transform.rotation.sin_cos();
+    UvMapping {
         scale: DVec2::new(sx, sy),
         offset: DVec2::new(ox + sy * sin, 1.0 - oy - sy * cos),
-        rotation,
-    })
+        rotation: transform.rotation,
+    }
 }
