@@ -249,8 +249,8 @@ impl HeatMap {
     }
 }
 
-/// The colour at `position` in [0, 1] of a scale from near-black blue over purple, red and orange to
-/// pale yellow, as sRGB bytes.
+/// The colour at `position` in [0, 1] of a scale from near-black blue over purple, red and orange
+/// to pale yellow, as sRGB bytes.
 ///
 /// Five stops in Björn Ottosson's Oklab (2020), interpolated linearly there: lightness rises
 /// evenly, so the order of values survives grey print and colour blindness.

@@ -9,8 +9,8 @@
 //! - [`read_pfm`], [`write_pfm`], [`write_png`], [`encode_tga`], [`HeatMap`].
 //!
 //! Every file is written under a temporary name and renamed ([`write_atomically`]); equal contents
-//! give equal bytes. Damaged input is an error that says what was expected and found, never a panic.
-//! This crate knows nothing of scenes, lights or samples.
+//! give equal bytes. Damaged input is an error that says what was expected and found, never a
+//! panic. This crate knows nothing of scenes, lights or samples.
 //!
 //! ```
 //! use linelit_film::{Document, MomentImage};

@@ -36,8 +36,8 @@ pub enum Root {
 }
 
 impl Default for LoadOptions {
-    /// Lenient, at most 32 million triangles (some 3 GB with the renderer's structures), files of at
-    /// most 4 GiB, in the scene's folder and below.
+    /// Lenient, at most 32 million triangles (some 3 GB with the renderer's structures), files of
+    /// at most 4 GiB, in the scene's folder and below.
     fn default() -> Self {
         Self {
             strict: false,

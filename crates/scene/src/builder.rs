@@ -91,7 +91,8 @@ const MAX_LIGHTS: usize = 1 << 20;
 const MEAN_BUDGET: f64 = 4e6;
 
 /// Puts a [`Scene`] together from meshes, materials and lights: transforms vertices and rounds them
-/// once, drops triangles without area, and makes lights of what emits. The crate's first page has an example.
+/// once, drops triangles without area, and makes lights of what emits. The crate's first page has
+/// an example.
 #[derive(Debug)]
 pub struct SceneBuilder {
     positions: Vec<[f32; 3]>,

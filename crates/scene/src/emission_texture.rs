@@ -8,8 +8,8 @@ use linelit_lights::{ImportanceImage, TexturedSampler};
 const CELLS: f64 = 4e6;
 const CELLS_ALONG: [f64; 2] = [2.0, 1024.0];
 
-/// Texels that are looked at on all lights together: those of an image of 4096 × 4096. However often an image is
-/// repeated, a scene is ready in seconds.
+/// Texels that are looked at on all lights together: those of an image of 4096 × 4096. However
+/// often an image is repeated, a scene is ready in seconds.
 const LOOKS: f64 = (1u32 << 24) as f64;
 
 /// The share of the importance that is the same everywhere, so that what falls between the texels
@@ -111,8 +111,8 @@ fn surrounding(light: &ConvexPolygon) -> Option<ConvexPolygon> {
     ConvexPolygon::parallelogram(corner, x * size.x, y * size.y).ok()
 }
 
-/// The cells along an edge that spans so many texels, of a light that is one of `count`, and the texels to be looked at
-/// along each.
+/// The cells along an edge that spans so many texels, of a light that is one of `count`, and the
+/// texels to be looked at along each.
 fn parts(texels: f64, count: usize) -> (usize, usize) {
     let among = |all: f64| (all / count as f64).sqrt();
     let most = among(CELLS).clamp(CELLS_ALONG[0], CELLS_ALONG[1]);
@@ -122,8 +122,8 @@ fn parts(texels: f64, count: usize) -> (usize, usize) {
     (whole(cells), whole(looks.max(1.0)))
 }
 
-/// Whether a cell is not wholly beyond one of the light's edges; what touches it to a thousandth of a cell, which is
-/// more than rounding, counts.
+/// Whether a cell is not wholly beyond one of the light's edges; what touches it to a thousandth of
+/// a cell, which is more than rounding, counts.
 fn touches(light: &ConvexPolygon, corner: DVec3, across: DVec3, up: DVec3) -> bool {
     let vertices = light.vertices();
     let next = vertices.iter().cycle().skip(1);
@@ -146,8 +146,8 @@ fn mean(map: &EmissionMap, corner: DVec3, across: (DVec3, usize), up: (DVec3, us
     sum / 3.0
 }
 
-/// Places in a cell and their weights: in each of many texels one; in a single one where the emission is linear in
-/// between.
+/// Places in a cell and their weights: in each of many texels one; in a single one where the
+/// emission is linear in between.
 fn looks(count: usize) -> impl Iterator<Item = (f64, f64)> {
     const SINGLE: [(f64, f64); 3] = [(0.0, 0.25), (0.5, 0.5), (1.0, 0.25)];
     let single = if count == 1 { &SINGLE[..] } else { &[] };
@@ -173,7 +173,8 @@ mod tests {
     use linelit_geometry::DVec2;
     use std::sync::Arc;
 
-    /// An image that is white in its first pixels and black in the others, repeated over the unit square.
+    /// An image that is white in its first pixels and black in the others, repeated over the unit
+    /// square.
     fn repeated(side: u32, white: u32, times: f64) -> EmissionMap {
         let pixel = |k: u32| {
             if k % side < white && k / side < white {
@@ -206,7 +207,8 @@ mod tests {
         }
     }
 
-    /// However many texels and lights, so many looks and no more: two along each edge of a light at least.
+    /// However many texels and lights, so many looks and no more: two along each edge of a light at
+    /// least.
     #[test]
     fn looks_are_bounded() {
         for count in [1, 2, 7, 1000, 1_000_000] {
@@ -235,8 +237,8 @@ mod tests {
         }
     }
 
-    /// With 126 looks along each edge, each of 126 repetitions is looked at in its middle, which is black: the light is
-    /// drawn from all the same.
+    /// With 126 looks along each edge, each of 126 repetitions is looked at in its middle, which is
+    /// black: the light is drawn from all the same.
     #[test]
     fn what_no_look_meets_is_still_a_texture() {
         let square = ConvexPolygon::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();

@@ -345,8 +345,8 @@ impl Material {
         self.textures().any(Texture::varies)
     }
 
-    /// Whether the estimators draw all of the material: no coat is missing, nor light from behind. Of a
-    /// mixture, its parts say so themselves.
+    /// Whether the estimators draw all of the material: no coat is missing, nor light from behind.
+    /// Of a mixture, its parts say so themselves.
     pub fn is_drawn_in_full(&self) -> bool {
         match &self.kind {
             MaterialKind::CoatedDiffuse { .. } => false,

@@ -44,8 +44,9 @@ pub struct SceneLight {
 }
 
 impl SceneLight {
-    /// Radiance that an area light shows at texture coordinates or over a footprint, towards a place on the side that `side`
-    /// is the sign of (positive: where the polygon's normal points); zero for other lights.
+    /// Radiance that an area light shows at texture coordinates or over a footprint, towards a
+    /// place on the side that `side` is the sign of (positive: where the polygon's normal points);
+    /// zero for other lights.
     pub fn shown(&self, at: impl Into<Footprint>, side: f64) -> DVec3 {
         let Light::Area(area) = &*self.light else {
             return DVec3::ZERO;

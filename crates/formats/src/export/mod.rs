@@ -42,8 +42,8 @@ impl Default for ExportOptions<'_> {
 }
 
 impl ExportOptions<'_> {
-    /// The image over a light, if it can be written: pbrt's lies over the whole range of coordinates and has one factor
-    /// for all colours, or with extensions one for each.
+    /// The image over a light, if it can be written: pbrt's lies over the whole range of
+    /// coordinates and has one factor for all colours, or with extensions one for each.
     fn image_of<'m>(&self, map: &'m EmissionMap) -> Option<&'m ImageTexture> {
         let Texture::Image(image) = &*map.factor else {
             return None;
@@ -69,8 +69,8 @@ impl ExportOptions<'_> {
 /// cameras, films, materials, textures and area lights as far as pbrt-v4 has them. With
 /// [`ExportOptions::extensions`] reading it back gives the same scene, so that pictures are
 /// the same bit for bit; but of emission that is no image as pbrt has it
-/// ([`ExportOptions::writes`]) only the mean is written. Without, what pbrt-v4 does not have is the nearest thing, with a
-/// comment: `phong`, `substrate` and `plastic` as `coateddiffuse`.
+/// ([`ExportOptions::writes`]) only the mean is written. Without, what pbrt-v4 does not have is the
+/// nearest thing, with a comment: `phong`, `substrate` and `plastic` as `coateddiffuse`.
 ///
 /// # Errors
 /// When writing fails.
