@@ -43,7 +43,8 @@ pub struct StudySpec {
     pub gallery: Option<Gallery>,
     /// The longest that a reference may take beyond its first round.
     pub reference_limit: Duration,
-    /// Processor seconds that each estimator, pattern and number of samples is measured for at least.
+    /// Processor seconds that each estimator, pattern and number of samples is measured for at
+    /// least.
     pub cell_seconds: f64,
 }
 

@@ -185,8 +185,8 @@ fn brute(scene_name: &str, side: u32, lines: u32) {
     assert_eq!(failed, 0, "{scene_name}: {failed} pixels of {lit} differ");
 }
 
-/// What the comparison would find: a millionth of the light too much at one pixel, other lines, and a
-/// scene that has lost one of its five hundred triangles.
+/// What the comparison would find: a millionth of the light too much at one pixel, other lines, and
+/// a scene that has lost one of its five hundred triangles.
 #[test]
 fn brute_force_has_power() {
     let (side, lines) = (16, 16);

@@ -51,7 +51,8 @@ pub(crate) struct BenchArgs {
     /// Scene file, or the name of a built-in scene, in place of all built-in ones.
     #[arg(long, value_name = "PATH")]
     pub(crate) scene: Option<String>,
-    /// Estimators to measure, separated by commas outside brackets; the last competes with the rest.
+    /// Estimators to measure, separated by commas outside brackets; the last competes with the
+    /// rest.
     #[arg(long, value_name = "E,E…")]
     pub(crate) estimators: Option<List<Estimator>>,
     /// Numbers of samples, in ascending order; powers of two unless told. `mis` takes the first.

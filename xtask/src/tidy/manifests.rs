@@ -4,7 +4,8 @@ use super::House;
 use crate::manifest;
 use std::fs;
 
-/// Crate, crates of the house it may know, crates of others it may know. The table of `docs/architecture.md`.
+/// Crate, crates of the house it may know, crates of others it may know. The table of
+/// `docs/architecture.md`.
 const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     ("geometry", &[], &["glam", "smallvec"]),
     ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
@@ -70,6 +71,9 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
         ],
         &[
             "anyhow",
+            "base64",
+            "rand",
+            "rand_pcg",
             "indicatif",
             "maud",
             "rayon",
@@ -165,6 +169,8 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "clap",
             "indicatif",
             "obvhs",
+            "rand",
+            "rand_pcg",
             "rayon",
             "serde",
             "serde_json",

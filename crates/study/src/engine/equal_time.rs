@@ -2,10 +2,12 @@
 
 use super::Targets;
 use crate::stats::metrics::MRSE_EPSILON;
-use crate::stats::random::SplitMix64;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
 use linelit_samplers::SamplerKind;
+use rand::SeedableRng as _;
+use rand::seq::SliceRandom as _;
+use rand_pcg::Pcg64Mcg;
 use std::time::Instant;
 
 /// The most shading points that are timed together: so many that the clock takes no time.
@@ -135,9 +137,8 @@ pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Ve
     for round in 0..what.rounds {
         // In another order each time, lest what follows a long lane of another estimator always
         // find the caches full of that.
-        let mut random = SplitMix64(u64::from(round));
         let mut order: Vec<usize> = (0..lanes.len()).collect();
-        order.sort_by_cached_key(|_| random.next());
+        order.shuffle(&mut Pcg64Mcg::seed_from_u64(u64::from(round)));
         for k in order {
             let lane = &mut lanes[k];
             lane.settings.seed = u64::from(round);

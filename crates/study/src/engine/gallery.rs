@@ -24,7 +24,8 @@ pub struct GalleryPicture {
 
 /// Lines in each replicate of the reference.
 const REFERENCE_SAMPLES: u32 = 256;
-/// Samples by which the cost of a picture is found: what each adds, and what comes before the first.
+/// Samples by which the cost of a picture is found: what each adds, and what comes before the
+/// first.
 const PROBES: [u32; 2] = [4, 32];
 
 /// Renders the gallery of a study on one scene.

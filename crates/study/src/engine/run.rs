@@ -79,8 +79,9 @@ impl CellRun {
     }
 
     /// Runs the cell again, only for its time, for as long as a pass takes; nothing once it has
-    /// been measured for `enough` seconds and twice. To be called in turns with other cells, so that each is
-    /// measured in good and in bad times of the machine. Whether the time is known now.
+    /// been measured for `enough` seconds and twice. To be called in turns with other cells, so
+    /// that each is measured in good and in bad times of the machine. Whether the time is known
+    /// now.
     pub fn time_again(&mut self, renderer: &Renderer<'_>, targets: &Targets, enough: f64) -> bool {
         if self.times.total() >= enough && self.times.passes.len() > 1 {
             return true;

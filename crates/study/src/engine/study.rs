@@ -92,8 +92,8 @@ impl Opened {
     }
 }
 
-/// Opens everything a study looks at with `load`, by file or name, so that what is wrong with the last scene is found before
-/// the first is measured.
+/// Opens everything a study looks at with `load`, by file or name, so that what is wrong with the
+/// last scene is found before the first is measured.
 ///
 /// # Errors
 /// If a scene cannot be loaded or has nothing to light, a pixel is outside it, the camera sees

@@ -1,9 +1,9 @@
 //! Plots as SVG text: error over samples and over time, and orders of convergence.
 //!
-//! The drawings are written by hand: log–log axes, error bars and a legend need a few hundred lines,
-//! and keep a plotting library out of the build. Colours are fixed for each estimator and change
-//! with the reader's light or dark theme; every mark tells its numbers on hovering. Equal data give
-//! equal text.
+//! The drawings are written by hand: log–log axes, error bars and a legend need a few hundred
+//! lines, and keep a plotting library out of the build. Colours are fixed for each estimator and
+//! change with the reader's light or dark theme; every mark tells its numbers on hovering. Equal
+//! data give equal text.
 
 mod axis;
 mod convergence;

@@ -4,7 +4,6 @@
 //! [`StudyRecord`](crate::tables::StudyRecord): a summary in words made from the numbers, and for
 //! each scene its pictures, the two error plots, the orders beside the papers', and the table.
 
-mod base64;
 mod page;
 mod study;
 mod summary;

@@ -1,8 +1,9 @@
 //! HTML and CSS.
 
+use base64::{Engine as _, prelude::BASE64_STANDARD as STANDARD};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Cell, Picture, Report, Section, Table, base64};
+use super::{Cell, Picture, Report, Section, Table};
 use crate::plots::short;
 
 const CSS: &str = include_str!("style.css");
@@ -95,7 +96,7 @@ fn section(index: usize, part: &Section) -> Markup {
 }
 
 fn figure(picture: &Picture) -> Markup {
-    let source = format!("data:image/png;base64,{}", base64::encode(&picture.png));
+    let source = format!("data:image/png;base64,{}", STANDARD.encode(&picture.png));
     let small = picture.width.max(picture.height) <= 128;
     html! {
         figure {

@@ -126,7 +126,8 @@ fn is_kind(estimator: &str, kind: &str) -> bool {
     estimator.starts_with(kind) && !estimator.contains('+')
 }
 
-/// The longest time that both series reach, and the ratio of their errors (points over lines) there.
+/// The longest time that both series reach, and the ratio of their errors (points over lines)
+/// there.
 fn equal_time(rows: &[&ResultRow], line: &ResultRow, point: &ResultRow) -> Option<(f64, f64)> {
     let curve = |of: &ResultRow| -> Vec<[f64; 2]> {
         let mut curve: Vec<[f64; 2]> = rows

@@ -179,7 +179,9 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::random::SplitMix64;
+    use crate::stats::normal;
+    use rand::SeedableRng as _;
+    use rand_pcg::Pcg64Mcg;
 
     #[test]
     fn equal_pictures_have_no_error() {
@@ -227,13 +229,13 @@ mod tests {
 
     #[test]
     fn the_z_score_of_unbiased_noise_is_standard_normal() {
-        let mut random = SplitMix64(3);
+        let mut random = Pcg64Mcg::seed_from_u64(3);
         let flat = Image::from_fn(32, 32, |_, _| [0.0; 3]);
         let mut squares = 0.0;
         for _ in 0..400 {
             let noise = Image::from_fn(32, 32, |_, _| {
                 [0; 3].map(|_| {
-                    let v = random.normal();
+                    let v = normal(&mut random);
                     #[allow(clippy::cast_possible_truncation, reason = "film")]
                     {
                         v as f32

@@ -1,8 +1,9 @@
 //! The order of convergence: the slope of the standard deviation over the number of samples, both
 //! on logarithmic scales, and how sure one may be of it.
 
-use super::random::SplitMix64;
 use super::student;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
 /// One number of samples with what its trials gave.
@@ -129,7 +130,10 @@ pub fn fit(samples: &[f64], sd: &[f64], se: &[f64]) -> Option<Order> {
 ///
 /// ```
 /// use linelit_study::stats::slopes::{Bootstrap, SlopePoint, fit_trials};
-/// let point = |n: f64| SlopePoint { samples: n, trial_variances: vec![0.9 / n, 1.0 / n, 1.1 / n] };
+/// let point = |samples: f64| SlopePoint {
+///     samples,
+///     trial_variances: [0.9, 1.0, 1.1].map(|v| v / samples).to_vec(),
+/// };
 /// let order = fit_trials(&[point(1.0), point(4.0), point(16.0)], &Bootstrap::default()).unwrap();
 /// assert!((order.order + 0.5).abs() < 1e-12);
 /// ```
@@ -209,19 +213,19 @@ fn resampled_slopes(points: &[&SlopePoint], bootstrap: &Bootstrap) -> Vec<f64> {
     let together = points
         .iter()
         .all(|point| point.trial_variances.len() == trials);
-    let mut random = SplitMix64(bootstrap.seed);
+    let mut random = Pcg64Mcg::seed_from_u64(bootstrap.seed);
     let mut drawn = vec![0; trials];
     let mut slopes = Vec::with_capacity(bootstrap.resamples as usize);
     let mut values = Vec::new();
     for _ in 0..bootstrap.resamples {
-        drawn.fill_with(|| random.below(trials));
+        drawn.fill_with(|| random.random_range(0..trials));
         let resampled = points.iter().map(|point| {
             let all = &point.trial_variances;
             values.clear();
             if together {
                 values.extend(drawn.iter().map(|&trial| all[trial]));
             } else {
-                values.extend((0..all.len()).map(|_| all[random.below(all.len())]));
+                values.extend((0..all.len()).map(|_| all[random.random_range(0..all.len())]));
             }
             moments(&values)
         });
@@ -324,23 +328,19 @@ fn round_whole(n: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::normal;
 
     const COUNTS: [f64; 5] = [4.0, 16.0, 64.0, 256.0, 1024.0];
 
     /// Trials of an estimator whose variance is N^(2·order), each seen over `pixels` pixels: a mean
     /// of that many χ² variables.
-    fn trials(
-        random: &mut SplitMix64,
-        order: f64,
-        trials: usize,
-        pixels: usize,
-    ) -> Vec<SlopePoint> {
+    fn trials(random: &mut Pcg64Mcg, order: f64, trials: usize, pixels: usize) -> Vec<SlopePoint> {
         COUNTS
             .iter()
             .map(|&samples| {
                 let variance = samples.powf(2.0 * order);
-                let trial = |random: &mut SplitMix64| {
-                    let sum: f64 = (0..pixels).map(|_| random.normal().powi(2)).sum();
+                let trial = |random: &mut Pcg64Mcg| {
+                    let sum: f64 = (0..pixels).map(|_| normal(random).powi(2)).sum();
                     variance * sum / pixels as f64
                 };
                 let trial_variances = (0..trials).map(|_| trial(random)).collect();
@@ -354,7 +354,7 @@ mod tests {
 
     /// How often 95 % intervals hold the truth, over `studies` synthetic studies.
     fn coverage(count: usize, pixels: usize, studies: u32) -> (f64, f64) {
-        let mut random = SplitMix64(11);
+        let mut random = Pcg64Mcg::seed_from_u64(11);
         let (mut covered, mut sum) = (0_u32, 0.0);
         for _ in 0..studies {
             let points = trials(&mut random, -1.25, count, pixels);
@@ -415,7 +415,7 @@ mod tests {
 
     #[test]
     fn a_bend_shows_as_lack_of_fit() {
-        let mut random = SplitMix64(5);
+        let mut random = Pcg64Mcg::seed_from_u64(5);
         let mut points = trials(&mut random, -1.0, 20, 400);
         let straight = fit_trials(&points, &Bootstrap::default()).unwrap();
         for point in &mut points {
@@ -429,7 +429,7 @@ mod tests {
 
     #[test]
     fn the_same_input_gives_the_same_interval() {
-        let points = trials(&mut SplitMix64(1), -0.75, 8, 50);
+        let points = trials(&mut Pcg64Mcg::seed_from_u64(1), -0.75, 8, 50);
         let once = fit_trials(&points, &Bootstrap::default()).unwrap();
         let again = fit_trials(&points, &Bootstrap::default()).unwrap();
         assert_eq!(format!("{once:?}"), format!("{again:?}"));
@@ -449,7 +449,7 @@ mod tests {
 
     #[test]
     fn points_without_variance_are_left_out() {
-        let mut points = trials(&mut SplitMix64(9), -0.5, 8, 100);
+        let mut points = trials(&mut Pcg64Mcg::seed_from_u64(9), -0.5, 8, 100);
         points[4].trial_variances = vec![0.0; 8];
         points[3].trial_variances[2] = f64::NAN;
         let order = fit_trials(&points, &Bootstrap::default()).unwrap();
@@ -463,7 +463,7 @@ mod tests {
 
     #[test]
     fn different_numbers_of_trials_are_resampled_apart() {
-        let mut points = trials(&mut SplitMix64(21), -1.0, 12, 300);
+        let mut points = trials(&mut Pcg64Mcg::seed_from_u64(21), -1.0, 12, 300);
         points[0].trial_variances.truncate(5);
         let order = fit_trials(&points, &Bootstrap::default()).unwrap();
         assert!(order.ci_low < -1.0 && -1.0 < order.ci_high, "{order:?}");

@@ -11,6 +11,8 @@ use linelit_scenes::stratified_lines;
 use linelit_visibility::{
     Counters, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
 };
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
 use rivals::Rivals;
 use std::ops::Range;
 use std::time::Instant;
@@ -62,26 +64,14 @@ struct Timings {
     visible_share: f64,
 }
 
-/// A counter-based random number in [0, 1).
-fn hash_unit(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^= z >> 31;
-    #[allow(clippy::cast_precision_loss, reason = "53 bits")]
-    let unit = (z >> 11) as f64 / 9_007_199_254_740_992.0;
-    unit
-}
-
 /// The shadow rays of every shading point towards one random point of the light each.
 fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
-    let mut state = 7;
+    let mut random = Pcg64Mcg::seed_from_u64(7);
     let mut rays = Vec::with_capacity(work.points.len() * per_point);
     let corners = work.light.corners();
     for &point in work.points {
         for _ in 0..per_point {
-            let (mut s, mut t) = (hash_unit(&mut state), hash_unit(&mut state));
+            let (mut s, mut t) = (random.random::<f64>(), random.random::<f64>());
             if corners.len() == 3 && s + t > 1.0 {
                 (s, t) = (1.0 - s, 1.0 - t);
             }
@@ -159,10 +149,10 @@ fn time(
     let points = work.points.len();
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
-    let mut state = 11;
+    let mut random = Pcg64Mcg::seed_from_u64(11);
     let sets: Vec<Vec<Segment>> = lines
         .iter()
-        .map(|&n| stratified_lines(work.light.corners(), n, &mut || hash_unit(&mut state)))
+        .map(|&n| stratified_lines(work.light.corners(), n, &mut || random.random()))
         .collect();
     let mut ray_times: [Fastest; 3] = Default::default();
     let mut line_times: Vec<[Fastest; 2]> = lines.iter().map(|_| Default::default()).collect();
@@ -225,8 +215,8 @@ fn time(
 /// profilers.
 #[inline(never)]
 fn repeat(occluders: &Occluders, work: &Workload<'_>, count: u32, times: u32) {
-    let mut state = 11;
-    let lines = stratified_lines(work.light.corners(), count, &mut || hash_unit(&mut state));
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let lines = stratified_lines(work.light.corners(), count, &mut || random.random());
     let rays = shadow_rays(work, 8);
     let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
     for _ in 0..times {

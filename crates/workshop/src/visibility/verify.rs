@@ -1,9 +1,11 @@
 //! Lines of a scene against brute force in `f64`.
 
-use super::{Workload, hash_unit};
+use super::Workload;
 use linelit_geometry::DVec3;
 use linelit_scenes::stratified_lines;
 use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines, brute};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
 
 /// Lines a point.
 const LINES: u32 = 48;
@@ -28,13 +30,13 @@ pub(super) struct Verified {
 pub(super) fn verify(occluders: &Occluders, work: &Workload<'_>, least: usize) -> Verified {
     let mut found = Verified::default();
     let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
-    let mut state = 17;
+    let mut random = Pcg64Mcg::seed_from_u64(17);
     let count = least.div_ceil(LINES as usize).min(work.points.len()).max(1);
     for k in 0..count {
         let Some(&point) = work.points.get(k * work.points.len() / count) else {
             break;
         };
-        let lines = stratified_lines(work.light.corners(), LINES, &mut || hash_unit(&mut state));
+        let lines = stratified_lines(work.light.corners(), LINES, &mut || random.random());
         let query = ShaftQuery {
             point,
             light: work.light,
