@@ -24,7 +24,8 @@ pub(crate) fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command
     command
 }
 
-/// Runs to the end; 0, 1 and 2 are handed through, anything else (a panic, a signal, a failed build) is 1.
+/// Runs to the end; 0, 1 and 2 are handed through, anything else (a panic, a signal, a failed
+/// build) is 1.
 pub(crate) fn status(command: &mut Command) -> u8 {
     match command.status() {
         Ok(status) => match status.code() {
@@ -42,7 +43,8 @@ pub(crate) fn status(command: &mut Command) -> u8 {
     }
 }
 
-/// A program of a crate with its arguments, built with optimisation; in the caller's working folder.
+/// A program of a crate with its arguments, built with optimisation; in the caller's working
+/// folder.
 pub(crate) fn program(package: &str, name: &str, arguments: &[String]) -> u8 {
     let mut run = start(package);
     run.args(["--bin", name, "--"]).args(arguments);
@@ -80,7 +82,8 @@ pub(crate) fn criterion(package: &str, bench: &str, rest: &[String]) -> u8 {
     status(run.args(rest))
 }
 
-/// `cargo run --release` of a crate; silent, except for the first build, which takes a minute or two.
+/// `cargo run --release` of a crate; silent, except for the first build, which takes a minute or
+/// two.
 fn start(package: &str) -> Command {
     let manifest = root().join("Cargo.toml");
     let mut run = cargo(["run", "--release"]);

@@ -1,8 +1,9 @@
 //! The workshop: `cargo xtask COMMAND`.
 //!
-//! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the crates. What is the
-//! user's (`render`, `converge`, `compare`, `info`, `convert`) goes to the `linelit` program word for word; what is the
-//! developers' is listed in [`USAGE`]. Exit status: 0 done, 1 failed, 2 usage.
+//! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the
+//! crates. What is the user's (`render`, `converge`, `compare`, `info`, `convert`) goes to the
+//! `linelit` program word for word; what is the developers' is listed in [`USAGE`]. Exit status: 0
+//! done, 1 failed, 2 usage.
 
 #![allow(
     clippy::print_stdout,

@@ -1,6 +1,7 @@
 //! Rust text as the house rules see it: without comments, literals and tests.
 
-/// Replaces comments, strings and character literals by blanks; lines and columns stay where they are.
+/// Replaces comments, strings and character literals by blanks; lines and columns stay where they
+/// are.
 pub(crate) fn code_only(text: &str) -> String {
     let chars: Vec<char> = text.chars().collect();
     let mut out = String::with_capacity(text.len());

@@ -160,9 +160,9 @@ fn same_cases(mut command: Command) -> Command {
     command
 }
 
-/// Sixteen times the usual number of random cases, for properties that say how many they usually take as well (the tests'
-/// `cases(n)` scales by this over 256), and from this seed, which loops of random numbers take as well; a failing case
-/// prints itself, smallest form first.
+/// Sixteen times the usual number of random cases, for properties that say how many they usually
+/// take as well (the tests' `cases(n)` scales by this over 256), and from this seed, which loops of
+/// random numbers take as well; a failing case prints itself, smallest form first.
 fn new_cases(mut command: Command, seed: u64) -> Command {
     command.env("PROPTEST_CASES", "4096");
     command.env(PROPERTY_SEED, seed.to_string());
@@ -271,8 +271,8 @@ fn shown(command: &Command) -> String {
     format!("cargo {}", words.collect::<Vec<_>>().join(" "))
 }
 
-/// Each crate with features: none of them, each alone, all of them. Defaults and the absence of features are what the
-/// other steps build.
+/// Each crate with features: none of them, each alone, all of them. Defaults and the absence of
+/// features are what the other steps build.
 fn feature_combinations() -> Vec<(String, Work)> {
     let mut steps = Vec::new();
     for found in manifest::members(&cargo::root()) {

@@ -38,8 +38,8 @@ fn end(mut child: Child, kind: u32) {
     assert!(status.success() || by == Some(signal.as_raw()), "{status}");
 }
 
-/// Whether something stands in a temporary file of the process `writer` for `name`: while it is only
-/// tried whether it can be written, the file is empty.
+/// Whether something stands in a temporary file of the process `writer` for `name`: while it is
+/// only tried whether it can be written, the file is empty.
 fn is_writing(folder: &Path, name: &str, writer: u32) -> bool {
     let start = format!(".{name}.{writer}-");
     fs::read_dir(folder).is_ok_and(|entries| {

@@ -1,5 +1,5 @@
-//! Two techniques, a sharp and a broad one, for an integrand that is their sum with a shadow in it: the standard deviation
-//! of each heuristic over the share of the shadow.
+//! Two techniques, a sharp and a broad one, for an integrand that is their sum with a shadow in it:
+//! the standard deviation of each heuristic over the share of the shadow.
 //!
 //! `cargo run --release -p linelit-mis --example variance_of_heuristics`
 #![expect(clippy::print_stdout, reason = "an example prints")]

@@ -1,6 +1,7 @@
 //! Weights for the multi-sample estimator: balance, power, maximum, cutoff, average.
 
-/// N·p, or zero where either is not positive (so that NaN and negative densities count as "cannot sample this").
+/// N·p, or zero where either is not positive (so that NaN and negative densities count as "cannot
+/// sample this").
 #[inline]
 pub(crate) fn score(n: f64, p: f64) -> f64 {
     if n > 0.0 && p > 0.0 { n * p } else { 0.0 }
@@ -39,10 +40,11 @@ pub(crate) fn share(
     g(ratio(s(i), largest)) / sum
 }
 
-/// Σⱼ Nⱼpⱼ: the density of all samples together; ∞ where a product is (a Dirac delta), never negative or NaN.
+/// Σⱼ Nⱼpⱼ: the density of all samples together; ∞ where a product is (a Dirac delta), never
+/// negative or NaN.
 ///
-/// Dividing f by it is the balance heuristic's whole contribution, wᵢf/(Nᵢpᵢ), for whichever technique drew the
-/// sample. Positive terms only. **Measure:** that of the densities.
+/// Dividing f by it is the balance heuristic's whole contribution, wᵢf/(Nᵢpᵢ), for whichever
+/// technique drew the sample. Positive terms only. **Measure:** that of the densities.
 ///
 /// ```
 /// use linelit_mis::{balance, balance_density};
@@ -58,15 +60,18 @@ pub fn balance_density(ns: &[f64], ps: &[f64]) -> f64 {
 
 /// The balance heuristic.
 ///
-/// **Formula.** wᵢ = Nᵢpᵢ/Σⱼ Nⱼpⱼ for the estimator Σₛ (1/Nₛ) Σₖ wₛ f/pₛ, *without* a further 1/S in front (Salesin &
-/// Jarosz 2019, eqs. 7 and 8; the 1/S printed in eq. 7 divides the result by the number of techniques).
+/// **Formula.** wᵢ = Nᵢpᵢ/Σⱼ Nⱼpⱼ for the estimator Σₛ (1/Nₛ) Σₖ wₛ f/pₛ, *without* a further 1/S
+/// in front (Salesin & Jarosz 2019, eqs. 7 and 8; the 1/S printed in eq. 7 divides the result by
+/// the number of techniques).
 ///
-/// **Measure.** All densities `ps` at the sample in one measure, no matter which. `ns` are sample counts or, in the
-/// one-sample model, probabilities. **Domain.** A density that is zero, negative or NaN means that the technique cannot
-/// draw this sample; an infinite one (a Dirac delta) takes all the weight, several share it. If no technique can, the
-/// weight is 0. **Error bound.** The weights of all techniques sum to 1 within (T + 2)ε.
+/// **Measure.** All densities `ps` at the sample in one measure, no matter which. `ns` are sample
+/// counts or, in the one-sample model, probabilities. **Domain.** A density that is zero, negative
+/// or NaN means that the technique cannot draw this sample; an infinite one (a Dirac delta) takes
+/// all the weight, several share it. If no technique can, the weight is 0. **Error bound.** The
+/// weights of all techniques sum to 1 within (T + 2)ε.
 ///
-/// **Reference.** Veach & Guibas 1995, *Optimally combining sampling techniques for Monte Carlo rendering*, eq. 10.
+/// **Reference.** Veach & Guibas 1995, *Optimally combining sampling techniques for Monte Carlo
+/// rendering*, eq. 10.
 ///
 /// # Panics
 /// If `i` is not an index of both slices.
@@ -91,9 +96,10 @@ pub fn balance(ns: &[f64], ps: &[f64], i: usize) -> f64 {
 
 /// The power heuristic.
 ///
-/// **Formula.** wᵢ = (Nᵢpᵢ)^β/Σⱼ (Nⱼpⱼ)^β; β = 2 is the usual choice, β = 1 the [`balance`] heuristic, β → ∞ the
-/// [`maximum`] heuristic; below 0, and for NaN, β counts as 0, the [`average`]. Measure, domain, error bound and panics as
-/// for [`balance`]; squares neither overflow nor underflow to 0/0.
+/// **Formula.** wᵢ = (Nᵢpᵢ)^β/Σⱼ (Nⱼpⱼ)^β; β = 2 is the usual choice, β = 1 the [`balance`]
+/// heuristic, β → ∞ the [`maximum`] heuristic; below 0, and for NaN, β counts as 0, the
+/// [`average`]. Measure, domain, error bound and panics as for [`balance`]; squares neither
+/// overflow nor underflow to 0/0.
 ///
 /// **Reference.** Veach & Guibas 1995, section 3.2.
 ///
@@ -135,9 +141,10 @@ pub fn power(ns: &[f64], ps: &[f64], beta: f64, i: usize) -> f64 {
 /// Scores closer than this, relatively, are the same.
 const TIE: f64 = 1e-6;
 
-/// The maximum heuristic: all the weight to the technique with the largest Nᵢpᵢ, shared where several are, to a part in a
-/// million: techniques that agree over a region (lines and points where nothing is hidden) come with densities that differ by
-/// rounding, each by its own, so that without this width both could claim the weight of a sample, or neither.
+/// The maximum heuristic: all the weight to the technique with the largest Nᵢpᵢ, shared where
+/// several are, to a part in a million: techniques that agree over a region (lines and points where
+/// nothing is hidden) come with densities that differ by rounding, each by its own, so that without
+/// this width both could claim the weight of a sample, or neither.
 ///
 /// Measure, domain and panics as for [`balance`]. **Reference.** Veach & Guibas 1995, section 3.2.
 ///
@@ -150,11 +157,11 @@ pub fn maximum(ns: &[f64], ps: &[f64], i: usize) -> f64 {
     cutoff(ns, ps, 1.0, i)
 }
 
-/// The cutoff heuristic: balance among the techniques whose Nᵢpᵢ is at least α times the largest; the others get none.
+/// The cutoff heuristic: balance among the techniques whose Nᵢpᵢ is at least α times the largest;
+/// the others get none.
 ///
-/// Measure, domain, error bound and panics as for [`balance`]; `alpha` in [0, 1) (larger values and NaN act as
-/// [`maximum`], negative ones as 0).
-/// **Reference.** Veach & Guibas 1995, section 3.2.
+/// Measure, domain, error bound and panics as for [`balance`]; `alpha` in [0, 1) (larger values and
+/// NaN act as [`maximum`], negative ones as 0). **Reference.** Veach & Guibas 1995, section 3.2.
 ///
 /// ```
 /// assert_eq!(linelit_mis::cutoff(&[1.0, 1.0], &[30.0, 1.0], 0.1, 0), 1.0);
@@ -179,9 +186,10 @@ pub fn cutoff(ns: &[f64], ps: &[f64], alpha: f64, i: usize) -> f64 {
 
 /// The plain average of the techniques.
 ///
-/// **Formula.** wᵢ = 1/(number of techniques that can draw the sample): Salesin & Jarosz 2019, eq. 6, whose 1/S is
-/// right; where a technique does not reach a point the others share its part, which keeps the estimator unbiased when
-/// techniques do not cover all of the integrand (a line that is hidden, an LTC lobe that ends).
+/// **Formula.** wᵢ = 1/(number of techniques that can draw the sample): Salesin & Jarosz 2019, eq.
+/// 6, whose 1/S is right; where a technique does not reach a point the others share its part, which
+/// keeps the estimator unbiased when techniques do not cover all of the integrand (a line that is
+/// hidden, an LTC lobe that ends).
 ///
 /// Measure, domain, error bound and panics as for [`balance`]; of the counts only the sign matters.
 ///
@@ -233,10 +241,12 @@ impl Heuristic {
         }
     }
 
-    /// The weighted contribution wᵢf/(Nᵢpᵢ) of one sample of technique `i` to the multi-sample estimator; 0 where the
-    /// technique cannot have drawn it, and where f or the result is not finite.
+    /// The weighted contribution wᵢf/(Nᵢpᵢ) of one sample of technique `i` to the multi-sample
+    /// estimator; 0 where the technique cannot have drawn it, and where f or the result is not
+    /// finite.
     ///
-    /// In the one-sample model (`ns` are the probabilities of choosing each technique) it is the whole estimate.
+    /// In the one-sample model (`ns` are the probabilities of choosing each technique) it is the
+    /// whole estimate.
     ///
     /// # Panics
     /// If `i` is not an index of both slices.

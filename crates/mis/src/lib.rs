@@ -1,9 +1,9 @@
 //! Multiple importance sampling heuristics on plain numbers.
 //!
-//! A sample drawn by technique i of several has the density pⱼ under each of them. A heuristic turns these densities
-//! and the sample counts Nⱼ into a weight wᵢ with Σᵢ wᵢ = 1, and Σᵢ (1/Nᵢ) Σₖ wᵢ f/pᵢ is unbiased. This crate knows
-//! nothing of lights, lines or directions; it never allocates, fails or returns NaN for densities that are zero,
-//! infinite or NaN.
+//! A sample drawn by technique i of several has the density pⱼ under each of them. A heuristic
+//! turns these densities and the sample counts Nⱼ into a weight wᵢ with Σᵢ wᵢ = 1, and Σᵢ (1/Nᵢ) Σₖ
+//! wᵢ f/pᵢ is unbiased. This crate knows nothing of lights, lines or directions; it never
+//! allocates, fails or returns NaN for densities that are zero, infinite or NaN.
 //!
 //! ```
 //! use linelit_mis::{balance, power};

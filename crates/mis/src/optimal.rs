@@ -4,16 +4,17 @@ use crate::heuristics::{balance, balance_density, finite, score};
 
 /// The optimal weight of technique `i`, given the coefficients α.
 ///
-/// **Formula.** wᵢ = αᵢpᵢ/f + (Nᵢpᵢ/Σₖ Nₖpₖ)(1 − Σₖ αₖpₖ/f). Weights may be negative or above one; they sum to 1 for *any*
-/// α, which therefore affects variance alone. The minimising α solve the [`OptimalSystem`].
+/// **Formula.** wᵢ = αᵢpᵢ/f + (Nᵢpᵢ/Σₖ Nₖpₖ)(1 − Σₖ αₖpₖ/f). Weights may be negative or above one;
+/// they sum to 1 for *any* α, which therefore affects variance alone. The minimising α solve the
+/// [`OptimalSystem`].
 ///
-/// **Domain.** f = 0 has no weights: then the [`balance`] weight is returned, whose product with f is right, but the
-/// constants αᵢ are not in it; use [`optimal_contribution`], which is defined everywhere. So it is where some αₖpₖ/f is not
-/// finite (for all techniques, so that weights still sum to 1). **Error bound.** The weights sum
-/// to 1 within k·ε·(1 + Σ|αₖpₖ/f|).
+/// **Domain.** f = 0 has no weights: then the [`balance`] weight is returned, whose product with f
+/// is right, but the constants αᵢ are not in it; use [`optimal_contribution`], which is defined
+/// everywhere. So it is where some αₖpₖ/f is not finite (for all techniques, so that weights still
+/// sum to 1). **Error bound.** The weights sum to 1 within k·ε·(1 + Σ|αₖpₖ/f|).
 ///
-/// **Reference.** Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek & Křivánek 2019, *Optimal multiple importance
-/// sampling*, eq. 14.
+/// **Reference.** Kondapaneni, Vévoda, Grittmann, Skřivan, Slusallek & Křivánek 2019, *Optimal
+/// multiple importance sampling*, eq. 14.
 ///
 /// # Panics
 /// If `i` is not below T.
@@ -46,13 +47,13 @@ pub fn optimal_weight<const T: usize>(
 
 /// One sample's contribution wᵢf/(Nᵢpᵢ) under the optimal heuristic.
 ///
-/// **Formula.** αᵢ/Nᵢ + (f − Σₖ αₖpₖ)/Σₖ Nₖpₖ: the balance estimator of f minus the control variate Σ αₖpₖ, plus the
-/// variate's integral. Sum it over all Nᵢ samples of all techniques. Defined where f = 0, too; α = 0 is the balance
-/// heuristic.
+/// **Formula.** αᵢ/Nᵢ + (f − Σₖ αₖpₖ)/Σₖ Nₖpₖ: the balance estimator of f minus the control variate
+/// Σ αₖpₖ, plus the variate's integral. Sum it over all Nᵢ samples of all techniques. Defined where
+/// f = 0, too; α = 0 is the balance heuristic.
 ///
-/// **Measure.** α in the unit of the integral, `ps` in one measure. **Domain.** Every technique with Nₖ > 0 must report its
-/// density; one with Nₖ = 0 is ignored. If no density is positive (the sample cannot exist), or the result is not finite,
-/// it is 0.
+/// **Measure.** α in the unit of the integral, `ps` in one measure. **Domain.** Every technique
+/// with Nₖ > 0 must report its density; one with Nₖ = 0 is ignored. If no density is positive (the
+/// sample cannot exist), or the result is not finite, it is 0.
 ///
 /// **Reference.** Kondapaneni et al. 2019, eqs. 13 and 14.
 ///
@@ -90,11 +91,13 @@ fn control<const T: usize>(alphas: &[f64; T], ns: &[f64; T], ps: &[f64; T]) -> f
         .sum()
 }
 
-/// The linear system A α = b of the optimal heuristic, estimated from samples; T techniques, C colour channels.
+/// The linear system A α = b of the optimal heuristic, estimated from samples; T techniques, C
+/// colour channels.
 ///
-/// **Formula.** Aᵢₖ = ∫ pᵢpₖ/Σⱼ Nⱼpⱼ, bᵢ = ∫ f pᵢ/Σⱼ Nⱼpⱼ (Kondapaneni et al. 2019, eqs. 10 to 12), both estimated with
-/// the balance heuristic from the very samples of the estimator: with W = p/Σⱼ Nⱼpⱼ each sample adds W Wᵀ to A and
-/// f W/Σⱼ Nⱼpⱼ to b (their Algorithm 1). At the solution the integral is Σₖ αₖ.
+/// **Formula.** Aᵢₖ = ∫ pᵢpₖ/Σⱼ Nⱼpⱼ, bᵢ = ∫ f pᵢ/Σⱼ Nⱼpⱼ (Kondapaneni et al. 2019, eqs. 10 to 12),
+/// both estimated with the balance heuristic from the very samples of the estimator: with W = p/Σⱼ
+/// Nⱼpⱼ each sample adds W Wᵀ to A and f W/Σⱼ Nⱼpⱼ to b (their Algorithm 1). At the solution the
+/// integral is Σₖ αₖ.
 ///
 /// ```
 /// use linelit_mis::OptimalSystem;
@@ -128,9 +131,11 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
         }
     }
 
-    /// Adds a sample of any technique: the densities of all techniques there, and the integrand's value.
+    /// Adds a sample of any technique: the densities of all techniques there, and the integrand's
+    /// value.
     ///
-    /// A sample that no technique can draw, or whose numbers or their products are not finite, is ignored.
+    /// A sample that no technique can draw, or whose numbers or their products are not finite, is
+    /// ignored.
     pub fn add(&mut self, ns: &[f64; T], ps: &[f64; T], f: [f64; C]) {
         let density = balance_density(ns, ps);
         if density <= 0.0 || !density.is_finite() || !f.iter().all(|v| v.is_finite()) {
@@ -177,18 +182,19 @@ impl<const T: usize, const C: usize> OptimalSystem<T, C> {
 
     /// The coefficients α of each channel.
     ///
-    /// **Method.** Cholesky factorisation with diagonal scaling and complete pivoting. A technique whose scaled pivot is
-    /// below √ε is a combination of the others as far as the samples tell (the system is a normal equation, which squares
-    /// the condition); it gets α = 0. Any α is unbiased, so this affects variance alone. All are 0, too, where one is not finite:
-    /// sums of numbers near the largest that there are.
+    /// **Method.** Cholesky factorisation with diagonal scaling and complete pivoting. A technique
+    /// whose scaled pivot is below √ε is a combination of the others as far as the samples tell
+    /// (the system is a normal equation, which squares the condition); it gets α = 0. Any α is
+    /// unbiased, so this affects variance alone. All are 0, too, where one is not finite: sums of
+    /// numbers near the largest that there are.
     #[must_use]
     pub fn alphas(&self) -> [[f64; T]; C] {
         self.damped_alphas(0.0)
     }
 
-    /// As [`alphas`](Self::alphas), with `ridge` ≥ 0 added to the scaled diagonal (whose entries are one): pulls α towards
-    /// zero, the balance heuristic, the more so the less the samples determine it. Any ridge is unbiased. NaN and what is
-    /// negative count as 0.
+    /// As [`alphas`](Self::alphas), with `ridge` ≥ 0 added to the scaled diagonal (whose entries
+    /// are one): pulls α towards zero, the balance heuristic, the more so the less the samples
+    /// determine it. Any ridge is unbiased. NaN and what is negative count as 0.
     #[must_use]
     pub fn damped_alphas(&self, ridge: f64) -> [[f64; T]; C] {
         let factor = Factor::new(&self.a, ridge.max(0.0));
@@ -284,16 +290,18 @@ impl<const T: usize> Factor<T> {
 /// The ridge of [`OptimalEstimator`], in samples per technique.
 const DAMPING: f64 = 3.0;
 
-/// The progressive optimal estimator: batches of samples, each weighted by the α of the batches before it.
+/// The progressive optimal estimator: batches of samples, each weighted by the α of the batches
+/// before it.
 ///
-/// **Method.** Kondapaneni et al. 2019, Algorithm 2. Since a batch never sees its own α, the mean is unbiased (with α
-/// from its own samples it would only be consistent); the first batch uses the balance heuristic. Each batch holds Nᵢ
-/// samples of technique i.
+/// **Method.** Kondapaneni et al. 2019, Algorithm 2. Since a batch never sees its own α, the mean
+/// is unbiased (with α from its own samples it would only be consistent); the first batch uses the
+/// balance heuristic. Each batch holds Nᵢ samples of technique i.
 ///
-/// Beyond the paper, α are [damped](OptimalSystem::damped_alphas) by a ridge of 3T/(samples so far): undamped, α from few
-/// samples are so noisy that the early batches are *worse* than the balance heuristic. Measured on three techniques with
-/// six samples a batch, variance relative to balance after 2, 4, 16, 64, 256 batches: undamped 2.10, 1.83, 1.20, 1.04, 0.99;
-/// damped 1.00, 0.99, 0.99, 0.97, 0.97.
+/// Beyond the paper, α are [damped](OptimalSystem::damped_alphas) by a ridge of 3T/(samples so
+/// far): undamped, α from few samples are so noisy that the early batches are *worse* than the
+/// balance heuristic. Measured on three techniques with six samples a batch, variance relative to
+/// balance after 2, 4, 16, 64, 256 batches: undamped 2.10, 1.83, 1.20, 1.04, 0.99; damped 1.00,
+/// 0.99, 0.99, 0.97, 0.97.
 ///
 /// ```
 /// use linelit_mis::OptimalEstimator;
@@ -349,7 +357,8 @@ impl<const T: usize, const C: usize> OptimalEstimator<T, C> {
         self.alphas = self.system.damped_alphas(ridge);
     }
 
-    /// The mean over the batches ended so far; 0 before the first. (±∞ if the sum of their contributions overflows.)
+    /// The mean over the batches ended so far; 0 before the first. (±∞ if the sum of their
+    /// contributions overflows.)
     #[must_use]
     pub fn mean(&self) -> [f64; C] {
         if self.batches > 0.0 {

@@ -1,11 +1,12 @@
-//! Discontinuity-smoothing factors (Salesin & Jarosz 2019, section 4.3, with the widths of eq. 24 put right).
+//! Discontinuity-smoothing factors (Salesin & Jarosz 2019, section 4.3, with the widths of eq. 24
+//! put right).
 
 use crate::heuristics::{score, share};
 
 /// The quadratic ease-out curve.
 ///
-/// **Formula.** m(t) = c(2 − c), c = t clamped to [0, 1]: from 0 to 1 with slope 2 at 0 and slope 0 at 1. NaN gives 0.
-/// **Reference.** Salesin & Jarosz 2019, below eq. 23.
+/// **Formula.** m(t) = c(2 − c), c = t clamped to [0, 1]: from 0 to 1 with slope 2 at 0 and slope 0
+/// at 1. NaN gives 0. **Reference.** Salesin & Jarosz 2019, below eq. 23.
 ///
 /// ```
 /// use linelit_mis::smoothing::ease;
@@ -18,7 +19,8 @@ pub fn ease(t: f64) -> f64 {
     c * (2.0 - c)
 }
 
-/// Smooths one edge: [`ease`] of the distance from it over a width; no smoothing (1) where the width is not positive.
+/// Smooths one edge: [`ease`] of the distance from it over a width; no smoothing (1) where the
+/// width is not positive.
 ///
 /// `distance` is signed, positive inside, in the unit of `width`.
 #[inline]
@@ -33,9 +35,10 @@ pub fn edge(distance: f64, width: f64) -> f64 {
 
 /// The factor for the borders of the light in one direction.
 ///
-/// **Formula.** m̂(u) = m((u − u_lo)/d_m) m((u_hi − u)/d_m): Salesin & Jarosz 2019, eq. 23. **Units.** All in one unit of
-/// length along the line (not a parameter in [0, 1], unless d_m is given in it, too). They recommend d_m = half the
-/// smallest dimension of the light. **Domain.** 0 outside the light; 1 everywhere for d_m ≤ 0.
+/// **Formula.** m̂(u) = m((u − u_lo)/d_m) m((u_hi − u)/d_m): Salesin & Jarosz 2019, eq. 23.
+/// **Units.** All in one unit of length along the line (not a parameter in [0, 1], unless d_m is
+/// given in it, too). They recommend d_m = half the smallest dimension of the light. **Domain.** 0
+/// outside the light; 1 everywhere for d_m ≤ 0.
 ///
 /// ```
 /// use linelit_mis::smoothing::border;
@@ -49,9 +52,9 @@ pub fn border(u: f64, lo: f64, hi: f64, d_m: f64) -> f64 {
 
 /// The width of the smoothing at an occluder's edge behind which a gap of length `gap` is blocked.
 ///
-/// **Formula.** d_m·m(gap/d_m): the published eq. 24 lacks the factor d_m, without which it is not a length (the authors'
-/// code has it). It shrinks to 0 as the line slides off the occluder at a vertex, so that the factor has no jump there.
-/// 0 for a d_m that is not positive and finite.
+/// **Formula.** d_m·m(gap/d_m): the published eq. 24 lacks the factor d_m, without which it is not
+/// a length (the authors' code has it). It shrinks to 0 as the line slides off the occluder at a
+/// vertex, so that the factor has no jump there. 0 for a d_m that is not positive and finite.
 ///
 /// ```
 /// use linelit_mis::smoothing::occluder_width;
@@ -69,15 +72,16 @@ pub fn occluder_width(gap: f64, d_m: f64) -> f64 {
 
 /// The factor for the ends of the visible interval \[lo, hi\] in which the point lies.
 ///
-/// **Formula.** m((u − lo)/w_lo) m((hi − u)/w_hi) with w = [`occluder_width`] of the blocked gap beyond each end: Salesin &
-/// Jarosz 2019, eq. 24. **Units** as for [`border`].
+/// **Formula.** m((u − lo)/w_lo) m((hi − u)/w_hi) with w = [`occluder_width`] of the blocked gap
+/// beyond each end: Salesin & Jarosz 2019, eq. 24. **Units** as for [`border`].
 ///
-/// An end that is the light's own border has gap 0: its factor is 1 here, and [`border`] covers it. For smoothing of fixed
-/// width (their Fig. 4, middle) pass infinite gaps at occluders.
+/// An end that is the light's own border has gap 0: its factor is 1 here, and [`border`] covers it.
+/// For smoothing of fixed width (their Fig. 4, middle) pass infinite gaps at occluders.
 ///
 /// ```
 /// use linelit_mis::smoothing::visible_interval;
-/// // The left end is the light's border, behind the right one 3 units are blocked: d_m = 1 is used whole.
+/// // The left end is the light's border, behind the right one 3 units are blocked: d_m = 1 is used
+/// // whole.
 /// assert_eq!(visible_interval(3.5, 0.0, 4.0, 0.0, 3.0, 1.0), 0.75);
 /// ```
 #[inline]
@@ -88,13 +92,13 @@ pub fn visible_interval(u: f64, lo: f64, hi: f64, gap_lo: f64, gap_hi: f64, d_m:
 
 /// The balance heuristic on smoothed densities.
 ///
-/// **Formula.** wᵢ = Nᵢp'ᵢ/Σⱼ Nⱼp'ⱼ, p'ⱼ = `factors[j]`·pⱼ (Salesin & Jarosz 2019, eq. 22). The factor of a technique that
-/// needs no smoothing (a line) is 1; that of a point technique is the product of [`border`] and [`visible_interval`]
-/// factors in all line directions.
+/// **Formula.** wᵢ = Nᵢp'ᵢ/Σⱼ Nⱼp'ⱼ, p'ⱼ = `factors[j]`·pⱼ (Salesin & Jarosz 2019, eq. 22). The
+/// factor of a technique that needs no smoothing (a line) is 1; that of a point technique is the
+/// product of [`border`] and [`visible_interval`] factors in all line directions.
 ///
-/// The estimator still *divides* by the true density pᵢ, and has no 1/S in front (the 1/S of their eq. 20 is an
-/// erratum): Σₛ (1/Nₛ) Σₖ wₛ f/pₛ. It is unbiased wherever some p'ⱼ > 0, so never smooth the only technique that covers a
-/// point.
+/// The estimator still *divides* by the true density pᵢ, and has no 1/S in front (the 1/S of their
+/// eq. 20 is an erratum): Σₛ (1/Nₛ) Σₖ wₛ f/pₛ. It is unbiased wherever some p'ⱼ > 0, so never
+/// smooth the only technique that covers a point.
 ///
 /// **Domain, error bound** as for [`balance`](crate::balance).
 ///

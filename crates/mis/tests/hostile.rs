@@ -1,5 +1,5 @@
-//! Every public function with floats that attack it in any argument: none panics, weights lie in [0, 1] and sum to one
-//! (those of the optimal heuristic may leave [0, 1]), and nothing is NaN.
+//! Every public function with floats that attack it in any argument: none panics, weights lie in
+//! [0, 1] and sum to one (those of the optimal heuristic may leave [0, 1]), and nothing is NaN.
 
 use linelit_mis::smoothing::{
     border, ease, edge, occluder_width, smoothed_balance, visible_interval,

@@ -1,4 +1,5 @@
-//! Laws of weights: they sum to one, are never NaN, do not depend on units, and shed what cannot contribute.
+//! Laws of weights: they sum to one, are never NaN, do not depend on units, and shed what cannot
+//! contribute.
 #![allow(clippy::float_cmp, reason = "exact laws")]
 
 use linelit_mis::smoothing::{
@@ -42,8 +43,8 @@ fn reachable(ns: &[f64], ps: &[f64]) -> bool {
     ns.iter().zip(ps).any(|(&n, &p)| n > 0.0 && p > 0.0)
 }
 
-/// T terms divided by their own sum: a rounding for each term and quotient, T for the sum, and as many for adding up the
-/// weights: 2(T + 2)ε covers it.
+/// T terms divided by their own sum: a rounding for each term and quotient, T for the sum, and as
+/// many for adding up the weights: 2(T + 2)ε covers it.
 fn assert_sums_to_one(weights: impl Iterator<Item = f64>, any: bool, name: &str) {
     let weights: Vec<f64> = weights.collect();
     let sum: f64 = weights.iter().sum();
@@ -115,8 +116,8 @@ proptest! {
                 let contribution = optimal_contribution(&alphas, &ns, &ps, f, i);
                 let by_weight = weights[i] * f / (ns[i] * ps[i]);
                 let scale = (1.0 + terms) * f / balance_density(&ns, &ps) + (alphas[i] / ns[i]).abs();
-                // Where N p is small beside the other techniques' the weight is a difference; its rounding is divided
-                // by N p.
+                // Where N p is small beside the other techniques' the weight is a difference; its
+                // rounding is divided by N p.
                 let condition = 1.0 + terms * f / (ns[i] * ps[i]);
                 prop_assert!(
                     (contribution - by_weight).abs() <= 40.0 * f64::EPSILON * (scale + condition),
@@ -126,7 +127,8 @@ proptest! {
         }
     }
 
-    /// A unit of measure (a power of two) changes no bit; the order of the techniques only rounding.
+    /// A unit of measure (a power of two) changes no bit; the order of the techniques only
+    /// rounding.
     #[test]
     fn units_do_not_matter(
         ns in [1.0..50.0_f64, 1.0..50.0, 1.0..50.0], ps in [0.1..10.0_f64, 0.1..10.0, 0.1..10.0], exponent in -300_i32..300,
@@ -171,8 +173,9 @@ proptest! {
         }
         let [alphas] = system.alphas();
         prop_assert!(alphas.iter().all(|a| a.is_finite()), "{alphas:?}");
-        // Whatever the rank, the combination is reproduced where samples were taken. The system squares the condition
-        // and drops directions below √ε: an error of a few √ε of the values (ε^¼ in dropped directions).
+        // Whatever the rank, the combination is reproduced where samples were taken. The system
+        // squares the condition and drops directions below √ε: an error of a few √ε of the values
+        // (ε^¼ in dropped directions).
         for ps in &rows {
             let residual = (value(ps) - ps.iter().zip(alphas).map(|(p, a)| p * a).sum::<f64>()).abs();
             let density = balance_density(&ns, ps);
@@ -227,7 +230,8 @@ fn smoothing_by_hand() {
     assert_eq!(ease(f64::NAN), 0.0);
     assert_eq!(edge(0.25, 0.5), 0.75);
     assert_eq!(edge(-1.0, 0.0), 1.0);
-    // 0/0 guards: a light without width, an interval that ends at the light's border, an occluder of no length.
+    // 0/0 guards: a light without width, an interval that ends at the light's border, an occluder
+    // of no length.
     assert_eq!(border(0.0, 0.0, 0.0, 0.0), 1.0);
     assert_eq!(visible_interval(0.0, 0.0, 1.0, 0.0, 0.0, 0.5), 1.0);
     assert_eq!(occluder_width(0.0, 0.0), 0.0);
@@ -236,11 +240,13 @@ fn smoothing_by_hand() {
     assert_eq!(visible_interval(0.1875, 0.0, 1.0, 0.25, 0.0, 0.5), 0.75);
 }
 
-/// The factor is continuous as an occluder's edge slides away: no jump when its gap shrinks to nothing.
+/// The factor is continuous as an occluder's edge slides away: no jump when its gap shrinks to
+/// nothing.
 #[test]
 fn smoothing_fades_with_the_occluder() {
     let factor = |gap: f64| visible_interval(0.3, 0.25, 1.0, gap, 0.0, 0.5);
-    // For a gap g ≪ d_m the width is about 2g; once it is below the distance 0.05 the factor is exactly one.
+    // For a gap g ≪ d_m the width is about 2g; once it is below the distance 0.05 the factor is
+    // exactly one.
     assert_eq!(factor(0.0), 1.0);
     assert_eq!(factor(0.02), 1.0);
     assert!(factor(0.2) < 1.0 && factor(1.0) < factor(0.2));

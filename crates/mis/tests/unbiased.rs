@@ -1,4 +1,5 @@
-//! Every heuristic is unbiased: Monte Carlo against exact integrals, and the variances that theory promises.
+//! Every heuristic is unbiased: Monte Carlo against exact integrals, and the variances that theory
+//! promises.
 #![allow(clippy::cast_possible_truncation, reason = "counts are small")]
 
 use linelit_mis::smoothing::{border, smoothed_balance};
@@ -10,7 +11,8 @@ use linelit_testkit::chi2::sidak;
 use linelit_testkit::rng::SplitMix64;
 use linelit_testkit::ztest::{Welford, critical_z};
 
-/// All tests of this file together err with probability 0.01 at most; there are fewer than this many.
+/// All tests of this file together err with probability 0.01 at most; there are fewer than this
+/// many.
 const TESTS: usize = 100;
 const TRIALS: usize = 40_000;
 
@@ -29,7 +31,8 @@ fn densities(x: f64) -> [f64; T] {
     [1.0, 2.0 * x, if x >= 0.5 { 2.0 } else { 0.0 }]
 }
 
-/// An integrand with a jump ("shadow"): 1 + 3x² outside [0.3, 0.6]. Integral 2 − (0.3 + 0.216 − 0.027).
+/// An integrand with a jump ("shadow"): 1 + 3x² outside [0.3, 0.6]. Integral 2 − (0.3 + 0.216 −
+/// 0.027).
 fn integrand(x: f64) -> f64 {
     if (0.3..0.6).contains(&x) {
         0.0
@@ -42,7 +45,8 @@ const INTEGRAL: f64 = 2.0 - 0.489;
 
 const COUNTS: [f64; T] = [3.0, 1.0, 2.0];
 
-/// The multi-sample estimator with `contribution(x, densities, f, technique)` for each sample, over many trials.
+/// The multi-sample estimator with `contribution(x, densities, f, technique)` for each sample, over
+/// many trials.
 fn estimate(seed: u64, contribution: impl Fn(f64, &[f64; T], f64, usize) -> f64) -> Welford {
     let mut rng = SplitMix64::new(seed);
     let sample = |technique: usize, u: f64| {
@@ -90,7 +94,8 @@ fn multi_sample_estimators_are_unbiased() {
     }
 }
 
-/// The published eq. 7 has a further 1/S in front: it must fail by that factor, or this file tests nothing.
+/// The published eq. 7 has a further 1/S in front: it must fail by that factor, or this file tests
+/// nothing.
 #[test]
 fn the_erratum_would_be_noticed() {
     let got = estimate(77, |_, ps, f, i| {
@@ -165,15 +170,16 @@ fn known_parts_are_unbiased() {
     );
 }
 
-/// α of the optimal heuristic from a fine midpoint rule, its residual error far below the Monte Carlo error.
+/// α of the optimal heuristic from a fine midpoint rule, its residual error far below the Monte
+/// Carlo error.
 fn exact_alphas() -> [f64; T] {
     let mut system = OptimalSystem::<T, 1>::new();
     let steps = 100_000;
     for k in 0..steps {
         let x = (f64::from(k) + 0.5) / f64::from(steps);
         let ps = densities(x);
-        // The rule wants p pᵀ/D and f p/D with D = Σ Nⱼpⱼ; a sample adds both over D². Counts divided by √D turn its
-        // D² into D.
+        // The rule wants p pᵀ/D and f p/D with D = Σ Nⱼpⱼ; a sample adds both over D². Counts
+        // divided by √D turn its D² into D.
         let density: f64 = ps.iter().zip(COUNTS).map(|(p, n)| p * n).sum();
         let root = density.sqrt();
         let scaled_counts = COUNTS.map(|n| n / root);
@@ -194,8 +200,8 @@ fn optimal_weights_are_unbiased_and_best() {
         optimal_contribution(&alphas, &COUNTS, ps, f, i)
     });
     assert_unbiased(&optimal, INTEGRAL, "optimal");
-    // Kondapaneni et al.: no other fixed weights have less variance. Compare with those above; the standard error of a
-    // variance of 40 000 values is below 2 % here.
+    // Kondapaneni et al.: no other fixed weights have less variance. Compare with those above; the
+    // standard error of a variance of 40 000 values is below 2 % here.
     for heuristic in [
         Heuristic::Balance,
         Heuristic::Power(2.0),
@@ -256,8 +262,9 @@ fn exact_parts_have_no_variance() {
     }
 }
 
-/// The progressive estimator is unbiased although its α come from its own earlier samples, and soon beats balance: after 64
-/// batches its variance is 0.97 of it (measured, damped; 1.04 undamped), on shared samples, which makes the ratio steady.
+/// The progressive estimator is unbiased although its α come from its own earlier samples, and soon
+/// beats balance: after 64 batches its variance is 0.97 of it (measured, damped; 1.04 undamped), on
+/// shared samples, which makes the ratio steady.
 #[test]
 fn the_progressive_estimator_is_unbiased_and_better() {
     let mut rng = SplitMix64::new(400);
@@ -293,9 +300,10 @@ fn the_progressive_estimator_is_unbiased_and_better() {
     );
 }
 
-/// Salesin & Jarosz, Fig. 7, in one dimension. A light on [0, 1] is sampled by a point technique that knows nothing of
-/// its borders (uniform on an interval of length 3 around it) and by one that does. Unsmoothed, the point technique's
-/// effective integrand jumps at the borders and stratification gains N⁻²; smoothed, it is N⁻³. Both unbiased.
+/// Salesin & Jarosz, Fig. 7, in one dimension. A light on [0, 1] is sampled by a point technique
+/// that knows nothing of its borders (uniform on an interval of length 3 around it) and by one that
+/// does. Unsmoothed, the point technique's effective integrand jumps at the borders and
+/// stratification gains N⁻²; smoothed, it is N⁻³. Both unbiased.
 #[test]
 fn smoothing_restores_the_rate() {
     let f = |x: f64| {
@@ -342,9 +350,10 @@ fn smoothing_restores_the_rate() {
         (variances[1] / variances[0]).ln() / (f64::from(ns[1]) / f64::from(ns[0])).ln()
     };
     let (plain, smoothed) = (exponent(false, [64, 512]), exponent(true, [64, 512]));
-    // A variance from 4000 values of bounded kurtosis has the relative error √(2/4000) = 0.022; of an exponent from
-    // two of them 0.022·√2/ln 8 = 0.015. Five of those, plus the next term of the law: 1 + b/N from the two border strata
-    // (of 3/N each, against d_m = ½): b ≤ 6, at most ln(1 + 6/64)/ln 8 = 0.043.
+    // A variance from 4000 values of bounded kurtosis has the relative error √(2/4000) = 0.022; of
+    // an exponent from two of them 0.022·√2/ln 8 = 0.015. Five of those, plus the next term of the
+    // law: 1 + b/N from the two border strata (of 3/N each, against d_m = ½): b ≤ 6, at most ln(1 +
+    // 6/64)/ln 8 = 0.043.
     let tolerance = 5.0 * 0.015 + 0.043;
     assert!(
         (plain + 2.0).abs() < tolerance,

@@ -163,7 +163,8 @@ fn clear_error(images: &[Image], exact: &Image, marked: &[bool]) -> (f64, f64) {
     (f64::sqrt(sum / count), worst)
 }
 
-/// Fig. 4: backward errors of single precision, as printed and ours, alone and times the brightness.
+/// Fig. 4: backward errors of single precision, as printed and ours, alone and times the
+/// brightness.
 ///
 /// # Errors
 /// If the scene cannot be loaded.

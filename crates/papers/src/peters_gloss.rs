@@ -48,8 +48,8 @@ fn settings(estimator: &str, sampler: SamplerKind, samples: u32, seed: u64) -> R
     })
 }
 
-/// Fig. 1: clipped solid angle, projected solid angle, and projected solid angle with LTC by clamped
-/// optimal MIS; one sample each.
+/// Fig. 1: clipped solid angle, projected solid angle, and projected solid angle with LTC by
+/// clamped optimal MIS; one sample each.
 ///
 /// # Errors
 /// If the scene cannot be loaded.
@@ -135,7 +135,8 @@ pub(super) fn figure_1(context: &Context<'_>) -> Result<PictureStudy> {
     })
 }
 
-/// Fig. 7: white and blue noise, independent and jittered uniformly, three samples of each technique.
+/// Fig. 7: white and blue noise, independent and jittered uniformly, three samples of each
+/// technique.
 ///
 /// # Errors
 /// If the scene cannot be loaded.

@@ -179,8 +179,8 @@ pub(crate) fn rmse(a: &Image, b: &Image) -> f64 {
     (sum / n).sqrt()
 }
 
-/// The RMSE that is left when the error is blurred by a Gaussian of `sigma` pixels: what an eye at a
-/// distance, or a filter, sees. Noise without structure loses a factor of about 2√π σ; blue noise
+/// The RMSE that is left when the error is blurred by a Gaussian of `sigma` pixels: what an eye at
+/// a distance, or a filter, sees. Noise without structure loses a factor of about 2√π σ; blue noise
 /// more.
 pub(crate) fn blurred_rmse(a: &Image, b: &Image, sigma: f64) -> f64 {
     let error: Vec<[f64; 3]> = a

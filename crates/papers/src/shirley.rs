@@ -264,8 +264,8 @@ fn bands(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Se
             &settings(choice, 1024, 1, context.seed)?,
             context.progress,
         );
-        // Light that is lost: pixels that are dark, or less than half as bright, though noise at 1024
-        // samples is a few percent.
+        // Light that is lost: pixels that are dark, or less than half as bright, though noise at
+        // 1024 samples is a few percent.
         let lost = |(p, q): &(&[f32; 3], &[f32; 3])| q[0] > 1e-3 && p[0] < 0.5 * q[0];
         let count = image.rgb.iter().zip(&reference.rgb).filter(lost).count();
         let mean = |i: &Image| i.rgb.iter().map(|p| f64::from(p[0])).sum::<f64>();
@@ -331,7 +331,8 @@ fn balls(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     Ok(section("Figs. 2 and 3: spheres", lead, pictures, tables))
 }
 
-/// Ten thousand luminaires: the tree against the probabilities that are best without knowing shadows.
+/// Ten thousand luminaires: the tree against the probabilities that are best without knowing
+/// shadows.
 fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     let hall = luminaires::hall(context.or_least(100, 4));
     let mut scene = scene(&hall, context)?;

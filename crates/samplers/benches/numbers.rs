@@ -1,4 +1,5 @@
-//! Nanoseconds per number: the set-up of a set shared among its samples, as an integrator would draw them.
+//! Nanoseconds per number: the set-up of a set shared among its samples, as an integrator would
+//! draw them.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use linelit_samplers::{JointSobol, Sampler, SamplerKind};

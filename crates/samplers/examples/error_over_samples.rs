@@ -1,5 +1,5 @@
-//! The root mean square error over N of every pattern, for a smooth integrand and for a jump, in one and two
-//! dimensions, and the exponent of the variance from the first to the last N:
+//! The root mean square error over N of every pattern, for a smooth integrand and for a jump, in
+//! one and two dimensions, and the exponent of the variance from the first to the last N:
 //!
 //! `cargo run --release -p linelit-samplers --example error_over_samples`
 #![expect(clippy::print_stdout, reason = "an example prints")]

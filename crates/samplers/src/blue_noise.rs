@@ -1,4 +1,5 @@
-//! Blue noise: numbers whose differences between neighbouring pixels have little low-frequency content.
+//! Blue noise: numbers whose differences between neighbouring pixels have little low-frequency
+//! content.
 
 use crate::hash::{lane, unit_f64, word};
 use crate::stratified::UniformJitter;
@@ -12,8 +13,8 @@ static TILE: &[u8; SIZE * SIZE * 2] = include_bytes!("blue_noise_64.bin");
 
 /// The rank, 0 to 4095, of a pixel in the 64×64 blue-noise tile (repeated over the plane).
 ///
-/// For every threshold k the pixels with rank below k are spread evenly: Ulichney 1993, *The void-and-cluster method
-/// for dither array generation*, σ = 1.5.
+/// For every threshold k the pixels with rank below k are spread evenly: Ulichney 1993, *The
+/// void-and-cluster method for dither array generation*, σ = 1.5.
 ///
 /// ```
 /// use linelit_samplers::blue_noise_rank;
@@ -28,9 +29,9 @@ pub fn blue_noise_rank(pixel: [u32; 2]) -> u16 {
 
 /// A number in [0, 1) for a pixel from the tile, placed on the plane as `placement` says.
 ///
-/// `placement` (a hash of seed and dimension, not of the pixel) picks one of 64² shifts × 8 symmetries × negation or not;
-/// all keep the noise blue. `jitter` in [0, 1) fills the 4096 steps, so that over random placements and jitters the number
-/// is uniform.
+/// `placement` (a hash of seed and dimension, not of the pixel) picks one of 64² shifts × 8
+/// symmetries × negation or not; all keep the noise blue. `jitter` in [0, 1) fills the 4096 steps,
+/// so that over random placements and jitters the number is uniform.
 #[inline]
 fn blue_value(pixel: [u32; 2], placement: u64, jitter: f64) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "the low bits are wanted")]

@@ -1,14 +1,16 @@
 //! The unit square in N equal cells, for any N.
 
-/// A partition of the unit square into N cells of equal area and nearly square shape, for any N ≥ 1.
+/// A partition of the unit square into N cells of equal area and nearly square shape, for any N ≥
+/// 1.
 ///
-/// **Rule.** If N = a·b with a ≤ b ≤ 2a, the cells are the a×b grid (the squarest such factorisation). Otherwise
-/// they are laid like bricks: a = round(√N) rows, row r holding n_r = ⌊(r+1)N/a⌋ − ⌊rN/a⌋ cells (two neighbouring
-/// values at most) of width 1/n_r and height n_r/N. All cells have area 1/N, so that one sample per cell with equal
-/// weights is unbiased; no cell is empty and none holds two, which a rounded-up grid cannot offer for a prime N.
+/// **Rule.** If N = a·b with a ≤ b ≤ 2a, the cells are the a×b grid (the squarest such
+/// factorisation). Otherwise they are laid like bricks: a = round(√N) rows, row r holding n_r =
+/// ⌊(r+1)N/a⌋ − ⌊rN/a⌋ cells (two neighbouring values at most) of width 1/n_r and height n_r/N. All
+/// cells have area 1/N, so that one sample per cell with equal weights is unbiased; no cell is
+/// empty and none holds two, which a rounded-up grid cannot offer for a prime N.
 ///
-/// Every row of a 1-by-N column of strata is kept apart, too: cell k owns the k-th of N equal strata in y up to a
-/// permutation inside its row (used by the multi-jittered pattern).
+/// Every row of a 1-by-N column of strata is kept apart, too: cell k owns the k-th of N equal
+/// strata in y up to a permutation inside its row (used by the multi-jittered pattern).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cells {
     count: u32,
@@ -97,8 +99,8 @@ impl Cells {
 
 /// The number of rows for `count` cells: the rule of [`Cells`].
 ///
-/// The search for a divisor in [√(N/2), √N] is bounded to 64 candidates nearest to √N, which finds every
-/// power of two, every m² and m(m+1), and every N below 40 000 that has one.
+/// The search for a divisor in [√(N/2), √N] is bounded to 64 candidates nearest to √N, which finds
+/// every power of two, every m² and m(m+1), and every N below 40 000 that has one.
 fn rows(count: u32) -> u32 {
     let root = count.isqrt();
     if count.is_power_of_two() {
@@ -159,12 +161,14 @@ mod tests {
                     sizes.push(cell.columns);
                 }
             }
-            // Rows tile [0, N) and hold at most two neighbouring sizes; height n_r/N times width 1/n_r is 1/N.
+            // Rows tile [0, N) and hold at most two neighbouring sizes; height n_r/N times width
+            // 1/n_r is 1/N.
             assert_eq!(total, n);
             assert_eq!(sizes.len(), cells.rows() as usize);
             let (low, high) = (sizes.iter().min().unwrap(), sizes.iter().max().unwrap());
             assert!(high - low <= 1, "{n}: {sizes:?}");
-            // Aspect ratio (width over height) N/n_r² within [1/2, 2], but for N = 3 and the smallest primes.
+            // Aspect ratio (width over height) N/n_r² within [1/2, 2], but for N = 3 and the
+            // smallest primes.
             let aspect = f64::from(n) / f64::from(*high * *high);
             assert!((0.25..=2.0).contains(&aspect), "{n}: aspect {aspect}");
         }

@@ -6,11 +6,13 @@ use crate::sobol::{scrambled_1d, scrambles, van_der_corput};
 
 /// The first N points of an Owen-scrambled Halton sequence, in random order.
 ///
-/// **Formula.** 1-D: the radical inverse in base 2 (van der Corput); 2-D: bases 2 and 3 (Halton 1960). Digits are
-/// scrambled by nested uniform permutations (Owen 1995) and continued at random to the last bit.
+/// **Formula.** 1-D: the radical inverse in base 2 (van der Corput); 2-D: bases 2 and 3 (Halton
+/// 1960). Digits are scrambled by nested uniform permutations (Owen 1995) and continued at random
+/// to the last bit.
 ///
-/// Every padded dimension reuses bases 2 and 3 with its own scrambling and its own order of the same N points, which
-/// keeps dimensions independent; the order depends on N, so that the sets for different N are not nested.
+/// Every padded dimension reuses bases 2 and 3 with its own scrambling and its own order of the
+/// same N points, which keeps dimensions independent; the order depends on N, so that the sets for
+/// different N are not nested.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Halton {
     order: Permutation,
@@ -53,7 +55,8 @@ impl Halton {
         scrambled_1d(van_der_corput(index), self.scramble)
     }
 
-    /// Digit by digit; the state is a hash of the digits so far and picks one of the six affine maps a·d + b mod 3.
+    /// Digit by digit; the state is a hash of the digits so far and picks one of the six affine
+    /// maps a·d + b mod 3.
     #[inline]
     #[expect(
         clippy::cast_precision_loss,

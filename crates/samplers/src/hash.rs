@@ -1,14 +1,17 @@
 //! Counter-based hashing: the one source of randomness of this crate.
 
-/// 2⁶⁴ divided by the golden ratio, made odd: the step of a Weyl sequence that fills 64 bits evenly.
+/// 2⁶⁴ divided by the golden ratio, made odd: the step of a Weyl sequence that fills 64 bits
+/// evenly.
 pub(crate) const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// A bijection of 64-bit words with full avalanche.
 ///
-/// **Formula.** Three xor-shifts by 27, 33, 27 with two odd multiplications between them (P. Evensen's *moremur*
-/// parameters for the construction of D. Stafford and S. Vigna's SplitMix64 finaliser).
+/// **Formula.** Three xor-shifts by 27, 33, 27 with two odd multiplications between them (P.
+/// Evensen's *moremur* parameters for the construction of D. Stafford and S. Vigna's SplitMix64
+/// finaliser).
 ///
-/// Zero maps to zero; callers add or xor constants first. Being a bijection, it never merges two streams.
+/// Zero maps to zero; callers add or xor constants first. Being a bijection, it never merges two
+/// streams.
 ///
 /// ```
 /// assert_ne!(linelit_samplers::hash::mix(1), linelit_samplers::hash::mix(2));
@@ -25,8 +28,8 @@ pub const fn mix(mut x: u64) -> u64 {
 
 /// The key of the stream named by a salted seed, a pixel and a dimension.
 ///
-/// For one seed, different pixels give different intermediate words by construction; two (pixel, dimension) pairs
-/// share a key only as 64-bit birthdays do.
+/// For one seed, different pixels give different intermediate words by construction; two (pixel,
+/// dimension) pairs share a key only as 64-bit birthdays do.
 #[inline]
 #[must_use]
 pub(crate) const fn stream_key(salted_seed: u64, pixel: [u32; 2], dimension: u32) -> u64 {
@@ -44,7 +47,8 @@ pub(crate) const fn lane(key: u64, lane: u64) -> u64 {
 
 /// The `counter`-th random word of a stream.
 ///
-/// The counter enters by xor, so that two streams can share single words (as 64-bit birthdays do) but never a run.
+/// The counter enters by xor, so that two streams can share single words (as 64-bit birthdays do)
+/// but never a run.
 #[inline]
 #[must_use]
 pub(crate) const fn word(key: u64, counter: u64) -> u64 {
@@ -93,8 +97,9 @@ mod tests {
 
     #[test]
     fn mix_has_full_avalanche() {
-        // Each of 64×64 flip frequencies over n words is a mean of n fair coins: standard error ½/√n. With
-        // n = 4096 and 4096 frequencies a six-sigma bound fails by chance with probability < 1e-5.
+        // Each of 64×64 flip frequencies over n words is a mean of n fair coins: standard error
+        // ½/√n. With n = 4096 and 4096 frequencies a six-sigma bound fails by chance with
+        // probability < 1e-5.
         let n = 4096_u64;
         for bit in 0..64 {
             let mut flips = [0_u32; 64];

@@ -4,11 +4,12 @@ use crate::hash::{lane, mix, stream_key, unit_f64};
 
 /// An Owen-scrambled Sobol' sequence of 256 dimensions that are stratified *together*.
 ///
-/// [`Sampler`](crate::Sampler) pads: each of its dimensions is a one- or two-dimensional net of its own, independent of the
-/// others, and without limits. Where three or more numbers of one sample should be stratified together (line
-/// orientation, offset and position, say), take them from one `JointSobol`. Its numbers come from the crate
-/// [sobol_burley](https://docs.rs/sobol_burley) (Burley 2020, direction numbers of Joe & Kuo), whose limits are the
-/// argument types here: 2¹⁶ samples (`u16`) and 256 dimensions (`u8`). Its 23 bits are continued at random.
+/// [`Sampler`](crate::Sampler) pads: each of its dimensions is a one- or two-dimensional net of its
+/// own, independent of the others, and without limits. Where three or more numbers of one sample
+/// should be stratified together (line orientation, offset and position, say), take them from one
+/// `JointSobol`. Its numbers come from the crate [sobol_burley](https://docs.rs/sobol_burley)
+/// (Burley 2020, direction numbers of Joe & Kuo), whose limits are the argument types here: 2¹⁶
+/// samples (`u16`) and 256 dimensions (`u8`). Its 23 bits are continued at random.
 ///
 /// ```
 /// use linelit_samplers::JointSobol;
@@ -23,7 +24,8 @@ pub struct JointSobol {
 }
 
 impl JointSobol {
-    /// The sequence of a seed, a pixel and a stream; different ones are independent (but for 32-bit birthdays).
+    /// The sequence of a seed, a pixel and a stream; different ones are independent (but for 32-bit
+    /// birthdays).
     #[inline]
     #[must_use]
     pub const fn new(seed: u64, pixel: [u32; 2], stream: u32) -> Self {

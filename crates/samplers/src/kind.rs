@@ -5,8 +5,9 @@ use std::str::FromStr;
 
 /// A sampling pattern. [`FromStr`] and [`Display`](fmt::Display) use the names of the command line.
 ///
-/// The variance exponents are those for N samples of a one- and of a two-dimensional integrand that is smooth / has a
-/// jump (Billen & Dutré 2016, section 3; Owen 1997, *Scrambled net variance*; measured in this crate's tests).
+/// The variance exponents are those for N samples of a one- and of a two-dimensional integrand that
+/// is smooth / has a jump (Billen & Dutré 2016, section 3; Owen 1997, *Scrambled net variance*;
+/// measured in this crate's tests).
 ///
 /// ```
 /// use linelit_samplers::SamplerKind;
@@ -20,21 +21,25 @@ pub enum SamplerKind {
     Independent,
     /// `stratified`: one jittered sample per stratum or cell. 1-D N⁻³ / N⁻², 2-D N⁻² / N^−1.5.
     Stratified,
-    /// `multijitter`: one sample per cell and per stratum of each axis. 2-D N⁻² or better / N^−1.5; N⁻³ for the part of
-    /// an integrand that depends on one axis alone.
+    /// `multijitter`: one sample per cell and per stratum of each axis. 2-D N⁻² or better / N^−1.5;
+    /// N⁻³ for the part of an integrand that depends on one axis alone.
     MultiJitter,
     /// `sobol`: Owen-scrambled Sobol' (0,2)-nets. 1-D N⁻³ / N⁻², 2-D N⁻³ log N / N^−1.5.
     Sobol,
-    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. 1-D as Sobol', 2-D N⁻² / N^−1.5, for any N alike.
+    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. 1-D as Sobol', 2-D N⁻² / N^−1.5,
+    /// for any N alike.
     Halton,
-    /// `uniform-jitter`: (ξ + k)/N with one ξ for all k; in 2-D a randomly shifted lattice. 1-D N⁻² / N⁻², 2-D N⁻² / N^−1.5.
+    /// `uniform-jitter`: (ξ + k)/N with one ξ for all k; in 2-D a randomly shifted lattice. 1-D N⁻²
+    /// / N⁻², 2-D N⁻² / N^−1.5.
     UniformJitter,
-    /// `bluenoise`: uniform jitter whose ξ comes from a 64×64 blue-noise tile: the error is high-frequency across pixels.
+    /// `bluenoise`: uniform jitter whose ξ comes from a 64×64 blue-noise tile: the error is
+    /// high-frequency across pixels.
     BlueNoise,
-    /// `bluenoise-independent`: each sample has its own placement of the blue-noise tile and no stratification;
-    /// N⁻¹ (the comparison of Peters 2021, Fig. 7).
+    /// `bluenoise-independent`: each sample has its own placement of the blue-noise tile and no
+    /// stratification; N⁻¹ (the comparison of Peters 2021, Fig. 7).
     BlueNoiseIndependent,
-    /// `zsobol`: one Owen–Sobol' sequence for the whole image, dealt out along a shuffled Z-order curve.
+    /// `zsobol`: one Owen–Sobol' sequence for the whole image, dealt out along a shuffled Z-order
+    /// curve.
     ZSobol,
 }
 
@@ -68,13 +73,15 @@ impl SamplerKind {
         }
     }
 
-    /// Whether sample i does not depend on the number of samples asked for, so that a larger set extends a smaller one.
+    /// Whether sample i does not depend on the number of samples asked for, so that a larger set
+    /// extends a smaller one.
     #[must_use]
     pub const fn is_progressive(self) -> bool {
         matches!(self, Self::Independent | Self::BlueNoiseIndependent)
     }
 
-    /// Whether different pixels hold independent numbers. Blue-noise and Z-order patterns couple neighbours on purpose.
+    /// Whether different pixels hold independent numbers. Blue-noise and Z-order patterns couple
+    /// neighbours on purpose.
     #[must_use]
     pub const fn pixels_are_independent(self) -> bool {
         !matches!(

@@ -1,8 +1,10 @@
-//! Counter-based sample sequences: every number is a pure function of seed, pixel, dimension and sample.
+//! Counter-based sample sequences: every number is a pure function of seed, pixel, dimension and
+//! sample.
 //!
-//! A [`Sampler`] has a [kind](SamplerKind) and a seed. [`Sampler::points`] gives the [`SampleSet`] of one pixel in one
-//! dimension; its numbers are f64 in [0, 1), never 1, in one or two dimensions, for any number of samples. Nothing is
-//! stored, shared or ordered, so that images do not depend on threads, tiles or the order of work.
+//! A [`Sampler`] has a [kind](SamplerKind) and a seed. [`Sampler::points`] gives the [`SampleSet`]
+//! of one pixel in one dimension; its numbers are f64 in [0, 1), never 1, in one or two dimensions,
+//! for any number of samples. Nothing is stored, shared or ordered, so that images do not depend on
+//! threads, tiles or the order of work.
 //!
 //! ```
 //! use linelit_samplers::{Sampler, SamplerKind};
@@ -13,9 +15,10 @@
 //! assert!((mean - 5.0 / 6.0).abs() < 1e-3);
 //! ```
 //!
-//! Numbers of different dimensions are padded: independent, each set stratified in itself. [`JointSobol`] offers up to
-//! 256 dimensions that are stratified together. [`split`] chooses among several things and keeps the number. The
-//! building blocks ([`sobol_02`], [`owen_scramble`], [`blue_noise_rank`], [`hash`]) are public.
+//! Numbers of different dimensions are padded: independent, each set stratified in itself.
+//! [`JointSobol`] offers up to 256 dimensions that are stratified together. [`split`] chooses among
+//! several things and keeps the number. The building blocks ([`sobol_02`], [`owen_scramble`],
+//! [`blue_noise_rank`], [`hash`]) are public.
 //!
 //! Streams are frozen: golden values in the tests pin them, and changing one is a breaking change.
 

@@ -2,16 +2,18 @@
 
 use crate::hash::{mix, unit_f64};
 
-/// Scrambles the base-2 digits of a fraction whose digits are numbered from the **lowest** bit: bit k of the result
-/// is bit k of `digits` flipped by a random bit that depends on the bits below k and on `seed` only.
+/// Scrambles the base-2 digits of a fraction whose digits are numbered from the **lowest** bit: bit
+/// k of the result is bit k of `digits` flipped by a random bit that depends on the bits below k
+/// and on `seed` only.
 ///
-/// **Formula.** `d ^= d·e₁; d += s₀; d *= s₁|1; d ^= d·e₂; d ^= d·e₃` with even constants eᵢ: every step lets
-/// information flow from lower to higher bits alone. Laine & Karras 2011, *Stratified sampling for stochastic
-/// transparency*, section 3.1; Burley 2020, *Practical hash-based Owen scrambling*, section 4; constants of N. Vegdahl,
-/// *Building a better LK hash* (2021), here keyed by 64 bits instead of 32.
+/// **Formula.** `d ^= d·e₁; d += s₀; d *= s₁|1; d ^= d·e₂; d ^= d·e₃` with even constants eᵢ: every
+/// step lets information flow from lower to higher bits alone. Laine & Karras 2011, *Stratified
+/// sampling for stochastic transparency*, section 3.1; Burley 2020, *Practical hash-based Owen
+/// scrambling*, section 4; constants of N. Vegdahl, *Building a better LK hash* (2021), here keyed
+/// by 64 bits instead of 32.
 ///
-/// **Error bound.** Over 2¹⁶ random seeds no pair of tree nodes in the first six levels has flips that correlate by
-/// more than sampling noise (tested).
+/// **Error bound.** Over 2¹⁶ random seeds no pair of tree nodes in the first six levels has flips
+/// that correlate by more than sampling noise (tested).
 #[inline]
 #[must_use]
 #[expect(
@@ -26,11 +28,12 @@ const fn scramble_low_first(mut digits: u32, seed: u64) -> u32 {
     digits ^ digits.wrapping_mul(0x53A2_2864)
 }
 
-/// Nested uniform scrambling of a 32-bit binary fraction (the highest bit is the first digit after the point).
+/// Nested uniform scrambling of a 32-bit binary fraction (the highest bit is the first digit after
+/// the point).
 ///
-/// **Formula.** Owen 1995: digit k of the result is digit k of `fraction` flipped by a random bit that depends on
-/// the digits before k. **Domain.** All of u32, a bijection for each seed. Elementary intervals are mapped onto
-/// elementary intervals, so that a net stays a net.
+/// **Formula.** Owen 1995: digit k of the result is digit k of `fraction` flipped by a random bit
+/// that depends on the digits before k. **Domain.** All of u32, a bijection for each seed.
+/// Elementary intervals are mapped onto elementary intervals, so that a net stays a net.
 ///
 /// ```
 /// use linelit_samplers::owen_scramble;
@@ -47,8 +50,8 @@ pub const fn owen_scramble(fraction: u32, seed: u64) -> u32 {
 
 /// A 32-bit fraction as f64, its digits 33 to 53 drawn at random.
 ///
-/// Owen scrambling to infinite depth gives points that differ in their first 32 digits independent further ones;
-/// with them the number is uniform on [0, 1) down to 2⁻⁵³ instead of biased by 2⁻³³.
+/// Owen scrambling to infinite depth gives points that differ in their first 32 digits independent
+/// further ones; with them the number is uniform on [0, 1) down to 2⁻⁵³ instead of biased by 2⁻³³.
 #[inline]
 #[must_use]
 pub(crate) const fn deepen(fraction: u32, seed: u64) -> f64 {
@@ -63,7 +66,8 @@ mod tests {
     use linelit_testkit::chi2::sidak;
     use linelit_testkit::ztest::critical_z;
 
-    /// Whether `seed` flips the digit that follows the digits `prefix` (numbered from the lowest bit).
+    /// Whether `seed` flips the digit that follows the digits `prefix` (numbered from the lowest
+    /// bit).
     fn flips(level: u32, prefix: u32, seed: u64) -> bool {
         scramble_low_first(prefix, seed) >> level & 1 == 1
     }
@@ -82,8 +86,9 @@ mod tests {
         }
     }
 
-    /// All nodes of the first six levels of the tree, and random deep pairs of neighbours, flip independently of
-    /// each other: 2¹⁴ seeds, z score of the number of agreements, Šidák-corrected over all pairs.
+    /// All nodes of the first six levels of the tree, and random deep pairs of neighbours, flip
+    /// independently of each other: 2¹⁴ seeds, z score of the number of agreements, Šidák-corrected
+    /// over all pairs.
     #[test]
     fn nodes_flip_independently() {
         let seeds: Vec<u64> = (1..=1 << 14).map(mix).collect();

@@ -9,12 +9,14 @@ const ROUNDS: usize = 5;
 
 /// A pseudo-random permutation of 0..n, chosen by a 64-bit key.
 ///
-/// **Method.** Up to n = 64 a table, shuffled by Fisher & Yates (exactly uniform over all n! orders but for a bias of
-/// n/2³²): the small sets of rendering are just where hashed permutations show structure. Above, five rounds of (add,
-/// odd multiply, reverse the bits) on the bits that n needs are a bijection of the next power of two; values that fall
-/// outside 0..n are sent round again (cycle walking, fewer than two turns on average), and a rotation by a random amount
-/// makes each single image exactly uniform. The idea of hashing is Kensler's (2013, *Correlated Multi-Jittered Sampling*,
-/// section 4), the rounds are ours: measured differences π(i) − π(j) are uniform from n = 65 on (tested).
+/// **Method.** Up to n = 64 a table, shuffled by Fisher & Yates (exactly uniform over all n! orders
+/// but for a bias of n/2³²): the small sets of rendering are just where hashed permutations show
+/// structure. Above, five rounds of (add, odd multiply, reverse the bits) on the bits that n needs
+/// are a bijection of the next power of two; values that fall outside 0..n are sent round again
+/// (cycle walking, fewer than two turns on average), and a rotation by a random amount makes each
+/// single image exactly uniform. The idea of hashing is Kensler's (2013, *Correlated Multi-Jittered
+/// Sampling*, section 4), the rounds are ours: measured differences π(i) − π(j) are uniform from n
+/// = 65 on (tested).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Permutation {
     Table { n: u8, images: [u8; TABLE as usize] },
@@ -67,7 +69,8 @@ impl Permutation {
     }
 }
 
-/// Fisher & Yates from the inside out (Durstenfeld 1964): entry i goes to a random place among the first i + 1.
+/// Fisher & Yates from the inside out (Durstenfeld 1964): entry i goes to a random place among the
+/// first i + 1.
 #[inline]
 #[expect(
     clippy::cast_possible_truncation,

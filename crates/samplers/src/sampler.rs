@@ -8,9 +8,11 @@ use crate::sobol::OwenSobol;
 use crate::stratified::{MultiJitter, Stratified, UniformJitter};
 use crate::zsobol::ZSobol;
 
-/// A sampling pattern with a seed: a pure function from (pixel, dimension, sample) to numbers in [0, 1).
+/// A sampling pattern with a seed: a pure function from (pixel, dimension, sample) to numbers in
+/// [0, 1).
 ///
-/// Two samplers of different seeds give independent numbers, which makes independent trials of an experiment.
+/// Two samplers of different seeds give independent numbers, which makes independent trials of an
+/// experiment.
 ///
 /// ```
 /// use linelit_samplers::{Sampler, SamplerKind};
@@ -46,12 +48,14 @@ impl Sampler {
 
     /// The `count` samples of a pixel in one dimension.
     ///
-    /// `dimension` names a stream. Different dimensions, like different pixels, are independent of each other (the
-    /// numbers are *padded*: each dimension is a stratified set of its own, in its own random order). Draw either 1-D or
-    /// 2-D numbers from a dimension; those of one dimension are not independent of each other.
+    /// `dimension` names a stream. Different dimensions, like different pixels, are independent of
+    /// each other (the numbers are *padded*: each dimension is a stratified set of its own, in its
+    /// own random order). Draw either 1-D or 2-D numbers from a dimension; those of one dimension
+    /// are not independent of each other.
     ///
-    /// `count` = 0 is taken as 1. Sample indices beyond `count` are allowed and continue with further, independent
-    /// sets of `count` samples ([progressive](SamplerKind::is_progressive) patterns simply go on). Does not allocate.
+    /// `count` = 0 is taken as 1. Sample indices beyond `count` are allowed and continue with
+    /// further, independent sets of `count` samples ([progressive](SamplerKind::is_progressive)
+    /// patterns simply go on). Does not allocate.
     #[must_use]
     pub fn points(&self, pixel: [u32; 2], dimension: u32, count: u32) -> SampleSet {
         let count = count.max(1);
@@ -94,7 +98,8 @@ impl Sampler {
     }
 }
 
-/// The samples of one pixel in one dimension; made by [`Sampler::points`]. Random access, `Copy`, no allocation.
+/// The samples of one pixel in one dimension; made by [`Sampler::points`]. Random access, `Copy`,
+/// no allocation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleSet {
     pattern: Pattern,
@@ -130,8 +135,8 @@ impl SampleSet {
 
     /// The number of sample `i`, in [0, 1).
     ///
-    /// The `count` numbers together are stratified as the pattern says; each alone is uniform, to 2⁻⁵³, over random
-    /// seeds.
+    /// The `count` numbers together are stratified as the pattern says; each alone is uniform, to
+    /// 2⁻⁵³, over random seeds.
     #[inline]
     #[must_use]
     pub fn get_1d(&self, i: u32) -> f64 {

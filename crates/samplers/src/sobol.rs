@@ -4,8 +4,8 @@ use crate::hash::lane;
 use crate::owen::{deepen, owen_scramble};
 use crate::permute::Permutation;
 
-/// The `index`-th point of the van der Corput sequence in base 2, as a 32-bit fraction: the index's digits mirrored
-/// at the binary point. The first coordinate of the Sobol' sequence.
+/// The `index`-th point of the van der Corput sequence in base 2, as a 32-bit fraction: the index's
+/// digits mirrored at the binary point. The first coordinate of the Sobol' sequence.
 ///
 /// ```
 /// assert_eq!(linelit_samplers::van_der_corput(1), 1 << 31); // 1/2
@@ -19,12 +19,13 @@ pub const fn van_der_corput(index: u32) -> u32 {
 
 /// The `index`-th point of the Sobol' (0,2)-sequence, as two 32-bit fractions.
 ///
-/// **Formula.** x is [`van_der_corput`]; y has the Pascal triangle modulo two as its generator matrix (direction
-/// numbers v₁ = ½, v_{k+1} = v_k ⊕ v_k/2; Sobol' 1967, second dimension). That matrix is the fifth Kronecker power of
-/// the 2×2 matrix of ones above the diagonal, hence five butterfly steps in place of a loop over the index's bits.
+/// **Formula.** x is [`van_der_corput`]; y has the Pascal triangle modulo two as its generator
+/// matrix (direction numbers v₁ = ½, v_{k+1} = v_k ⊕ v_k/2; Sobol' 1967, second dimension). That
+/// matrix is the fifth Kronecker power of the 2×2 matrix of ones above the diagonal, hence five
+/// butterfly steps in place of a loop over the index's bits.
 ///
-/// **Guarantee.** Any 2^m points whose index starts at a multiple of 2^m put one point into each elementary interval
-/// of area 2^−m, for all m ≤ 32.
+/// **Guarantee.** Any 2^m points whose index starts at a multiple of 2^m put one point into each
+/// elementary interval of area 2^−m, for all m ≤ 32.
 ///
 /// ```
 /// let points: Vec<[u32; 2]> = (0..4).map(linelit_samplers::sobol_02).collect();
@@ -45,11 +46,12 @@ pub const fn sobol_02(index: u32) -> [u32; 2] {
 
 /// One padded dimension: the first N points of an Owen-scrambled Sobol' sequence, in random order.
 ///
-/// Every dimension reuses the same one- or two-dimensional sequence with its own scrambling *and* its own order
-/// (Burley 2020, section 5, *padding*). Burley's order is a nested scrambling of the index; it keeps all aligned blocks
-/// nets, but then two neighbouring samples lie in opposite halves of *every* dimension, and for the product of two
-/// padded dimensions, (x − ½)(y − ½), the variance is 1.58 times that of a random pairing. Here the order is a random
-/// permutation of the N indices: the set is the same, the pairing is random.
+/// Every dimension reuses the same one- or two-dimensional sequence with its own scrambling *and*
+/// its own order (Burley 2020, section 5, *padding*). Burley's order is a nested scrambling of the
+/// index; it keeps all aligned blocks nets, but then two neighbouring samples lie in opposite
+/// halves of *every* dimension, and for the product of two padded dimensions, (x − ½)(y − ½), the
+/// variance is 1.58 times that of a random pairing. Here the order is a random permutation of the N
+/// indices: the set is the same, the pairing is random.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct OwenSobol {
     order: Permutation,

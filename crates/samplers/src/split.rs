@@ -2,15 +2,18 @@
 
 use crate::hash::below_one;
 
-/// Chooses one of several things in proportion to its share, and stretches the number to [0, 1) for further use.
+/// Chooses one of several things in proportion to its share, and stretches the number to [0, 1) for
+/// further use.
 ///
-/// **Formula.** With Sₖ = Σ_{j<k} shares\[j\] and S their sum, the k with Sₖ ≤ uS < Sₖ₊₁, and (uS − Sₖ)/shares\[k\]. A
-/// stratified set of u splits into stratified sets for each technique: the *split and rescale* of Salesin & Jarosz 2019,
-/// section 5, and Shirley & Wang's choice of a luminaire (1991, eq. 4).
+/// **Formula.** With Sₖ = Σ_{j<k} shares\[j\] and S their sum, the k with Sₖ ≤ uS < Sₖ₊₁, and (uS −
+/// Sₖ)/shares\[k\]. A stratified set of u splits into stratified sets for each technique: the
+/// *split and rescale* of Salesin & Jarosz 2019, section 5, and Shirley & Wang's choice of a
+/// luminaire (1991, eq. 4).
 ///
-/// **Domain.** u in [0, 1), else it counts as the nearer end, NaN as 0; shares that are not positive (or NaN) are never
-/// chosen; `None` if none is positive or their sum is not finite. **Error bound.** The stretched number keeps
-/// 53 + log₂(shares\[k\]/S) random bits; it is in [0, 1).
+/// **Domain.** u in [0, 1), else it counts as the nearer end, NaN as 0; shares that are not
+/// positive (or NaN) are never chosen; `None` if none is positive or their sum is not finite.
+/// **Error bound.** The stretched number keeps 53 + log₂(shares\[k\]/S) random bits; it is in [0,
+/// 1).
 ///
 /// ```
 /// use linelit_samplers::split;
@@ -75,7 +78,8 @@ mod tests {
         assert_eq!(split(0.5, &[1e-300, 1e300]).map(|(k, _)| k), Some(1));
     }
 
-    /// Numbers and choices together are uniform; a stratified set stays stratified within each choice.
+    /// Numbers and choices together are uniform; a stratified set stays stratified within each
+    /// choice.
     #[test]
     fn splits_in_proportion_and_stretches() {
         let shares = [1.0, 0.0, 2.0, 5.0];

@@ -1,11 +1,12 @@
-//! One sample per stratum: jittered, multi-jittered and uniformly jittered patterns, for any number of samples.
+//! One sample per stratum: jittered, multi-jittered and uniformly jittered patterns, for any number
+//! of samples.
 
 use crate::cells::Cells;
 use crate::hash::{GOLDEN, below_one, lane, unit_f64, word};
 use crate::permute::Permutation;
 
-/// Lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of uniform jitter; lanes below
-/// 2³² belong to the key's permutation.
+/// Lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of
+/// uniform jitter; lanes below 2³² belong to the key's permutation.
 const JITTER: [u64; 2] = [1 << 32, (1 << 32) + 1];
 const ROWS: u64 = (1 << 32) + 2;
 const COLUMNS: u64 = (1 << 32) + 4;
@@ -13,8 +14,8 @@ const ORDER: u64 = (1 << 32) + 7;
 
 /// One jittered sample in each of N strata (1-D) or N equal cells (2-D), in random order.
 ///
-/// **Formula.** 1-D: (π(i) + ξᵢ)/N. 2-D: cell π(i) of [`Cells`] with an independent uniform point inside.
-/// Cook 1986, *Stochastic sampling in computer graphics*.
+/// **Formula.** 1-D: (π(i) + ξᵢ)/N. 2-D: cell π(i) of [`Cells`] with an independent uniform point
+/// inside. Cook 1986, *Stochastic sampling in computer graphics*.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stratified {
     order: Permutation,
@@ -54,17 +55,20 @@ impl Stratified {
 
 /// Multi-jittered samples: one per cell *and* one per stratum of each axis.
 ///
-/// **Formula.** In row r with n_r cells, column c: x = (c + (s + ξ)/a)/n_r, y = (C_r + t + ζ)/N with the sub-strata
-/// s = (σ(r) + ρ(c)) mod a and t = (τ(c) + κ(r)) mod n_r; σ, κ permute the rows, ρ, τ the columns. Chiu, Shirley & Wang
-/// 1994, *Multi-jittered sampling*, with Latin squares in place of independent permutations for each row and column.
+/// **Formula.** In row r with n_r cells, column c: x = (c + (s + ξ)/a)/n_r, y = (C_r + t + ζ)/N
+/// with the sub-strata s = (σ(r) + ρ(c)) mod a and t = (τ(c) + κ(r)) mod n_r; σ, κ permute the
+/// rows, ρ, τ the columns. Chiu, Shirley & Wang 1994, *Multi-jittered sampling*, with Latin squares
+/// in place of independent permutations for each row and column.
 ///
-/// Kensler 2013 (*Correlated Multi-Jittered Sampling*) shares the permutations, s = σ(r) and t = τ(c). Then all cells of a
-/// row are shifted alike, and the variance for smooth integrands falls only as N^−1.5 (measured: −1.58 for exp(xy)), less
-/// than plain jitter's N⁻². In a Latin square each row and each column holds every shift equally often, which cancels
-/// the leading error instead.
+/// Kensler 2013 (*Correlated Multi-Jittered Sampling*) shares the permutations, s = σ(r) and t =
+/// τ(c). Then all cells of a row are shifted alike, and the variance for smooth integrands falls
+/// only as N^−1.5 (measured: −1.58 for exp(xy)), less than plain jitter's N⁻². In a Latin square
+/// each row and each column holds every shift equally often, which cancels the leading error
+/// instead.
 ///
-/// Where the cells do not form a grid (Kensler then leaves cells of a larger grid empty), all N cells still hold one
-/// sample and y has one sample in each of N strata; x is stratified within each row.
+/// Where the cells do not form a grid (Kensler then leaves cells of a larger grid empty), all N
+/// cells still hold one sample and y has one sample in each of N strata; x is stratified within
+/// each row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MultiJitter {
     base: Stratified,
@@ -117,11 +121,12 @@ impl MultiJitter {
 
 /// The same random offset in every stratum: a randomly shifted lattice.
 ///
-/// **Formula.** 1-D: (ξ + π(k))/N with one ξ for all k; the set is that of Ramamoorthi et al. 2012, *A theory of
-/// Monte Carlo visibility sampling*, recommended for linear lights by Peters 2021, section 5.3; the order π is random
-/// so that several dimensions pair up independently. 2-D: ((ξ + j)/N, fract(ζ + j/φ)) with j = π(k) and the golden ratio φ,
-/// which is evenly spread for any N. (One offset for all cells of a grid, the obvious generalisation, has only the
-/// variance N⁻¹; rank-1 lattices with a generator near N/φ are poor for some N, 1024 among them.)
+/// **Formula.** 1-D: (ξ + π(k))/N with one ξ for all k; the set is that of Ramamoorthi et al. 2012,
+/// *A theory of Monte Carlo visibility sampling*, recommended for linear lights by Peters 2021,
+/// section 5.3; the order π is random so that several dimensions pair up independently. 2-D: ((ξ +
+/// j)/N, fract(ζ + j/φ)) with j = π(k) and the golden ratio φ, which is evenly spread for any N.
+/// (One offset for all cells of a grid, the obvious generalisation, has only the variance N⁻¹;
+/// rank-1 lattices with a generator near N/φ are poor for some N, 1024 among them.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UniformJitter {
     order: Permutation,

@@ -6,13 +6,15 @@ use crate::sobol::{scrambled_1d, scrambled_2d, scrambles};
 
 /// One Owen-scrambled Sobol' sequence per dimension for the whole image.
 ///
-/// **Method.** Ahmed & Wonka 2020, *Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
-/// ordering of pixels*: the pixels take consecutive blocks of 2^m ≥ N indices along a Z-order curve whose base-4 digits
-/// are permuted at random, each depending on the digits above it and on the dimension. Neighbouring pixels thus hold
-/// parts of one larger net, and their errors cancel under a blur (error like blue noise), while each pixel's own N = 2^m
-/// points are a net.
+/// **Method.** Ahmed & Wonka 2020, *Screen-space blue-noise diffusion of Monte Carlo sampling error
+/// via hierarchical ordering of pixels*: the pixels take consecutive blocks of 2^m ≥ N indices
+/// along a Z-order curve whose base-4 digits are permuted at random, each depending on the digits
+/// above it and on the dimension. Neighbouring pixels thus hold parts of one larger net, and their
+/// errors cancel under a blur (error like blue noise), while each pixel's own N = 2^m points are a
+/// net.
 ///
-/// **Domain.** Pixel coordinates below 2¹⁶ share one curve; beyond, each tile of 2¹⁶ × 2¹⁶ pixels has its own.
+/// **Domain.** Pixel coordinates below 2¹⁶ share one curve; beyond, each tile of 2¹⁶ × 2¹⁶ pixels
+/// has its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ZSobol {
     /// Where the pixel's block of indices starts.
@@ -75,7 +77,8 @@ fn pascal(mut y: u64) -> u64 {
     y ^ (y >> 32)
 }
 
-/// The position of a pixel (16 bits a coordinate) on a Z-order curve with nested random digit permutations.
+/// The position of a pixel (16 bits a coordinate) on a Z-order curve with nested random digit
+/// permutations.
 #[inline]
 fn shuffled_z_order(pixel: [u32; 2], key: u64) -> u32 {
     let mut position = 0;
@@ -89,8 +92,8 @@ fn shuffled_z_order(pixel: [u32; 2], key: u64) -> u32 {
     position
 }
 
-/// Permutes a base-4 digit by one of the 24 permutations: the map d ↦ A·d + b over two bits, with A one of the six
-/// invertible 2×2 matrices; all permutations of four things are of this form.
+/// Permutes a base-4 digit by one of the 24 permutations: the map d ↦ A·d + b over two bits, with A
+/// one of the six invertible 2×2 matrices; all permutations of four things are of this form.
 #[inline]
 #[expect(
     clippy::cast_possible_truncation,

@@ -32,7 +32,8 @@ fn every_rank_occurs_once() {
     assert_eq!(ranks, (0..4096).collect::<Vec<u16>>());
 }
 
-/// Mean periodogram over the frequencies with radius in [low, high) cycles per 64 pixels, in units of white noise.
+/// Mean periodogram over the frequencies with radius in [low, high) cycles per 64 pixels, in units
+/// of white noise.
 fn power(values: &[f64], low: f64, high: f64) -> f64 {
     let mean = values.iter().sum::<f64>() / 4096.0;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 4096.0;
@@ -56,8 +57,8 @@ fn power(values: &[f64], low: f64, high: f64) -> f64 {
     sum / f64::from(count) / variance
 }
 
-/// Below a quarter of the highest frequency the tile has less than 2 % of white noise's power; a periodogram
-/// average of white noise over these 100 frequencies is 1 ± 0.1.
+/// Below a quarter of the highest frequency the tile has less than 2 % of white noise's power; a
+/// periodogram average of white noise over these 100 frequencies is 1 ± 0.1.
 #[test]
 fn the_tile_is_blue() {
     let values: Vec<f64> = (0..4096)
@@ -70,7 +71,8 @@ fn the_tile_is_blue() {
     );
 }
 
-/// So is what the sampler hands out, for any placement, in both axes, for several samples; white kinds are not.
+/// So is what the sampler hands out, for any placement, in both axes, for several samples; white
+/// kinds are not.
 #[test]
 fn first_samples_are_blue_across_pixels() {
     for (kind, count) in [
@@ -99,8 +101,9 @@ fn first_samples_are_blue_across_pixels() {
     assert!((power(&white, 1.0, 6.0) - 1.0).abs() < 0.41);
 }
 
-/// The error of a pixel estimate is blue across pixels: with four samples of uniform jitter for x², low frequencies
-/// hold far less error than white noise would. Z-order Sobol' likewise for a 2-D integrand.
+/// The error of a pixel estimate is blue across pixels: with four samples of uniform jitter for x²,
+/// low frequencies hold far less error than white noise would. Z-order Sobol' likewise for a 2-D
+/// integrand.
 #[test]
 fn errors_are_blue_across_pixels() {
     let blue = Sampler::new(SamplerKind::BlueNoise, 3);
@@ -126,7 +129,8 @@ fn errors_are_blue_across_pixels() {
             .sum::<f64>()
     };
     let errors: Vec<f64> = (0..4096).map(estimate).collect();
-    // Ahmed & Wonka diffuse over quads of 2, 4, 8… pixels, so that less remains the lower the frequency.
+    // Ahmed & Wonka diffuse over quads of 2, 4, 8… pixels, so that less remains the lower the
+    // frequency.
     assert!(
         power(&errors, 1.0, 4.0) < 0.25,
         "{}",

@@ -1,5 +1,5 @@
-//! How fast errors fall: exact variances where theory gives them, slopes where it gives rates (the table of variance
-//! exponents in the crate's README).
+//! How fast errors fall: exact variances where theory gives them, slopes where it gives rates (the
+//! table of variance exponents in the crate's README).
 #![allow(clippy::cast_precision_loss, reason = "sample counts are small")]
 
 use linelit_samplers::{Sampler, SamplerKind};
@@ -7,10 +7,12 @@ use linelit_testkit::chi2::sidak;
 use linelit_testkit::rng::SplitMix64;
 use linelit_testkit::ztest::{Welford, critical_z, z_score_two};
 
-/// All tests of this file together err with probability 0.01 at most; there are fewer than this many.
+/// All tests of this file together err with probability 0.01 at most; there are fewer than this
+/// many.
 const TESTS: usize = 200;
 
-/// Squared errors of the estimate of ∫f over `trials` seeds; `f` may depend on the trial, and comes with its integral.
+/// Squared errors of the estimate of ∫f over `trials` seeds; `f` may depend on the trial, and comes
+/// with its integral.
 fn squared_errors<F>(
     kind: SamplerKind,
     n: u32,
@@ -57,8 +59,8 @@ fn assert_variance(got: &Welford, expected: f64, name: &str) {
     );
 }
 
-/// f(x) = x: 1/(12 N³) with one independent point per stratum (at N = 2^m that is what Owen-scrambled points are, too),
-/// 1/(12 N²) with a common offset, 1/(12 N) independent.
+/// f(x) = x: 1/(12 N³) with one independent point per stratum (at N = 2^m that is what
+/// Owen-scrambled points are, too), 1/(12 N²) with a common offset, 1/(12 N) independent.
 #[test]
 fn variances_of_a_ramp() {
     use SamplerKind::{Halton, Independent, MultiJitter, Sobol, Stratified, UniformJitter, ZSobol};
@@ -92,8 +94,9 @@ fn variances_of_a_ramp() {
     }
 }
 
-/// A jump at a random place c: one stratum is cut in the ratio p : 1 − p with p uniform, E[p(1 − p)] = 1/6, so that the
-/// variance is 1/(6 N²) for all stratified patterns and for uniform jitter, whatever N; 1/(6 N) independent.
+/// A jump at a random place c: one stratum is cut in the ratio p : 1 − p with p uniform, E[p(1 −
+/// p)] = 1/6, so that the variance is 1/(6 N²) for all stratified patterns and for uniform jitter,
+/// whatever N; 1/(6 N) independent.
 #[test]
 fn variances_of_a_jump() {
     use SamplerKind::{Independent, MultiJitter, Sobol, Stratified, UniformJitter};
@@ -119,8 +122,9 @@ fn variances_of_a_jump() {
     }
 }
 
-/// A kink |x − c| at a random place c: N − 1 strata see a ramp, of variance 1/(12 N²); in the stratum with the kink, at a
-/// uniform place, it is 1/(20 N²) (from E = ∫(p³ + (1 − p)³)/3 − ((p² + (1 − p)²)/2)² dp = 1/6 − 7/60).
+/// A kink |x − c| at a random place c: N − 1 strata see a ramp, of variance 1/(12 N²); in the
+/// stratum with the kink, at a uniform place, it is 1/(20 N²) (from E = ∫(p³ + (1 − p)³)/3 − ((p² +
+/// (1 − p)²)/2)² dp = 1/6 − 7/60).
 #[test]
 fn variances_of_a_kink() {
     let kink = |trial: u64| {
@@ -148,15 +152,15 @@ fn variances_of_a_kink() {
     }
 }
 
-/// An endpoint with infinite slope, √x: the variance of a stratum [a, b] is its midpoint minus the squared mean
-/// 2(b^1.5 − a^1.5)/(3(b − a)); their sum falls as N⁻³ log N.
+/// An endpoint with infinite slope, √x: the variance of a stratum [a, b] is its midpoint minus the
+/// squared mean 2(b^1.5 − a^1.5)/(3(b − a)); their sum falls as N⁻³ log N.
 #[test]
 fn variances_of_a_root() {
     for n in [1_u32, 4, 64, 1024] {
         let within = |k: u32| {
             let (a, b) = (f64::from(k) / f64::from(n), f64::from(k + 1) / f64::from(n));
-            // (b^1.5 − a^1.5)/(b − a) = (a + √(ab) + b)/(√a + √b); the difference cancels about 1/(12k²) of the values,
-            // 10⁸ ε at k = 1024, far below the Monte Carlo error.
+            // (b^1.5 − a^1.5)/(b − a) = (a + √(ab) + b)/(√a + √b); the difference cancels about
+            // 1/(12k²) of the values, 10⁸ ε at k = 1024, far below the Monte Carlo error.
             let mean = 2.0 / 3.0 * (a + (a * b).sqrt() + b) / (a.sqrt() + b.sqrt());
             0.5 * (a + b) - mean * mean
         };
@@ -173,8 +177,9 @@ fn variances_of_a_root() {
     }
 }
 
-/// f = xy on cells of a×b: with local coordinates a cell of width w and height h at centre (cx, cy) has variance
-/// (cx² h² + cy² w²)/12 + w²h²/144; the mean over the grid of cx² is 1/3 − w²/12, likewise for y.
+/// f = xy on cells of a×b: with local coordinates a cell of width w and height h at centre (cx, cy)
+/// has variance (cx² h² + cy² w²)/12 + w²h²/144; the mean over the grid of cx² is 1/3 − w²/12,
+/// likewise for y.
 #[test]
 fn variances_of_a_product_on_grids() {
     for (n, columns, rows) in [
@@ -203,8 +208,8 @@ fn variances_of_a_product_on_grids() {
             &format!("multijitter, N = {n}"),
         );
     }
-    // Uniform jitter shifts x as a whole, by (ξ − ½)/N, and y's points are fract(ζ + j/φ): with the Bernoulli polynomial
-    // B₂, E[(fract(ζ + a) − ½)(fract(ζ + b) − ½)] = B₂(fract(a − b))/2.
+    // Uniform jitter shifts x as a whole, by (ξ − ½)/N, and y's points are fract(ζ + j/φ): with the
+    // Bernoulli polynomial B₂, E[(fract(ζ + a) − ½)(fract(ζ + b) − ½)] = B₂(fract(a − b))/2.
     for n in [1_u32, 3, 16, 100, 1024] {
         let bernoulli = |t: f64| t * t - t + 1.0 / 6.0;
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -218,7 +223,8 @@ fn variances_of_a_product_on_grids() {
     }
 }
 
-/// Equal cells for any N: a ramp in x + y has the mean cell variance of the bricks, (w² + h²)/12 each.
+/// Equal cells for any N: a ramp in x + y has the mean cell variance of the bricks, (w² + h²)/12
+/// each.
 #[test]
 fn variances_of_a_ramp_on_bricks() {
     for (n, sizes) in [
@@ -240,7 +246,8 @@ fn variances_of_a_ramp_on_bricks() {
     }
 }
 
-/// Weighted least-squares slope of ln variance over ln N, with its standard error; weights 1/(relative standard error)².
+/// Weighted least-squares slope of ln variance over ln N, with its standard error; weights
+/// 1/(relative standard error)².
 fn slope(points: &[(u32, Welford)]) -> (f64, f64) {
     let rows: Vec<[f64; 3]> = points
         .iter()
@@ -270,7 +277,8 @@ fn assert_slope(points: &[(u32, Welford)], steepest: f64, flattest: f64, name: &
     );
 }
 
-/// A disc of radius 0.3 at a random place of the torus: a jump along all directions, without end effects at the border.
+/// A disc of radius 0.3 at a random place of the torus: a jump along all directions, without end
+/// effects at the border.
 fn random_disc(trial: u64) -> (impl Fn([f64; 2]) -> f64, f64) {
     let mut rng = SplitMix64::new(trial ^ 0x5EED);
     let (cx, cy) = (rng.next_f64(), rng.next_f64());
@@ -280,8 +288,9 @@ fn random_disc(trial: u64) -> (impl Fn([f64; 2]) -> f64, f64) {
     (inside, 0.09 * std::f64::consts::PI)
 }
 
-/// Rates in two dimensions. A grid's relative deviation from its asymptotic law is O(1/√N) (cells at the border and at
-/// the ends of an edge), so exponents are compared with the range of slopes of N^−r(1 ± ½N^−½) over the N used.
+/// Rates in two dimensions. A grid's relative deviation from its asymptotic law is O(1/√N) (cells
+/// at the border and at the ends of an edge), so exponents are compared with the range of slopes of
+/// N^−r(1 ± ½N^−½) over the N used.
 #[test]
 fn rates_in_two_dimensions() {
     use SamplerKind::{Halton, Independent, MultiJitter, Sobol, Stratified, UniformJitter, ZSobol};
@@ -296,11 +305,13 @@ fn rates_in_two_dimensions() {
         (Stratified, [(-2.0, -2.0), (-2.0, -2.0), (-1.5, -1.5)]),
         // Axis-wise strata remove the additive part of the variance, N⁻³; what remains is N⁻².
         (MultiJitter, [(-3.0, -2.0), (-3.0, -2.0), (-1.5, -1.5)]),
-        // N⁻³(1 + a log N) with any a ≥ 0; for the kink no theorem, but measured −2.45 to −2.5 to N = 1024.
+        // N⁻³(1 + a log N) with any a ≥ 0; for the kink no theorem, but measured −2.45 to −2.5 to N
+        // = 1024.
         (Sobol, [(-3.0, nets), (-2.55, -2.45), (-1.55, -1.5)]),
         (ZSobol, [(-3.0, nets), (-2.55, -2.45), (-1.55, -1.5)]),
-        // One shift of a lattice: N⁻²(1 + a log N); at jumps N^−1.5 with a factor that swings with N (the few shortest
-        // vectors of the dual lattice carry the error), so that four N show a bound only.
+        // One shift of a lattice: N⁻²(1 + a log N); at jumps N^−1.5 with a factor that swings with
+        // N (the few shortest vectors of the dual lattice carry the error), so that four N show a
+        // bound only.
         (
             UniformJitter,
             [(-2.0, lattices), (-2.0, lattices), (-2.0, -1.5)],
@@ -332,8 +343,8 @@ fn rates_in_two_dimensions() {
     }
 }
 
-/// Our nets have the variance of sobol_burley's nets, for smooth and discontinuous integrands: two independent means of
-/// squared errors.
+/// Our nets have the variance of sobol_burley's nets, for smooth and discontinuous integrands: two
+/// independent means of squared errors.
 #[test]
 fn nets_are_as_good_as_sobol_burley() {
     let trials = 10_000;

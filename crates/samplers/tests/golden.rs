@@ -1,5 +1,6 @@
-//! Frozen streams: a change of any number here is a breaking change, to be named in the changelog under "Sampler
-//! streams". The values are what this crate gave when the streams were frozen; nothing else vouches for them.
+//! Frozen streams: a change of any number here is a breaking change, to be named in the changelog
+//! under "Sampler streams". The values are what this crate gave when the streams were frozen;
+//! nothing else vouches for them.
 
 use linelit_samplers::hash::mix;
 use linelit_samplers::{JointSobol, Sampler, SamplerKind};

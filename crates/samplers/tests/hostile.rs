@@ -1,5 +1,5 @@
-//! Every public function with arguments that attack it: none panics, all numbers lie in [0, 1), and what is chosen has a
-//! share. Only [`split`] takes floats; the others take any bits of integers.
+//! Every public function with arguments that attack it: none panics, all numbers lie in [0, 1), and
+//! what is chosen has a share. Only [`split`] takes floats; the others take any bits of integers.
 
 use linelit_samplers::{
     JointSobol, SampleSet, Sampler, SamplerKind, blue_noise_rank, hash::mix, hash::unit_f64,

@@ -1,11 +1,13 @@
-//! Padding: numbers of different dimensions, pixels and seeds are independent, and pair up at random.
+//! Padding: numbers of different dimensions, pixels and seeds are independent, and pair up at
+//! random.
 #![allow(clippy::cast_possible_truncation, reason = "bins are small")]
 
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::ztest::{Welford, critical_z, z_score};
 
-/// All tests of this file together err with probability 0.01 at most; there are fewer than this many.
+/// All tests of this file together err with probability 0.01 at most; there are fewer than this
+/// many.
 const TESTS: usize = 600;
 
 /// A stream's seed, pixel and dimension.
@@ -106,8 +108,8 @@ fn pairs_of_streams_have_a_flat_joint_histogram() {
     }
 }
 
-/// Errors of whole estimates are uncorrelated, in one and two dimensions: this is what averaging over pixels,
-/// trials and lights relies on.
+/// Errors of whole estimates are uncorrelated, in one and two dimensions: this is what averaging
+/// over pixels, trials and lights relies on.
 #[test]
 fn errors_of_streams_are_uncorrelated() {
     let trials = 20_000_u64;
@@ -154,12 +156,12 @@ impl Correlation {
     }
 }
 
-/// Two padded dimensions A and B are paired at random: the mean of (a − ½)(b − ½) over N samples has the variance of
-/// two one-dimensional stratified sets in random order.
+/// Two padded dimensions A and B are paired at random: the mean of (a − ½)(b − ½) over N samples
+/// has the variance of two one-dimensional stratified sets in random order.
 ///
-/// With aᵢ − ½ of variance 1/12 and covariance c = −(N + 1)/(12 N²) for i ≠ k (from the variance 1/(12 N³) of the
-/// stratified mean), the product's mean has variance (1/144)(1/N + (N − 1)(N + 1)²/N⁵). Burley's nested shuffling gives
-/// 1.58 times as much; a shared order many times as much.
+/// With aᵢ − ½ of variance 1/12 and covariance c = −(N + 1)/(12 N²) for i ≠ k (from the variance
+/// 1/(12 N³) of the stratified mean), the product's mean has variance (1/144)(1/N + (N − 1)(N +
+/// 1)²/N⁵). Burley's nested shuffling gives 1.58 times as much; a shared order many times as much.
 #[test]
 fn padded_dimensions_pair_at_random() {
     use SamplerKind::{Halton, MultiJitter, Sobol, Stratified, ZSobol};
@@ -190,7 +192,8 @@ fn padded_dimensions_pair_at_random() {
     }
 }
 
-/// Independent samples have the variance 1/(12 N) of independent samples, no less: nothing is secretly stratified.
+/// Independent samples have the variance 1/(12 N) of independent samples, no less: nothing is
+/// secretly stratified.
 #[test]
 fn independent_samples_are_independent() {
     for n in [2_u32, 16, 100] {

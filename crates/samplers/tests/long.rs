@@ -5,8 +5,9 @@ use linelit_samplers::{JointSobol, Sampler, SamplerKind};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::ztest::{Welford, critical_z};
 
-/// Beyond sobol_burley's 2¹⁶ samples and 23 bits: at N = 2¹⁸ the ramp's error is 2·10⁻⁹, a fiftieth of the spacing of 23-bit
-/// numbers, and still has the exact variance 1/(12 N³); in two dimensions x + y has twice that.
+/// Beyond sobol_burley's 2¹⁶ samples and 23 bits: at N = 2¹⁸ the ramp's error is 2·10⁻⁹, a fiftieth
+/// of the spacing of 23-bit numbers, and still has the exact variance 1/(12 N³); in two dimensions
+/// x + y has twice that.
 #[test]
 #[ignore = "long: 10⁸ points, 10 s"]
 fn references_keep_their_rate() {
@@ -32,7 +33,8 @@ fn references_keep_their_rate() {
     assert!(z.abs() < critical_z(0.002), "multijitter: z = {z}");
 }
 
-/// 2²⁶ independent numbers in 2²⁰ cells of three dimensions, drawn as pixels would: few samples each of many streams.
+/// 2²⁶ independent numbers in 2²⁰ cells of three dimensions, drawn as pixels would: few samples
+/// each of many streams.
 #[test]
 #[ignore = "long: 7·10⁷ numbers, 5 s"]
 fn many_small_streams_fill_three_dimensions() {
@@ -56,7 +58,8 @@ fn many_small_streams_fill_three_dimensions() {
 /// The seeds and dimensions of two streams, for each trial.
 type Pair = fn(u64) -> [(u64, u32); 2];
 
-/// A million trials of the pairing of streams that differ in one word, for every pattern: correlations of 0.5 % would show.
+/// A million trials of the pairing of streams that differ in one word, for every pattern:
+/// correlations of 0.5 % would show.
 #[test]
 #[ignore = "long: 2·10⁷ sets, 20 s"]
 fn streams_are_uncorrelated_to_a_thousandth() {
@@ -79,7 +82,8 @@ fn streams_are_uncorrelated_to_a_thousandth() {
     }
 }
 
-/// All pairs of the first 16 joint dimensions, each with a flat histogram over many pixels' first eight samples.
+/// All pairs of the first 16 joint dimensions, each with a flat histogram over many pixels' first
+/// eight samples.
 #[test]
 #[ignore = "long: 120 pairs of dimensions, 5 s"]
 fn joint_dimensions_are_pairwise_uniform() {

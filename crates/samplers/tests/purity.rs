@@ -1,4 +1,5 @@
-//! Numbers are pure functions of their names: no order, no state, no dependence on what else was drawn.
+//! Numbers are pure functions of their names: no order, no state, no dependence on what else was
+//! drawn.
 #![allow(clippy::float_cmp, reason = "the same bits are expected")]
 #![allow(clippy::cast_possible_truncation, reason = "indices are small")]
 
@@ -12,7 +13,8 @@ fn kinds() -> impl Strategy<Value = SamplerKind> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Any order of access, forwards, backwards, repeated, from a fresh set each time: the same bits.
+    /// Any order of access, forwards, backwards, repeated, from a fresh set each time: the same
+    /// bits.
     #[test]
     fn order_does_not_matter(
         kind in kinds(), seed: u64, pixel: [u32; 2], dimension: u32, count in 1_u32..2000, start: u32,
@@ -62,7 +64,8 @@ fn progressive_patterns_extend() {
     }
 }
 
-/// Beyond its count a finite pattern goes on with sets of the same kind: strata are filled once more by each.
+/// Beyond its count a finite pattern goes on with sets of the same kind: strata are filled once
+/// more by each.
 #[test]
 fn indices_beyond_the_count_continue_with_fresh_sets() {
     let set = Sampler::new(SamplerKind::Stratified, 4).points([1, 2], 3, 10);

@@ -24,8 +24,8 @@ fn stratum(x: f64, n: u32) -> u64 {
     (x * f64::from(n)) as u64
 }
 
-/// The cell of a point: ⌊√n⌉ rows of nearly equally many cells, or the squarest grid if its aspect is at most two.
-/// Written again from the documentation, not shared with the crate.
+/// The cell of a point: ⌊√n⌉ rows of nearly equally many cells, or the squarest grid if its aspect
+/// is at most two. Written again from the documentation, not shared with the crate.
 fn cell(point: [f64; 2], n: u32) -> u64 {
     let divisor = (1..=n)
         .filter(|a| n.is_multiple_of(*a) && a * a <= n && 2 * a * a >= n)
@@ -97,8 +97,9 @@ fn multi_jittered_points_are_n_rooks() {
     }
 }
 
-/// Lattices: one sample per stratum of x for any N, and gaps in y of at most φ²/N (the three-distance theorem: for a
-/// golden rotation the largest gap is below φ²/N, Swierczkowski 1958).
+/// Lattices: one sample per stratum of x for any N, and gaps in y of at most φ²/N (the
+/// three-distance theorem: for a golden rotation the largest gap is below φ²/N, Swierczkowski
+/// 1958).
 #[test]
 fn lattices_are_even_on_both_axes() {
     let phi = 0.5 * (1.0 + 5.0_f64.sqrt());
@@ -160,7 +161,8 @@ fn sobol_points_are_nets() {
     }
 }
 
-/// The full depth: 2^16 points resolve intervals of area 2^−16, and late blocks of the bare sequence use all 32 bits.
+/// The full depth: 2^16 points resolve intervals of area 2^−16, and late blocks of the bare
+/// sequence use all 32 bits.
 #[test]
 fn large_sobol_sets_are_nets() {
     let set = Sampler::new(SamplerKind::Sobol, 9).points([0, 0], 0, 1 << 16);
@@ -184,7 +186,8 @@ fn one_dimensional_sequences_are_stratified_at_powers_of_two() {
                 kind.name(),
             );
         }
-        // Between powers of two no stratum of the next finer level holds two, none of the coarser level is empty.
+        // Between powers of two no stratum of the next finer level holds two, none of the coarser
+        // level is empty.
         for n in COUNTS {
             let set = Sampler::new(kind, 6).points([4, 4], 1, n);
             let (fine, coarse) = (n.next_power_of_two(), n.next_power_of_two() / 2);
@@ -198,7 +201,8 @@ fn one_dimensional_sequences_are_stratified_at_powers_of_two() {
     }
 }
 
-/// Halton: the first 2^a·3^b points hold one in each cell of the 2^a × 3^b grid, for consecutive indices.
+/// Halton: the first 2^a·3^b points hold one in each cell of the 2^a × 3^b grid, for consecutive
+/// indices.
 #[test]
 fn halton_points_fill_their_grids() {
     for (a, b) in [
@@ -240,8 +244,8 @@ fn uniform_jitter_shares_its_offset() {
     }
 }
 
-/// The sets of neighbouring pixels on the Z-order curve join into one larger net: four pixels of a quad, sixteen of
-/// the next, and so on. This is what diffuses the error.
+/// The sets of neighbouring pixels on the Z-order curve join into one larger net: four pixels of a
+/// quad, sixteen of the next, and so on. This is what diffuses the error.
 #[test]
 fn z_order_quads_share_a_net() {
     for (side, m) in [(2_u32, 2), (4, 4), (8, 2)] {
@@ -257,7 +261,8 @@ fn z_order_quads_share_a_net() {
     }
 }
 
-/// Joint Sobol' points: within the crate's limits each dimension is stratified, and the first two form nets.
+/// Joint Sobol' points: within the crate's limits each dimension is stratified, and the first two
+/// form nets.
 #[test]
 fn joint_sobol_keeps_the_guarantees_of_sobol_burley() {
     for m in [0, 1, 4, 8] {
@@ -273,8 +278,8 @@ fn joint_sobol_keeps_the_guarantees_of_sobol_burley() {
     }
 }
 
-/// Our generator against sobol_burley's, unscrambled: the same sequence in both dimensions, within its 16 bits of
-/// index.
+/// Our generator against sobol_burley's, unscrambled: the same sequence in both dimensions, within
+/// its 16 bits of index.
 #[test]
 fn bare_sequence_equals_sobol_burley() {
     for i in 0..1_u32 << 16 {

@@ -1,10 +1,12 @@
-//! Every number is uniform: over a set, over seeds, over pixels, down to the last bits, for ordinary and nasty names.
+//! Every number is uniform: over a set, over seeds, over pixels, down to the last bits, for
+//! ordinary and nasty names.
 #![allow(clippy::cast_possible_truncation, reason = "bins and strata are small")]
 
 use linelit_samplers::{JointSobol, Sampler, SamplerKind};
 use linelit_testkit::chi2::{chi2_test, sidak};
 
-/// All tests of this file together err with probability 0.01 at most; there are fewer than this many.
+/// All tests of this file together err with probability 0.01 at most; there are fewer than this
+/// many.
 const TESTS: usize = 400;
 
 fn assert_uniform(counts: &[u64], name: &str) {
@@ -20,8 +22,8 @@ fn bin(x: f64, bins: usize) -> usize {
     (x * bins as f64) as usize
 }
 
-/// Seeds, pixels and dimensions that a weak hash would confuse: zeros, single bits, all ones, neighbours, multiples of
-/// the hash's own constants.
+/// Seeds, pixels and dimensions that a weak hash would confuse: zeros, single bits, all ones,
+/// neighbours, multiples of the hash's own constants.
 fn nasty_words() -> Vec<u64> {
     let mut words = vec![
         0,
@@ -38,7 +40,8 @@ fn nasty_words() -> Vec<u64> {
     words
 }
 
-/// Sample `i` alone over many seeds: the law that makes an estimator unbiased. 2-D on a grid that no pattern favours.
+/// Sample `i` alone over many seeds: the law that makes an estimator unbiased. 2-D on a grid that
+/// no pattern favours.
 #[test]
 fn each_sample_is_uniform_over_seeds() {
     for kind in SamplerKind::ALL {
@@ -63,7 +66,8 @@ fn first_samples_are_uniform_over_pixels_and_dimensions() {
         let sampler = Sampler::new(kind, 1);
         let (mut over_pixels, mut over_dimensions) = ([0; 64], [0; 64]);
         for k in 0..16_384 {
-            // Blue noise is by design *more* even over a tile than random numbers: its pixels are spaced out.
+            // Blue noise is by design *more* even over a tile than random numbers: its pixels are
+            // spaced out.
             let step = if kind.pixels_are_independent() {
                 1
             } else {
@@ -84,8 +88,8 @@ fn first_samples_are_uniform_over_pixels_and_dimensions() {
 #[test]
 fn the_last_bits_are_random() {
     for kind in SamplerKind::ALL {
-        // Jittered strata divide by N and round, and the tile adds 12 bits above the jitter; with N = 1 both keep
-        // at least 20 random bits below 2⁻³².
+        // Jittered strata divide by N and round, and the tile adds 12 bits above the jitter; with N
+        // = 1 both keep at least 20 random bits below 2⁻³².
         let mut counts = [0; 256];
         for seed in 0..50_000 {
             let x = Sampler::new(kind, seed).points([1, 2], 3, 1).get_1d(0);

@@ -25,8 +25,8 @@ fn luminaire(radiance: f64, corners: &[[f64; 3]]) -> String {
     )
 }
 
-/// Shirley & Wang's room with 2 or 32 triangular luminaires on the ceiling, over a ball and a block.
-/// The 32 are of different strength.
+/// Shirley & Wang's room with 2 or 32 triangular luminaires on the ceiling, over a ball and a
+/// block. The 32 are of different strength.
 #[must_use]
 pub fn room(count: u32) -> String {
     let mut block = Mesh::default();

@@ -30,7 +30,8 @@ pub(super) fn window() -> Files {
     vec![main, ("window.tga".to_owned(), tga(VIEW, view))]
 }
 
-/// The colour of a pixel, row 0 on top: a low sun in a dim sky over dark hills, and a cross of bars.
+/// The colour of a pixel, row 0 on top: a low sun in a dim sky over dark hills, and a cross of
+/// bars.
 fn view(i: u16, j: u16) -> [u8; 3] {
     let [width, height] = VIEW;
     let (x, y) = (i32::from(i), i32::from(j));

@@ -1,10 +1,10 @@
 //! Measures every integral against double-double arithmetic, domain by domain, and writes the table
 //! and plots of `docs/accuracy.md`.
 //!
-//! `accuracy [--check] [--quick | --share=N] [--only=GROUP] [DIR]`: DIR is the folder of the documents, `docs` by default;
-//! `--check` compares with the table there instead of writing and exits 1 when a row is worse;
-//! `--quick` takes a hundredth of the inputs, `--share=N` the N-th part; `--only=GROUP` one of the groups
-//! (0 to 8).
+//! `accuracy [--check] [--quick | --share=N] [--only=GROUP] [DIR]`: DIR is the folder of the
+//! documents, `docs` by default; `--check` compares with the table there instead of writing and
+//! exits 1 when a row is worse; `--quick` takes a hundredth of the inputs, `--share=N` the N-th
+//! part; `--only=GROUP` one of the groups (0 to 8).
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,

@@ -1,13 +1,14 @@
-//! Fits linearly transformed cosines to isotropic GGX and writes the table of `linelit_shading::ltc`.
+//! Fits linearly transformed cosines to isotropic GGX and writes the table of
+//! `linelit_shading::ltc`.
 //!
 //! `fit-ltc`: fits afresh, compares with the table that is compiled in, and checks that by another
 //! quadrature against GGX; exit 1 where they differ or where the table is worse than it says.
 //! `fit-ltc --verify`: the check alone. `fit-ltc FILE` writes what it fits (the table is
 //! `crates/shading/src/ltc_table.rs`).
 //!
-//! The fit minimises ∫|f cos/albedo − lobe|³ dω by the downhill simplex over the three parameters of the
-//! lobe in the frame of its mean direction (Heitz et al. 2016), from its rougher neighbour's result, with
-//! samples drawn from both lobes.
+//! The fit minimises ∫|f cos/albedo − lobe|³ dω by the downhill simplex over the three parameters
+//! of the lobe in the frame of its mean direction (Heitz et al. 2016), from its rougher neighbour's
+//! result, with samples drawn from both lobes.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -169,8 +170,8 @@ fn minimise(start: [f64; 3], f: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
     simplex[0].0
 }
 
-/// From each start by the cubes of the differences, whose landscape is smooth, and on from there by the
-/// differences themselves, which are what is published; the best of all.
+/// From each start by the cubes of the differences, whose landscape is smooth, and on from there by
+/// the differences themselves, which are what is published; the best of all.
 fn best_fit(target: &Target, albedo: f64, mean: DVec3, starts: [[f64; 3]; 2]) -> [f64; 3] {
     let error = |p: [f64; 3], power: i32| distance(target, [albedo, 0.0], [map(p, mean); 2], power);
     let mut best = (starts[0], f64::INFINITY);
@@ -265,8 +266,8 @@ fn axes(i: usize, j: usize) -> (f64, f64) {
     (roughness, 1.0 - s * s)
 }
 
-/// ∫|f cos/albedo − lobe| dω by Gauss nodes in the half-vector's polar angles: another way than the fit's
-/// samples, for the table as it is used, interpolated.
+/// ∫|f cos/albedo − lobe| dω by Gauss nodes in the half-vector's polar angles: another way than the
+/// fit's samples, for the table as it is used, interpolated.
 fn independent(roughness: f64, cosine: f64, f0: f64) -> f64 {
     let alpha = roughness * roughness;
     let ggx = Ggx {
@@ -387,8 +388,8 @@ fn entries(text: &str) -> Vec<f64> {
         .collect()
 }
 
-/// Whether a fresh fit is the table that is compiled in, but for the last digit of its entries, which the
-/// library's functions may turn.
+/// Whether a fresh fit is the table that is compiled in, but for the last digit of its entries,
+/// which the library's functions may turn.
 fn same(text: &str) -> bool {
     let (new, old) = (
         entries(text),

@@ -1,5 +1,6 @@
 //! The least time for each integral on ordinary segments: what the code costs when nothing else
-//! runs, also on a busy machine. `cargo run --release -p linelit-workshop --no-default-features --example speed [NAME]`
+//! runs, also on a busy machine. `cargo run --release -p linelit-workshop --no-default-features
+//! --example speed [NAME]`
 
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 

@@ -1,5 +1,5 @@
-//! What Billen & Dutré's tabulation would cost and lose: ∫cosᵏ on a grid that is denser near the lobe's
-//! peak, looked up at both ends of a segment, beside `phong::ribbon` on the same segments.
+//! What Billen & Dutré's tabulation would cost and lose: ∫cosᵏ on a grid that is denser near the
+//! lobe's peak, looked up at both ends of a segment, beside `phong::ribbon` on the same segments.
 //! `cargo run --release -p linelit-workshop --no-default-features --example tabulated`
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 

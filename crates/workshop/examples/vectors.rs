@@ -1,7 +1,9 @@
 //! Evaluates the crate on every file of reference vectors in a folder, prints the worst and the
-//! median error for each file and class, and exits 1 above the stated bounds or if a file cannot be read.
+//! median error for each file and class, and exits 1 above the stated bounds or if a file cannot be
+//! read.
 //!
-//! `cargo run --release -p linelit-workshop --no-default-features --example vectors -- crates/shading/tests/vectors`
+//! `cargo run --release -p linelit-workshop --no-default-features --example vectors --
+//! crates/shading/tests/vectors`
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,

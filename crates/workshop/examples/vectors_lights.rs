@@ -2,7 +2,8 @@
 //! them, prints the median and worst error of each quantity, and exits 1 if a case exceeds the
 //! tolerance that its conditioning derives.
 //!
-//! `cargo run --release -p linelit-workshop --no-default-features --example vectors_lights -- crates/lights/tests/vectors`
+//! `cargo run --release -p linelit-workshop --no-default-features --example vectors_lights --
+//! crates/lights/tests/vectors`
 #![expect(
     clippy::print_stdout,
     clippy::print_stderr,

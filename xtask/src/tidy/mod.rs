@@ -1,4 +1,5 @@
-//! The house rules as tests: what `docs/architecture.md` calls invariants, checked on the text of the repository.
+//! The house rules as tests: what `docs/architecture.md` calls invariants, checked on the text of
+//! the repository.
 //!
 //! Each rule is a function from the [`House`] to a list of problems, each with its place.
 
@@ -27,7 +28,8 @@ struct Source {
     path: String,
     /// Folder name of the crate, such as `geometry`.
     owner: String,
-    /// Whether it is part of the library or program itself (`src/`), not of tests, benches or examples.
+    /// Whether it is part of the library or program itself (`src/`), not of tests, benches or
+    /// examples.
     shipped: bool,
     /// As it stands in the file.
     text: String,
@@ -53,6 +55,7 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         sources::unsafe_stays_in_its_rooms,
         sources::unfinished_work,
         sources::size,
+        sources::comments,
         sources::crate_pages,
         properties::cases_are_scaled,
         repository::machine_paths,

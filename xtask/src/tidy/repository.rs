@@ -33,7 +33,8 @@ pub(super) fn machine_paths(house: &House) -> Vec<String> {
     problems
 }
 
-/// Whether `folder` stands in the line as an absolute path, not as the middle of a longer one or of a URL.
+/// Whether `folder` stands in the line as an absolute path, not as the middle of a longer one or of
+/// a URL.
 fn names_root_folder(line: &str, folder: &str) -> bool {
     let middle =
         |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_' | '/' | '}' | ')' | '*');

@@ -41,7 +41,8 @@ const PIXEL_PATH: [&str; 10] = [
     "integrator",
 ];
 
-/// Files in which `unsafe` may stand: SIMD kernels and their dispatch, each with a scalar twin that tests hold it to.
+/// Files in which `unsafe` may stand: SIMD kernels and their dispatch, each with a scalar twin that
+/// tests hold it to.
 const UNSAFE_ROOMS: [&str; 4] = [
     "crates/visibility/src/simd",
     "crates/visibility/src/dispatch.rs",
@@ -56,8 +57,8 @@ const F32_ROOMS: [&str; 2] = ["crates/lights/src/linear", "crates/shading/src/lt
 const NAMED_ONLY_IN: [(&str, &[&str]); 11] = [
     ("glam", &["geometry"]),
     ("obvhs", &["visibility", "workshop"]),
-    ("rand", &["samplers"]),
-    ("rand_pcg", &["samplers"]),
+    ("rand", &["samplers", "study", "workshop"]),
+    ("rand_pcg", &["samplers", "study", "workshop"]),
     ("sobol_burley", &["samplers"]),
     ("exr", &["film"]),
     ("png", &["film"]),
@@ -95,8 +96,8 @@ pub(super) fn foreign_names(house: &House) -> Vec<String> {
     problems
 }
 
-/// Lines with a path that begins with `name::`, outside `use` items (those are looked at by their own first word, as
-/// `use linelit_geometry::{glam::Vec3}` is nobody's business).
+/// Lines with a path that begins with `name::`, outside `use` items (those are looked at by their
+/// own first word, as `use linelit_geometry::{glam::Vec3}` is nobody's business).
 fn foreign_paths(code: &str, name: &str) -> Vec<usize> {
     if !lines_with(code, &format!("mod {name}")).is_empty() {
         // A module of our own by that name.
@@ -199,7 +200,8 @@ const EFFECTS: [(&[&str], &[&str], &str); 6] = [
     ),
 ];
 
-/// The one file of a library that may name rayon: outside of a pool it runs everything where it is called.
+/// The one file of a library that may name rayon: outside of a pool it runs everything where it is
+/// called.
 const POOL: &str = "crates/visibility/src/pool.rs";
 
 pub(super) fn effects(house: &House) -> Vec<String> {
@@ -235,8 +237,8 @@ pub(super) fn effects(house: &House) -> Vec<String> {
     problems
 }
 
-/// Pure crates cannot fail: in public, `Result` comes only from constructors (`try_…`, or returning `Result<Self, _>`)
-/// and from reading names (`FromStr`).
+/// Pure crates cannot fail: in public, `Result` comes only from constructors (`try_…`, or returning
+/// `Result<Self, _>`) and from reading names (`FromStr`).
 pub(super) fn fallibility(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for file in house.shipped(&PIXEL_PATH) {
@@ -284,7 +286,8 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
     problems
 }
 
-/// Where pure crates may use the heap: what is built once for a light or a query's scratch, or says what went wrong.
+/// Where pure crates may use the heap: what is built once for a light or a query's scratch, or says
+/// what went wrong.
 const HEAP_ROOMS: [(&str, &str); 7] = [
     (
         "crates/geometry/src/intervals/set.rs",
@@ -335,8 +338,8 @@ pub(super) fn heap(house: &House) -> Vec<String> {
     problems
 }
 
-/// Where fused operations may stand in visibility although the instruction sets differ in them: culling, whose
-/// verdicts have room for the rounding of either, never the ends of intervals.
+/// Where fused operations may stand in visibility although the instruction sets differ in them:
+/// culling, whose verdicts have room for the rounding of either, never the ends of intervals.
 const CULLING: &str = "crates/visibility/src/simd/x86.rs";
 
 pub(super) fn numbers(house: &House) -> Vec<String> {
@@ -389,7 +392,8 @@ pub(super) fn unsafe_stays_in_its_rooms(house: &House) -> Vec<String> {
     problems
 }
 
-/// Whether a SAFETY comment (or a `# Safety` section) stands on the line or among the twelve before it.
+/// Whether a SAFETY comment (or a `# Safety` section) stands on the line or among the twelve before
+/// it.
 fn justified(text: &str, line: usize) -> bool {
     let first = line.saturating_sub(13);
     text.lines()
@@ -404,7 +408,8 @@ pub(super) fn unfinished_work(house: &House) -> Vec<String> {
         for word in ["todo!", "unimplemented!"] {
             problems.extend(file.complain(word, "unfinished work"));
         }
-        // Comments and reasons are literals, so look at the text; the words are split to not find themselves.
+        // Comments and reasons are literals, so look at the text; the words are split to not find
+        // themselves.
         for (i, line) in file.text.lines().enumerate() {
             let line = line.trim();
             for word in [
@@ -448,7 +453,47 @@ pub(super) fn size(house: &House) -> Vec<String> {
     .collect()
 }
 
-/// Each library opens with a summary and shows an example, in its front page or the README that the page includes.
+/// Crates whose comments are still to be wrapped.
+const WIDE: &[&str] = &[
+    "bsdf",
+    "estimators",
+    "film",
+    "formats",
+    "geometry",
+    "integrator",
+    "penumbra",
+    "scene",
+    "shading",
+    "testkit",
+    "visibility",
+];
+
+/// Comments end at column 100; rustfmt wraps none. Rows of tables cannot be wrapped.
+pub(super) fn comments(house: &House) -> Vec<String> {
+    const MOST: usize = 100;
+    let mut problems = Vec::new();
+    let narrow = house
+        .sources
+        .iter()
+        .filter(|s| !WIDE.contains(&s.owner.as_str()));
+    for file in narrow {
+        for (i, line) in file.text.lines().enumerate() {
+            let text = line.trim_start();
+            let row = text.starts_with("//! |") || text.starts_with("/// |");
+            // Text of another file, in a literal.
+            let literal = text.ends_with("\\n\\");
+            let width = line.chars().count();
+            if text.starts_with("//") && !row && !literal && width > MOST {
+                let path = &file.path;
+                problems.push(format!("{path}:{}: a comment of {width} columns", i + 1));
+            }
+        }
+    }
+    problems
+}
+
+/// Each library opens with a summary and shows an example, in its front page or the README that the
+/// page includes.
 pub(super) fn crate_pages(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for file in house

@@ -22,8 +22,8 @@ pub(super) struct Comparison {
     pub differing_metadata: Vec<(String, String, String)>,
 }
 
-/// Compares two EXR or PFM files of one size. A name may end in `:LAYER` to choose a layer of an EXR
-/// file (a file whose own name ends so is found first).
+/// Compares two EXR or PFM files of one size. A name may end in `:LAYER` to choose a layer of an
+/// EXR file (a file whose own name ends so is found first).
 ///
 /// # Errors
 /// When a file cannot be read, has no such layer, or the sizes differ.

@@ -1,4 +1,5 @@
-//! What is fuzzed: whole scenes of every kind and form of picture, and the inputs that once did harm.
+//! What is fuzzed: whole scenes of every kind and form of picture, and the inputs that once did
+//! harm.
 
 use std::collections::BTreeMap;
 use std::fs;

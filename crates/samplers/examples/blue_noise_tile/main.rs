@@ -1,6 +1,8 @@
-//! Makes the 64×64 blue-noise tile of the `bluenoise` sampler and writes it, 8192 bytes, to the file named:
+//! Makes the 64×64 blue-noise tile of the `bluenoise` sampler and writes it, 8192 bytes, to the
+//! file named:
 //!
-//! `cargo run -p linelit-samplers --example blue_noise_tile -- crates/samplers/src/blue_noise_64.bin`
+//! `cargo run -p linelit-samplers --example blue_noise_tile --
+//! crates/samplers/src/blue_noise_64.bin`
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,

@@ -1,12 +1,13 @@
-//! Void-and-cluster dither arrays (R. Ulichney 1993, *The void-and-cluster method for dither array generation*), in
-//! integer arithmetic so that every machine makes the same tile.
+//! Void-and-cluster dither arrays (R. Ulichney 1993, *The void-and-cluster method for dither array
+//! generation*), in integer arithmetic so that every machine makes the same tile.
 
 use linelit_samplers::hash::mix;
 
 /// exp(−1/(2σ²)) for Ulichney's σ = 1.5 pixels: the Gaussian's value at distance one.
 const GAUSSIAN_AT_ONE: f64 = 0.800_737_402_916_808_1;
 
-/// A binary pattern on a torus with, for each pixel, the sum of Gaussians around the pixels that are set.
+/// A binary pattern on a torus with, for each pixel, the sum of Gaussians around the pixels that
+/// are set.
 struct Pattern {
     size: usize,
     weights: Vec<u64>,
@@ -95,8 +96,8 @@ pub(crate) fn void_and_cluster(size: usize, seed: u64) -> Vec<u16> {
     for pixel in (0..n).filter(|&i| initial[i]) {
         pattern.toggle(pixel);
     }
-    // With a linear filter the largest void of the ones is the tightest cluster of the zeros: Ulichney's phases II
-    // and III are one loop.
+    // With a linear filter the largest void of the ones is the tightest cluster of the zeros:
+    // Ulichney's phases II and III are one loop.
     for rank in n / 10..n {
         let void = pattern.largest_void();
         pattern.toggle(void);
