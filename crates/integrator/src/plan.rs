@@ -66,7 +66,7 @@ impl EmissionTexture for PlannedTexture {
 /// Per scene it drops lights that emit nothing. Per shading point it drops lights that face away
 /// or lie below the horizon, and all lights where the material reflects nothing. What visibility
 /// then finds (empty shafts, lights hidden by one occluder) is skipped by the estimators. All of
-/// it is counted in [`PlanCounters`]; every skip leaves the image as it is, bit for bit, or
+/// it is counted in [`PlanCounters`](linelit_estimators::PlanCounters); every skip leaves the image as it is, bit for bit, or
 /// replaces an estimate by the exact value.
 #[derive(Clone, Debug)]
 pub struct Plan {

@@ -131,6 +131,18 @@ impl<'a> Document<'a> {
         path.iter().try_fold(raw, step).unwrap_or_else(|last| last)
     }
 
+    /// A number, or as many as an array has, within a value, by keys: in `f64`, where gltf's own are
+    /// `f32`; `default` where the file does not have it.
+    pub(super) fn numbers<T: Deserialize<'a>>(
+        &self,
+        raw: Raw<'a>,
+        path: &[&str],
+        default: T,
+    ) -> Result<T> {
+        let value = path.iter().try_fold(raw, |raw, key| self.get(raw, key));
+        value.map_or(Ok(default), |value| self.read(value))
+    }
+
     /// The value of a key, if the value is an object that has it.
     pub(super) fn get(&self, raw: Raw<'a>, key: &str) -> Option<Raw<'a>> {
         let object = serde_json::from_str::<HashMap<String, Raw<'a>>>(raw.get());

@@ -126,9 +126,13 @@ impl Reader {
     ) -> Result<Surface> {
         let specular = self.specular(doc, node, raw)?;
         let pbr = &node.pbr_metallic_roughness;
-        let [r, g, b, _] = pbr.base_color_factor.0;
-        let of_colour = doc.find(raw, &["pbrMetallicRoughness"]);
-        let factor = self.colour(doc, of_colour, [r, g, b])?;
+        let factors = doc.find(raw, &["pbrMetallicRoughness"]);
+        let [r, g, b, _] = doc.numbers(
+            raw,
+            &["pbrMetallicRoughness", "baseColorFactor"],
+            [1.0_f64; 4],
+        )?;
+        let factor = self.colour(doc, factors, [r, g, b])?;
         let mut colour = Texture::Constant(factor);
         if let Some(info) = &pbr.base_color_texture {
             let place = doc.find(raw, &["pbrMetallicRoughness", "baseColorTexture"]);
@@ -141,8 +145,9 @@ impl Reader {
                 };
             }
         }
-        let share = |factor: json::StrengthFactor| f64::from(factor.0).clamp(0.0, 1.0);
-        let (metallic, roughness) = (share(pbr.metallic_factor), share(pbr.roughness_factor));
+        let share = |key: &str| doc.numbers(raw, &["pbrMetallicRoughness", key], 1.0_f64);
+        let metallic = share("metallicFactor")?.clamp(0.0, 1.0);
+        let roughness = share("roughnessFactor")?.clamp(0.0, 1.0);
         let (mut metalness, mut alpha) = (Texture::number(metallic), constant_roughness(roughness));
         if let Some(info) = &pbr.metallic_roughness_texture {
             let place = doc.find(raw, &["pbrMetallicRoughness", "metallicRoughnessTexture"]);
@@ -177,8 +182,8 @@ impl Reader {
         let Some(extensions) = &node.extensions else {
             return Ok(reflectance);
         };
-        if let Some(extension) = &extensions.ior {
-            let eta = f64::from(extension.ior.0);
+        if extensions.ior.is_some() {
+            let eta = doc.numbers(raw, &["extensions", "KHR_materials_ior", "ior"], 1.5_f64)?;
             let root = (eta - 1.0) / (eta + 1.0);
             let is_index = (1.0..=f64::from(f32::MAX)).contains(&eta);
             reflectance = DVec3::splat(if is_index { root * root } else { 1.0 });
@@ -197,8 +202,10 @@ impl Reader {
                 self.warn(doc, ErrorKind::Unsupported, &message, place, "left out")?;
             }
         }
-        let factor = f64::from(extension.specular_factor.0).clamp(0.0, f64::from(f32::MAX));
-        let colour = self.colour(doc, place, extension.specular_color_factor.0)? * factor;
+        let factor = doc.numbers(place, &["specularFactor"], 1.0_f64)?;
+        let factor = factor.clamp(0.0, f64::from(f32::MAX));
+        let colour = doc.numbers(place, &["specularColorFactor"], [1.0_f64; 3])?;
+        let colour = self.colour(doc, place, colour)? * factor;
         Ok((reflectance * colour).min(DVec3::ONE))
     }
 
@@ -209,20 +216,20 @@ impl Reader {
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<Option<NormalMap>> {
-        let Some(normal) = &node.normal_texture else {
+        if node.normal_texture.is_none() {
             return Ok(None);
-        };
+        }
         let place = doc.find(raw, &["normalTexture"]);
         let info = doc.read(place)?;
         let info = Use::new(&info, place);
         let texture = self.texture(doc, &info, Channel::Linear, 1.0, uv_set)?;
-        let scale = f64::from(normal.scale);
+        let scale = doc.numbers(place, &["scale"], 1.0_f64)?;
         Ok(texture.map(|texture| NormalMap { texture, scale }))
     }
 
     /// A finite colour without negative parts.
-    fn colour<'a>(&self, doc: &Document<'a>, place: Raw<'a>, rgb: [f32; 3]) -> Result<DVec3> {
-        let rgb = DVec3::from_array(rgb.map(f64::from));
+    fn colour<'a>(&self, doc: &Document<'a>, place: Raw<'a>, rgb: [f64; 3]) -> Result<DVec3> {
+        let rgb = DVec3::from_array(rgb);
         if rgb.min_element() >= 0.0 && rgb.is_finite() {
             return Ok(rgb);
         }
@@ -241,18 +248,24 @@ impl Reader {
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<(Option<DVec3>, Option<u32>)> {
-        let mut radiance = self.colour(doc, raw, node.emissive_factor.0)?;
+        let factor = doc.numbers(raw, &["emissiveFactor"], [0.0_f64; 3])?;
+        let mut radiance = self.colour(doc, raw, factor)?;
         let strength = node
             .extensions
             .as_ref()
             .and_then(|e| e.emissive_strength.as_ref());
-        if let Some(extension) = strength {
-            let strength = extension.emissive_strength.0;
+        if strength.is_some() {
+            let path = [
+                "extensions",
+                "KHR_materials_emissive_strength",
+                "emissiveStrength",
+            ];
+            let strength = doc.numbers(raw, &path, 1.0_f64)?;
             if !strength.is_finite() {
                 let message = "`emissiveStrength` is not finite";
                 return Err(doc.error(ErrorKind::OutOfRange, message, raw, "must be finite"));
             }
-            radiance *= f64::from(strength).max(0.0);
+            radiance *= strength.max(0.0);
         }
         if radiance == DVec3::ZERO {
             return Ok((None, None));
