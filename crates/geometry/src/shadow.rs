@@ -8,6 +8,9 @@ use crate::{DVec3, Segment, intervals::Interval, predicates};
 pub const LIGHT_MARGIN: f64 = 1e-6;
 
 /// Occluders nearer to the shading point than this fraction of the way to the light do not block.
+///
+/// **Limit.** It grows with that way: lines and shafts see a light 1e11 units away through what is
+/// nearer than 10 units, where rays to points of the light do not.
 pub const POINT_MARGIN: f64 = 1e-10;
 
 /// Coordinates of a point in the frame of a shadow triangle.
