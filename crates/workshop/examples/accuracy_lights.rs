@@ -12,7 +12,7 @@
     reason = "printing is what the program is for"
 )]
 
-#[path = "../../lights/tests/common/accuracy.rs"]
+#[path = "../../lights/tests/all/accuracy.rs"]
 mod accuracy;
 
 use std::path::Path;

@@ -10,7 +10,7 @@
     reason = "printing is what the program is for"
 )]
 
-#[path = "../../shading/tests/common/reference.rs"]
+#[path = "../../shading/tests/all/reference.rs"]
 mod reference;
 
 use std::path::Path;

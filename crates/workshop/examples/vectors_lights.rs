@@ -10,7 +10,7 @@
     reason = "an example prints"
 )]
 
-#[path = "../../lights/tests/common/mod.rs"]
+#[path = "../../lights/tests/all/common/mod.rs"]
 mod common;
 
 use common::reference::{self, Rows};

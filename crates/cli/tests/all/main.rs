@@ -1,0 +1,10 @@
+//! The program as a user runs it.
+
+mod command;
+mod common;
+mod files;
+mod folders;
+mod isa;
+mod killed;
+mod outside;
+mod studies;

@@ -1,0 +1,310 @@
+//! The program from outside its process: what it says and leaves when it cannot write, is refused,
+//! or is asked for too much.
+#![cfg(unix)]
+#![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
+
+use crate::common::{PROGRAM, folder, linelit, names, path, small_study, text};
+use std::fs::{self, File, OpenOptions, Permissions};
+use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// An image, and one command of each kind that prints.
+fn printing(dir: &Path) -> Vec<Vec<String>> {
+    let image = dir.join("a.exr");
+    let small = ["--resolution", "4x4", "--samples", "1"];
+    let render = ["render", "floating-quad", "-o", path(&image)];
+    assert!(linelit(&[&render[..], &small].concat()).status.success());
+    let study = dir.join("study");
+    let commands: Vec<Vec<&str>> = vec![
+        vec!["--help"],
+        vec!["render", "--help"],
+        vec!["--version"],
+        vec!["info", "floating-quad"],
+        vec!["info", "floating-quad", "--json"],
+        [&render[..], &small, &["--json"]].concat(),
+        [&render[..], &small, &["--explain"]].concat(),
+        vec!["compare", path(&image), path(&image)],
+        vec!["compare", path(&image), path(&image), "--json"],
+        small_study("floating-quad", &study),
+        [&small_study("floating-quad", &study)[..], &["--json"]].concat(),
+    ];
+    let own = |words: Vec<&str>| words.into_iter().map(str::to_owned).collect();
+    commands.into_iter().map(own).collect()
+}
+
+#[test]
+fn a_closed_pipe_ends_the_program_without_a_word() {
+    let dir = folder("closed");
+    for arguments in printing(&dir) {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = Command::new(PROGRAM)
+            .args(&arguments)
+            .stdout(writer)
+            .output()
+            .unwrap();
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(141), "{arguments:?}: {said}");
+        assert!(said.is_empty(), "{arguments:?}: {said}");
+    }
+    fs::remove_dir_all(dir).unwrap();
+}
+
+/// `/dev/full`, whose disk is always full.
+fn full() -> Option<File> {
+    let file = OpenOptions::new().write(true).open("/dev/full").ok();
+    if file.is_none() {
+        println!("not tried: there is no /dev/full here");
+    }
+    file
+}
+
+#[test]
+fn a_full_disk_behind_standard_output_is_an_error() {
+    let dir = folder("full");
+    for arguments in printing(&dir) {
+        let Some(full) = full() else { break };
+        let output = Command::new(PROGRAM)
+            .args(&arguments)
+            .stdout(full)
+            .output()
+            .unwrap();
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        assert!(
+            said.starts_with("error: cannot write to standard output: "),
+            "{arguments:?}: {said}"
+        );
+    }
+    fs::remove_dir_all(dir).unwrap();
+}
+
+/// Nobody hears the error, and the status still tells it.
+#[test]
+fn without_standard_error_the_status_is_the_same() {
+    let broken = ["info", "no-such-scene"];
+    let wrong = ["rendr"];
+    for (arguments, status) in [(&broken[..], 1), (&wrong, 2)] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = Command::new(PROGRAM);
+        let ended = command.args(arguments).stderr(writer).status().unwrap();
+        assert_eq!(ended.code(), Some(status));
+        let Some(full) = full() else { continue };
+        let mut command = Command::new(PROGRAM);
+        let ended = command.args(arguments).stderr(full).status().unwrap();
+        assert_eq!(ended.code(), Some(status));
+    }
+}
+
+/// Arguments that would take hours, should the output's place be tried after the work.
+fn long_render(image: &Path) -> Vec<&str> {
+    let mut arguments = vec!["render", "colonnade-small", "-o", path(image)];
+    arguments.extend(["--samples", "65536", "--resolution", "1024x1024"]);
+    arguments
+}
+
+#[test]
+fn where_nothing_can_be_written_nothing_is_begun() {
+    let dir = folder("places");
+    let file = dir.join("file");
+    fs::write(&file, "kept").unwrap();
+    let closed = dir.join("closed");
+    fs::create_dir(&closed).unwrap();
+    fs::set_permissions(&closed, Permissions::from_mode(0o555)).unwrap();
+    let mut places = vec![file.join("a"), Path::new("/proc/linelit").join("a")];
+    if File::create(closed.join("probe")).is_err() {
+        places.push(closed.join("a"));
+    } else {
+        println!("a folder without the right to write was not tried: root writes there, too");
+        fs::remove_file(closed.join("probe")).unwrap();
+    }
+    for place in places {
+        let image = place.with_extension("exr");
+        let scene = place.with_extension("pbrt");
+        let mut study = small_study("cornell-box", &place);
+        study.extend([
+            "--samples",
+            "65536",
+            "--trials",
+            "1000",
+            "--pixels",
+            "512x512",
+        ]);
+        let convert = vec!["convert", "cornell-box", "-o", path(&scene)];
+        let twice = study.iter().position(|a| *a == "--samples").unwrap();
+        study.drain(twice..twice + 6);
+        for arguments in [long_render(&image), convert, study] {
+            let output = linelit(&arguments);
+            let said = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+            assert!(said.starts_with("error: "), "{said}");
+            assert!(said.contains(path(place.parent().unwrap())), "{said}");
+        }
+    }
+    assert_eq!(fs::read(&file).unwrap(), b"kept");
+    assert_eq!(names(&dir), ["closed", "file"]);
+    assert!(names(&closed).is_empty());
+    fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn a_link_is_followed_and_a_read_only_file_kept() {
+    let dir = folder("links");
+    let (link, real) = (dir.join("link.exr"), dir.join("real"));
+    symlink("real", &link).unwrap();
+    let render = [
+        "render",
+        "floating-quad",
+        "-o",
+        path(&link),
+        "--resolution",
+        "4x4",
+    ];
+    assert!(linelit(&render).status.success());
+    assert!(link.is_symlink() && fs::metadata(&real).unwrap().len() > 0);
+
+    let text_link = dir.join("link.pbrt");
+    symlink("real", &text_link).unwrap();
+    let convert = ["convert", "floating-quad", "-o", path(&text_link)];
+    assert!(linelit(&convert).status.success());
+    assert!(text_link.is_symlink());
+    assert!(fs::read_to_string(&real).unwrap().contains("WorldBegin"));
+
+    let kept = dir.join("kept.exr");
+    fs::write(&kept, "precious").unwrap();
+    fs::set_permissions(&kept, Permissions::from_mode(0o444)).unwrap();
+    let device = dir.join("device.exr");
+    symlink("/dev/null", &device).unwrap();
+    for (place, why) in [(&kept, "read-only"), (&device, "not a regular file")] {
+        let output = linelit(&long_render(place));
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(why), "{said}");
+    }
+    assert_eq!(fs::read(&kept).unwrap(), b"precious");
+    assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    fs::remove_dir_all(dir).unwrap();
+}
+
+/// The program below limits of the shell.
+fn limited(limits: &str, arguments: &[&str]) -> Output {
+    Command::new("sh")
+        .args(["-c", &format!("{limits}; exec \"$0\" \"$@\""), PROGRAM])
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+/// A file beyond the limit is cut off as on a full disk: the signal is ignored, writing fails.
+#[test]
+fn a_disk_that_fills_up_leaves_what_was_there() {
+    let dir = folder("filled");
+    let (image, scene, study) = (dir.join("a.exr"), dir.join("a.pbrt"), dir.join("study"));
+    let render = [
+        "render",
+        "cornell-box",
+        "-o",
+        path(&image),
+        "--samples",
+        "1",
+    ];
+    let render = [&render[..], &["--resolution", "96x96"]].concat();
+    let convert = vec!["convert", "triangle-soup-small", "-o", path(&scene)];
+    let converge = small_study("cornell-box", &study);
+    for before in [false, true] {
+        for arguments in [&render, &convert, &converge] {
+            let kept = |p: &Path| fs::read(p).ok();
+            let old = [&image, &scene, &study.join("report.html")].map(|p| kept(p));
+            assert_eq!(old.iter().all(Option::is_some), before, "{arguments:?}");
+            let output = limited("trap '' XFSZ; ulimit -f 4", arguments);
+            let said = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+            assert!(said.contains("cannot write"), "{said}");
+            let new = [&image, &scene, &study.join("report.html")].map(|p| kept(p));
+            assert!(old == new, "{arguments:?}");
+        }
+        let temporary = |n: &String| n.ends_with(".tmp");
+        assert!(!names(&dir).iter().any(temporary), "{:?}", names(&dir));
+        if study.is_dir() {
+            let left = names(&study);
+            assert!(!left.iter().any(temporary), "{left:?}");
+            assert!(!left.contains(&".linelit-lock".to_owned()), "{left:?}");
+        }
+        for arguments in [&render, &convert, &converge] {
+            assert!(linelit(arguments).status.success());
+        }
+    }
+    fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn what_does_not_fit_into_memory_is_refused_with_numbers() {
+    let dir = folder("memory");
+    let image = dir.join("a.exr");
+    let render = [
+        "render",
+        "floating-quad",
+        "-o",
+        path(&image),
+        "--resolution",
+    ];
+    let study = dir.join("study");
+    let trials = [
+        "converge",
+        "cornell-box",
+        "--samples",
+        "1,2",
+        "--trials",
+        "4294967295",
+    ];
+    for (output, what) in [
+        (
+            limited(
+                "ulimit -v 300000",
+                &[&render[..], &["8192x8192", "--threads", "2"]].concat(),
+            ),
+            "a picture of 8192 x 8192 pixels takes 1.5 GiB",
+        ),
+        (
+            linelit(&[&trials[..], &["--pixels", "1x1", "--out", path(&study)]].concat()),
+            "trials of each takes ",
+        ),
+    ] {
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(
+            said.contains(what) && said.contains(" are available"),
+            "{said}"
+        );
+    }
+    assert!(names(&dir).is_empty());
+    fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn a_file_without_lights_is_lit_for_studies_too() {
+    let dir = folder("unlit");
+    let (file, empty) = (dir.join("dark.obj"), dir.join("empty.pbrt"));
+    fs::write(
+        &file,
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n",
+    )
+    .unwrap();
+    fs::write(&empty, "WorldBegin\n").unwrap();
+    let out = dir.join("out");
+    let output = linelit(&[&small_study(path(&file), &out)[..], &["--json"]].concat());
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("has no lights: it is lit by"), "{said}");
+    let study: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = study["rows"].as_array().unwrap();
+    assert!(rows.iter().any(|r| r["mse"].as_f64().unwrap() > 0.0));
+
+    let output = linelit(&small_study(path(&empty), &out));
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("has no lights"));
+    fs::remove_dir_all(dir).unwrap();
+}

@@ -1,0 +1,254 @@
+//! Small scenes and statistics that the tests share.
+
+pub(crate) mod oracle;
+
+use linelit_formats::LoadOptions;
+use linelit_geometry::DVec3;
+use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
+use linelit_lights::Light;
+use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
+use linelit_testkit::{chi2::sidak, ztest::critical_z};
+
+/// A floor seen from above, a square light over it, and whatever `occluders` says.
+pub(crate) fn room(light: &str, occluders: &str) -> Scene {
+    load(&room_text(light, occluders))
+}
+
+/// The text of that scene.
+pub(crate) fn room_text(light: &str, occluders: &str) -> String {
+    format!(
+        r#"
+LookAt 0 -0.5 5  0 0 0  0 1 0
+Camera "perspective" "float fov" [ 40 ]
+Film "image" "integer xresolution" [ 16 ] "integer yresolution" [ 16 ]
+WorldBegin
+{MATTE}
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -3 -3 0  3 -3 0  3 3 0  -3 3 0 ]
+{occluders}
+AttributeBegin
+Material "matte" "rgb Kd" [ 0 0 0 ]
+AreaLightSource "diffuse" "rgb L" [ 8 6 4 ]
+{light}
+AttributeEnd
+WorldEnd
+"#
+    )
+}
+
+/// A scene from pbrt text.
+pub(crate) fn load(text: &str) -> Scene {
+    linelit_formats::from_pbrt_str(text, "test.pbrt", &LoadOptions::default())
+        .expect("the test scene is valid")
+        .scene
+}
+
+/// A square light of side 1 above the floor, facing down.
+pub(crate) const SQUARE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+"point P" [ -0.5 -0.5 2  -0.5 0.5 2  0.5 0.5 2  0.5 -0.5 2 ]"#;
+
+/// A triangular light, tilted.
+pub(crate) const TRIANGLE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 ]
+"point P" [ -0.8 -0.5 2  0.1 0.9 1.6  0.7 -0.4 2.2 ]"#;
+
+/// Occluders of several kinds: a tilted triangle, a slat, and one that touches the floor.
+pub(crate) const CLUTTER: &str = r#"
+Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -0.6 -0.3 0.9  0.5 -0.2 1.1  0.1 0.6 0.8 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 0.2 1.3  1 0.25 1.3  1 0.35 1.3  -1 0.3 1.3 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 0.8 0.3 0  1.0 0.9 0  0.9 0.6 1.2 ]
+"#;
+
+/// A square light that goes through the floor.
+pub(crate) const THROUGH_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+"point P" [ -1.5 -1 -0.5  -1.5 1 -0.5  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
+
+/// A light that stands on the floor.
+pub(crate) const ON_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+"point P" [ -1.5 -1 0  -1.5 1 0  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
+
+/// A quad whose edges run as the square light's, and a sphere.
+pub(crate) const QUAD_AND_SPHERE: &str = r#"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 -0.5 1  0.2 -0.5 1  0.2 0.1 1  -0.5 0.1 1 ]
+AttributeBegin
+Translate 0.5 0.4 0.9
+Shape "sphere" "float radius" [ 0.3 ]
+AttributeEnd"#;
+
+/// An occluder that touches the square light, along one direction of lines.
+pub(crate) const TOUCHING: &str = r#"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 0 2  0.5 0 2  0.5 0 1.4  -0.5 0 1.4 ]"#;
+
+/// A floor of the Phong model.
+pub(crate) const PHONG: &str = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
+
+/// A floor of microfacets of a roughness.
+pub(crate) fn microfacets(alpha: f64) -> String {
+    format!(
+        r#"Material "plastic" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float roughness" [ {alpha} ] "bool remaproughness" [ "false" ]"#
+    )
+}
+
+/// The room with another floor, a square light and clutter.
+pub(crate) fn room_with_floor(floor: &str) -> Scene {
+    load(&room_text(SQUARE, CLUTTER).replace(MATTE, floor))
+}
+
+/// The floor of the room.
+pub(crate) const MATTE: &str = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
+
+/// Combinations of all techniques, heuristics and options.
+pub(crate) const MIXES: [&str; 33] = [
+    "line-warped[orientation=fixed:0]",
+    "line-warped+point-bsdf",
+    "line-solid-angle",
+    "line-solid-angle[pieces=one]",
+    "line-solid-angle[orientation=fixed:0]",
+    "line-projected",
+    "line-projected[orientation=fixed:0.3,pieces=one]",
+    "line-area[pieces=each,orientation=fixed:0.5]+line-area[orientation=fixed:0,mis=average]",
+    "line-area[orientation=fixed:0]+line-area[orientation=fixed:0.5]",
+    "line-solid-angle[orientation=fixed:0]:3+line-solid-angle[orientation=fixed:0.5]",
+    "line-solid-angle[orientation=spread:4]",
+    "line-projected[orientation=spread:3,pieces=one]",
+    "line-solid-angle+point-bsdf",
+    "line-solid-angle:3+point-bsdf",
+    "line-solid-angle+point-bsdf:3[mis=power]",
+    "line-solid-angle+point-bsdf[mis=smooth]",
+    "line-solid-angle[pieces=one]+point-bsdf[mis=smooth-fixed]",
+    "line-solid-angle[orientation=fixed:0]+line-solid-angle[orientation=fixed:0.5]+point-bsdf[mis=smooth]",
+    "line-area+point-area[mis=maximum]",
+    "line-area+point-solid-angle[mis=average]",
+    "point-area+point-bsdf",
+    "point-solid-angle+point-bsdf[mis=power]",
+    "point-area+point-solid-angle+point-bsdf",
+    "line-projected+line-area+point-solid-angle+point-bsdf[mis=smooth]",
+    "line-solid-angle+point-bsdf[mis=optimal]",
+    "line-area[orientation=fixed:0]+line-area[orientation=fixed:0.5,mis=optimal]",
+    "point-area+point-solid-angle+point-bsdf[mis=optimal]",
+    "line-warped:2+point-area+point-bsdf[mis=clamped-optimal]",
+    "line-analytic+point-bsdf",
+    "hybrid:2+point-bsdf",
+    "line-area[points=4]+point-bsdf:3[mis=unoccluded]",
+    "line-solid-angle[pieces=one,points=3]+point-area[mis=power]",
+    "line-projected[orientation=spread:2]+point-solid-angle[mis=unoccluded]",
+];
+
+/// The shading points of all pixels.
+pub(crate) fn points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
+    let mut workspace = Workspace::new();
+    let film = &renderer.scene().film;
+    let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| [x, y]));
+    pixels
+        .filter_map(|p| renderer.shading_point(p, &mut workspace).map(|s| (p, s)))
+        .collect()
+}
+
+/// Mean and its standard error over independent trials, by channel.
+pub(crate) fn trials(
+    renderer: &Renderer<'_>,
+    settings: &Settings,
+    (pixel, point): &([u32; 2], ShadingPoint),
+    count: u32,
+) -> (DVec3, DVec3) {
+    let mut workspace = Workspace::new();
+    let estimate = |trial: u32| {
+        let settings = Settings {
+            seed: settings.seed + u64::from(trial),
+            ..*settings
+        };
+        renderer.direct(&settings, point, *pixel, 0, &mut workspace)
+    };
+    let values: Vec<DVec3> = (0..count).map(estimate).collect();
+    let n = f64::from(count);
+    let mean = values.iter().copied().sum::<DVec3>() / n;
+    let square: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();
+    (mean, (square / (n * (n - 1.0))).map(f64::sqrt))
+}
+
+/// One estimator to be held to solid-angle points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Case {
+    /// Its text form.
+    pub name: &'static str,
+    /// Samples of each trial.
+    pub samples: u32,
+    /// Whether what cannot matter is skipped.
+    pub skip: bool,
+}
+
+/// Settings with independent samples.
+pub(crate) fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
+    Settings {
+        estimator: estimator.parse::<Estimator>().unwrap(),
+        sampler: SamplerKind::Independent,
+        samples,
+        seed,
+        ..Settings::default()
+    }
+}
+
+const TRIALS: u32 = 64;
+
+/// A z test of each estimator against solid-angle points at each pixel.
+pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
+    let renderer = Renderer::new(scene);
+    let all = clear_of_the_light(&renderer);
+    assert!(all.len() > 60, "the camera sees {} pixels", all.len());
+    // Sidak over every comparison of this scene: alpha is that of the whole test.
+    let z = critical_z(sidak(0.01, all.len() * 3 * cases.len()));
+    let base = settings("point-solid-angle", 256, 1_000_000);
+    let truth: Vec<(DVec3, DVec3)> = all
+        .iter()
+        .map(|point| trials(&renderer, &base, point, TRIALS))
+        .collect();
+    let brightest = truth.iter().map(|r| r.0.x).fold(0.0, f64::max);
+    let lit = truth.iter().filter(|r| r.0 != DVec3::ZERO).count();
+    assert!(lit > 30, "only {lit} pixels are lit");
+    for (k, case) in cases.iter().enumerate() {
+        for (point, reference) in all.iter().zip(&truth) {
+            // A direction from the BSDF meets the light rarely: only where the light is no dimmer
+            // than a twentieth of the brightest do 64 x 512 of them make a normal sum.
+            if case.name == "point-bsdf" && reference.0.x < 0.05 * brightest {
+                continue;
+            }
+            let settings = Settings {
+                skip: case.skip,
+                ..settings(case.name, case.samples, 10_000 * (k as u64 + 1))
+            };
+            let got = trials(&renderer, &settings, point, TRIALS);
+            compare(case.name, point.0, got, *reference, z);
+        }
+    }
+}
+
+/// The shading points of a chequerboard but those beside the light: there the density of an area technique is
+/// unbounded, and what few samples give is not yet normally distributed.
+pub(crate) fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
+    let Light::Area(area) = &*renderer.scene().lights[0].light else {
+        panic!("an area light")
+    };
+    let height = |x: DVec3| area.polygon.normal().dot(x - area.polygon.vertices()[0]);
+    let mut all = points(renderer);
+    all.retain(|(pixel, point)| {
+        let checked = (pixel[0] + pixel[1]) % 2 == 0;
+        checked && height(point.position).abs() > 0.5
+    });
+    all
+}
+
+fn compare(name: &str, pixel: [u32; 2], got: (DVec3, DVec3), want: (DVec3, DVec3), z: f64) {
+    for c in 0..3 {
+        let error = got.1[c].hypot(want.1[c]);
+        // Zero variance on both sides happens where nothing is hidden or all is; then sums of a
+        // few terms differ by rounding.
+        let rounding = 64.0 * f64::EPSILON * want.0[c];
+        assert!(
+            (got.0[c] - want.0[c]).abs() <= z * error + rounding,
+            "{name} at {pixel:?}: {} +- {}, points {} +- {}",
+            got.0[c],
+            got.1[c],
+            want.0[c],
+            want.1[c]
+        );
+    }
+}

@@ -1,0 +1,215 @@
+//! Linear lights: every technique gives the light of quadrature, with weight one and nothing lost.
+
+use crate::common::{CLUTTER, load, points, room, room_text, trials};
+use linelit_bsdf::Reflection;
+use linelit_geometry::{DVec3, Segment};
+use linelit_integrator::{Estimator, Renderer, Settings, Workspace};
+use linelit_lights::Light;
+use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
+use linelit_testkit::quadrature::gauss_kronrod;
+use linelit_testkit::{chi2::sidak, ztest::critical_z};
+
+/// A line above the floor, and one that dips below it.
+const LINES: [&str; 2] = [
+    r#"Shape "line" "point3 p0" [ -0.7 -0.3 1.2 ] "point3 p1" [ 0.8 0.4 1.5 ]"#,
+    r#"Shape "line" "point3 p0" [ -0.9 0.2 -0.4 ] "point3 p1" [ 0.7 -0.1 1.1 ]"#,
+];
+
+const TECHNIQUES: [&str; 11] = [
+    "point-linear[technique=area]",
+    "point-linear[technique=solid-angle]",
+    "point-linear[technique=clipped-solid-angle]",
+    "point-linear[technique=linear-cosine]",
+    "point-linear[technique=quadratic-cosine]",
+    "point-linear[technique=newton-bisection]",
+    "point-linear",
+    "point-area",
+    "point-solid-angle",
+    "point-projected-solid-angle",
+    "point-bsdf",
+];
+
+const WEIGHTED: [&str; 4] = [
+    "point-linear[technique=ltc,mis=balance]",
+    "point-linear[technique=ltc,mis=weighted-balance]",
+    "point-linear[technique=ltc,mis=optimal]",
+    "point-linear[technique=ltc]",
+];
+
+fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
+    Settings {
+        estimator: estimator.parse::<Estimator>().unwrap(),
+        sampler: SamplerKind::Independent,
+        samples,
+        seed,
+        ..Settings::default()
+    }
+}
+
+fn phong(text: &str) -> Scene {
+    let floor = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
+    load(&text.replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, floor))
+}
+
+/// The line and its radiance × radius.
+fn light(scene: &Scene) -> (Segment, DVec3) {
+    match &*scene.lights[0].light {
+        Light::Linear(line) => (line.segment, line.radiance_radius),
+        other => panic!("a linear light, not {other:?}"),
+    }
+}
+
+/// ∫ f_r cos θ 2h/r³ dt by Gauss-Kronrod on the line, cut at the horizon: none of the code under
+/// test but the BSDF.
+fn quadrature(scene: &Scene, point: &linelit_integrator::ShadingPoint, channel: usize) -> f64 {
+    let (line, strength) = light(scene);
+    let (x, n) = (point.position, point.normal);
+    let value = |t: f64| {
+        let d = line.at(t) - x;
+        let r = d.length();
+        let w = d / r;
+        let width = 2.0 * line.vector().cross(w).length() / (r * r);
+        let f = point.bsdf.eval(w, point.outgoing, n)[channel];
+        f * n.dot(w).max(0.0) * width
+    };
+    let (a, b) = (n.dot(line.p0 - x), n.dot(line.p1 - x));
+    let crossing = a / (a - b);
+    let cuts = if a * b < 0.0 {
+        vec![0.0, crossing, 1.0]
+    } else {
+        vec![0.0, 1.0]
+    };
+    let sum: f64 = cuts
+        .windows(2)
+        .map(|c| gauss_kronrod(value, c[0], c[1], 1e-10).value)
+        .sum();
+    sum * strength[channel]
+}
+
+/// A z test of each estimator at each pixel against `truth`, at α = 0.01 for the whole of it.
+fn hold(scene: &Scene, names: &[&str], truth: impl Fn(&Renderer<'_>, usize) -> DVec3) {
+    let renderer = Renderer::new(scene);
+    let all = points(&renderer);
+    assert!(all.len() > 100);
+    let (line, _) = light(scene);
+    let z = critical_z(sidak(0.01, all.len() * 3 * names.len()));
+    let mut lit = 0;
+    for (index, point) in all.iter().enumerate() {
+        // Near the line a single sample by area has hundreds of times the mean: 1024 of them are
+        // not yet normally distributed there.
+        let to_line = point.1.position - line.p0;
+        let along = to_line.dot(line.direction()).clamp(0.0, line.length());
+        if (to_line - line.direction() * along).length() < 0.4 {
+            continue;
+        }
+        let want = truth(&renderer, index);
+        lit += u32::from(want != DVec3::ZERO);
+        for (k, name) in names.iter().enumerate() {
+            let base = settings(name, 32, 10_000 * (k as u64 + 1));
+            let got = trials(&renderer, &base, point, 32);
+            for c in 0..3 {
+                let difference = (got.0[c] - want[c]).abs();
+                // 1e-9: quadrature; positions in f32 are the same on both sides.
+                assert!(
+                    difference <= z * got.1[c] + 1e-9 * want[c],
+                    "{name} at {:?}: {} +- {}, want {}",
+                    point.0,
+                    got.0[c],
+                    got.1[c],
+                    want[c]
+                );
+            }
+        }
+    }
+    assert!(lit > 50, "only {lit} pixels are lit");
+}
+
+fn by_quadrature(scene: &Scene, names: &[&str]) {
+    hold(scene, names, |renderer, index| {
+        let (_, point) = &points(renderer)[index];
+        DVec3::from_array([0, 1, 2].map(|c| quadrature(scene, point, c)))
+    });
+}
+
+/// Furnace-like: a BSDF-sampling estimator never meets the line and must not lose its light.
+#[test]
+fn no_energy_is_lost() {
+    for line in LINES {
+        by_quadrature(&room(line, ""), &TECHNIQUES);
+    }
+}
+
+#[test]
+fn glossy_light_too() {
+    for line in LINES {
+        let scene = phong(&room_text(line, ""));
+        by_quadrature(&scene, &TECHNIQUES[6..]);
+        by_quadrature(&scene, &WEIGHTED);
+    }
+}
+
+/// Behind clutter: the closed form over the visible parts is the truth.
+#[test]
+fn shadows_are_the_same() {
+    let exact = |renderer: &Renderer<'_>, index: usize| {
+        let (pixel, point) = &points(renderer)[index];
+        let mut workspace = Workspace::new();
+        renderer.direct(
+            &settings("line-analytic", 1, 0),
+            point,
+            *pixel,
+            0,
+            &mut workspace,
+        )
+    };
+    let flat = room(LINES[0], CLUTTER);
+    hold(&flat, &TECHNIQUES, exact);
+    let glossy = phong(&room_text(LINES[0], CLUTTER));
+    hold(&glossy, &WEIGHTED, exact);
+}
+
+/// Where nothing is hidden, one sample is the answer: backward error and rounding, nothing else.
+#[test]
+fn projected_solid_angle_has_no_variance() {
+    for line in LINES {
+        let scene = room(line, "");
+        let renderer = Renderer::new(&scene);
+        let mut workspace = Workspace::new();
+        for (pixel, point) in points(&renderer) {
+            let want = quadrature(&scene, &point, 0);
+            for seed in 0..8 {
+                let s = settings("point-linear", 1, seed);
+                let got = renderer.direct(&s, &point, pixel, 0, &mut workspace).x;
+                // The estimate is L f ∫ cos / cos × cos of the sample: its cosine is recomputed from
+                // the direction, which loses ε/cos where the light grazes.
+                assert!((got - want).abs() <= 1e-9 * want, "{pixel:?} {got} {want}");
+            }
+        }
+    }
+}
+
+/// The weighted balance heuristic knows the answer where nothing is hidden and the lobe is perfect;
+/// with the LTC in the lobe's place it still is far better than either technique.
+#[test]
+fn the_pair_beats_its_members_on_gloss() {
+    let scene = phong(&room_text(LINES[0], ""));
+    let renderer = Renderer::new(&scene);
+    let variance = |name: &str, samples: u32| {
+        let spread = |p: &_| {
+            trials(&renderer, &settings(name, samples, 5), p, 64)
+                .1
+                .x
+                .powi(2)
+        };
+        points(&renderer).iter().map(spread).sum::<f64>()
+    };
+    // Two samples of the one against one of each.
+    let flat = variance("point-linear", 2);
+    let pair = variance("point-linear[technique=ltc]", 1);
+    let clipped = variance("point-linear[technique=clipped-solid-angle]", 2);
+    assert!(
+        pair < 0.5 * flat && pair < 0.5 * clipped,
+        "{pair} {flat} {clipped}"
+    );
+}

@@ -1,0 +1,16 @@
+//! Pictures of small scenes, one estimator held to another.
+
+mod agreement;
+mod common;
+mod corners;
+mod exact;
+mod footprints;
+mod linear;
+mod materials;
+mod means;
+mod mixes;
+mod orders;
+mod own_renderer;
+mod responses;
+mod selection;
+mod textures;

@@ -1,0 +1,254 @@
+//! One light at a time, and spheres as they are.
+
+use crate::common::{CLUTTER, SQUARE, TRIANGLE, points, room, trials};
+use linelit_bsdf::Reflection;
+use linelit_geometry::DVec3;
+use linelit_integrator::{
+    Estimator, LightChoice, Renderer, Settings, ShadingPoint, Spheres, Workspace,
+};
+use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
+use linelit_testkit::{chi2::sidak, ztest::critical_z};
+use std::f64::consts::PI;
+
+const SPHERE: &str = r#"AttributeBegin
+Translate 0.4 0.2 1.6
+Shape "sphere" "float radius" [ 0.3 ]
+AttributeEnd"#;
+
+fn settings(estimator: &str) -> Settings {
+    Settings {
+        estimator: estimator.parse::<Estimator>().unwrap(),
+        sampler: SamplerKind::Independent,
+        samples: 32,
+        ..Settings::default()
+    }
+}
+
+/// The pixels that see something to light: the lights themselves are black.
+fn lit_points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
+    let mut all = points(renderer);
+    all.retain(|(_, point)| !point.bsdf.is_black());
+    all
+}
+
+/// z tests of settings against others at every third pixel, α = 0.01 for all of them, with this many
+/// trials each: choosing lights makes skew estimates, whose mean needs a few hundred to be normal.
+fn agree(scene: &Scene, reference: Settings, all: &[(Settings, u32)]) {
+    let renderer = Renderer::new(scene);
+    let pixels: Vec<_> = lit_points(&renderer).into_iter().step_by(3).collect();
+    let z = critical_z(sidak(0.01, pixels.len() * all.len()));
+    let truth = |point: &_| {
+        let seed = 1 << 32;
+        trials(&renderer, &Settings { seed, ..reference }, point, 64)
+    };
+    let want: Vec<_> = pixels.iter().map(truth).collect();
+    let brightest = want.iter().map(|w| w.0.x).fold(0.0, f64::max);
+    let mut lit = 0;
+    for (point, want) in pixels.iter().zip(&want) {
+        // In the dark what is left of the light is met too seldom for a normal sum.
+        if want.0.x < 0.03 * brightest {
+            continue;
+        }
+        lit += 1;
+        for (k, (settings, count)) in all.iter().enumerate() {
+            let seed = 1000 * (k as u64 + 1);
+            let got = trials(&renderer, &Settings { seed, ..*settings }, point, *count);
+            let error = got.1.x.hypot(want.1.x);
+            let difference = (got.0.x - want.0.x).abs();
+            // Rounding, where neither has variance.
+            let rounding = 256.0 * f64::EPSILON * want.0.x;
+            assert!(
+                difference <= z * error + rounding,
+                "{settings:?} at {:?}: {} +- {}, want {} +- {}",
+                point.0,
+                got.0.x,
+                got.1.x,
+                want.0.x,
+                want.1.x
+            );
+        }
+    }
+    assert!(lit > 15, "only {lit} pixels are lit");
+}
+
+/// A square, a triangle, a line and a sphere of facets.
+fn many() -> Scene {
+    let line = r#"Shape "line" "point3 p0" [ -1.2 0.9 1.1 ] "point3 p1" [ -0.4 1.0 1.6 ]"#;
+    room(&[SQUARE, TRIANGLE, line, SPHERE].concat(), CLUTTER)
+}
+
+#[test]
+fn every_choice_of_lights_gives_the_same_light() {
+    let scene = many();
+    for estimator in ["point-solid-angle", "line-analytic"] {
+        let base = settings(estimator);
+        let choices = [
+            (LightChoice::Power, 64),
+            (LightChoice::Uniform, 256),
+            (LightChoice::Estimate, 16),
+            (LightChoice::Tree, 16),
+            (LightChoice::Exact, 16),
+        ];
+        let all = choices.map(|(lights, samples)| {
+            let settings = Settings {
+                lights,
+                samples,
+                ..base
+            };
+            (settings, 256)
+        });
+        agree(&scene, base, &all);
+    }
+}
+
+#[test]
+fn spheres_by_every_density() {
+    let scene = room(SPHERE, CLUTTER);
+    let exact = |estimator: &str| Settings {
+        spheres: Spheres::Exact,
+        ..settings(estimator)
+    };
+    let bsdf = Settings {
+        samples: 256,
+        ..exact("point-bsdf")
+    };
+    let all = [
+        (exact("point-area"), 128),
+        (exact("point-visible-area"), 64),
+        (exact("point-projected-solid-angle"), 64),
+        (exact("line-analytic"), 64),
+        (bsdf, 256),
+    ];
+    agree(&scene, exact("point-solid-angle"), &all);
+}
+
+/// Above the horizon and unhidden, a sphere gives π L (R/d)² cos θ.
+#[test]
+fn a_sphere_is_lamberts() {
+    let scene = room(SPHERE, "");
+    let renderer = Renderer::new(&scene);
+    let sphere = &scene.spheres[0];
+    let mut workspace = Workspace::new();
+    for (pixel, point) in lit_points(&renderer) {
+        let to = sphere.center - point.position;
+        let want = 8.0 * (0.7 / PI) * PI * sphere.radius.powi(2) * to.z / to.length().powi(3);
+        let base = Settings {
+            spheres: Spheres::Exact,
+            sampler: SamplerKind::Sobol,
+            samples: 4096,
+            ..settings("point-solid-angle")
+        };
+        let got = renderer.direct(&base, &point, pixel, 0, &mut workspace).x;
+        // A smooth integrand over a net of 4096 points: (log N)/N is 2e-3 of its variation, which is
+        // some 0.3 of the mean here; Kd and L are f32.
+        assert!((got - want).abs() < 6e-4 * want, "{pixel:?} {got} {want}");
+        // By projected solid angle one point is the answer, to the rounding of f32.
+        let one = Settings {
+            spheres: Spheres::Exact,
+            samples: 1,
+            ..settings("point-projected-solid-angle")
+        };
+        let got = renderer.direct(&one, &point, pixel, 0, &mut workspace).x;
+        assert!((got - want).abs() < 1e-6 * want, "{pixel:?} {got} {want}");
+    }
+}
+
+/// The facets are inscribed: a little darker, by no more than their bulge.
+#[test]
+fn facets_are_nearly_the_sphere() {
+    let scene = room(SPHERE, "");
+    let renderer = Renderer::new(&scene);
+    let mut workspace = Workspace::new();
+    let base = Settings {
+        sampler: SamplerKind::Sobol,
+        samples: 256,
+        ..settings("point-solid-angle")
+    };
+    let exact = Settings {
+        spheres: Spheres::Exact,
+        ..base
+    };
+    for (pixel, point) in lit_points(&renderer) {
+        let a = renderer.direct(&base, &point, pixel, 0, &mut workspace).x;
+        let b = renderer.direct(&exact, &point, pixel, 0, &mut workspace).x;
+        // 24 steps around bulge by 0.9 % of the radius; the outline loses at most twice that.
+        assert!(a < 1.005 * b && a > 0.97 * b, "{pixel:?} {a} {b}");
+    }
+}
+
+#[test]
+fn the_same_bits_each_time() {
+    let scene = many();
+    let renderer = Renderer::new(&scene);
+    let (mut one, mut two) = (Workspace::new(), Workspace::new());
+    for lights in [LightChoice::Estimate, LightChoice::Tree, LightChoice::Power] {
+        let s = Settings {
+            lights,
+            ..settings("point-area")
+        };
+        for (pixel, point) in lit_points(&renderer) {
+            let a = renderer.direct(&s, &point, pixel, 0, &mut one);
+            let b = Renderer::new(&scene).direct(&s, &point, pixel, 0, &mut two);
+            assert_eq!(
+                a.to_array().map(f64::to_bits),
+                b.to_array().map(f64::to_bits)
+            );
+            two = Workspace::new();
+            if pixel[1] > 2 {
+                break;
+            }
+        }
+    }
+}
+
+#[test]
+fn names_round_trip() {
+    for name in [
+        "all",
+        "one:uniform",
+        "one:power",
+        "one:estimate",
+        "one:exact",
+        "one:centre",
+        "tree",
+    ] {
+        assert_eq!(name.parse::<LightChoice>().unwrap().to_string(), name);
+    }
+    let error = "one".parse::<LightChoice>().unwrap_err();
+    assert!(error.contains("one:estimate"), "{error}");
+    assert_eq!("exact".parse::<Spheres>().unwrap().to_string(), "exact");
+    assert!("round".parse::<Spheres>().unwrap_err().contains("facets"));
+}
+
+/// A light with an estimator of its own sends what it sends by that estimator alone.
+#[test]
+fn lights_have_estimators_of_their_own() {
+    let two = format!("{SQUARE}\n{TRIANGLE}");
+    let scene = room(&two, CLUTTER);
+    assert_eq!(scene.lights.len(), 2);
+    let mut renderer = Renderer::new(&scene);
+    let all = points(&renderer);
+    let (lines, rays) = (settings("line-area"), settings("point-area"));
+    let mut workspace = Workspace::new();
+    let mut light = |renderer: &Renderer<'_>, settings: &Settings| -> Vec<DVec3> {
+        let direct = |(pixel, point): &([u32; 2], ShadingPoint)| {
+            renderer.direct(settings, point, *pixel, 0, &mut workspace)
+        };
+        all.iter().map(direct).collect()
+    };
+    let (by_lines, by_rays) = (light(&renderer, &lines), light(&renderer, &rays));
+    renderer.set_light_estimator(1, Some(rays.estimator));
+    let mixed = light(&renderer, &lines);
+    renderer.set_light_estimator(0, Some(rays.estimator));
+    renderer.set_light_estimator(1, None);
+    let other = light(&renderer, &lines);
+    assert!(mixed.iter().zip(&by_lines).any(|(a, b)| a != b));
+    for k in 0..mixed.len() {
+        // Each light's part appears once on both sides; sums of two are rounded by an ε.
+        let (one, both) = (mixed[k] + other[k], by_lines[k] + by_rays[k]);
+        assert!((one - both).abs().max_element() <= 4.0 * f64::EPSILON * both.max_element());
+    }
+    renderer.set_light_estimator(0, None);
+    assert_eq!(light(&renderer, &lines), by_lines);
+}

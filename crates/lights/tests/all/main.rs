@@ -1,0 +1,19 @@
+//! Lights and their techniques: laws, accuracy, and hostile input.
+
+#[allow(
+    dead_code,
+    reason = "what the workshop writes of a row is not tested here"
+)]
+mod accuracy;
+mod accuracy_page;
+mod common;
+mod hostile;
+mod laws;
+mod linear;
+mod robust;
+mod round;
+mod selection;
+mod selection_laws;
+mod solid_angle;
+mod textures;
+mod vectors;

@@ -1,0 +1,11 @@
+//! What the patterns promise: their values, strata, independence and convergence.
+
+mod blue_noise;
+mod convergence;
+mod golden;
+mod hostile;
+mod independence;
+mod long;
+mod purity;
+mod strata;
+mod uniformity;

@@ -1,0 +1,277 @@
+//! Every closed form along a line against adaptive quadrature of what it is defined as, on ordinary and on
+//! hostile input.
+//!
+//! The points of the line are in double-double arithmetic, so that the integrand is right to some roundings
+//! however near the line passes, and the line is divided at the point nearest to the shading point, at each
+//! horizon, and where the lobe is highest, towards each of which the pieces become smaller by halves.
+
+use crate::accuracy;
+use linelit_geometry::{DMat3, DVec3, Frame};
+use linelit_shading::cosine_lobe::CosineLobe;
+use linelit_shading::ltc::{GgxLobes, Ltc};
+use linelit_shading::quadrature::{self, Model};
+use linelit_shading::{cylinder, phong, point_line, ribbon, spherical_gaussian};
+use linelit_testkit::assert_close;
+use linelit_testkit::cases::cases;
+use linelit_testkit::dd::Dd;
+use linelit_testkit::quadrature::gauss_kronrod_to;
+use linelit_testkit::real::{Real, cross, dot, length, sub, vector};
+use linelit_testkit::rng::SplitMix64;
+use proptest::prelude::*;
+
+/// The pieces next to a division are 2 to the minus this of the whole; smooth from there on.
+const HALVINGS: i32 = 50;
+
+/// A point of the line, and its distance.
+struct Seen {
+    p: [Dd; 3],
+    r: Dd,
+}
+
+impl Seen {
+    /// The part of a vector along the point's direction, not below zero.
+    fn cosine(&self, k: DVec3) -> f64 {
+        let k = vector::<Dd>(k.to_array());
+        (dot(&k, &self.p) / self.r).to_f64().max(0.0)
+    }
+
+    fn distance(&self) -> f64 {
+        self.r.to_f64()
+    }
+
+    fn direction(&self) -> DVec3 {
+        DVec3::from_array(self.p.map(|x| (x / self.r).to_f64()))
+    }
+}
+
+/// The line as its nearest point, direction, distance, and the ends by length from the former.
+struct Line {
+    nearest: [Dd; 3],
+    along: [Dd; 3],
+    distance: Dd,
+    ends: [Dd; 2],
+}
+
+impl Line {
+    fn new(p0: DVec3, p1: DVec3) -> Self {
+        let [a, b] = [p0, p1].map(|p| vector::<Dd>(p.to_array()));
+        let edge = sub(&b, &a);
+        let size = length(&edge);
+        let along = edge.map(|x| x / size);
+        // By the cross product: a − (a·τ) τ would keep a rounding of the ends' distance.
+        let area = cross(&a, &b).map(|x| x / size);
+        Self {
+            nearest: cross(&along, &area),
+            along,
+            distance: length(&area),
+            ends: [dot(&a, &along), dot(&b, &along)],
+        }
+    }
+
+    /// ∫ f ds over the parts with k·p > 0 for all `planes`, and a bound of the error; divided also where
+    /// each `axis` is nearest in direction.
+    fn integral(&self, planes: &[DVec3], axes: &[DVec3], f: impl Fn(&Seen) -> f64) -> (f64, f64) {
+        let zero = Dd::new(0.0);
+        let mut marks = vec![self.ends[0], self.ends[1], zero];
+        let parts = |k: &DVec3| {
+            let k = vector::<Dd>(k.to_array());
+            [dot(&k, &self.nearest), dot(&k, &self.along)]
+        };
+        marks.extend(planes.iter().map(|k| {
+            let [up, rise] = parts(k);
+            zero - up / rise
+        }));
+        marks.extend(axes.iter().map(|k| {
+            let [up, rise] = parts(k);
+            self.distance * self.distance * rise / up
+        }));
+        marks.retain(|s| *s >= self.ends[0] && *s <= self.ends[1]);
+        marks.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+        let (mut value, mut error) = (0.0, 0.0);
+        for pair in marks.windows(2).filter(|p| p[0] < p[1]) {
+            let span = pair[1] - pair[0];
+            for (from, sign) in [(pair[0], 1.0), (pair[1], -1.0)] {
+                let at = |x: f64| {
+                    let s = from + span * Dd::new(sign * x);
+                    let p = [0, 1, 2].map(|i| self.nearest[i] + self.along[i] * s);
+                    f(&Seen { p, r: length(&p) })
+                };
+                let ends = (1..=HALVINGS).map(|j| (0.5f64.powi(j + 1), 0.5f64.powi(j)));
+                for (low, high) in ends.chain([(0.0, 0.5f64.powi(HALVINGS + 1))]) {
+                    // What adds nothing to the sum so far is followed no further.
+                    let least = 1e-16 * value / span.to_f64();
+                    let e = gauss_kronrod_to(at, low, high, 1e-13, least);
+                    value += e.value * span.to_f64();
+                    error += e.error * span.to_f64();
+                }
+            }
+        }
+        (value, error)
+    }
+}
+
+/// A line, a normal, another vector, an axis and an exponent.
+#[derive(Clone, Copy, Debug)]
+struct Input {
+    ends: [DVec3; 2],
+    n: DVec3,
+    m: DVec3,
+    axis: DVec3,
+    k: f64,
+}
+
+fn input() -> impl Strategy<Value = Input> {
+    let domain = prop::sample::select(&accuracy::LINE_DOMAINS[..]);
+    (domain, any::<u64>(), any::<bool>()).prop_map(|(domain, seed, whole)| {
+        let mut rng = SplitMix64::new(seed);
+        let (a, b, n) = accuracy::lit_segment(domain, &mut rng);
+        let towards = a.lerp(b, rng.next_f64()).normalize();
+        let wide = if rng.next_f64() < 0.5 { 0.05 } else { 2.0 };
+        let axis = (towards + accuracy::vector(&mut rng) * wide).normalize();
+        let k = accuracy::log_uniform(&mut rng, -1.0, 3.0);
+        Input {
+            ends: [a, b],
+            n,
+            m: accuracy::vector(&mut rng),
+            axis,
+            k: if whole { k.floor() } else { k },
+        }
+    })
+}
+
+/// One closed form, by its name, and what it is defined as.
+fn compare(name: &str, input: &Input, got: f64, goal: f64, (want, error): (f64, f64)) {
+    // The integrand's own power: k times four roundings.
+    let tolerance = error + (goal + 4.0 * f64::EPSILON * (input.k + 8.0)) * want;
+    if want > 1e-230 {
+        assert_close!(got, want, tolerance, "{name}: {input:?}");
+    } else {
+        // Where digits are lost below the range of numbers.
+        assert!((0.0..1e-220).contains(&got), "{name}: {got:e} {input:?}");
+    }
+}
+
+/// The published goals.
+const DIFFUSE: f64 = 1e-13;
+const LOBES: f64 = 1e-10;
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(160), ..ProptestConfig::default() })]
+
+    #[test]
+    fn diffuse_forms(input in input()) {
+        let Input { ends: [a, b], n, .. } = input;
+        let line = Line::new(a, b);
+        let h = line.distance.to_f64();
+        let of = |power: i32| line.integral(&[n], &[n], |s| s.cosine(n) / s.distance().powi(power));
+        let times = |(value, error): (f64, f64), x: f64| (value * x, error * x);
+        compare("ribbon", &input, ribbon::irradiance(a, b, n), DIFFUSE, of(3));
+        compare("cylinder", &input, cylinder::irradiance(a, b, n), DIFFUSE, times(of(3), 2.0 * h));
+        compare("point_line", &input, point_line::irradiance(a, b, n), DIFFUSE, of(2));
+        let solid = line.integral(&[], &[], |s| 2.0 * h / s.distance().powi(3));
+        compare("solid_angle", &input, cylinder::solid_angle(a, b), DIFFUSE, solid);
+    }
+
+    #[test]
+    fn phong_forms(input in input()) {
+        let Input { ends: [a, b], n, m, axis, k } = input;
+        let line = Line::new(a, b);
+        let h = line.distance.to_f64();
+        let power = |s: &Seen| {
+            let z = s.cosine(axis);
+            if z > 0.0 { z.powf(k) } else { 0.0 }
+        };
+        let of = |p: i32| line.integral(&[n, axis], &[axis], |s| s.cosine(n) * power(s) / s.distance().powi(p));
+        let (value, error) = of(3);
+        compare("phong::ribbon", &input, phong::ribbon(a, b, n, axis, k), LOBES, (value, error));
+        compare("phong::cylinder", &input, phong::cylinder(a, b, n, axis, k), LOBES, (2.0 * h * value, 2.0 * h * error));
+        compare("phong::point_line", &input, phong::point_line(a, b, n, axis, k), LOBES, of(2));
+        let half = line.integral(&[n, m, axis], &[axis], |s| s.cosine(n) * s.cosine(m) * power(s) / s.distance().powi(2));
+        compare("phong::half_space", &input, phong::half_space(a, b, n, m, axis, k), LOBES, half);
+    }
+
+    #[test]
+    fn gaussian_forms(input in input()) {
+        let Input { ends: [a, b], n, axis, k, .. } = input;
+        let line = Line::new(a, b);
+        let h = line.distance.to_f64();
+        let xi = vector::<Dd>(axis.to_array());
+        let lobe = |s: &Seen| (Dd::new(k) * (dot(&xi, &s.p) / s.r - Dd::new(1.0))).to_f64().exp();
+        let of = |p: i32| line.integral(&[n], &[axis], |s| s.cosine(n) * lobe(s) / s.distance().powi(p));
+        let (value, error) = of(3);
+        compare("spherical_gaussian::ribbon", &input, spherical_gaussian::ribbon(a, b, n, axis, k), LOBES, (value, error));
+        let got = spherical_gaussian::cylinder(a, b, n, axis, k);
+        compare("spherical_gaussian::cylinder", &input, got, LOBES, (2.0 * h * value, 2.0 * h * error));
+        compare("spherical_gaussian::point_line", &input, spherical_gaussian::point_line(a, b, n, axis, k), LOBES, of(2));
+    }
+
+    #[test]
+    fn cosine_lobes_and_the_crates_own_quadrature(input in input(), stretch in [-1.2..0.6f64, -1.2..0.6f64, 0.6..1.1f64]) {
+        let Input { ends: [a, b], n, axis: towards, k, .. } = input;
+        let frame = Frame::from_normal(n);
+        let local = frame.to_local(towards);
+        let wo = frame.to_world(DVec3::new(local.x, local.y, local.z.abs().max(0.01)).normalize());
+        let lobe = CosineLobe { stretch: DVec3::from_array(stretch), exponent: k.min(60.0).floor(), weight: DVec3::ONE };
+        let axis = lobe.axis(&frame, wo);
+        let line = Line::new(a, b);
+        let h = line.distance.to_f64();
+        let power = |s: &Seen| {
+            let z = s.cosine(axis);
+            if z > 0.0 { z.powf(lobe.exponent) } else { 0.0 }
+        };
+        let (value, error) = line.integral(&[frame.z, axis], &[axis], |s| s.cosine(frame.z) * power(s) / s.distance().powi(3));
+        compare("CosineLobe::ribbon", &input, lobe.ribbon(&frame, wo, a, b).x, LOBES, (value, error));
+        compare("CosineLobe::cylinder", &input, lobe.cylinder(&frame, wo, a, b).x, LOBES, (2.0 * h * value, 2.0 * h * error));
+        // Smooth all along: no kink or peak that nodes may miss.
+        let own = |model| quadrature::line(a, b, n, model, |w| DVec3::splat(1.0 + w.x * w.x), 1e-10, 100_000);
+        for (model, power, factor) in [(Model::Ribbon, 3, 1.0), (Model::Cylinder, 3, 2.0 * h), (Model::PointLine, 2, 1.0)] {
+            let (value, error) = line.integral(&[n], &[n], |s| (1.0 + s.direction().x.powi(2)) * s.cosine(n) / s.distance().powi(power));
+            let e = own(model);
+            compare("quadrature::line", &input, e.value.x, 1e-8, (value * factor, error * factor + e.error));
+        }
+    }
+
+    /// Transformed cosines over the value of their own density; the mapped ends are rounded, which counts
+    /// for the more the nearer the line passes and the lower it is.
+    #[test]
+    fn transformed_cosines(input in input(), width in 0.05..1.0f64, skew in -0.5..0.5f64, roughness in 0.1..1.0f64, cosine in 0.05..1.0f64) {
+        let Input { ends: [a, b], n, .. } = input;
+        let frame = Frame::from_normal(n);
+        let line = Line::new(a, b);
+        let h = line.distance.to_f64();
+        let m = DMat3::from_cols(DVec3::new(width, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0), DVec3::new(skew, 0.0, 1.0));
+        let ltc = Ltc::new(m, 0.7);
+        let lobes = GgxLobes::new(roughness, cosine, 0.3);
+        let sine = accuracy::sine(a, b);
+        let low = [a, b].map(|p| (n.dot(p) / p.length()).abs());
+        // 8 η with η = 7 roundings × the maps' condition, below 3/width and 1e4 (0.1 of roughness).
+        let rounding = 8.0 * 7.0 * f64::EPSILON * 1e4 / sine / low[0].min(low[1]);
+        prop_assume!(rounding < 1e-4);
+        // Kinks: the lobes' own horizons.
+        let own = |lobe: &Ltc| frame.to_world(lobe.map().inverse().transpose() * DVec3::Z);
+        let horizons = [n, own(&ltc), own(&lobes.lobes()[0]), own(&lobes.lobes()[1])];
+        let ours = |density: &dyn Fn(DVec3) -> f64| line.integral(&horizons, &[n], |s| {
+            if s.cosine(n) > 0.0 { 2.0 * h / s.distance().powi(2) * density(frame.to_local(s.direction())) / s.distance() } else { 0.0 }
+        });
+        let want = ours(&|w| ltc.albedo * ltc.density(w));
+        compare("Ltc::line", &input, ltc.line(&frame, a, b), rounding, want);
+        let want = ours(&|w| lobes.value(w));
+        compare("GgxLobes::line", &input, lobes.line(&frame, a, b), rounding, want);
+    }
+}
+
+#[test]
+fn lines_without_length_are_dark() {
+    for p in [DVec3::Z, DVec3::ZERO, DVec3::new(1e-300, 1e300, 0.5)] {
+        for value in [
+            ribbon::irradiance(p, p, DVec3::Z),
+            cylinder::irradiance(p, p, DVec3::Z),
+            point_line::irradiance(p, p, DVec3::Z),
+            cylinder::solid_angle(p, p),
+            phong::ribbon(p, p, DVec3::Z, DVec3::Z, 3.0),
+            spherical_gaussian::ribbon(p, p, DVec3::Z, DVec3::Z, 3.0),
+        ] {
+            assert_eq!(value.to_bits(), 0, "{p}");
+        }
+    }
+}

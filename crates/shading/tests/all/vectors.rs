@@ -1,0 +1,45 @@
+//! The reference vectors of `tests/vectors` (25 digits) against the crate.
+
+use crate::reference;
+use std::path::Path;
+
+#[test]
+fn reference_vectors_are_met() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/vectors");
+    let report = reference::run(&folder).expect("the files are part of the crate");
+    assert!(report.holds(), "\n{}", report.table());
+}
+
+#[test]
+fn a_folder_without_vectors_is_an_error() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    assert!(reference::run(&folder).is_err());
+}
+
+/// Files that are no vectors, or lack something, are named with what is wrong.
+#[test]
+fn malformed_files_are_errors_and_not_panics() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("malformed-vectors");
+    std::fs::create_dir_all(&folder).expect("the target folder takes folders");
+    let file = folder.join("x.json");
+    for (text, complaint) in [
+        ("", "x.json"),
+        ("{\"schema\":\"a_ribbon_diffuse\"}", "cases"),
+        (
+            "{\"schema\":\"of ours\",\"cases\":[{\"tag\":\"t\"}]}",
+            "unknown schema",
+        ),
+        (
+            "{\"schema\":\"a_ribbon_diffuse\",\"cases\":[{\"tag\":\"t\",\"p0\":[1,2]}]}",
+            "p0",
+        ),
+        ("{\"schema\":\"a_ribbon_diffuse\",\"cases\":[7]}", "case 0"),
+    ] {
+        std::fs::write(&file, text).expect("the folder takes files");
+        let error = reference::run(&folder).expect_err(text);
+        assert!(
+            error.contains(complaint) && error.contains("x.json"),
+            "{text}: {error}"
+        );
+    }
+}

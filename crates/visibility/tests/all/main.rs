@@ -1,0 +1,11 @@
+//! Queries held to brute force, on ordinary, degenerate and hostile meshes.
+
+mod agreement;
+mod builtin;
+mod candidates;
+mod common;
+mod degenerate;
+mod laws;
+mod leaks;
+mod limits;
+mod shells;
