@@ -1,52 +1,12 @@
 //! Loading a scene from a file.
 
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Warning, read as read_file};
 #[cfg(feature = "gltf")]
 use crate::gltf;
-use crate::{obj, pbrt, ply};
-use linelit_scene::Scene;
-use std::path::{Path, PathBuf};
+use crate::obj;
+use linelit_assembly::{ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, ply};
+use linelit_pbrt as pbrt;
+use std::path::Path;
 use std::sync::Arc;
-
-/// How to load.
-#[derive(Clone, Debug)]
-pub struct LoadOptions {
-    /// Warnings become errors.
-    pub strict: bool,
-    /// More triangles than this, instances expanded, are an error.
-    pub max_triangles: usize,
-    /// Files with more bytes than this, the scene's own or those it names, are an error; so are
-    /// folders, pipes and devices.
-    pub max_file_bytes: u64,
-    /// Where the files that the scene names must lie.
-    pub root: Root,
-}
-
-/// Where the files that a scene names must lie, links followed: a scene from elsewhere shall not
-/// read what it was not shipped with.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Root {
-    /// In the folder of the scene's file and below; for a scene in memory, in the working folder.
-    #[default]
-    SceneFolder,
-    /// In this folder and below.
-    Folder(PathBuf),
-    /// Anywhere.
-    Anywhere,
-}
-
-impl Default for LoadOptions {
-    /// Lenient, at most 32 million triangles (some 3 GB with the renderer's structures), files of
-    /// at most 4 GiB, in the scene's folder and below.
-    fn default() -> Self {
-        Self {
-            strict: false,
-            max_triangles: 32 << 20,
-            max_file_bytes: 4 << 30,
-            root: Root::SceneFolder,
-        }
-    }
-}
 
 /// The formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,15 +61,6 @@ impl Format {
     }
 }
 
-/// A scene and what was strange about its files.
-#[derive(Clone, Debug)]
-pub struct Loaded {
-    /// The scene.
-    pub scene: Scene,
-    /// In the order of the files; the same message only once.
-    pub warnings: Vec<Warning>,
-}
-
 /// Loads a scene; the extension of the file says its format: `.pbrt`, `.obj`, `.ply`, `.gltf`
 /// or `.glb`.
 ///
@@ -126,11 +77,7 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded> {
             .in_file(&name)
             .help("scenes end in .pbrt, .obj, .ply, .gltf or .glb"));
     };
-    let bytes = read_file(path, options.max_file_bytes).map_err(|refusal| {
-        let message = format!("cannot read the scene: {}", refusal.message);
-        SceneError::new(refusal.kind, message).in_file(&name)
-    })?;
-    format.read(Source::new(name, bytes), Some(path), options)
+    format.read(Source::open(path, options)?, Some(path), options)
 }
 
 /// Reads a scene of a known format from memory. Files that it names are looked up in the
@@ -145,13 +92,4 @@ pub fn from_bytes(
     options: &LoadOptions,
 ) -> Result<Loaded> {
     format.read(Source::new(name, bytes.to_vec()), None, options)
-}
-
-/// Reads pbrt text from memory. Files that it names are looked up in the working folder;
-/// `name` is what messages call the text.
-///
-/// # Errors
-/// As [`load`].
-pub fn from_pbrt_str(text: &str, name: &str, options: &LoadOptions) -> Result<Loaded> {
-    from_bytes(Format::Pbrt, text.as_bytes(), name, options)
 }

@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
 
+#[cfg(feature = "formats")]
+pub use linelit_assembly as assembly;
 pub use linelit_bsdf as bsdf;
 pub use linelit_estimators as estimators;
 #[cfg(feature = "render")]
@@ -11,6 +13,8 @@ pub use linelit_geometry as geometry;
 pub use linelit_integrator as integrator;
 pub use linelit_lights as lights;
 pub use linelit_mis as mis;
+#[cfg(feature = "formats")]
+pub use linelit_pbrt as pbrt;
 pub use linelit_penumbra as penumbra;
 pub use linelit_samplers as samplers;
 #[cfg(feature = "render")]

@@ -17,9 +17,16 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     ("mis", &[], &[]),
     ("scene", &["geometry", "lights", "bsdf"], &[]),
     (
+        "assembly",
+        &["scene", "geometry", "film"],
+        &["flate2", "thiserror"],
+    ),
+    ("pbrt", &["assembly", "scene", "geometry", "lights"], &[]),
+    (
         "formats",
-        &["scene", "geometry", "lights", "film"],
-        &["flate2", "gltf", "serde", "serde_json", "thiserror", "tobj"],
+        // Lights and film in tests.
+        &["assembly", "pbrt", "scene", "geometry", "lights", "film"],
+        &["gltf", "serde", "serde_json", "tobj"],
     ),
     (
         "estimators",
@@ -103,6 +110,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     (
         "linelit",
         &[
+            "assembly",
             "bsdf",
             "estimators",
             "film",
@@ -111,6 +119,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "integrator",
             "lights",
             "mis",
+            "pbrt",
             "penumbra",
             "samplers",
             "scene",

@@ -17,6 +17,8 @@ const LIBRARIES: &[&str] = &[
     "mis",
     "penumbra",
     "scene",
+    "assembly",
+    "pbrt",
     "formats",
     "scenes",
     "estimators",
@@ -63,7 +65,7 @@ const NAMED_ONLY_IN: [(&str, &[&str]); 11] = [
     ("exr", &["film"]),
     ("png", &["film"]),
     ("zune_jpeg", &["film"]),
-    ("flate2", &["film", "formats"]),
+    ("flate2", &["film", "assembly"]),
     ("tobj", &["formats"]),
     ("gltf", &["formats"]),
 ];
@@ -147,8 +149,8 @@ const EFFECTS: [(&[&str], &[&str], &str); 6] = [
             "File::open",
             "File::create",
         ],
-        &["formats", "film", "study", "testkit"],
-        "only formats, film, study and testkit touch files",
+        &["assembly", "film", "study", "testkit"],
+        "only assembly, film, study and testkit touch files",
     ),
     (
         &["Instant", "SystemTime"],
@@ -268,6 +270,8 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
         }
     }
     for file in house.shipped(&[
+        "assembly",
+        "pbrt",
         "formats",
         "scene",
         "film",
@@ -455,6 +459,8 @@ pub(super) fn size(house: &House) -> Vec<String> {
 
 /// Crates whose comments are still to be wrapped.
 const WIDE: &[&str] = &[
+    "assembly",
+    "pbrt",
     "bsdf",
     "estimators",
     "film",

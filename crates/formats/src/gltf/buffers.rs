@@ -1,11 +1,11 @@
 //! Buffers, views and accessors: the binary side of a glTF file.
 
 use super::document::{Document, List, Raw};
-use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result, SceneError};
 use gltf::json::accessor::{Accessor, ComponentType, Type, sparse};
 use gltf::json::buffer;
 use gltf::json::validation::{Checked, USize64};
+use linelit_assembly::Assembly;
+use linelit_assembly::{ErrorKind, Result, SceneError};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;

@@ -3,7 +3,7 @@
 //! The lists at the top are read at once, their elements when they are asked for: until then they
 //! are text, whose address tells where in the file they stand.
 
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
 use serde::Deserialize;
 use serde_json::error::Category;
 use serde_json::value::RawValue;

@@ -7,10 +7,10 @@
 use super::Reader;
 use super::document::{Document, Raw};
 use super::textures::{Channel, Use};
-use crate::diagnostics::{ErrorKind, Result};
 use gltf::json::material as json;
 use gltf::json::material::AlphaMode;
 use gltf::json::validation::Checked;
+use linelit_assembly::{ErrorKind, Result};
 use linelit_geometry::DVec3;
 use linelit_scene::{Material, MaterialKind, NormalMap, Remap, Roughness, Texture};
 use std::sync::Arc;

@@ -3,9 +3,9 @@
 use super::Reader;
 use super::buffers::Numbers;
 use super::document::{Document, List, Raw};
-use crate::diagnostics::{ErrorKind, Result, SceneError};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use linelit_assembly::{ErrorKind, Result, SceneError};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{EmissionSpec, MeshData, Placement};

@@ -13,11 +13,11 @@ mod materials;
 mod meshes;
 mod textures;
 
-use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
-use crate::load::{LoadOptions, Loaded};
 use buffers::Buffers;
 use document::{Document, List, Raw};
+use linelit_assembly::Assembly;
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{LoadOptions, Loaded};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
 use linelit_scene::{Camera, FilmSettings, Projection};

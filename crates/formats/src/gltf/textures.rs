@@ -3,10 +3,10 @@
 use super::Reader;
 use super::buffers::load_uri;
 use super::document::{Document, List, Raw};
-use crate::diagnostics::{ErrorKind, Result, SceneError};
 use gltf::json::image;
 use gltf::json::texture::{Info, MinFilter, Sampler, Texture as JsonTexture, WrappingMode};
 use gltf::json::validation::Checked;
+use linelit_assembly::{ErrorKind, Result, SceneError};
 use linelit_geometry::DVec2;
 use linelit_scene::{ImageData, ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use serde::Deserialize;

@@ -1,6 +1,6 @@
 //! Statements: lines of words, continued by a backslash, with `#` comments.
 
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
 
 /// A statement.
 #[derive(Debug, Default)]

@@ -10,10 +10,10 @@ mod lines;
 mod mtl;
 mod statements;
 
-use crate::assembly::Assembly;
-use crate::diagnostics::{Result, SceneError, Source};
-use crate::load::{LoadOptions, Loaded};
-use crate::polygon::triangulate;
+use linelit_assembly::Assembly;
+use linelit_assembly::triangulate;
+use linelit_assembly::{LoadOptions, Loaded};
+use linelit_assembly::{Result, SceneError, Source};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{FilmSettings, MeshData, Placement};

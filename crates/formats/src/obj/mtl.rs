@@ -4,8 +4,8 @@
 //! our `phong`, one without Lambert. Bump maps are named in a warning: their heights have no unit.
 
 use super::lines::{Line, Lines, number, numbers};
-use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::Assembly;
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{
     EmissionSpec, ImageTexture, Material, MaterialKind, NormalMap, Texture, TextureFilter,
@@ -299,7 +299,7 @@ fn finish(base: &mut Assembly, draft: Draft, materials: &mut HashMap<String, Ent
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::load::LoadOptions;
+    use linelit_assembly::LoadOptions;
 
     const SEED: &str = "newmtl a\nKd 0.5 .25 1e-1\nKs 1 1 1\nNs 32\nd 0.5\nmap_Kd -s 2 2 -o .5 0 0 -clamp on no such.tga\n\
         newmtl b c\nKe 1 2 3\nmap_Ke x.png\nnorm y.png\nTr 0\nillum 2\nKd spectral f.rfl\nbump -bm 2 z.png\n";

@@ -8,8 +8,8 @@
 
 use super::lines::{self, Line, Lines};
 use super::mtl;
-use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use linelit_assembly::Assembly;
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest};
 use linelit_scene::EmissionSpec;
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read, Write as _};

@@ -12,7 +12,7 @@ const MAX_EARS: usize = 256;
 /// Convex polygons become fans from the first corner (a quad `0 1 2 3` becomes `0 1 2`, `0 2 3`,
 /// as in pbrt); others are cut in their mean plane. Polygons of more than 256 corners that cross
 /// themselves there become fans, too.
-pub(crate) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u32; 3]>) {
+pub fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u32; 3]>) {
     let n = corners.len();
     if n < 3 {
         return;

@@ -1,6 +1,6 @@
 //! Tokens of pbrt text.
 
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
 use std::sync::Arc;
 
 /// What a token is; its text is under its span.

@@ -10,7 +10,7 @@ mod header;
 
 use crate::assembly::Assembly;
 use crate::diagnostics::{ErrorKind, Result, SceneError, Source};
-use crate::load::{LoadOptions, Loaded};
+use crate::options::{LoadOptions, Loaded};
 use crate::polygon::triangulate;
 use header::{Element, Format, Header};
 use linelit_geometry::DVec3;
@@ -19,7 +19,7 @@ use linelit_scene::{FilmSettings, MeshData, Placement};
 use std::path::Path;
 
 /// Reads a scene that is one mesh of the default material, seen by a camera that frames it.
-pub(crate) fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
+pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut base = Assembly::new(path, source.bytes().len(), options);
     let Mesh { mesh, left_out } = read(source)?;
     for message in left_out {
@@ -39,14 +39,16 @@ pub(crate) fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) 
 }
 
 /// What a file holds.
-pub(crate) struct Mesh {
-    pub(crate) mesh: MeshData,
+#[derive(Debug)]
+pub struct Mesh {
+    /// Vertices, and polygons cut into triangles.
+    pub mesh: MeshData,
     /// What it holds besides, for warnings.
-    pub(crate) left_out: Vec<String>,
+    pub left_out: Vec<String>,
 }
 
 /// Reads a mesh.
-pub(crate) fn read(source: &Source) -> Result<Mesh> {
+pub fn read(source: &Source) -> Result<Mesh> {
     let header = Header::parse(source)?;
     let layout = Layout::new(source, &header)?;
     let mut sink = Sink {

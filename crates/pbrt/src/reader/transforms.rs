@@ -2,7 +2,7 @@
 
 use super::Loader;
 use super::lexer::{Lexer, Token, TokenKind, shorten};
-use crate::diagnostics::{ErrorKind, Result, SceneError, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, nearest};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{DMat4, DVec3};
 

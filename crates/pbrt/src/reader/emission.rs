@@ -5,7 +5,7 @@ use super::lexer::{Lexer, Token, shorten};
 use super::params::{Param, Params, Type};
 use super::state::Target;
 use crate::color;
-use crate::diagnostics::{ErrorKind, Result, SceneError};
+use linelit_assembly::{ErrorKind, Result, SceneError};
 use linelit_geometry::DVec3;
 use linelit_scene::{
     EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, UvMapping, Wrap,

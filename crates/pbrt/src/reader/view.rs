@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::{Loader, unknown};
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Warnings};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Warnings};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Camera, FilmSettings, Filter, FilterKind, Projection};
 

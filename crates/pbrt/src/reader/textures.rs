@@ -4,7 +4,7 @@ use super::lexer::{Lexer, Token, shorten};
 use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, unknown};
-use crate::diagnostics::{ErrorKind, Result, SceneError, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, nearest};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use std::sync::Arc;

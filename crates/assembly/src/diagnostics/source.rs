@@ -1,7 +1,7 @@
 //! Opening files (all that a scene is made of are opened here), their text, and places in it.
 
-use super::error::ErrorKind;
-use crate::load::{LoadOptions, Root};
+use super::error::{ErrorKind, SceneError};
+use crate::options::{LoadOptions, Root};
 use std::fs::{self, File, Metadata};
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ impl From<&str> for Refusal {
 }
 
 /// The bytes of a regular file of at most `limit` bytes.
-pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Refusal> {
+fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Refusal> {
     let check = |found: &Metadata| {
         if found.is_dir() {
             return Err(Refusal::new(ErrorKind::Io, "it is a folder"));
@@ -170,25 +170,28 @@ fn where_it_would_be(path: &Path) -> PathBuf {
 
 /// A half-open range of bytes in a [`Source`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Span {
-    pub(crate) start: usize,
-    pub(crate) end: usize,
+pub struct Span {
+    /// Its first byte.
+    pub start: usize,
+    /// The byte behind its last.
+    pub end: usize,
 }
 
 impl Span {
-    pub(crate) const fn new(start: usize, end: usize) -> Self {
+    /// From a byte to before another.
+    pub const fn new(start: usize, end: usize) -> Self {
         Self { start, end }
     }
 
     /// From the start of `self` to the end of `other`.
-    pub(crate) const fn to(self, other: Self) -> Self {
+    pub const fn to(self, other: Self) -> Self {
         Self::new(self.start, other.end)
     }
 }
 
 /// One file in memory, with its name for messages.
 #[derive(Debug)]
-pub(crate) struct Source {
+pub struct Source {
     name: Arc<str>,
     bytes: Vec<u8>,
     line_starts: OnceLock<Vec<usize>>,
@@ -232,7 +235,23 @@ const SHOWN_BEFORE: usize = 40;
 const SHOWN_AFTER: usize = 60;
 
 impl Source {
-    pub(crate) fn new(name: impl Into<Arc<str>>, bytes: Vec<u8>) -> Arc<Self> {
+    /// The file that a scene is read from; `name` is its path.
+    ///
+    /// # Errors
+    /// When it is no regular file, longer than allowed, or cannot be read.
+    pub fn open(path: &Path, options: &LoadOptions) -> super::Result<Arc<Self>> {
+        let name = path.display().to_string();
+        match read(path, options.max_file_bytes) {
+            Ok(bytes) => Ok(Self::new(name, bytes)),
+            Err(refusal) => {
+                let message = format!("cannot read the scene: {}", refusal.message);
+                Err(SceneError::new(refusal.kind, message).in_file(&name))
+            }
+        }
+    }
+
+    /// Bytes, and what messages call them.
+    pub fn new(name: impl Into<Arc<str>>, bytes: Vec<u8>) -> Arc<Self> {
         Arc::new(Self {
             name: name.into(),
             bytes,
@@ -240,16 +259,18 @@ impl Source {
         })
     }
 
-    pub(crate) fn name(&self) -> &Arc<str> {
+    /// What messages call it.
+    pub fn name(&self) -> &Arc<str> {
         &self.name
     }
 
-    pub(crate) fn bytes(&self) -> &[u8] {
+    /// All of it.
+    pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
     /// The text under a span, with bytes that are not UTF-8 replaced.
-    pub(crate) fn text(&self, span: Span) -> String {
+    pub fn text(&self, span: Span) -> String {
         let end = span.end.min(self.bytes.len());
         String::from_utf8_lossy(&self.bytes[span.start.min(end)..end]).into_owned()
     }
@@ -263,7 +284,7 @@ impl Source {
     }
 
     /// `file:line:column` of the start of a span.
-    pub(crate) fn short(&self, span: Span) -> String {
+    pub fn short(&self, span: Span) -> String {
         let (line, start) = self.line_of(span.start);
         let column = char_count(&self.bytes[start..span.start.min(self.bytes.len())]) + 1;
         format!("{}:{}:{}", self.name, line, column)

@@ -5,7 +5,7 @@ use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, unknown};
 use crate::color;
-use crate::diagnostics::{ErrorKind, Result, SceneError, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, nearest};
 use linelit_geometry::DVec3;
 use linelit_scene::{
     BumpMap, ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture,

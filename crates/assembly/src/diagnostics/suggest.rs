@@ -5,10 +5,7 @@ const MAX_CANDIDATES: usize = 1000;
 
 /// The candidate that differs from `word` by the fewest edits, if few enough: a third of its
 /// length, at least one, and letter case counts nothing.
-pub(crate) fn nearest<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word: Vec<char> = word.chars().take(64).flat_map(char::to_lowercase).collect();
     let allowed = (word.len() / 3).max(1);
     candidates

@@ -1,7 +1,7 @@
 //! Typed parameter lists: `"float radius" [ 2 ] "rgb L" [ 1 1 1 ]`.
 
 use super::lexer::{Lexer, Token, TokenKind, shorten};
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -358,7 +358,10 @@ impl Params {
                 &format!("`{name}` is required"),
             );
             let unused = self.list.iter().filter(|p| !p.used.get());
-            error.suggest_given(nearest(name, unused.map(|p| p.name.as_str())))
+            match nearest(name, unused.map(|p| p.name.as_str())) {
+                Some(near) => error.help(format!("it has `{near}`; was that meant?")),
+                None => error,
+            }
         })
     }
 
@@ -386,15 +389,6 @@ impl Params {
         unused
             .map(|p| (&**p, nearest(&p.name, asked.iter().copied())))
             .collect()
-    }
-}
-
-impl SceneError {
-    fn suggest_given(self, near: Option<&str>) -> Self {
-        match near {
-            Some(name) => self.help(format!("it has `{name}`; was that meant?")),
-            None => self,
-        }
     }
 }
 

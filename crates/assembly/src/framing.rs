@@ -33,13 +33,16 @@ const LIGHT: [f64; 3] = [0.35, 0.05, 0.12];
 /// there that faces the light has a radiance of about one. False if there is nothing to light.
 ///
 /// ```
-/// use linelit_formats::{Format, LoadOptions, add_framing_light, from_bytes};
+/// use linelit_assembly::{LoadOptions, Source, add_framing_light, ply};
 ///
-/// let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-/// let mut scene = from_bytes(Format::Obj, text, "one.obj", &LoadOptions::default())?.scene;
+/// let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+///     property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+///     0 0 0  1 0 0  0 1 0  3 0 1 2\n";
+/// let source = Source::new("one.ply", text.into());
+/// let mut scene = ply::load(&source, None, &LoadOptions::default())?.scene;
 /// assert!(scene.lights.is_empty() && add_framing_light(&mut scene));
 /// assert_eq!((scene.lights.len(), scene.triangles.len()), (1, 3));
-/// # Ok::<(), linelit_formats::SceneError>(())
+/// # Ok::<(), linelit_assembly::SceneError>(())
 /// ```
 pub fn add_framing_light(scene: &mut Scene) -> bool {
     let Some((lo, hi)) = scene.bounds() else {

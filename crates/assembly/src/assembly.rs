@@ -3,7 +3,7 @@
 use crate::diagnostics::{ErrorKind, Files, Refusal, Result, SceneError, Warnings};
 use crate::framing;
 use crate::gzip;
-use crate::load::{LoadOptions, Loaded};
+use crate::options::{LoadOptions, Loaded};
 use linelit_film::{Decoded, Pixels, decode_picture};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
@@ -16,22 +16,28 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Gives an error its place; the text is the label beside the caret.
-pub(crate) type At<'a> = &'a dyn Fn(SceneError, &str) -> SceneError;
+pub type At<'a> = &'a dyn Fn(SceneError, &str) -> SceneError;
 
 /// A file that the scene names.
-pub(crate) struct Opened {
+#[derive(Debug)]
+pub struct Opened {
     /// Its path, for messages.
-    pub(crate) path: String,
+    pub path: String,
     /// The same, links followed.
-    pub(crate) whole: PathBuf,
-    pub(crate) bytes: Vec<u8>,
+    pub whole: PathBuf,
+    /// Its contents.
+    pub bytes: Vec<u8>,
 }
 
 /// A scene in the making.
-pub(crate) struct Assembly {
-    pub(crate) builder: SceneBuilder,
-    pub(crate) warnings: Warnings,
-    pub(crate) max_triangles: usize,
+#[derive(Debug)]
+pub struct Assembly {
+    /// The scene so far.
+    pub builder: SceneBuilder,
+    /// What was strange so far.
+    pub warnings: Warnings,
+    /// More triangles than this are refused.
+    pub max_triangles: usize,
     files: Files,
     /// By the name in the scene and whether bytes are sRGB.
     images: HashMap<(String, bool), Arc<ImageData>>,
@@ -57,7 +63,7 @@ const PIXEL_BYTES_PER_BYTE: u64 = 64;
 
 impl Assembly {
     /// An empty scene; `path` is that of the scene file, which is `bytes` long.
-    pub(crate) fn new(path: Option<&Path>, bytes: usize, options: &LoadOptions) -> Self {
+    pub fn new(path: Option<&Path>, bytes: usize, options: &LoadOptions) -> Self {
         Self {
             builder: SceneBuilder::new(options.max_triangles),
             warnings: Warnings::new(options.strict),
@@ -73,7 +79,7 @@ impl Assembly {
     }
 
     /// Warns about something at a place.
-    pub(crate) fn warn(
+    pub fn warn(
         &mut self,
         kind: ErrorKind,
         message: impl Into<String>,
@@ -84,7 +90,7 @@ impl Assembly {
     }
 
     /// Adds a mesh to the scene; `what` it is, for messages.
-    pub(crate) fn place(
+    pub fn place(
         &mut self,
         mesh: &MeshData,
         place: &Placement,
@@ -134,7 +140,7 @@ impl Assembly {
     }
 
     /// Adds a linear light between two points of the world.
-    pub(crate) fn place_line(
+    pub fn place_line(
         &mut self,
         [p0, p1]: [DVec3; 2],
         spec: &EmissionSpec,
@@ -161,7 +167,7 @@ impl Assembly {
     }
 
     /// A file that the scene names, read into memory.
-    pub(crate) fn open(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+    pub fn open(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
         let refuse = |refusal: Refusal| {
             let message = format!("cannot read `{name}`: {}", refusal.message);
             let error = at(SceneError::new(refusal.kind, message), "named here");
@@ -198,14 +204,14 @@ impl Assembly {
     }
 
     /// Whether the scene may name such a file, and it is there.
-    pub(crate) fn has_file(&self, name: &str) -> bool {
+    pub fn has_file(&self, name: &str) -> bool {
         self.files
             .find(name)
             .is_ok_and(|(_, whole)| whole.is_file())
     }
 
     /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.
-    pub(crate) fn open_unpacked(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+    pub fn open_unpacked(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
         let mut file = self.open(name, at)?;
         if name.ends_with(".gz") {
             file.bytes = gzip::unpack(&file.bytes).map_err(|refusal| {
@@ -218,7 +224,7 @@ impl Assembly {
     }
 
     /// The luminance of an image file, once for all that ask; `None` as for [`Assembly::image`].
-    pub(crate) fn luminance(
+    pub fn luminance(
         &mut self,
         name: &str,
         srgb: bool,
@@ -238,12 +244,7 @@ impl Assembly {
     }
 
     /// An image file, read once; `None` after a warning if its format is not supported.
-    pub(crate) fn image(
-        &mut self,
-        name: &str,
-        srgb: bool,
-        at: At<'_>,
-    ) -> Result<Option<Arc<ImageData>>> {
+    pub fn image(&mut self, name: &str, srgb: bool, at: At<'_>) -> Result<Option<Arc<ImageData>>> {
         let key = (name.to_owned(), srgb);
         if let Some(image) = self.images.get(&key) {
             return Ok(Some(Arc::clone(image)));
@@ -272,7 +273,7 @@ impl Assembly {
     }
 
     /// An image from memory; `None` after a warning if its format is not supported.
-    pub(crate) fn decode(
+    pub fn decode(
         &mut self,
         name: &str,
         bytes: &[u8],
@@ -318,7 +319,7 @@ impl Assembly {
     }
 
     /// The finished scene with its warnings; without a camera it gets one that frames it.
-    pub(crate) fn finish(
+    pub fn finish(
         mut self,
         name: &str,
         has_shapes: bool,

@@ -15,10 +15,10 @@ mod textures;
 mod transforms;
 mod view;
 
-use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest};
-use crate::load::{LoadOptions, Loaded};
 use lexer::{Lexer, Token, TokenKind, shorten};
+use linelit_assembly::Assembly;
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use linelit_assembly::{LoadOptions, Loaded};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{EmissionSpec, MeshData, Texture};
@@ -35,12 +35,21 @@ const MAX_INCLUDES: usize = 32;
 /// Files that may be included in all: files that include each other twice double with each level.
 const MAX_INCLUDES_IN_ALL: usize = 10_000;
 
-/// Reads a scene from a file in memory; `folder` is where its file names start.
-pub(crate) fn load(
-    source: Arc<Source>,
-    path: Option<&Path>,
-    options: &LoadOptions,
-) -> Result<Loaded> {
+/// Reads pbrt text from memory. Files that it names are looked up in the working folder; `name` is
+/// what messages call the text.
+///
+/// # Errors
+/// As [`load`].
+pub fn from_pbrt_str(text: &str, name: &str, options: &LoadOptions) -> Result<Loaded> {
+    load(Source::new(name, text.into()), None, options)
+}
+
+/// Reads a scene from a file in memory; the files that it names are looked up beside `path`.
+///
+/// # Errors
+/// Whatever is wrong with the file or the files that it names, with its place; when
+/// [`LoadOptions::strict`] also what is merely not supported.
+pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut loader = Loader {
         base: Assembly::new(path, source.bytes().len(), options),
         state: State::default(),

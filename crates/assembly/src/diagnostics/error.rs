@@ -3,7 +3,8 @@
 use super::source::{Place, Position, Source, Span};
 use std::fmt;
 
-pub(crate) type Result<T> = std::result::Result<T, SceneError>;
+/// What a reader gives, or the error that ends it.
+pub type Result<T> = std::result::Result<T, SceneError>;
 
 /// What kind of thing an error or a warning is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -70,13 +71,22 @@ impl ErrorKind {
 /// and column, the line itself with a caret, and what to do.
 ///
 /// ```
-/// use linelit_formats::{ErrorKind, LoadOptions, from_pbrt_str};
+/// use linelit_assembly::{ErrorKind, SceneError, Source, Span};
 ///
-/// let error = from_pbrt_str("WorldBegin\nShpae \"sphere\"\n", "demo.pbrt", &LoadOptions::default())
-///     .unwrap_err();
-/// assert_eq!(error.kind(), ErrorKind::UnknownName);
+/// let source = Source::new("demo.pbrt", "WorldBegin\nShpae \"sphere\"\n".into());
+/// let error = SceneError::new(ErrorKind::UnknownName, "unknown directive `Shpae`")
+///     .at(&source, Span::new(11, 16), "expected a directive")
+///     .suggest(Some("Shape"));
 /// assert_eq!((error.line(), error.column()), (Some(2), Some(1)));
-/// assert!(error.to_string().contains("did you mean `Shape`?"));
+/// assert_eq!(
+///     error.to_string(),
+///     "error: unknown directive `Shpae`
+///  --> demo.pbrt:2:1
+///   |
+/// 2 | Shpae \"sphere\"
+///   | ^^^^^ expected a directive
+///   = help: did you mean `Shape`?"
+/// );
 /// ```
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -104,7 +114,8 @@ struct Diagnostic {
 }
 
 impl SceneError {
-    pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+    /// A message without a place.
+    pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self(Box::new(Diagnostic {
             severity: "error",
             kind,
@@ -117,14 +128,14 @@ impl SceneError {
     }
 
     /// Points at a stretch of text; the label stands beside the caret.
-    pub(crate) fn at(mut self, source: &Source, span: Span, label: impl Into<String>) -> Self {
+    pub fn at(mut self, source: &Source, span: Span, label: impl Into<String>) -> Self {
         self.0.place = Some(source.place(span));
         self.0.label = label.into();
         self
     }
 
     /// Points at a byte of a binary file.
-    pub(crate) fn at_byte(mut self, source: &Source, offset: usize) -> Self {
+    pub fn at_byte(mut self, source: &Source, offset: usize) -> Self {
         self.0.place = Some(Place {
             file: source.name().clone(),
             position: Position::Byte(offset),
@@ -133,7 +144,7 @@ impl SceneError {
     }
 
     /// Points at a file as a whole.
-    pub(crate) fn in_file(mut self, name: &str) -> Self {
+    pub fn in_file(mut self, name: &str) -> Self {
         self.0.place = Some(Place {
             file: name.into(),
             position: Position::File,
@@ -141,20 +152,22 @@ impl SceneError {
         self
     }
 
-    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+    /// What to do about it, on a line of its own.
+    pub fn help(mut self, help: impl Into<String>) -> Self {
         self.0.help = Some(help.into());
         self
     }
 
     /// A hint at the nearest known name, if there is one.
-    pub(crate) fn suggest(self, nearest: Option<&str>) -> Self {
+    pub fn suggest(self, nearest: Option<&str>) -> Self {
         match nearest {
             Some(name) => self.help(format!("did you mean `{name}`?")),
             None => self,
         }
     }
 
-    pub(crate) fn note(mut self, note: impl Into<String>) -> Self {
+    /// What else there is to know, on a line of its own.
+    pub fn note(mut self, note: impl Into<String>) -> Self {
         self.0.notes.push(note.into());
         self
     }
@@ -290,8 +303,8 @@ impl fmt::Display for Diagnostic {
 
 /// Collects warnings: the same message once, with a count, and no more than a readable number.
 #[derive(Debug, Default)]
-pub(crate) struct Warnings {
-    pub(crate) strict: bool,
+pub struct Warnings {
+    strict: bool,
     list: Vec<Warning>,
     index: std::collections::HashMap<String, usize>,
     more: usize,
@@ -301,7 +314,8 @@ pub(crate) struct Warnings {
 const MAX_WARNINGS: usize = 200;
 
 impl Warnings {
-    pub(crate) fn new(strict: bool) -> Self {
+    /// None; `strict`: the first is an error.
+    pub fn new(strict: bool) -> Self {
         Self {
             strict,
             ..Self::default()
@@ -309,7 +323,7 @@ impl Warnings {
     }
 
     /// Records a warning whose place is only worked out when it is new; an error when strict.
-    pub(crate) fn warn(
+    pub fn warn(
         &mut self,
         kind: ErrorKind,
         message: impl Into<String>,

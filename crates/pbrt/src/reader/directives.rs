@@ -4,7 +4,7 @@ use super::lexer::{Lexer, Token, TokenKind, shorten};
 use super::params::Params;
 use super::state::Target;
 use super::{Block, Loader, unknown};
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, nearest};
 use linelit_geometry::glam::DAffine3;
 use std::rc::Rc;
 use std::sync::Arc;

@@ -1,0 +1,10 @@
+//! What is wrong with a file, where, and what to do about it.
+
+mod error;
+mod source;
+mod suggest;
+
+pub use error::{ErrorKind, Result, SceneError, Warning, Warnings};
+pub(crate) use source::{Files, Refusal};
+pub use source::{Source, Span};
+pub use suggest::nearest;

@@ -1,0 +1,16 @@
+#![doc = include_str!("../README.md")]
+
+mod assembly;
+mod diagnostics;
+mod framing;
+mod gzip;
+mod monotone;
+mod options;
+pub mod ply;
+mod polygon;
+
+pub use assembly::{Assembly, At, Opened};
+pub use diagnostics::{ErrorKind, Result, SceneError, Source, Span, Warning, Warnings, nearest};
+pub use framing::add_framing_light;
+pub use options::{LoadOptions, Loaded, Root};
+pub use polygon::triangulate;
