@@ -7,11 +7,25 @@ use crate::{DVec3, Segment, intervals::Interval, predicates};
 /// closer than that.
 pub const LIGHT_MARGIN: f64 = 1e-6;
 
-/// Occluders nearer to the shading point than this fraction of the way to the light do not block.
-///
-/// **Limit.** It grows with that way: lines and shafts see a light 1e11 units away through what is
-/// nearer than 10 units, where rays to points of the light do not.
+/// Occluders nearer to the shading point than this fraction of the way to the light, or of how far
+/// the scene reaches if the light is beyond it ([`point_margin`]), do not block.
 pub const POINT_MARGIN: f64 = 1e-10;
+
+/// The fraction of the way to a light `distance` away up to which occluders do not block, where no
+/// occluder is farther than `reach` from the shading point: [`POINT_MARGIN`] · min(1, reach ÷
+/// distance). Rounding of the occluders' places grows with their reach, not with the way to a
+/// light far beyond them, which a fixed fraction would let shine through what is near.
+#[inline]
+#[must_use]
+pub fn point_margin(reach: f64, distance: f64) -> f64 {
+    let share = reach / distance;
+    // Not a number, as from two infinities, counts as a light within the scene.
+    if share < 1.0 {
+        POINT_MARGIN * share.max(0.0)
+    } else {
+        POINT_MARGIN
+    }
+}
 
 /// Coordinates of a point in the frame of a shadow triangle.
 ///
@@ -42,6 +56,8 @@ pub struct ShadowTriangle {
     normal: DVec3,
     dual0: DVec3,
     dual1: DVec3,
+    /// From this depth on, triangles block.
+    near: f64,
 }
 
 impl ShadowTriangle {
@@ -61,7 +77,21 @@ impl ShadowTriangle {
             normal,
             dual0: p1.cross(normal) / square,
             dual1: normal.cross(p0) / square,
+            near: POINT_MARGIN,
         })
+    }
+
+    /// The same among occluders none of which is farther than `reach` from the shading point: what
+    /// is near is told from what touches the point by their scale, if the line is far beyond them
+    /// ([`point_margin`]).
+    #[must_use]
+    pub fn with_reach(self, reach: f64) -> Self {
+        // 1 ÷ the distance of the line: the length of the gradient of the depth.
+        let gradient = (self.dual0 + self.dual1).length();
+        Self {
+            near: point_margin(reach, 1.0 / gradient),
+            ..self
+        }
     }
 
     /// Coordinates of a point.
@@ -79,7 +109,7 @@ impl ShadowTriangle {
     /// The part of the line that the triangle hides, as parameters of the line; `None` for none.
     #[must_use]
     pub fn blocked_by(&self, triangle: &[DVec3; 3]) -> Option<Interval> {
-        Self::blocked(&triangle.map(|p| self.vertex(p)))
+        self.blocked(&triangle.map(|p| self.vertex(p)))
     }
 
     /// [`ShadowTriangle::blocked_by`] from the coordinates of the triangle's vertices.
@@ -87,7 +117,7 @@ impl ShadowTriangle {
     /// A side of exactly zero counts as above, so a triangle in the plane of the shadow triangle
     /// hides nothing: right for almost every line, and its neighbours cover for it.
     #[must_use]
-    pub fn blocked(c: &[ShadowCoords; 3]) -> Option<Interval> {
+    pub fn blocked(&self, c: &[ShadowCoords; 3]) -> Option<Interval> {
         let above = c.map(|v| v.sigma >= 0.0);
         // The lone vertex on its side; the two edges that leave it cross the plane.
         let (lone, j, k) = match above {
@@ -96,7 +126,8 @@ impl ShadowTriangle {
             [a, b, _] if a != b => (1, 2, 0),
             _ => (2, 0, 1),
         };
-        clip_chord(Crossing::of(&c[lone], &c[j]), Crossing::of(&c[lone], &c[k]))
+        let ends = [j, k].map(|far| Crossing::of(&c[lone], &c[far]));
+        clip_chord(ends, self.near)
     }
 }
 
@@ -139,10 +170,10 @@ impl Crossing {
 
 /// Clips the chord to the shadow triangle and projects its ends back onto the line. The sides
 /// come first, so that no point behind the shading point reaches the projection.
-fn clip_chord(mut a: Crossing, mut b: Crossing) -> Option<Interval> {
+fn clip_chord([mut a, mut b]: [Crossing; 2], near: f64) -> Option<Interval> {
     clip_end(&mut a, &mut b, |c| c.lam0, |c| Crossing { lam0: 0.0, ..c })?;
     clip_end(&mut a, &mut b, |c| c.lam1, |c| Crossing { lam1: 0.0, ..c })?;
-    clip_end(&mut a, &mut b, |c| c.depth() - POINT_MARGIN, |c| c)?;
+    clip_end(&mut a, &mut b, |c| c.depth() - near, |c| c)?;
     clip_end(&mut a, &mut b, |c| (1.0 - LIGHT_MARGIN) - c.depth(), |c| c)?;
     let (t0, t1) = (a.t().clamp(0.0, 1.0), b.t().clamp(0.0, 1.0));
     let (lo, hi) = if t0 <= t1 { (t0, t1) } else { (t1, t0) };

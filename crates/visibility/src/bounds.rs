@@ -355,6 +355,12 @@ impl ShaftBounds {
     }
 }
 
+/// How far the triangles may reach from a point.
+#[inline(always)]
+pub(crate) fn reach(occluders: &Occluders, point: DVec3) -> f64 {
+    occluders.extent + point.abs().max_element()
+}
+
 /// The largest coordinate of a scene, a point and a light between `lo` and `hi`.
 #[inline(always)]
 pub(crate) fn size(occluders: &Occluders, point: DVec3, (lo, hi): (DVec3, DVec3)) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! Slow and plain, for tests, and for what kernels cannot hold in their numbers.
 
-use crate::Occluders;
+use crate::{Occluders, bounds};
 use linelit_geometry::{
     DVec3, Segment, ShadowTriangle,
     intervals::{Interval, IntervalTree, VisibleSet},
@@ -19,12 +19,13 @@ pub fn visible(
     exclude: &Range<u32>,
 ) -> Vec<Interval> {
     let mut set = IntervalTree::full();
+    let corner = |c: &u32| DVec3::from(positions[*c as usize].map(f64::from));
+    let farthest = |reach: f64, c| reach.max((corner(c) - point).length());
+    let reach = triangles.as_flattened().iter().fold(0.0, farthest);
     if let Some(shadow) = ShadowTriangle::new(point, line) {
+        let shadow = shadow.with_reach(reach);
         for (id, corners) in (0_u32..).zip(triangles) {
-            let t = corners.map(|c| {
-                let v = positions[c as usize];
-                DVec3::new(v[0].into(), v[1].into(), v[2].into())
-            });
+            let t = corners.each_ref().map(corner);
             if !exclude.contains(&id)
                 && let Some(blocked) = shadow.blocked_by(&t)
             {
@@ -65,7 +66,8 @@ pub(crate) fn past_all(
     // By a power of two: nothing is rounded, and nothing near one overflows.
     let unit = largest.log2().floor().exp2().recip();
     let scaled = Segment::new(seen.p0 * unit, seen.p1 * unit);
-    let shadow = ShadowTriangle::new(DVec3::ZERO, &scaled)?;
+    let reach = bounds::reach(occluders, point - occluders.origin) * unit;
+    let shadow = ShadowTriangle::new(DVec3::ZERO, &scaled)?.with_reach(reach);
     let mut set = IntervalTree::full();
     for leaf in &occluders.hierarchy.leaves {
         for (lane, id) in leaf.id.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The projective frame of a light as seen from a shading point.
 
-use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, point_margin};
 
 /// The most corners of a light.
 const CORNERS: usize = ConvexPolygon::CAPACITY;
@@ -22,6 +22,8 @@ pub(crate) struct LightFrame {
     /// The light's corners in (p, q); two for a linear light.
     pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
+    /// W from which on triangles hide the light ([`point_margin`]).
+    pub(crate) near: f64,
 }
 
 /// Numbers that are normal in `f32` even times 2⁻²⁰, which rounding is bounded by, and finite even
@@ -69,18 +71,21 @@ impl LightFrame {
         shape: Shape::Square,
         corners: [[0.0; 2]; CORNERS],
         corner_count: 0,
+        near: 0.0,
     };
 
-    /// Becomes the frame of a light seen from a point; false if there is none that bounds could be
+    /// Becomes the frame of a light seen from a point among occluders no farther from it than
+    /// `reach`, all of which have coordinates of at most `size`; false if there is none that bounds could be
     /// computed in, and nothing may be concluded from it: the light is seen edge on, has no area
     /// or length, is not finite, or beyond what `f32` holds in a scene of this size.
     #[inline(always)]
-    pub(crate) fn set(&mut self, light: &Light, point: DVec3, size: f64) -> bool {
+    pub(crate) fn set(&mut self, light: &Light, point: DVec3, reach: f64, size: f64) -> bool {
         let found = match &light.kind {
             Kind::None => false,
             Kind::Line => self.set_line(light.corners[0] - point, light.corners[1] - point),
             Kind::Polygon(plane) => self.set_polygon(plane, point),
         };
+        self.near = point_margin(reach, 1.0 / self.w.length());
         found && self.fits(size)
     }
 
@@ -183,6 +188,7 @@ impl LightFrame {
             shape: if single { Shape::Line } else { Shape::Square },
             corners,
             corner_count: if single { 2 } else { 4 },
+            near: self.near,
         }
     }
 }

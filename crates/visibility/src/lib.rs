@@ -27,8 +27,8 @@
 //! 1e-12, and the tests hold them to it. A line through a closed surface is hidden wholly: two
 //! triangles evaluate the edge they share by the same expression, to the bit. Geometry within
 //! [`POINT_MARGIN`](linelit_geometry::POINT_MARGIN) of the shading point or
-//! [`LIGHT_MARGIN`](linelit_geometry::LIGHT_MARGIN) of the light (as fractions of the way) hides
-//! nothing.
+//! [`LIGHT_MARGIN`](linelit_geometry::LIGHT_MARGIN) of the light (as fractions of the way; the
+//! former of the scene's reach if the light is beyond it) hides nothing.
 //!
 //! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time
 //! ([`InstructionSet`]). Intervals, hits, classes and work [`Counters`] are the same on all of them,

@@ -12,7 +12,7 @@ use crate::{
     simd::Simd,
     walk::Found,
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
+use linelit_geometry::{DVec3, LIGHT_MARGIN};
 
 /// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
 /// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
@@ -199,14 +199,14 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     let c = homogeneous(s, corners, start, 6, point, frame);
     let nearest = s.dmin(s.dmin(a[2], b[2]), c[2]);
     let farthest = s.dmax(s.dmax(a[2], b[2]), c[2]);
-    let before = s.dlt(s.dsplat(POINT_MARGIN), farthest);
+    let before = s.dlt(s.dsplat(frame.near), farthest);
     let between = s.and(before, s.dlt(nearest, s.dsplat(1.0 - LIGHT_MARGIN)));
     let alive = s.bits(between) & used;
     if alive == 0 {
         return Some(0);
     }
     let mut whole = s.and(
-        s.dle(s.dsplat(POINT_MARGIN), nearest),
+        s.dle(s.dsplat(frame.near), nearest),
         s.dle(farthest, s.dsplat(1.0 - LIGHT_MARGIN)),
     );
     for v in [&a, &b, &c] {
@@ -252,7 +252,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
             cut &= cut - 1;
             let v = |k: usize| [rows[k][lane], rows[k + 1][lane], rows[k + 2][lane]];
             let before = flat.count;
-            cut_triangle([v(0), v(3), v(6)], flat);
+            cut_triangle([v(0), v(3), v(6)], frame.near, flat);
             left |= u8::from(flat.count > before) << lane;
         }
     }
@@ -394,7 +394,7 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
     // The corners are in units of how far the triangle is: 1 ÷ its W.
     let (least, most) = over_corners(s, &own, frame);
     let near = s.dmul(det, s.dsplat(1.0 / (1.0 - LIGHT_MARGIN)));
-    let far = s.dmul(det, s.dsplat(1.0 / POINT_MARGIN));
+    let far = s.dmul(det, s.dsplat(1.0 / frame.near));
     covers = s.and(covers, s.dle(near, s.dsub(least, room)));
     covers = s.and(covers, s.dle(s.dadd(most, room), far));
     (s.bits(s.and(clear, outside)), s.bits(covers))
@@ -538,7 +538,7 @@ fn cross<S: Simd>(s: S, ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
 
 /// Cuts a triangle at the margins and the guard and adds what is left.
 #[inline(never)]
-fn cut_triangle(triangle: [[f64; 3]; 3], flat: &mut FlatTriangles) {
+fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
     // Rounding may have a plane cross each second edge of what lies along it: half as many more each
     // time, 28 after six.
     let mut polygon = [[0.0; 3]; 32];
@@ -546,7 +546,7 @@ fn cut_triangle(triangle: [[f64; 3]; 3], flat: &mut FlatTriangles) {
     let mut count = 3;
     polygon[..3].copy_from_slice(&triangle);
     let planes: [([f64; 3], f64); 6] = [
-        ([0.0, 0.0, 1.0], -POINT_MARGIN),
+        ([0.0, 0.0, 1.0], -near),
         ([0.0, 0.0, -1.0], 1.0 - LIGHT_MARGIN),
         ([1.0, 0.0, GUARD], 0.0),
         ([-1.0, 0.0, GUARD], 0.0),

@@ -7,7 +7,7 @@ use crate::{
     sweep,
     walk::{self, Found},
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN, Segment};
+use linelit_geometry::{DVec3, LIGHT_MARGIN, Segment, point_margin};
 use std::ops::Range;
 
 /// What to look at: a light from a shading point.
@@ -269,10 +269,11 @@ impl Shaft<'_> {
         if !(self.point.is_finite() && direction.is_finite()) {
             return false;
         }
+        let reach = bounds::reach(self.occluders, self.point - self.occluders.origin);
         let ray = Ray {
             origin: self.point,
             direction,
-            t_min: POINT_MARGIN,
+            t_min: point_margin(reach, direction.length()),
             t_max: 1.0 - LIGHT_MARGIN,
         };
         !self.occluders.any_hit(&ray, &self.excluded(), self.scratch)

@@ -99,7 +99,9 @@ fn find_kernel<S: Simd>(
     }
     let around = (light.lo - occluders.origin, light.hi - occluders.origin);
     let relative = point - occluders.origin;
-    if !frame.set(light, point, bounds::size(occluders, relative, around)) {
+    let reach = bounds::reach(occluders, relative);
+    let size = bounds::size(occluders, relative, around);
+    if !frame.set(light, point, reach, size) {
         return Found::Unknown;
     }
     let point = relative;

@@ -3,8 +3,8 @@
 
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
-    ConvexPolygon, DVec2, DVec3, Frame, ParallelLines, PlaneFrame, PolygonError, Segment,
-    ShadowCoords, ShadowTriangle, Triangle, predicates,
+    ConvexPolygon, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame, PolygonError,
+    Segment, ShadowCoords, ShadowTriangle, Triangle, point_margin, predicates,
 };
 use linelit_testkit::public;
 use linelit_testkit::rng::SplitMix64;
@@ -119,17 +119,20 @@ proptest! {
     }
 
     #[test]
-    fn shadows(v in hostile_vectors::<6>()) {
+    fn shadows(v in hostile_vectors::<6>(), reach in hostile(), distance in hostile()) {
+        let margin = point_margin(reach, distance);
+        prop_assert!((0.0..=POINT_MARGIN).contains(&margin), "{margin}");
         let [x, p, q, a, b, c] = v.map(vector);
         let Some(shadow) = ShadowTriangle::new(x, &Segment::new(p, q)) else {
             return Ok(());
         };
+        let shadow = shadow.with_reach(reach);
         let inside = |i: &Interval| i.lo >= 0.0 && i.lo < i.hi && i.hi <= 1.0;
         prop_assert!(shadow.blocked_by(&[a, b, c]).is_none_or(|i| inside(&i)));
         let corners = [a, b, c].map(|p| shadow.vertex(p));
-        prop_assert!(ShadowTriangle::blocked(&corners).is_none_or(|i| inside(&i)));
+        prop_assert!(shadow.blocked(&corners).is_none_or(|i| inside(&i)));
         let any = [a, b, c].map(|p| ShadowCoords { sigma: p.x, lam0: p.y, lam1: p.z });
-        prop_assert!(ShadowTriangle::blocked(&any).is_none_or(|i| inside(&i)));
+        prop_assert!(shadow.blocked(&any).is_none_or(|i| inside(&i)));
     }
 
     /// Both sets stay sorted, disjoint, within [0, 1] and equal.
