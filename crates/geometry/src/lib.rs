@@ -42,7 +42,6 @@
 
 mod frame;
 pub mod intervals;
-pub mod isa;
 mod parallel_lines;
 mod plane_frame;
 mod polygon;

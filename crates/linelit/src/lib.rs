@@ -20,6 +20,7 @@ pub use linelit_samplers as samplers;
 #[cfg(feature = "render")]
 pub use linelit_scene as scene;
 pub use linelit_shading as shading;
+pub use linelit_simd as simd;
 #[cfg(feature = "study")]
 pub use linelit_study as study;
 pub use linelit_visibility as visibility;

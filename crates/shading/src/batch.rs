@@ -6,7 +6,8 @@
 
 use crate::simd::{self, BLOCK, LANES, Model};
 use crate::{cylinder, point_line, ribbon};
-use linelit_geometry::{DVec3, Segment, isa::Isa};
+use linelit_geometry::{DVec3, Segment};
+use linelit_simd::Isa;
 
 /// Segments in columns, all of one length (the shortest counts): what vector registers load at once.
 #[derive(Clone, Copy, Debug)]

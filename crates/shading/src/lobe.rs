@@ -7,7 +7,8 @@ use crate::gauss::{
     exp_bounded,
 };
 use crate::simd;
-use linelit_geometry::{DVec3, isa::Isa, predicates};
+use linelit_geometry::{DVec3, predicates};
+use linelit_simd::Isa;
 
 /// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
 pub(crate) const DEPTH: f64 = 40.0;

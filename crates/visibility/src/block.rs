@@ -2,8 +2,9 @@
 //!
 //! In coordinates (u, v) with v along the lines, a line is a number u.
 
-use crate::{frame::LightFrame, simd::Simd};
+use crate::frame::LightFrame;
 use linelit_geometry::{DVec3, Segment};
+use linelit_simd::Simd;
 
 /// Images of lines on the light farther than this from parallel, in units of the light, make
 /// groups of their own.

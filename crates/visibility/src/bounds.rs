@@ -6,9 +6,9 @@ use crate::{
     frame::LightFrame,
     node::{Leaf, Node},
     ray::ROOM,
-    simd::Simd,
 };
 use linelit_geometry::DVec3;
+use linelit_simd::Simd;
 
 /// P, Q and W of eight places, or the coefficients of eight linear forms in them.
 pub(crate) type Vertex<S> = (<S as Simd>::F, <S as Simd>::F, <S as Simd>::F);

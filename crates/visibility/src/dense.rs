@@ -9,16 +9,15 @@ use crate::{
     Occluders, Scratch, VisibleLines,
     block::Lines,
     bounds::ShaftBounds,
-    dispatch::dispatch,
     frame::LightFrame,
     merge::{self, Slots},
     node::{Child, Leaf, Node},
     project::{self, Corners},
     shells::Backs,
-    simd::Simd,
     sweep::{self, Lanes},
 };
 use linelit_geometry::DVec3;
+use linelit_simd::{Simd, dispatch};
 
 /// Most lines that share a walk.
 pub(crate) const GROUP: usize = 8;
@@ -80,7 +79,7 @@ impl Images {
         };
         s.store(low[0], &mut images.low);
         s.store(high[0], &mut images.high);
-        s.spans(first, last, &mut images.bins);
+        s.bin_masks(first, last, &mut images.bins);
         images
     }
 
@@ -155,7 +154,7 @@ impl Covered {
         for k in 0..self.blocks.min(BLOCKS) {
             needed |= s.le(s.splat(image.low), s.load(&self.high[k]))
                 & s.le(s.load(&self.low[k]), s.splat(image.high))
-                & s.meets(&self.open[k], image.bins);
+                & s.intersects(&self.open[k], image.bins);
         }
         needed != 0
     }
@@ -169,7 +168,7 @@ impl Covered {
             for line in 0..8 {
                 needed |= s.le(low, s.splat(self.high[k][line]))
                     & s.le(s.splat(self.low[k][line]), high)
-                    & s.meets(&images.bins, self.open[k][line]);
+                    & s.intersects(&images.bins, self.open[k][line]);
             }
         }
         needed
@@ -199,7 +198,7 @@ impl Covered {
             let base = s.dsplat(8_388_608.0);
             let mut bins = Lanes([0; 8]);
             let (first, last) = (s.dadd(first, base), s.dadd(last, base));
-            s.spans(s.narrow(first), s.narrow(last), &mut bins);
+            s.bin_masks(s.narrow(first), s.narrow(last), &mut bins);
             for (open, bins) in self.open[k].iter_mut().zip(&bins.0) {
                 *open &= !bins;
             }
@@ -397,5 +396,5 @@ fn dense_kernel<S: Simd>(
 
 dispatch! {
     /// The visible pieces of the few lines of a dense shaft, on an instruction set.
-    dense = dense_kernel(occluders: &Occluders, query: &DenseQuery, frame: &LightFrame, scratch: &mut Scratch, out: &mut VisibleLines)
+    pub(crate) fn dense = dense_kernel(occluders: &Occluders, query: &DenseQuery, frame: &LightFrame, scratch: &mut Scratch, out: &mut VisibleLines)
 }

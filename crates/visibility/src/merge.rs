@@ -3,9 +3,9 @@
 use crate::{
     VisibleLines,
     block::{LineBlock, Lines},
-    simd::Simd,
     sweep::Lanes,
 };
+use linelit_simd::Simd;
 
 /// Hidden intervals that a line keeps before they spill.
 const ROOM: usize = 23;

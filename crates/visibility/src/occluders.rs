@@ -5,10 +5,8 @@ use crate::{
     node::Child,
     shells::Shells,
 };
-use linelit_geometry::{
-    DVec3,
-    isa::{InstructionSet, Isa},
-};
+use linelit_geometry::DVec3;
+use linelit_simd::{InstructionSet, Isa};
 
 /// The triangles of a scene, ready for ray and line queries.
 ///

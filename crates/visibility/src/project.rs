@@ -9,10 +9,10 @@ use crate::{
     node::Leaf,
     shaft::DENSE,
     shells::Backs,
-    simd::Simd,
     walk::Found,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
+use linelit_simd::Simd;
 
 /// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
 /// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the

@@ -2,13 +2,12 @@
 
 use crate::{
     Occluders, Scratch,
-    dispatch::dispatch,
     node::{Child, Node},
-    simd::Simd,
     sweep::Lanes,
     watertight::WatertightRay,
 };
 use linelit_geometry::DVec3;
+use linelit_simd::{Simd, dispatch};
 use std::ops::Range;
 
 /// A ray, or a piece of one: `origin + t·direction` for `t_min ≤ t ≤ t_max`. The direction need
@@ -330,9 +329,9 @@ fn closest_kernel<S: Simd>(
 
 dispatch! {
     /// [`Occluders::any_hit`] on an instruction set.
-    any = any_kernel(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool
+    pub(crate) fn any = any_kernel(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool
 }
 dispatch! {
     /// [`Occluders::closest_hit`] on an instruction set.
-    closest = closest_kernel(occluders: &Occluders, ray: &Ray, scratch: &mut Scratch) -> Option<Hit>
+    pub(crate) fn closest = closest_kernel(occluders: &Occluders, ray: &Ray, scratch: &mut Scratch) -> Option<Hit>
 }

@@ -8,8 +8,9 @@
 //! mesh's shape, whether it intersects itself or is inside out. So the images of one sign may be
 //! left out, once neither the shading point nor the light is in the shell's box.
 
-use crate::{build::Geometry, pool, simd::Simd};
+use crate::{build::Geometry, pool};
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
+use linelit_simd::Simd;
 
 /// A connected closed mesh.
 #[derive(Clone, Copy, Debug)]

@@ -9,12 +9,11 @@
 use crate::{
     Scratch, VisibleLines,
     block::{self, LineBlock, Lines},
-    dispatch::dispatch,
     merge::{self, Slots},
     project::{FlatBlock, FlatTriangles},
-    simd::Simd,
 };
 use linelit_geometry::{DVec3, Segment};
+use linelit_simd::{Simd, dispatch};
 
 /// Eight numbers side by side, aligned for the widest load.
 #[derive(Clone, Copy, Debug)]
@@ -208,9 +207,9 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
 
 dispatch! {
     /// Places and answers lines on an instruction set.
-    sweep = sweep_kernel(point: DVec3, lines: &[Segment], which: (usize, bool), scratch: &mut Scratch, out: &mut VisibleLines) -> usize
+    pub(crate) fn sweep = sweep_kernel(point: DVec3, lines: &[Segment], which: (usize, bool), scratch: &mut Scratch, out: &mut VisibleLines) -> usize
 }
 dispatch! {
     /// Whether the projected triangles hide a point, on an instruction set.
-    hidden_point = point_kernel(flat: &FlatTriangles, point: [f64; 2]) -> bool
+    pub(crate) fn hidden_point = point_kernel(flat: &FlatTriangles, point: [f64; 2]) -> bool
 }

@@ -3,14 +3,13 @@
 use crate::{
     Occluders, Scratch,
     bounds::{self, ShaftBounds},
-    dispatch::dispatch,
     frame::LightFrame,
     node::{Child, Leaf},
     project::{self, Corners},
     shells::Backs,
-    simd::Simd,
 };
 use linelit_geometry::DVec3;
+use linelit_simd::{Simd, dispatch};
 
 /// What is in a shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,5 +164,5 @@ fn find_kernel<S: Simd>(
 
 dispatch! {
     /// Finds what is in a shaft on an instruction set.
-    find = find_kernel(occluders: &Occluders, point: DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
+    pub(crate) fn find = find_kernel(occluders: &Occluders, point: DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
 }

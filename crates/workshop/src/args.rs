@@ -4,8 +4,8 @@ use clap::{Args, Parser, Subcommand};
 use linelit_cli::args::{
     List, MOST_SAMPLES, ReadArgs, SampleCounts, SceneArgs, instruction_set, seconds,
 };
-use linelit_geometry::isa::InstructionSet;
 use linelit_integrator::Estimator;
+use linelit_simd::InstructionSet;
 use linelit_study::pixels::Resolution;
 use std::path::PathBuf;
 

@@ -7,13 +7,14 @@ use std::fs;
 /// Crate, crates of the house it may know, crates of others it may know. The table of
 /// `docs/architecture.md`.
 const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
+    ("simd", &[], &[]),
     ("geometry", &[], &["glam", "smallvec"]),
     ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
     ("lights", &["geometry"], &[]),
     ("bsdf", &["geometry"], &[]),
-    ("shading", &["geometry"], &[]),
+    ("shading", &["geometry", "simd"], &[]),
     ("penumbra", &["geometry"], &[]),
-    ("visibility", &["geometry"], &["obvhs", "rayon"]),
+    ("visibility", &["geometry", "simd"], &["obvhs", "rayon"]),
     ("mis", &[], &[]),
     ("scene", &["geometry", "lights", "bsdf"], &[]),
     (
@@ -121,6 +122,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "mis",
             "pbrt",
             "penumbra",
+            "simd",
             "samplers",
             "scene",
             "shading",
@@ -138,6 +140,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "geometry",
             "lights",
             "bsdf",
+            "simd",
             "samplers",
             "integrator",
             "film",
@@ -165,6 +168,7 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
             "shading",
             "testkit",
             "bsdf",
+            "simd",
             "samplers",
             "visibility",
             "estimators",

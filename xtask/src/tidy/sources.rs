@@ -5,9 +5,12 @@ use crate::source::lines_with;
 use std::fs;
 
 /// Crates that do no I/O, start no thread and cannot fail.
-const PURE: [&str; 6] = ["geometry", "samplers", "lights", "bsdf", "shading", "mis"];
+const PURE: [&str; 7] = [
+    "simd", "geometry", "samplers", "lights", "bsdf", "shading", "mis",
+];
 /// All libraries; cli and workshop are programs.
 const LIBRARIES: &[&str] = &[
+    "simd",
     "geometry",
     "samplers",
     "lights",
@@ -30,7 +33,8 @@ const LIBRARIES: &[&str] = &[
     "testkit",
 ];
 /// The crates in the path of a pixel.
-const PIXEL_PATH: [&str; 10] = [
+const PIXEL_PATH: [&str; 11] = [
+    "simd",
     "geometry",
     "samplers",
     "lights",
@@ -45,12 +49,7 @@ const PIXEL_PATH: [&str; 10] = [
 
 /// Files in which `unsafe` may stand: SIMD kernels and their dispatch, each with a scalar twin that
 /// tests hold it to.
-const UNSAFE_ROOMS: [&str; 4] = [
-    "crates/visibility/src/simd",
-    "crates/visibility/src/dispatch.rs",
-    "crates/shading/src/simd",
-    "crates/shading/src/dispatch.rs",
-];
+const UNSAFE_ROOMS: [&str; 2] = ["crates/simd/src/x86.rs", "crates/shading/src/simd"];
 
 /// Where `f32` may stand in the crates of f64: kernels with a stated error bound.
 const F32_ROOMS: [&str; 2] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
@@ -223,7 +222,7 @@ pub(super) fn effects(house: &House) -> Vec<String> {
         problems.extend(file.complain("rayon", why));
     }
     // What is known of the processor is all that is shared.
-    let stateless = |file: &&Source| file.path != "crates/geometry/src/isa.rs";
+    let stateless = |file: &&Source| file.path != "crates/simd/src/isa.rs";
     for file in house.shipped(&PURE).filter(stateless) {
         for word in [
             "std::io",
@@ -342,9 +341,9 @@ pub(super) fn heap(house: &House) -> Vec<String> {
     problems
 }
 
-/// Where fused operations may stand in visibility although the instruction sets differ in them:
+/// Where fused operations may stand although the instruction sets differ in them:
 /// culling, whose verdicts have room for the rounding of either, never the ends of intervals.
-const CULLING: &str = "crates/visibility/src/simd/x86.rs";
+const CULLING: &str = "crates/simd/src/x86.rs";
 
 pub(super) fn numbers(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
@@ -354,7 +353,7 @@ pub(super) fn numbers(house: &House) -> Vec<String> {
         }
     }
     for file in house
-        .shipped(&["visibility"])
+        .shipped(&["simd", "visibility"])
         .filter(|file| file.path != CULLING)
     {
         for word in [

@@ -2,7 +2,7 @@
 
 use crate::common::{folder, linelit, path, text};
 use linelit_film::Image;
-use linelit_geometry::isa::InstructionSet;
+use linelit_simd::InstructionSet;
 use std::path::Path;
 
 /// Scenes of few and of many triangles, with shafts of every kind, next to estimators that use

@@ -15,7 +15,8 @@ mod x86;
 use crate::gauss::NODES;
 use crate::lobe::Panel;
 use crate::ordinary;
-use linelit_geometry::{DVec3, isa::Isa};
+use linelit_geometry::DVec3;
+use linelit_simd::Isa;
 
 pub(crate) use pair::side_by_side;
 
@@ -176,7 +177,7 @@ pub(crate) fn few<const COUNT: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linelit_geometry::isa::InstructionSet;
+    use linelit_simd::InstructionSet;
     use linelit_testkit::rng::SplitMix64;
 
     /// Every instruction set that this machine has.

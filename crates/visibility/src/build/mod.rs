@@ -18,9 +18,9 @@ use crate::{
     node::{Child, Leaf, Node},
     pool,
     shells::{Shell, Shells},
-    simd::Simd,
 };
 use binary::{Binary, Bounds};
+use linelit_simd::Simd;
 use split::Reference;
 
 /// Cost of testing a leaf, in tests of a node: measured, see docs/performance.md.

@@ -4,7 +4,7 @@
 //! module alone makes values: to hold one is proof that the processor has the instructions.
 //!
 //! ```
-//! use linelit_geometry::isa::{InstructionSet, Isa};
+//! use linelit_simd::{InstructionSet, Isa};
 //! assert!(Isa::detect(InstructionSet::Scalar).name() == InstructionSet::Scalar);
 //! assert!(Isa::detect(InstructionSet::Avx2).name() <= InstructionSet::Avx2);
 //! ```

@@ -4,8 +4,7 @@
     reason = "vendor intrinsics, behind tokens that prove they exist"
 )]
 
-use super::Simd;
-use linelit_geometry::isa::{Avx2, Avx512};
+use crate::{Avx2, Avx512, Simd};
 use std::arch::x86_64::*;
 
 /// The eight lanes of a move-mask.
@@ -36,6 +35,17 @@ impl Simd for Avx512 {
     type D = __m512d;
     type M = u8;
 
+    #[inline(always)]
+    fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
+        #[target_feature(
+            enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
+        )]
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { inner(f) }
+    }
     #[inline(always)]
     fn prefetch<T>(self, a: &T) {
         prefetch_lines(a);
@@ -127,7 +137,7 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
-    fn spans(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
+    fn bin_masks(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe {
             let low = _mm256_set1_epi32(63);
@@ -140,7 +150,7 @@ impl Simd for Avx512 {
         }
     }
     #[inline(always)]
-    fn meets(self, a: &[u64; 8], b: u64) -> u8 {
+    fn intersects(self, a: &[u64; 8], b: u64) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe {
             let a = _mm512_loadu_si512(a.as_ptr().cast());
@@ -256,6 +266,15 @@ impl Simd for Avx2 {
     type M = [__m256d; 2];
 
     #[inline(always)]
+    fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        // SAFETY: a value of this type exists only where the instructions do.
+        unsafe { inner(f) }
+    }
+    #[inline(always)]
     fn prefetch<T>(self, a: &T) {
         prefetch_lines(a);
     }
@@ -349,7 +368,7 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
-    fn spans(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
+    fn bin_masks(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe {
             let low = _mm256_set1_epi32(63);
@@ -367,7 +386,7 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
-    fn meets(self, a: &[u64; 8], b: u64) -> u8 {
+    fn intersects(self, a: &[u64; 8], b: u64) -> u8 {
         // SAFETY: a value of this type exists only where the instructions do.
         unsafe {
             let b = _mm256_set1_epi64x(b.cast_signed());

@@ -1,10 +1,10 @@
 //! The scalar twin: what every other instruction set is held to.
 
-use super::Simd;
+use crate::Simd;
 
 /// Plain Rust.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Scalar;
+pub struct Scalar;
 
 #[inline(always)]
 fn zip<T: Copy, U: Copy, V>(a: [T; 8], b: [U; 8], f: impl Fn(T, U) -> V) -> [V; 8] {
@@ -47,6 +47,10 @@ impl Simd for Scalar {
     type D = [f64; 8];
     type M = [bool; 8];
 
+    #[inline(always)]
+    fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
+        f()
+    }
     #[inline(always)]
     fn prefetch<T>(self, _: &T) {}
 
@@ -115,14 +119,14 @@ impl Simd for Scalar {
         squeeze(m, a, &mut out[at..at + 8]);
     }
     #[inline(always)]
-    fn spans(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
+    fn bin_masks(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
         for ((bits, first), last) in out.iter_mut().zip(first).zip(last) {
             let (first, last) = (first.to_bits() & 63, last.to_bits() & 63);
             *bits = (u64::MAX << first) & (u64::MAX >> (63 - last));
         }
     }
     #[inline(always)]
-    fn meets(self, a: &[u64; 8], b: u64) -> u8 {
+    fn intersects(self, a: &[u64; 8], b: u64) -> u8 {
         pack(zip(*a, [b; 8], |a, b| a & b != 0))
     }
     #[inline(always)]

@@ -1,0 +1,14 @@
+#![doc = include_str!("../README.md")]
+
+mod dispatch;
+mod isa;
+mod scalar;
+mod vector;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+#[cfg(target_arch = "x86_64")]
+pub use isa::{Avx2, Avx512};
+pub use isa::{InstructionSet, Isa, ParseInstructionSetError};
+pub use scalar::Scalar;
+pub use vector::Simd;
