@@ -1,6 +1,6 @@
 //! What all readers share: putting meshes into the scene, reading images, finishing.
 
-use crate::diagnostics::{ErrorKind, Files, Refusal, Result, SceneError, Warnings};
+use crate::diagnostics::{ErrorKind, Files, Refusal, Result, SceneError, Warnings, shorten};
 use crate::framing;
 use crate::gzip;
 use crate::options::{LoadOptions, Loaded};
@@ -304,13 +304,7 @@ impl Assembly {
                 Err(at(SceneError::new(kind, message), "named here"))
             }
             None => {
-                let extension: String = name
-                    .rsplit('.')
-                    .next()
-                    .unwrap_or("")
-                    .chars()
-                    .take(20)
-                    .collect();
+                let extension = shorten(name.rsplit('.').next().unwrap_or(""));
                 let message = format!("images of type `{extension}` are not supported");
                 self.warn(ErrorKind::Unsupported, message, "replaced by grey, 0.5", at)?;
                 Ok(None)

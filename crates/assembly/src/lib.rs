@@ -10,7 +10,9 @@ pub mod ply;
 mod polygon;
 
 pub use assembly::{Assembly, At, Opened};
-pub use diagnostics::{ErrorKind, Result, SceneError, Source, Span, Warning, Warnings, nearest};
+pub use diagnostics::{
+    ErrorKind, Result, SceneError, Source, Span, Warning, Warnings, nearest, shorten,
+};
 pub use framing::add_framing_light;
 pub use options::{LoadOptions, Loaded, Root};
 pub use polygon::triangulate;

@@ -20,14 +20,14 @@ const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
     (
         "assembly",
         &["scene", "geometry", "film"],
-        &["flate2", "thiserror"],
+        &["flate2", "strsim", "thiserror"],
     ),
     ("pbrt", &["assembly", "scene", "geometry", "lights"], &[]),
     (
         "formats",
         // Lights and film in tests.
         &["assembly", "pbrt", "scene", "geometry", "lights", "film"],
-        &["gltf", "serde", "serde_json", "tobj"],
+        &["base64", "gltf", "serde", "serde_json", "tobj"],
     ),
     (
         "estimators",

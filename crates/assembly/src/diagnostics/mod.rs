@@ -7,4 +7,4 @@ mod suggest;
 pub use error::{ErrorKind, Result, SceneError, Warning, Warnings};
 pub(crate) use source::{Files, Refusal};
 pub use source::{Source, Span};
-pub use suggest::nearest;
+pub use suggest::{nearest, shorten};

@@ -275,6 +275,17 @@ impl Source {
         String::from_utf8_lossy(&self.bytes[span.start.min(end)..end]).into_owned()
     }
 
+    /// An error about the text under a span; the label stands beside the caret.
+    pub fn error(
+        &self,
+        kind: ErrorKind,
+        message: impl Into<String>,
+        span: Span,
+        label: impl Into<String>,
+    ) -> SceneError {
+        SceneError::new(kind, message).at(self, span, label)
+    }
+
     /// The place of a span, for a message.
     pub(crate) fn place(&self, span: Span) -> Place {
         Place {

@@ -1,43 +1,30 @@
-//! The nearest known name for a misspelt one.
+//! The nearest known name for a misspelt one, and names that fit a message.
+
+/// A name that is short enough for a message: 40 characters of it, the last an ellipsis if there
+/// are more.
+pub fn shorten(text: &str) -> String {
+    if text.chars().count() <= 40 {
+        text.to_owned()
+    } else {
+        text.chars().take(39).chain(['…']).collect()
+    }
+}
 
 /// Names that are looked at: broken files may have many.
 const MAX_CANDIDATES: usize = 1000;
 
-/// The candidate that differs from `word` by the fewest edits, if few enough: a third of its
-/// length, at least one, and letter case counts nothing.
+/// The candidate that differs from `word` by the fewest edits (insertions, deletions, replacements
+/// and swaps of neighbours), if few enough: a third of its length, at least one, and letter case
+/// counts nothing.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let word: Vec<char> = word.chars().take(64).flat_map(char::to_lowercase).collect();
-    let allowed = (word.len() / 3).max(1);
-    candidates
-        .into_iter()
-        .take(MAX_CANDIDATES)
-        .map(|c| {
-            let lower: Vec<char> = c.chars().take(64).flat_map(char::to_lowercase).collect();
-            (edits(&word, &lower), c)
-        })
-        .filter(|(d, _)| *d <= allowed)
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, c)| c)
-}
-
-/// Insertions, deletions, replacements and swaps of neighbours that turn one word into the other
-/// (the optimal string alignment distance).
-fn edits(a: &[char], b: &[char]) -> usize {
-    let mut before: Vec<usize> = vec![0; b.len() + 1];
-    let mut last: Vec<usize> = (0..=b.len()).collect();
-    for i in 1..=a.len() {
-        let mut row = vec![i; b.len() + 1];
-        for j in 1..=b.len() {
-            let change = usize::from(a[i - 1] != b[j - 1]);
-            row[j] = (last[j] + 1).min(row[j - 1] + 1).min(last[j - 1] + change);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                row[j] = row[j].min(before[j - 2] + 1);
-            }
-        }
-        before = last;
-        last = row;
-    }
-    last[b.len()]
+    let lower =
+        |word: &str| -> String { word.chars().take(64).flat_map(char::to_lowercase).collect() };
+    let word = lower(word);
+    let allowed = (word.chars().count() / 3).max(1);
+    let candidates = candidates.into_iter().take(MAX_CANDIDATES);
+    let distances = candidates.map(|c| (strsim::osa_distance(&word, &lower(c)), c));
+    let near = distances.filter(|(d, _)| *d <= allowed);
+    near.min_by_key(|(d, _)| *d).map(|(_, c)| c)
 }
 
 #[cfg(test)]
@@ -58,13 +45,5 @@ mod tests {
         assert_eq!(nearest("AtributeBegin", names), Some("AttributeBegin"));
         assert_eq!(nearest("Bananas", names), None);
         assert_eq!(nearest("", names), None);
-    }
-
-    #[test]
-    fn counts_edits() {
-        let chars = |s: &str| s.chars().collect::<Vec<_>>();
-        assert_eq!(edits(&chars("kitten"), &chars("sitting")), 3);
-        assert_eq!(edits(&chars("ab"), &chars("ba")), 1);
-        assert_eq!(edits(&chars(""), &chars("abc")), 3);
     }
 }

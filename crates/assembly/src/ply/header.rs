@@ -1,6 +1,6 @@
 //! The text at the start of a PLY file.
 
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 
 /// How the rows are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,51 +23,46 @@ pub(super) enum Scalar {
     F64,
 }
 
-const SCALARS: &[(&str, Scalar)] = &[
-    ("char", Scalar::I8),
-    ("int8", Scalar::I8),
-    ("uchar", Scalar::U8),
-    ("uint8", Scalar::U8),
-    ("short", Scalar::I16),
-    ("int16", Scalar::I16),
-    ("ushort", Scalar::U16),
-    ("uint16", Scalar::U16),
-    ("int", Scalar::I32),
-    ("int32", Scalar::I32),
-    ("uint", Scalar::U32),
-    ("uint32", Scalar::U32),
-    ("float", Scalar::F32),
-    ("float32", Scalar::F32),
-    ("double", Scalar::F64),
-    ("float64", Scalar::F64),
+/// Types under their older and their newer name, with their bytes.
+const SCALARS: [(Scalar, [&str; 2], usize); 8] = [
+    (Scalar::I8, ["char", "int8"], 1),
+    (Scalar::U8, ["uchar", "uint8"], 1),
+    (Scalar::I16, ["short", "int16"], 2),
+    (Scalar::U16, ["ushort", "uint16"], 2),
+    (Scalar::I32, ["int", "int32"], 4),
+    (Scalar::U32, ["uint", "uint32"], 4),
+    (Scalar::F32, ["float", "float32"], 4),
+    (Scalar::F64, ["double", "float64"], 8),
 ];
 
 impl Scalar {
     pub(super) const fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
+        SCALARS[self as usize].2
     }
 
-    const fn is_float(self) -> bool {
+    pub(super) const fn is_float(self) -> bool {
         matches!(self, Self::F32 | Self::F64)
     }
+
+    fn named(name: &str) -> std::result::Result<Self, String> {
+        let found = SCALARS.iter().find(|(_, names, _)| names.contains(&name));
+        found.map(|found| found.0).ok_or_else(|| {
+            let message = format!("unknown number type `{}`", shorten(name));
+            match nearest(name, SCALARS.iter().flat_map(|s| s.1)) {
+                Some(near) => format!("{message}; did you mean `{near}`?"),
+                None => message,
+            }
+        })
+    }
 }
 
-/// What a property holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
-    Scalar(Scalar),
-    List { count: Scalar, item: Scalar },
-}
-
+/// What each row of an element holds under one name: a number, or a list behind its length.
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub(super) name: String,
-    pub(super) shape: Shape,
+    /// The type of a list's length.
+    pub(super) length: Option<Scalar>,
+    pub(super) item: Scalar,
 }
 
 #[derive(Clone, Debug)]
@@ -77,33 +72,7 @@ pub(super) struct Element {
     pub(super) properties: Vec<Property>,
 }
 
-impl Element {
-    /// The number of the scalar property of that name.
-    pub(super) fn scalar(&self, name: &str) -> Option<usize> {
-        self.properties
-            .iter()
-            .position(|p| p.name == name && matches!(p.shape, Shape::Scalar(_)))
-    }
-
-    /// The number of the integer list property of one of these names.
-    pub(super) fn list(&self, names: &[&str]) -> Option<usize> {
-        self.properties.iter().position(|p| {
-            names.contains(&p.name.as_str())
-                && matches!(p.shape, Shape::List { item, .. } if !item.is_float())
-        })
-    }
-
-    /// Fewest bytes of a row in binary.
-    pub(super) fn least_size(&self) -> usize {
-        let sizes = self.properties.iter().map(|p| match p.shape {
-            Shape::Scalar(s) => s.size(),
-            Shape::List { count, .. } => count.size(),
-        });
-        sizes.sum()
-    }
-}
-
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Header {
     pub(super) format: Format,
     pub(super) elements: Vec<Element>,
@@ -116,84 +85,39 @@ pub(super) struct Header {
 /// Most elements and properties that a header may have; ordinary files have a dozen.
 const MAX_ENTRIES: usize = 1000;
 
+/// Makes an error at a line, of a message and a label.
+type Bad<'a> = &'a dyn Fn(String, &str) -> SceneError;
+
 impl Header {
     pub(super) fn parse(source: &Source) -> Result<Self> {
-        let mut lines = Lines { source, at: 0 };
-        let first = lines.next().map(|span| source.text(span));
-        if first.as_deref().map(str::trim_end) != Some("ply") {
+        let mut at = 0;
+        if source.text(next_line(source, &mut at)).trim_end() != "ply" {
             // What other files hold is nobody's business.
             let error = SceneError::new(ErrorKind::Syntax, "this is no PLY file");
-            return Err(error
-                .in_file(source.name())
-                .note("expected `ply` on the first line"));
+            let error = error.in_file(source.name());
+            return Err(error.note("expected `ply` on the first line"));
         }
-        let mut format = None;
-        let mut elements: Vec<Element> = Vec::new();
-        let mut entries = 0;
-        while let Some(span) = lines.next() {
+        let (mut format, mut elements, mut entries) = (None, Vec::<Element>::new(), 0);
+        while at < source.bytes().len() {
+            let span = next_line(source, &mut at);
             let text = source.text(span);
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
-            let bad = |message: String, label: &str| {
-                SceneError::new(ErrorKind::Syntax, message).at(source, span, label)
-            };
+            let bad = |message, label: &str| source.error(ErrorKind::Syntax, message, span, label);
             match words.as_slice() {
                 [] | ["comment" | "obj_info", ..] => {}
-                ["format", name, "1.0"] => {
-                    format = Some(match *name {
-                        "ascii" => Format::Ascii,
-                        "binary_little_endian" => Format::Little,
-                        "binary_big_endian" => Format::Big,
-                        _ => {
-                            let names = ["ascii", "binary_little_endian", "binary_big_endian"];
-                            return Err(bad(format!("unknown PLY format `{name}`"), "")
-                                .suggest(nearest(name, names)));
-                        }
-                    });
-                }
-                ["format", ..] => {
-                    let label = "expected `format`, one of `ascii`, `binary_little_endian` and \
-                                 `binary_big_endian`, and the version `1.0`";
-                    let what = match words.get(2) {
-                        None => "has no version".to_owned(),
-                        Some(version) => {
-                            let version: String = version.chars().take(20).collect();
-                            format!("is of version `{version}`, which is not supported")
-                        }
-                    };
-                    return Err(bad(format!("the `format` of the PLY file {what}"), label));
-                }
-                ["element", name, _] if elements.iter().any(|e| e.name == *name) => {
-                    let name: String = name.chars().take(40).collect();
-                    let message = format!("element `{name}` is described twice");
-                    return Err(bad(message, "the second time"));
-                }
+                ["format", rest @ ..] => format = Some(parse_format(rest, &bad)?),
                 ["element", name, count] => {
-                    let count = count.parse().map_err(|_| {
-                        bad(
-                            format!("`{count}` is not a number of rows"),
-                            "expected a count",
-                        )
-                    })?;
-                    elements.push(Element {
-                        name: (*name).to_owned(),
-                        count,
-                        properties: Vec::new(),
-                    });
-                    entries += 1;
+                    elements.push(parse_element(&elements, name, count, &bad)?)
                 }
                 ["property", rest @ ..] => {
                     let property = parse_property(rest).map_err(|m| bad(m, ""))?;
-                    let Some(element) = elements.last_mut() else {
-                        return Err(bad("a property before the first element".into(), ""));
-                    };
+                    let none = || bad("a property before the first element".into(), "");
+                    let element = elements.last_mut().ok_or_else(none)?;
                     element.properties.push(property);
-                    entries += 1;
                 }
                 ["end_header"] => {
-                    let Some(format) = format else {
-                        return Err(bad("the PLY header has no `format`".into(), "ends here"));
-                    };
-                    let body = lines.at;
+                    let none = || bad("the PLY header has no `format`".into(), "ends here");
+                    let (format, body) = (format.ok_or_else(none)?, at);
                     return Ok(Self {
                         format,
                         elements,
@@ -203,88 +127,85 @@ impl Header {
                 }
                 [word, ..] => {
                     let names = ["comment", "format", "element", "property", "end_header"];
-                    let word: String = word.chars().take(40).collect();
                     // Some writers break comments into several lines; a slip of the pen in a
                     // keyword is another matter.
-                    if let Some(near) = nearest(&word, names) {
-                        return Err(bad(format!("unknown line `{word}` in the PLY header"), "")
-                            .suggest(Some(near)));
+                    if let Some(near) = nearest(word, names) {
+                        let message = format!("unknown line `{}` in the PLY header", shorten(word));
+                        return Err(bad(message, "").suggest(Some(near)));
                     }
                 }
             }
+            entries += usize::from(matches!(words[..], ["element" | "property", ..]));
             if entries > MAX_ENTRIES {
-                return Err(
-                    SceneError::new(ErrorKind::Limit, "the PLY header is too long").at(
-                        source,
-                        span,
-                        "too many elements and properties",
-                    ),
-                );
+                let error = SceneError::new(ErrorKind::Limit, "the PLY header is too long");
+                return Err(error.at(source, span, "too many elements and properties"));
             }
         }
-        let end = source.bytes().len();
-        Err(
-            SceneError::new(ErrorKind::Truncated, "the PLY header has no `end_header`").at(
-                source,
-                Span::new(end, end),
-                "the file ends here",
-            ),
-        )
+        let error = SceneError::new(ErrorKind::Truncated, "the PLY header has no `end_header`");
+        Err(error.at(source, Span::new(at, at), "the file ends here"))
     }
 }
 
-fn scalar(name: &str) -> std::result::Result<Scalar, String> {
-    let found = SCALARS.iter().find(|(n, _)| *n == name);
-    found.map(|(_, s)| *s).ok_or_else(|| {
-        let short: String = name.chars().take(40).collect();
-        match nearest(name, SCALARS.iter().map(|(n, _)| *n)) {
-            Some(near) => format!("unknown number type `{short}`; did you mean `{near}`?"),
-            None => format!("unknown number type `{short}`"),
+/// What stands behind `format`.
+fn parse_format(words: &[&str], bad: Bad<'_>) -> Result<Format> {
+    const NAMES: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
+    let what = match words {
+        ["ascii", "1.0"] => return Ok(Format::Ascii),
+        ["binary_little_endian", "1.0"] => return Ok(Format::Little),
+        ["binary_big_endian", "1.0"] => return Ok(Format::Big),
+        [name, "1.0"] => {
+            let error = bad(format!("unknown PLY format `{}`", shorten(name)), "");
+            return Err(error.suggest(nearest(name, NAMES)));
         }
+        [_, version, ..] => format!(
+            "is of version `{}`, which is not supported",
+            shorten(version)
+        ),
+        [] | [_] => "has no version".to_owned(),
+    };
+    let label = "expected `format`, one of `ascii`, `binary_little_endian` and \
+                 `binary_big_endian`, and the version `1.0`";
+    Err(bad(format!("the `format` of the PLY file {what}"), label))
+}
+
+fn parse_element(before: &[Element], name: &str, count: &str, bad: Bad<'_>) -> Result<Element> {
+    if before.iter().any(|e| e.name == name) {
+        let message = format!("element `{}` is described twice", shorten(name));
+        return Err(bad(message, "the second time"));
+    }
+    let what = || format!("`{}` is not a number of rows", shorten(count));
+    Ok(Element {
+        name: name.to_owned(),
+        count: count.parse().map_err(|_| bad(what(), "expected a count"))?,
+        properties: Vec::new(),
     })
 }
 
 fn parse_property(words: &[&str]) -> std::result::Result<Property, String> {
-    let (shape, name) = match words {
-        ["list", count, item, name] => {
-            let (count, item) = (scalar(count)?, scalar(item)?);
-            if count.is_float() {
-                return Err("the length of a list must be an integer".into());
-            }
-            (Shape::List { count, item }, name)
-        }
-        [ty, name] => (Shape::Scalar(scalar(ty)?), name),
+    let (length, item, name) = match words {
+        ["list", length, item, name] => (Some(Scalar::named(length)?), item, name),
+        [item, name] => (None, item, name),
         _ => return Err("expected `property TYPE NAME` or `property list TYPE TYPE NAME`".into()),
     };
-    Ok(Property {
-        name: (*name).to_owned(),
-        shape,
-    })
-}
-
-/// Lines that end in LF, CR LF or CR.
-struct Lines<'a> {
-    source: &'a Source,
-    at: usize,
-}
-
-impl Iterator for Lines<'_> {
-    type Item = Span;
-
-    fn next(&mut self) -> Option<Span> {
-        let bytes = self.source.bytes();
-        let rest = bytes.get(self.at..).filter(|r| !r.is_empty())?;
-        // A header line is short; a binary file without line ends is no header.
-        let end = rest
-            .iter()
-            .take(1 << 16)
-            .position(|b| matches!(b, b'\n' | b'\r'));
-        let span = Span::new(self.at, self.at + end.unwrap_or(rest.len()));
-        self.at = span.end;
-        if end.is_some() {
-            let crlf = bytes[span.end..].starts_with(b"\r\n");
-            self.at += if crlf { 2 } else { 1 };
-        }
-        Some(span)
+    if length.is_some_and(Scalar::is_float) {
+        return Err("the length of a list must be an integer".into());
     }
+    let (name, item) = ((*name).to_owned(), Scalar::named(item)?);
+    Ok(Property { name, length, item })
+}
+
+/// The line that starts at a byte, and ends in LF, CR LF or CR; goes on to the next.
+fn next_line(source: &Source, at: &mut usize) -> Span {
+    let rest = &source.bytes()[*at..];
+    // A header line is short; a binary file without line ends is no header.
+    let mut window = rest.iter().take(1 << 16);
+    let length = window.position(|b| matches!(b, b'\n' | b'\r'));
+    let span = Span::new(*at, *at + length.unwrap_or(rest.len()));
+    *at = span.end
+        + match &source.bytes()[span.end..] {
+            [] => 0,
+            [b'\r', b'\n', ..] => 2,
+            [_, ..] => 1,
+        };
+    span
 }

@@ -4,21 +4,24 @@
 //! and the face list `vertex_indices` (or `vertex_index`); everything else is read past. Counts in
 //! the header are checked against the size of the file before anything is allocated.
 
-mod ascii;
-mod binary;
 mod header;
+mod rows;
 
 use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source};
+use crate::diagnostics::{ErrorKind, Result, SceneError, Source, shorten};
 use crate::options::{LoadOptions, Loaded};
 use crate::polygon::triangulate;
-use header::{Element, Format, Header};
+use header::{Element, Header, Property};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
 use std::path::Path;
 
 /// Reads a scene that is one mesh of the default material, seen by a camera that frames it.
+///
+/// # Errors
+/// Whatever is wrong with the file, with its place; when [`LoadOptions::strict`] also what is
+/// merely not supported.
 pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Result<Loaded> {
     let mut base = Assembly::new(path, source.bytes().len(), options);
     let Mesh { mesh, left_out } = read(source)?;
@@ -48,242 +51,22 @@ pub struct Mesh {
 }
 
 /// Reads a mesh.
+///
+/// # Errors
+/// Whatever is wrong with the file, with its place.
 pub fn read(source: &Source) -> Result<Mesh> {
     let header = Header::parse(source)?;
-    let layout = Layout::new(source, &header)?;
-    let mut sink = Sink {
-        mesh: MeshData::default(),
-        layout,
-        faces: 0,
-    };
-    match header.format {
-        Format::Ascii => ascii::read(source, &header, &mut sink)?,
-        Format::Little => binary::read::<true>(source, &header, &mut sink)?,
-        Format::Big => binary::read::<false>(source, &header, &mut sink)?,
-    }
-    let left_out = sink.layout.left_out(&header);
-    Ok(Mesh {
-        mesh: sink.mesh,
-        left_out,
-    })
+    let mut sink = Sink::new(source, &header)?;
+    rows::read(source, &header, &mut sink)?;
+    let left_out = sink.left_out(&header);
+    let mesh = sink.mesh;
+    Ok(Mesh { mesh, left_out })
 }
 
 /// Names that a warning lists.
 const LISTED: usize = 12;
 
-/// Where the properties that we want stand among the others.
-#[derive(Debug)]
-struct Layout {
-    vertex: Option<usize>,
-    face: Option<usize>,
-    /// Property numbers of x, y, z.
-    position: [usize; 3],
-    normal: Option<[usize; 3]>,
-    uv: Option<[usize; 2]>,
-    /// Property number of the index list.
-    indices: usize,
-    vertex_count: usize,
-}
-
-impl Layout {
-    fn new(source: &Source, header: &Header) -> Result<Self> {
-        let find = |name: &str| header.elements.iter().position(|e| e.name == name);
-        let missing = |what: &str| {
-            SceneError::new(
-                ErrorKind::MissingParameter,
-                format!("the PLY header has no {what}"),
-            )
-            .at(source, header.span, "the header ends here")
-        };
-        let vertex = find("vertex").ok_or_else(|| missing("element `vertex`"))?;
-        let element = &header.elements[vertex];
-        let scalar = |name: &str| element.scalar(name);
-        let all = |names: &[&str]| names.iter().map(|n| scalar(n)).collect::<Option<Vec<_>>>();
-        let position = match all(&["x", "y", "z"]) {
-            Some(p) => [p[0], p[1], p[2]],
-            None => return Err(missing("vertex properties `x`, `y` and `z`")),
-        };
-        let pairs = [
-            ["u", "v"],
-            ["s", "t"],
-            ["texture_u", "texture_v"],
-            ["texture_s", "texture_t"],
-        ];
-        let uv = pairs
-            .iter()
-            .find_map(|names| all(names))
-            .map(|p| [p[0], p[1]]);
-        let face = find("face");
-        let indices = match face {
-            Some(f) => header.elements[f]
-                .list(&["vertex_indices", "vertex_index"])
-                .ok_or_else(|| missing("face property list `vertex_indices`"))?,
-            None => 0,
-        };
-        Ok(Self {
-            vertex: Some(vertex),
-            face,
-            position,
-            normal: all(&["nx", "ny", "nz"]).map(|p| [p[0], p[1], p[2]]),
-            uv,
-            indices,
-            vertex_count: element.count,
-        })
-    }
-}
-
-impl Layout {
-    /// What the header describes and nobody reads.
-    fn left_out(&self, header: &Header) -> Vec<String> {
-        let mut messages = Vec::new();
-        let list = |names: &[&str]| {
-            let shown: Vec<String> = names
-                .iter()
-                .take(LISTED)
-                .map(|n| format!("`{}`", n.chars().take(40).collect::<String>()))
-                .collect();
-            shown.join(", ")
-        };
-        let is_read = |k: usize| {
-            let uv = self.uv.iter().flatten();
-            let normal = self.normal.iter().flatten();
-            self.position
-                .iter()
-                .chain(normal)
-                .chain(uv)
-                .any(|i| *i == k)
-        };
-        if let Some(vertex) = self.vertex {
-            let properties = header.elements[vertex].properties.iter().enumerate();
-            let names: Vec<&str> = properties
-                .filter(|(k, _)| !is_read(*k))
-                .map(|(_, p)| p.name.as_str())
-                .collect();
-            if !names.is_empty() {
-                messages.push(format!("vertex properties are left out: {}", list(&names)));
-            }
-        }
-        // What every mesh tool writes and no renderer needs.
-        const SILENT: [&str; 2] = ["edge", "camera"];
-        let elements = header.elements.iter().enumerate();
-        let names: Vec<&str> = elements
-            .filter(|(k, e)| {
-                element_role(self, *k) == Role::Skip
-                    && e.count > 0
-                    && !SILENT.contains(&e.name.as_str())
-            })
-            .map(|(_, e)| e.name.as_str())
-            .collect();
-        if !names.is_empty() {
-            messages.push(format!("elements are left out: {}", list(&names)));
-        }
-        messages
-    }
-}
-
-/// Why a row was refused; the readers add the place.
-type RowResult = std::result::Result<(), String>;
-
-/// Takes the rows of the elements.
-#[derive(Debug)]
-struct Sink {
-    mesh: MeshData,
-    layout: Layout,
-    faces: usize,
-}
-
-impl Sink {
-    fn reserve(&mut self, vertices: usize, faces: usize) {
-        self.mesh.positions.reserve(vertices);
-        if self.layout.normal.is_some() {
-            self.mesh.normals.reserve(vertices);
-        }
-        if self.layout.uv.is_some() {
-            self.mesh.uvs.reserve(vertices);
-        }
-        self.mesh.triangles.reserve(faces);
-    }
-
-    #[allow(
-        clippy::cast_possible_truncation,
-        reason = "normals and texture coordinates are f32"
-    )]
-    fn vertex(&mut self, row: &[f64]) -> RowResult {
-        let layout = &self.layout;
-        let p = layout.position.map(|i| row[i]);
-        if !p.iter().all(|c| c.is_finite()) {
-            return Err(format!(
-                "vertex {} is not finite",
-                self.mesh.positions.len()
-            ));
-        }
-        self.mesh.positions.push(DVec3::from_array(p));
-        if let Some(normal) = layout.normal {
-            let n = normal.map(|i| row[i] as f32);
-            let finite = n.iter().all(|c| c.is_finite());
-            self.mesh.normals.push(if finite { n } else { [0.0; 3] });
-        }
-        if let Some(uv) = layout.uv {
-            let uv = uv.map(|i| row[i] as f32);
-            let finite = uv.iter().all(|c| c.is_finite());
-            self.mesh.uvs.push(if finite { uv } else { [0.0; 2] });
-        }
-        Ok(())
-    }
-
-    fn face(&mut self, indices: &[i64]) -> RowResult {
-        let number = self.faces;
-        self.faces += 1;
-        let count = self.layout.vertex_count;
-        let mut small = [0_u32; 4];
-        let mut large = Vec::new();
-        let corners: &mut [u32] = if indices.len() <= 4 {
-            &mut small[..indices.len()]
-        } else {
-            large.resize(indices.len(), 0);
-            &mut large
-        };
-        for (corner, &i) in corners.iter_mut().zip(indices) {
-            *corner = u32::try_from(i)
-                .ok()
-                .filter(|i| (*i as usize) < count)
-                .ok_or_else(|| {
-                    format!("face {number} refers to vertex {i}, but there are {count} vertices")
-                })?;
-        }
-        match *corners {
-            [_, _] | [_] | [] => Err(format!("face {number} has {} corners", indices.len())),
-            [a, b, c] => {
-                self.mesh.triangles.push([a, b, c]);
-                Ok(())
-            }
-            // Vertices may come behind the faces, so polygons are cut in the end if they must be.
-            _ if self.mesh.positions.len() < count => {
-                let fan = 1..corners.len() - 1;
-                self.mesh
-                    .triangles
-                    .extend(fan.map(|k| [corners[0], corners[k], corners[k + 1]]));
-                Ok(())
-            }
-            _ => {
-                triangulate(&self.mesh.positions, corners, &mut self.mesh.triangles);
-                Ok(())
-            }
-        }
-    }
-}
-
-/// The readers call this for each element.
-fn element_role(layout: &Layout, index: usize) -> Role {
-    if layout.vertex == Some(index) {
-        Role::Vertex
-    } else if layout.face == Some(index) {
-        Role::Face
-    } else {
-        Role::Skip
-    }
-}
-
+/// What the rows of an element are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     Vertex,
@@ -291,13 +74,183 @@ enum Role {
     Skip,
 }
 
-/// The message for a file that ends before its header's promise.
-fn truncated(element: &Element, row: usize) -> SceneError {
-    SceneError::new(
-        ErrorKind::Truncated,
-        format!(
-            "the file ends in `{}` {row} of {}",
-            element.name, element.count
-        ),
-    )
+/// Takes the rows of the elements.
+#[derive(Debug)]
+struct Sink {
+    mesh: MeshData,
+    faces: usize,
+    /// Of the elements.
+    vertex: usize,
+    face: Option<usize>,
+    vertex_count: usize,
+    /// Among the properties of a vertex.
+    position: [usize; 3],
+    normal: Option<[usize; 3]>,
+    uv: Option<[usize; 2]>,
+    /// The list of corners among the properties of a face.
+    indices: usize,
+}
+
+/// Why a row was refused; the readers add the place.
+type RowResult = std::result::Result<(), String>;
+
+impl Sink {
+    fn new(source: &Source, header: &Header) -> Result<Self> {
+        let find = |name: &str| header.elements.iter().position(|e| e.name == name);
+        let missing = |what: &str| {
+            let message = format!("the PLY header has no {what}");
+            let error = SceneError::new(ErrorKind::MissingParameter, message);
+            error.at(source, header.span, "the header ends here")
+        };
+        let vertex = find("vertex").ok_or_else(|| missing("element `vertex`"))?;
+        let element = &header.elements[vertex];
+        let face = find("face");
+        let indices = face.map(|f| {
+            let is_list = |p: &Property| {
+                let named = ["vertex_indices", "vertex_index"].contains(&p.name.as_str());
+                named && p.length.is_some() && !p.item.is_float()
+            };
+            let list = header.elements[f].properties.iter().position(is_list);
+            list.ok_or_else(|| missing("face property list `vertex_indices`"))
+        });
+        let uvs = ["u v", "s t", "texture_u texture_v", "texture_s texture_t"];
+        Ok(Self {
+            mesh: MeshData::default(),
+            faces: 0,
+            vertex,
+            face,
+            vertex_count: element.count,
+            position: columns(element, "x y z")
+                .ok_or_else(|| missing("vertex properties `x`, `y` and `z`"))?,
+            normal: columns(element, "nx ny nz"),
+            uv: uvs.into_iter().find_map(|names| columns(element, names)),
+            indices: indices.transpose()?.unwrap_or_default(),
+        })
+    }
+
+    fn role(&self, element: usize) -> Role {
+        if element == self.vertex {
+            Role::Vertex
+        } else if self.face == Some(element) {
+            Role::Face
+        } else {
+            Role::Skip
+        }
+    }
+
+    /// What the header describes and nobody reads.
+    fn left_out(&self, header: &Header) -> Vec<String> {
+        // What every mesh tool writes and no renderer needs.
+        const SILENT: [&str; 2] = ["edge", "camera"];
+        let is_read = |k: &usize| {
+            let others = self.normal.iter().flatten().chain(self.uv.iter().flatten());
+            self.position.iter().chain(others).any(|i| i == k)
+        };
+        let properties = header.elements[self.vertex].properties.iter().enumerate();
+        let properties = properties.filter(|(k, _)| !is_read(k));
+        let elements = header.elements.iter().enumerate().filter(|(k, e)| {
+            self.role(*k) == Role::Skip && e.count > 0 && !SILENT.contains(&e.name.as_str())
+        });
+        let list = |what: &str, names: Vec<&str>| {
+            let shown = names.iter().take(LISTED);
+            let shown: Vec<_> = shown.map(|n| format!("`{}`", shorten(n))).collect();
+            let message = format!("{what} are left out: {}", shown.join(", "));
+            (!names.is_empty()).then_some(message)
+        };
+        [
+            list(
+                "vertex properties",
+                properties.map(|(_, p)| &*p.name).collect(),
+            ),
+            list("elements", elements.map(|(_, e)| &*e.name).collect()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    fn reserve(&mut self, role: Role, rows: usize) {
+        match role {
+            Role::Vertex => {
+                self.mesh.positions.reserve(rows);
+                self.mesh.normals.reserve(self.normal.map_or(0, |_| rows));
+                self.mesh.uvs.reserve(self.uv.map_or(0, |_| rows));
+            }
+            Role::Face => self.mesh.triangles.reserve(rows),
+            Role::Skip => {}
+        }
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "normals and texture coordinates are f32"
+    )]
+    fn vertex(&mut self, row: &[f64]) -> RowResult {
+        fn finite<const N: usize>(row: &[f64], columns: [usize; N]) -> [f32; N] {
+            let values = columns.map(|i| row[i] as f32);
+            if values.iter().all(|c| c.is_finite()) {
+                values
+            } else {
+                [0.0; N]
+            }
+        }
+        let p = DVec3::from_array(self.position.map(|i| row[i]));
+        if !p.is_finite() {
+            let number = self.mesh.positions.len();
+            return Err(format!("vertex {number} is not finite"));
+        }
+        self.mesh.positions.push(p);
+        let normal = self.normal.map(|columns| finite(row, columns));
+        self.mesh.normals.extend(normal);
+        let uv = self.uv.map(|columns| finite(row, columns));
+        self.mesh.uvs.extend(uv);
+        Ok(())
+    }
+
+    fn face(&mut self, indices: &[f64]) -> RowResult {
+        let (number, count) = (self.faces, self.vertex_count);
+        self.faces += 1;
+        let index = |i: f64| {
+            if (0.0..count.min(1 << 32) as f64).contains(&i) {
+                #[allow(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "an integer in range"
+                )]
+                return Ok(i as u32);
+            }
+            Err(format!(
+                "face {number} refers to vertex {i}, but there are {count} vertices"
+            ))
+        };
+        if let [a, b, c] = *indices {
+            self.mesh.triangles.push([index(a)?, index(b)?, index(c)?]);
+            return Ok(());
+        }
+        let corners = indices.iter().map(|i| index(*i));
+        let corners: Vec<u32> = corners.collect::<std::result::Result<_, _>>()?;
+        if corners.len() < 3 {
+            return Err(format!("face {number} has {} corners", corners.len()));
+        }
+        // Where vertices come behind the faces, polygons are fans.
+        if self.mesh.positions.len() < count {
+            let fan = corners[1..]
+                .windows(2)
+                .map(|two| [corners[0], two[0], two[1]]);
+            self.mesh.triangles.extend(fan);
+        } else {
+            triangulate(&self.mesh.positions, &corners, &mut self.mesh.triangles);
+        }
+        Ok(())
+    }
+}
+
+/// The numbers of the scalar properties of these names, if all are there.
+fn columns<const N: usize>(element: &Element, names: &str) -> Option<[usize; N]> {
+    let find = |name| {
+        let mut all = element.properties.iter();
+        all.position(|p| p.name == name && p.length.is_none())
+    };
+    let found: Option<Vec<usize>> = names.split(' ').map(find).collect();
+    found?.try_into().ok()
 }

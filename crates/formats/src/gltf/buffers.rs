@@ -1,11 +1,12 @@
 //! Buffers, views and accessors: the binary side of a glTF file.
 
 use super::document::{Document, List, Raw};
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, Engine as _, GeneralPurpose, GeneralPurposeConfig};
 use gltf::json::accessor::{Accessor, ComponentType, Type, sparse};
 use gltf::json::buffer;
 use gltf::json::validation::{Checked, USize64};
-use linelit_assembly::Assembly;
-use linelit_assembly::{ErrorKind, Result, SceneError};
+use linelit_assembly::{Assembly, ErrorKind, Result, SceneError};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
@@ -369,27 +370,19 @@ fn percent_bytes(uri: &str) -> Vec<u8> {
     out
 }
 
+/// As lenient as browsers: either alphabet, white space, padding or none.
 fn base64(text: &[u8]) -> Option<Vec<u8>> {
-    let mut out = Vec::with_capacity(text.len() / 4 * 3);
-    let (mut bits, mut count) = (0_u32, 0);
-    for &b in text.iter().filter(|b| !b.is_ascii_whitespace()) {
-        let value = match b {
-            b'A'..=b'Z' => b - b'A',
-            b'a'..=b'z' => b - b'a' + 26,
-            b'0'..=b'9' => b - b'0' + 52,
-            b'+' | b'-' => 62,
-            b'/' | b'_' => 63,
-            b'=' => break,
-            _ => return None,
-        };
-        bits = (bits << 6) | u32::from(value);
-        count += 6;
-        if count >= 8 {
-            count -= 8;
-            out.push(u8::try_from((bits >> count) & 0xff).unwrap_or(0));
-        }
-    }
-    Some(out)
+    let lenient = GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true);
+    let one_alphabet = |b: &u8| match b {
+        b'-' => b'+',
+        b'_' => b'/',
+        other => *other,
+    };
+    let text = text.iter().filter(|b| !b.is_ascii_whitespace());
+    let text: Vec<u8> = text.map(one_alphabet).collect();
+    GeneralPurpose::new(&STANDARD, lenient).decode(text).ok()
 }
 
 /// The factor that turns normalised integers into fractions.
@@ -424,6 +417,8 @@ mod tests {
     fn base64_and_percent_signs() {
         assert_eq!(base64(b"TWFu").unwrap(), b"Man");
         assert_eq!(base64(b"TQ==").unwrap(), b"M");
+        assert_eq!(base64(b"-_\n-_").unwrap(), [0xfb, 0xff, 0xbf]);
+        assert_eq!(base64(b"TQ").unwrap(), b"M");
         assert!(base64(b"T*==").is_none());
         assert_eq!(percent_decode("a%20b%"), "a b%");
     }

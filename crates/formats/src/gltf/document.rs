@@ -3,7 +3,7 @@
 //! The lists at the top are read at once, their elements when they are asked for: until then they
 //! are text, whose address tells where in the file they stand.
 
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, shorten};
 use serde::Deserialize;
 use serde_json::error::Category;
 use serde_json::value::RawValue;
@@ -170,7 +170,7 @@ impl<'a> Document<'a> {
         raw: Raw<'a>,
         label: &str,
     ) -> SceneError {
-        SceneError::new(kind, message).at(self.source, self.span(raw), label)
+        self.source.error(kind, message, self.span(raw), label)
     }
 
     /// Something that has to be there.
@@ -237,7 +237,7 @@ fn malformed(source: &Source, start: usize, text: &[u8], error: &serde_json::Err
             }
         }
     };
-    SceneError::new(kind, message).at(source, span, label)
+    source.error(kind, message, span, label)
 }
 
 /// The value whose end, or whose last byte before, the reader was at.
@@ -281,10 +281,5 @@ fn key_of(before: &[u8]) -> Option<String> {
     let before = before.trim_ascii_end().strip_suffix(b":")?.trim_ascii_end();
     let name = before.strip_suffix(b"\"")?;
     let first = name.iter().rposition(|b| *b == b'"')? + 1;
-    Some(
-        String::from_utf8_lossy(&name[first..])
-            .chars()
-            .take(40)
-            .collect(),
-    )
+    Some(shorten(&String::from_utf8_lossy(&name[first..])))
 }

@@ -15,9 +15,9 @@ mod textures;
 
 use buffers::Buffers;
 use document::{Document, List, Raw};
-use linelit_assembly::Assembly;
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
-use linelit_assembly::{LoadOptions, Loaded};
+use linelit_assembly::{
+    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span,
+};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
 use linelit_scene::{Camera, FilmSettings, Projection};

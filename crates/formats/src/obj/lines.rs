@@ -1,6 +1,6 @@
 //! Statements: lines of words, continued by a backslash, with `#` comments.
 
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{ErrorKind, Result, Source, Span, shorten};
 
 /// A statement.
 #[derive(Debug, Default)]
@@ -110,11 +110,7 @@ pub(super) fn numbers<const N: usize>(
         let Some(span) = words.get(k) else {
             let word = source.text(keyword);
             let message = format!("`{word}` has {k} numbers, expected {N}");
-            return Err(SceneError::new(ErrorKind::Syntax, message).at(
-                source,
-                keyword,
-                "too few numbers",
-            ));
+            return Err(source.error(ErrorKind::Syntax, message, keyword, "too few numbers"));
         };
         *value = number(source, *span)?;
     }
@@ -125,21 +121,22 @@ pub(super) fn numbers<const N: usize>(
 pub(super) fn number(source: &Source, span: Span) -> Result<f64> {
     let text = std::str::from_utf8(&source.bytes()[span.start..span.end]);
     let value = text.ok().and_then(|t| t.parse::<f64>().ok());
-    let shown = || source.text(span).chars().take(40).collect::<String>();
+    let shown = || shorten(&source.text(span));
     match value {
         // Positions beyond f32 are refused with their mesh; these would overflow on the way.
         Some(value) if value.abs() <= f64::from(f32::MAX) => Ok(value),
         Some(_) => {
             let message = format!("`{}` is not a finite number", shown());
-            Err(SceneError::new(ErrorKind::OutOfRange, message).at(
-                source,
+            Err(source.error(
+                ErrorKind::OutOfRange,
+                message,
                 span,
                 "expected a finite number",
             ))
         }
         None => {
             let message = format!("`{}` is not a number", shown());
-            Err(SceneError::new(ErrorKind::Syntax, message).at(source, span, "expected a number"))
+            Err(source.error(ErrorKind::Syntax, message, span, "expected a number"))
         }
     }
 }

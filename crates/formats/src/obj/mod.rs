@@ -10,10 +10,7 @@ mod lines;
 mod mtl;
 mod statements;
 
-use linelit_assembly::Assembly;
-use linelit_assembly::triangulate;
-use linelit_assembly::{LoadOptions, Loaded};
-use linelit_assembly::{Result, SceneError, Source};
+use linelit_assembly::{Assembly, LoadOptions, Loaded, Result, SceneError, Source, triangulate};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{FilmSettings, MeshData, Placement};

@@ -4,8 +4,7 @@
 //! our `phong`, one without Lambert. Bump maps are named in a warning: their heights have no unit.
 
 use super::lines::{Line, Lines, number, numbers};
-use linelit_assembly::Assembly;
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{Assembly, ErrorKind, Result, SceneError, Source, Span, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{
     EmissionSpec, ImageTexture, Material, MaterialKind, NormalMap, Texture, TextureFilter,
@@ -129,10 +128,7 @@ fn statement(
         b"map_Ke" => draft.ke_map = image(base, source, rest, true)?,
         b"norm" => draft.normals = image(base, source, rest, false)?,
         other => {
-            let word = String::from_utf8_lossy(other)
-                .chars()
-                .take(40)
-                .collect::<String>();
+            let word = shorten(&String::from_utf8_lossy(other));
             if !SILENT.contains(&word.as_str()) && !line.words.is_empty() {
                 let message = format!("material statement `{word}` is not supported");
                 base.warn(ErrorKind::Unsupported, message, "left out", &at)?;
@@ -163,8 +159,9 @@ fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) ->
     }?;
     if rgb.min_element() < 0.0 {
         let message = format!("negative `{}`", source.text(keyword));
-        return Err(SceneError::new(ErrorKind::OutOfRange, message).at(
-            source,
+        return Err(source.error(
+            ErrorKind::OutOfRange,
+            message,
             keyword,
             "must not be negative",
         ));

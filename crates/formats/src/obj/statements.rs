@@ -8,8 +8,7 @@
 
 use super::lines::{self, Line, Lines};
 use super::mtl;
-use linelit_assembly::Assembly;
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use linelit_assembly::{Assembly, ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_scene::EmissionSpec;
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read, Write as _};
@@ -230,7 +229,7 @@ impl<'a> Statements<'a> {
                 .base
                 .warn(ErrorKind::Unsupported, message, "left out", &at);
         }
-        let word: String = word.chars().take(40).collect();
+        let word = shorten(&word);
         let near = nearest(&word, KNOWN.into_iter().chain(SILENT));
         let message = format!("unknown OBJ statement `{word}`");
         let suggest = |e: SceneError, label: &str| at(e, label).suggest(near);
@@ -242,20 +241,13 @@ impl<'a> Statements<'a> {
     fn resolve(&self, span: Span, text: &[u8], kind: usize) -> Result<u32> {
         let (source, count) = (self.source, self.counts[kind]);
         let what = WHAT[kind];
-        let shown = String::from_utf8_lossy(text)
-            .chars()
-            .take(40)
-            .collect::<String>();
+        let shown = shorten(&String::from_utf8_lossy(text));
         let index = std::str::from_utf8(text)
             .ok()
             .and_then(|t| t.parse::<i64>().ok());
         let Some(index) = index else {
             let message = format!("`{shown}` is no index of a {what}");
-            return Err(SceneError::new(ErrorKind::Syntax, message).at(
-                source,
-                span,
-                "expected an integer",
-            ));
+            return Err(source.error(ErrorKind::Syntax, message, span, "expected an integer"));
         };
         let count_i = i64::try_from(count).unwrap_or(i64::MAX);
         let zero_based = if index < 0 {
@@ -273,7 +265,7 @@ impl<'a> Statements<'a> {
                     0 => format!("there is no {what} so far"),
                     _ => format!("there are {count} so far, counted from 1"),
                 };
-                SceneError::new(ErrorKind::BadMesh, message).at(source, span, label)
+                source.error(ErrorKind::BadMesh, message, span, label)
             })
     }
 
@@ -376,7 +368,7 @@ impl<'a> Statements<'a> {
         let found = self.materials.get(&name).copied();
         self.material = found.unwrap_or((0, None));
         if found.is_none() {
-            let shown: String = name.chars().take(40).collect();
+            let shown = shorten(&name);
             let message = format!("unknown material `{shown}`");
             let place = if span.start == span.end {
                 keyword

@@ -1,10 +1,10 @@
 //! What each directive does.
 
-use super::lexer::{Lexer, Token, TokenKind, shorten};
+use super::lexer::{Lexer, Token, TokenKind};
 use super::params::Params;
 use super::state::Target;
 use super::{Block, Loader, unknown};
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::glam::DAffine3;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -54,6 +54,9 @@ const DIRECTIVES: &[&str] = &[
     "WorldBegin",
     "WorldEnd",
 ];
+
+const NO_MEDIA: &str = "participating media are not supported";
+const NO_MOTION: &str = "motion is not supported: transforms are those of the start";
 
 /// Blocks that may be open at once.
 const MAX_BLOCKS: usize = 10_000;
@@ -123,82 +126,72 @@ impl Loader {
             }
             "LightSource" => {
                 let (name, params) = self.named_params(lexer, token, "a light type")?;
-                let message = format!(
-                    "light source `{}` is no area light or linear light; it is left out",
-                    shorten(&name)
-                );
+                let name = shorten(&name);
+                let what = "is no area light or linear light; it is left out";
+                let message = format!("light source `{name}` {what}");
                 self.warn_at(&params, ErrorKind::Unsupported, message, "left out")
             }
             "MakeNamedMedium" => {
                 let (_, params) = self.named_params(lexer, token, "a medium name")?;
-                let message = "participating media are not supported".to_owned();
-                self.warn_at(&params, ErrorKind::Unsupported, message, "left out")
+                self.warn_at(&params, ErrorKind::Unsupported, NO_MEDIA.into(), "left out")
             }
             "MediumInterface" => {
                 self.name(lexer, token, "a medium name")?;
                 if lexer.peek()?.is_some_and(|t| t.kind == TokenKind::Quoted) {
                     self.name(lexer, token, "a medium name")?;
                 }
-                let message = "participating media are not supported";
-                let source = Arc::clone(lexer.source());
-                self.base
-                    .warnings
-                    .warn(ErrorKind::Unsupported, message, |e| {
-                        e.at(&source, token.span, "left out")
-                    })
+                self.unsupported(lexer, token, NO_MEDIA, "left out")
             }
-            "ActiveTransform" => {
-                let which = lexer.next()?.map(|t| lexer.source().text(t.span));
-                self.state.end_time_only = match which.as_deref() {
-                    Some("EndTime") => true,
-                    Some("StartTime" | "All") => false,
-                    _ => {
-                        let message = "`ActiveTransform` without a time";
-                        return Err(SceneError::new(ErrorKind::Syntax, message).at(
-                            lexer.source(),
-                            token.span,
-                            "expected `StartTime`, `EndTime` or `All` behind it",
-                        ));
-                    }
-                };
-                self.no_motion(lexer, token)
-            }
+            "ActiveTransform" => self.active_transform(lexer, token),
             "TransformTimes" => {
                 self.next_number(lexer, token)?;
                 self.next_number(lexer, token)?;
-                self.no_motion(lexer, token)
+                self.unsupported(lexer, token, NO_MOTION, "ignored")
             }
             _ => {
-                let message = if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
-                    format!("unexpected number `{}`", shorten(&word))
+                let is_number = word.starts_with(|c: char| c.is_ascii_digit() || c == '-');
+                let what = if is_number {
+                    "unexpected number"
                 } else {
-                    format!("unknown directive `{}`", shorten(&word))
+                    "unknown directive"
                 };
-                Err(SceneError::new(ErrorKind::UnknownName, message)
-                    .at(lexer.source(), token.span, "expected a directive")
-                    .suggest(nearest(&word, DIRECTIVES.iter().copied())))
+                let message = format!("{what} `{}`", shorten(&word));
+                let kind = ErrorKind::UnknownName;
+                let error = lexer.error(kind, message, token.span, "expected a directive");
+                Err(error.suggest(nearest(&word, DIRECTIVES.iter().copied())))
             }
         }
     }
 
-    fn no_motion(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
-        let source = Arc::clone(lexer.source());
-        let message = "motion is not supported: transforms are those of the start";
-        self.base
-            .warnings
-            .warn(ErrorKind::Unsupported, message, |e| {
-                e.at(&source, token.span, "ignored")
-            })
+    fn active_transform(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
+        let which = lexer.next()?.map(|t| lexer.source().text(t.span));
+        self.state.end_time_only = match which.as_deref() {
+            Some("EndTime") => true,
+            Some("StartTime" | "All") => false,
+            _ => {
+                let message = "`ActiveTransform` without a time";
+                let label = "expected `StartTime`, `EndTime` or `All` behind it";
+                return Err(lexer.error(ErrorKind::Syntax, message, token.span, label));
+            }
+        };
+        self.unsupported(lexer, token, NO_MOTION, "ignored")
+    }
+
+    fn unsupported(
+        &mut self,
+        lexer: &Lexer,
+        token: Token,
+        message: &str,
+        label: &str,
+    ) -> Result<()> {
+        let at = |e: SceneError, label: &str| e.at(lexer.source(), token.span, label);
+        self.base.warn(ErrorKind::Unsupported, message, label, &at)
     }
 
     fn open_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
         if self.stack.len() >= MAX_BLOCKS {
             let message = format!("blocks are nested more than {MAX_BLOCKS} deep");
-            return Err(SceneError::new(ErrorKind::Limit, message).at(
-                lexer.source(),
-                token.span,
-                "",
-            ));
+            return Err(lexer.error(ErrorKind::Limit, message, token.span, ""));
         }
         self.stack.push(Block {
             opener,
@@ -213,14 +206,13 @@ impl Loader {
     fn close_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
         let word = lexer.source().text(token.span);
         let Some(block) = self.stack.pop_if(|b| b.opener == opener) else {
-            let error = SceneError::new(ErrorKind::Nesting, format!("`{word}` without `{opener}`"))
-                .at(lexer.source(), token.span, "nothing to close");
+            let message = format!("`{word}` without `{opener}`");
+            let error = misplaced(lexer, token.span, message, "nothing to close");
             return Err(match self.stack.last() {
-                Some(b) => error.note(format!(
-                    "the innermost open block is `{}` at {}",
-                    b.opener,
-                    b.source.short(b.span)
-                )),
+                Some(b) => {
+                    let (opener, place) = (b.opener, b.source.short(b.span));
+                    error.note(format!("the innermost open block is `{opener}` at {place}"))
+                }
                 None => error,
             });
         };
@@ -236,13 +228,8 @@ impl Loader {
         let (name, _) = self.name(lexer, token, "a name")?;
         self.needs_world(lexer, token)?;
         if self.object.is_some() {
-            return Err(
-                SceneError::new(ErrorKind::Nesting, "`ObjectBegin` inside `ObjectBegin`").at(
-                    lexer.source(),
-                    token.span,
-                    "objects do not nest",
-                ),
-            );
+            let message = "`ObjectBegin` inside `ObjectBegin`";
+            return Err(misplaced(lexer, token.span, message, "objects do not nest"));
         }
         self.open_block(lexer, token, "ObjectBegin")?;
         self.object = Some((name, Vec::new()));
@@ -261,20 +248,14 @@ impl Loader {
         let (name, name_token) = self.name(lexer, token, "an object's name")?;
         let span = token.span.to(name_token.span);
         if self.object.is_some() {
-            return Err(SceneError::new(
-                ErrorKind::Nesting,
-                "`ObjectInstance` inside `ObjectBegin`",
-            )
-            .at(lexer.source(), span, "instances do not nest"));
+            let message = "`ObjectInstance` inside `ObjectBegin`";
+            return Err(misplaced(lexer, span, message, "instances do not nest"));
         }
         let Some(shapes) = self.objects.get(&name).map(Rc::clone) else {
             let names = self.objects.keys().map(String::as_str);
-            return Err(SceneError::new(
-                ErrorKind::UnknownName,
-                format!("unknown object `{}`", shorten(&name)),
-            )
-            .at(lexer.source(), span, "")
-            .suggest(nearest(&name, names)));
+            let message = format!("unknown object `{}`", shorten(&name));
+            let error = lexer.error(ErrorKind::UnknownName, message, span, "");
+            return Err(error.suggest(nearest(&name, names)));
         };
         let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
         if shapes.iter().any(|s| s.emission.is_some()) {
@@ -314,18 +295,13 @@ impl Loader {
             return Ok(());
         }
         let message = "too many defaults by `Attribute`";
-        Err(SceneError::new(ErrorKind::Limit, message).at(&source, span, "these are too many"))
+        Err(source.error(ErrorKind::Limit, message, span, "these are too many"))
     }
 
     fn world_begin(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
         if self.in_world {
-            return Err(
-                SceneError::new(ErrorKind::Nesting, "a second `WorldBegin`").at(
-                    lexer.source(),
-                    token.span,
-                    "the world has begun already",
-                ),
-            );
+            let label = "the world has begun already";
+            return Err(misplaced(lexer, token.span, "a second `WorldBegin`", label));
         }
         self.in_world = true;
         self.state.ctm = DAffine3::IDENTITY;
@@ -336,25 +312,14 @@ impl Loader {
 
     fn world_end(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
         if !self.in_world {
-            return Err(
-                SceneError::new(ErrorKind::Nesting, "`WorldEnd` without `WorldBegin`").at(
-                    lexer.source(),
-                    token.span,
-                    "nothing to close",
-                ),
-            );
+            let message = "`WorldEnd` without `WorldBegin`";
+            return Err(misplaced(lexer, token.span, message, "nothing to close"));
         }
         if let Some(block) = self.stack.last() {
-            let note = format!(
-                "`{}` at {} is still open",
-                block.opener,
-                block.source.short(block.span)
-            );
-            return Err(
-                SceneError::new(ErrorKind::Nesting, "`WorldEnd` inside a block")
-                    .at(lexer.source(), token.span, "a block is still open")
-                    .note(note),
-            );
+            let (opener, place) = (block.opener, block.source.short(block.span));
+            let message = "`WorldEnd` inside a block";
+            let error = misplaced(lexer, token.span, message, "a block is still open");
+            return Err(error.note(format!("`{opener}` at {place} is still open")));
         }
         Ok(())
     }
@@ -365,10 +330,13 @@ impl Loader {
             return Ok(());
         }
         let word = lexer.source().text(token.span);
-        Err(
-            SceneError::new(ErrorKind::Nesting, format!("`{word}` before `WorldBegin`"))
-                .at(lexer.source(), token.span, "belongs to the world")
-                .help("add `WorldBegin` before the first shape, light or object"),
-        )
+        let message = format!("`{word}` before `WorldBegin`");
+        let error = misplaced(lexer, token.span, message, "belongs to the world");
+        Err(error.help("add `WorldBegin` before the first shape, light or object"))
     }
+}
+
+/// The error for a directive in the wrong place.
+fn misplaced(lexer: &Lexer, span: Span, message: impl Into<String>, label: &str) -> SceneError {
+    lexer.error(ErrorKind::Nesting, message, span, label)
 }

@@ -1,11 +1,11 @@
 //! Area light sources and the spectra of emission.
 
 use super::Loader;
-use super::lexer::{Lexer, Token, shorten};
+use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
 use crate::color;
-use linelit_assembly::{ErrorKind, Result, SceneError};
+use linelit_assembly::{ErrorKind, Result, SceneError, shorten};
 use linelit_geometry::DVec3;
 use linelit_scene::{
     EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, UvMapping, Wrap,

@@ -1,6 +1,6 @@
 //! Tokens of pbrt text.
 
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, shorten};
 use std::sync::Arc;
 
 /// What a token is; its text is under its span.
@@ -56,6 +56,17 @@ impl Lexer {
 
     pub(crate) fn source(&self) -> &Arc<Source> {
         &self.source
+    }
+
+    /// An error about the text under a span.
+    pub(crate) fn error(
+        &self,
+        kind: ErrorKind,
+        message: impl Into<String>,
+        span: Span,
+        label: impl Into<String>,
+    ) -> SceneError {
+        self.source.error(kind, message, span, label)
     }
 
     /// The place just behind the last byte.
@@ -128,13 +139,12 @@ impl Lexer {
                 Some(b'\\') => i += 2,
                 None | Some(b'\n') => {
                     let span = Span::new(start, i.min(bytes.len()));
-                    return Err(
-                        SceneError::new(ErrorKind::Syntax, "unterminated string").at(
-                            &self.source,
-                            span,
-                            "no closing `\"` before the end of the line",
-                        ),
-                    );
+                    return Err(self.source.error(
+                        ErrorKind::Syntax,
+                        "unterminated string",
+                        span,
+                        "no closing `\"` before the end of the line",
+                    ));
                 }
                 Some(_) => i += 1,
             }
@@ -150,8 +160,9 @@ impl Lexer {
     pub(crate) fn unquote(&self, token: Token) -> Result<String> {
         let inner = &self.source.bytes()[token.span.start + 1..token.span.end - 1];
         let text = std::str::from_utf8(inner).map_err(|_| {
-            SceneError::new(ErrorKind::Syntax, "a string is not UTF-8").at(
-                &self.source,
+            self.source.error(
+                ErrorKind::Syntax,
+                "a string is not UTF-8",
                 token.span,
                 "these bytes are no UTF-8 text",
             )
@@ -190,32 +201,25 @@ impl Lexer {
             .and_then(|t| t.parse::<f64>().ok());
         match value {
             Some(value) if value.is_finite() && starts_like_one => Ok(value),
-            Some(_) => Err(SceneError::new(
+            Some(_) => Err(self.source.error(
                 ErrorKind::OutOfRange,
                 format!(
                     "`{}` is not a finite number",
                     shorten(&self.source.text(token.span))
                 ),
-            )
-            .at(&self.source, token.span, "expected a finite number")),
-            None => Err(SceneError::new(
+                token.span,
+                "expected a finite number",
+            )),
+            None => Err(self.source.error(
                 ErrorKind::Syntax,
                 format!(
                     "`{}` is not a number",
                     shorten(&self.source.text(token.span))
                 ),
-            )
-            .at(&self.source, token.span, "expected a number")),
+                token.span,
+                "expected a number",
+            )),
         }
-    }
-}
-
-/// A word that is short enough for a message.
-pub(crate) fn shorten(text: &str) -> String {
-    if text.chars().count() <= 40 {
-        text.to_owned()
-    } else {
-        text.chars().take(39).chain(['…']).collect()
     }
 }
 

@@ -1,11 +1,11 @@
 //! Materials.
 
-use super::lexer::{Lexer, Token, shorten};
+use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, unknown};
 use crate::color;
-use linelit_assembly::{ErrorKind, Result, SceneError, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 use linelit_geometry::DVec3;
 use linelit_scene::{
     BumpMap, ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture,

@@ -15,10 +15,10 @@ mod textures;
 mod transforms;
 mod view;
 
-use lexer::{Lexer, Token, TokenKind, shorten};
-use linelit_assembly::Assembly;
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest};
-use linelit_assembly::{LoadOptions, Loaded};
+use lexer::{Lexer, Token, TokenKind};
+use linelit_assembly::{
+    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span, nearest, shorten,
+};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{EmissionSpec, MeshData, Texture};
@@ -123,13 +123,12 @@ impl Loader {
         while let Some(token) = lexer.next()? {
             if token.kind != TokenKind::Word {
                 let text = shorten(&source.text(token.span));
-                return Err(
-                    SceneError::new(ErrorKind::Syntax, format!("unexpected `{text}`")).at(
-                        source,
-                        token.span,
-                        "expected a directive",
-                    ),
-                );
+                return Err(source.error(
+                    ErrorKind::Syntax,
+                    format!("unexpected `{text}`"),
+                    token.span,
+                    "expected a directive",
+                ));
             }
             self.directive(&mut lexer, token)?;
         }
@@ -140,12 +139,15 @@ impl Loader {
     fn finish(mut self, source: &Source) -> Result<Loaded> {
         if let Some(block) = self.stack.last() {
             let end = block.opener.replace("Begin", "End");
-            return Err(SceneError::new(
-                ErrorKind::Nesting,
-                format!("`{}` is never closed", block.opener),
-            )
-            .at(&block.source, block.span, "opened here")
-            .help(format!("add `{end}`")));
+            return Err(block
+                .source
+                .error(
+                    ErrorKind::Nesting,
+                    format!("`{}` is never closed", block.opener),
+                    block.span,
+                    "opened here",
+                )
+                .help(format!("add `{end}`")));
         }
         let view = std::mem::take(&mut self.view);
         let (camera, film) = view.finish(&mut self.base.warnings, source)?;
@@ -163,8 +165,9 @@ impl Loader {
             _ => {
                 let word = lexer.source().text(directive.span);
                 let message = format!("`{word}` has no name");
-                Err(SceneError::new(ErrorKind::Syntax, message).at(
-                    lexer.source(),
+                Err(lexer.error(
+                    ErrorKind::Syntax,
+                    message,
                     directive.span,
                     format!("expected {what} in quotes behind it"),
                 ))
@@ -218,9 +221,8 @@ impl Loader {
     fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {
         let (name, token) = self.name(lexer, directive, "a file name")?;
         let outer = Arc::clone(lexer.source());
-        let fail = |kind, message: String, label: &str| {
-            Err(SceneError::new(kind, message).at(&outer, token.span, label))
-        };
+        let fail =
+            |kind, message: String, label: &str| Err(outer.error(kind, message, token.span, label));
         if self.includes.len() > MAX_INCLUDES {
             let message = format!("files are included more than {MAX_INCLUDES} deep");
             return fail(ErrorKind::Limit, message, "one too many");

@@ -1,7 +1,7 @@
 //! Typed parameter lists: `"float radius" [ 2 ] "rgb L" [ 1 1 1 ]`.
 
-use super::lexer::{Lexer, Token, TokenKind, shorten};
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest};
+use super::lexer::{Lexer, Token, TokenKind};
+use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -104,7 +104,7 @@ pub(crate) struct Param {
 impl Param {
     /// An error that points at the declaration.
     pub(crate) fn error(&self, kind: ErrorKind, message: String, label: &str) -> SceneError {
-        SceneError::new(kind, message).at(&self.source, self.span, label)
+        self.source.error(kind, message, self.span, label)
     }
 
     /// The place of the `k`-th value, found by reading the values again.
@@ -134,7 +134,7 @@ impl Param {
         message: String,
         label: &str,
     ) -> SceneError {
-        SceneError::new(kind, message).at(&self.source, self.value_span(k), label)
+        self.source.error(kind, message, self.value_span(k), label)
     }
 
     pub(crate) fn numbers(&self) -> &[f64] {
@@ -202,7 +202,7 @@ impl Params {
 
     /// An error that points at the directive.
     pub(crate) fn error(&self, kind: ErrorKind, message: String, label: &str) -> SceneError {
-        SceneError::new(kind, message).at(&self.source, self.span, label)
+        self.source.error(kind, message, self.span, label)
     }
 
     /// Adds those of `defaults` that are not given.
@@ -396,7 +396,7 @@ impl Params {
 fn parse_param(lexer: &mut Lexer, declaration: Token) -> Result<Param> {
     let text = lexer.unquote(declaration)?;
     let syntax = |message: String, label: &str| {
-        SceneError::new(ErrorKind::Syntax, message).at(lexer.source(), declaration.span, label)
+        lexer.error(ErrorKind::Syntax, message, declaration.span, label)
     };
     let mut words = text.split_ascii_whitespace();
     let (Some(type_name), Some(name), None) = (words.next(), words.next(), words.next()) else {
@@ -433,12 +433,9 @@ fn parse_values(
     declaration: Token,
 ) -> Result<(Values, Span)> {
     let missing = |lexer: &Lexer| {
-        SceneError::new(
+        lexer.error(
             ErrorKind::Syntax,
             format!("parameter `{name}` has no value"),
-        )
-        .at(
-            lexer.source(),
             declaration.span,
             "expected a value or `[` behind it",
         )
@@ -459,17 +456,19 @@ fn parse_values(
     }
     loop {
         let Some(token) = lexer.next()? else {
-            return Err(SceneError::new(
+            return Err(lexer.error(
                 ErrorKind::Syntax,
                 format!("the values of `{name}` are not closed by `]`"),
-            )
-            .at(lexer.source(), first.span, "opened here"));
+                first.span,
+                "opened here",
+            ));
         };
         match token.kind {
             TokenKind::Close => return Ok((values, first.span.to(token.span))),
             TokenKind::Open => {
-                return Err(SceneError::new(ErrorKind::Syntax, "`[` inside `[ ]`").at(
-                    lexer.source(),
+                return Err(lexer.error(
+                    ErrorKind::Syntax,
+                    "`[` inside `[ ]`",
                     token.span,
                     "expected a value or `]`",
                 ));
@@ -547,7 +546,7 @@ fn push_value(
 fn value_error(lexer: &Lexer, name: &str, token: Token, label: &str) -> SceneError {
     let text = lexer.source().text(token.span);
     let message = format!("`{}` is no value for parameter `{name}`", shorten(&text));
-    SceneError::new(ErrorKind::BadParameter, message).at(lexer.source(), token.span, label)
+    lexer.error(ErrorKind::BadParameter, message, token.span, label)
 }
 
 #[allow(

@@ -1,10 +1,10 @@
 //! Textures.
 
-use super::lexer::{Lexer, Token, shorten};
+use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, unknown};
-use linelit_assembly::{ErrorKind, Result, SceneError, nearest};
+use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! The directives that change the current transform.
 
 use super::Loader;
-use super::lexer::{Lexer, Token, TokenKind, shorten};
-use linelit_assembly::{ErrorKind, Result, SceneError, nearest};
+use super::lexer::{Lexer, Token, TokenKind};
+use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{DMat4, DVec3};
 
@@ -50,8 +50,8 @@ impl Loader {
                     None => {
                         let names = self.coordinate_systems.keys().map(String::as_str);
                         let message = format!("unknown coordinate system `{}`", shorten(&name));
-                        return Err(SceneError::new(ErrorKind::UnknownName, message)
-                            .at(lexer.source(), name_token.span, "")
+                        return Err(lexer
+                            .error(ErrorKind::UnknownName, message, name_token.span, "")
                             .suggest(nearest(&name, names)));
                     }
                 }
@@ -77,13 +77,12 @@ impl Loader {
             other => {
                 let word = lexer.source().text(directive.span);
                 let span = other.map_or(lexer.end(), |t| t.span);
-                Err(
-                    SceneError::new(ErrorKind::Syntax, format!("`{word}` has too few numbers")).at(
-                        lexer.source(),
-                        span,
-                        "expected a number",
-                    ),
-                )
+                Err(lexer.error(
+                    ErrorKind::Syntax,
+                    format!("`{word}` has too few numbers"),
+                    span,
+                    "expected a number",
+                ))
             }
         }
     }
@@ -105,11 +104,7 @@ impl Loader {
                     let word = lexer.source().text(directive.span);
                     let span = other.map_or(lexer.end(), |t| t.span);
                     let message = format!("`{word}` takes {N} numbers");
-                    return Err(SceneError::new(ErrorKind::Syntax, message).at(
-                        lexer.source(),
-                        span,
-                        "expected `]`",
-                    ));
+                    return Err(lexer.error(ErrorKind::Syntax, message, span, "expected `]`"));
                 }
             }
         }
@@ -132,7 +127,7 @@ impl Loader {
 }
 
 fn bad_transform(lexer: &Lexer, token: Token, message: &str) -> SceneError {
-    SceneError::new(ErrorKind::BadTransform, message).at(lexer.source(), token.span, "")
+    lexer.error(ErrorKind::BadTransform, message, token.span, "")
 }
 
 /// Rotation by degrees about a unit axis, exact for multiples of 90°.
