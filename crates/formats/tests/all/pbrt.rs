@@ -1,8 +1,6 @@
 //! What pbrt text means: transforms, cameras, orientation, films, instances, both versions.
 
-mod common;
-
-use common::{area, assert_near, load, world};
+use crate::common::{area, assert_near, load, world};
 use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{FilterKind, MaterialKind, Projection, Scene};

@@ -1,8 +1,6 @@
 //! What is written as pbrt text reads back as the same scene.
 
-mod common;
-
-use common::{area, load};
+use crate::common::{area, load};
 use linelit_formats::ExportOptions;
 use linelit_geometry::DVec2;
 use linelit_scene::Scene;
@@ -28,7 +26,7 @@ fn plainly(scene: &Scene) -> Scene {
 
 #[test]
 fn everything_comes_back() {
-    let scene = load(include_str!("seeds/everything.pbrt")).scene;
+    let scene = load(include_str!("../seeds/everything.pbrt")).scene;
     let back = written(&scene);
     assert_eq!(back.triangles.len(), scene.triangles.len());
     assert_eq!(back.lights.len(), scene.lights.len());
@@ -85,7 +83,7 @@ fn lit_by_image(name: &str, parameters: &str, shape: &str) -> Scene {
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("a.tga");
     let pixels = vec![[10, 20, 30], [255, 0, 0], [90, 80, 70], [1, 2, 3]];
-    common::write_tga(&path, [2, 2], pixels);
+    crate::common::write_tga(&path, [2, 2], pixels);
     let light = format!(
         "AreaLightSource \"diffuse\" \"string filename\" \"{}\"",
         path.display()

@@ -1,5 +1,4 @@
 //! The corners of glTF that collections of test files look into.
-#![cfg(feature = "gltf")]
 
 use linelit_formats::{Format, LoadOptions, Loaded, SceneError};
 use linelit_geometry::{DVec2, DVec3};

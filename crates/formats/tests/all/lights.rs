@@ -1,8 +1,6 @@
 //! Which lights a scene has: merging of coplanar triangles, power, spheres, lines.
 
-mod common;
-
-use common::{area, assert_near, line, load, world};
+use crate::common::{area, assert_near, line, load, world};
 use linelit_geometry::DVec3;
 use linelit_scene::Scene;
 
@@ -228,7 +226,7 @@ fn lines_are_linear_lights() {
 #[test]
 fn images_on_lines_are_named() {
     let path = std::env::temp_dir().join(format!("linelit-line-{}.tga", std::process::id()));
-    common::write_tga(&path, [1, 1], vec![[128; 3]]);
+    crate::common::write_tga(&path, [1, 1], vec![[128; 3]]);
     let text = format!(
         "Camera \"perspective\" WorldBegin AreaLightSource \"diffuse\" \"string filename\" \"{}\"
          Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0]",

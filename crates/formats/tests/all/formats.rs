@@ -5,9 +5,7 @@
     allow(dead_code, unused_imports, reason = "what is for glTF")
 )]
 
-mod common;
-
-use common::{area, line};
+use crate::common::{area, line};
 use linelit_formats::{Format, LoadOptions};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::Scene;

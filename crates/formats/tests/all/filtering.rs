@@ -1,8 +1,6 @@
 //! Textures over a pixel's footprint: against direct means, quadrature and neighbouring rays.
 
-mod common;
-
-use common::world;
+use crate::common::world;
 use linelit_formats::{LoadOptions, Warning};
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{DVec2, DVec3};

@@ -1,5 +1,4 @@
 //! Helpers of the integration tests.
-#![allow(dead_code, reason = "not every test file uses all of them")]
 
 use linelit_film::{ByteImage, encode_tga};
 use linelit_formats::{LoadOptions, Loaded, Root};

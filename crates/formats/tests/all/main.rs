@@ -1,0 +1,13 @@
+//! Files of all formats: what is read, what is refused and how, what is written.
+
+mod bad;
+mod common;
+mod export;
+mod filtering;
+mod formats;
+#[cfg(feature = "gltf")]
+mod gltf;
+mod images;
+mod lights;
+mod limits;
+mod pbrt;
