@@ -2,7 +2,10 @@
 //! draw them.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use linelit_samplers::{JointSobol, Sampler, SamplerKind};
+use linelit_samplers::hash::{mix, unit_f64};
+use linelit_samplers::{Sampler, SamplerKind};
+use rand::Rng;
+use rand_pcg::Pcg32;
 use std::hint::black_box;
 
 fn sets(c: &mut Criterion) {
@@ -28,20 +31,44 @@ fn sets(c: &mut Criterion) {
         }
         group.finish();
     }
-    c.bench_function("joint sobol, 1 number", |b| {
-        let set = JointSobol::new(1, [2, 3], 0);
-        let mut i = 0_u16;
-        b.iter(|| {
-            i = i.wrapping_add(1);
-            set.get(i, black_box(5))
+}
+
+/// What stood to choice for `independent` and `sobol` (docs/decisions/002-random-numbers.md).
+fn refused(c: &mut Criterion) {
+    let mut group = c.benchmark_group("2d, refused");
+    for count in [16_u32, 256] {
+        group.throughput(Throughput::Elements(u64::from(count)));
+        let mut seed = 0;
+        group.bench_function(BenchmarkId::new("rand_pcg, advanced", count), |b| {
+            b.iter(|| {
+                seed += 1;
+                let nth = |i: u32| {
+                    let mut rng = Pcg32::new(mix(seed), seed);
+                    rng.advance(4 * u64::from(i));
+                    unit_f64(rng.next_u64()) + unit_f64(rng.next_u64())
+                };
+                (0..black_box(count)).map(nth).sum::<f64>()
+            });
         });
-    });
+        let mut seed = 0;
+        group.bench_function(BenchmarkId::new("sobol_burley", count), |b| {
+            b.iter(|| {
+                seed += 1;
+                let nth = |i| [0, 1].map(|d| f64::from(sobol_burley::sample(i, d, seed)));
+                (0..black_box(count))
+                    .map(nth)
+                    .map(|[x, y]| x + y)
+                    .sum::<f64>()
+            });
+        });
+    }
+    group.finish();
 }
 
 criterion_group! {
     name = benches;
     config = Criterion::default().warm_up_time(std::time::Duration::from_millis(100))
         .measurement_time(std::time::Duration::from_millis(300)).sample_size(20);
-    targets = sets
+    targets = sets, refused
 }
 criterion_main!(benches);

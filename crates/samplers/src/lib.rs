@@ -16,7 +16,7 @@
 //! ```
 //!
 //! Numbers of different dimensions are padded: independent, each set stratified in itself.
-//! [`JointSobol`] offers up to 256 dimensions that are stratified together. [`split`] chooses among
+//! [`Sampler::rng`] is a generator for code that takes one of `rand`'s. [`split`] chooses among
 //! several things and keeps the number. The building blocks ([`sobol_02`], [`owen_scramble`],
 //! [`blue_noise_rank`], [`hash`]) are public.
 //!
@@ -26,7 +26,6 @@ mod blue_noise;
 mod cells;
 mod halton;
 pub mod hash;
-mod joint;
 mod kind;
 mod owen;
 mod permute;
@@ -37,7 +36,6 @@ mod stratified;
 mod zsobol;
 
 pub use blue_noise::blue_noise_rank;
-pub use joint::JointSobol;
 pub use kind::{SamplerKind, UnknownSampler};
 pub use owen::owen_scramble;
 pub use sampler::{SampleSet, Sampler};

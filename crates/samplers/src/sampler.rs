@@ -7,6 +7,9 @@ use crate::kind::SamplerKind;
 use crate::sobol::OwenSobol;
 use crate::stratified::{MultiJitter, Stratified, UniformJitter};
 use crate::zsobol::ZSobol;
+use rand::Rng;
+use rand_pcg::Pcg32;
+use std::fmt::Debug;
 
 /// A sampling pattern with a seed: a pure function from (pixel, dimension, sample) to numbers in
 /// [0, 1).
@@ -90,6 +93,24 @@ impl Sampler {
             pixel,
             dimension,
         }
+    }
+
+    /// A generator of random numbers for a pixel and a dimension, for code that takes one of
+    /// `rand`'s: PCG-XSH-RR 64/32 with a state and a stream of its own (O'Neill 2014, *PCG*).
+    ///
+    /// Independent of [`Self::points`] and of the generators of other pixels, dimensions, patterns
+    /// and seeds, but for 127-bit birthdays. Like them, its numbers are frozen.
+    ///
+    /// ```
+    /// use linelit_samplers::{Sampler, SamplerKind};
+    /// use rand::Rng;
+    /// let mut rng = Sampler::new(SamplerKind::Sobol, 42).rng([17, 4], 0);
+    /// assert_ne!(rng.next_u64(), rng.next_u64());
+    /// ```
+    #[must_use]
+    pub fn rng(&self, pixel: [u32; 2], dimension: u32) -> impl Rng + Clone + Debug + use<> {
+        let key = stream_key(lane(self.salted_seed, 1 << 63), pixel, dimension);
+        Pcg32::new(key, lane(key, 0))
     }
 
     /// A key that does not depend on the pixel but on its tile.

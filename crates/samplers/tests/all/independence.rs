@@ -2,9 +2,10 @@
 //! random.
 #![allow(clippy::cast_possible_truncation, reason = "bins are small")]
 
-use linelit_samplers::{Sampler, SamplerKind};
+use linelit_samplers::{Sampler, SamplerKind, hash::unit_f64};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::ztest::{Welford, critical_z, z_score};
+use rand::Rng;
 
 /// All tests of this file together err with probability 0.01 at most; there are fewer than this
 /// many.
@@ -85,6 +86,45 @@ fn set(
     count: u32,
 ) -> linelit_samplers::SampleSet {
     Sampler::new(kind, seed).points(pixel, dimension, count)
+}
+
+/// The joint histogram of a number of one stream's generator and of another's is flat; so is that
+/// of a generator and the pattern's numbers.
+#[test]
+fn pairs_of_generators_have_a_flat_joint_histogram() {
+    let nth = |(seed, pixel, dimension): Stream, n: usize| {
+        let mut rng = Sampler::new(SamplerKind::Independent, seed).rng(pixel, dimension);
+        unit_f64((0..=n).map(|_| rng.next_u64()).last().unwrap_or(0))
+    };
+    let flat = |pairs: &dyn Fn(u64) -> [f64; 2], name: &str| {
+        let mut counts = vec![0; 64];
+        for [a, b] in (0..20_000).map(pairs) {
+            counts[(a * 8.0) as usize * 8 + (b * 8.0) as usize] += 1;
+        }
+        let test = chi2_test(&counts, &[20_000.0 / 64.0; 64], 5.0);
+        assert!(test.p_value > sidak(0.01, TESTS), "{name}: {test:?}");
+    };
+    for case in &CASES {
+        for [m, n] in [[0, 0], [0, 1], [16, 16]] {
+            flat(
+                &|t| {
+                    let [a, b] = (case.streams)(t);
+                    [nth(a, m), nth(b, n)]
+                },
+                case.name,
+            );
+        }
+    }
+    for n in [0, 1, 16] {
+        flat(
+            &|t| {
+                let stream = (t, [3, 4], 0);
+                let points = set(SamplerKind::Independent, stream, 64);
+                [nth(stream, n), points.get_1d(n as u32)]
+            },
+            "generator and points",
+        );
+    }
 }
 
 /// The joint histogram of sample i of one stream and sample i of another is flat.

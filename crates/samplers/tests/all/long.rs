@@ -1,7 +1,7 @@
 //! Longer looks at the same laws: `cargo test -p linelit-samplers --test all -- --ignored long`.
 #![allow(clippy::cast_possible_truncation, reason = "bins are small")]
 
-use linelit_samplers::{JointSobol, Sampler, SamplerKind};
+use linelit_samplers::{Sampler, SamplerKind};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::ztest::{Welford, critical_z};
 
@@ -78,28 +78,6 @@ fn streams_are_uncorrelated_to_a_thousandth() {
                 .collect();
             let z = products.z_score(0.0);
             assert!(z.abs() < critical_z(sidak(0.01, 18)), "{kind}: z = {z}");
-        }
-    }
-}
-
-/// All pairs of the first 16 joint dimensions, each with a flat histogram over many pixels' first
-/// eight samples.
-#[test]
-#[ignore = "long: 120 pairs of dimensions, 5 s"]
-fn joint_dimensions_are_pairwise_uniform() {
-    for a in 0..16_u8 {
-        for b in 0..a {
-            let mut counts = vec![0_u64; 100];
-            for pixel in 0..5_000 {
-                let set = JointSobol::new(3, [pixel, 1], 0);
-                let i = pixel as u16 % 8;
-                counts[(set.get(i, a) * 10.0) as usize * 10 + (set.get(i, b) * 10.0) as usize] += 1;
-            }
-            let test = chi2_test(&counts, &[50.0; 100], 5.0);
-            assert!(
-                test.p_value > sidak(0.01, 120),
-                "dimensions {a} and {b}: {test:?}"
-            );
         }
     }
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::float_cmp, reason = "the same bits are expected")]
 #![allow(clippy::cast_possible_truncation, reason = "indices are small")]
 
-use linelit_samplers::{JointSobol, SampleSet, Sampler, SamplerKind};
+use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use proptest::prelude::*;
 
 fn kinds() -> impl Strategy<Value = SamplerKind> {
@@ -38,11 +38,6 @@ proptest! {
         for v in [set.get_1d(i), x, y] {
             prop_assert!((0.0..1.0).contains(&v));
         }
-    }
-
-    #[test]
-    fn joint_sobol_is_in_range(seed: u64, pixel: [u32; 2], stream: u32, sample: u16, dimension: u8) {
-        prop_assert!((0.0..1.0).contains(&JointSobol::new(seed, pixel, stream).get(sample, dimension)));
     }
 }
 

@@ -1,7 +1,7 @@
 //! What each pattern promises of one set: one sample per stratum, cell, elementary interval.
 #![allow(clippy::cast_possible_truncation, reason = "bins and strata are small")]
 
-use linelit_samplers::{JointSobol, Sampler, SamplerKind, owen_scramble, sobol_02, van_der_corput};
+use linelit_samplers::{Sampler, SamplerKind, owen_scramble, sobol_02, van_der_corput};
 use std::collections::BTreeSet;
 
 const COUNTS: [u32; 22] = [
@@ -258,23 +258,6 @@ fn z_order_quads_share_a_net() {
             }
         }
         assert_net(&points, m + 2 * side.trailing_zeros(), "quads");
-    }
-}
-
-/// Joint Sobol' points: within the crate's limits each dimension is stratified, and the first two
-/// form nets.
-#[test]
-fn joint_sobol_keeps_the_guarantees_of_sobol_burley() {
-    for m in [0, 1, 4, 8] {
-        let set = JointSobol::new(4, [1, 2], 0);
-        for dimension in [0, 1, 2, 100, 255] {
-            let keys = (0..1 << m).map(|i| stratum(set.get(i, dimension), 1 << m));
-            assert_each_once(keys, 1 << m, &format!("dimension {dimension}"));
-        }
-        let points: Vec<[u32; 2]> = (0..1 << m)
-            .map(|i| fractions([set.get(i, 0), set.get(i, 1)]))
-            .collect();
-        assert_net(&points, m, "dimensions 0 and 1");
     }
 }
 

@@ -2,7 +2,7 @@
 //! ordinary and nasty names.
 #![allow(clippy::cast_possible_truncation, reason = "bins and strata are small")]
 
-use linelit_samplers::{JointSobol, Sampler, SamplerKind};
+use linelit_samplers::{Sampler, SamplerKind};
 use linelit_testkit::chi2::{chi2_test, sidak};
 
 /// All tests of this file together err with probability 0.01 at most; there are fewer than this
@@ -98,12 +98,6 @@ fn the_last_bits_are_random() {
         }
         assert_uniform(&counts, &format!("{kind}, bits 33 to 40"));
     }
-    let mut counts = [0; 256];
-    for seed in 0..50_000 {
-        let x = JointSobol::new(seed, [1, 2], 3).get(5, 7);
-        counts[bin((x * 4_294_967_296.0).fract(), 256)] += 1;
-    }
-    assert_uniform(&counts, "JointSobol, bits 33 to 40");
 }
 
 #[test]
