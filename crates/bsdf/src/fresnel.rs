@@ -1,8 +1,8 @@
 //! How much of the light an interface reflects.
 
-use crate::finite::{fraction, settled};
 use crate::microfacet::schlick;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::{fraction, nonnegative_vector};
 
 /// The share of light that an interface reflects, by the cosine of incidence and by channel.
 ///
@@ -56,7 +56,7 @@ impl Fresnel {
                 conductor(c, eta.z, k.z),
             ),
         };
-        settled(share)
+        nonnegative_vector(share)
     }
 }
 

@@ -1,9 +1,9 @@
 //! Frostbite's standard material.
 
 use crate::Fresnel;
-use crate::finite::{fraction, settled};
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::{fraction, nonnegative_vector};
 use std::f64::consts::FRAC_1_PI;
 
 /// Frostbite's standard material: Disney's diffuse reflection, renormalised, and GGX with the
@@ -67,7 +67,7 @@ impl Frostbite {
         let renormalised = 1.0 - r * (0.51 / 1.51);
         let flat = scatter(wi.z) * scatter(wo.z) * renormalised * FRAC_1_PI;
         let glossy = self.fresnel().at(cosine) * self.facets.reflection(h, wi, wo);
-        settled(self.diffuse * flat + glossy)
+        nonnegative_vector(self.diffuse * flat + glossy)
     }
 
     /// F.

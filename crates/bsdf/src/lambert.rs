@@ -1,7 +1,7 @@
 //! Diffuse reflection.
 
-use crate::finite::settled;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative_vector;
 use std::f64::consts::FRAC_1_PI;
 
 /// A diffuse surface: f = k_d/π.
@@ -15,7 +15,7 @@ impl Lambert {
     /// The constant value k_d/π, 1/sr.
     #[must_use]
     pub fn value(&self) -> DVec3 {
-        settled(self.albedo * FRAC_1_PI)
+        nonnegative_vector(self.albedo * FRAC_1_PI)
     }
 }
 
@@ -63,7 +63,7 @@ impl OrenNayar {
         // sin α tan β cos Δφ = (sin_i sin_o cos Δφ)/max(cos_i, cos_o): no angle is formed.
         let tangential = (wi.x * wo.x + wi.y * wo.y).max(0.0);
         let rise = self.b * tangential / wi.z.max(wo.z);
-        settled(self.albedo * ((self.a + rise) * FRAC_1_PI))
+        nonnegative_vector(self.albedo * ((self.a + rise) * FRAC_1_PI))
     }
 }
 

@@ -1,7 +1,7 @@
 //! A sum of reflections.
 
-use crate::finite::{settle, settled};
 use crate::{Lobe, about, numbers};
+use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
 
@@ -109,7 +109,7 @@ impl Layers {
         let frame = self.frame(n);
         let (wi, wo) = (frame.to_local(wi), above(frame.to_local(wo)));
         let flat = self.diffuse * FRAC_1_PI;
-        settled(
+        nonnegative_vector(
             self.lobes()
                 .fold(flat, |sum, (scale, lobe)| sum + scale * lobe.value(wi, wo)),
         )
@@ -151,7 +151,7 @@ impl Layers {
             return 0.0;
         };
         let diffuse = choice.diffuse * wi.z.max(0.0) * FRAC_1_PI;
-        settle(
+        nonnegative(
             self.lobes()
                 .zip(choice.lobes)
                 .filter(|(_, share)| *share > 0.0)

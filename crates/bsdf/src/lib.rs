@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
-mod finite;
 mod fresnel;
 mod frostbite;
 mod lambert;
@@ -25,7 +24,7 @@ pub use reflection::{ClosedForm, GlossyLobe, Reflection};
 pub use reflector::Reflector;
 pub use substrate::Substrate;
 
-use crate::finite::{settle, settled};
+use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
@@ -85,7 +84,7 @@ impl Reflection for Bsdf {
         match self {
             Self::Lambert(lambert) => lambert.value(),
             Self::Phong(lambert, phong) => {
-                settled(lambert.value() + phong.value(Phong::axis(wo, n).dot(wi)))
+                nonnegative_vector(lambert.value() + phong.value(Phong::axis(wo, n).dot(wi)))
             }
             Self::Layers(layers) => layers.eval(wi, wo, n),
         }
@@ -124,7 +123,7 @@ impl Reflection for Bsdf {
             return 0.0;
         };
         let diffuse = share * n.dot(wi).max(0.0) * FRAC_1_PI;
-        settle(match self {
+        nonnegative(match self {
             Self::Phong(_, phong) => {
                 diffuse + (1.0 - share) * phong.pdf(Phong::axis(wo, n).dot(wi))
             }

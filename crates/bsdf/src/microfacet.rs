@@ -9,8 +9,8 @@
 //! masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy & Benyoub
 //! 2023 (a spherical cap); Schlick 1994.
 
-use crate::finite::{fraction, settle, settled};
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::{fraction, nonnegative, nonnegative_vector};
 use std::f64::consts::{PI, TAU};
 
 /// A Trowbridge–Reitz distribution of microfacets with Smith's height-correlated masking.
@@ -98,7 +98,7 @@ impl TrowbridgeReitz {
         let [a, b] = self.alpha;
         let (x, y) = (h.x / a, h.y / b);
         let e = x * x + y * y + h.z * h.z;
-        settle(1.0 / (PI * a * b * e * e))
+        nonnegative(1.0 / (PI * a * b * e * e))
     }
 
     /// cos √(1 + α² tan²) = √(cos² + (αx wx)² + (αy wy)²): Smith's Λ is (this/cos − 1)/2.
@@ -118,7 +118,7 @@ impl TrowbridgeReitz {
     pub fn reflection(&self, h: DVec3, wi: DVec3, wo: DVec3) -> f64 {
         let below = 2.0 * (wo.z * self.reach(wi) + wi.z * self.reach(wo));
         if below > 0.0 {
-            settle(self.density(h) / below)
+            nonnegative(self.density(h) / below)
         } else {
             0.0
         }
@@ -131,7 +131,7 @@ impl TrowbridgeReitz {
         let Some(h) = half(wi, wo) else {
             return 0.0;
         };
-        settle(self.density(h) / (2.0 * (wo.z + self.reach(wo))))
+        nonnegative(self.density(h) / (2.0 * (wo.z + self.reach(wo))))
     }
 
     /// Draws ω_i by reflecting ω_o at a visible normal; `None` where it falls below the surface (the
@@ -166,7 +166,9 @@ impl Ggx {
             return DVec3::ZERO;
         };
         let rise = schlick(wi.dot(h));
-        settled((self.f0 + (DVec3::ONE - self.f0) * rise) * self.facets().reflection(h, wi, wo))
+        nonnegative_vector(
+            (self.f0 + (DVec3::ONE - self.f0) * rise) * self.facets().reflection(h, wi, wo),
+        )
     }
 
     /// The density of [`sample`](Self::sample): D_visible(h)/(4 ω_o·h), per solid angle.

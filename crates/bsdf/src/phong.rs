@@ -1,7 +1,7 @@
 //! The modified Phong lobe.
 
-use crate::finite::{settle, settled};
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use std::f64::consts::TAU;
 
 /// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where
@@ -26,7 +26,7 @@ impl Phong {
     /// k_s (k + 2)/(2π).
     #[must_use]
     pub fn scale(&self) -> DVec3 {
-        settled(self.specular * settle((self.exponent + 2.0) / TAU))
+        nonnegative_vector(self.specular * nonnegative((self.exponent + 2.0) / TAU))
     }
 
     /// f for a cosine ω_i·R.
@@ -36,7 +36,7 @@ impl Phong {
         if cosine <= 0.0 {
             return DVec3::ZERO;
         }
-        settled(self.scale() * cosine.powf(self.exponent))
+        nonnegative_vector(self.scale() * cosine.powf(self.exponent))
     }
 
     /// The density (k + 1)/(2π) (ω_i·R)ᵏ, per solid angle; zero unless ω_i·R > 0.
@@ -45,7 +45,7 @@ impl Phong {
         if cosine <= 0.0 {
             return 0.0;
         }
-        settle((self.exponent + 1.0) / TAU * cosine.powf(self.exponent))
+        nonnegative((self.exponent + 1.0) / TAU * cosine.powf(self.exponent))
     }
 
     /// The cosine ω_i·R that belongs to a uniform number.

@@ -1,9 +1,9 @@
 //! A rough mirror.
 
 use crate::Fresnel;
-use crate::finite::settled;
 use crate::microfacet::{TrowbridgeReitz, half};
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative_vector;
 
 /// A rough mirror: f = k D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o).
 ///
@@ -26,6 +26,6 @@ impl Reflector {
             return DVec3::ZERO;
         };
         let share = self.fresnel.at(wi.dot(h)) * self.facets.reflection(h, wi, wo);
-        settled(self.reflectance * settled(share))
+        nonnegative_vector(self.reflectance * nonnegative_vector(share))
     }
 }

@@ -1,8 +1,8 @@
 //! A diffuse base under a glossy coat.
 
-use crate::finite::settled;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative_vector;
 use std::f64::consts::PI;
 
 /// A diffuse base under a glossy coat:
@@ -32,7 +32,7 @@ impl Substrate {
             * (28.0 / (23.0 * PI) * through(wi.z) * through(wo.z));
         let cosine = wi.dot(h);
         let shape = self.facets.density(h) / (4.0 * cosine * wi.z.max(wo.z));
-        settled(base + self.coat(cosine) * shape)
+        nonnegative_vector(base + self.coat(cosine) * shape)
     }
 
     /// The coat's Fresnel reflectance.

@@ -40,6 +40,7 @@
 //! assert!((visible.measure() - 0.5).abs() < 1e-15);
 //! ```
 
+pub mod finite;
 mod frame;
 pub mod intervals;
 mod parallel_lines;

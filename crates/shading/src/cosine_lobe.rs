@@ -1,8 +1,8 @@
 //! Generalised cosine lobes (Lafortune): sums of them stand for glossy, retro-reflective and
 //! off-specular surfaces, and each is a Phong integral about a stretched axis.
 
-use crate::exact::settled;
 use crate::{phong, phong_polygon};
+use linelit_geometry::finite::nonnegative_vector;
 use linelit_geometry::{DVec3, Frame};
 
 /// One lobe: `f(ω_i, ω_o) = weight · max(0, C_x ω_ix ω_ox + C_y ω_iy ω_oy + C_z ω_iz ω_oz)ᵏ`, in the
@@ -37,7 +37,7 @@ impl CosineLobe {
         }
         let cosine = self.axis(frame, wo).dot(wi);
         if cosine > 0.0 {
-            settled(self.weight * cosine.powf(self.exponent))
+            nonnegative_vector(self.weight * cosine.powf(self.exponent))
         } else {
             DVec3::ZERO
         }
@@ -49,21 +49,23 @@ impl CosineLobe {
     #[must_use]
     pub fn ribbon(&self, frame: &Frame, wo: DVec3, p0: DVec3, p1: DVec3) -> DVec3 {
         let axis = self.axis(frame, wo);
-        settled(self.weight * phong::ribbon(p0, p1, frame.z, axis, self.exponent))
+        nonnegative_vector(self.weight * phong::ribbon(p0, p1, frame.z, axis, self.exponent))
     }
 
     /// The radiance of a thin cylinder, for each unit of radiance × radius, 1/length.
     #[must_use]
     pub fn cylinder(&self, frame: &Frame, wo: DVec3, p0: DVec3, p1: DVec3) -> DVec3 {
         let axis = self.axis(frame, wo);
-        settled(self.weight * phong::cylinder(p0, p1, frame.z, axis, self.exponent))
+        nonnegative_vector(self.weight * phong::cylinder(p0, p1, frame.z, axis, self.exponent))
     }
 
     /// The radiance of a polygon, for each unit of radiance.
     #[must_use]
     pub fn polygon(&self, frame: &Frame, wo: DVec3, vertices: &[DVec3]) -> DVec3 {
         let axis = self.axis(frame, wo);
-        settled(self.weight * phong_polygon::irradiance(vertices, frame.z, axis, self.exponent))
+        nonnegative_vector(
+            self.weight * phong_polygon::irradiance(vertices, frame.z, axis, self.exponent),
+        )
     }
 }
 

@@ -13,10 +13,10 @@
 //! the emitter's cosine, so it is brighter towards the line's extension. A finite cylinder differs
 //! from the limit by the order of R/h; its caps are ignored.
 
-use crate::exact::settle;
 use crate::ordinary::{self, Point};
 use crate::span::Span;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative;
 
 /// The irradiance of a linear light for each unit of radiance × radius, 1/length: its projected
 /// solid angle for each unit of radius.
@@ -66,7 +66,7 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
         return 0.0;
     };
     let [r0, r1] = span.radii;
-    settle(span.sine() * (span.weighted_cosines(g) / r0 / r1) * span.unit)
+    nonnegative(span.sine() * (span.weighted_cosines(g) / r0 / r1) * span.unit)
 }
 
 /// The solid angle for each unit of radius, 1/length, of the whole segment (no horizon).
@@ -93,5 +93,5 @@ pub fn solid_angle(p0: DVec3, p1: DVec3) -> f64 {
     } else {
         0.0
     };
-    settle(value * span.unit)
+    nonnegative(value * span.unit)
 }

@@ -1,7 +1,7 @@
 //! Dot and cross products that pay for exactness only where it is needed.
 
 use crate::span::power_of_two_unit;
-use linelit_geometry::{DVec3, predicates};
+use linelit_geometry::{DVec3, finite::nonnegative, predicates};
 
 /// a·b, accurate relative to itself (8 ε): plain where the terms do not cancel, in twice the
 /// working precision where they do.
@@ -54,7 +54,8 @@ pub(crate) fn length(v: DVec3) -> f64 {
 #[cold]
 #[inline(never)]
 fn extreme_length(v: DVec3) -> f64 {
-    power_of_two_unit(v.abs().max_element()).map_or(0.0, |unit| settle((v * unit).length() / unit))
+    power_of_two_unit(v.abs().max_element())
+        .map_or(0.0, |unit| nonnegative((v * unit).length() / unit))
 }
 
 /// v/|v|, also where the squares of its components are beyond the range of numbers; zero for zero and
@@ -165,30 +166,4 @@ pub(crate) fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 fn wide_step(a: DVec3, b: DVec3) -> (DVec3, DVec3) {
     let [x, y, z] = [0, 1, 2].map(|i| predicates::two_sum(b[i], -a[i]));
     (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1))
-}
-
-/// Nothing below zero, nothing infinite, no NaN.
-#[inline(always)]
-#[allow(
-    clippy::manual_clamp,
-    reason = "clamp would let NaN through; max replaces it by zero"
-)]
-pub(crate) fn settle(value: f64) -> f64 {
-    value.max(0.0).min(f64::MAX)
-}
-
-/// [`settle`] by component.
-#[inline(always)]
-pub(crate) fn settled(value: DVec3) -> DVec3 {
-    DVec3::new(settle(value.x), settle(value.y), settle(value.z))
-}
-
-/// Into [0, 1], NaN becoming 0.
-#[inline(always)]
-#[allow(
-    clippy::manual_clamp,
-    reason = "clamp would let NaN through; max replaces it by zero"
-)]
-pub(crate) fn fraction(value: f64) -> f64 {
-    value.max(0.0).min(1.0)
 }

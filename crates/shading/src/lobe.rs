@@ -1,12 +1,12 @@
 //! The panels of a power-of-cosine lobe along a fan of directions.
 
-use crate::exact::settle;
 use crate::fan::Fan;
 use crate::gauss::{
     FEW, FEW_NODES, FEW_WEIGHTS, NARROW, NODE, NODES, WEIGHT, atanh_ratio, atanh_ratio_narrow,
     exp_bounded,
 };
 use crate::simd;
+use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
 use linelit_simd::Isa;
 
@@ -40,7 +40,7 @@ pub(crate) struct Panel<const COUNT: usize> {
 /// `N − 1` is one or two.
 pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f64 {
     let [sum, half] = over_sine(fan, axis, k);
-    settle((fan.reach() * sum * half) * half)
+    nonnegative((fan.reach() * sum * half) * half)
 }
 
 /// `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ, as a first factor and a second one that

@@ -13,9 +13,9 @@
 //!
 //! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq. 5.
 
-use crate::exact::{fraction, settle};
 use crate::ltc_table::{SIZE, TABLE};
 use crate::{cylinder, horizon, polygon};
+use linelit_geometry::finite::{fraction, nonnegative};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use std::f64::consts::PI;
 
@@ -56,7 +56,7 @@ impl Ltc {
     pub fn density(&self, w: DVec3) -> f64 {
         let c = self.to_cosine * w;
         let r2 = c.length_squared();
-        settle((c.z.max(0.0) / (r2 * r2)) * self.to_cosine.determinant().abs() / PI)
+        nonnegative((c.z.max(0.0) / (r2 * r2)) * self.to_cosine.determinant().abs() / PI)
     }
 
     /// The radiance reflected for each unit of radiance of a polygon (vertices relative to the
@@ -71,7 +71,7 @@ impl Ltc {
         for v in &mut mapped[..count] {
             *v = self.to_cosine * frame.to_local(*v);
         }
-        settle(self.albedo / PI * polygon::irradiance(&mapped[..count], DVec3::Z))
+        nonnegative(self.albedo / PI * polygon::irradiance(&mapped[..count], DVec3::Z))
     }
 
     /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length.
@@ -90,7 +90,7 @@ impl Ltc {
             return 0.0;
         }
         let [a, b] = [clipped.p0, clipped.p1].map(|p| self.to_cosine * local(p));
-        settle(self.albedo / PI * cylinder::irradiance(a, b, DVec3::Z) / width)
+        nonnegative(self.albedo / PI * cylinder::irradiance(a, b, DVec3::Z) / width)
     }
 }
 
@@ -149,20 +149,20 @@ impl GgxLobes {
     /// What stands for f cos, 1/sr, in a unit direction of the local frame.
     #[must_use]
     pub fn value(&self, w: DVec3) -> f64 {
-        settle(self.lobes.iter().map(|l| l.albedo * l.density(w)).sum())
+        nonnegative(self.lobes.iter().map(|l| l.albedo * l.density(w)).sum())
     }
 
     /// The radiance reflected for each unit of radiance of a polygon; see [`Ltc::polygon`].
     #[must_use]
     pub fn polygon(&self, frame: &Frame, vertices: &[DVec3]) -> f64 {
-        settle(self.lobes.iter().map(|l| l.polygon(frame, vertices)).sum())
+        nonnegative(self.lobes.iter().map(|l| l.polygon(frame, vertices)).sum())
     }
 
     /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length; see
     /// [`Ltc::line`].
     #[must_use]
     pub fn line(&self, frame: &Frame, p0: DVec3, p1: DVec3) -> f64 {
-        settle(self.lobes.iter().map(|l| l.line(frame, p0, p1)).sum())
+        nonnegative(self.lobes.iter().map(|l| l.line(frame, p0, p1)).sum())
     }
 }
 

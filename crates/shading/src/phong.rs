@@ -25,18 +25,18 @@
 //! constants, eq. 24 prints one line twice), whose recursion costs O(k), needs an integer and loses
 //! the tails.
 
-use crate::exact::settle;
 use crate::fan::Fan;
 use crate::lobe::integrate;
 use crate::ordinary::Point;
 use crate::ordinary_lobe;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative;
 use std::f64::consts::PI;
 
 /// (k + 2)/(2π), the factor of the modified Phong BRDF.
 #[must_use]
 pub fn normalisation(k: f64) -> f64 {
-    settle((k + 2.0) / (2.0 * PI))
+    nonnegative((k + 2.0) / (2.0 * PI))
 }
 
 /// `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a ribbon, 1/length².
@@ -56,7 +56,7 @@ pub fn normalisation(k: f64) -> f64 {
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
     if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
-        return settle(seen.integrate::<true>(k) * seen.inverse_distance());
+        return nonnegative(seen.integrate::<true>(k) * seen.inverse_distance());
     }
     ribbon_carefully([a, b, up, lobe], k)
 }
@@ -69,7 +69,7 @@ fn ribbon_carefully(points: [Point; 4], k: f64) -> f64 {
     };
     // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
     let fan = fan.with_constant();
-    settle(integrate(&fan, axis, k) * fan.unit * fan.unit)
+    nonnegative(integrate(&fan, axis, k) * fan.unit * fan.unit)
 }
 
 /// `2 h ∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a thin cylinder, 1/length: for each unit of
@@ -79,7 +79,7 @@ fn ribbon_carefully(points: [Point; 4], k: f64) -> f64 {
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
     if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
-        return settle(2.0 * seen.integrate::<true>(k));
+        return nonnegative(2.0 * seen.integrate::<true>(k));
     }
     cylinder_carefully([a, b, up, lobe], k)
 }
@@ -92,7 +92,7 @@ fn cylinder_carefully(points: [Point; 4], k: f64) -> f64 {
     };
     let fan = fan.with_constant();
     let twice_distance = 2.0 * fan.sine / fan.reach();
-    settle(integrate(&fan, axis, k) * twice_distance * fan.unit)
+    nonnegative(integrate(&fan, axis, k) * twice_distance * fan.unit)
 }
 
 /// `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(3+k) dt` along a line of isotropic points, 1/length: for each
@@ -102,7 +102,7 @@ fn cylinder_carefully(points: [Point; 4], k: f64) -> f64 {
 pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
     if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
-        return settle(seen.integrate::<false>(k) * seen.inverse_distance());
+        return nonnegative(seen.integrate::<false>(k) * seen.inverse_distance());
     }
     point_line_carefully([a, b, up, lobe], k)
 }
@@ -113,7 +113,7 @@ fn point_line_carefully(points: [Point; 4], k: f64) -> f64 {
     let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
     };
-    settle(integrate(&fan, axis, k) * fan.unit)
+    nonnegative(integrate(&fan, axis, k) * fan.unit)
 }
 
 /// `∫ max(0, n·p) max(0, m·p) max(0, R·p)ᵏ/|p|^(4+k) dt` for any vector m, 1/length: a ribbon whose
@@ -123,5 +123,5 @@ pub fn half_space(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, axis: DVec3, k: f64)
     let Some(fan) = Fan::new(p0, p1, &[n, m, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
     };
-    settle(integrate(&fan, axis, k) * fan.unit)
+    nonnegative(integrate(&fan, axis, k) * fan.unit)
 }

@@ -2,10 +2,10 @@
 //!
 //! See [`cylinder`](crate::cylinder) for the three models of a line side by side.
 
-use crate::exact::settle;
 use crate::ordinary::{self, Point};
 use crate::span::Span;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative;
 
 /// `∫ max(0, n·p)/|p|³ dt`: the irradiance for each unit of intensity per length, 1/length.
 ///
@@ -57,5 +57,5 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
         return 0.0;
     }
     let value = (span.length / r0 / r1) * ((c0 / r0 + c1 / r1) / below);
-    settle(value * span.unit)
+    nonnegative(value * span.unit)
 }

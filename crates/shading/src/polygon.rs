@@ -1,10 +1,11 @@
 //! A convex polygon, seen by a diffuse surface.
 
-use crate::exact::{area_vector, direction, dot, length, settle};
+use crate::exact::{area_vector, direction, dot, length};
 use crate::horizon::crossing;
 use crate::phong_polygon::triangles;
 use crate::span::power_of_two_unit;
 use crate::special::{arc, arc_excess};
+use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 use std::f64::consts::PI;
 
@@ -61,7 +62,7 @@ const ANY: f64 = -2.0;
 #[must_use]
 pub fn irradiance(vertices: &[DVec3], n: DVec3) -> f64 {
     // Of all directions above the horizon it is π; the last digit is rounding's.
-    settle(signed(vertices, n).abs()).min(PI * n.length())
+    nonnegative(signed(vertices, n).abs()).min(PI * n.length())
 }
 
 /// [`irradiance`] with a sign: positive where the vertices are counter-clockwise seen from the

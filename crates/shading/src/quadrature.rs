@@ -1,9 +1,9 @@
 //! Any reflection along a line: adaptive Gauss–Legendre quadrature with an error estimate, for what
 //! has no closed form.
 
-use crate::exact::settle;
 use crate::fan::Fan;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative;
 
 /// A vector-valued integral, one component for each colour channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -171,7 +171,7 @@ pub fn line(
         let factor = if model == Model::Cylinder {
             0.0
         } else {
-            settle(fan.reach() * cosines[0] * inverse)
+            nonnegative(fan.reach() * cosines[0] * inverse)
         };
         let flat = Estimate {
             value: f(start) * factor,
@@ -183,7 +183,7 @@ pub fn line(
     let tangent = fan.normal.cross(start);
     let factor = match model {
         Model::Cylinder => 2.0,
-        Model::Ribbon | Model::PointLine => settle(fan.reach() / fan.sine),
+        Model::Ribbon | Model::PointLine => nonnegative(fan.reach() / fan.sine),
     };
     let along = |v: f64| {
         let (s, c) = v.sin_cos();
@@ -192,7 +192,7 @@ pub fn line(
         } else {
             fan.cosine_at(closeness, v)
         };
-        f(start * c + tangent * s) * settle(fan.cosine_at(cosines, v) * emitted)
+        f(start * c + tangent * s) * nonnegative(fan.cosine_at(cosines, v) * emitted)
     };
     let estimate = adaptive(along, 0.0, fan.angle, tolerance, budget).scaled(factor);
     // One after the other: their product may be beyond the range, and the result within.

@@ -5,10 +5,11 @@
 //! is the origin; n shading normal; p(t) the points of the segment, t its length from p0;
 //! rᵢ = |pᵢ|; cᵢ = n·pᵢ; l length; δ the angle between the ends; L radiance.
 
-use crate::exact::{dot, settle};
+use crate::exact::dot;
 use crate::ordinary::{self, Point};
 use crate::span::Span;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative;
 
 /// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
 ///
@@ -66,7 +67,7 @@ fn general(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     };
     let product = span.radii[0] * span.radii[1];
     let value = 0.5 * (span.length / product) * (span.weighted_cosines(g) / product);
-    settle(value * span.unit * span.unit)
+    nonnegative(value * span.unit * span.unit)
 }
 
 /// Which sides of a ribbon emit.
@@ -91,7 +92,7 @@ pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
         p1
     };
     let height = -dot(m, near);
-    settle(match sides {
+    nonnegative(match sides {
         Sides::One => height,
         Sides::Both => height.abs(),
     })
@@ -112,7 +113,7 @@ pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
 pub fn reflected(p0: DVec3, p1: DVec3, n: DVec3, m: DVec3, sides: Sides, albedo: f64) -> f64 {
     let height = emitter(p0, p1, m, sides);
     if height > 0.0 {
-        settle(albedo * std::f64::consts::FRAC_1_PI * height * irradiance(p0, p1, n))
+        nonnegative(albedo * std::f64::consts::FRAC_1_PI * height * irradiance(p0, p1, n))
     } else {
         0.0
     }

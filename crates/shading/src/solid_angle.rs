@@ -1,7 +1,8 @@
 //! Solid angles: of triangles, rectangles, convex polygons and spheres.
 
-use crate::exact::{determinant, dot, length, settle};
+use crate::exact::{determinant, dot, length};
 use crate::span::power_of_two_unit;
+use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
 use std::f64::consts::PI;
 
@@ -27,7 +28,7 @@ pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let Some(unit) = power_of_two_unit(largest) else {
         return 0.0;
     };
-    settle(scaled([a * unit, b * unit, c * unit]).abs())
+    nonnegative(scaled([a * unit, b * unit, c * unit]).abs())
 }
 
 /// [`signed`] of corners near one in magnitude, some of which may be as near to the shading point as
@@ -57,7 +58,7 @@ pub fn polygon(vertices: &[DVec3]) -> f64 {
         return 0.0;
     };
     let fan = |pair: &[DVec3]| scaled([vertices[0] * unit, pair[0] * unit, pair[1] * unit]);
-    settle(
+    nonnegative(
         vertices
             .get(1..)
             .map_or(0.0, |rest| rest.windows(2).map(fan).sum::<f64>())
@@ -89,7 +90,7 @@ pub fn sphere_versine(distance: f64, radius: f64) -> f64 {
     }
     let s = radius / distance;
     let cosine = (((distance - radius) / distance) * (1.0 + s)).sqrt();
-    settle(s * s / (1.0 + cosine))
+    nonnegative(s * s / (1.0 + cosine))
 }
 
 /// The solid angle of a sphere with its centre at `centre`: `2π(1 − cos θ)`, 4π from within.
@@ -143,7 +144,7 @@ pub fn sphere_projected(centre: DVec3, radius: f64, n: DVec3) -> f64 {
     let cos_beta = dot(n, centre) / distance;
     let s = radius / distance;
     if cos_beta >= s {
-        return settle(PI * s2 * cos_beta);
+        return nonnegative(PI * s2 * cos_beta);
     }
     if cos_beta <= -s {
         return 0.0;
@@ -157,7 +158,7 @@ pub fn sphere_projected(centre: DVec3, radius: f64, n: DVec3) -> f64 {
     } else {
         u.atan() - u * (gap / square)
     };
-    settle(s2 * (y.acos() * cos_beta) + rest)
+    nonnegative(s2 * (y.acos() * cos_beta) + rest)
 }
 
 /// |centre|² − radius², to 2 ε of itself or nearly.

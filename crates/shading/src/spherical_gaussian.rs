@@ -4,10 +4,10 @@
 //! cosines), so this is quadrature of bounded cost, windowed about the peak like
 //! [`phong`](crate::phong).
 
-use crate::exact::settle;
 use crate::fan::Fan;
 use crate::gauss::{NODE, NODES, WEIGHT};
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::nonnegative;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What is dropped is below e⁻⁴⁰ of the peak.
@@ -74,7 +74,7 @@ fn integrate(
     };
     if fan.sine <= 0.0 {
         let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
-        return settle(flat * (lambda * (first - 1.0)).exp() * scale(&fan));
+        return nonnegative(flat * (lambda * (first - 1.0)).exp() * scale(&fan));
     }
     let rise = fan.slope(xi, 0);
     let (centre, rho) = (rise.atan2(first), first.hypot(rise));
@@ -116,7 +116,7 @@ fn integrate(
     let log = peak - strength * highest;
     // In two halves: the power may be beyond the range of numbers, and the result within.
     let half = (0.5 * log).exp();
-    settle(fan.reach() / fan.sine * sum * half * scale(&fan) * half)
+    nonnegative(fan.reach() / fan.sine * sum * half * scale(&fan) * half)
 }
 
 /// The arc [0, δ] as two pieces (start, width, direction), in each of which the lobe falls from its

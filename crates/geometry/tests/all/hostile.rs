@@ -1,6 +1,7 @@
 //! Every public function with floats that attack it in any argument: none panics, and what is
 //! promised to be finite, positive or inside is.
 
+use linelit_geometry::finite::{fraction, nonnegative, nonnegative_vector};
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
     ConvexPolygon, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame, PolygonError,
@@ -96,6 +97,15 @@ proptest! {
         // Sums of products of what may be anything.
         let _ = (frame.to_local(p), frame.to_world(p), plane.to_plane(x), plane.height(x));
         let _ = plane.from_plane(DVec2::new(p.x, p.y));
+    }
+
+    #[test]
+    fn finite_values(v in hostile_vector()) {
+        for x in v {
+            prop_assert!((0.0..=f64::MAX).contains(&nonnegative(x)), "{x}");
+            prop_assert!((0.0..=1.0).contains(&fraction(x)), "{x}");
+        }
+        prop_assert_eq!(nonnegative_vector(vector(v)), vector(v.map(nonnegative)));
     }
 
     #[test]

@@ -12,11 +12,12 @@ mod cut;
 mod lines;
 pub(crate) mod triangles;
 
-use crate::exact::{dot, length, settle};
+use crate::exact::{dot, length};
 use crate::horizon::crossing;
 use crate::lobe::log_axis_length;
 use crate::polygon::clip_with;
 use crate::span::power_of_two_unit;
+use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{ConvexPolygon, DVec3};
 
 /// The most vertices taken at once, before clipping; larger polygons are fanned out.
@@ -103,7 +104,7 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
         // A piece begins where the one before ends.
         at += next.len() - 1;
     }
-    settle(sum)
+    nonnegative(sum)
 }
 
 /// [`irradiance`] to `tolerance` times what a lobe of exponent 0 would give
@@ -135,7 +136,7 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
 #[must_use]
 pub fn irradiance_to(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, tolerance: f64) -> f64 {
     lines::integral(vertices, n, w, k, tolerance)
-        .map_or_else(|| irradiance(vertices, n, w, k), settle)
+        .map_or_else(|| irradiance(vertices, n, w, k), nonnegative)
 }
 
 /// [`irradiance`] of at most `CHUNK` vertices near one in magnitude.
