@@ -3,6 +3,7 @@
 mod billen_figures;
 mod billen_orders;
 mod billen_table1;
+mod peters_as_printed;
 mod peters_diffuse;
 mod peters_gloss;
 mod peters_table1;

@@ -1,5 +1,6 @@
 //! Peters 2021, Figs. 4 and 6: a diffuse room under a linear light.
 
+use crate::peters_as_printed::sample_as_printed;
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, logarithmic, render_with, rmse, section, table,
 };
@@ -9,7 +10,7 @@ use linelit_film::Image;
 use linelit_geometry::{DVec3, Segment};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_lights::Light;
-use linelit_lights::linear::{LinearTechnique, ProjectedLine, sample_as_printed};
+use linelit_lights::linear::{LinearTechnique, ProjectedLine};
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_study::engine::image::{self, Window};
 

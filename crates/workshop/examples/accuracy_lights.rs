@@ -14,6 +14,8 @@
 
 #[path = "../../lights/tests/all/accuracy.rs"]
 mod accuracy;
+#[path = "../../papers/src/peters_as_printed.rs"]
+mod peters_as_printed;
 
 use std::path::Path;
 use std::process::ExitCode;

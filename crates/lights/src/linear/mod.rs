@@ -7,7 +7,6 @@
 //! Densities are per solid angle and times the radius, [`ThinSolidAngle`], in m/sr, so that for a
 //! light of radiance × radius `LR` the estimate of reflected radiance is `LR · f_r · (n·ω)/pdf`.
 
-mod as_printed;
 mod batch;
 mod bisection;
 mod ltc;
@@ -18,7 +17,6 @@ pub(crate) mod trig;
 mod view;
 mod warps;
 
-pub use as_printed::{AsPrinted, sample_as_printed};
 pub use ltc::LtcSampler;
 pub use profile::{AlongProfile, ProfiledLine, across_lambert};
 pub use projected::ProjectedLine;

@@ -4,8 +4,9 @@
 //! The backward error of a sample is the change of the random number ξ that explains it:
 //! |CDF(sample) − ξ|, with the CDF evaluated in `f64` for the very same input.
 
+use crate::peters_as_printed::sample_as_printed;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::linear::{ArcPoint, ProjectedLine, sample_as_printed};
+use linelit_lights::linear::{ArcPoint, ProjectedLine};
 use linelit_lights::{AngularLines, SolidAngleSampler, triangle_solid_angle};
 use linelit_testkit::precise::Precise;
 use linelit_testkit::real::{self, Real as _};

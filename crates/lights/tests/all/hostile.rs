@@ -7,8 +7,8 @@
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
 use linelit_lights::linear::{
-    AlongProfile, ArcPoint, AsPrinted, LineView, LinearSample, LinearSampler, LinearTechnique,
-    LtcSampler, ProfiledLine, ProjectedLine, across_lambert, sample_as_printed,
+    AlongProfile, ArcPoint, LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler,
+    ProfiledLine, ProjectedLine, across_lambert,
 };
 use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Disk, DiskCone, DiskLight, Emission,
@@ -456,12 +456,6 @@ proptest! {
         #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
         let narrow = p.map(|p| p.map(|x| x as f32));
         kernel::<f32>(narrow, f32::from_f64(u), f32::from_f64(t), steps)?;
-        // The printed algorithm promises nothing but to come back.
-        let [p0, p1, n, _] = narrow;
-        let _ = sample_as_printed(p0, p1, n, f32::from_f64(u));
-        if let Some(line) = AsPrinted::new(p0, p1, n) {
-            let _ = (line.projected_solid_angle(), line.sample(f32::from_f64(u)));
-        }
     }
 
     #[test]

@@ -10,6 +10,8 @@ mod common;
 mod hostile;
 mod laws;
 mod linear;
+#[path = "../../../papers/src/peters_as_printed.rs"]
+mod peters_as_printed;
 mod robust;
 mod round;
 mod selection;
