@@ -43,59 +43,28 @@ pub(crate) fn status(command: &mut Command) -> u8 {
     }
 }
 
-/// A program of a crate with its arguments, built with optimisation; in the caller's working
-/// folder.
-pub(crate) fn program(package: &str, name: &str, arguments: &[String]) -> u8 {
-    let mut run = start(package);
-    run.args(["--bin", name, "--"]).args(arguments);
-    status(&mut run)
-}
-
-/// An example program of a crate, built with optimisation.
-pub(crate) fn example(package: &str, name: &str, rest: &[String]) -> u8 {
-    let mut run = start(package);
-    run.args(["--example", name, "--"]).args(rest);
-    status(&mut run)
-}
-
-/// One of the workshop's tables of closed forms and techniques, which build without the renderer.
-pub(crate) fn table(name: &str, rest: &[String]) -> u8 {
-    let mut run = start("workshop");
-    run.args(["--no-default-features", "--example", name, "--"]);
-    status(run.args(rest))
+/// Runs a program or example of a crate, built with optimisation, in the caller's working folder:
+/// `target` is how cargo is told which. Silent, but for the first build, which takes a minute or
+/// two.
+pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
+    let mut run = cargo(["run", "--release", "--manifest-path"]);
+    let folder = std::env::var_os("CARGO_TARGET_DIR");
+    let folder = folder.map_or_else(|| root().join("target"), PathBuf::from);
+    run.arg(root().join("Cargo.toml"));
+    if folder.join("release").exists() {
+        run.arg("--quiet");
+    }
+    run.args(["-p", &format!("linelit-{package}")]).args(target);
+    status(run.arg("--").args(arguments))
 }
 
 /// A criterion bench of a crate.
 pub(crate) fn criterion(package: &str, bench: &str, rest: &[String]) -> u8 {
-    if !root()
-        .join("crates")
-        .join(package)
-        .join("benches")
-        .join(format!("{bench}.rs"))
-        .exists()
-    {
-        eprintln!("error: there is no crates/{package}/benches/{bench}.rs");
+    let file = format!("crates/{package}/benches/{bench}.rs");
+    if !root().join(&file).exists() {
+        eprintln!("error: there is no {file}");
         return 2;
     }
     let package = format!("linelit-{package}");
-    let mut run = cargo(["bench", "-p", &package, "--bench", bench, "--"]);
-    status(run.args(rest))
-}
-
-/// `cargo run --release` of a crate; silent, except for the first build, which takes a minute or
-/// two.
-fn start(package: &str) -> Command {
-    let manifest = root().join("Cargo.toml");
-    let mut run = cargo(["run", "--release"]);
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    if target.join("release").join("linelit").exists()
-        || target.join("release").join("linelit.exe").exists()
-    {
-        run.arg("--quiet");
-    }
-    run.arg("--manifest-path")
-        .arg(manifest)
-        .args(["-p", &format!("linelit-{package}")]);
-    run
+    status(cargo(["bench", "-p", &package, "--bench", bench, "--"]).args(rest))
 }

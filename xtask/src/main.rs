@@ -12,8 +12,6 @@
 )]
 
 mod cargo;
-mod manifest;
-mod source;
 mod suite;
 mod tidy;
 
@@ -52,31 +50,35 @@ fn main() -> ExitCode {
     let Some((command, rest)) = arguments.split_first() else {
         return usage("no command given");
     };
+    // The workshop's tables of closed forms and techniques build without the renderer.
+    let table = |name| {
+        let target = ["--no-default-features", "--example", name];
+        cargo::run("workshop", &target, rest)
+    };
     let status = match command.as_str() {
         "help" | "-h" | "--help" => {
             println!("{USAGE}");
             0
         }
         "render" | "converge" | "compare" | "info" | "convert" => {
-            cargo::program("cli", "linelit", arguments.as_slice())
+            cargo::run("cli", &["--bin", "linelit"], &arguments)
         }
         "check-references" | "load-all" => {
-            cargo::program("workshop", "workshop", arguments.as_slice())
+            cargo::run("workshop", &["--bin", "workshop"], &arguments)
         }
         "bench" => match rest.split_first() {
             None => return usage("bench needs to know WHAT to measure"),
             Some((what, more)) => match what.split_once('/') {
                 Some((package, bench)) => cargo::criterion(package, bench, more),
-                None => cargo::program("workshop", "workshop", arguments.as_slice()),
+                None => cargo::run("workshop", &["--bin", "workshop"], &arguments),
             },
         },
         "vectors" if rest.is_empty() => return usage("vectors needs a folder"),
         // Both crates, whatever the first says; the worse of the two counts.
-        "vectors" => cargo::table("vectors", rest).max(cargo::table("vectors_lights", rest)),
-        // Both crates, whatever the first says; the worse of the two counts.
-        "accuracy" => cargo::table("accuracy", rest).max(cargo::table("accuracy_lights", rest)),
-        "pixels" => cargo::example("integrator", command, rest),
-        "fit-ltc" => cargo::table("fit-ltc", rest),
+        "vectors" => table("vectors").max(table("vectors_lights")),
+        "accuracy" => table("accuracy").max(table("accuracy_lights")),
+        "pixels" => cargo::run("integrator", &["--example", "pixels"], rest),
+        "fit-ltc" => table("fit-ltc"),
         "fuzz" => match suite::fuzz(rest) {
             Ok(status) => status,
             Err(unknown) => return usage(&unknown),

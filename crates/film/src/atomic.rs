@@ -1,4 +1,5 @@
 //! Files that are either whole or absent.
+#![allow(clippy::disallowed_methods, reason = "pictures are files")]
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};

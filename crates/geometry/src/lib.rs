@@ -40,6 +40,11 @@
 //! assert!((visible.measure() - 0.5).abs() < 1e-15);
 //! ```
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
+#![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
+#![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
+
 pub mod finite;
 mod frame;
 pub mod intervals;

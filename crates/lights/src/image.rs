@@ -1,4 +1,8 @@
 //! Textured quads: images as densities.
+#![allow(
+    clippy::disallowed_types,
+    reason = "tables of a textured light, built with it"
+)]
 
 use crate::density::{Area, Pdf};
 use crate::linear::precision::power_of_two_over;

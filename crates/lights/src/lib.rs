@@ -23,6 +23,11 @@
 //! assert!((other.value() / sample.pdf.value() - 1.0).abs() < 0.5);
 //! ```
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
+#![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
+#![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
+
 mod density;
 mod image;
 mod light;

@@ -22,6 +22,11 @@
 //! | [`weighted_balance`], [`clamped_optimal`], [`visibility_optimal_contribution`] | Peters 2021 |
 //! | [`smoothing`] | Salesin & Jarosz 2019 |
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
+#![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
+#![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
+
 mod clamped;
 mod heuristics;
 mod optimal;

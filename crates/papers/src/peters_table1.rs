@@ -1,4 +1,5 @@
 //! Peters 2021, Table 1: what sampling a linear light costs, as ratios.
+#![allow(clippy::disallowed_methods, reason = "the table is of times")]
 
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use anyhow::Result;

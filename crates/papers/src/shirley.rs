@@ -1,4 +1,5 @@
 //! Shirley & Wang 1991: one sample for all luminaires, and thousands of them.
+#![allow(clippy::disallowed_methods, reason = "times beside errors")]
 
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, render_with, rmse, section, table,

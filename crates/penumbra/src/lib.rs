@@ -15,6 +15,7 @@
 //! the same line, the one that comes first has the edge. Only lengths are rounded: the point where
 //! two edges cross is computed once for both, to the bit (`clip`).
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 #![forbid(unsafe_code)]
 
 mod bins;

@@ -1,4 +1,5 @@
 //! The names of the sampling patterns.
+#![allow(clippy::disallowed_types, reason = "the name that an error quotes")]
 
 use std::fmt;
 use std::str::FromStr;

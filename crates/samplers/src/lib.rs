@@ -22,6 +22,11 @@
 //!
 //! Streams are frozen: golden values in the tests pin them, and changing one is a breaking change.
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
+#![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
+#![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
+
 mod blue_noise;
 mod cells;
 mod halton;

@@ -1,4 +1,6 @@
 #![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod colonnade;
 mod gloss;
@@ -83,6 +85,22 @@ mod tests {
                 "{name} differs: run `cargo run -p linelit-scenes --example write_scenes`"
             );
         }
+    }
+
+    /// Each scene with a small light comes with a large one, and the reverse.
+    #[test]
+    fn lights_are_small_and_large() {
+        let kept = kept();
+        let with = |end: &str| {
+            let names = kept
+                .iter()
+                .filter_map(move |(name, _)| name.strip_suffix(end));
+            names
+                .map(str::to_owned)
+                .collect::<std::collections::BTreeSet<_>>()
+        };
+        assert_eq!(with("-small.pbrt"), with("-large.pbrt"));
+        assert!(!with("-small.pbrt").is_empty());
     }
 
     #[test]

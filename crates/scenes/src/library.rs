@@ -1,4 +1,8 @@
 //! Finding and reading scenes: files, and the built-in ones by name.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "scenes are looked for from the working folder upwards"
+)]
 
 use crate::{BUILT_IN, colonnade};
 use anyhow::{Context, Result, bail, ensure};

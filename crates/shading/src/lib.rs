@@ -1,5 +1,7 @@
 #![doc = include_str!("../README.md")]
-#![deny(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
+#![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
+#![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
 pub mod batch;
 pub mod cosine_lobe;

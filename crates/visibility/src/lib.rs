@@ -65,6 +65,9 @@
 //! assert!((visible.fraction(0) - 0.5).abs() < 1e-12);
 //! ```
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
+
 mod block;
 mod bounds;
 pub mod brute;

@@ -1,246 +1,62 @@
-//! Rules about who may depend on whom.
+//! Rules about who depends on whom, and what a manifest says.
 
-use super::House;
-use crate::manifest;
-use std::fs;
+use super::{House, Member, section};
+use std::collections::BTreeSet;
 
-/// Crate, crates of the house it may know, crates of others it may know. The table of
-/// `docs/architecture.md`.
-const MAY_KNOW: &[(&str, &[&str], &[&str])] = &[
-    ("simd", &[], &[]),
-    ("geometry", &[], &["glam", "smallvec"]),
-    ("samplers", &[], &["rand", "rand_pcg", "sobol_burley"]),
-    ("lights", &["geometry"], &[]),
-    ("bsdf", &["geometry"], &[]),
-    ("shading", &["geometry", "simd"], &[]),
-    ("penumbra", &["geometry"], &[]),
-    ("visibility", &["geometry", "simd"], &["obvhs", "rayon"]),
-    ("mis", &[], &[]),
-    ("scene", &["geometry", "lights", "bsdf"], &[]),
-    (
-        "assembly",
-        &["scene", "geometry", "film"],
-        &["flate2", "strsim", "thiserror"],
-    ),
-    ("pbrt", &["assembly", "scene", "geometry", "lights"], &[]),
-    (
-        "formats",
-        // Lights and film in tests.
-        &["assembly", "pbrt", "scene", "geometry", "lights", "film"],
-        &["base64", "gltf", "serde", "serde_json", "tobj"],
-    ),
-    (
-        "estimators",
-        &[
-            "geometry",
-            "samplers",
-            "mis",
-            "lights",
-            "bsdf",
-            "penumbra",
-            "visibility",
-            "shading",
-        ],
-        &[],
-    ),
-    (
-        "integrator",
-        &[
-            "scene",
-            "geometry",
-            "lights",
-            "samplers",
-            "bsdf",
-            "shading",
-            "visibility",
-            "estimators",
-        ],
-        &[],
-    ),
-    (
-        "film",
-        &[],
-        &["exr", "flate2", "png", "thiserror", "zune-jpeg"],
-    ),
-    (
-        "scenes",
-        &["geometry", "lights", "scene", "formats", "film"],
-        &["anyhow"],
-    ),
-    (
-        "study",
-        &[
-            "scene",
-            "geometry",
-            "samplers",
-            "estimators",
-            "integrator",
-            "film",
-        ],
-        &[
-            "anyhow",
-            "base64",
-            "rand",
-            "rand_pcg",
-            "indicatif",
-            "maud",
-            "rayon",
-            "rustix",
-            "serde",
-            "serde_json",
-        ],
-    ),
-    (
-        "papers",
-        &[
-            "scene",
-            "formats",
-            "scenes",
-            "geometry",
-            "lights",
-            "samplers",
-            "bsdf",
-            "shading",
-            "estimators",
-            "integrator",
-            "film",
-            "study",
-        ],
-        &["anyhow", "indicatif", "serde", "serde_json"],
-    ),
-    (
-        "linelit",
-        &[
-            "assembly",
-            "bsdf",
-            "estimators",
-            "film",
-            "formats",
-            "geometry",
-            "integrator",
-            "lights",
-            "mis",
-            "pbrt",
-            "penumbra",
-            "simd",
-            "samplers",
-            "scene",
-            "shading",
-            "study",
-            "visibility",
-        ],
-        &[],
-    ),
-    (
-        "cli",
-        &[
-            "scene",
-            "formats",
-            "scenes",
-            "geometry",
-            "lights",
-            "bsdf",
-            "simd",
-            "samplers",
-            "integrator",
-            "film",
-            "study",
-            "papers",
-        ],
-        &[
-            "anyhow",
-            "clap",
-            "indicatif",
-            "rayon",
-            "rustix",
-            "serde",
-            "serde_json",
-        ],
-    ),
-    (
-        "workshop",
-        &[
-            "scene",
-            "formats",
-            "scenes",
-            "geometry",
-            "lights",
-            "shading",
-            "testkit",
-            "bsdf",
-            "simd",
-            "samplers",
-            "visibility",
-            "estimators",
-            "integrator",
-            "film",
-            "study",
-            "cli",
-        ],
-        &[
-            "anyhow",
-            "clap",
-            "indicatif",
-            "obvhs",
-            "rand",
-            "rand_pcg",
-            "rayon",
-            "serde",
-            "serde_json",
-        ],
-    ),
-    ("testkit", &[], &["dashu-float", "puruspe", "proptest"]),
-    ("xtask", &[], &[]),
-];
+/// What any crate may use in its tests and benches, beside what it knows anyway: scenes and
+/// pictures to ask queries about, the lobes that shading's transformed cosines are fitted to.
+const FOR_TESTS: &str = "linelit-testkit linelit-scenes linelit-bsdf linelit-film linelit-lights \
+    proptest criterion rustix sobol_burley";
 
-/// What any crate may use in its tests and benches, beside what it may know anyway.
-const FOR_TESTS: &[&str] = &[
-    "linelit-testkit",
-    // Scenes for benches and tests of queries.
-    "linelit-scenes",
-    // What shading's transformed cosines are fitted to.
-    "linelit-bsdf",
-    "proptest",
-    "criterion",
-    "insta",
-    "sobol_burley",
-    "serde_json",
-    "rustix",
-];
+/// Crates that end in images: their tests may look at the whole way.
+const WHOLE_WAY: [&str; 3] = ["integrator", "study", "cli"];
 
+/// The name of a dependency from its line, which all are: `name.workspace = true`, or
+/// `name = { workspace = true, … }`.
+pub(super) fn name(line: &str) -> &str {
+    line.split(['.', ' ', '=']).next().unwrap_or_default()
+}
+
+/// What the table of crates in `docs/architecture.md` says is what the manifests say: crates of
+/// ours in the last column but one, those of others in the last.
 pub(super) fn dependency_table(house: &House) -> Vec<String> {
+    let page = house.text("docs/architecture.md");
     let mut problems = Vec::new();
     for member in &house.members {
-        let folder = member
-            .folder
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        let Some((_, ours, theirs)) = MAY_KNOW.iter().find(|(name, ..)| *name == folder) else {
+        let owner = &member.owner;
+        let row = page
+            .lines()
+            .find(|l| l.starts_with(&format!("| `{owner}` |")));
+        let Some(row) = row else {
             problems.push(format!(
-                "crates/{folder}: not in the table of crates (tidy and docs/architecture.md)"
+                "docs/architecture.md: no row for {owner} in the table"
             ));
             continue;
         };
-        let allowed = |name: &str| match name.strip_prefix("linelit-") {
-            Some(short) => ours.contains(&short),
-            None => theirs.contains(&name),
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let last_two = cells[cells.len().saturating_sub(2)..].iter();
+        let said: BTreeSet<&str> = last_two
+            .flat_map(|cell| cell.split(", "))
+            .filter(|n| *n != "–")
+            .collect();
+        let known = |section| {
+            let lines = member.section(section).map(name);
+            lines.map(|n| n.strip_prefix("linelit-").unwrap_or(n))
         };
-        for (name, _) in member.dependencies.iter().chain(&member.other_dependencies) {
-            if !allowed(name) {
-                problems.push(format!("{}: may not depend on {name}", member.name));
-            }
-        }
-        for (name, _) in &member.dev_dependencies {
-            // Tests of the crates that end in images may look at the whole way.
-            let whole_way = matches!(folder.as_str(), "integrator" | "study" | "cli")
-                && name.starts_with("linelit-");
-            if !allowed(name) && !FOR_TESTS.contains(&name.as_str()) && !whole_way {
-                problems.push(format!(
-                    "{}: may not depend on {name}, not even in tests",
-                    member.name
-                ));
+        let known: BTreeSet<&str> = known("dependencies").collect();
+        let (more, less) = (known.difference(&said), said.difference(&known));
+        let page = "docs/architecture.md";
+        problems.extend(more.map(|n| format!("{owner} depends on {n}; {page} does not say so")));
+        problems.extend(less.map(|n| format!("{page}: {owner} does not depend on {n}")));
+        for line in member.section("dev-dependencies") {
+            let n = name(line);
+            let ours = n.strip_prefix("linelit-");
+            let whole_way = WHOLE_WAY.contains(&owner.as_str()) && ours.is_some();
+            if !known.contains(ours.unwrap_or(n))
+                && !FOR_TESTS.split(' ').any(|t| t == n)
+                && !whole_way
+            {
+                problems.push(format!("{owner}: may not depend on {n}, not even in tests"));
             }
         }
     }
@@ -248,79 +64,59 @@ pub(super) fn dependency_table(house: &House) -> Vec<String> {
 }
 
 /// What is for this repository alone: tests, tools, and what leans on the papers' numbers.
-const UNPUBLISHED: [&str; 5] = [
-    "linelit-testkit",
-    "linelit-papers",
-    "linelit-cli",
-    "linelit-workshop",
-    "xtask",
-];
+const UNPUBLISHED: [&str; 5] = ["testkit", "papers", "cli", "workshop", "xtask"];
+
+/// What crates.io wants of a published crate.
+const WANTED: &str = "description readme license repository keywords categories rust-version";
 
 pub(super) fn hygiene(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for member in &house.members {
-        let name = &member.name;
-        if !member.inherits_lints {
-            problems.push(format!("{name}: [lints] workspace = true is missing"));
+        let mut complain = |what: String| problems.push(format!("{}: {what}", member.owner));
+        if member.section("lints").next() != Some("workspace = true") {
+            complain("[lints] workspace = true is missing".to_owned());
         }
-        let all = [
-            &member.dependencies,
-            &member.dev_dependencies,
-            &member.other_dependencies,
-        ];
-        for (dependency, value) in all.into_iter().flatten() {
-            if !value.contains("workspace") {
-                problems.push(format!(
-                    "{name}: {dependency} has its own version; versions stand in the root manifest"
-                ));
+        for line in dependencies(member) {
+            if !line.contains("workspace = true") {
+                complain(format!("`{line}`: versions stand in the root manifest"));
             }
         }
-        let has = |key: &str| member.package.iter().any(|(k, _)| k == key);
-        let published = !member
-            .package
-            .iter()
-            .any(|(k, v)| k == "publish" && v.contains("false"));
-        for key in [
-            "description",
-            "readme",
-            "license",
-            "repository",
-            "keywords",
-            "categories",
-            "rust-version",
-        ] {
-            if published && !has(key) {
-                problems.push(format!(
-                    "{name}: package.{key} is missing, crates.io wants it"
-                ));
+        if member.manifest.contains("dependencies.") {
+            complain("a dependency is one line, not a table".to_owned());
+        }
+        let published = !member.section("package").any(|l| l == "publish = false");
+        for key in WANTED.split(' ') {
+            if published && !member.section("package").any(|line| name(line) == key) {
+                complain(format!("package.{key} is missing, crates.io wants it"));
             }
         }
-        if UNPUBLISHED.contains(&name.as_str()) == published {
-            problems.push(format!(
-                "{name}: publish = false belongs to {}, and to them alone",
-                UNPUBLISHED.join(", ")
+        if UNPUBLISHED.contains(&member.owner.as_str()) == published {
+            let alone = UNPUBLISHED.join(", ");
+            complain(format!(
+                "publish = false belongs to {alone}, and to them alone"
             ));
         }
     }
     problems
 }
 
+fn dependencies(member: &Member) -> impl Iterator<Item = &str> {
+    let sections = ["dependencies", "dev-dependencies", "build-dependencies"];
+    sections.into_iter().flat_map(|s| member.section(s))
+}
+
 pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
-    let text = fs::read_to_string(house.root.join("Cargo.toml")).unwrap_or_default();
-    let sections = manifest::sections(&text);
-    let declared = sections
+    let text = house.text("Cargo.toml");
+    let used: BTreeSet<&str> = house
+        .members
         .iter()
-        .filter(|(name, _)| name == "workspace.dependencies")
-        .flat_map(|(_, e)| e);
-    let used = |name: &str| {
-        house.members.iter().any(|m| {
-            let all = [&m.dependencies, &m.dev_dependencies, &m.other_dependencies];
-            all.into_iter().flatten().any(|(k, _)| k == name)
-        })
-    };
-    declared
-        .filter(|(name, _)| !used(name))
-        .map(|(name, _)| format!("Cargo.toml: nobody uses the workspace dependency {name}"))
+        .flat_map(dependencies)
+        .map(name)
+        .collect();
+    section(&text, "workspace.dependencies")
+        .map(name)
+        .filter(|n| !used.contains(n))
+        .map(|n| format!("Cargo.toml: nobody uses the workspace dependency {n}"))
         .collect()
 }
 
@@ -328,14 +124,29 @@ pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
 const ONE_OF_EACH: [&str; 5] = ["glam", "rand", "rand_core", "serde", "obvhs"];
 
 pub(super) fn one_of_each(house: &House) -> Vec<String> {
-    let lock = fs::read_to_string(house.root.join("Cargo.lock")).unwrap_or_default();
-    let count = |name: &str| {
-        lock.lines()
-            .filter(|l| *l == format!("name = \"{name}\""))
-            .count()
-    };
+    let lock = house.text("Cargo.lock");
+    let count = |name: &str| lock.matches(&format!("name = \"{name}\"\n")).count();
     let several = ONE_OF_EACH.iter().filter(|name| count(name) > 1);
     several
         .map(|name| format!("Cargo.lock: {} versions of {name}", count(name)))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn manifests_are_held_to_the_rules() {
+        let manifest = "[package]\nname = \"x\"\n[dependencies]\nglam = \"1\"\n";
+        let mut house = House::of("crates/x/src/lib.rs", "");
+        house.members.push(Member {
+            owner: "x".to_owned(),
+            manifest: manifest.to_owned(),
+        });
+        // Lints, a version of its own, all that crates.io wants.
+        assert_eq!(hygiene(&house).len(), 2 + WANTED.split(' ').count());
+        // There is no page to say anything.
+        assert_eq!(dependency_table(&house).len(), 1);
+    }
 }

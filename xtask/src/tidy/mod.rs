@@ -1,15 +1,11 @@
-//! The house rules as tests: what `docs/architecture.md` calls invariants, checked on the text of
-//! the repository.
+//! The house rules as tests: what `docs/architecture.md` calls invariants and no lint can see.
 //!
 //! Each rule is a function from the [`House`] to a list of problems, each with its place.
 
 mod manifests;
-mod properties;
 mod repository;
 mod sources;
 
-use crate::manifest::{self, Manifest};
-use crate::source;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -17,188 +13,228 @@ use std::process::Command;
 /// What the rules look at.
 pub(crate) struct House {
     root: PathBuf,
-    members: Vec<Manifest>,
+    /// Under version control or about to be, relative to the root, with `/`.
+    files: Vec<String>,
+    members: Vec<Member>,
     sources: Vec<Source>,
-    tracked: Vec<String>,
 }
 
-/// One Rust file below `crates/` or `xtask/`.
+/// A crate of the workspace.
+pub(crate) struct Member {
+    /// The name of its folder, such as `geometry`.
+    pub(crate) owner: String,
+    manifest: String,
+}
+
+/// One Rust file.
 struct Source {
-    /// Relative to the root, with `/`.
     path: String,
-    /// Folder name of the crate, such as `geometry`.
+    /// The folder of its crate.
     owner: String,
-    /// Whether it is part of the library or program itself (`src/`), not of tests, benches or
-    /// examples.
-    shipped: bool,
-    /// As it stands in the file.
     text: String,
-    /// Without comments, literals and (for shipped files) tests.
+    /// Of files below `src`: without comments and tests. Empty for others.
     code: String,
 }
 
+/// What a rule finds.
+type Rule = fn(&House) -> Vec<String>;
+
 /// Everything that breaks a house rule; empty when the house is tidy.
 pub(crate) fn problems(root: &Path) -> Vec<String> {
-    let house = House::read(root);
-    let mut all = Vec::new();
-    for rule in [
+    let house = match House::read(root) {
+        Ok(house) => house,
+        Err(problem) => return vec![problem],
+    };
+    let rules: [Rule; 16] = [
         manifests::dependency_table,
         manifests::hygiene,
         manifests::unused_workspace_dependencies,
         manifests::one_of_each,
-        sources::foreign_names,
-        sources::effects,
+        sources::lints,
+        sources::exceptions,
+        sources::words,
+        sources::foreign_types,
         sources::fallibility,
-        sources::heap,
-        sources::numbers,
-        sources::no_dyn_in_the_pixel_loop,
-        sources::unsafe_stays_in_its_rooms,
         sources::unfinished_work,
-        sources::size,
-        sources::comments,
+        sources::cases_are_scaled,
+        sources::layout,
         sources::crate_pages,
-        properties::cases_are_scaled,
         repository::machine_paths,
         repository::documents,
         repository::links,
-        repository::scenes,
-    ] {
-        all.extend(rule(&house));
-    }
+    ];
+    let mut all: Vec<String> = rules.iter().flat_map(|rule| rule(&house)).collect();
     all.sort();
     all.dedup();
     all
 }
 
 impl House {
-    fn read(root: &Path) -> Self {
-        let members = manifest::members(root);
-        let mut files = Vec::new();
-        for member in &members {
-            walk(&member.folder, &mut files);
-        }
-        files.retain(|f| f.extension().is_some_and(|e| e == "rs"));
-        let sources = files
-            .iter()
-            .filter_map(|file| Source::read(root, file))
+    pub(crate) fn read(root: &Path) -> Result<Self, String> {
+        let list = "ls-files -z --cached --others --exclude-standard".split(' ');
+        let listed = Command::new("git").current_dir(root).args(list).output();
+        let listed = listed.ok().filter(|o| o.status.success());
+        let listed = listed.ok_or("`git ls-files` does not say which files are ours")?;
+        let mut files: Vec<String> = String::from_utf8_lossy(&listed.stdout)
+            .split_terminator('\0')
+            // What was removed and is not committed yet is listed, too.
+            .filter(|path| root.join(path).exists())
+            .map(str::to_owned)
             .collect();
-        Self {
+        files.sort();
+        let text = |path: &String| fs::read_to_string(root.join(path)).unwrap_or_default();
+        let members = files.iter().filter_map(|path| {
+            let folder = path.strip_suffix("/Cargo.toml")?;
+            let owner = folder.trim_start_matches("crates/").to_owned();
+            let manifest = text(path);
+            (!owner.contains('/')).then_some(Member { owner, manifest })
+        });
+        let rust = files.iter().filter(|path| path.ends_with(".rs"));
+        Ok(Self {
+            members: members.collect(),
+            sources: rust.map(|path| Source::new(path, text(path))).collect(),
             root: root.to_path_buf(),
-            members,
-            sources,
-            tracked: tracked(root),
-        }
+            files,
+        })
     }
 
-    /// Shipped files of these crates.
-    fn shipped<'a>(&'a self, crates: &'a [&'a str]) -> impl Iterator<Item = &'a Source> {
+    /// The text of a file, none if it is not text.
+    fn text(&self, path: &str) -> String {
+        fs::read_to_string(self.root.join(path)).unwrap_or_default()
+    }
+
+    /// The front pages of libraries.
+    fn libraries(&self) -> impl Iterator<Item = &Source> {
         self.sources
             .iter()
-            .filter(|s| s.shipped && crates.contains(&s.owner.as_str()))
+            .filter(|s| s.path.ends_with("/src/lib.rs"))
+    }
+
+    /// The crates of the workspace, by the names of their folders.
+    pub(crate) fn members(&self) -> &[Member] {
+        &self.members
     }
 }
 
-impl Source {
-    fn read(root: &Path, file: &Path) -> Option<Self> {
-        let text = fs::read_to_string(file).ok()?;
-        Some(Self::new(&relative(root, file), text))
+impl Member {
+    /// The lines of a section of the manifest, without comments.
+    fn section<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
+        section(&self.manifest, name)
     }
 
+    /// `package.name`.
+    pub(crate) fn package(&self) -> &str {
+        let quoted = self
+            .section("package")
+            .find_map(|l| l.strip_prefix("name = "));
+        quoted.map_or("", |name| name.trim_matches('"'))
+    }
+
+    /// Features, but for `default`.
+    pub(crate) fn features(&self) -> Vec<&str> {
+        let lines = self.section("features");
+        let names = lines.filter_map(|line| Some(line.split_once(" = ")?.0));
+        names.filter(|name| *name != "default").collect()
+    }
+}
+
+/// The lines of the sections of a manifest whose header ends so, without comments.
+fn section<'a>(manifest: &'a str, name: &'a str) -> impl Iterator<Item = &'a str> {
+    let mut inside = false;
+    manifest.lines().map(str::trim).filter(move |line| {
+        if line.starts_with('[') {
+            let header = line.trim_matches(['[', ']']);
+            inside = header == name || header.ends_with(&format!(".{name}"));
+            return false;
+        }
+        inside && !line.is_empty() && !line.starts_with('#')
+    })
+}
+
+impl Source {
     fn new(path: &str, text: String) -> Self {
-        let mut parts = path.split('/');
-        let first = parts.next().unwrap_or_default();
-        let owner = if first == "crates" {
-            parts.next().unwrap_or_default()
-        } else {
-            first
-        };
+        let mut parts = path.trim_start_matches("crates/").split('/');
+        let owner = parts.next().unwrap_or_default().to_owned();
         let shipped = parts.next() == Some("src") && !path.ends_with("/tests.rs");
-        let code = source::code_only(&text);
         let code = if shipped {
-            source::without_tests(&code)
+            code_of(&text)
         } else {
-            code
+            String::new()
         };
         Self {
             path: path.to_owned(),
-            owner: owner.to_owned(),
-            shipped,
+            owner,
             text,
             code,
         }
     }
 
-    /// One problem for each line with the word.
-    fn complain(&self, word: &str, why: &str) -> Vec<String> {
-        let lines = source::lines_with(&self.code, word);
+    /// One problem for each line of `text` in which a predicate holds.
+    fn complain(&self, text: &str, holds: impl Fn(&str) -> bool, why: &str) -> Vec<String> {
+        let lines = text.lines().enumerate().filter(|(_, line)| holds(line));
         lines
-            .into_iter()
-            .map(|line| format!("{}:{line}: `{word}`: {why}", self.path))
+            .map(|(i, _)| format!("{}:{}: {why}", self.path, i + 1))
             .collect()
     }
 }
 
-/// All files below a folder, but for build output.
-fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
-    let Ok(entries) = fs::read_dir(folder) else {
-        return;
-    };
-    let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
-    paths.sort();
-    for path in paths {
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        if path.is_dir() && !matches!(name.as_str(), "target" | "out" | ".git") {
-            walk(&path, files);
-        } else if path.is_file() {
-            files.push(path);
+/// A file up to its module of tests (which stands last: clippy's `items_after_test_module`), each
+/// line up to its comment.
+fn code_of(text: &str) -> String {
+    let mut code = String::new();
+    let mut lines = text.lines().peekable();
+    while let Some(line) = lines.next() {
+        let test = line.trim() == "#[cfg(test)]";
+        if test
+            && lines
+                .peek()
+                .is_some_and(|next| next.contains("mod ") && next.ends_with('{'))
+        {
+            break;
         }
+        code.push_str(line.split("//").next().unwrap_or_default());
+        code.push('\n');
     }
+    code
 }
 
-/// Files under version control; without git, all files.
-fn tracked(root: &Path) -> Vec<String> {
-    let listed = Command::new("git")
-        .arg("-C")
-        .arg(root)
-        .args(["ls-files", "-z"])
-        .output();
-    match listed {
-        Ok(output) if output.status.success() && !output.stdout.is_empty() => {
-            String::from_utf8_lossy(&output.stdout)
-                .split('\0')
-                .filter(|s| !s.is_empty())
-                .map(str::to_owned)
-                .collect()
-        }
-        _ => {
-            let mut files = Vec::new();
-            walk(root, &mut files);
-            files.iter().map(|f| relative(root, f)).collect()
-        }
-    }
-}
-
-fn relative(root: &Path, file: &Path) -> String {
-    let path = file.strip_prefix(root).unwrap_or(file);
-    path.components()
-        .map(|c| c.as_os_str().to_string_lossy())
-        .collect::<Vec<_>>()
-        .join("/")
+/// Whether the word stands in the line, not as part of a longer identifier.
+fn has_word(line: &str, word: &str) -> bool {
+    let inside = |c: char| c.is_alphanumeric() || c == '_';
+    line.match_indices(word)
+        .any(|(i, _)| !line[..i].ends_with(inside) && !line[i + word.len()..].starts_with(inside))
 }
 
 #[cfg(test)]
-impl House {
-    /// A house of one file, to try rules on.
-    fn of(path: &str, text: &str) -> Self {
-        Self {
-            root: PathBuf::new(),
-            members: Vec::new(),
-            sources: vec![Source::new(path, text.to_owned())],
-            tracked: Vec::new(),
+mod tests {
+    use super::*;
+
+    impl House {
+        /// A house of one file, to try rules on.
+        pub(super) fn of(path: &str, text: &str) -> Self {
+            Self {
+                root: PathBuf::new(),
+                files: Vec::new(),
+                members: Vec::new(),
+                sources: vec![Source::new(path, text.to_owned())],
+            }
         }
+    }
+
+    #[test]
+    fn code_is_without_comments_and_tests() {
+        let text = "a // b\n#[cfg(test)]\nuse c;\nd\n#[cfg(test)]\nmod tests {\n e\n}\n";
+        assert_eq!(code_of(text), "a \n#[cfg(test)]\nuse c;\nd\n");
+    }
+
+    #[test]
+    fn manifests_are_read() {
+        let manifest = "[package]\nname = \"x\"\n[dependencies]\n# why\nfoo.workspace = true\n\
+            [target.'cfg(unix)'.dependencies]\nbar = 1\n[dev-dependencies]\nbaz = 1\n\
+            [features]\ndefault = []\nsimd = [\n    \"foo/simd\",\n]\n";
+        let known: Vec<_> = section(manifest, "dependencies").collect();
+        assert_eq!(known, ["foo.workspace = true", "bar = 1"]);
+        let (owner, manifest) = ("x".to_owned(), manifest.to_owned());
+        assert_eq!(Member { owner, manifest }.features(), ["simd"]);
     }
 }

@@ -1,665 +1,311 @@
-//! Rules about what the code of each room may say.
+//! Rules about Rust files that neither clippy nor the compiler has: which lints a crate turns on,
+//! who may make exceptions, and a few words. Methods, types and macros that libraries do without
+//! are in `clippy.toml`.
 
-use super::{House, Source};
-use crate::source::lines_with;
-use std::fs;
+use super::manifests::name;
+use super::{House, Source, has_word};
 
-/// Crates that do no I/O, start no thread and cannot fail.
-const PURE: [&str; 7] = [
-    "simd", "geometry", "samplers", "lights", "bsdf", "shading", "mis",
-];
-/// All libraries; cli and workshop are programs.
-const LIBRARIES: &[&str] = &[
-    "simd",
-    "geometry",
-    "samplers",
-    "lights",
-    "bsdf",
-    "shading",
-    "visibility",
-    "mis",
-    "penumbra",
-    "scene",
-    "assembly",
-    "pbrt",
-    "formats",
-    "scenes",
-    "estimators",
-    "integrator",
-    "film",
-    "study",
-    "papers",
-    "linelit",
-    "testkit",
-];
+/// Crates that do no I/O, start no thread, do not allocate per sample and cannot fail.
+const PURE: &str = "simd geometry samplers lights bsdf shading mis";
+
 /// The crates in the path of a pixel.
-const PIXEL_PATH: [&str; 11] = [
-    "simd",
-    "geometry",
-    "samplers",
-    "lights",
-    "bsdf",
-    "shading",
-    "visibility",
-    "mis",
-    "penumbra",
-    "estimators",
-    "integrator",
-];
+const PIXEL_PATH: &str =
+    "simd geometry samplers lights bsdf shading visibility mis penumbra estimators integrator";
 
-/// Files in which `unsafe` may stand: SIMD kernels and their dispatch, each with a scalar twin that
-/// tests hold it to.
-const UNSAFE_ROOMS: [&str; 2] = ["crates/simd/src/x86.rs", "crates/shading/src/simd"];
+/// Crates with vector kernels: the workspace's lints deny `unsafe_code` there, items allow it with
+/// a reason. In all others it is forbidden.
+const KERNELS: &str = "simd shading";
 
-/// Where `f32` may stand in the crates of f64: kernels with a stated error bound.
-const F32_ROOMS: [&str; 2] = ["crates/lights/src/linear", "crates/shading/src/ltc"];
+/// Crates whose comments are still to be wrapped.
+const WIDE: &str =
+    "bsdf estimators film formats geometry integrator penumbra scene shading testkit visibility";
 
-/// Foreign crates and the one room that may name each.
-const NAMED_ONLY_IN: [(&str, &[&str]); 11] = [
-    ("glam", &["geometry"]),
-    ("obvhs", &["visibility", "workshop"]),
-    ("rand", &["samplers", "study", "workshop"]),
-    ("rand_pcg", &["samplers", "study", "workshop"]),
-    ("sobol_burley", &["samplers"]),
-    ("exr", &["film"]),
-    ("png", &["film"]),
-    ("zune_jpeg", &["film"]),
-    ("flate2", &["film", "assembly"]),
-    ("tobj", &["formats"]),
-    ("gltf", &["formats"]),
-];
+fn is_one_of(list: &str, owner: &str) -> bool {
+    list.split(' ').any(|name| name == owner)
+}
 
-pub(super) fn foreign_names(house: &House) -> Vec<String> {
+/// Each library turns on the lints that keep it without effects, and the pure ones those of theirs.
+pub(super) fn lints(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
-    for file in house.sources.iter().filter(|s| s.shipped) {
-        for (name, rooms) in NAMED_ONLY_IN {
-            if !rooms.contains(&file.owner.as_str()) {
-                // A path or an import; the bare word may be a variable or a module of our own.
-                let mut lines = lines_with(&file.code, &format!("use {name}"));
-                lines.extend(foreign_paths(&file.code, name));
-                let complaint = |line| {
-                    let rooms = rooms.join(" and ");
-                    format!("{}:{line}: only {rooms} may name {name}", file.path)
-                };
-                problems.extend(lines.into_iter().map(complaint));
-            } else if name != "glam" {
-                let lines = lines_with(&file.code, &format!("pub use {name}"));
-                let complaint = |line| {
-                    format!(
-                        "{}:{line}: types of {name} stay out of public APIs",
-                        file.path
-                    )
-                };
-                problems.extend(lines.into_iter().map(complaint));
-            }
+    for file in house.libraries() {
+        let on = |lints: &str| format!("#![cfg_attr(not(test), warn({lints}))]");
+        let owner = file.owner.as_str();
+        let mut wanted = vec![match owner {
+            // A program.
+            "cli" => on("clippy::unwrap_used"),
+            _ => on("clippy::disallowed_methods, clippy::unwrap_used"),
+        }];
+        if !is_one_of(KERNELS, owner) {
+            wanted.push("#![forbid(unsafe_code)]".to_owned());
         }
+        if is_one_of(PURE, owner) {
+            wanted.push(match owner {
+                // Lanes are f32.
+                "simd" => on("clippy::disallowed_macros"),
+                _ => on("clippy::disallowed_types, clippy::disallowed_macros"),
+            });
+            wanted.push(on("clippy::panic, clippy::unreachable"));
+        }
+        let missing = wanted.iter().filter(|line| !file.text.contains(*line));
+        problems.extend(missing.map(|line| format!("{}: lacks {line}", file.path)));
     }
     problems
 }
 
-/// Lines with a path that begins with `name::`, outside `use` items (those are looked at by their
-/// own first word, as `use linelit_geometry::{glam::Vec3}` is nobody's business).
-fn foreign_paths(code: &str, name: &str) -> Vec<usize> {
-    if !lines_with(code, &format!("mod {name}")).is_empty() {
-        // A module of our own by that name.
-        return Vec::new();
-    }
-    let word = format!("{name}::");
-    let starts_path = |line: &str| {
-        line.match_indices(&word).any(|(i, _)| {
-            let before = &line[..i];
-            let global = before
-                .strip_suffix("::")
-                .is_some_and(|b| b.is_empty() || b.ends_with([' ', '(', '<', '&']));
-            global || !before.ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':')
-        })
-    };
-    let plain = without_use_items(code);
-    let lines = plain.lines().enumerate();
-    lines
-        .filter(|(_, line)| starts_path(line))
-        .map(|(i, _)| i + 1)
+/// Files and folders that may except themselves from what `clippy.toml` disallows; each says why.
+const EXCEPTIONS: &str = "assembly/src/diagnostics/source.rs film/src/atomic.rs \
+    geometry/src/intervals/tree.rs lights/src/image.rs lights/src/line/by_texture.rs \
+    lights/src/linear/precision.rs lights/src/linear/profile.rs lights/src/selection/ \
+    papers/src/peters_table1.rs papers/src/shirley.rs samplers/src/kind.rs scenes/src/library.rs \
+    shading/src/ltc_table.rs study/src/engine/ study/src/memory.rs study/src/tables.rs \
+    testkit/src/public.rs";
+
+pub(super) fn exceptions(house: &House) -> Vec<String> {
+    let why = "an exception from clippy.toml; tidy's list says who may make one";
+    let others = house.sources.iter().filter(|source| {
+        let path = source.path.strip_prefix("crates/").unwrap_or_default();
+        !path.ends_with("/lib.rs") && !EXCEPTIONS.split(' ').any(|room| path.starts_with(room))
+    });
+    let disallowed =
+        |line: &str| line.trim_start().starts_with("#") && line.contains("clippy::disallowed_");
+    others
+        .flat_map(|s| s.complain(&s.code, disallowed, why))
         .collect()
 }
 
-/// Blanks out `use …;`, keeping lines.
-fn without_use_items(code: &str) -> String {
-    let mut inside = false;
-    let blank = |line: &str| {
-        let word = line
-            .trim_start()
-            .trim_start_matches("pub ")
-            .trim_start_matches("pub(crate) ");
-        inside = inside || word.starts_with("use ");
-        let kept = if inside { "" } else { line };
-        inside = inside && !line.contains(';');
-        format!("{kept}\n")
-    };
-    code.lines().map(blank).collect()
-}
-
-/// Words that mean an effect, who may have it, and why others may not.
-const EFFECTS: [(&[&str], &[&str], &str); 6] = [
-    (
-        &[
-            "std::fs",
-            "fs::read",
-            "fs::write",
-            "File::open",
-            "File::create",
-        ],
-        &["assembly", "film", "study", "testkit"],
-        "only assembly, film, study and testkit touch files",
-    ),
-    (
-        &["Instant", "SystemTime"],
-        &["study", "papers"],
-        "only study and papers know clocks",
-    ),
-    (
-        &[
-            "std::thread",
-            "thread::spawn",
-            "thread::scope",
-            "ThreadPool",
-            "ThreadPoolBuilder",
-            "thread_local!",
-        ],
-        &["study"],
-        "only study starts threads",
-    ),
-    (
-        &["rayon"],
-        &["study", "visibility"],
-        "only study and visibility share out work among threads",
-    ),
-    (
-        &[
-            "std::env",
-            "env::var",
-            "env::args",
-            "process::exit",
-            "process::Command",
-            "std::net",
-        ],
-        // Built-in scenes are looked for from the working folder upwards.
-        &["scenes", "study"],
-        "libraries know nothing of the world around them",
-    ),
-    (
-        &[
-            "println!",
-            "print!",
-            "eprintln!",
-            "eprint!",
-            "dbg!",
-            "stdout()",
-            "stderr()",
-        ],
-        &[],
-        "libraries do not print",
-    ),
+/// A word, the crates that it may not stand in, the file of theirs where it may, and why.
+const WORDS: [[&str; 4]; 4] = [
+    [
+        "dyn",
+        PIXEL_PATH,
+        "-",
+        "no dynamic dispatch in the path of a pixel",
+    ],
+    // Makes a Vec without naming it.
+    ["to_vec", PURE, "-", "pure crates do not allocate"],
+    // Outside of a pool that file runs everything where it is called.
+    [
+        "rayon",
+        "visibility",
+        "crates/visibility/src/pool.rs",
+        "crate::pool shares out work",
+    ],
+    // Instruction sets without it would give other bits, or take long to give the same.
+    [
+        "mul_add",
+        "simd visibility",
+        "-",
+        "fused operations only behind linelit_simd",
+    ],
 ];
 
-/// The one file of a library that may name rayon: outside of a pool it runs everything where it is
-/// called.
-const POOL: &str = "crates/visibility/src/pool.rs";
-
-pub(super) fn effects(house: &House) -> Vec<String> {
+pub(super) fn words(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
-    for file in house.shipped(LIBRARIES) {
-        for (words, rooms, why) in EFFECTS {
-            if !rooms.contains(&file.owner.as_str()) {
-                problems.extend(words.iter().flat_map(|word| file.complain(word, why)));
+    for file in &house.sources {
+        let heap = file.code.contains("clippy::disallowed_types");
+        for [word, crates, room, why] in WORDS {
+            let excepted = file.path == room || (word == "to_vec" && heap);
+            if is_one_of(crates, &file.owner) && !excepted {
+                problems.extend(file.complain(&file.code, |line| has_word(line, word), why));
             }
-        }
-    }
-    for file in house
-        .shipped(&["visibility"])
-        .filter(|file| file.path != POOL)
-    {
-        let why = "work is shared out by crate::pool, which starts no pool of its own";
-        problems.extend(file.complain("rayon", why));
-    }
-    // What is known of the processor is all that is shared.
-    let stateless = |file: &&Source| file.path != "crates/simd/src/isa.rs";
-    for file in house.shipped(&PURE).filter(stateless) {
-        for word in [
-            "std::io",
-            "std::path",
-            "std::sync",
-            "static mut",
-            "Mutex",
-            "RefCell",
-        ] {
-            problems.extend(file.complain(word, "pure crates do no I/O and share no state"));
         }
     }
     problems
 }
 
-/// Pure crates cannot fail: in public, `Result` comes only from constructors (`try_…`, or returning
+/// Types of other people's crates stay out of public APIs, but for glam's.
+pub(super) fn foreign_types(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for member in &house.members {
+        let known: Vec<String> = member
+            .section("dependencies")
+            .map(|l| name(l).replace('-', "_"))
+            .collect();
+        let exported = |line: &str| {
+            let path = line
+                .trim_start()
+                .strip_prefix("pub use ")
+                .unwrap_or_default();
+            let first = path
+                .split("::")
+                .next()
+                .unwrap_or_default()
+                .trim_end_matches(';');
+            first != "glam" && !first.starts_with("linelit_") && known.iter().any(|k| k == first)
+        };
+        let why = "types of other people's crates stay out of public APIs";
+        let own = house.sources.iter().filter(|s| s.owner == member.owner);
+        problems.extend(own.flat_map(|s| s.complain(&s.code, exported, why)));
+    }
+    problems
+}
+
+/// In the path of a pixel `Result` comes only from constructors (`try_…`, or returning
 /// `Result<Self, _>`) and from reading names (`FromStr`).
 pub(super) fn fallibility(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
-    for file in house.shipped(&PIXEL_PATH) {
+    let path = house
+        .sources
+        .iter()
+        .filter(|s| is_one_of(PIXEL_PATH, &s.owner));
+    for file in path {
         for (start, _) in file.code.match_indices("pub fn ") {
-            let signature = &file.code[start + "pub fn ".len()..];
-            let signature = signature.split(['{', ';']).next().unwrap_or_default();
-            let name = signature
-                .split(['(', '<'])
+            let signature = file.code[start + 7..]
+                .split(['{', ';'])
                 .next()
-                .unwrap_or_default()
-                .trim();
+                .unwrap_or_default();
             let returned = signature.rsplit_once("->").map_or("", |(_, r)| r);
-            let constructor = name.starts_with("try_") || returned.contains("Result<Self");
+            let constructor = signature.starts_with("try_") || returned.contains("Result<Self");
             if returned.contains("Result") && !constructor {
                 let line = file.code[..start].lines().count().max(1);
-                let why = "in the path of a pixel only constructors can fail";
-                problems.push(format!(
-                    "{}:{line}: `{name}` returns a Result; {why}",
-                    file.path
-                ));
-            }
-        }
-    }
-    for file in house.shipped(&PURE) {
-        for word in ["unwrap()", "panic!", "unreachable!"] {
-            problems.extend(file.complain(word, "pure crates cannot fail"));
-        }
-    }
-    for file in house.shipped(&[
-        "assembly",
-        "pbrt",
-        "formats",
-        "scene",
-        "film",
-        "study",
-        "papers",
-        "cli",
-        "visibility",
-        "estimators",
-        "integrator",
-    ]) {
-        problems.extend(file.complain(
-            "unwrap()",
-            "say with expect(\"…\") why it cannot fail, or return the error",
-        ));
-    }
-    problems
-}
-
-/// Where pure crates may use the heap: what is built once for a light or a query's scratch, or says
-/// what went wrong.
-const HEAP_ROOMS: [(&str, &str); 7] = [
-    (
-        "crates/geometry/src/intervals/set.rs",
-        "collects into a SmallVec, which spills only beyond its inline pieces",
-    ),
-    (
-        "crates/lights/src/selection/",
-        "tables and trees over all lights, built once for a scene",
-    ),
-    (
-        "crates/geometry/src/intervals/tree.rs",
-        "nodes are kept for the next query",
-    ),
-    (
-        "crates/lights/src/image.rs",
-        "tables of a textured light, built with it",
-    ),
-    (
-        "crates/lights/src/line/by_texture.rs",
-        "tables of a textured light and a direction, built with it",
-    ),
-    (
-        "crates/lights/src/linear/profile.rs",
-        "tables of a profile, built with it",
-    ),
-    (
-        "crates/samplers/src/kind.rs",
-        "the name that an error quotes",
-    ),
-];
-
-/// Pure crates do not allocate per sample; so they do not allocate but in the rooms above.
-pub(super) fn heap(house: &House) -> Vec<String> {
-    let mut problems = Vec::new();
-    for file in house.shipped(&PURE) {
-        if HEAP_ROOMS
-            .iter()
-            .any(|(room, _)| file.path.starts_with(room))
-        {
-            continue;
-        }
-        for word in [
-            "Vec<", "Vec::", "vec!", "Box", "Rc", "Arc", "String", "format!", "to_vec", "collect",
-        ] {
-            problems.extend(file.complain(word, "pure crates do not allocate"));
-        }
-    }
-    problems
-}
-
-/// Where fused operations may stand although the instruction sets differ in them:
-/// culling, whose verdicts have room for the rounding of either, never the ends of intervals.
-const CULLING: &str = "crates/simd/src/x86.rs";
-
-pub(super) fn numbers(house: &House) -> Vec<String> {
-    let mut problems = Vec::new();
-    for file in house.shipped(&["geometry", "lights", "bsdf", "shading", "mis"]) {
-        if !F32_ROOMS.iter().any(|room| file.path.starts_with(room)) {
-            problems.extend(file.complain("f32", "f64 in geometry, lights, shading and mis"));
-        }
-    }
-    for file in house
-        .shipped(&["simd", "visibility"])
-        .filter(|file| file.path != CULLING)
-    {
-        for word in [
-            "mul_add",
-            "_mm256_fmadd_ps",
-            "_mm512_fmadd_ps",
-            "_mm256_fmadd_pd",
-        ] {
-            let why = "kernels of all instruction sets must give the same bits";
-            problems.extend(file.complain(word, why));
-        }
-    }
-    problems
-}
-
-pub(super) fn no_dyn_in_the_pixel_loop(house: &House) -> Vec<String> {
-    house
-        .shipped(&PIXEL_PATH)
-        .flat_map(|f| f.complain("dyn", "no dynamic dispatch in the path of a pixel"))
-        .collect()
-}
-
-pub(super) fn unsafe_stays_in_its_rooms(house: &House) -> Vec<String> {
-    let mut problems = Vec::new();
-    for file in &house.sources {
-        let lines = lines_with(&file.code, "unsafe");
-        let allowed = UNSAFE_ROOMS.iter().any(|room| file.path.starts_with(room));
-        for line in lines {
-            if !allowed {
-                problems.push(format!("{}:{line}: unsafe only in SIMD kernels", file.path));
-            } else if !justified(&file.text, line) {
-                problems.push(format!(
-                    "{}:{line}: unsafe without a SAFETY line above it",
-                    file.path
-                ));
+                let name = signature.split(['(', '<']).next().unwrap_or_default();
+                let why = "returns a Result; in the path of a pixel only constructors can fail";
+                problems.push(format!("{}:{line}: `{name}` {why}", file.path));
             }
         }
     }
     problems
-}
-
-/// Whether a SAFETY comment (or a `# Safety` section) stands on the line or among the twelve before
-/// it.
-fn justified(text: &str, line: usize) -> bool {
-    let first = line.saturating_sub(13);
-    text.lines()
-        .skip(first)
-        .take(line - first)
-        .any(|l| l.contains("SAFETY") || l.contains("# Safety"))
 }
 
 pub(super) fn unfinished_work(house: &House) -> Vec<String> {
+    // Split, to not find themselves.
+    let unfinished = [
+        concat!("TO", "DO"),
+        concat!("FIX", "ME"),
+        concat!("XX", "X"),
+    ];
+    let marked = |line: &str| unfinished.iter().any(|word| has_word(line, word));
+    let ignored = |line: &str| {
+        let line = line.trim_start();
+        line.starts_with("#[ignore") && !line.starts_with("#[ignore = \"long: ")
+    };
     let mut problems = Vec::new();
     for file in &house.sources {
-        for word in ["todo!", "unimplemented!"] {
-            problems.extend(file.complain(word, "unfinished work"));
-        }
-        // Comments and reasons are literals, so look at the text; the words are split to not find
-        // themselves.
-        for (i, line) in file.text.lines().enumerate() {
-            let line = line.trim();
-            for word in [
-                concat!("TO", "DO"),
-                concat!("FIX", "ME"),
-                concat!("XX", "X"),
-            ] {
-                if !lines_with(line, word).is_empty() {
-                    problems.push(format!(
-                        "{}:{}: {word} in a comment; finish it or open an issue",
-                        file.path,
-                        i + 1
-                    ));
-                }
-            }
-            if line.starts_with("#[ignore") && !line.starts_with("#[ignore = \"long: ") {
-                problems.push(format!(
-                    "{}:{}: an ignored test says `long: …` why (and runs with --long)",
-                    file.path,
-                    i + 1
-                ));
-            }
-        }
+        let why = "unfinished; finish it or open an issue";
+        problems.extend(file.complain(&file.text, marked, why));
+        let why = "an ignored test says `long: …` why (and runs with --long)";
+        problems.extend(file.complain(&file.text, ignored, why));
     }
     problems
 }
 
-pub(super) fn size(house: &House) -> Vec<String> {
-    const MOST: usize = 700;
-    let long = house
-        .sources
-        .iter()
-        .filter(|s| s.text.lines().count() > MOST);
-    long.map(|s| {
-        format!(
-            "{}: {} lines; split it by concept (at most {MOST})",
-            s.path,
-            s.text.lines().count()
-        )
-    })
-    .collect()
+/// A long run is long for all properties: their numbers of cases are `cases(n)` of testkit.
+pub(super) fn cases_are_scaled(house: &House) -> Vec<String> {
+    let own = |line: &str| {
+        let field = line.contains("ProptestConfig {") || line.trim_start().starts_with("cases: ");
+        let set = if field { "cases: " } else { "with_cases(" };
+        let value = line.split_once(set).map_or("", |(_, value)| value);
+        value.starts_with(|c: char| c.is_ascii_digit() || c.is_ascii_uppercase())
+    };
+    let why = "a number of cases that `--long` does not reach; say cases(…) of linelit-testkit";
+    let set = |s: &&Source| s.text.contains("ProptestConfig");
+    let files = house.sources.iter().filter(set);
+    files.flat_map(|s| s.complain(&s.text, own, why)).collect()
 }
 
-/// Crates whose comments are still to be wrapped.
-const WIDE: &[&str] = &[
-    "assembly",
-    "pbrt",
-    "bsdf",
-    "estimators",
-    "film",
-    "formats",
-    "geometry",
-    "integrator",
-    "penumbra",
-    "scene",
-    "shading",
-    "testkit",
-    "visibility",
-];
-
-/// Comments end at column 100; rustfmt wraps none. Rows of tables cannot be wrapped.
-pub(super) fn comments(house: &House) -> Vec<String> {
-    const MOST: usize = 100;
+/// Files end at line 700, comments at column 100: rustfmt wraps none. Rows of tables cannot be.
+pub(super) fn layout(house: &House) -> Vec<String> {
+    let wide = |line: &str| {
+        let text = line.trim_start();
+        let row = text.starts_with("//! |") || text.starts_with("/// |");
+        // Text of another file, in a literal.
+        let literal = text.ends_with("\\n\\");
+        text.starts_with("//") && !row && !literal && line.chars().count() > 100
+    };
     let mut problems = Vec::new();
-    let narrow = house
-        .sources
-        .iter()
-        .filter(|s| !WIDE.contains(&s.owner.as_str()));
-    for file in narrow {
-        for (i, line) in file.text.lines().enumerate() {
-            let text = line.trim_start();
-            let row = text.starts_with("//! |") || text.starts_with("/// |");
-            // Text of another file, in a literal.
-            let literal = text.ends_with("\\n\\");
-            let width = line.chars().count();
-            if text.starts_with("//") && !row && !literal && width > MOST {
-                let path = &file.path;
-                problems.push(format!("{path}:{}: a comment of {width} columns", i + 1));
-            }
+    for file in &house.sources {
+        let lines = file.text.lines().count();
+        if lines > 700 {
+            problems.push(format!("{}: {lines} lines, beyond 700", file.path));
+        }
+        if !is_one_of(WIDE, &file.owner) {
+            problems.extend(file.complain(&file.text, wide, "a comment beyond column 100"));
         }
     }
     problems
 }
 
-/// Each library opens with a summary and shows an example, in its front page or the README that the
-/// page includes.
+/// Each library shows an example, in its front page or the README that the page includes. (That it
+/// has a page, `missing_docs` sees.)
 pub(super) fn crate_pages(house: &House) -> Vec<String> {
-    let mut problems = Vec::new();
-    for file in house
-        .sources
-        .iter()
-        .filter(|s| s.path.ends_with("/src/lib.rs"))
-    {
-        if !file.text.starts_with("//!") && !file.text.starts_with("#![doc") {
-            problems.push(format!("{}: opens without a summary", file.path));
-        }
-        let readme = house
-            .root
-            .join("crates")
-            .join(&file.owner)
-            .join("README.md");
+    let silent = house.libraries().filter(|file| {
+        let readme = house.text(&format!("crates/{}/README.md", file.owner));
         let included = file.text.contains("include_str!(\"../README.md\")");
-        let readme = if included {
-            fs::read_to_string(readme).unwrap_or_default()
-        } else {
-            String::new()
-        };
-        let front = file
-            .text
-            .lines()
-            .take_while(|l| l.starts_with("//!") || l.starts_with("#!["));
-        if !front
-            .chain(readme.lines())
-            .any(|l| l.trim_start_matches("//! ").starts_with("```"))
-        {
-            problems.push(format!("{}: the front page shows no example", file.path));
-        }
-    }
-    problems
+        let shown = |line: &str| line.trim_start_matches("//! ").starts_with("```");
+        let front = file.text.lines().take_while(|l| l.starts_with("//!"));
+        !(front.into_iter().any(shown) || included && readme.lines().any(shown))
+    });
+    silent
+        .map(|file| format!("{}: the front page shows no example", file.path))
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Rule;
     use super::*;
 
-    /// Each rule sees the offence it is for, and nothing in comments, strings and tests.
+    /// What a rule says of a file of a crate's.
+    fn found(rule: Rule, owner: &str, text: &str) -> usize {
+        rule(&House::of(&format!("crates/{owner}/src/x.rs"), text)).len()
+    }
+
+    /// Each rule sees the offence it is for, and nothing in comments and tests.
     #[test]
     fn rules_bite() {
-        type Rule = fn(&House) -> Vec<String>;
-        let cases: [(Rule, &str, &str); 15] = [
-            (foreign_names, "crates/scene/src/x.rs", "use glam::DVec3;"),
-            (
-                foreign_names,
-                "crates/lights/src/x.rs",
-                "let r = rand::rng();",
-            ),
-            (
-                foreign_names,
-                "crates/visibility/src/x.rs",
-                "pub use obvhs::Bvh2;",
-            ),
-            (effects, "crates/mis/src/x.rs", "fn a() { println!(\"x\") }"),
-            (
-                effects,
-                "crates/integrator/src/x.rs",
-                "use std::time::Instant;",
-            ),
-            (effects, "crates/lights/src/x.rs", "use std::fs;"),
-            (
-                effects,
-                "crates/visibility/src/x.rs",
-                "fn a() { rayon::join(b, c); }",
-            ),
-            (
-                effects,
-                "crates/visibility/src/pool.rs",
-                "fn a() { ThreadPoolBuilder::new(); }",
-            ),
-            (
-                fallibility,
-                "crates/shading/src/x.rs",
-                "pub fn value(&self) -> Result<f64, E> { x }",
-            ),
-            (numbers, "crates/shading/src/x.rs", "let x: f32 = 1.0;"),
-            (heap, "crates/lights/src/x.rs", "let a = vec![1.0];"),
-            (
-                no_dyn_in_the_pixel_loop,
-                "crates/integrator/src/x.rs",
-                "fn a(l: &dyn Light) {}",
-            ),
-            (
-                unsafe_stays_in_its_rooms,
-                "crates/study/src/x.rs",
-                "fn a() { unsafe { b() } }",
-            ),
-            (
-                unsafe_stays_in_its_rooms,
-                "crates/visibility/src/simd/x.rs",
-                "fn a() { unsafe { b() } }",
-            ),
-            (
-                unfinished_work,
-                "crates/film/src/x.rs",
-                "fn a() { todo!() }",
-            ),
+        let cases: [(Rule, &str, &str); 10] = [
+            (words, "integrator", "fn a(l: &dyn Light) {}"),
+            (words, "lights", "let a = b.to_vec();"),
+            (words, "visibility", "rayon::join(a, b);"),
+            (words, "visibility", "x.mul_add(y, z)"),
+            (exceptions, "mis", "#[allow(clippy::disallowed_types)]"),
+            (fallibility, "mis", "pub fn a(&self) -> Result<f64, E> {"),
+            (layout, "mis", &"a\n".repeat(701)),
+            (layout, "mis", &format!("// {}", "a".repeat(98))),
+            (unfinished_work, "mis", concat!("// TO", "DO: more")),
+            (unfinished_work, "mis", "    #[ignore = \"slow\"]"),
         ];
-        for (i, (rule, path, text)) in cases.into_iter().enumerate() {
-            assert_eq!(rule(&House::of(path, text)).len(), 1, "case {i}: {text}");
-            // Unsafe and unfinished work count in tests as well.
-            if i < 12 {
-                let quoted = text.replace('"', "");
-                let hidden = format!(
-                    "// {text}\nconst A: &str = \"{quoted}\";\n#[cfg(test)]\nmod tests {{ {text} }}"
-                );
-                assert!(
-                    rule(&House::of(path, &hidden)).is_empty(),
-                    "case {i} hidden"
-                );
-            }
+        for (i, (rule, owner, text)) in cases.into_iter().enumerate() {
+            assert_eq!(found(rule, owner, text), 1, "{text}");
+            // What follows is about text, not code.
+            let hidden = format!("// {text}\n#[cfg(test)]\nmod tests {{\n{text}\n}}");
+            assert!(i > 5 || found(rule, owner, &hidden) == 0, "{hidden}");
         }
+        let page = |rule: Rule, owner: &str| {
+            rule(&House::of(
+                &format!("crates/{owner}/src/lib.rs"),
+                "//! Weights.",
+            ))
+            .len()
+        };
+        assert_eq!(page(crate_pages, "mis"), 1);
+        assert_eq!(
+            [page(lints, "mis"), page(lints, "film"), page(lints, "simd")],
+            [4, 2, 3]
+        );
     }
 
     #[test]
     fn rules_let_the_right_ones_in() {
-        assert!(
-            foreign_names(&House::of(
-                "crates/geometry/src/x.rs",
-                "pub use glam::DVec3;"
-            ))
-            .is_empty()
-        );
-        assert!(
-            foreign_names(&House::of(
-                "crates/study/src/x.rs",
-                "mod png;\npng::write();"
-            ))
-            .is_empty()
-        );
-        assert!(
-            foreign_names(&House::of(
-                "crates/study/src/x.rs",
-                "linelit_film::png::write();"
-            ))
-            .is_empty()
-        );
-        assert!(
-            fallibility(&House::of(
-                "crates/geometry/src/x.rs",
-                "pub fn try_new() -> Result<A, B> { c }"
-            ))
-            .is_empty()
-        );
-        let kernel = "// SAFETY: detected.\nunsafe { b() }";
-        assert!(
-            unsafe_stays_in_its_rooms(&House::of("crates/visibility/src/simd/x.rs", kernel))
-                .is_empty()
-        );
-        assert!(effects(&House::of("crates/mis/tests/x.rs", "println!()")).is_empty());
-        assert!(effects(&House::of(POOL, "rayon::join(a, b);")).is_empty());
+        let heap = "#![allow(clippy::disallowed_types)]\nb.to_vec()";
+        let constructors = "pub fn try_new() -> Result<A, B> {}\npub fn a() -> Result<Self, B> {}";
+        assert_eq!(found(words, "lights", heap), 0);
+        assert_eq!(found(words, "study", "fn a(l: &dyn Light) {}"), 0);
+        assert_eq!(found(fallibility, "mis", constructors), 0);
+        assert_eq!(found(layout, "mis", &"a\n".repeat(700)), 0);
     }
 
     #[test]
-    fn long_files_are_seen() {
-        assert_eq!(
-            size(&House::of("crates/mis/src/x.rs", &"\n".repeat(701))).len(),
-            1
-        );
-        assert!(size(&House::of("crates/mis/src/x.rs", &"\n".repeat(700))).is_empty());
+    fn numbers_of_cases_are_seen() {
+        // Spelled so that this file does not accuse itself.
+        let spelled = |text: &str| text.replace('@', "ProptestConfig").replace('#', "cases");
+        let seen = |text: &str| found(cases_are_scaled, "mis", &spelled(text));
+        assert_eq!(seen("@ { #: 64, ..x }"), 1);
+        assert_eq!(seen("@ {\n    #: CASES,\n ..x }"), 1);
+        assert_eq!(seen("@::with_#(64)"), 1);
+        assert_eq!(seen("@::with_#(#(64))"), 0);
+        assert_eq!(seen("@ { #: #(64), ..x }"), 0);
+        // Tables of another kind.
+        assert_eq!(seen("@; let sizes: [u8; 2] = [64, 65];"), 0);
     }
 }

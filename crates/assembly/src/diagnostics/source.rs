@@ -1,4 +1,8 @@
 //! Opening files (all that a scene is made of are opened here), their text, and places in it.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "the files that scenes are read from"
+)]
 
 use super::error::{ErrorKind, SceneError};
 use crate::options::{LoadOptions, Root};

@@ -1,4 +1,5 @@
 //! The tree form: a height-balanced search tree that clips in logarithmic time.
+#![allow(clippy::disallowed_types, reason = "nodes are kept for the next query")]
 
 use super::{Interval, VisibleSet};
 use std::cmp::Ordering;

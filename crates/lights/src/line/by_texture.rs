@@ -1,5 +1,10 @@
 //! Line samples of a textured parallelogram: offsets by the texture's marginal, points by the
 //! texture along the line.
+#![allow(
+    clippy::disallowed_types,
+    clippy::disallowed_macros,
+    reason = "tables of a textured light and a direction, built with it"
+)]
 
 use crate::density::{Area, Length, Offset, Pdf};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};

@@ -1,4 +1,5 @@
 //! The two precisions of the kernels, and the little vector algebra that they need.
+#![allow(clippy::disallowed_types, reason = "one of the two precisions")]
 
 use crate::linear::trig::{ARC_TANGENT, taylor};
 use core::fmt::Debug;

@@ -1,4 +1,8 @@
 //! Emission that varies along and across a linear light.
+#![allow(
+    clippy::disallowed_types,
+    reason = "tables of a profile, built with it"
+)]
 
 use super::projected::ProjectedLine;
 use super::{LinearSample, seen};

@@ -19,6 +19,11 @@
 //! // What is left of the random number is fresh: it goes on to place the point.
 //! assert!((picked.rest - 1.0 / 3.0).abs() < 1e-15);
 //! ```
+#![allow(
+    clippy::disallowed_types,
+    clippy::disallowed_macros,
+    reason = "tables over all lights, built once for a scene"
+)]
 
 mod bounds;
 mod contribution;

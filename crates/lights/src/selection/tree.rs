@@ -1,4 +1,9 @@
 //! A light tree: one light of thousands in logarithmic time.
+#![allow(
+    clippy::disallowed_types,
+    clippy::disallowed_macros,
+    reason = "a tree over all lights, built once for a scene"
+)]
 
 use super::bounds::{LightBounds, Reach};
 use super::{Picked, can_contribute, unit};

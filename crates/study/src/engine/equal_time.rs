@@ -1,4 +1,5 @@
 //! Error against time on one thread: which estimator reaches an error first.
+#![allow(clippy::disallowed_methods, reason = "compares times")]
 
 use super::Targets;
 use crate::stats::metrics::MRSE_EPSILON;

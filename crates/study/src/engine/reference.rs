@@ -1,4 +1,5 @@
 //! The reference that estimates are scored against, and how wrong it is itself.
+#![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
 use super::{Cell, CellRun, Targets, run_cell};
 use linelit_estimators::{LineBy, Points};

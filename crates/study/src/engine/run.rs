@@ -1,4 +1,5 @@
 //! One estimator at one number of samples, over all pixels and trials.
+#![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
 use super::CpuClock;
 use linelit_geometry::DVec3;

@@ -1,4 +1,5 @@
 //! A whole convergence study: scenes × estimators × patterns × numbers of samples.
+#![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
 use super::gallery::{GalleryPicture, gallery};
 use super::image::{self, Window};
