@@ -49,7 +49,6 @@ impl FormatError {
 
 /// Every error of this crate; the message always begins with the file's path if there is one.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum FilmError {
     /// The operating system refused.
     #[error("{}: cannot {action}: {source}", path.display())]

@@ -44,40 +44,18 @@ pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
         }
     };
     let mut header = Header { bytes, at: 2 };
-    let width: u32 = header.number("the width, a positive integer")?;
-    let height: u32 = header.number("the height, a positive integer")?;
-    let scale: f64 = header.number("the scale, its sign the byte order")?;
-    if width == 0 || height == 0 {
-        return Err(FormatError::new(
-            FORMAT,
-            "a positive size",
-            format!("{width} × {height}"),
-        ));
-    }
-    if scale == 0.0 || !scale.is_finite() {
-        return Err(FormatError::new(
-            FORMAT,
-            "a finite scale that is not zero",
-            scale.to_string(),
-        ));
-    }
+    let (width, height, scale) = header.size_and_scale()?;
     let data = header.data()?;
-    let expected = u128::from(width) * u128::from(height) * channels * 4;
+    let pixels = u128::from(width) * u128::from(height);
+    let expected = pixels * channels * 4;
     if data.len() as u128 != expected {
-        return Err(FormatError::new(
-            FORMAT,
-            format!("{expected} bytes of pixels for {width} × {height}"),
-            format!("{} bytes", data.len()),
-        ));
+        let expected = format!("{expected} bytes of pixels for {width} × {height}");
+        let found = format!("{} bytes", data.len());
+        return Err(FormatError::new(FORMAT, expected, found));
     }
-    let needed = u128::from(width) * u128::from(height) * 12;
-    if needed > limit as u128 {
-        return Err(FormatError::too_large(
-            FORMAT,
-            [width, height],
-            needed,
-            limit,
-        ));
+    if pixels * 12 > limit as u128 {
+        let size = [width, height];
+        return Err(FormatError::too_large(FORMAT, size, pixels * 12, limit));
     }
     let float = |chunk: &[u8]| {
         let raw = [chunk[0], chunk[1], chunk[2], chunk[3]];
@@ -110,6 +88,21 @@ struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
+    /// Two positive integers, and a number whose sign is the byte order.
+    fn size_and_scale(&mut self) -> Result<(u32, u32, f64), FormatError> {
+        let width: u32 = self.number("the width, a positive integer")?;
+        let height: u32 = self.number("the height, a positive integer")?;
+        let scale: f64 = self.number("the scale, its sign the byte order")?;
+        let wrong = |expected, found| Err(FormatError::new(FORMAT, expected, found));
+        if width == 0 || height == 0 {
+            return wrong("a positive size", format!("{width} × {height}"));
+        }
+        if scale == 0.0 || !scale.is_finite() {
+            return wrong("a finite scale that is not zero", scale.to_string());
+        }
+        Ok((width, height, scale))
+    }
+
     fn number<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, FormatError> {
         let rest = &self.bytes[self.at.min(self.bytes.len())..];
         let blank = rest

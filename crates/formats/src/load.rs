@@ -10,7 +10,6 @@ use std::sync::Arc;
 
 /// The formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Format {
     /// pbrt text, versions 3 and 4.
     Pbrt,
@@ -26,7 +25,9 @@ impl Format {
     /// The format of files with this extension (without the dot, in any case).
     ///
     /// ```
-    /// assert_eq!(linelit_formats::Format::from_extension("OBJ"), Some(linelit_formats::Format::Obj));
+    /// use linelit_formats::Format;
+    ///
+    /// assert_eq!(Format::from_extension("OBJ"), Some(Format::Obj));
     /// ```
     pub fn from_extension(extension: &str) -> Option<Self> {
         match extension.to_ascii_lowercase().as_str() {

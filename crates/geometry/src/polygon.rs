@@ -47,7 +47,6 @@ pub struct ConvexPolygon {
 
 /// Why points do not form a convex polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum PolygonError {
     /// Fewer than 3 or more than [`MAX_VERTICES`] vertices.
     Count(usize),

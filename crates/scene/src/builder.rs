@@ -9,6 +9,7 @@ use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
 use linelit_lights::{AreaLight, Emission, Light, LinearLight};
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A triangle mesh in its own space, on its way into a scene.
@@ -264,21 +265,13 @@ impl SceneBuilder {
         let facets = self.facets(first, mesh);
         let total: f64 = facets.iter().map(Facet::area).sum();
         let factors = self.emission_factors(first, mesh, spec);
-        let full = |k: usize| match spec.power {
-            Some(power) => {
-                let sides = if spec.two_sided { 2.0 } else { 1.0 };
-                let area = if one_shape { total } else { facets[k].area() };
-                spec.radiance * (power / (std::f64::consts::PI * sides * area))
-            }
-            None => spec.radiance,
-        };
+        let full = |k: usize| spec.radiance_over(if one_shape { total } else { facets[k].area() });
         let radiance = |k: usize| full(k) * factors.get(k).copied().unwrap_or(DVec3::ONE);
         let texture = Coordinates::new(self, first, mesh, spec);
+        let is_textured = texture.is_some();
+        let plain = |k| if is_textured { full(k) } else { radiance(k) };
         let same = |a: usize, b: usize| {
-            let (x, y) = match texture {
-                Some(_) => (full(a), full(b)),
-                None => (radiance(a), radiance(b)),
-            };
+            let (x, y) = (plain(a), plain(b));
             (x - y).abs().max_element() <= 1e-5 * x.max_element()
                 && texture.as_ref().is_none_or(|t| t.continues(a, b))
         };
@@ -292,37 +285,27 @@ impl SceneBuilder {
                 next += 1;
             }
             let k = group.facets[0];
-            let emission = Emission {
-                radiance: match texture {
-                    Some(_) => mean(&group.facets, |k| (radiance(k), facets[k].area())),
-                    None => radiance(k),
-                },
-                two_sided: spec.two_sided,
-            };
-            // The dark parts of a texture are no lights.
-            let dark = spec.map.is_some() && emission.radiance == DVec3::ZERO;
-            match group.polygon {
+            let polygon = match group.polygon {
+                Ok(polygon) => polygon,
                 Err(why) => {
                     added.unlit += group.facets.len();
                     added.why_unlit.get_or_insert(why);
+                    return Ok(());
                 }
-                Ok(_) if dark => {}
-                Ok(polygon) => {
-                    if self.lights.len() >= self.max_lights {
-                        return Err(AddError::TooManyLights);
-                    }
-                    let map = spec
-                        .map
-                        .zip(texture.as_ref())
-                        .map(|(map, texture)| EmissionMap {
-                            radiance: full(k),
-                            factor: Arc::clone(&self.emission_maps[map as usize]),
-                            coordinates: texture.plane(k),
-                        });
-                    self.push_area_light(polygon, emission, map, start, next);
-                }
-            }
-            Ok(())
+            };
+            let radiance = if is_textured {
+                mean(&group.facets, |k| (radiance(k), facets[k].area()))
+            } else {
+                radiance(k)
+            };
+            let emission = spec.emission(radiance);
+            let map = spec.map.zip(texture.as_ref());
+            let map = map.map(|(map, texture)| EmissionMap {
+                radiance: full(k),
+                factor: Arc::clone(&self.emission_maps[map as usize]),
+                coordinates: texture.plane(k),
+            });
+            self.push_area_light(polygon, emission, map, start..next)
         })?;
         added.lights = self.lights.len() - lights_before;
         Ok(())
@@ -358,21 +341,29 @@ impl SceneBuilder {
         triangles.iter().map(factor).collect()
     }
 
+    /// Adds a light that stands for some triangles; the dark parts of a texture are none.
     fn push_area_light(
         &mut self,
         polygon: ConvexPolygon,
         emission: Emission,
         map: Option<EmissionMap>,
-        a: usize,
-        b: usize,
-    ) {
-        self.light_ranges
-            .push((index(a), index(b), index(self.lights.len())));
+        triangles: Range<usize>,
+    ) -> Result<(), AddError> {
+        if map.is_some() && emission.radiance == DVec3::ZERO {
+            return Ok(());
+        }
+        if self.lights.len() >= self.max_lights {
+            return Err(AddError::TooManyLights);
+        }
+        let triangles = index(triangles.start)..index(triangles.end);
+        let range = (triangles.start, triangles.end, index(self.lights.len()));
+        self.light_ranges.push(range);
         self.lights.push(SceneLight {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
-            triangles: index(a)..index(b),
+            triangles,
             map,
         });
+        Ok(())
     }
 
     fn note_sphere(
@@ -396,18 +387,11 @@ impl SceneBuilder {
         if radius == 0.0 || !radius.is_finite() || !center.is_finite() {
             return;
         }
-        let sides = if spec.two_sided { 2.0 } else { 1.0 };
         let area = 4.0 * std::f64::consts::PI * radius * radius;
-        let factor = spec
-            .power
-            .map_or(1.0, |p| p / (std::f64::consts::PI * area * sides));
         self.spheres.push(EmissiveSphere {
             center,
             radius: radius.abs(),
-            emission: Emission {
-                radiance: spec.radiance * factor,
-                two_sided: spec.two_sided,
-            },
+            emission: spec.emission(spec.radiance_over(area)),
             inward: place.reverse != (radius < 0.0),
             lights: index(self.lights.len() - lights)..index(self.lights.len()),
             triangles: index(first)..index(self.triangles.len()),

@@ -3,6 +3,7 @@
 use crate::footprint::Footprint;
 use crate::texture::Texture;
 use linelit_geometry::{DVec2, DVec3};
+use linelit_lights::Emission;
 use std::sync::Arc;
 
 /// What a light-emitting shape emits.
@@ -28,6 +29,24 @@ impl EmissionSpec {
             power: None,
             map: None,
         }
+    }
+
+    /// The same radiance everywhere, on the sides that emit.
+    pub(crate) const fn emission(&self, radiance: DVec3) -> Emission {
+        let two_sided = self.two_sided;
+        Emission {
+            radiance,
+            two_sided,
+        }
+    }
+
+    /// Radiance of a surface of this area (m²), W/(m²·sr): Φ/(π A) for each side that emits.
+    pub(crate) fn radiance_over(&self, area: f64) -> DVec3 {
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        let factor = self
+            .power
+            .map(|p| p / (std::f64::consts::PI * sides * area));
+        factor.map_or(self.radiance, |factor| self.radiance * factor)
     }
 }
 

@@ -26,7 +26,7 @@ pub use film::{FilmSettings, Filter, FilterKind};
 pub use footprint::{Footprint, RayDifferential};
 pub use image::{ImageData, LUMINANCE};
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
-pub use response::{Bounce, Response};
+pub use response::{Bounce, Response, index_of_refraction};
 pub use scene::{EmissiveSphere, Mesh, Scene, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};

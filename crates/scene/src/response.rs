@@ -92,21 +92,11 @@ impl Builder<'_> {
                 self.material(materials[1], scale * share);
             }
             MaterialKind::Matte { kd, sigma } => {
-                let degrees = sigma.evaluate_number(at).clamp(0.0, 90.0);
-                if degrees > 0.0 {
-                    let rough = OrenNayar::new(colour(kd), degrees.to_radians());
-                    self.lobe(scale, Lobe::OrenNayar(rough));
-                } else {
-                    self.layers.add_diffuse(scale * colour(kd));
-                }
+                self.matte(scale, colour(kd), sigma.evaluate_number(at));
             }
             MaterialKind::Phong { kd, ks, exponent } => {
                 self.layers.add_diffuse(scale * colour(kd));
-                let phong = Phong {
-                    specular: ks.evaluate(at),
-                    exponent: exponent.evaluate_number(at).max(0.0),
-                };
-                self.lobe(scale, Lobe::Phong(phong));
+                self.phong(scale, ks.evaluate(at), exponent.evaluate_number(at));
             }
             MaterialKind::Plastic { kd, ks, roughness } => {
                 self.layers.add_diffuse(scale * colour(kd));
@@ -114,32 +104,18 @@ impl Builder<'_> {
                 self.reflector(scale * colour(ks), roughness, fresnel);
             }
             MaterialKind::Substrate { kd, ks, roughness } => {
-                let facets = self.facets(roughness);
-                let coat = Substrate {
-                    diffuse: colour(kd),
-                    specular: colour(ks),
-                    facets,
-                };
-                if coat.diffuse != DVec3::ZERO || coat.specular != DVec3::ZERO {
-                    self.lobe(scale, Lobe::Substrate(coat));
-                }
+                self.substrate(scale, colour(kd), colour(ks), roughness);
             }
             MaterialKind::Conductor { eta, k, roughness } => {
-                let fresnel = Fresnel::Conductor {
-                    eta: eta.evaluate(at).max(DVec3::ZERO),
-                    k: k.evaluate(at).max(DVec3::ZERO),
-                };
-                self.reflector(scale, roughness, fresnel);
+                let [eta, k] = [eta, k].map(|t| t.evaluate(at).max(DVec3::ZERO));
+                self.reflector(scale, roughness, Fresnel::Conductor { eta, k });
             }
             MaterialKind::ColoredConductor {
                 reflectance,
                 roughness,
             } => {
-                let fresnel = Fresnel::Schlick {
-                    f0: colour(reflectance),
-                    f90: 1.0,
-                };
-                self.reflector(scale, roughness, fresnel);
+                let (f0, f90) = (colour(reflectance), 1.0);
+                self.reflector(scale, roughness, Fresnel::Schlick { f0, f90 });
             }
             MaterialKind::Uber {
                 kd,
@@ -150,14 +126,14 @@ impl Builder<'_> {
                 eta,
                 opacity,
             } => {
-                let opaque = colour(opacity);
-                let eta = index_of_refraction(eta.evaluate_number(at));
+                let (opaque, eta) = (colour(opacity), eta.evaluate_number(at));
                 self.straight_on(scale * (DVec3::ONE - opaque));
                 let scale = scale * opaque;
                 self.layers.add_diffuse(scale * colour(kd));
-                let fresnel = Fresnel::Dielectric { eta };
-                self.reflector(scale * colour(ks), roughness, fresnel);
-                self.dielectric(scale * colour(kr), scale * colour(kt), eta);
+                let [ks, kr, kt] = [ks, kr, kt].map(|t| scale * colour(t));
+                let eta = index_of_refraction(eta);
+                self.reflector(ks, roughness, Fresnel::Dielectric { eta });
+                self.dielectric(kr, kt, eta);
             }
             MaterialKind::Mirror { kr } => self.mirror(scale * colour(kr)),
             MaterialKind::Dielectric {
@@ -169,21 +145,55 @@ impl Builder<'_> {
             } => {
                 let eta = index_of_refraction(eta.evaluate_number(at));
                 let (kr, kt) = (scale * colour(kr), scale * colour(kt));
-                if *thin {
-                    self.thin(kr, kt, eta);
-                } else if is_zero(&roughness.u, at) && is_zero(&roughness.v, at) {
-                    self.dielectric(kr, kt, eta);
-                } else {
-                    // Light from behind is not asked for.
-                    let eta = if self.surface.outside { eta } else { 1.0 / eta };
-                    self.reflector(kr, roughness, Fresnel::Dielectric { eta });
-                }
+                self.glass(kr, kt, eta, (!thin).then_some(roughness));
             }
             // Their diffuse part only: see `Material::is_drawn_in_full`.
             MaterialKind::CoatedDiffuse { .. } | MaterialKind::DiffuseTransmission { .. } => {
                 let albedo = self.scene.diffuse_reflectance(index, at);
                 self.layers.add_diffuse(scale * albedo);
             }
+        }
+    }
+
+    /// Roughness in degrees.
+    fn matte(&mut self, scale: DVec3, albedo: DVec3, sigma: f64) {
+        let degrees = sigma.clamp(0.0, 90.0);
+        if degrees > 0.0 {
+            let rough = OrenNayar::new(albedo, degrees.to_radians());
+            self.lobe(scale, Lobe::OrenNayar(rough));
+        } else {
+            self.layers.add_diffuse(scale * albedo);
+        }
+    }
+
+    fn substrate(&mut self, scale: DVec3, diffuse: DVec3, specular: DVec3, roughness: &Roughness) {
+        let facets = self.facets(roughness);
+        if diffuse != DVec3::ZERO || specular != DVec3::ZERO {
+            let coat = Substrate {
+                diffuse,
+                specular,
+                facets,
+            };
+            self.lobe(scale, Lobe::Substrate(coat));
+        }
+    }
+
+    fn phong(&mut self, scale: DVec3, specular: DVec3, exponent: f64) {
+        let exponent = exponent.max(0.0);
+        self.lobe(scale, Lobe::Phong(Phong { specular, exponent }));
+    }
+
+    /// A smooth or rough interface, or a sheet, which has no roughness; of a rough interface, light
+    /// from behind is not asked for.
+    fn glass(&mut self, kr: DVec3, kt: DVec3, eta: f64, roughness: Option<&Roughness>) {
+        let Some(roughness) = roughness else {
+            return self.thin(kr, kt, eta);
+        };
+        if is_zero(&roughness.u, self.at) && is_zero(&roughness.v, self.at) {
+            self.dielectric(kr, kt, eta);
+        } else {
+            let eta = if self.surface.outside { eta } else { 1.0 / eta };
+            self.reflector(kr, roughness, Fresnel::Dielectric { eta });
         }
     }
 
@@ -298,8 +308,10 @@ fn is_zero(roughness: &Texture, at: Footprint) -> bool {
     roughness.evaluate_number(at) <= 0.0
 }
 
-/// A usable index of refraction; pbrt-v4 writes 0 for the default.
-fn index_of_refraction(eta: f64) -> f64 {
+/// The index of refraction that a material's number stands for: itself, or 1.5 for what is none, as
+/// for the 0 that pbrt-v4 writes for its default.
+#[must_use]
+pub fn index_of_refraction(eta: f64) -> f64 {
     if eta > 0.0 && eta.is_finite() {
         eta
     } else {

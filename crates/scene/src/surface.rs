@@ -138,33 +138,40 @@ impl Scene {
             let normals = (vertex_normals, interpolated.length());
             surface.covered = covered(&surface, [p0, p1, p2], uvs, normals, beside);
         }
-        let material = &self.materials[mesh.material as usize];
-        if material.bump.is_none() && material.normal_map.is_none() {
-            return surface;
-        }
-        // Maps are drawn on the outside: a bump seen from behind is a dent.
-        let outer = side * surface.shading_normal;
-        let bent = match (&material.bump, &material.normal_map) {
-            (Some(map), _) => {
-                let normals = indices.map(|i| self.vertex_normal(mesh, i, outer));
-                let speed = if map.as_v3 && mesh.has_normals {
-                    v3_tangents(surface.dp_du, outer)
-                } else {
-                    (surface.dp_du, surface.dp_dv)
-                };
-                let change = normal_change(normals, uvs);
-                bumped(&map.height, &surface.footprint(), speed, outer, change)
-            }
-            (None, Some(map)) => mapped(map, &surface, outer),
-            (None, None) => outer,
-        };
-        // A map may not turn a surface around.
-        if let Some(normal) = (side * bent).try_normalize()
+        // Maps are drawn on the outside: a bump seen from behind is a dent. A map may not turn a
+        // surface around.
+        if let Some(bent) = self.bent_normal(&surface, mesh, indices, side * surface.shading_normal)
+            && let Some(normal) = (side * bent).try_normalize()
             && normal.dot(geometric_normal) > 0.0
         {
             surface.shading_normal = normal;
         }
         surface
+    }
+
+    /// The normal `outer`, which lies on the outside, bent by the bump or normal map of the
+    /// material; `None` if it has neither.
+    fn bent_normal(
+        &self,
+        surface: &Surface,
+        mesh: &Mesh,
+        indices: [usize; 3],
+        outer: DVec3,
+    ) -> Option<DVec3> {
+        let material = &self.materials[mesh.material as usize];
+        let Some(map) = &material.bump else {
+            let map = material.normal_map.as_ref()?;
+            return Some(mapped(map, surface, outer));
+        };
+        let normals = indices.map(|i| self.vertex_normal(mesh, i, outer));
+        let speed = if map.as_v3 && mesh.has_normals {
+            v3_tangents(surface.dp_du, outer)
+        } else {
+            (surface.dp_du, surface.dp_dv)
+        };
+        let change = normal_change(normals, corner_uvs(&self.uvs, mesh, indices));
+        let at = surface.footprint();
+        Some(bumped(&map.height, &at, speed, outer, change))
     }
 
     /// The normal of a vertex, or of the surface if the mesh has none.

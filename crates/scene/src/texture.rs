@@ -110,6 +110,22 @@ pub struct ImageTexture {
     pub filename: String,
 }
 
+impl ImageTexture {
+    /// All of the image once over the unit square, repeated beyond, as it is.
+    #[must_use]
+    pub fn new(data: Arc<ImageData>, filename: String) -> Self {
+        Self {
+            data,
+            mapping: UvMapping::IDENTITY,
+            wrap: [Wrap::Repeat; 2],
+            filter: TextureFilter::default(),
+            scale: 1.0,
+            invert: false,
+            filename,
+        }
+    }
+}
+
 /// A value over the surface: a linear RGB triple, or a number in all three components.
 #[derive(Clone, Debug)]
 pub enum Texture {

@@ -8,7 +8,6 @@ pub type Result<T> = std::result::Result<T, SceneError>;
 
 /// What kind of thing an error or a warning is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
 pub enum ErrorKind {
     /// A file could not be read.
     Io,

@@ -131,8 +131,8 @@ impl<'a> Document<'a> {
         path.iter().try_fold(raw, step).unwrap_or_else(|last| last)
     }
 
-    /// A number, or as many as an array has, within a value, by keys: in `f64`, where gltf's own are
-    /// `f32`; `default` where the file does not have it.
+    /// A number, or as many as an array has, within a value, by keys: in `f64`, where gltf's own
+    /// are `f32`; `default` where the file does not have it.
     pub(super) fn numbers<T: Deserialize<'a>>(
         &self,
         raw: Raw<'a>,

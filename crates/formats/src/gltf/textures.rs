@@ -101,13 +101,11 @@ impl Reader {
         let data = self.image(doc, image, channel)?;
         Ok(data.map(|(data, filename)| {
             Texture::Image(Arc::new(ImageTexture {
-                data,
                 mapping,
                 wrap,
                 filter,
                 scale,
-                invert: false,
-                filename,
+                ..ImageTexture::new(data, filename)
             }))
         }))
     }

@@ -7,8 +7,7 @@ use super::lines::{Line, Lines, number, numbers};
 use linelit_assembly::{Assembly, ErrorKind, Result, SceneError, Source, Span, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{
-    EmissionSpec, ImageTexture, Material, MaterialKind, NormalMap, Texture, TextureFilter,
-    UvMapping, Wrap,
+    EmissionSpec, ImageTexture, Material, MaterialKind, NormalMap, Texture, UvMapping, Wrap,
 };
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -169,56 +168,18 @@ fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) ->
     Ok(rgb)
 }
 
-/// `map_Kd [options] name`: scale and offset are read, other options skipped.
+/// `map_Kd [options] name`.
 fn image(
     base: &mut Assembly,
     source: &Source,
-    rest: &[Span],
+    words: &[Span],
     srgb: bool,
 ) -> Result<Option<Texture>> {
-    let mut mapping = UvMapping::IDENTITY;
-    let mut wrap = Wrap::Repeat;
-    let mut k = 0;
-    while let Some(span) = rest.get(k) {
-        let word = source.text(*span);
-        let value = |i: usize| rest.get(k + i).map_or(Ok(0.0), |s| number(source, *s));
-        // `-s` and `-o` take one to three numbers.
-        let count = rest[k + 1..]
-            .iter()
-            .take(3)
-            .take_while(|s| number(source, **s).is_ok())
-            .count();
-        match word.as_str() {
-            "-s" if count > 0 => {
-                mapping.scale = DVec2::new(value(1)?, if count > 1 { value(2)? } else { 1.0 })
-            }
-            "-o" if count > 0 => {
-                mapping.offset = DVec2::new(value(1)?, if count > 1 { value(2)? } else { 0.0 })
-            }
-            "-clamp" => {
-                if rest.get(k + 1).is_some_and(|s| source.text(*s) == "on") {
-                    wrap = Wrap::Clamp;
-                }
-                k += 2;
-                continue;
-            }
-            "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-texres" | "-bm" | "-boost" => {
-                k += 2;
-                continue;
-            }
-            "-mm" => {
-                k += 3;
-                continue;
-            }
-            "-t" => {}
-            _ => break,
-        }
-        k += 1 + count;
-    }
-    let (Some(first), Some(last)) = (rest.get(k), rest.last()) else {
+    let (mapping, wrap, rest) = map_options(source, words)?;
+    let [first, ..] = rest else {
         return Ok(None);
     };
-    let span = first.to(*last);
+    let span = first.to(rest[rest.len() - 1]);
     let name = source.text(span).replace('\\', "/");
     let at = |e: SceneError, label: &str| e.at(source, span, label);
     let data = match base.image(&name, srgb, &at) {
@@ -233,15 +194,46 @@ fn image(
     };
     Ok(data.map(|data| {
         Texture::Image(Arc::new(ImageTexture {
-            data,
             mapping,
             wrap: [wrap; 2],
-            filter: TextureFilter::default(),
-            scale: 1.0,
-            invert: false,
-            filename: name,
+            ..ImageTexture::new(data, name)
         }))
     }))
+}
+
+/// The options of a map, and the words behind them: scale, offset and clamping are read, others
+/// skipped.
+fn map_options<'w>(source: &Source, words: &'w [Span]) -> Result<(UvMapping, Wrap, &'w [Span])> {
+    let (mut mapping, mut wrap, mut rest) = (UvMapping::IDENTITY, Wrap::Repeat, words);
+    while let [word, behind @ ..] = rest {
+        // `-s`, `-o` and `-t` take one to three numbers.
+        let numbers = behind.iter().take(3).map(|s| number(source, *s));
+        let numbers: Vec<f64> = numbers.map_while(Result::ok).collect();
+        let pair = |default| DVec2::new(numbers[0], numbers.get(1).copied().unwrap_or(default));
+        let taken = match source.text(*word).as_str() {
+            "-s" | "-o" | "-t" if numbers.is_empty() => 0,
+            "-s" => {
+                mapping.scale = pair(1.0);
+                numbers.len()
+            }
+            "-o" => {
+                mapping.offset = pair(0.0);
+                numbers.len()
+            }
+            "-t" => numbers.len(),
+            "-clamp" => {
+                if behind.first().is_some_and(|s| source.text(*s) == "on") {
+                    wrap = Wrap::Clamp;
+                }
+                1
+            }
+            "-blendu" | "-blendv" | "-cc" | "-imfchan" | "-texres" | "-bm" | "-boost" => 1,
+            "-mm" => 2,
+            _ => break,
+        };
+        rest = behind.get(taken..).unwrap_or_default();
+    }
+    Ok((mapping, wrap, rest))
 }
 
 /// A map times its factor. By the format the two are multiplied; black or nothing with a map is a

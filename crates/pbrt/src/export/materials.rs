@@ -3,7 +3,8 @@
 use super::{Quoted, Triple, Writer};
 use linelit_geometry::DVec3;
 use linelit_scene::{
-    ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture, TextureFilter, Wrap,
+    ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture, TextureFilter,
+    UvMapping, Wrap, index_of_refraction,
 };
 use std::fmt::{self, Write as _};
 
@@ -24,17 +25,19 @@ pub(super) fn filter(filter: TextureFilter) -> String {
 
 /// The refractive index of a coat: its own, or what reflects as much at normal incidence.
 fn coat_index(kind: &MaterialKind) -> f64 {
-    const USUAL: f64 = 1.5;
+    let usual = index_of_refraction(0.0);
     match kind {
-        MaterialKind::Uber { eta, .. } => eta.as_constant().map_or(USUAL, |eta| eta.x),
+        MaterialKind::Uber { eta, .. } => eta
+            .as_constant()
+            .map_or(usual, |eta| index_of_refraction(eta.x)),
         MaterialKind::Substrate { ks, .. } => match ks.as_constant() {
             Some(ks) if ks.max_element() < 1.0 => {
                 let root = ks.element_sum().max(0.0).sqrt() / 3.0_f64.sqrt();
                 (1.0 + root) / (1.0 - root)
             }
-            _ => USUAL,
+            _ => usual,
         },
-        _ => USUAL,
+        _ => usual,
     }
 }
 
@@ -94,6 +97,156 @@ fn matte(kd: &Texture) -> MaterialKind {
     }
 }
 
+/// A parameter of a material.
+enum Part<'a> {
+    Colour(&'static str, &'a Texture),
+    Number(&'static str, &'a Texture),
+    Value(&'static str, f64),
+    /// Roughness for a material that remaps it so.
+    Rough(&'a Roughness, Remap),
+    /// The names of two materials.
+    Two([u32; 2]),
+}
+use Part::{Colour, Number, Rough, Two, Value};
+
+/// A material's type and parameters.
+type Body<'a> = (&'static str, Vec<Part<'a>>);
+
+/// A material under pbrt-v3's or our own name, if pbrt-v4 does not have it.
+fn own_material(kind: &MaterialKind) -> Option<Body<'_>> {
+    Some(match kind {
+        MaterialKind::Matte { kd, sigma } => {
+            ("matte", vec![Colour("Kd", kd), Number("sigma", sigma)])
+        }
+        MaterialKind::Plastic { kd, ks, roughness } => {
+            let rough = Rough(roughness, Remap::V3);
+            ("plastic", vec![Colour("Kd", kd), Colour("Ks", ks), rough])
+        }
+        MaterialKind::Substrate { kd, ks, roughness } => {
+            let rough = Rough(roughness, Remap::V3);
+            ("substrate", vec![Colour("Kd", kd), Colour("Ks", ks), rough])
+        }
+        MaterialKind::Uber {
+            kd,
+            ks,
+            kr,
+            kt,
+            roughness,
+            eta,
+            opacity,
+        } => {
+            let names = ["Kd", "Ks", "Kr", "Kt", "opacity"];
+            let colours = names.into_iter().zip([kd, ks, kr, kt, opacity]);
+            let mut parts: Vec<_> = colours.map(|(name, t)| Colour(name, t)).collect();
+            parts.extend([Number("eta", eta), Rough(roughness, Remap::V3)]);
+            ("uber", parts)
+        }
+        MaterialKind::Conductor { eta, k, roughness } if roughness.remap == Remap::V3 => {
+            let rough = Rough(roughness, Remap::V3);
+            ("metal", vec![Colour("eta", eta), Colour("k", k), rough])
+        }
+        MaterialKind::Mirror { kr } => ("mirror", vec![Colour("Kr", kr)]),
+        MaterialKind::Dielectric {
+            kr,
+            kt,
+            eta,
+            roughness,
+            thin: false,
+        } if roughness.remap != Remap::V4 => {
+            let mut parts = vec![Colour("Kr", kr), Colour("Kt", kt)];
+            parts.extend([Number("eta", eta), Rough(roughness, Remap::V3)]);
+            ("glass", parts)
+        }
+        MaterialKind::Phong { kd, ks, exponent } => {
+            let exponent = Number("exponent", exponent);
+            ("phong", vec![Colour("Kd", kd), Colour("Ks", ks), exponent])
+        }
+        MaterialKind::Mix { materials, amount } => {
+            ("mix", vec![Two(*materials), Colour("amount", amount)])
+        }
+        MaterialKind::CoatedDiffuse { .. }
+        | MaterialKind::Conductor { .. }
+        | MaterialKind::ColoredConductor { .. }
+        | MaterialKind::Dielectric { .. }
+        | MaterialKind::DiffuseTransmission { .. } => return None,
+    })
+}
+
+/// A material as pbrt-v4 has it; of those that it does not have ([`nearest_in_pbrt_v4`]), the
+/// diffuse part.
+fn v4_material(kind: &MaterialKind) -> Body<'_> {
+    match kind {
+        MaterialKind::Matte { kd, .. }
+        | MaterialKind::Phong { kd, .. }
+        | MaterialKind::Plastic { kd, .. }
+        | MaterialKind::Substrate { kd, .. }
+        | MaterialKind::Uber { kd, .. }
+        | MaterialKind::Mirror { kr: kd } => ("diffuse", vec![Colour("reflectance", kd)]),
+        MaterialKind::CoatedDiffuse {
+            reflectance,
+            roughness,
+            eta,
+            thickness,
+        } => {
+            let mut parts = vec![Colour("reflectance", reflectance), Number("eta", eta)];
+            parts.extend([Rough(roughness, Remap::V4), Value("thickness", *thickness)]);
+            ("coateddiffuse", parts)
+        }
+        MaterialKind::Conductor { eta, k, roughness } => {
+            let rough = Rough(roughness, Remap::V4);
+            ("conductor", vec![Colour("eta", eta), Colour("k", k), rough])
+        }
+        MaterialKind::ColoredConductor {
+            reflectance,
+            roughness,
+        } => {
+            let rough = Rough(roughness, Remap::V4);
+            ("conductor", vec![Colour("reflectance", reflectance), rough])
+        }
+        MaterialKind::Dielectric {
+            eta, thin: true, ..
+        } => ("thindielectric", vec![Number("eta", eta)]),
+        MaterialKind::Dielectric {
+            eta,
+            roughness,
+            thin: false,
+            ..
+        } => {
+            let rough = Rough(roughness, Remap::V4);
+            ("dielectric", vec![Number("eta", eta), rough])
+        }
+        MaterialKind::DiffuseTransmission {
+            reflectance,
+            transmittance,
+        } => {
+            let parts = [
+                ("reflectance", reflectance),
+                ("transmittance", transmittance),
+            ];
+            let parts = parts.map(|(name, t)| Colour(name, t));
+            ("diffusetransmission", parts.into())
+        }
+        // pbrt-v4 mixes by a number, pbrt-v3 by a colour.
+        MaterialKind::Mix { materials, amount } => {
+            ("mix", vec![Two(*materials), Number("amount", amount)])
+        }
+    }
+}
+
+/// Scale and offset of texture coordinates.
+struct Mapping<'a>(&'a UvMapping);
+
+impl fmt::Display for Mapping<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (scale, offset) = (self.0.scale, self.0.offset);
+        let list = [("scale", scale), ("delta", offset)];
+        list.iter().try_for_each(|(name, pair)| {
+            let (u, v) = (pair.x, pair.y);
+            write!(f, " \"float u{name}\" [ {u} ] \"float v{name}\" [ {v} ]")
+        })
+    }
+}
+
 impl Writer<'_> {
     /// Writes the textures that a parameter needs and gives the parameter.
     fn parameter(
@@ -102,29 +255,22 @@ impl Writer<'_> {
         texture: &Texture,
         is_number: bool,
     ) -> Result<String, fmt::Error> {
-        if let Texture::Constant(value) = texture {
-            return Ok(if is_number {
-                format!(" \"float {name}\" [ {} ]", value.x)
-            } else {
-                format!(" \"rgb {name}\" [ {} ]", Triple(*value))
-            });
-        }
-        let ty = if is_number { "float" } else { "spectrum" };
         let body = match texture {
-            Texture::Constant(_) => String::new(),
+            Texture::Constant(value) if is_number => {
+                return Ok(format!(" \"float {name}\" [ {} ]", value.x));
+            }
+            Texture::Constant(value) => {
+                return Ok(format!(" \"rgb {name}\" [ {} ]", Triple(*value)));
+            }
             Texture::Image(image) => self.image(image),
             Texture::Product(a, b) => {
                 let a = self.parameter("tex", a, is_number)?;
                 // pbrt-v4 scales by a number only; a colour is for readers like ours.
-                match b.as_constant() {
-                    Some(v) if v.x.to_bits() == v.y.to_bits() && v.x.to_bits() == v.z.to_bits() => {
-                        format!("\"scale\"{a} \"float scale\" [ {} ]", v.x)
-                    }
-                    _ => {
-                        let b = self.parameter("scale", b, is_number)?;
-                        format!("\"scale\"{a}{b}")
-                    }
-                }
+                let grey = b
+                    .as_constant()
+                    .filter(|v| [v.y, v.z].iter().all(|c| c.to_bits() == v.x.to_bits()));
+                let b = self.parameter("scale", b, is_number || grey.is_some())?;
+                format!("\"scale\"{a}{b}")
             }
             Texture::Mix { a, b, amount } => {
                 let a = self.parameter("tex1", a, is_number)?;
@@ -140,22 +286,18 @@ impl Writer<'_> {
             } => {
                 let even = self.parameter("tex1", even, is_number)?;
                 let odd = self.parameter("tex2", odd, is_number)?;
-                let (s, o) = (mapping.scale, mapping.offset);
                 // pbrt-v4 has no other mode.
                 let own = if self.options.extensions && !filtered {
                     " \"string aamode\" \"none\""
                 } else {
                     ""
                 };
-                format!(
-                    "\"checkerboard\"{even}{odd} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
-                     \"float udelta\" [ {} ] \"float vdelta\" [ {} ]{own}",
-                    s.x, s.y, o.x, o.y
-                )
+                format!("\"checkerboard\"{even}{odd}{}{own}", Mapping(mapping))
             }
         };
         self.textures += 1;
         let label = format!("t{}", self.textures);
+        let ty = if is_number { "float" } else { "spectrum" };
         writeln!(self.text, "Texture \"{label}\" \"{ty}\" {body}")?;
         Ok(format!(" \"texture {name}\" \"{label}\""))
     }
@@ -177,24 +319,20 @@ impl Writer<'_> {
         if self.options.extensions && wrap != v_wrap {
             own += &format!(" \"string vwrap\" \"{v_wrap}\"");
         }
-        let filter = filter(image.filter);
-        let (s, o) = (image.mapping.scale, image.mapping.offset);
         let encoding = if image.data.is_srgb() {
             "sRGB"
         } else {
             "linear"
         };
+        let name = (self.options.image_name)(image);
         format!(
-            "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \"string encoding\" \"{encoding}\"{filter} \
-             \"float scale\" [ {} ] \"bool invert\" {} \"float uscale\" [ {} ] \"float vscale\" [ {} ] \
-             \"float udelta\" [ {} ] \"float vdelta\" [ {} ]{own}",
-            Quoted(&(self.options.image_name)(image)),
+            "\"imagemap\" \"string filename\" {} \"string wrap\" \"{wrap}\" \
+             \"string encoding\" \"{encoding}\"{} \"float scale\" [ {} ] \"bool invert\" {}{}{own}",
+            Quoted(&name),
+            filter(image.filter),
             image.scale,
             image.invert,
-            s.x,
-            s.y,
-            o.x,
-            o.y
+            Mapping(&image.mapping)
         )
     }
 
@@ -220,194 +358,33 @@ impl Writer<'_> {
 
     /// A named material, `m` and its index.
     pub(super) fn material(&mut self, index: usize, material: &Material) -> fmt::Result {
-        let mut comment = "";
-        let body = if self.options.extensions
-            && let Some(body) = self.own_material(&material.kind)?
-        {
-            body
-        } else {
-            self.plain_material(&material.kind, &mut comment)?
+        let own = own_material(&material.kind).filter(|_| self.options.extensions);
+        let nearest = nearest_in_pbrt_v4(material).filter(|_| own.is_none());
+        let (kind, parts) = match &nearest {
+            Some(nearest) => v4_material(&nearest.kind),
+            None => own.unwrap_or_else(|| v4_material(&material.kind)),
         };
+        let mut body = format!("\"{kind}\"");
+        for part in parts {
+            body += &match part {
+                Colour(name, texture) => self.parameter(name, texture, false)?,
+                Number(name, texture) => self.parameter(name, texture, true)?,
+                Value(name, value) => format!(" \"float {name}\" [ {value} ]"),
+                Rough(roughness, reader) => self.roughness(roughness, reader)?,
+                Two([a, b]) => format!(" \"string materials\" [ \"m{a}\" \"m{b}\" ]"),
+            };
+        }
         let relief = self.relief(material)?;
         let name: String = material.name.chars().filter(|c| !c.is_control()).collect();
-        write!(
-            self.text,
-            "MakeNamedMaterial \"m{index}\" \"string type\" {body}{relief} # {name}"
-        )?;
-        if comment.is_empty() {
-            writeln!(self.text)
-        } else {
-            writeln!(self.text, ": {comment}")
-        }
-    }
-
-    /// A material under pbrt-v3's or our own name, if pbrt-v4 does not have it.
-    fn own_material(&mut self, kind: &MaterialKind) -> Result<Option<String>, fmt::Error> {
-        let parameters = |writer: &mut Self, list: &[(&str, &Texture, bool)]| {
-            list.iter().try_fold(String::new(), |text, (n, t, number)| {
-                Ok(text + &writer.parameter(n, t, *number)?)
-            })
+        let comment = match (&material.kind, nearest) {
+            (_, None) => "",
+            (MaterialKind::Phong { .. }, _) => ": the diffuse part of `phong`",
+            _ => ": the nearest that pbrt-v4 has",
         };
-        Ok(Some(match kind {
-            MaterialKind::Matte { kd, sigma } => {
-                let list = [("Kd", kd, false), ("sigma", sigma, true)];
-                format!("\"matte\"{}", parameters(self, &list)?)
-            }
-            MaterialKind::Plastic { kd, ks, roughness } => {
-                let list = [("Kd", kd, false), ("Ks", ks, false)];
-                let list = parameters(self, &list)?;
-                format!("\"plastic\"{list}{}", self.roughness(roughness, Remap::V3)?)
-            }
-            MaterialKind::Substrate { kd, ks, roughness } => {
-                let list = [("Kd", kd, false), ("Ks", ks, false)];
-                let list = parameters(self, &list)?;
-                format!(
-                    "\"substrate\"{list}{}",
-                    self.roughness(roughness, Remap::V3)?
-                )
-            }
-            MaterialKind::Uber {
-                kd,
-                ks,
-                kr,
-                kt,
-                roughness,
-                eta,
-                opacity,
-            } => {
-                let list = [
-                    ("Kd", kd, false),
-                    ("Ks", ks, false),
-                    ("Kr", kr, false),
-                    ("Kt", kt, false),
-                    ("eta", eta, true),
-                    ("opacity", opacity, false),
-                ];
-                let list = parameters(self, &list)?;
-                format!("\"uber\"{list}{}", self.roughness(roughness, Remap::V3)?)
-            }
-            MaterialKind::Conductor { eta, k, roughness } if roughness.remap == Remap::V3 => {
-                let list = parameters(self, &[("eta", eta, false), ("k", k, false)])?;
-                format!("\"metal\"{list}{}", self.roughness(roughness, Remap::V3)?)
-            }
-            MaterialKind::Mirror { kr } => {
-                format!("\"mirror\"{}", parameters(self, &[("Kr", kr, false)])?)
-            }
-            MaterialKind::Dielectric {
-                kr,
-                kt,
-                eta,
-                roughness,
-                thin: false,
-            } if roughness.remap != Remap::V4 => {
-                let list = [("Kr", kr, false), ("Kt", kt, false), ("eta", eta, true)];
-                let list = parameters(self, &list)?;
-                format!("\"glass\"{list}{}", self.roughness(roughness, Remap::V3)?)
-            }
-            MaterialKind::Phong { kd, ks, exponent } => {
-                let list = [
-                    ("Kd", kd, false),
-                    ("Ks", ks, false),
-                    ("exponent", exponent, true),
-                ];
-                format!("\"phong\"{}", parameters(self, &list)?)
-            }
-            _ => return Ok(None),
-        }))
-    }
-
-    /// A material as pbrt-v4 has it, or the nearest thing and a remark.
-    fn plain_material(
-        &mut self,
-        kind: &MaterialKind,
-        comment: &mut &'static str,
-    ) -> Result<String, fmt::Error> {
-        Ok(match kind {
-            MaterialKind::Matte { kd, .. } => {
-                format!("\"diffuse\"{}", self.parameter("reflectance", kd, false)?)
-            }
-            MaterialKind::Plastic { kd, roughness, .. }
-            | MaterialKind::Substrate { kd, roughness, .. }
-            | MaterialKind::Uber { kd, roughness, .. } => {
-                *comment = "the nearest that pbrt-v4 has";
-                let eta = Texture::number(coat_index(kind));
-                let kd = self.parameter("reflectance", kd, false)?;
-                let eta = self.parameter("eta", &eta, true)?;
-                format!(
-                    "\"coateddiffuse\"{kd}{}{eta}",
-                    self.roughness(roughness, Remap::V4)?
-                )
-            }
-            MaterialKind::CoatedDiffuse {
-                reflectance,
-                roughness,
-                eta,
-                thickness,
-            } => {
-                let r = self.parameter("reflectance", reflectance, false)?;
-                let eta = self.parameter("eta", eta, true)?;
-                let roughness = self.roughness(roughness, Remap::V4)?;
-                format!("\"coateddiffuse\"{r}{roughness}{eta} \"float thickness\" [ {thickness} ]")
-            }
-            MaterialKind::Phong { kd, .. } => {
-                *comment = "the diffuse part of `phong`";
-                format!("\"diffuse\"{}", self.parameter("reflectance", kd, false)?)
-            }
-            MaterialKind::Conductor { eta, k, roughness } => {
-                let eta = self.parameter("eta", eta, false)?;
-                let k = self.parameter("k", k, false)?;
-                format!(
-                    "\"conductor\"{eta}{k}{}",
-                    self.roughness(roughness, Remap::V4)?
-                )
-            }
-            MaterialKind::ColoredConductor {
-                reflectance,
-                roughness,
-            } => {
-                let r = self.parameter("reflectance", reflectance, false)?;
-                format!("\"conductor\"{r}{}", self.roughness(roughness, Remap::V4)?)
-            }
-            MaterialKind::Mirror { kr } => {
-                format!(
-                    "\"conductor\"{} \"float roughness\" [ 0 ]",
-                    self.parameter("reflectance", kr, false)?
-                )
-            }
-            MaterialKind::Dielectric {
-                eta, thin: true, ..
-            } => {
-                format!("\"thindielectric\"{}", self.parameter("eta", eta, true)?)
-            }
-            MaterialKind::Dielectric {
-                eta,
-                roughness,
-                thin: false,
-                ..
-            } => {
-                let eta = self.parameter("eta", eta, true)?;
-                format!(
-                    "\"dielectric\"{eta}{}",
-                    self.roughness(roughness, Remap::V4)?
-                )
-            }
-            MaterialKind::DiffuseTransmission {
-                reflectance,
-                transmittance,
-            } => {
-                let r = self.parameter("reflectance", reflectance, false)?;
-                let t = self.parameter("transmittance", transmittance, false)?;
-                format!("\"diffusetransmission\"{r}{t}")
-            }
-            MaterialKind::Mix {
-                materials: [a, b],
-                amount,
-            } => {
-                // pbrt-v4 mixes by a number, pbrt-v3 by a colour.
-                let amount = self.parameter("amount", amount, !self.options.extensions)?;
-                format!("\"mix\" \"string materials\" [ \"m{a}\" \"m{b}\" ]{amount}")
-            }
-        })
+        writeln!(
+            self.text,
+            "MakeNamedMaterial \"m{index}\" \"string type\" {body}{relief} # {name}{comment}"
+        )
     }
 
     /// Bump or normal map; pbrt's normal maps have no factor, ours is then lost.

@@ -7,8 +7,8 @@ pub use materials::nearest_in_pbrt_v4;
 use linelit_geometry::DVec3;
 use linelit_lights::{Emission, Light, LinearLight};
 use linelit_scene::{
-    EmissionMap, EmissiveSphere, FilterKind, ImageTexture, Mesh, Projection, Scene, Texture,
-    UvMapping, Wrap,
+    EmissionMap, EmissiveSphere, FilmSettings, FilterKind, ImageTexture, Mesh, Projection, Scene,
+    Texture, UvMapping, Wrap,
 };
 use std::fmt::{self, Write as _};
 use std::io;
@@ -147,9 +147,16 @@ fn header(scene: &Scene, text: &mut String) -> fmt::Result {
     if let Some(aspect) = camera.frame_aspect_ratio {
         write!(text, " \"float frameaspectratio\" [ {aspect} ]")?;
     }
-    let film = &scene.film;
-    let [x0, x1, y0, y1] = film.crop;
     writeln!(text)?;
+    film(&scene.film, text)?;
+    writeln!(
+        text,
+        "Sampler \"stratified\"\nIntegrator \"path\" \"integer maxdepth\" [ 1 ]\nWorldBegin"
+    )
+}
+
+fn film(film: &FilmSettings, text: &mut String) -> fmt::Result {
+    let [x0, x1, y0, y1] = film.crop;
     write!(
         text,
         "Film \"rgb\" \"integer xresolution\" [ {} ] \"integer yresolution\" [ {} ]",
@@ -173,10 +180,6 @@ fn header(scene: &Scene, text: &mut String) -> fmt::Result {
     writeln!(
         text,
         "PixelFilter \"{kind}\" \"float xradius\" [ {rx} ] \"float yradius\" [ {ry} ]"
-    )?;
-    writeln!(
-        text,
-        "Sampler \"stratified\"\nIntegrator \"path\" \"integer maxdepth\" [ 1 ]\nWorldBegin"
     )
 }
 

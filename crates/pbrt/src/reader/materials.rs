@@ -9,7 +9,6 @@ use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 use linelit_geometry::DVec3;
 use linelit_scene::{
     BumpMap, ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture,
-    TextureFilter, UvMapping, Wrap,
 };
 use std::sync::Arc;
 
@@ -137,15 +136,7 @@ impl Loader {
         let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
         let data = self.base.image(&name, false, &at)?;
         Ok(data.map(|data| NormalMap {
-            texture: Texture::Image(Arc::new(ImageTexture {
-                data,
-                mapping: UvMapping::IDENTITY,
-                wrap: [Wrap::Repeat; 2],
-                filter: TextureFilter::default(),
-                scale: 1.0,
-                invert: false,
-                filename: name,
-            })),
+            texture: Texture::Image(Arc::new(ImageTexture::new(data, name))),
             scale: 1.0,
         }))
     }

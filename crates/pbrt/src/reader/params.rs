@@ -495,58 +495,39 @@ fn push_value(
     {
         *values = Values::Strings(Vec::new());
     }
-    match values {
+    let expected = match values {
         Values::Bools(list) => {
             let text = if quoted {
                 lexer.unquote(token)?
             } else {
                 lexer.source().text(token.span)
             };
-            match text.as_str() {
-                "true" => list.push(true),
-                "false" => list.push(false),
-                _ => {
-                    return Err(value_error(
-                        lexer,
-                        name,
-                        token,
-                        "expected `true` or `false`",
-                    ));
+            match text.parse() {
+                Ok(value) => {
+                    list.push(value);
+                    return Ok(());
                 }
+                Err(_) => "expected `true` or `false`",
             }
         }
-        Values::Strings(list) if quoted => list.push(lexer.unquote(token)?),
-        Values::Strings(_) => {
-            return Err(value_error(
-                lexer,
-                name,
-                token,
-                "expected a string in quotes",
-            ));
+        Values::Strings(list) if quoted => {
+            list.push(lexer.unquote(token)?);
+            return Ok(());
         }
-        Values::Numbers(_) if quoted => {
-            return Err(value_error(lexer, name, token, "expected a number"));
-        }
+        Values::Strings(_) => "expected a string in quotes",
+        Values::Numbers(_) if quoted => "expected a number",
         Values::Numbers(list) => {
             let value = lexer.number(token)?;
-            if ty == Type::Integer && !is_i32(value) {
-                return Err(value_error(
-                    lexer,
-                    name,
-                    token,
-                    "expected an integer of 32 bits",
-                ));
+            if ty != Type::Integer || is_i32(value) {
+                list.push(value);
+                return Ok(());
             }
-            list.push(value);
+            "expected an integer of 32 bits"
         }
-    }
-    Ok(())
-}
-
-fn value_error(lexer: &Lexer, name: &str, token: Token, label: &str) -> SceneError {
-    let text = lexer.source().text(token.span);
-    let message = format!("`{}` is no value for parameter `{name}`", shorten(&text));
-    lexer.error(ErrorKind::BadParameter, message, token.span, label)
+    };
+    let text = shorten(&lexer.source().text(token.span));
+    let message = format!("`{text}` is no value for parameter `{name}`");
+    Err(lexer.error(ErrorKind::BadParameter, message, token.span, expected))
 }
 
 #[allow(

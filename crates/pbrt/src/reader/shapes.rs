@@ -422,7 +422,9 @@ fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
             | PolygonError::TooLarge(_)
             | PolygonError::NotFinite(_),
         ) => true,
-        Err(_) => false,
+        Err(PolygonError::Count(_) | PolygonError::NotPlanar(_) | PolygonError::NotConvex(_)) => {
+            false
+        }
     }
 }
 

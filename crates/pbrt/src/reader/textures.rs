@@ -57,25 +57,7 @@ impl Loader {
         let one = Texture::number(1.0);
         match class {
             "constant" => self.texture_param(params, "value", one, is_number),
-            "scale" => {
-                // v3: tex1, tex2; v4: tex, scale.
-                let v4 = params
-                    .list
-                    .iter()
-                    .any(|p| p.name == "tex" || p.name == "scale");
-                let [a, b] = if v4 {
-                    ["tex", "scale"]
-                } else {
-                    ["tex1", "tex2"]
-                };
-                let a = self.texture_param(params, a, one.clone(), is_number)?;
-                let b = if v4 {
-                    self.number_or_spectrum(params, b, one)?
-                } else {
-                    self.texture_param(params, b, one, is_number)?
-                };
-                Ok(Texture::Product(Arc::new(a), Arc::new(b)))
-            }
+            "scale" => self.product(params, is_number),
             "mix" => {
                 let a = self.texture_param(params, "tex1", Texture::number(0.0), is_number)?;
                 let b = self.texture_param(params, "tex2", one, is_number)?;
@@ -83,34 +65,7 @@ impl Loader {
                 let [a, b, amount] = [a, b, amount].map(Arc::new);
                 Ok(Texture::Mix { a, b, amount })
             }
-            "checkerboard" => {
-                let even = self.texture_param(params, "tex1", one, is_number)?;
-                let odd = self.texture_param(params, "tex2", Texture::number(0.0), is_number)?;
-                if params.integer("dimension")?.unwrap_or(2) != 2 {
-                    let message = "checkerboards in space are not supported".to_owned();
-                    self.warn_at(
-                        params,
-                        ErrorKind::Unsupported,
-                        message,
-                        "drawn over u and v",
-                    )?;
-                }
-                // v3's; v4 always averages.
-                let filtered = match params.string("aamode")? {
-                    None | Some("closedform") => true,
-                    Some("none") => false,
-                    Some(other) => {
-                        let known = ["closedform", "none"];
-                        return Err(unknown(params, "antialiasing mode", other, known));
-                    }
-                };
-                Ok(Texture::Checkerboard {
-                    mapping: self.mapping(params)?,
-                    filtered,
-                    even: Arc::new(even),
-                    odd: Arc::new(odd),
-                })
-            }
+            "checkerboard" => self.checkerboard(params, is_number),
             "imagemap" => self.image_map(params, is_number),
             _ if UNSUPPORTED.contains(&class) => {
                 let message = format!("texture `{class}` is not supported");
@@ -123,6 +78,45 @@ impl Loader {
                 Err(unknown(params, "texture", class, known))
             }
         }
+    }
+
+    /// v3: `tex1`, `tex2`; v4: `tex`, `scale`.
+    fn product(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
+        let one = Texture::number(1.0);
+        let mut names = params.list.iter().map(|p| p.name.as_str());
+        let [a, b] = if names.any(|name| name == "tex" || name == "scale") {
+            let a = self.texture_param(params, "tex", one.clone(), is_number)?;
+            [a, self.number_or_spectrum(params, "scale", one)?]
+        } else {
+            let a = self.texture_param(params, "tex1", one.clone(), is_number)?;
+            [a, self.texture_param(params, "tex2", one, is_number)?]
+        };
+        Ok(Texture::Product(Arc::new(a), Arc::new(b)))
+    }
+
+    fn checkerboard(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
+        let even = self.texture_param(params, "tex1", Texture::number(1.0), is_number)?;
+        let odd = self.texture_param(params, "tex2", Texture::number(0.0), is_number)?;
+        if params.integer("dimension")?.unwrap_or(2) != 2 {
+            let message = "checkerboards in space are not supported".to_owned();
+            let label = "drawn over u and v";
+            self.warn_at(params, ErrorKind::Unsupported, message, label)?;
+        }
+        // v3's; v4 always averages.
+        let filtered = match params.string("aamode")? {
+            None | Some("closedform") => true,
+            Some("none") => false,
+            Some(other) => {
+                let known = ["closedform", "none"];
+                return Err(unknown(params, "antialiasing mode", other, known));
+            }
+        };
+        Ok(Texture::Checkerboard {
+            mapping: self.mapping(params)?,
+            filtered,
+            even: Arc::new(even),
+            odd: Arc::new(odd),
+        })
     }
 
     fn mapping(&mut self, params: &Params) -> Result<UvMapping> {
