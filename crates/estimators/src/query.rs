@@ -36,7 +36,7 @@ pub struct Query<'a, R, T> {
 /// How the lines and points of a combination ask for visibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Queries {
-    /// One shaft answers all.
+    /// One shaft answers all (`docs/decisions/008-one-shaft-for-combinations.md`).
     #[default]
     OneShaft,
     /// Each line and each point has a traversal of its own, as published.

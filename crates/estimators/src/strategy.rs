@@ -1,4 +1,5 @@
-//! `hybrid` and `exact`: estimators that look into the shaft before they choose what to do.
+//! `hybrid` and `exact`: estimators that look into the shaft before they choose what to do. Where
+//! the numbers come from: `docs/decisions/007-what-hybrid-asks.md`.
 
 use crate::closed_form::without_samples;
 use crate::exact::visible_light;

@@ -1,4 +1,4 @@
-//! The boundary of what is visible.
+//! The boundary of what is visible; `docs/decisions/006-exact-by-the-boundary.md` says why.
 //!
 //! What is not to be inlined is faster by itself (an eighth of all on the grid): together, the
 //! compiler keeps too much on the stack.

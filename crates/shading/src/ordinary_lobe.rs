@@ -13,6 +13,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 /// What is dropped at the end of a panel is below e⁻²⁷ of the integrand's peak; sixteen nodes then
 /// err by 5e-12 at most, for a lobe that falls like a Gaussian or like an exponential.
+/// `docs/decisions/005-lobe-along-a-line.md`.
 const DEPTH: f64 = 27.0;
 
 /// Up to here, k times the rounding errors of plain dot products (20 ε) is below 5e-12.

@@ -23,6 +23,7 @@ use linelit_simd::{Simd, dispatch};
 pub(crate) const GROUP: usize = 8;
 
 /// A line with this many intervals has them united, so that bins know what they hide together.
+/// `docs/decisions/010-dense-shafts.md`.
 const CROWDED: usize = 9;
 
 /// Blocks of eight lines.

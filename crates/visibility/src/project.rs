@@ -17,6 +17,7 @@ use linelit_simd::Simd;
 /// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
 /// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
 /// vertex alone, so that triangles cut a shared edge alike.
+/// `docs/decisions/004-candidates-projected-once.md`.
 const GUARD: f64 = 4096.0;
 
 /// Room for a shaft's triangles, for one more leaf, and for packed stores, which write eight.

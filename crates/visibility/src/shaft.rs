@@ -59,7 +59,7 @@ enum Known {
 }
 
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
-/// a time. Depends on the geometry alone; measured, see docs/performance.md.
+/// a time. Depends on the geometry alone; `docs/decisions/010-dense-shafts.md`.
 pub(crate) const DENSE: usize = 224;
 
 impl Occluders {

@@ -112,7 +112,8 @@ impl<T: Real> End<T> {
 
     /// Two steps of fourth order, the first held to half a radian and to the arc, and how far the
     /// second went. The mass of the first comes from the same sum as [`End::mass`], anchored where
-    /// it begins, so that the second needs no more than sine and cosine of the first.
+    /// it begins, so that the second needs no more than sine and cosine of the first
+    /// (`docs/decisions/009-fourth-order-steps.md`).
     #[inline(always)]
     pub(crate) fn two_steps(&self, at: &Angle<T>, target: T, delta: T) -> (Angle<T>, T) {
         let half = T::from_f64(0.5);

@@ -21,6 +21,7 @@ use obvhs::{
 /// Most triangles that are joined. The colonnade's expected work per ray is the same within 1 %
 /// for 32, 64, 256 and for trying every split of 20 at a time (2 % more for 1,024); 32 fills leaves
 /// best: 74, 77 and 91 bytes a triangle on colonnade, grid and soup (64: 71, 79 and 101).
+/// `docs/decisions/003-growing-the-hierarchy.md`.
 pub(super) const FEW: usize = 32;
 
 /// Boxes that reach beyond this are scaled: half a surface, up to 12 times its square, has to fit

@@ -23,7 +23,7 @@ use binary::{Binary, Bounds};
 use linelit_simd::Simd;
 use split::Reference;
 
-/// Cost of testing a leaf, in tests of a node: measured, see docs/performance.md.
+/// Cost of testing a leaf, in tests of a node; `docs/decisions/003-growing-the-hierarchy.md`.
 const LEAF_COST: f64 = 1.2;
 
 /// The same in scenes of fewer than [`SMALL`] triangles. There it makes no difference to speed;
