@@ -3,57 +3,21 @@
 use super::lexer::{Lexer, Token, TokenKind};
 use super::params::Params;
 use super::state::Target;
-use super::{Block, Loader, unknown};
+use super::{Block, Loader, is_one_of, unknown};
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::glam::DAffine3;
 use std::rc::Rc;
 use std::sync::Arc;
 
 /// All directives of both versions, for suggestions.
-const DIRECTIVES: &[&str] = &[
-    "Accelerator",
-    "ActiveTransform",
-    "AreaLightSource",
-    "Attribute",
-    "AttributeBegin",
-    "AttributeEnd",
-    "Camera",
-    "ColorSpace",
-    "ConcatTransform",
-    "CoordSysTransform",
-    "CoordinateSystem",
-    "Film",
-    "Identity",
-    "Import",
-    "Include",
-    "Integrator",
-    "LightSource",
-    "LookAt",
-    "MakeNamedMaterial",
-    "MakeNamedMedium",
-    "Material",
-    "MediumInterface",
-    "NamedMaterial",
-    "ObjectBegin",
-    "ObjectEnd",
-    "ObjectInstance",
-    "Option",
-    "PixelFilter",
-    "ReverseOrientation",
-    "Rotate",
-    "Sampler",
-    "Scale",
-    "Shape",
-    "SurfaceIntegrator",
-    "Texture",
-    "Transform",
-    "TransformBegin",
-    "TransformEnd",
-    "TransformTimes",
-    "Translate",
-    "WorldBegin",
-    "WorldEnd",
-];
+const DIRECTIVES: &str = "\
+    Accelerator ActiveTransform AreaLightSource Attribute AttributeBegin \
+    AttributeEnd Camera ColorSpace ConcatTransform CoordSysTransform \
+    CoordinateSystem Film Identity Import Include Integrator LightSource LookAt \
+    MakeNamedMaterial MakeNamedMedium Material MediumInterface NamedMaterial \
+    ObjectBegin ObjectEnd ObjectInstance Option PixelFilter ReverseOrientation \
+    Rotate Sampler Scale Shape SurfaceIntegrator Texture Transform \
+    TransformBegin TransformEnd TransformTimes Translate WorldBegin WorldEnd";
 
 const NO_MEDIA: &str = "participating media are not supported";
 const NO_MOTION: &str = "motion is not supported: transforms are those of the start";
@@ -66,7 +30,7 @@ pub(super) fn begin(source: &Arc<Source>) -> bool {
     let mut lexer = Lexer::new(Arc::clone(source));
     match lexer.next() {
         Ok(None) => true,
-        Ok(Some(token)) => DIRECTIVES.contains(&source.text(token.span).as_str()),
+        Ok(Some(token)) => is_one_of(&source.text(token.span), DIRECTIVES),
         Err(_) => false,
     }
 }
@@ -158,7 +122,7 @@ impl Loader {
                 let message = format!("{what} `{}`", shorten(&word));
                 let kind = ErrorKind::UnknownName;
                 let error = lexer.error(kind, message, token.span, "expected a directive");
-                Err(error.suggest(nearest(&word, DIRECTIVES.iter().copied())))
+                Err(error.suggest(nearest(&word, DIRECTIVES.split(' '))))
             }
         }
     }
@@ -286,8 +250,12 @@ impl Loader {
             "texture" => Target::Texture,
             "medium" => return Ok(()),
             _ => {
-                let known = ["shape", "light", "material", "texture", "medium"];
-                return Err(unknown(&params, "attribute target", &name, known));
+                return Err(unknown(
+                    &params,
+                    "attribute target",
+                    &name,
+                    "shape light material texture medium",
+                ));
             }
         };
         let (source, span) = (Arc::clone(&params.source), params.span);

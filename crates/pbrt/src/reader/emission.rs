@@ -28,7 +28,7 @@ impl Loader {
         let (name, mut params) = self.named_params(lexer, token, "area light")?;
         params.add_defaults(&self.state.defaults(Target::Light));
         if name != "diffuse" && name != "area" {
-            return Err(super::unknown(&params, "area light", &name, ["diffuse"]));
+            return Err(super::unknown(&params, "area light", &name, "diffuse"));
         }
         // Sample counts are the study's business.
         params.ignore(&["samples", "nsamples", "xsamples", "ysamples"]);

@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
-use super::{Loader, unknown};
+use super::{Loader, is_one_of, unknown};
 use crate::color;
 use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 use linelit_geometry::DVec3;
@@ -16,33 +16,11 @@ use std::sync::Arc;
 /// among the lobes of a surface.
 const MOST_PARTS: usize = 8;
 
-const MATERIALS: &[&str] = &[
-    "coateddiffuse",
-    "coatedconductor",
-    "conductor",
-    "dielectric",
-    "diffuse",
-    "diffusetransmission",
-    "disney",
-    "fourier",
-    "glass",
-    "hair",
-    "interface",
-    "kdsubsurface",
-    "matte",
-    "measured",
-    "metal",
-    "mirror",
-    "mix",
-    "none",
-    "phong",
-    "plastic",
-    "substrate",
-    "subsurface",
-    "thindielectric",
-    "translucent",
-    "uber",
-];
+const MATERIALS: &str = "\
+    coateddiffuse coatedconductor conductor dielectric diffuse \
+    diffusetransmission disney fourier glass hair interface kdsubsurface matte \
+    measured metal mirror mix none phong plastic substrate subsurface \
+    thindielectric translucent uber";
 
 impl Loader {
     /// `Material "matte" …`
@@ -254,7 +232,7 @@ impl Loader {
                     transmittance: scaled(self.colour(params, "transmittance", 0.25)?),
                 }
             }
-            _ if MATERIALS.contains(&kind) => {
+            _ if is_one_of(kind, MATERIALS) => {
                 let message = format!("material `{kind}` is not supported");
                 self.warn_at(
                     params,
@@ -272,7 +250,7 @@ impl Loader {
                     sigma: Texture::number(0.0),
                 }
             }
-            _ => return Err(unknown(params, "material", kind, MATERIALS.iter().copied())),
+            _ => return Err(unknown(params, "material", kind, MATERIALS)),
         })
     }
 

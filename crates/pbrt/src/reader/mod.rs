@@ -257,19 +257,15 @@ impl Loader {
     }
 }
 
-/// The error for a name that nobody defined.
-fn unknown<'a>(
-    params: &Params,
-    what: &str,
-    name: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> SceneError {
+/// Whether a name is one of those in a list with blanks between.
+fn is_one_of(name: &str, list: &str) -> bool {
+    list.split(' ').any(|known| known == name)
+}
+
+/// The error for a name that nobody defined; `known` are names with blanks between.
+fn unknown(params: &Params, what: &str, name: &str, known: &str) -> SceneError {
     let name = shorten(name);
-    params
-        .error(
-            ErrorKind::UnknownName,
-            format!("unknown {what} `{name}`"),
-            "",
-        )
-        .suggest(nearest(&name, known))
+    let message = format!("unknown {what} `{name}`");
+    let error = params.error(ErrorKind::UnknownName, message, "");
+    error.suggest(nearest(&name, known.split(' ')))
 }

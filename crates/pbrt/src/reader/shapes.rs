@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
-use super::{Geometry, Loader, ObjectShape, unknown};
+use super::{Geometry, Loader, ObjectShape, is_one_of, unknown};
 use crate::tessellate;
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, ply};
 use linelit_geometry::glam::DAffine3;
@@ -12,26 +12,9 @@ use linelit_scene::{EmissionSpec, MeshData, Placement};
 use std::rc::Rc;
 
 /// Shapes that pbrt knows and linelit does not.
-const UNSUPPORTED: &[&str] = &[
-    "cone",
-    "curve",
-    "heightfield",
-    "hyperboloid",
-    "loopsubdiv",
-    "nurbs",
-    "paraboloid",
-];
+const UNSUPPORTED: &str = "cone curve heightfield hyperboloid loopsubdiv nurbs paraboloid";
 
-const SHAPES: &[&str] = &[
-    "bilinearmesh",
-    "cylinder",
-    "disk",
-    "line",
-    "plymesh",
-    "quad",
-    "sphere",
-    "trianglemesh",
-];
+const SHAPES: &str = "bilinearmesh cylinder disk line plymesh quad sphere trianglemesh";
 
 const POINT: &[Type] = &[Type::Point3];
 const VECTOR: &[Type] = &[Type::Vector3];
@@ -46,7 +29,7 @@ impl Loader {
         let (name, mut params) = self.named_params(lexer, token, "shape")?;
         params.add_defaults(&self.state.defaults(Target::Shape));
         self.shapes += 1;
-        if UNSUPPORTED.contains(&name.as_str()) {
+        if is_one_of(&name, UNSUPPORTED) {
             let message = format!("shape `{name}` is not supported");
             return self.warn_at(&params, ErrorKind::Unsupported, message, "left out");
         }
@@ -85,8 +68,8 @@ impl Loader {
             "sphere" | "disk" | "cylinder" => self.round(name, params)?,
             "line" => return line(params).map(Some),
             _ => {
-                let known = SHAPES.iter().chain(UNSUPPORTED).copied();
-                return Err(unknown(params, "shape", name, known));
+                let known = format!("{SHAPES} {UNSUPPORTED}");
+                return Err(unknown(params, "shape", name, &known));
             }
         };
         if mesh.triangles.is_empty() {

@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
-use super::{Loader, unknown};
+use super::{Loader, is_one_of, unknown};
 use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
@@ -13,19 +13,9 @@ use std::sync::Arc;
 const MAX_COST: usize = 256;
 
 /// Textures that pbrt knows and linelit does not.
-const UNSUPPORTED: &[&str] = &[
-    "bilerp",
-    "directionmix",
-    "dots",
-    "fbm",
-    "marble",
-    "ptex",
-    "uv",
-    "windy",
-    "wrinkled",
-];
+const UNSUPPORTED: &str = "bilerp directionmix dots fbm marble ptex uv windy wrinkled";
 
-const TEXTURES: &[&str] = &["checkerboard", "constant", "imagemap", "mix", "scale"];
+const TEXTURES: &str = "checkerboard constant imagemap mix scale";
 
 impl Loader {
     /// `Texture "name" "spectrum" "imagemap" …`
@@ -38,8 +28,12 @@ impl Loader {
             "float" => true,
             "spectrum" | "color" => false,
             _ => {
-                let known = ["float", "spectrum", "color"];
-                return Err(unknown(&params, "texture type", &value_type, known));
+                return Err(unknown(
+                    &params,
+                    "texture type",
+                    &value_type,
+                    "float spectrum color",
+                ));
             }
         };
         let texture = self.build_texture(&class, &params, is_number)?;
@@ -67,15 +61,15 @@ impl Loader {
             }
             "checkerboard" => self.checkerboard(params, is_number),
             "imagemap" => self.image_map(params, is_number),
-            _ if UNSUPPORTED.contains(&class) => {
+            _ if is_one_of(class, UNSUPPORTED) => {
                 let message = format!("texture `{class}` is not supported");
                 self.warn_at(params, ErrorKind::Unsupported, message, "replaced by 0.5")?;
                 params.ignore_all();
                 Ok(Texture::number(0.5))
             }
             _ => {
-                let known = TEXTURES.iter().chain(UNSUPPORTED).copied();
-                Err(unknown(params, "texture", class, known))
+                let known = format!("{TEXTURES} {UNSUPPORTED}");
+                Err(unknown(params, "texture", class, &known))
             }
         }
     }
@@ -107,8 +101,12 @@ impl Loader {
             None | Some("closedform") => true,
             Some("none") => false,
             Some(other) => {
-                let known = ["closedform", "none"];
-                return Err(unknown(params, "antialiasing mode", other, known));
+                return Err(unknown(
+                    params,
+                    "antialiasing mode",
+                    other,
+                    "closedform none",
+                ));
             }
         };
         Ok(Texture::Checkerboard {
@@ -199,8 +197,12 @@ impl Loader {
             Some("trilinear") => TextureFilter::Trilinear,
             Some("ewa" | "EWA") => ellipses,
             Some(other) => {
-                let known = ["point", "bilinear", "trilinear", "ewa"];
-                return Err(unknown(params, "texture filter", other, known));
+                return Err(unknown(
+                    params,
+                    "texture filter",
+                    other,
+                    "point bilinear trilinear ewa",
+                ));
             }
             None if is_trilinear => TextureFilter::Trilinear,
             None if self.view.is_v4 => TextureFilter::Bilinear,
@@ -217,8 +219,12 @@ impl Loader {
             Some("clamp") => Wrap::Clamp,
             Some("mirror") => Wrap::Mirror,
             Some(other) => {
-                let known = ["repeat", "black", "clamp", "mirror"];
-                return Err(unknown(params, "wrap mode", other, known));
+                return Err(unknown(
+                    params,
+                    "wrap mode",
+                    other,
+                    "repeat black clamp mirror",
+                ));
             }
         })
     }

@@ -2,7 +2,7 @@
 
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
-use super::{Loader, unknown};
+use super::{Loader, is_one_of, unknown};
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Warnings};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Camera, FilmSettings, Filter, FilterKind, Projection};
@@ -154,16 +154,12 @@ impl Loader {
                     "",
                 )
                 .help("use a `perspective` camera")),
-            _ => {
-                let known = [
-                    "perspective",
-                    "orthographic",
-                    "environment",
-                    "spherical",
-                    "realistic",
-                ];
-                Err(unknown(params, "camera", name, known))
-            }
+            _ => Err(unknown(
+                params,
+                "camera",
+                name,
+                "perspective orthographic environment spherical realistic",
+            )),
         }
     }
 
@@ -182,25 +178,16 @@ impl Loader {
     pub(super) fn film(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "film")?;
         self.before_world(&params, "Film")?;
-        let known = ["image", "rgb", "gbuffer", "spectral"];
-        if !known.contains(&name.as_str()) {
+        let known = "image rgb gbuffer spectral";
+        if !is_one_of(&name, known) {
             return Err(unknown(&params, "film", &name, known));
         }
-        params.ignore(&[
-            "scale",
-            "diagonal",
-            "maxsampleluminance",
-            "sensor",
-            "iso",
-            "exposuretime",
-            "whitebalance",
-            "maxcomponentvalue",
-            "savefp16",
-            "coordinatesystem",
-            "nbuckets",
-            "lambdamin",
-            "lambdamax",
-        ]);
+        let of_sensors = "scale diagonal maxsampleluminance sensor iso exposuretime whitebalance \
+                          maxcomponentvalue savefp16 coordinatesystem nbuckets lambdamin lambdamax";
+        of_sensors
+            .split(' ')
+            .for_each(|name| params.ignore(&[name]));
+
         // pbrt-v3's only film is `image`; its default size differs from v4's.
         self.view.is_v4 = name != "image";
         let default = if self.view.is_v4 {
@@ -257,8 +244,12 @@ impl Loader {
             "mitchell" => (FilterKind::Mitchell, 2.0),
             "sinc" => (FilterKind::Sinc, 4.0),
             _ => {
-                let known = ["box", "triangle", "gaussian", "mitchell", "sinc"];
-                return Err(unknown(&params, "filter", &name, known));
+                return Err(unknown(
+                    &params,
+                    "filter",
+                    &name,
+                    "box triangle gaussian mitchell sinc",
+                ));
             }
         };
         params.ignore(&["alpha", "sigma", "B", "C", "tau"]);
