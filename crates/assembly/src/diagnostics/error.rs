@@ -41,29 +41,6 @@ pub enum ErrorKind {
     Suspicious,
 }
 
-impl ErrorKind {
-    /// A short name for logs.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Io => "io",
-            Self::Outside => "outside",
-            Self::Syntax => "syntax",
-            Self::UnknownName => "unknown-name",
-            Self::BadParameter => "bad-parameter",
-            Self::MissingParameter => "missing-parameter",
-            Self::OutOfRange => "out-of-range",
-            Self::Nesting => "nesting",
-            Self::BadTransform => "bad-transform",
-            Self::BadMesh => "bad-mesh",
-            Self::Truncated => "truncated",
-            Self::Recursion => "recursion",
-            Self::Limit => "limit",
-            Self::Unsupported => "unsupported",
-            Self::Suspicious => "suspicious",
-        }
-    }
-}
-
 /// A scene could not be loaded.
 ///
 /// `Display` prints it over several lines in the manner of rustc: the message, the file with line

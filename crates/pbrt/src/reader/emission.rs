@@ -5,11 +5,9 @@ use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
 use crate::color;
-use linelit_assembly::{ErrorKind, Result, SceneError, shorten};
+use linelit_assembly::{ErrorKind, Result, shorten};
 use linelit_geometry::DVec3;
-use linelit_scene::{
-    EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, UvMapping, Wrap,
-};
+use linelit_scene::{EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, Wrap};
 use std::sync::Arc;
 
 /// The types that a spectrum may have.
@@ -59,13 +57,11 @@ impl Loader {
 
     /// pbrt-v4's image over the emitter, as an index into the builder's list.
     fn emission_map(&mut self, params: &Params) -> Result<Option<u32>> {
-        let Some(name) = params.string("filename")?.map(str::to_owned) else {
+        let Some(param) = params.text("filename")? else {
             return Ok(None);
         };
-        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
-        let span = param.value_span(0);
-        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
-        let Some(data) = self.base.image(&name, true, &at)? else {
+        let name = param.strings()[0].clone();
+        let Some(data) = self.base.image(&name, true, &param.at_value())? else {
             return Ok(None);
         };
         // How a view of the light filters it is ours to say: pbrt-v4 does not.
@@ -74,13 +70,9 @@ impl Loader {
             None => TextureFilter::default(),
         };
         let texture = Texture::Image(Arc::new(ImageTexture {
-            data,
-            mapping: UvMapping::IDENTITY,
             wrap: [Wrap::Clamp; 2],
             filter,
-            scale: 1.0,
-            invert: false,
-            filename: name,
+            ..ImageTexture::new(data, name)
         }));
         Ok(Some(self.base.builder.add_emission_map(Arc::new(texture))))
     }
@@ -141,10 +133,6 @@ impl Loader {
 
     /// `spectrum` with samples, or with the name of a spectrum or a file.
     fn sampled_spectrum(&mut self, params: &Params, param: &Param, emits: bool) -> Result<DVec3> {
-        let place = |label: &'static str| {
-            let (source, span) = (param.source.clone(), param.span);
-            move |e: SceneError| e.at(&source, span, label)
-        };
         if let [name] = param.strings() {
             let message = format!("the spectrum `{}` is not supported", shorten(name));
             let (value, label) = match name.as_str() {
@@ -154,9 +142,8 @@ impl Loader {
                 }
                 _ => (0.5, "read as grey, 0.5"),
             };
-            self.base
-                .warnings
-                .warn(ErrorKind::Unsupported, message, place(label))?;
+            let kind = ErrorKind::Unsupported;
+            self.base.warn(kind, message, label, &param.at())?;
             return Ok(DVec3::splat(value));
         }
         let numbers = param.numbers();
@@ -183,9 +170,9 @@ impl Loader {
             "spectrum `{}` of {} is reduced to linear RGB",
             param.name, params.owner
         );
+        let kind = ErrorKind::Suspicious;
         self.base
-            .warnings
-            .warn(ErrorKind::Suspicious, message, place("sampled spectrum"))?;
+            .warn(kind, message, "sampled spectrum", &param.at())?;
         let rgb = color::sampled_to_rgb(&samples);
         let luminance = rgb.dot(LUMINANCE);
         Ok(if emits && luminance > 0.0 {

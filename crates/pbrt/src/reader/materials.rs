@@ -5,7 +5,7 @@ use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, is_one_of, unknown};
 use crate::color;
-use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
+use linelit_assembly::{ErrorKind, Result, nearest, shorten};
 use linelit_geometry::DVec3;
 use linelit_scene::{
     BumpMap, ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture,
@@ -106,13 +106,11 @@ impl Loader {
 
     /// pbrt-v4's `normalmap`, an image of its own.
     fn normal_map(&mut self, params: &Params) -> Result<Option<NormalMap>> {
-        let Some(name) = params.string("normalmap")?.map(str::to_owned) else {
+        let Some(param) = params.text("normalmap")? else {
             return Ok(None);
         };
-        let param = params.require("normalmap", params.find("normalmap", &[Type::String])?)?;
-        let span = param.value_span(0);
-        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
-        let data = self.base.image(&name, false, &at)?;
+        let name = param.strings()[0].clone();
+        let data = self.base.image(&name, false, &param.at_value())?;
         Ok(data.map(|data| NormalMap {
             texture: Texture::Image(Arc::new(ImageTexture::new(data, name))),
             scale: 1.0,

@@ -196,11 +196,9 @@ impl Loader {
     fn warn_unused(&mut self, params: &Params) -> Result<()> {
         for (param, near) in params.unused() {
             let message = format!("{} has no parameter `{}`", params.owner, param.name);
-            self.base
-                .warnings
-                .warn(ErrorKind::UnknownName, message, |e| {
-                    e.at(&param.source, param.span, "ignored").suggest(near)
-                })?;
+            let at = |e, label: &str| param.at()(e, label).suggest(near);
+            let kind = ErrorKind::UnknownName;
+            self.base.warn(kind, message, "ignored", &at)?;
         }
         Ok(())
     }
@@ -213,9 +211,7 @@ impl Loader {
         message: String,
         label: &str,
     ) -> Result<()> {
-        self.base
-            .warnings
-            .warn(kind, message, |e| e.at(&params.source, params.span, label))
+        self.base.warn(kind, message, label, &params.at())
     }
 
     fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {

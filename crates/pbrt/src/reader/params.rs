@@ -107,6 +107,17 @@ impl Param {
         self.source.error(kind, message, self.span, label)
     }
 
+    /// Points at the declaration.
+    pub(crate) fn at(&self) -> impl Fn(SceneError, &str) -> SceneError {
+        |e: SceneError, label: &str| e.at(&self.source, self.span, label)
+    }
+
+    /// Points at the first value.
+    pub(crate) fn at_value(&self) -> impl Fn(SceneError, &str) -> SceneError {
+        let span = self.value_span(0);
+        move |e: SceneError, label: &str| e.at(&self.source, span, label)
+    }
+
     /// The place of the `k`-th value, found by reading the values again.
     pub(crate) fn value_span(&self, k: usize) -> Span {
         let mut lexer = Lexer::from_offset(Arc::clone(&self.source), self.value_span.start);
@@ -198,6 +209,11 @@ impl Params {
             list,
             asked: RefCell::default(),
         })
+    }
+
+    /// Points at the directive.
+    pub(crate) fn at(&self) -> impl Fn(SceneError, &str) -> SceneError {
+        |e: SceneError, label: &str| e.at(&self.source, self.span, label)
     }
 
     /// An error that points at the directive.
@@ -300,8 +316,13 @@ impl Params {
     }
 
     pub(crate) fn string(&self, name: &'static str) -> Result<Option<&str>> {
-        let param = self.single(name, &[Type::String])?;
+        let param = self.text(name)?;
         Ok(param.map(|p| p.strings()[0].as_str()))
+    }
+
+    /// A parameter that holds one string.
+    pub(crate) fn text(&self, name: &'static str) -> Result<Option<&Param>> {
+        self.single(name, &[Type::String])
     }
 
     /// A list of numbers whose length is a multiple of the type's arity (or of `multiple`, for

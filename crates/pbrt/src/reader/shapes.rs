@@ -5,7 +5,7 @@ use super::params::{Param, Params, Type};
 use super::state::Target;
 use super::{Geometry, Loader, ObjectShape, is_one_of, unknown};
 use crate::tessellate;
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, ply};
+use linelit_assembly::{ErrorKind, Result, Source, ply};
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
 use linelit_scene::{EmissionSpec, MeshData, Placement};
@@ -102,8 +102,8 @@ impl Loader {
             material,
             emission,
         };
-        let at = |e: SceneError, label: &str| e.at(&params.source, params.span, label);
-        self.base.place(mesh, &place, &params.owner, &at)?;
+        let owner = &params.owner;
+        self.base.place(mesh, &place, owner, &params.at())?;
         let split = emission.is_some_and(|e| e.power.is_some())
             && !mesh.one_shape
             && mesh.triangles.len() > 1;
@@ -136,8 +136,7 @@ impl Loader {
                 "emits as a white one",
             )?;
         }
-        let at = |e: SceneError, label: &str| e.at(&params.source, params.span, label);
-        self.base.place_line([p0, p1], &emission, &at)
+        self.base.place_line([p0, p1], &emission, &params.at())
     }
 
     fn warn_about_alpha(&mut self, params: &Params) -> Result<()> {
@@ -150,12 +149,8 @@ impl Loader {
                 continue;
             }
             let message = format!("`{name}` is not supported: shapes are opaque");
-            let (source, span) = (param.source.clone(), param.span);
-            self.base
-                .warnings
-                .warn(ErrorKind::Unsupported, message, |e| {
-                    e.at(&source, span, "ignored")
-                })?;
+            let kind = ErrorKind::Unsupported;
+            self.base.warn(kind, message, "ignored", &param.at())?;
         }
         Ok(())
     }
@@ -234,18 +229,15 @@ impl Loader {
             "`{}` of {} has {got} entries for {want} vertices",
             param.name, params.owner
         );
-        let (source, span) = (param.source.clone(), param.span);
-        self.base.warnings.warn(ErrorKind::BadMesh, message, |e| {
-            e.at(&source, span, "ignored")
-        })
+        let kind = ErrorKind::BadMesh;
+        self.base.warn(kind, message, "ignored", &param.at())
     }
 
     fn ply_mesh(&mut self, params: &Params) -> Result<MeshData> {
-        let name = params.require("filename", params.string("filename")?)?;
-        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
-        let span = param.value_span(0);
-        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
-        let file = self.base.open_unpacked(name, &at)?;
+        let param = params.require("filename", params.text("filename")?)?;
+        let file = self
+            .base
+            .open_unpacked(&param.strings()[0], &param.at_value())?;
         let source = Source::new(file.path, file.bytes);
         if params.find("displacement", &[Type::Texture])?.is_some() {
             let message = "displacement is not supported".to_owned();
@@ -253,9 +245,12 @@ impl Loader {
         }
         params.ignore(&["edgelength"]);
         // What pbrt does not read from these files either is not worth a warning.
-        ply::read(&source)
-            .map(|read| read.mesh)
-            .map_err(|e| e.note(format!("read for {}", param.source.short(span))))
+        ply::read(&source).map(|read| read.mesh).map_err(|e| {
+            e.note(format!(
+                "read for {}",
+                param.source.short(param.value_span(0))
+            ))
+        })
     }
 
     fn bilinear_mesh(&mut self, params: &Params) -> Result<MeshData> {

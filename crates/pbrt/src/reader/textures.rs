@@ -4,7 +4,7 @@ use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
 use super::{Loader, is_one_of, unknown};
-use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
+use linelit_assembly::{ErrorKind, Result, nearest, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use std::sync::Arc;
@@ -142,9 +142,8 @@ impl Loader {
     }
 
     fn image_map(&mut self, params: &Params, is_number: bool) -> Result<Texture> {
-        let name = params
-            .require("filename", params.string("filename")?)?
-            .to_owned();
+        let param = params.require("filename", params.text("filename")?)?;
+        let name = param.strings()[0].clone();
         let mapping = self.mapping(params)?;
         let filter = self.texture_filter(params)?;
         let wrap = self.wrap(params, "wrap", Wrap::Repeat)?;
@@ -154,13 +153,10 @@ impl Loader {
             && params.string("encoding")?.is_none_or(|e| e == "sRGB");
         let scale = params.float_or("scale", 1.0)?;
         let invert = params.bool_or("invert", false)?;
-        let param = params.require("filename", params.find("filename", &[Type::String])?)?;
-        let span = param.value_span(0);
-        let at = |e: SceneError, label: &str| e.at(&param.source, span, label);
         let data = if is_number {
-            self.base.luminance(&name, srgb, &at)
+            self.base.luminance(&name, srgb, &param.at_value())
         } else {
-            self.base.image(&name, srgb, &at)
+            self.base.image(&name, srgb, &param.at_value())
         };
         let Some(data) = data? else {
             return Ok(Texture::number(0.5 * scale));
