@@ -18,7 +18,7 @@ const KERNELS: &str = "simd shading";
 
 /// Crates whose comments are still to be wrapped.
 const WIDE: &str =
-    "bsdf estimators film formats geometry integrator penumbra scene shading testkit visibility";
+    "bsdf estimators geometry integrator penumbra shading testkit visibility";
 
 fn is_one_of(list: &str, owner: &str) -> bool {
     list.split(' ').any(|name| name == owner)
