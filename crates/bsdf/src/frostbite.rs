@@ -1,7 +1,8 @@
 //! Frostbite's standard material.
 
-use crate::Fresnel;
+use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
+use crate::{Fresnel, GlossyLobe};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative_vector};
 use std::f64::consts::FRAC_1_PI;
@@ -76,5 +77,36 @@ impl Frostbite {
             f0: self.f0,
             f90: 1.0,
         }
+    }
+}
+
+impl Model for Frostbite {
+    fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        self.value(wi, wo)
+    }
+
+    fn shares(&self, wo: DVec3) -> [DVec3; 2] {
+        [self.diffuse, self.fresnel().at(wo.z)]
+    }
+
+    fn facets(&self) -> Option<TrowbridgeReitz> {
+        Some(self.facets)
+    }
+
+    fn diffuse_albedo(&self) -> DVec3 {
+        self.diffuse
+    }
+
+    fn glossy(&self, scale: DVec3) -> Option<GlossyLobe> {
+        Some(GlossyLobe::Ggx {
+            scale,
+            roughness: self.roughness(),
+            f0: self.f0,
+        })
+    }
+
+    /// It reflects at grazing directions whatever its colours.
+    fn is_black(&self) -> bool {
+        false
     }
 }

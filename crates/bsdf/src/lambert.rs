@@ -1,5 +1,6 @@
 //! Diffuse reflection.
 
+use crate::lobe::Model;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
 use std::f64::consts::FRAC_1_PI;
@@ -64,6 +65,24 @@ impl OrenNayar {
         let tangential = (wi.x * wo.x + wi.y * wo.y).max(0.0);
         let rise = self.b * tangential / wi.z.max(wo.z);
         nonnegative_vector(self.albedo * ((self.a + rise) * FRAC_1_PI))
+    }
+}
+
+impl Model for OrenNayar {
+    fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        self.value(wi, wo)
+    }
+
+    fn shares(&self, _wo: DVec3) -> [DVec3; 2] {
+        [self.albedo, DVec3::ZERO]
+    }
+
+    fn diffuse_albedo(&self) -> DVec3 {
+        self.albedo
+    }
+
+    fn is_black(&self) -> bool {
+        self.albedo == DVec3::ZERO
     }
 }
 

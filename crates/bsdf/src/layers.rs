@@ -1,5 +1,6 @@
 //! A sum of reflections.
 
+use crate::lobe::Model;
 use crate::{Lobe, about, numbers};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame};

@@ -29,6 +29,7 @@ pub use substrate::Substrate;
 
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame};
+use lobe::Model;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Reflection of a surface, as what the estimators can do with it.

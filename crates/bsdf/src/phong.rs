@@ -1,5 +1,7 @@
 //! The modified Phong lobe.
 
+use crate::GlossyLobe;
+use crate::lobe::Model;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use std::f64::consts::TAU;
@@ -52,4 +54,39 @@ impl Phong {
     pub(crate) fn sample_cosine(&self, u: f64) -> f64 {
         (1.0 - u).powf(1.0 / (self.exponent + 1.0))
     }
+}
+
+impl Model for Phong {
+    fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        if wi.z > 0.0 {
+            self.value(mirrored(wo).dot(wi))
+        } else {
+            DVec3::ZERO
+        }
+    }
+
+    fn shares(&self, _wo: DVec3) -> [DVec3; 2] {
+        [DVec3::ZERO, self.specular]
+    }
+
+    fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
+        Some(crate::about(mirrored(wo), self.sample_cosine(u[0]), u[1]))
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.pdf(mirrored(wo).dot(wi))
+    }
+
+    fn glossy(&self, scale: DVec3) -> Option<GlossyLobe> {
+        Some(GlossyLobe::Phong { scale, lobe: *self })
+    }
+
+    fn is_black(&self) -> bool {
+        self.specular == DVec3::ZERO
+    }
+}
+
+/// The mirror direction of ω_o.
+fn mirrored(wo: DVec3) -> DVec3 {
+    DVec3::new(-wo.x, -wo.y, wo.z)
 }

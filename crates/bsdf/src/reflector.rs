@@ -1,6 +1,7 @@
 //! A rough mirror.
 
 use crate::Fresnel;
+use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
@@ -27,5 +28,23 @@ impl Reflector {
         };
         let share = self.fresnel.at(wi.dot(h)) * self.facets.reflection(h, wi, wo);
         nonnegative_vector(self.reflectance * nonnegative_vector(share))
+    }
+}
+
+impl Model for Reflector {
+    fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        self.value(wi, wo)
+    }
+
+    fn shares(&self, wo: DVec3) -> [DVec3; 2] {
+        [DVec3::ZERO, self.reflectance * self.fresnel.at(wo.z)]
+    }
+
+    fn facets(&self) -> Option<TrowbridgeReitz> {
+        Some(self.facets)
+    }
+
+    fn is_black(&self) -> bool {
+        self.reflectance == DVec3::ZERO
     }
 }

@@ -1,5 +1,6 @@
 //! A diffuse base under a glossy coat.
 
+use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
@@ -46,4 +47,27 @@ fn through(cosine: f64) -> f64 {
     // Expanded: no cancellation at grazing angles.
     let x = 0.5 * cosine;
     x * (5.0 - x * (10.0 - x * (10.0 - x * (5.0 - x))))
+}
+
+impl Model for Substrate {
+    fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+        self.value(wi, wo)
+    }
+
+    fn shares(&self, wo: DVec3) -> [DVec3; 2] {
+        [self.diffuse * (DVec3::ONE - self.specular), self.coat(wo.z)]
+    }
+
+    fn facets(&self) -> Option<TrowbridgeReitz> {
+        Some(self.facets)
+    }
+
+    fn diffuse_albedo(&self) -> DVec3 {
+        self.diffuse
+    }
+
+    /// A coat without reflectance at normal incidence still reflects at a grazing one.
+    fn is_black(&self) -> bool {
+        false
+    }
 }
