@@ -17,8 +17,7 @@ const PIXEL_PATH: &str =
 const KERNELS: &str = "simd shading";
 
 /// Crates whose comments are still to be wrapped.
-const WIDE: &str =
-    "bsdf estimators geometry integrator penumbra shading testkit visibility";
+const WIDE: &str = "bsdf estimators geometry integrator penumbra shading testkit visibility";
 
 fn is_one_of(list: &str, owner: &str) -> bool {
     list.split(' ').any(|name| name == owner)
