@@ -2,6 +2,9 @@
 
 use crate::DVec3;
 
+/// The largest `f64` below one, where random numbers end.
+pub const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
 /// Nothing below zero, nothing infinite, no NaN: zero for what is negative or no number, the
 /// largest `f64` for what is above.
 ///

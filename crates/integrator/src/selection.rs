@@ -4,11 +4,11 @@ use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
 use linelit_estimators::streams::light_choice;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::Light;
-use linelit_lights::selection::{
+use linelit_samplers::{SampleSet, Sampler, SamplerKind};
+use linelit_selection::{
     Discrete, Estimated, Importance, LightTree, Picked, can_contribute, unshadowed,
     unshadowed_at_center,
 };
-use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_shading::{cylinder, polygon};
 use std::f64::consts::PI;
 use std::fmt;

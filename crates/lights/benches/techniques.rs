@@ -1,5 +1,4 @@
-//! Nanoseconds per light and per sample of every technique, scalar and batched, and of choosing a
-//! light.
+//! Nanoseconds per light and per sample of every technique, scalar and batched.
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented items"
@@ -11,11 +10,10 @@ use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
 use linelit_lights::linear::{
     LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
 };
-use linelit_lights::selection::{Discrete, Importance, LightTree};
 use linelit_lights::{
-    AngularLines, AreaLight, AreaSampler, Disk, DiskCone, Emission, ImportanceImage, Light,
-    LineSampler, OffsetDensity, ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone,
-    SphereProjected, TexturedLines, TexturedSampler,
+    AngularLines, AreaSampler, Disk, DiskCone, ImportanceImage, LineSampler, OffsetDensity,
+    ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone, SphereProjected, TexturedLines,
+    TexturedSampler,
 };
 use std::hint::black_box;
 use std::time::Duration;
@@ -288,46 +286,6 @@ fn round(c: &mut Criterion) {
     g.finish();
 }
 
-fn choice(c: &mut Criterion) {
-    let mut g = c.benchmark_group("choice");
-    for count in [100_u32, 1_000, 10_000, 100_000] {
-        let lights: Vec<Light> = (0..count)
-            .map(|i| {
-                let at = |k: f64| (f64::from(i) * k).fract() * 10.0 - 5.0;
-                let o = DVec3::new(at(0.618_034), at(0.754_877), 2.0 + 0.1 * at(0.569_84));
-                let polygon = ConvexPolygon::parallelogram(o, 0.01 * DVec3::Y, 0.01 * DVec3::X)
-                    .expect("a quad");
-                Light::Area(AreaLight {
-                    polygon,
-                    emission: Emission::one_sided(DVec3::ONE),
-                })
-            })
-            .collect();
-        let points = receivers();
-        let u = numbers();
-        g.throughput(Throughput::Elements(POINTS as u64));
-        for importance in [Importance::Bounds, Importance::Moments, Importance::Cut] {
-            let tree = LightTree::new(&lights, importance);
-            g.bench_function(format!("tree {importance:?}/{count}"), |b| {
-                b.iter(|| {
-                    for (i, &(x, n)) in points.iter().enumerate() {
-                        black_box(tree.pick(|i| &lights[i], x, n, black_box(u[i])));
-                    }
-                });
-            });
-        }
-        let table = Discrete::by_power(&lights).expect("power");
-        g.bench_function(format!("power/{count}"), |b| {
-            b.iter(|| {
-                for &u in &u {
-                    black_box(table.pick(black_box(u)));
-                }
-            });
-        });
-    }
-    g.finish();
-}
-
 fn short() -> Criterion {
     Criterion::default()
         .warm_up_time(Duration::from_millis(200))
@@ -335,5 +293,5 @@ fn short() -> Criterion {
         .sample_size(20)
 }
 
-criterion_group! { name = benches; config = short(); targets = linear, polygon, texture, round, choice }
+criterion_group! { name = benches; config = short(); targets = linear, polygon, texture, round }
 criterion_main!(benches);

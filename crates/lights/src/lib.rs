@@ -35,7 +35,6 @@ mod line;
 pub mod linear;
 mod polygon;
 mod round;
-pub mod selection;
 mod technique;
 
 pub use density::{

@@ -21,6 +21,7 @@ pub use linelit_penumbra as penumbra;
 pub use linelit_samplers as samplers;
 #[cfg(feature = "render")]
 pub use linelit_scene as scene;
+pub use linelit_selection as selection;
 pub use linelit_shading as shading;
 pub use linelit_simd as simd;
 #[cfg(feature = "study")]

@@ -9,8 +9,7 @@ use super::{House, Source, has_word};
 const PURE: &str = "simd geometry samplers lights bsdf shading mis";
 
 /// The crates in the path of a pixel.
-const PIXEL_PATH: &str =
-    "simd geometry samplers lights bsdf shading visibility mis penumbra estimators integrator";
+const PIXEL_PATH: &str = "simd geometry samplers lights selection bsdf shading visibility mis penumbra estimators integrator";
 
 /// Crates with vector kernels: the workspace's lints deny `unsafe_code` there, items allow it with
 /// a reason. In all others it is forbidden.

@@ -10,7 +10,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 const MAX_TRIANGLES: usize = ConvexPolygon::CAPACITY - 2;
 
 /// The largest f64 below one.
-pub(crate) const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
+pub(crate) use linelit_geometry::finite::BELOW_ONE as ONE_MINUS;
 
 /// A random number or a parameter of [0, 1]: what is not in it counts as the nearer end, NaN as 0.
 #[inline(always)]

@@ -14,8 +14,6 @@ mod linear;
 mod peters_as_printed;
 mod robust;
 mod round;
-mod selection;
-mod selection_laws;
 mod solid_angle;
 mod textures;
 mod vectors;

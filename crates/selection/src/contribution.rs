@@ -1,9 +1,7 @@
 //! What a light may contribute to a surface point, without shadows.
 
-use crate::light::{Light, mean};
-use crate::polygon::area::AreaSampler;
-use crate::round::sphere::SphereCap;
 use linelit_geometry::{DVec3, predicates};
+use linelit_lights::{AreaSampler, Light, SphereCap};
 
 /// Whether any point of the light can light the surface point `x` with the unit normal `n`: some of
 /// it is above the tangent plane, and x is on an emitting side. This is the test that allows α = 0.
@@ -93,4 +91,9 @@ fn from_point(light: &Light, x: DVec3, n: DVec3, point: DVec3) -> f64 {
             mean(l.emission.radiance) * cosine * c / (r2 * r2)
         }
     }
+}
+
+/// Mean of the three channels.
+fn mean(rgb: DVec3) -> f64 {
+    rgb.element_sum() / 3.0
 }

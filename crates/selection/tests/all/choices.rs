@@ -2,11 +2,11 @@
 //! is good.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
-use linelit_lights::selection::{
-    Discrete, Estimated, Importance, LightTree, can_contribute, unshadowed, unshadowed_at_center,
-};
 use linelit_lights::{
     AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight,
+};
+use linelit_selection::{
+    Discrete, Estimated, Importance, LightTree, can_contribute, unshadowed, unshadowed_at_center,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::rng::SplitMix64;

@@ -1,8 +1,8 @@
 //! Bounds and moments of groups of lights.
 
-use crate::light::Light;
 use core::f64::consts::PI;
 use linelit_geometry::DVec3;
+use linelit_lights::Light;
 
 /// Whether the lights of a group can light a surface point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 //! to one, true zeros.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};
-use linelit_lights::selection::{Discrete, Estimated, Importance, LightTree, can_contribute};
 use linelit_lights::{
     AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight,
 };
+use linelit_selection::{Discrete, Estimated, Importance, LightTree, can_contribute};
 use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::{finite, unit_interval, unit_vector};
 use proptest::prelude::*;

@@ -7,9 +7,9 @@
 
 use super::bounds::{LightBounds, Reach};
 use super::{Picked, can_contribute, unit};
-use crate::light::Light;
-use crate::polygon::fan::ONE_MINUS;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::BELOW_ONE;
+use linelit_lights::Light;
 
 /// How a node of the tree is weighed against its sibling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -81,7 +81,7 @@ const WAITING: usize = 80;
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{AreaLight, Emission, Light};
-/// use linelit_lights::selection::{Importance, LightTree};
+/// use linelit_selection::{Importance, LightTree};
 /// let lamp = |x: f64| {
 ///     let o = DVec3::new(x, 0.0, 3.0);
 ///     let polygon = ConvexPolygon::parallelogram(o, 0.1 * DVec3::Y, 0.1 * DVec3::X).unwrap();
@@ -262,11 +262,11 @@ impl LightTree {
         while !self.nodes[step.node].leaf {
             let (first, a, b) = self.branch(step, light, x, n);
             if rest < first {
-                rest = (rest / first).min(ONE_MINUS);
+                rest = (rest / first).min(BELOW_ONE);
                 probability *= first;
                 step = a;
             } else {
-                rest = ((rest - first) / (1.0 - first)).clamp(0.0, ONE_MINUS);
+                rest = ((rest - first) / (1.0 - first)).clamp(0.0, BELOW_ONE);
                 probability *= 1.0 - first;
                 step = b;
             }
@@ -296,10 +296,10 @@ impl LightTree {
             total += group.weight;
             let share = group.weight / total;
             if rest < share {
-                rest = (rest / share).min(ONE_MINUS);
+                rest = (rest / share).min(BELOW_ONE);
                 taken = Some(group);
             } else {
-                rest = ((rest - share) / (1.0 - share)).clamp(0.0, ONE_MINUS);
+                rest = ((rest - share) / (1.0 - share)).clamp(0.0, BELOW_ONE);
             }
         });
         let taken = taken?;

@@ -12,18 +12,17 @@
 //! | [`LightTree`] | a hierarchy of bounds or moments | O(log N) |
 //!
 //! ```
-//! use linelit_lights::selection::Discrete;
+//! use linelit_selection::Discrete;
 //! let lights = Discrete::new(&[1.0, 0.0, 3.0]).unwrap();
 //! let picked = lights.pick(0.5).unwrap();
 //! assert_eq!((picked.index, picked.probability), (2, 0.75));
 //! // What is left of the random number is fresh: it goes on to place the point.
 //! assert!((picked.rest - 1.0 / 3.0).abs() < 1e-15);
 //! ```
-#![allow(
-    clippy::disallowed_types,
-    clippy::disallowed_macros,
-    reason = "tables over all lights, built once for a scene"
-)]
+
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
+#![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
 mod bounds;
 mod contribution;
@@ -32,8 +31,8 @@ mod tree;
 pub use contribution::{can_contribute, unshadowed, unshadowed_at_center};
 pub use tree::{Importance, LightTree};
 
-use crate::light::Light;
-use crate::polygon::fan::ONE_MINUS;
+use linelit_geometry::finite::BELOW_ONE;
+use linelit_lights::Light;
 
 /// A light that has been chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +47,7 @@ pub struct Picked {
 
 /// A random number, kept in [0, 1); zero if it is none.
 fn unit(u: f64) -> f64 {
-    if u > 0.0 { u.min(ONE_MINUS) } else { 0.0 }
+    if u > 0.0 { u.min(BELOW_ONE) } else { 0.0 }
 }
 
 /// A fixed discrete distribution by a table of running sums. Allocates when made.
@@ -124,7 +123,7 @@ impl Discrete {
         (weight > 0.0).then(|| Picked {
             index: i,
             probability: self.probability(i),
-            rest: ((target - self.sums[i]) / weight).clamp(0.0, ONE_MINUS),
+            rest: ((target - self.sums[i]) / weight).clamp(0.0, BELOW_ONE),
         })
     }
 
@@ -156,7 +155,7 @@ const ESTIMATE: f64 = 1e280;
 /// The buffer is the caller's: nothing is allocated.
 ///
 /// ```
-/// use linelit_lights::selection::Estimated;
+/// use linelit_selection::Estimated;
 /// let mut buffer = [0.0; 3];
 /// // Light 1 happened to give zero, light 2 cannot be seen at all.
 /// let alpha = Estimated::new(&mut buffer, |i| [4.0, 0.0, 0.0][i], |i| i < 2);
@@ -215,10 +214,10 @@ impl<'b> Estimated<'b> {
                 last = Some(Picked {
                     index,
                     probability,
-                    rest: ONE_MINUS,
+                    rest: BELOW_ONE,
                 });
                 if rest < w {
-                    let rest = (rest / w).min(ONE_MINUS);
+                    let rest = (rest / w).min(BELOW_ONE);
                     return last.map(|p| Picked { rest, ..p });
                 }
                 rest -= w;
@@ -236,3 +235,8 @@ impl<'b> Estimated<'b> {
         }
     }
 }
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,4 @@
+//! Choosing among lights: frequencies, laws, and hostile input.
+
+mod choices;
+mod laws;
