@@ -45,6 +45,8 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
+mod close_lines;
+mod double;
 pub mod finite;
 mod frame;
 pub mod intervals;
@@ -56,6 +58,7 @@ mod segment;
 mod shadow;
 mod triangle;
 
+pub use close_lines::CloseLines;
 pub use frame::Frame;
 pub use glam;
 pub use glam::{DMat3, DMat4, DVec2, DVec3};

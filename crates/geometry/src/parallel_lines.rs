@@ -36,6 +36,12 @@ impl ParallelLines {
     pub fn in_frame(polygon: &ConvexPolygon, frame: &PlaneFrame, angle: f64) -> Self {
         // The frame's x axis runs along the lines, so v = x and u = y.
         let frame = frame.turned(angle);
+        if !angle.is_finite() {
+            return Self {
+                count: 1,
+                ..Self::none(&frame)
+            };
+        }
         let vertices = polygon.vertices();
         let n = vertices.len();
         let mut plane = [DVec2::ZERO; CAPACITY];
@@ -43,25 +49,37 @@ impl ParallelLines {
             *q = frame.to_plane(p);
         }
         let plane = &plane[..n];
-        let mut out = Self {
-            frame,
-            knots: [0.0; CAPACITY],
-            lower: [0.0; CAPACITY],
-            upper: [0.0; CAPACITY],
-            count: 0,
-        };
-        if !angle.is_finite() {
-            out.count = 1;
-            return out;
-        }
         let mut offsets = [0.0; CAPACITY];
         for (o, q) in offsets.iter_mut().zip(plane) {
             *o = q.y;
         }
-        let offsets = &mut offsets[..n];
+        Self::through_corners(&frame, plane, &mut offsets[..n], false)
+    }
+
+    const fn none(frame: &PlaneFrame) -> Self {
+        Self {
+            frame: *frame,
+            knots: [0.0; CAPACITY],
+            lower: [0.0; CAPACITY],
+            upper: [0.0; CAPACITY],
+            count: 0,
+        }
+    }
+
+    /// The lines of a polygon of corners (v, u), counter-clockwise, with knots at some offsets. With
+    /// `close` the ends of a line are computed from the nearer corner, and keep the digits of what
+    /// is near the origin.
+    #[inline(always)]
+    pub(crate) fn through_corners(
+        frame: &PlaneFrame,
+        plane: &[DVec2],
+        offsets: &mut [f64],
+        close: bool,
+    ) -> Self {
+        let mut out = Self::none(frame);
         offsets.sort_unstable_by(f64::total_cmp);
         for &u in offsets.iter() {
-            out.push_knot(plane, u);
+            out.push_knot(plane, u, close);
         }
         out
     }
@@ -70,7 +88,8 @@ impl ParallelLines {
         clippy::float_cmp,
         reason = "equal offsets of a sorted list are the same knot"
     )]
-    fn push_knot(&mut self, plane: &[DVec2], u: f64) {
+    #[inline(always)]
+    fn push_knot(&mut self, plane: &[DVec2], u: f64, close: bool) {
         if self.count > 0 && self.knots[self.count - 1] == u {
             return;
         }
@@ -84,6 +103,8 @@ impl ParallelLines {
             if a.y == u {
                 reach(a.x);
             } else if (a.y < u && b.y > u) || (a.y > u && b.y < u) {
+                let swap = close && (b.y - u).abs() < (a.y - u).abs();
+                let (a, b) = if swap { (&b, a) } else { (a, &b) };
                 reach(a.x + (b.x - a.x) * ((u - a.y) / (b.y - a.y)));
             }
         }

@@ -16,6 +16,8 @@
 mod accuracy;
 #[path = "../../papers/src/peters_as_printed.rs"]
 mod peters_as_printed;
+#[path = "../../lights/tests/all/precise.rs"]
+mod precise;
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -4,8 +4,8 @@
 use linelit_geometry::finite::{fraction, nonnegative, nonnegative_vector};
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
-    ConvexPolygon, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame, PolygonError,
-    Segment, ShadowCoords, ShadowTriangle, Triangle, point_margin, predicates,
+    CloseLines, ConvexPolygon, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame,
+    PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle, point_margin, predicates,
 };
 use linelit_testkit::public;
 use linelit_testkit::rng::SplitMix64;
@@ -238,6 +238,13 @@ fn lines(
     prop_assert!((lines.direction().length() - 1.0).abs() < 16.0 * f64::EPSILON);
     prop_assert!((lines.across().length() - 1.0).abs() < 16.0 * f64::EPSILON);
     prop_assert!(angle.is_finite() || b <= a);
+    for normal in [p.normal(), -p.normal(), DVec3::new(angle, offset, v), x] {
+        if let Some(close) = CloseLines::new(p, angle, x, normal) {
+            let knots = close.lines.knots();
+            prop_assert!(knots.windows(2).all(|w| w[0] < w[1]) && knots[0].is_finite());
+            prop_assert!(close.height.is_finite() && angle.is_finite());
+        }
+    }
     for u in [offset, a, b, a + unit * (b - a)] {
         let length = lines.length(u);
         prop_assert!(

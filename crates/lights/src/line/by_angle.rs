@@ -15,21 +15,31 @@
 //! projected-solid-angle sampler for polygons, too (the task of Peters 2021, "BRDF importance
 //! sampling for polygonal lights"), of relative accuracy for lights of any size.
 
+mod close;
+
 use crate::density::{Offset, Pdf, SolidAngle};
 use crate::line::by_length::{LineSample, is_visible, linear_warp, locate, within};
 use crate::line::piece::{Angles, Line, Piece, Warp};
+use crate::line::thin::Thin;
 use crate::line::trapezoid::Trapezoid;
-use crate::linear::{ArcPoint, LineView, ProjectedLine};
+use crate::linear::{LineView, ProjectedLine};
 use crate::polygon::area::PointSample;
 use crate::polygon::fan::{ONE_MINUS, Pieces, below_one, unit};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
+/// Nearer to the light's plane than this, relative to the way to the farthest of the light, the
+/// lines are [`linelit_geometry::CloseLines`]: rounded corners would move an edge next to the foot
+/// by 1e-12 of the measure.
+const NEAR: f64 = 2e-4;
+/// But not farther than this from the light, relative to its size: that is what twice the working
+/// precision still resolves, to ε of a light that is ε times as wide as it is long.
+const FAR: f64 = 1e4;
 /// After a step this small, relative to the piece, the next one would be rounding.
 const LAST_STEP: f64 = 2e-9;
 /// Nearer to the light's plane than this, relative to the way to the farthest of the light, the
-/// corners of its part above the horizon, rounded to ε of their size, know the projected measure
-/// next to the foot to less than seven digits: there the offsets go by solid angle.
+/// points of its part above the horizon, rounded to ε of their size, know their directions next to
+/// the foot to less than seven digits: there the offsets go by solid angle.
 const NEAREST: f64 = 1e-9;
 /// By how much more than what is above the horizon is kept there, relative to the same: a few
 /// roundings of a corner.
@@ -55,11 +65,12 @@ const MOST_STEPS: u32 = 64;
 /// not finite. Lines run at `angle_rad` from the polygon's first edge.
 ///
 /// **Error** of the inversion: 4 ε of the piece's measure, unless grazing incidence limits the CDF
-/// itself. An edge or the horizon through the foot of a shading point at the distance z is known to
-/// ε r/z of the measure, for corners are rounded to ε of their distance r; of a light that the
-/// shading point touches (z < 1e-14 r, foot inside) f64 has no points in the directions that
-/// matter, and the projected measure is known to its order of magnitude. `docs/accuracy-lights.md`
-/// has the rows.
+/// itself. Of the projected measure: 1e-12 next to the light's plane, too, down to 1e-9 of the way
+/// r to the farthest of the light, where edges or the horizon pass through the foot or leave a
+/// corner: there lines are [`linelit_geometry::CloseLines`]. Where the horizon leaves a sliver, δ
+/// wide and r long, ε r²/δ². Of a light that the shading point touches (nearer than 1e-14 r, foot
+/// inside) f64 has no points in the directions that matter, and the projected measure is known to
+/// its order of magnitude. `docs/accuracy-lights.md` has the rows.
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
@@ -92,6 +103,8 @@ pub struct AngularLines {
     normal: Option<DVec3>,
     pieces: Pieces,
     marginal: Marginal,
+    /// Whether the lines are [`linelit_geometry::CloseLines`].
+    close: bool,
 }
 
 /// What offsets are drawn by.
@@ -146,6 +159,8 @@ impl AngularLines {
         let (horizon, marginal) = if height.abs() < NEAREST * reach {
             // Rounded corners must not lose light; each line is cut at the horizon itself.
             (x - normal * (MORE * reach), Marginal::Solid)
+        } else if height.abs() < NEAR * reach && reach < FAR * polygon.diameter() {
+            return Self::next_to_the_plane(polygon, angle_rad, x, normal);
         } else {
             (x, Marginal::Projected)
         };
@@ -157,10 +172,14 @@ impl AngularLines {
                 let lines = ParallelLines::in_frame(&above, &frame, turned);
                 Self::new(lines, x, height, Some(normal), marginal)
             }
-            None => Self {
-                pieces: Pieces::new(core::iter::empty()),
-                ..Self::by_solid_angle(polygon, angle_rad, x)
-            },
+            None => Self::nothing(polygon, angle_rad, x),
+        }
+    }
+
+    fn nothing(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
+        Self {
+            pieces: Pieces::new(core::iter::empty()),
+            ..Self::by_solid_angle(polygon, angle_rad, x)
         }
     }
 
@@ -171,25 +190,40 @@ impl AngularLines {
         normal: Option<DVec3>,
         marginal: Marginal,
     ) -> Self {
-        let (offset, along) = lines.coordinates(x);
+        let foot = lines.coordinates(x);
+        Self::with_foot(lines, x, foot, height, normal, marginal, false)
+    }
+
+    #[inline(always)]
+    fn with_foot(
+        lines: ParallelLines,
+        x: DVec3,
+        foot: (f64, f64),
+        height: f64,
+        normal: Option<DVec3>,
+        marginal: Marginal,
+        close: bool,
+    ) -> Self {
         let axes = lines.frame().axes;
         let towards = axes.z * height.signum();
         let mut out = Self {
             lines,
             x,
-            foot: (offset, along),
+            foot,
             z: height.abs(),
             normal: normal.map(|n| DVec3::new(n.dot(axes.x), n.dot(axes.y), n.dot(towards))),
             pieces: Pieces::new(core::iter::empty()),
             marginal,
+            close,
         };
         let count = out.lines.knots().len() - 1;
         let measures = (0..count).map(|k| {
-            let piece = out.piece(k);
             let m = if marginal == Marginal::Warped {
-                out.warp(&piece).mass()
+                out.warp(&out.piece(k)).mass()
+            } else if close {
+                out.measure(&out.piece::<true>(k).part(1.0, out.z))
             } else {
-                out.measure(&piece.part(1.0, out.z))
+                out.measure(&out.piece::<false>(k).part(1.0, out.z))
             };
             if m.is_finite() { m } else { 0.0 }
         });
@@ -221,26 +255,48 @@ impl AngularLines {
         &self.lines
     }
 
-    fn piece(&self, k: usize) -> Piece {
+    fn piece<const CLOSE: bool>(&self, k: usize) -> Piece<CLOSE> {
         let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
-        Piece {
-            first: self.line(u[k], lo[k], hi[k]),
+        let piece = Piece {
+            first: self.line::<CLOSE>(u[k], lo[k], hi[k]),
             width: u[k + 1] - u[k],
             lower: lo[k + 1] - lo[k],
             upper: hi[k + 1] - hi[k],
+        };
+        if CLOSE {
+            let last = self.line::<CLOSE>(u[k + 1], lo[k + 1], hi[k + 1]);
+            if last.square() < piece.first.square() {
+                return piece.reversed(last);
+            }
         }
+        piece
+    }
+
+    /// The whole line at an offset; `None` outside the light.
+    fn line_at(&self, offset: f64) -> Option<Line> {
+        if self.close {
+            return self.close_line_at(offset);
+        }
+        let (lo, hi) = self.lines.extent(offset)?;
+        Some(self.line::<false>(offset, lo, hi))
     }
 
     /// A line given in the coordinates of [`ParallelLines`].
-    fn line(&self, offset: f64, lo: f64, hi: f64) -> Line {
+    fn line<const CLOSE: bool>(&self, offset: f64, lo: f64, hi: f64) -> Line {
+        let (from, length) = (lo - self.foot.1, (hi - lo).max(0.0));
         Line {
             u: offset - self.foot.0,
-            lo: lo - self.foot.1,
-            length: (hi - lo).max(0.0),
+            lo: from,
+            hi: if CLOSE {
+                hi - self.foot.1
+            } else {
+                from + length
+            },
+            length,
         }
     }
 
-    fn measure(&self, part: &Trapezoid) -> f64 {
+    fn measure<const CLOSE: bool>(&self, part: &Trapezoid<CLOSE>) -> f64 {
         match self.marginal_normal() {
             None => part.solid_angle(),
             Some(n) => part.irradiance(n),
@@ -251,7 +307,7 @@ impl AngularLines {
     fn thin(&self, line: Line) -> Option<Thin> {
         let view = LineView::with_edge(
             [line.lo, line.u, self.z],
-            [line.lo + line.length, line.u, self.z],
+            [line.hi, line.u, self.z],
             [line.length, 0.0, 0.0],
             self.normal.map(|n| n.to_array()),
         )?;
@@ -266,7 +322,7 @@ impl AngularLines {
         match self.marginal_normal() {
             // The formula of LineView::solid_angle, without the rest of it.
             None => {
-                let (y0, y1) = (line.lo, line.lo + line.length);
+                let (y0, y1) = (line.lo, line.hi);
                 let h2 = line.u * line.u + self.z * self.z;
                 let (r0, r1) = ((y0 * y0 + h2).sqrt(), (y1 * y1 + h2).sqrt());
                 let (dot, product) = (y0 * y1 + h2, r0 * r1);
@@ -294,17 +350,24 @@ impl AngularLines {
             return nothing;
         }
         let (k, place) = self.pieces.pick(xi);
-        let piece = self.piece(k);
         let knots = self.lines.knots();
         let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
         let (offset, pdf) = if self.marginal == Marginal::Warped {
-            let warp = self.warp(&piece);
+            let warp = self.warp(&self.piece(k));
             let t = linear_warp(place, warp.first, warp.last);
             let offset = at(unit(warp.angles.fraction(t * warp.angles.end)));
             (offset, self.warped_pdf(offset, warp.at(t)))
         } else {
             let whole = self.pieces.weight(k);
-            let offset = at(unit(self.find(&piece, place * whole, whole)));
+            let offset = if self.close {
+                self.close_offset(k, place, whole)
+            } else {
+                at(unit(self.find::<false>(
+                    &self.piece(k),
+                    place * whole,
+                    whole,
+                )))
+            };
             (offset, self.pdf(offset))
         };
         self.lines
@@ -317,7 +380,7 @@ impl AngularLines {
     }
 
     /// The marginal on a piece that is linear in the angle.
-    fn warp(&self, piece: &Piece) -> Warp {
+    fn warp(&self, piece: &Piece<false>) -> Warp {
         let slope = |s: f64| {
             let line = piece.at(s);
             0.5 * line.u.hypot(self.z) * self.thin_measure(line)
@@ -343,14 +406,14 @@ impl AngularLines {
     }
 
     /// The fraction s of the piece's width that has the measure `target` of `whole` below it.
-    fn find(&self, piece: &Piece, target: f64, whole: f64) -> f64 {
+    fn find<const CLOSE: bool>(&self, piece: &Piece<CLOSE>, target: f64, whole: f64) -> f64 {
         let z = self.z;
         let excess = |s: f64| self.measure(&piece.part(s, z)) - target;
         let slope = |s: f64| {
             let line = piece.at(s);
             0.5 * line.u.hypot(z) * self.thin_measure(line)
         };
-        let angles = Angles::new(piece.first.u, piece.width, z);
+        let angles = piece.angles(z);
         if angles.spread(z) > WIDE {
             return self.find_wide(piece, target, whole);
         }
@@ -387,7 +450,7 @@ impl AngularLines {
     /// is at angles that are rounded to the same one: by bracketed Newton steps in s itself.
     #[cold]
     #[inline(never)]
-    fn find_wide(&self, piece: &Piece, target: f64, whole: f64) -> f64 {
+    fn find_wide<const CLOSE: bool>(&self, piece: &Piece<CLOSE>, target: f64, whole: f64) -> f64 {
         let (mut lo, mut hi, mut s) = (0.0, 1.0, 0.5);
         for _ in 0..MOST_HALVINGS {
             let e = self.measure(&piece.part(s, self.z)) - target;
@@ -401,7 +464,7 @@ impl AngularLines {
             }
             let line = piece.at(s);
             // dψ = z du/(z² + u²).
-            let per_width = piece.width * (self.z / line.u.hypot(self.z));
+            let per_width = piece.width.abs() * (self.z / line.u.hypot(self.z));
             let newton = s - e / (0.5 * per_width * self.thin_measure(line));
             let next = if newton > lo && newton < hi {
                 newton
@@ -421,11 +484,7 @@ impl AngularLines {
     /// in place of S.
     #[must_use]
     pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
-        let Some((lo, hi)) = self
-            .lines
-            .extent(offset)
-            .filter(|_| self.pieces.is_usable())
-        else {
+        let Some(line) = self.line_at(offset).filter(|_| self.pieces.is_usable()) else {
             return Pdf::ZERO;
         };
         if self.marginal == Marginal::Warped {
@@ -434,7 +493,6 @@ impl AngularLines {
             let t = warp.place(offset - self.lines.knots()[k], self.z);
             return self.warped_pdf(offset, warp.at(t));
         }
-        let line = self.line(offset, lo, hi);
         let ribbon = self.thin_measure(line) * self.z / (2.0 * line.u.hypot(self.z));
         Pdf::new(ribbon / self.total())
     }
@@ -455,10 +513,15 @@ impl AngularLines {
             let place = 2.0 * below / (warp.first + warp.last);
             return Some(self.pieces.unpick(k, unit(place)));
         }
-        let s = (offset - knots[k]) / (knots[k + 1] - knots[k]);
         let whole = self.pieces.weight(k);
-        let below = self.measure(&self.piece(k).part(unit(s), self.z));
-        Some(self.pieces.unpick(k, unit(below / whole)))
+        let place = if self.close {
+            self.close_place(k, offset, whole)
+        } else {
+            let s = (offset - knots[k]) / (knots[k + 1] - knots[k]);
+            let below = self.measure(&self.piece::<false>(k).part(unit(s), self.z));
+            unit(below / whole)
+        };
+        Some(self.pieces.unpick(k, place))
     }
 
     /// A point of the visible part of a line that [`AngularLines::sample`] gave, uniform in the
@@ -558,11 +621,17 @@ impl AngularLines {
     }
 
     fn interval(&self, offset: f64, part: Interval) -> Option<Thin> {
-        let (lo, hi) = self.lines.extent(offset)?;
-        let whole = self.line(offset, lo, hi);
+        let whole = self.line_at(offset)?;
+        let lo = whole.lo + whole.length * part.lo;
+        let length = whole.length * part.length();
         self.thin(Line {
-            lo: whole.lo + whole.length * part.lo,
-            length: whole.length * part.length(),
+            lo,
+            hi: if self.close {
+                whole.hi - whole.length * (1.0 - part.hi)
+            } else {
+                lo + length
+            },
+            length,
             ..whole
         })
     }
@@ -615,45 +684,4 @@ fn reach(polygon: &ConvexPolygon, x: DVec3) -> f64 {
 struct LineMeasure {
     whole: f64,
     visible: f64,
-}
-
-/// A line, or a visible part of it, in either measure.
-#[derive(Clone, Copy)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "lives on the stack of one function"
-)]
-enum Thin {
-    Solid(LineView<f64>),
-    Projected(ProjectedLine<f64>),
-}
-
-impl Thin {
-    fn measure(&self) -> f64 {
-        match self {
-            Self::Solid(v) => v.solid_angle(),
-            Self::Projected(p) => p.projected_solid_angle(),
-        }
-    }
-
-    fn view(&self) -> &LineView<f64> {
-        match self {
-            Self::Solid(v) => v,
-            Self::Projected(p) => p.view(),
-        }
-    }
-
-    fn sample(&self, xi: f64) -> ArcPoint<f64> {
-        match self {
-            Self::Solid(v) => v.sample_solid_angle(xi),
-            Self::Projected(p) => p.sample(xi),
-        }
-    }
-
-    fn invert(&self, lambda: f64) -> f64 {
-        match self {
-            Self::Solid(v) => v.invert_solid_angle(lambda),
-            Self::Projected(p) => p.invert(lambda),
-        }
-    }
 }

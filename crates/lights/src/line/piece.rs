@@ -7,8 +7,11 @@ use linelit_geometry::DVec3;
 
 /// One piece between neighbouring knots: the first line relative to the foot, and the steps to the
 /// last one, formed before the foot was subtracted.
+///
+/// Next to the light's plane, `CLOSE`, the line nearer to the foot comes first, and the width is
+/// negative where that is the one of the greater offset.
 #[derive(Clone, Copy)]
-pub(crate) struct Piece {
+pub(crate) struct Piece<const CLOSE: bool> {
     pub(crate) first: Line,
     /// Changes of offset and ends over the piece.
     pub(crate) width: f64,
@@ -16,35 +19,72 @@ pub(crate) struct Piece {
     pub(crate) upper: f64,
 }
 
-/// A line relative to the foot of the shading point: offset, beginning and length.
+/// A line relative to the foot of the shading point: offset, beginning, end and length, of which
+/// next to the light's plane each keeps its own digits.
 #[derive(Clone, Copy)]
 pub(crate) struct Line {
     pub(crate) u: f64,
     pub(crate) lo: f64,
+    pub(crate) hi: f64,
     pub(crate) length: f64,
 }
 
-impl Piece {
+impl Line {
+    /// Square of the distance from the foot.
+    pub(crate) fn square(&self) -> f64 {
+        let v = self.lo.max(-self.hi).max(0.0);
+        self.u * self.u + v * v
+    }
+}
+
+impl<const CLOSE: bool> Piece<CLOSE> {
+    /// The same piece from its last line, `last`, to the first one.
+    pub(crate) fn reversed(self, last: Line) -> Self {
+        Self {
+            first: last,
+            width: -self.width,
+            lower: -self.lower,
+            upper: -self.upper,
+        }
+    }
+
+    pub(crate) fn is_reversed(&self) -> bool {
+        CLOSE && self.width < 0.0
+    }
+
+    /// Offsets as angles, ascending from the first line.
+    pub(crate) fn angles(&self, z: f64) -> Angles {
+        let sign = if self.is_reversed() { -1.0 } else { 1.0 };
+        Angles::new(sign * self.first.u, sign * self.width, z)
+    }
+
     /// The line at the fraction `s` of the width.
     pub(crate) fn at(&self, s: f64) -> Line {
+        let lo = self.first.lo + self.lower * s;
+        let length = (self.first.length + (self.upper - self.lower) * s).max(0.0);
         Line {
             u: self.first.u + self.width * s,
-            lo: self.first.lo + self.lower * s,
-            length: (self.first.length + (self.upper - self.lower) * s).max(0.0),
+            lo,
+            hi: if CLOSE {
+                self.first.hi + self.upper * s
+            } else {
+                lo + length
+            },
+            length,
         }
     }
 
     /// The part from the first line to the one at the fraction `s`.
-    pub(crate) fn part(&self, s: f64, z: f64) -> Trapezoid {
+    pub(crate) fn part(&self, s: f64, z: f64) -> Trapezoid<CLOSE> {
         let (a, b) = (self.first, self.at(s));
         let width = self.width * s;
-        let corner = |line: Line, v: f64| DVec3::new(line.lo + v, line.u, z);
+        let corner = |line: Line, v: f64| DVec3::new(v, line.u, z);
         Trapezoid {
             corners: [
-                corner(a, 0.0),
-                corner(a, a.length),
-                corner(b, b.length),
-                corner(b, 0.0),
+                corner(a, a.lo),
+                corner(a, a.hi),
+                corner(b, b.hi),
+                corner(b, b.lo),
             ],
             edges: [
                 DVec3::new(a.length, 0.0, 0.0),

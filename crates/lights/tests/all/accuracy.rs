@@ -5,11 +5,10 @@
 //! |CDF(sample) − ξ|, with the CDF evaluated in `f64` for the very same input.
 
 use crate::peters_as_printed::sample_as_printed;
+use crate::precise::{precise_irradiance, precise_solid_angle};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::linear::{ArcPoint, ProjectedLine};
 use linelit_lights::{AngularLines, SolidAngleSampler, triangle_solid_angle};
-use linelit_testkit::precise::Precise;
-use linelit_testkit::real::{self, Real as _};
 use std::f64::consts::FRAC_PI_2;
 
 /// A row of the table.
@@ -43,11 +42,11 @@ impl Random {
         bits / (1_u64 << 53) as f64
     }
 
-    fn in_range(&mut self, a: f64, b: f64) -> f64 {
+    pub(crate) fn in_range(&mut self, a: f64, b: f64) -> f64 {
         a + (b - a) * self.next()
     }
 
-    fn log(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn log(&mut self, low: f64, high: f64) -> f64 {
         10_f64.powf(self.in_range(low, high))
     }
 
@@ -515,7 +514,7 @@ pub(crate) fn near_the_plane(cases: u64) -> Vec<Row> {
             let n = rng.direction();
             let n = DVec3::new(n.x, n.y, 0.2 + n.z.abs()).normalize();
             let e = AngularLines::by_projected_solid_angle(&polygon, 0.7, DVec3::ZERO, n).total();
-            let want = precise_irradiance(&corners, n);
+            let want = precise_irradiance(&corners, DVec3::ZERO, n);
             // Nearer than 1e-9 the total is the plain measure: a test of its own.
             if want > 0.0 && exponents[0] >= -8 {
                 projected.push((e / want - 1.0).abs());
@@ -572,56 +571,6 @@ pub(crate) fn triangle_about(foot: &str, z: f64, rng: &mut Random) -> [DVec3; 3]
             ]
         }
     }
-}
-
-type Vector = [Precise; 3];
-
-/// The sum over edges of the angles at which they are seen, times what stands on them; the solid
-/// angle by van Oosterom & Strackee.
-fn precise_solid_angle(corners: &[DVec3]) -> f64 {
-    let p: Vec<Vector> = corners.iter().map(|c| real::vector(c.to_array())).collect();
-    let [a, b, c] = [0, 1, 2].map(|k| &p[k]);
-    let [la, lb, lc] = [a, b, c].map(real::length);
-    let det = real::dot(&real::cross(a, b), c);
-    let denominator = la.clone() * lb.clone() * lc.clone()
-        + real::dot(a, b) * lc
-        + real::dot(b, c) * la
-        + real::dot(c, a) * lb;
-    let half = det.atan2(&denominator).to_f64().abs();
-    2.0 * half
-}
-
-/// Lambert's sum over the part above the horizon.
-pub(crate) fn precise_irradiance(corners: &[DVec3], n: DVec3) -> f64 {
-    let n: Vector = real::vector(n.to_array());
-    let p: Vec<Vector> = corners.iter().map(|c| real::vector(c.to_array())).collect();
-    let zero = Precise::new(0.0);
-    let mut above: Vec<Vector> = Vec::new();
-    for (k, a) in p.iter().enumerate() {
-        let b = &p[(k + 1) % p.len()];
-        let (ca, cb) = (real::dot(&n, a), real::dot(&n, b));
-        if ca >= zero {
-            above.push(a.clone());
-        }
-        if (ca > zero && cb < zero) || (ca < zero && cb > zero) {
-            let t = ca.clone() / (ca - cb);
-            above.push([0, 1, 2].map(|i| a[i].clone() + (b[i].clone() - a[i].clone()) * t.clone()));
-        }
-    }
-    if above.len() < 3 {
-        return 0.0;
-    }
-    let mut sum = Precise::new(0.0);
-    for (k, a) in above.iter().enumerate() {
-        let b = &above[(k + 1) % above.len()];
-        let x = real::cross(a, b);
-        let length = real::length(&x);
-        if length > zero {
-            let angle = length.atan2(&real::dot(a, b));
-            sum = sum + angle * real::dot(&x, &n) / length;
-        }
-    }
-    0.5 * sum.to_f64().abs()
 }
 
 /// The number that a row is held to.

@@ -10,8 +10,10 @@ mod common;
 mod hostile;
 mod laws;
 mod linear;
+mod next_to_the_plane;
 #[path = "../../../papers/src/peters_as_printed.rs"]
 mod peters_as_printed;
+mod precise;
 mod robust;
 mod round;
 mod solid_angle;

@@ -1,0 +1,108 @@
+//! Double-double numbers, for what `f64` does not resolve: unevaluated sums of two.
+
+use crate::DVec3;
+use crate::predicates::{two_product, two_sum};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number hi + lo, |lo| ≤ ε|hi|: sums, products and ratios to 4 ε² ≈ 2e-31 of their terms.
+///
+/// **Domain**: that of [`two_product`]. **Source**: Hida, Li & Bailey 2001.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Double {
+    pub(crate) hi: f64,
+    lo: f64,
+}
+
+impl Double {
+    pub(crate) const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
+
+    /// a − b exactly.
+    pub(crate) fn difference(a: f64, b: f64) -> Self {
+        let (hi, lo) = two_sum(a, -b);
+        Self { hi, lo }
+    }
+}
+
+impl From<f64> for Double {
+    fn from(hi: f64) -> Self {
+        Self { hi, lo: 0.0 }
+    }
+}
+
+impl Neg for Double {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self {
+            hi: -self.hi,
+            lo: -self.lo,
+        }
+    }
+}
+
+impl Add for Double {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        let (s, es) = two_sum(self.hi, other.hi);
+        let (t, et) = two_sum(self.lo, other.lo);
+        let (s, es) = two_sum(s, es + t);
+        let (hi, lo) = two_sum(s, es + et);
+        Self { hi, lo }
+    }
+}
+
+impl Sub for Double {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Double {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let (p, e) = two_product(self.hi, other.hi);
+        let (hi, lo) = two_sum(p, e + (self.hi * other.lo + self.lo * other.hi));
+        Self { hi, lo }
+    }
+}
+
+impl Div for Double {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let q = self.hi / other.hi;
+        let rest = self - other * Self::from(q);
+        let (hi, lo) = two_sum(q, rest.hi / other.hi);
+        Self { hi, lo }
+    }
+}
+
+/// A point or vector of double-double coordinates, in the plane (N = 2) or in space.
+pub(crate) type Doubles<const N: usize> = [Double; N];
+
+/// p − q exactly.
+pub(crate) fn difference(p: DVec3, q: DVec3) -> Doubles<3> {
+    [0, 1, 2].map(|k| Double::difference(p[k], q[k]))
+}
+
+pub(crate) fn dot<const N: usize>(a: Doubles<N>, b: Doubles<N>) -> Double {
+    (0..N).fold(Double::ZERO, |sum, k| sum + a[k] * b[k])
+}
+
+/// a + b t.
+pub(crate) fn along<const N: usize>(a: Doubles<N>, b: Doubles<N>, t: Double) -> Doubles<N> {
+    std::array::from_fn(|k| a[k] + b[k] * t)
+}
+
+/// a − b.
+pub(crate) fn minus<const N: usize>(a: Doubles<N>, b: Doubles<N>) -> Doubles<N> {
+    std::array::from_fn(|k| a[k] - b[k])
+}
+
+/// The third component of a × b.
+pub(crate) fn turn(a: Doubles<2>, b: Doubles<2>) -> Double {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+pub(crate) fn cross(a: Doubles<3>, b: Doubles<3>) -> Doubles<3> {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| a[i] * b[j] - a[j] * b[i])
+}
