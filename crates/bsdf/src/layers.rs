@@ -43,8 +43,8 @@ impl Layers {
     /// How many lobes fit beside the diffuse one.
     pub const MAX: usize = 8;
 
-    /// Nothing, with the direction (in the world, of any length) that anisotropic lobes call x; zero
-    /// if there are none.
+    /// Nothing, with the direction (in the world, of any length) that anisotropic lobes call x;
+    /// zero if there are none.
     #[must_use]
     pub fn new(tangent: DVec3) -> Self {
         Self {

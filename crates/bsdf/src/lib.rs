@@ -94,10 +94,10 @@ impl Reflection for Bsdf {
         }
     }
 
-    /// Draws ω_i: diffuse by the cosine, Phong's lobe by its power of the cosine about R, microfacets
-    /// by their visible normals; one of them, with a probability in proportion to about its albedo,
-    /// for which `u[0]` is split and rescaled. `None` for a black surface, and where a microfacet
-    /// reflects into the surface.
+    /// Draws ω_i: diffuse by the cosine, Phong's lobe by its power of the cosine about R,
+    /// microfacets by their visible normals; one of them, with a probability in proportion to about
+    /// its albedo, for which `u[0]` is split and rescaled. `None` for a black surface, and where a
+    /// microfacet reflects into the surface.
     fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
         if let Self::Layers(layers) = self {
             return layers.sample(u, wo, n);

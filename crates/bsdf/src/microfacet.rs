@@ -5,9 +5,9 @@
 //! h = (ω_i + ω_o)/|…|, α = the width of the distribution of slopes, F0 the reflectance at normal
 //! incidence.
 //!
-//! **Source**: Trowbridge & Reitz 1975; Walter et al. 2007 (GGX); Heitz 2014 (height-correlated Smith
-//! masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy & Benyoub
-//! 2023 (a spherical cap); Schlick 1994.
+//! **Source**: Trowbridge & Reitz 1975; Walter et al. 2007 (GGX); Heitz 2014 (height-correlated
+//! Smith masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy &
+//! Benyoub 2023 (a spherical cap); Schlick 1994.
 
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative, nonnegative_vector};
@@ -134,8 +134,8 @@ impl TrowbridgeReitz {
         nonnegative(self.density(h) / (2.0 * (wo.z + self.reach(wo))))
     }
 
-    /// Draws ω_i by reflecting ω_o at a visible normal; `None` where it falls below the surface (the
-    /// density then integrates to less than one).
+    /// Draws ω_i by reflecting ω_o at a visible normal; `None` where it falls below the surface
+    /// (the density then integrates to less than one).
     #[must_use]
     pub fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
         if wo.z < 0.0 {

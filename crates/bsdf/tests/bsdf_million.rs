@@ -1,5 +1,5 @@
-//! The laws of what samples reflections, at a million samples: χ², what the density integrates to, and
-//! sample → invert → sample, from the normal to grazing views.
+//! The laws of what samples reflections, at a million samples: χ², what the density integrates to,
+//! and sample → invert → sample, from the normal to grazing views.
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, Frostbite, Lambert, Layers, Lobe, Phong, Reflection};
@@ -121,7 +121,8 @@ fn fit(samples: u32) {
             }
         }
         let mass = expected.iter().sum::<f64>() / f64::from(samples);
-        // What microfacets reflect into the surface is no direction and no density; nothing else is lost.
+        // What microfacets reflect into the surface is no direction and no density; nothing else is
+        // lost.
         let lossless = name.starts_with("Lambert") || name.starts_with("Phong");
         let slack = 1e-9 + error;
         assert!(mass < 1.0 + slack, "{name}: ∫ = {mass} ± {error:e}");
@@ -150,7 +151,8 @@ fn turn(w: DVec3) -> f64 {
     (w.y.atan2(w.x) / TAU).rem_euclid(1.0)
 }
 
-/// The numbers that give a direction: the diffuse half takes u[0] below one half, the lobe the rest.
+/// The numbers that give a direction: the diffuse half takes u[0] below one half, the lobe the
+/// rest.
 fn invert_phong(w: DVec3, axis: DVec3, exponent: f64, diffuse: bool) -> [f64; 2] {
     let local = Frame::from_normal(if diffuse { DVec3::Z } else { axis }).to_local(w);
     let first = if diffuse {
@@ -161,7 +163,8 @@ fn invert_phong(w: DVec3, axis: DVec3, exponent: f64, diffuse: bool) -> [f64; 2]
     [first, turn(local)]
 }
 
-/// Those of visible normals: the cap's direction is the stretched view mirrored at the stretched normal.
+/// Those of visible normals: the cap's direction is the stretched view mirrored at the stretched
+/// normal.
 fn invert_facets(wi: DVec3, wo: DVec3, [a, b]: [f64; 2]) -> [f64; 2] {
     let h = (wi + wo).normalize();
     let stretched = DVec3::new(a * wo.x, b * wo.y, wo.z).normalize();
@@ -170,8 +173,8 @@ fn invert_facets(wi: DVec3, wo: DVec3, [a, b]: [f64; 2]) -> [f64; 2] {
     [turn(cap), 1.0 - (cap.z + stretched.z) / (1.0 + stretched.z)]
 }
 
-/// sample → invert → sample returns to the direction, to 1e-10: ε by the steepest of the maps between, the power of
-/// Phong's lobe at 1e-5 from its axis.
+/// sample → invert → sample returns to the direction, to 1e-10: ε by the steepest of the maps
+/// between, the power of Phong's lobe at 1e-5 from its axis.
 #[test]
 fn samples_invert() {
     let mut random = linelit_testkit::cases::rng(31);

@@ -8,7 +8,8 @@ use linelit_lights::{AreaLight, LinearLight};
 use linelit_shading::{batch, cylinder, horizon, phong, phong_polygon, polygon};
 use linelit_visibility::ShaftClass;
 
-/// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no more.
+/// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no
+/// more.
 pub(crate) const TOLERANCE: f64 = 1e-8;
 
 /// Visible pieces of the lines on an area light, relative to the shading point, to be integrated
@@ -102,8 +103,8 @@ pub(crate) fn whole_light<R>(
     emitted * convex(relative, point, reflection, tolerance)
 }
 
-/// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to what
-/// a diffuse surface of the lobe's albedo would reflect.
+/// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to
+/// what a diffuse surface of the lobe's albedo would reflect.
 pub(crate) fn convex<R>(
     vertices: &[DVec3],
     point: &ShadingPoint<R>,

@@ -68,8 +68,8 @@ pub enum PointBy {
     ProjectedSolidAngle,
     /// In proportion to the light's texture; uniform on the area of a light without one.
     Texture,
-    /// Directions drawn from the BSDF; those that meet the light count. A linear light is never met:
-    /// it gets points by its projected solid angle.
+    /// Directions drawn from the BSDF; those that meet the light count. A linear light is never
+    /// met: it gets points by its projected solid angle.
     Bsdf,
     /// On linear lights by any technique; on other lights as [`PointBy::SolidAngle`].
     Linear(LinearOptions),
@@ -127,10 +127,10 @@ pub enum Integration {
     /// The closed form over what is visible of the light, where few enough triangles are in
     /// between; elsewhere as [`Integration::Analytic`].
     Exact(ExactOptions),
-    /// Whichever of exact, lines, points and rays takes the least time to an equal error, chosen per
-    /// shading point and light by what is in between. In a combination, where there is no closed form
-    /// and a shaft is too dense to keep: points uniform on the area, eight for each sample of all
-    /// parts.
+    /// Whichever of exact, lines, points and rays takes the least time to an equal error, chosen
+    /// per shading point and light by what is in between. In a combination, where there is no
+    /// closed form and a shaft is too dense to keep: points uniform on the area, eight for each
+    /// sample of all parts.
     Cheapest,
 }
 
@@ -237,8 +237,8 @@ pub enum LinearHeuristic {
     Balance,
     /// By cₖ times the densities; perfect where nothing is hidden.
     WeightedBalance,
-    /// The optimal heuristic for the visibility ν. Contributions of hidden samples count, and may be
-    /// negative.
+    /// The optimal heuristic for the visibility ν. Contributions of hidden samples count, and may
+    /// be negative.
     Optimal(f64),
     /// ν times the weighted balance and 1 − ν times the balance.
     ClampedOptimal(f64),
@@ -380,9 +380,9 @@ impl<T: Into<Technique>> From<T> for Estimator {
 
 impl Estimator {
     /// Techniques with their shares, weighted. `None` for no part, more than [`MOST_TECHNIQUES`], a
-    /// share of zero, [`Weights::Alone`] for anything but one technique that can do without weights,
-    /// [`LineDirection::UniformPerLine`] with any other weights, and weights that have no text: of
-    /// [`PointBy::Linear`] alone, or of several of them but balanced.
+    /// share of zero, [`Weights::Alone`] for anything but one technique that can do without
+    /// weights, [`LineDirection::UniformPerLine`] with any other weights, and weights that have no
+    /// text: of [`PointBy::Linear`] alone, or of several of them but balanced.
     #[must_use]
     pub fn new(parts: &[Part], weights: Weights) -> Option<Self> {
         let width: usize = parts.iter().map(|p| p.technique.width()).sum();
@@ -461,8 +461,8 @@ impl Estimator {
         Self::new(&parts, weights).expect("techniques that can be combined, eight at most")
     }
 
-    /// With the lines of the last technique in a fixed direction: a fraction of a half turn from the
-    /// light's first edge. Points have none.
+    /// With the lines of the last technique in a fixed direction: a fraction of a half turn from
+    /// the light's first edge. Points have none.
     #[must_use]
     pub const fn fixed(mut self, fraction: f64) -> Self {
         if let Technique::Lines(lines) = &mut self.parts[self.count - 1].technique {

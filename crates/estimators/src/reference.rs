@@ -8,8 +8,8 @@ use linelit_lights::AreaLight;
 use linelit_visibility::brute;
 
 /// The light of an area light by lines whose visible parts are found in `f64` by asking every
-/// triangle: no hierarchy, no kernels, no skips; where the reflection has a closed form along a line
-/// by that, else by a point of each. For tests, and for judging other renderers' images.
+/// triangle: no hierarchy, no kernels, no skips; where the reflection has a closed form along a
+/// line by that, else by a point of each. For tests, and for judging other renderers' images.
 ///
 /// The lines are those of `line-analytic`, so that without skips both give the same light up to
 /// the rounding of the intervals' ends.

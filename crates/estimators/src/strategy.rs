@@ -56,8 +56,8 @@ const FLAT: f64 = 16.0;
 const LINES_FOR_A_CANDIDATE: f64 = 0.6;
 const LINES_FOR_AN_EDGE: f64 = 1.4;
 
-/// What `LINES_FOR_AN_EDGE` grows by where the surface has a lobe, before a light that is narrow for
-/// the lobe, and before a wide one.
+/// What `LINES_FOR_AN_EDGE` grows by where the surface has a lobe, before a light that is narrow
+/// for the lobe, and before a wide one.
 const LINES_FOR_A_NARROW_LOBE: f64 = 2.0;
 const LINES_FOR_A_WIDE_LOBE: f64 = 80.0;
 

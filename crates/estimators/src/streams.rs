@@ -10,8 +10,9 @@ const BEFORE_LIGHTS: u32 = 4;
 /// The sample dimension of places in the pixel's filter.
 pub const CAMERA: u32 = 0;
 
-/// The sample dimension of the numbers that pick lights for a shading point; the one below it is that
-/// of points on lights that the choice looks at. `repetition` numbers the shading points of a pixel.
+/// The sample dimension of the numbers that pick lights for a shading point; the one below it is
+/// that of points on lights that the choice looks at. `repetition` numbers the shading points of a
+/// pixel.
 ///
 /// They count down from the largest, far from those of the lights.
 #[must_use]

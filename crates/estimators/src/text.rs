@@ -1,8 +1,8 @@
 //! The text of estimators: one grammar, one parser, one printer, one table of names.
 //!
 //! `TECHNIQUE+TECHNIQUE+…`, each `NAME[:SHARE][OPTIONS]` or `NAME[OPTIONS]:SHARE`, with options as
-//! `key=value,…` in brackets. The option `mis` may stand with any technique and is one for all; that
-//! of `point-linear` is its own.
+//! `key=value,…` in brackets. The option `mis` may stand with any technique and is one for all;
+//! that of `point-linear` is its own.
 
 use crate::{
     Estimator, ExactOptions, Integration, LineBy, LineDirection, LinearHeuristic, LinearOptions,

@@ -17,8 +17,8 @@ const NEAR_EDGE: f64 = 16.0;
 /// Coordinates begin at the point of that part nearest to the foot, the foot itself where it is
 /// inside, and there are knots at its offset and where an edge or the horizon passes it closely:
 /// each line and each step from one to the next is known to a few ε of its distance from there,
-/// instead of ε of the light's size. All of it is computed in twice the working precision from the vertices as
-/// they are given.
+/// instead of ε of the light's size. All of it is computed in twice the working precision from the
+/// vertices as they are given.
 #[derive(Clone, Copy, Debug)]
 pub struct CloseLines {
     /// The lines; their knots are the offsets of the vertices, of the foot and of the nearest

@@ -34,7 +34,8 @@ impl Frame {
     /// `x` is parallel to `z`, zero or not finite, [`Frame::from_normal`] serves; the frame is the
     /// world's where `z` is zero or not finite.
     ///
-    /// **Error**: orthonormal to 1e-12, and to 16 ε but for 1e-3 < angle < 1e-1 between `z` and `x`.
+    /// **Error**: orthonormal to 1e-12, and to 16 ε but for 1e-3 < angle < 1e-1 between `z` and
+    /// `x`.
     #[must_use]
     pub fn from_normal_and_tangent(z: DVec3, x: DVec3) -> Self {
         let z = predicates::normalize(z).unwrap_or(DVec3::Z);

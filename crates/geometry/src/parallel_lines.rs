@@ -66,9 +66,9 @@ impl ParallelLines {
         }
     }
 
-    /// The lines of a polygon of corners (v, u), counter-clockwise, with knots at some offsets. With
-    /// `close` the ends of a line are computed from the nearer corner, and keep the digits of what
-    /// is near the origin.
+    /// The lines of a polygon of corners (v, u), counter-clockwise, with knots at some offsets.
+    /// With `close` the ends of a line are computed from the nearer corner, and keep the digits of
+    /// what is near the origin.
     #[inline(always)]
     pub(crate) fn through_corners(
         frame: &PlaneFrame,
@@ -188,7 +188,8 @@ impl ParallelLines {
         Some(self.segment_between(u, self.extent(u)?))
     }
 
-    /// The segment at offset `u` from beginning to end (coordinates v, of [`ParallelLines::extent`]).
+    /// The segment at offset `u` from beginning to end (coordinates v, of
+    /// [`ParallelLines::extent`]).
     #[inline]
     #[must_use]
     pub fn segment_between(&self, u: f64, (lo, hi): (f64, f64)) -> Segment {

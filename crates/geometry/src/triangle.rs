@@ -33,8 +33,8 @@ impl Triangle {
         predicates::normalize(self.area_vector()).unwrap_or(DVec3::ZERO)
     }
 
-    /// Area in squared scene units; right for edges from 1e-140 to 1e140, whose products `f64` holds
-    /// with all their digits.
+    /// Area in squared scene units; right for edges from 1e-140 to 1e140, whose products `f64`
+    /// holds with all their digits.
     #[must_use]
     pub fn area(&self) -> f64 {
         0.5 * predicates::length(self.area_vector())

@@ -1,9 +1,10 @@
 //! One line for each scene, estimator and sampler: a hash of the bits of its pixels.
 //!
-//! `cargo xtask pixels > before`, change the program, `cargo xtask pixels | diff before -`: a change that claims to
-//! leave all values as they are prints the same lines. The list compares two programs on one machine; it is kept
-//! nowhere, since lobes and angles call the C library's functions, whose last bit differs from one to another.
-//! Words after `pixels` keep the lines that hold all of them, and only those are computed.
+//! `cargo xtask pixels > before`, change the program, `cargo xtask pixels | diff before -`: a
+//! change that claims to leave all values as they are prints the same lines. The list compares two
+//! programs on one machine; it is kept nowhere, since lobes and angles call the C library's
+//! functions, whose last bit differs from one to another. Words after `pixels` keep the lines that
+//! hold all of them, and only those are computed.
 
 #![allow(clippy::print_stdout, reason = "a command-line tool talks to its user")]
 

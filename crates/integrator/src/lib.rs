@@ -1,7 +1,7 @@
 //! Pictures of scenes in direct light: from a pixel to a shading point, and which lights it asks.
 //!
-//! How the light of one light is estimated is `linelit-estimators`'. What a scene or a shading point
-//! does not need is dropped by the [`Plan`] and counted.
+//! How the light of one light is estimated is `linelit-estimators`'. What a scene or a shading
+//! point does not need is dropped by the [`Plan`] and counted.
 //!
 //! ```
 //! use linelit_integrator::{Renderer, Settings, Workspace};
@@ -23,10 +23,11 @@
 //! let renderer = Renderer::new(&scene);
 //! let mut workspace = Workspace::new();
 //! let centre = [scene.film.width / 2, scene.film.height / 2];
-//! let points = Settings { estimator: "point-area".parse()?, samples: 4096, ..Settings::default() };
+//! let samples = 4096;
+//! let points = Settings { estimator: "point-area".parse()?, samples, ..Settings::default() };
 //! let lines = Settings { estimator: "line-analytic".parse()?, samples: 4, ..Settings::default() };
-//! let (points, lines) =
-//!     (renderer.pixel(&points, centre, &mut workspace), renderer.pixel(&lines, centre, &mut workspace));
+//! let points = renderer.pixel(&points, centre, &mut workspace);
+//! let lines = renderer.pixel(&lines, centre, &mut workspace);
 //! assert!(lines.x > 0.05 && (points - lines).length() < 0.01 * lines.length());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -63,11 +63,11 @@ impl EmissionTexture for PlannedTexture {
 
 /// What is left to do once everything that cannot matter is dropped; built once per scene.
 ///
-/// Per scene it drops lights that emit nothing. Per shading point it drops lights that face away
-/// or lie below the horizon, and all lights where the material reflects nothing. What visibility
-/// then finds (empty shafts, lights hidden by one occluder) is skipped by the estimators. All of
-/// it is counted in [`PlanCounters`](linelit_estimators::PlanCounters); every skip leaves the image as it is, bit for bit, or
-/// replaces an estimate by the exact value.
+/// Per scene it drops lights that emit nothing. Per shading point it drops lights that face away or
+/// lie below the horizon, and all lights where the material reflects nothing. What visibility then
+/// finds (empty shafts, lights hidden by one occluder) is skipped by the estimators. All of it is
+/// counted in [`PlanCounters`](linelit_estimators::PlanCounters); every skip leaves the image as it
+/// is, bit for bit, or replaces an estimate by the exact value.
 #[derive(Clone, Debug)]
 pub struct Plan {
     lights: Vec<PlannedLight>,
@@ -168,7 +168,8 @@ fn texture(light: &SceneLight, count: usize) -> Option<PlannedTexture> {
     Some(PlannedTexture(Arc::new(texture)))
 }
 
-/// The lights with spheres that emit outwards in place of their facets; `None` without such spheres.
+/// The lights with spheres that emit outwards in place of their facets; `None` without such
+/// spheres.
 fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
     let outward = |s: &&EmissiveSphere| !s.inward && !s.emission.two_sided;
     let spheres: Vec<_> = scene.spheres.iter().filter(outward).collect();

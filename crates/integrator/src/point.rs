@@ -10,8 +10,8 @@ use std::ops::{Deref, DerefMut};
 /// kernels can confuse.
 pub const SURFACE_OFFSET: f64 = 16.0 * 5.96e-8;
 
-/// A point of the scene that a ray meets: what estimators ask about it (it derefs to that), and what
-/// a picture shows beside the lights' light.
+/// A point of the scene that a ray meets: what estimators ask about it (it derefs to that), and
+/// what a picture shows beside the lights' light.
 #[derive(Clone, Debug)]
 pub struct ShadingPoint {
     /// Position, normals, direction to the viewer, reflection.

@@ -345,8 +345,8 @@ impl<'s> Renderer<'s> {
     /// The direct light of all area lights by `count` stratified lines each, with visibility by
     /// brute force in `f64` ([`brute_force`]).
     ///
-    /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and the
-    /// first camera sample with the sampler `stratified` and the same seed and count.
+    /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and
+    /// the first camera sample with the sampler `stratified` and the same seed and count.
     #[must_use]
     pub fn brute_force(
         &self,

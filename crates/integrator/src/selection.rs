@@ -29,8 +29,8 @@ pub enum LightChoice {
     /// `one:estimate`: αᵢ by the unshadowed light of a random point of each light, with a floor for
     /// every light that can contribute (Shirley & Wang's rule). Its cost grows with the lights.
     Estimate,
-    /// `one:exact`: αᵢ by the unshadowed light of each light in closed form, as on a diffuse surface:
-    /// what the others try to be. Its cost grows with the lights.
+    /// `one:exact`: αᵢ by the unshadowed light of each light in closed form, as on a diffuse
+    /// surface: what the others try to be. Its cost grows with the lights.
     Exact,
     /// `one:centre`: αᵢ by the unshadowed light of each light's centre, without the rule. **Wrong**
     /// where a light's centre is below the horizon and other parts of it are not: it makes the

@@ -63,7 +63,8 @@ pub enum Spheres {
     Facets,
     /// `exact`: the sphere itself, sampled by points whatever the estimator: by area
     /// (`point-area`), by the area that is seen (`point-visible-area`), by directions of the BSDF
-    /// (`point-bsdf`), by solid angle (all others). Spheres that emit inwards or an image keep their facets.
+    /// (`point-bsdf`), by solid angle (all others). Spheres that emit inwards or an image keep
+    /// their facets.
     Exact,
 }
 

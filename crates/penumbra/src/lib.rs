@@ -3,9 +3,10 @@
 //! # How the boundary is found
 //!
 //! Each edge of a triangle and of the light is asked which parts of it the visible region lies
-//! right next to. For an edge with its own triangle on the left, these are the parts whose right-hand side is on
-//! the light and under no other triangle. Both are intervals of the edge. Edges that triangles of
-//! a mesh share drop out by themselves: what is right of one is under the other.
+//! right next to. For an edge with its own triangle on the left, these are the parts whose
+//! right-hand side is on the light and under no other triangle. Both are intervals of the edge.
+//! Edges that triangles of a mesh share drop out by themselves: what is right of one is under the
+//! other.
 //!
 //! # Why degenerate input is no special case
 //!

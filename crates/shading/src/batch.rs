@@ -9,7 +9,8 @@ use crate::{cylinder, point_line, ribbon};
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::Isa;
 
-/// Segments in columns, all of one length (the shortest counts): what vector registers load at once.
+/// Segments in columns, all of one length (the shortest counts): what vector registers load at
+/// once.
 #[derive(Clone, Copy, Debug)]
 pub struct Columns<'a> {
     /// x, y and z of the first ends, relative to the shading point.

@@ -5,8 +5,8 @@ use crate::{phong, phong_polygon};
 use linelit_geometry::finite::nonnegative_vector;
 use linelit_geometry::{DVec3, Frame};
 
-/// One lobe: `f(ω_i, ω_o) = weight · max(0, C_x ω_ix ω_ox + C_y ω_iy ω_oy + C_z ω_iz ω_oz)ᵏ`, in the
-/// local frame of the surface, 1/sr.
+/// One lobe: `f(ω_i, ω_o) = weight · max(0, C_x ω_ix ω_ox + C_y ω_iy ω_oy + C_z ω_iz ω_oz)ᵏ`, in
+/// the local frame of the surface, 1/sr.
 ///
 /// C = (−1, −1, 1) mirrors (Phong), (1, 1, 1) reflects back; the length of C scales the lobe.
 ///

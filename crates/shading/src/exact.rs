@@ -58,8 +58,8 @@ fn extreme_length(v: DVec3) -> f64 {
         .map_or(0.0, |unit| nonnegative((v * unit).length() / unit))
 }
 
-/// v/|v|, also where the squares of its components are beyond the range of numbers; zero for zero and
-/// for what is no number.
+/// v/|v|, also where the squares of its components are beyond the range of numbers; zero for zero
+/// and for what is no number.
 #[inline(always)]
 pub(crate) fn direction(v: DVec3) -> DVec3 {
     let square = v.length_squared();
@@ -140,8 +140,8 @@ pub(crate) fn wide_cross_of(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVe
     (DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1))
 }
 
-/// det(a, b, c) from the differences to the shortest of the three, in twice the working precision: 1 ulp
-/// plus 30 ε² of the product of that one and the differences.
+/// det(a, b, c) from the differences to the shortest of the three, in twice the working precision:
+/// 1 ulp plus 30 ε² of the product of that one and the differences.
 pub(crate) fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let [x, y, z] = [a, b, c].map(|p| p.length_squared());
     let [a, b, c] = if x <= y && x <= z {

@@ -127,8 +127,8 @@ impl<const N: usize> Fan<N> {
         self.values[vector][end] / self.radii[end]
     }
 
-    /// The weights of the ends' cosines for the cosine at the arc angle `v` from the first end: both
-    /// positive; by the middle of the arc and the nearer end, so that no angle near π is met.
+    /// The weights of the ends' cosines for the cosine at the arc angle `v` from the first end:
+    /// both positive; by the middle of the arc and the nearer end, so that no angle near π is met.
     pub(crate) fn weights(&self, v: f64) -> [f64; 2] {
         if v <= 0.0 || self.sine <= 0.0 {
             return [1.0, 0.0];
@@ -153,7 +153,8 @@ impl<const N: usize> Fan<N> {
         w0 * ends[0] + w1 * ends[1]
     }
 
-    /// The derivative of `k·ω` by the arc angle at an end, towards the other end: `k·t` for the unit tangent t.
+    /// The derivative of `k·ω` by the arc angle at an end, towards the other end: `k·t` for the
+    /// unit tangent t.
     pub(crate) fn slope(&self, k: DVec3, end: usize) -> f64 {
         let tangent = predicates::cross(self.normal, self.ends[end] / self.radii[end]);
         dot(k, if end == 0 { tangent } else { -tangent })

@@ -127,8 +127,8 @@ pub(crate) const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// exp(x) for x ≤ 700, 0 below −700; a few flops without a branch, so that loops over it vectorise.
 ///
-/// **Error**: 2 ulp, or 9e-15 with ten terms instead of twelve if `SHORT`. **Method**: x = n ln 2 + r
-/// with ln 2 in two parts, Taylor in r.
+/// **Error**: 2 ulp, or 9e-15 with ten terms instead of twelve if `SHORT`. **Method**: x = n ln 2 +
+/// r with ln 2 in two parts, Taylor in r.
 #[inline(always)]
 pub(crate) fn exp_bounded<const SHORT: bool>(x: f64) -> f64 {
     let clamped = x.max(-700.0);

@@ -16,8 +16,9 @@ pub(crate) const DEPTH: f64 = 40.0;
 /// Exponents from here on are smooth enough for the rule even at the lobe's horizon.
 pub(crate) const SMOOTH: f64 = 6.0;
 
-/// Of cosines with the axis below, only powers of less than 140 leave anything of the range of numbers: times
-/// that, the roundings of values are 1e-13, and those of directions, over the cosine, may be any.
+/// Of cosines with the axis below, only powers of less than 140 leave anything of the range of
+/// numbers: times that, the roundings of values are 1e-13, and those of directions, over the
+/// cosine, may be any.
 const LOW: f64 = 1e-2;
 
 /// Up to that sine an arc is a point: slopes over it, squared, would leave the range of numbers.
@@ -43,8 +44,8 @@ pub(crate) fn integrate<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> f6
     nonnegative((fan.reach() * sum * half) * half)
 }
 
-/// `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ, as a first factor and a second one that
-/// counts twice: the square of the latter may be beyond the range, or its product with others.
+/// `(1/sin δ) ∫ Π (kᵢ·ω) (axis·ω)ᵏ dφ` over the fan's angle δ, as a first factor and a second one
+/// that counts twice: the square of the latter may be beyond the range, or its product with others.
 pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f64; 2] {
     let lobe = N - 1;
     let [z0, z1] = [fan.cosine(lobe, 0), fan.cosine(lobe, 1)];
@@ -104,7 +105,8 @@ pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f
     [sum / fan.sine, half_power(log_peak, k)]
 }
 
-/// Where rounding gives both ends one direction, next to its horizon the lobe may still change, linearly.
+/// Where rounding gives both ends one direction, next to its horizon the lobe may still change,
+/// linearly.
 #[cold]
 fn fall([z0, z1]: [f64; 2], factors: [[f64; 2]; 2], k: f64) -> [f64; 2] {
     let peak = z0.max(z1);
@@ -244,8 +246,8 @@ impl<const COUNT: usize> Panel<COUNT> {
         }
     }
 
-    /// The sum of the short rule, times e^offset; the scalar twin of [`simd::few`]. `narrow` says that q
-    /// is at most [`NARROW`].
+    /// The sum of the short rule, times e^offset; the scalar twin of [`simd::few`]. `narrow` says
+    /// that q is at most [`NARROW`].
     pub(crate) fn few_sum(&self, k: f64, offset: f64, narrow: bool) -> f64 {
         let mut terms = [0.0; FEW];
         for (j, term) in terms.iter_mut().enumerate() {

@@ -2,16 +2,17 @@
 //!
 //! A linear map M takes the cosine lobe cos θ/π to a lobe shaped like a glossy reflection times the
 //! receiver's cosine; integrals over the lobe are Lambert integrals over the light mapped by M⁻¹.
-//! The maps are fitted by `cargo xtask fit-ltc`, over roughness
-//! and inclination, once for the lobe without Fresnel reflectance and once for its grazing part, whose
-//! sum with the weights F0 and 1 − F0 is the reflection.
+//! The maps are fitted by `cargo xtask fit-ltc`, over roughness and inclination, once for the lobe
+//! without Fresnel reflectance and once for its grazing part, whose sum with the weights F0 and 1 −
+//! F0 is the reflection.
 //!
-//! **Error**: that of the fit, not of the arithmetic: see [`FIT_ERROR`]. Another quadrature of the table as
-//! it is used (`cargo xtask fit-ltc --verify`) finds an L1 error of 0.01 to 0.05 where the view is 14° off
-//! the normal, 0.1 to 0.3 at 64°, and 0.13 to 0.58 at 84°: there GGX is cut off by the horizon, in the
-//! middle of its peak, which a transformed cosine cannot be.
+//! **Error**: that of the fit, not of the arithmetic: see [`FIT_ERROR`]. Another quadrature of the
+//! table as it is used (`cargo xtask fit-ltc --verify`) finds an L1 error of 0.01 to 0.05 where the
+//! view is 14° off the normal, 0.1 to 0.3 at 64°, and 0.13 to 0.58 at 84°: there GGX is cut off by
+//! the horizon, in the middle of its peak, which a transformed cosine cannot be.
 //!
-//! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq. 5.
+//! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq.
+//! 5.
 
 use crate::ltc_table::{SIZE, TABLE};
 use crate::{cylinder, horizon, polygon};
@@ -50,8 +51,8 @@ impl Ltc {
     }
 
     /// The density of the lobe in a unit direction of the local frame, per solid angle; it
-    /// integrates to one over the sphere. Times the albedo it stands for f cos. Zero for a map without
-    /// an inverse.
+    /// integrates to one over the sphere. Times the albedo it stands for f cos. Zero for a map
+    /// without an inverse.
     #[must_use]
     pub fn density(&self, w: DVec3) -> f64 {
         let c = self.to_cosine * w;
@@ -76,8 +77,8 @@ impl Ltc {
 
     /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length.
     ///
-    /// **Formula**: albedo/π times [`cylinder::irradiance`] of the line mapped by M⁻¹, divided by the
-    /// change of its radius, |Mᵀ(s × l0)|/|s × l0| (s the line's direction, l0 a point of it).
+    /// **Formula**: albedo/π times [`cylinder::irradiance`] of the line mapped by M⁻¹, divided by
+    /// the change of its radius, |Mᵀ(s × l0)|/|s × l0| (s the line's direction, l0 a point of it).
     #[must_use]
     pub fn line(&self, frame: &Frame, p0: DVec3, p1: DVec3) -> f64 {
         let Some(clipped) = horizon::clip_segment(p0, p1, frame.z) else {
@@ -103,9 +104,9 @@ pub struct GgxLobes {
 }
 
 impl GgxLobes {
-    /// The fitted lobes: `roughness` from 0 to 1 (α = roughness²; below [`MIN_ROUGHNESS`] treated like
-    /// it), the cosine of the view direction, and the reflectance `f0` at normal incidence of one
-    /// channel.
+    /// The fitted lobes: `roughness` from 0 to 1 (α = roughness²; below [`MIN_ROUGHNESS`] treated
+    /// like it), the cosine of the view direction, and the reflectance `f0` at normal incidence of
+    /// one channel.
     ///
     /// The local frame has z along the normal and x towards the viewer
     /// ([`Frame::from_normal_and_tangent`] of the normal and ω_o).
@@ -166,8 +167,8 @@ impl GgxLobes {
     }
 }
 
-/// A row of the table: albedo without Fresnel, albedo of its grazing part, and four matrix entries of
-/// each (columns first: m00, m20, m11, m02, with m22 = 1), interpolated.
+/// A row of the table: albedo without Fresnel, albedo of its grazing part, and four matrix entries
+/// of each (columns first: m00, m20, m11, m02, with m22 = 1), interpolated.
 fn lookup(roughness: f64, cosine: f64) -> [f64; 10] {
     let cells = f64::from(u16::try_from(SIZE - 1).unwrap_or(1));
     let place = |x: f64| {

@@ -2,13 +2,13 @@
 //!
 //! A segment is *ordinary* when both ends are clearly above the horizon (by 7°), it subtends less
 //! than 104°, and its distances are far from the limits of `f64`. Then plain dot products are
-//! accurate, and all that is left is two or three roots, two divisions and some seventy products and
-//! sums, without a branch. Each function says at its end whether its result may be trusted; if not,
-//! the model's careful form is evaluated instead.
+//! accurate, and all that is left is two or three roots, two divisions and some seventy products
+//! and sums, without a branch. Each function says at its end whether its result may be trusted; if
+//! not, the model's careful form is evaluated instead.
 //!
-//! These are the scalar twins of the vector kernels in [`simd`](crate::simd): the same operations in
-//! the same order, so the same bits. They take bare coordinates: a vector passed on by reference to
-//! the careful form would be kept in memory, and reading it back in pairs stalls the processor.
+//! These are the scalar twins of the vector kernels in [`simd`](crate::simd): the same operations
+//! in the same order, so the same bits. They take bare coordinates: a vector passed on by reference
+//! to the careful form would be kept in memory, and reading it back in pairs stalls the processor.
 
 use crate::simd::side_by_side;
 
@@ -28,12 +28,12 @@ pub(crate) const FAR: f64 = 1e80;
 /// Least l².
 pub(crate) const SHORT: f64 = 1e-250;
 
-/// Numerator and denominator of G(c) = (δ − sin δ cos δ)/sin³ δ as polynomials of s = 1 + cos δ, from
-/// s = 3/4 to 2.
+/// Numerator and denominator of G(c) = (δ − sin δ cos δ)/sin³ δ as polynomials of s = 1 + cos δ,
+/// from s = 3/4 to 2.
 ///
-/// Interpolated at 14 points with 60 digits: 2e-17 relative, with the coefficients rounded. All terms
-/// but the denominator's first, which is a hundredth of the second, are of one sign, so that nothing
-/// cancels: 2.4 ε as evaluated here.
+/// Interpolated at 14 points with 60 digits: 2e-17 relative, with the coefficients rounded. All
+/// terms but the denominator's first, which is a hundredth of the second, are of one sign, so that
+/// nothing cancels: 2.4 ε as evaluated here.
 pub(crate) const LUNE: [[f64; 2]; 8] = [
     [968.3402807960268, -1.0],
     [13360.324669601221, 101.61085194704766],
@@ -137,8 +137,8 @@ pub(crate) fn ribbon(p0: Point, p1: Point, n: Point) -> (f64, bool) {
     seen.weighted(0.5 * seen.square.sqrt())
 }
 
-/// [`cylinder::irradiance`](crate::cylinder::irradiance) and whether it may be trusted: not where the
-/// first end and the segment are within 7° of parallel.
+/// [`cylinder::irradiance`](crate::cylinder::irradiance) and whether it may be trusted: not where
+/// the first end and the segment are within 7° of parallel.
 #[inline(always)]
 pub(crate) fn cylinder(p0: Point, p1: Point, n: Point) -> (f64, bool) {
     let seen = see(p0, p1, n);

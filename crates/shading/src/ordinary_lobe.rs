@@ -2,10 +2,10 @@
 //!
 //! The careful form ([`lobe`](crate::lobe)) finds the fan, its angle and the lobe's centre by arc
 //! tangents, sines and exact products. Where both ends are clearly above the horizon and above the
-//! lobe's own (see [`ordinary`](crate::ordinary)), the exponent is moderate and the lobe is smooth at
-//! its end, the tangents of half of all angles are rational in the dot products and a few roots, and
-//! nothing cancels that the exponent would magnify. All factors are within a factor of eight of their
-//! greatest, so that a shorter rule on a narrower window is enough.
+//! lobe's own (see [`ordinary`](crate::ordinary)), the exponent is moderate and the lobe is smooth
+//! at its end, the tangents of half of all angles are rational in the dot products and a few roots,
+//! and nothing cancels that the exponent would magnify. All factors are within a factor of eight of
+//! their greatest, so that a shorter rule on a narrower window is enough.
 
 use crate::lobe::{Panel, SMOOTH};
 use crate::ordinary::{CLEAR, FAR, LEAST_COSINE, LONG_NORMAL, NEAR, Point, SHORT, dot, max, min};
@@ -38,8 +38,8 @@ pub(crate) struct Seen {
     squares: [f64; 2],
     dot: f64,
     /// The lobe's rise from each end towards the other, times |p0 × p1| and that end's distance:
-    /// `axis·(X × p0)` and `axis·(p1 × X)` with X = p0 × p1. Formed from X, for the differences of dot
-    /// products that they are cancel on short segments.
+    /// `axis·(X × p0)` and `axis·(p1 × X)` with X = p0 × p1. Formed from X, for the differences of
+    /// dot products that they are cancel on short segments.
     rise: [f64; 2],
     /// l² and |p0 × p1|².
     square: f64,
@@ -100,9 +100,11 @@ impl Seen {
         (self.square / self.area).sqrt()
     }
 
-    /// `∫ (n·ω) (1/|p|) (axis·ω)ᵏ dφ` over the angle along the segment; without 1/|p| unless `EMITTER`.
+    /// `∫ (n·ω) (1/|p|) (axis·ω)ᵏ dφ` over the angle along the segment; without 1/|p| unless
+    /// `EMITTER`.
     ///
-    /// Inlined, and without arrays: what is stored by halves and read in pairs stalls the processor.
+    /// Inlined, and without arrays: what is stored by halves and read in pairs stalls the
+    /// processor.
     #[inline(always)]
     pub(crate) fn integrate<const EMITTER: bool>(&self, k: f64) -> f64 {
         let ([z0, z1], [a, b], d) = (self.lobe, self.squares, self.dot);
@@ -175,15 +177,16 @@ struct Lobe {
 }
 
 impl Lobe {
-    /// A piece of the arc from the lobe's highest point on it, with the tangent of half its angle; cut
-    /// where the lobe has fallen below e⁻²⁷. The slope τ is a quotient.
+    /// A piece of the arc from the lobe's highest point on it, with the tangent of half its angle;
+    /// cut where the lobe has fallen below e⁻²⁷. The slope τ is a quotient.
     ///
-    /// The lobe is ((1 − q)/(1 + q))ᵏ of its peak with q = t (t + τ)/(1 − τ t), t the tangent of half
-    /// the angle: at least 2 k q deep. For a q, t = 2q/(λ + √(λ² + 4q)) with λ = τ (1 + q); the greatest
-    /// of λ, 2√q and (λ + 2√q)/√2 is the root but for 8 % and makes the window at most as much wider.
+    /// The lobe is ((1 − q)/(1 + q))ᵏ of its peak with q = t (t + τ)/(1 − τ t), t the tangent of
+    /// half the angle: at least 2 k q deep. For a q, t = 2q/(λ + √(λ² + 4q)) with λ = τ (1 + q);
+    /// the greatest of λ, 2√q and (λ + 2√q)/√2 is the root but for 8 % and makes the window at most
+    /// as much wider.
     ///
-    /// Where the piece is cut, the factors follow from its ends with the sines of the two parts, by the
-    /// tangents of their halves: t and (r − t)/(1 + r t).
+    /// Where the piece is cut, the factors follow from its ends with the sines of the two parts, by
+    /// the tangents of their halves: t and (r − t)/(1 + r t).
     #[inline(always)]
     fn piece<const EMITTER: bool>(
         &self,

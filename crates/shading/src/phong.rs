@@ -2,13 +2,13 @@
 //!
 //! Conventions. The modified Phong BRDF is f = k_s (k + 2)/(2π) max(0, R·ω)ᵏ with R the mirror
 //! direction of the viewer: its albedo is k_s at normal incidence and less elsewhere (the part of
-//! the lobe below the horizon is lost). A factor (k + 1)/(2π) would normalise the lobe *without* the
-//! receiver's cosine; we never use that one. A generalised cosine lobe (Lafortune et al. 1997)
+//! the lobe below the horizon is lost). A factor (k + 1)/(2π) would normalise the lobe *without*
+//! the receiver's cosine; we never use that one. A generalised cosine lobe (Lafortune et al. 1997)
 //! f = c max(0, ω·(C ω_o))ᵏ is the same integral with the axis C ω_o, whose length is free.
 //!
 //! Symbols: n shading normal, R lobe axis, k its exponent, any real number ≥ 0; the rest as in
-//! [`ribbon`](crate::ribbon). max(0, x)⁰ is one for x > 0 and zero elsewhere, the limit for k → 0: a
-//! lobe without exponent ends where all others do.
+//! [`ribbon`](crate::ribbon). max(0, x)⁰ is one for x > 0 and zero elsewhere, the limit for k → 0:
+//! a lobe without exponent ends where all others do.
 //!
 //! **Method** of all integrals here: over the angle along the line, with t = tan(x/2) as variable
 //! counted from the direction in which the lobe is highest, two panels of 24 Gauss–Legendre nodes,

@@ -14,8 +14,8 @@ const CHUNK: usize = ConvexPolygon::CAPACITY;
 const CAPACITY: usize = CHUNK + 2;
 /// A sum of less than this share of its terms' magnitudes has lost too many digits.
 const CANCELLED: f64 = 2e-3;
-/// Cosine of an edge's angle (179.7°) from where on cut ends do not know in which plane it is: over the
-/// light, from within its plane to rounding, they cannot even tell the way round.
+/// Cosine of an edge's angle (179.7°) from where on cut ends do not know in which plane it is: over
+/// the light, from within its plane to rounding, they cannot even tell the way round.
 const NEARLY_STRAIGHT: f64 = -0.99999;
 /// No cosine is below: ends as they were given do know.
 const ANY: f64 = -2.0;
@@ -40,9 +40,9 @@ const ANY: f64 = -2.0;
 /// ωᵢ = wᵢ − 1/R² = p/(rᵢ rᵢ₊₁) − (R (dᵢ + dᵢ₊₁) + dᵢ dᵢ₊₁)/(R² rᵢ rᵢ₊₁)
 /// ```
 ///
-/// Where what is left still cancels (slivers, grazing incidence, light seen edge-on), which the terms'
-/// magnitudes tell, the integral over triangles of [`phong_polygon`](crate::phong_polygon) takes over, whose
-/// terms are positive.
+/// Where what is left still cancels (slivers, grazing incidence, light seen edge-on), which the
+/// terms' magnitudes tell, the integral over triangles of [`phong_polygon`](crate::phong_polygon)
+/// takes over, whose terms are positive.
 ///
 /// **Domain**: finite vertices; fewer than three give 0.
 ///
@@ -207,7 +207,8 @@ fn extreme_edge(a: DVec3, b: DVec3, n: DVec3) -> f64 {
     (term(a, b, n * unit, ANY)[0] / unit).clamp(-f64::MAX, f64::MAX)
 }
 
-/// [`edge`], and what its rounding is relative to: infinite for a cosine of its angle below `straight`.
+/// [`edge`], and what its rounding is relative to: infinite for a cosine of its angle below
+/// `straight`.
 #[inline]
 fn term(a: DVec3, b: DVec3, n: DVec3, straight: f64) -> [f64; 2] {
     let product = a.length() * b.length();

@@ -32,8 +32,8 @@ const STACK: usize = 48;
 ///
 /// **Error**: `tolerance` relative to the largest component of the integral of |f|, for integrands
 /// that the rule resolves somewhere (a peak that no node sees stays unseen); at most `budget`
-/// evaluations, after which the estimate is returned as it is, with its error. Nothing for ends that
-/// are not finite.
+/// evaluations, after which the estimate is returned as it is, with its error. Nothing for ends
+/// that are not finite.
 ///
 /// ```
 /// use linelit_geometry::DVec3;
@@ -129,8 +129,8 @@ pub enum Model {
     PointLine,
 }
 
-/// `∫ f(ω) max(0, n·p)/|p|^q dt` along a segment (q = 4 for a ribbon; times 2h for a cylinder; q = 3
-/// for a line of points): the light that any reflection function f(ω) (1/sr, by channel, for unit
+/// `∫ f(ω) max(0, n·p)/|p|^q dt` along a segment (q = 4 for a ribbon; times 2h for a cylinder; q =
+/// 3 for a line of points): the light that any reflection function f(ω) (1/sr, by channel, for unit
 /// directions ω towards the light) makes of it.
 ///
 /// **Method**: [`adaptive`] over the angle along the line, in which f alone decides how smooth the

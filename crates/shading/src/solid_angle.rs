@@ -31,8 +31,8 @@ pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     nonnegative(scaled([a * unit, b * unit, c * unit]).abs())
 }
 
-/// [`signed`] of corners near one in magnitude, some of which may be as near to the shading point as
-/// numbers go: their distance does not matter, and products of three would be below the range.
+/// [`signed`] of corners near one in magnitude, some of which may be as near to the shading point
+/// as numbers go: their distance does not matter, and products of three would be below the range.
 fn scaled(corners: [DVec3; 3]) -> f64 {
     let sizes = corners.map(|p| p.abs().max_element());
     let [a, b, c] = if sizes.iter().all(|s| *s > 1e-90) {
@@ -99,8 +99,8 @@ pub fn sphere(centre: DVec3, radius: f64) -> f64 {
     2.0 * PI * sphere_versine(length(centre), radius)
 }
 
-/// The solid angle of a cap of directions within the half angle θ, from its versine 1 − cos θ, which is
-/// brought into [0, 2] (NaN to 0).
+/// The solid angle of a cap of directions within the half angle θ, from its versine 1 − cos θ,
+/// which is brought into [0, 2] (NaN to 0).
 #[must_use]
 #[allow(
     clippy::manual_clamp,
@@ -120,9 +120,9 @@ pub fn cap(versine: f64) -> f64 {
 /// s² (acos y · cos β + u) + (atan u − u)
 /// ```
 ///
-/// with atan u − u by its series where u is small; printed as s² [acos y cos β − x sin β √(1 − y²)] +
-/// atan u, whose last terms cancel far away. c² comes from |centre|² − radius² in twice the working
-/// precision: near the sphere the rounded distance would decide.
+/// with atan u − u by its series where u is small; printed as s² [acos y cos β − x sin β √(1 − y²)]
+/// + atan u, whose last terms cancel far away. c² comes from |centre|² − radius² in twice the
+/// working precision: near the sphere the rounded distance would decide.
 ///
 /// **Error**: 1e-13 of π s² (not relative where only a sliver is above the horizon).
 ///
@@ -210,14 +210,15 @@ fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     2.0 * det.atan2(below)
 }
 
-/// Whether the shading point is on the line of all three: nothing is seen, though it be between them.
+/// Whether the shading point is on the line of all three: nothing is seen, though it be between
+/// them.
 #[cold]
 fn on_one_line(a: DVec3, b: DVec3, c: DVec3) -> bool {
     predicates::cross(a, b) == DVec3::ZERO && predicates::cross(a, c) == DVec3::ZERO
 }
 
-/// The solid angle where a is nearly opposite both b and c: with the small triangle of them and −a it fills
-/// the space between the planes through a, which is twice their angle.
+/// The solid angle where a is nearly opposite both b and c: with the small triangle of them and −a
+/// it fills the space between the planes through a, which is twice their angle.
 fn lune(a: DVec3, b: DVec3, c: DVec3, det: f64) -> f64 {
     let (left, right) = (predicates::cross(a, b), predicates::cross(a, c));
     let angle = (a.length() * det).atan2(dot(left, right));
@@ -239,7 +240,8 @@ pub(crate) fn volume(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (u, v) = (b - a, c - a);
     let normal = predicates::cross(u, v);
     let value = predicates::dot(normal, a);
-    // Rounded differences move the vertices by ε: harmless unless the triangle is edge-on or a sliver.
+    // Rounded differences move the vertices by ε: harmless unless the triangle is edge-on or a
+    // sliver.
     let (across, sides) = (
         normal.length_squared(),
         u.length_squared() * v.length_squared(),

@@ -1,9 +1,10 @@
 //! How many random cases a property is tried on, and the seed of random loops.
 //!
-//! A property says what it costs: `cases(64)` is for one that runs a renderer, `cases(4000)` for one of a few
-//! multiplications. That number is for a usual run, for which proptest by itself takes [`USUAL`]; `PROPTEST_CASES` then
-//! scales all of them by the same factor, so that a long run is long for every property. `cargo xtask test --long` sets it
-//! to 4,096, sixteen times the usual, with a new `PROPTEST_RNG_SEED`.
+//! A property says what it costs: `cases(64)` is for one that runs a renderer, `cases(4000)` for
+//! one of a few multiplications. That number is for a usual run, for which proptest by itself takes
+//! [`USUAL`]; `PROPTEST_CASES` then scales all of them by the same factor, so that a long run is
+//! long for every property. `cargo xtask test --long` sets it to 4,096, sixteen times the usual,
+//! with a new `PROPTEST_RNG_SEED`.
 //!
 //! ```
 //! use linelit_testkit::cases::{cases, rng};
@@ -22,7 +23,8 @@ use proptest::test_runner::{Config, RngSeed};
 /// The cases that proptest takes without being told; as `PROPTEST_CASES`, it changes nothing.
 pub const USUAL: u32 = 256;
 
-/// The number of cases of a property that usually takes `usual`: `usual` × `PROPTEST_CASES` / [`USUAL`], at least one.
+/// The number of cases of a property that usually takes `usual`: `usual` × `PROPTEST_CASES` /
+/// [`USUAL`], at least one.
 #[must_use]
 pub fn cases(usual: u32) -> u32 {
     // Proptest reads the variables; nobody else has to.
@@ -34,10 +36,11 @@ fn scaled(usual: u32, cases: u32) -> u32 {
     u32::try_from(product).unwrap_or(u32::MAX).max(1)
 }
 
-/// The seed of a test's own loop over random cases: `usual` itself in a usual run, the same every time; in a longer one, with
-/// more than [`USUAL`] cases and `PROPTEST_RNG_SEED`, one made of both.
+/// The seed of a test's own loop over random cases: `usual` itself in a usual run, the same every
+/// time; in a longer one, with more than [`USUAL`] cases and `PROPTEST_RNG_SEED`, one made of both.
 ///
-/// For what must hold in every case. A statistical test keeps its seed: it errs once in 1/α seeds, and would do so.
+/// For what must hold in every case. A statistical test keeps its seed: it errs once in 1/α seeds,
+/// and would do so.
 #[must_use]
 pub fn seed(usual: u64) -> u64 {
     let config = Config::default();

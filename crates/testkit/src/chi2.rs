@@ -1,4 +1,5 @@
-//! Pearson's χ² test of a histogram, with pooling of thin bins, and Šidák's correction for many tests.
+//! Pearson's χ² test of a histogram, with pooling of thin bins, and Šidák's correction for many
+//! tests.
 
 /// What a χ² test found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,9 +14,10 @@ pub struct ChiSquare {
 
 /// χ² test of `observed` counts against `expected` counts, bin by bin.
 ///
-/// Bins whose expectation is below `min_expected` (5 by custom) are pooled, thinnest first, until each pool reaches
-/// it; a last thin pool joins the thinnest full bin. An observation in a bin with expectation exactly zero (or less,
-/// or NaN) refutes the model outright: p = 0. With fewer than two pools nothing can be tested: p = 1, dof = 0.
+/// Bins whose expectation is below `min_expected` (5 by custom) are pooled, thinnest first, until
+/// each pool reaches it; a last thin pool joins the thinnest full bin. An observation in a bin with
+/// expectation exactly zero (or less, or NaN) refutes the model outright: p = 0. With fewer than
+/// two pools nothing can be tested: p = 1, dof = 0.
 ///
 /// The sums of both slices need not agree; the test then also sees the difference in total mass.
 ///
@@ -66,7 +68,8 @@ fn pooled(observed: &[u64], expected: &[f64], min_expected: f64) -> Vec<(f64, f6
             (o, e) = (0.0, 0.0);
         }
     }
-    // Only reached with a remainder when even all bins together are thin, as bins come in ascending order.
+    // Only reached with a remainder when even all bins together are thin, as bins come in ascending
+    // order.
     if e > 0.0 {
         pools.push((o, e));
     }
@@ -86,7 +89,8 @@ pub fn survival(statistic: f64, dof: usize) -> f64 {
     upper_gamma(0.5 * dof as f64, 0.5 * statistic)
 }
 
-/// Q(a, x): series for x < a + 1, Lentz's continued fraction beyond (Abramowitz & Stegun 6.5.29, 6.5.31).
+/// Q(a, x): series for x < a + 1, Lentz's continued fraction beyond (Abramowitz & Stegun 6.5.29,
+/// 6.5.31).
 ///
 /// Iterations grow with √a only near x ≈ a; the bound of 100 000 is never reached for a < 10⁸.
 fn upper_gamma(a: f64, x: f64) -> f64 {
@@ -129,7 +133,8 @@ fn nonzero(x: f64) -> f64 {
     }
 }
 
-/// The level each of `n` independent tests must use so that all together err with probability `alpha` (Šidák).
+/// The level each of `n` independent tests must use so that all together err with probability
+/// `alpha` (Šidák).
 ///
 /// 1 − (1 − α)^(1/n), without cancellation. One test, or none, keeps `alpha`.
 ///

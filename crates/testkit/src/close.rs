@@ -1,6 +1,7 @@
 //! Comparing numbers, and saying by how much they differ.
 
-/// How many representable numbers lie between `a` and `b`: 0 when equal (and for ±0), 1 for neighbours.
+/// How many representable numbers lie between `a` and `b`: 0 when equal (and for ±0), 1 for
+/// neighbours.
 ///
 /// `u64::MAX` when either is NaN.
 ///
@@ -62,19 +63,20 @@ pub fn describe(got: f64, want: f64, tolerance: f64, scale: f64) -> String {
     )
 }
 
-/// Asserts that two `f64` agree, and on failure prints both, their distance in ulps, and the scaled error.
+/// Asserts that two `f64` agree, and on failure prints both, their distance in ulps, and the scaled
+/// error.
 ///
 /// - `assert_close!(got, want, tol, "why")`: |got − want| ≤ tol, an absolute tolerance;
 /// - `assert_close!(got, want, rel = r, "why")`: |got − want| ≤ r·|want|;
-/// - `assert_close!(got, want, rel = r, scale = s, "why")`: |got − want| ≤ r·max(|want|, s), `s` being the magnitude
-///   of what was added up (so that `r` is `k · ε` with a derived `k`).
+/// - `assert_close!(got, want, rel = r, scale = s, "why")`: |got − want| ≤ r·max(|want|, s), `s`
+///   being the magnitude of what was added up (so that `r` is `k · ε` with a derived `k`).
 ///
-/// The reason is a format string with arguments and says where the tolerance comes from. Equal infinities pass; NaN
-/// passes only against NaN.
+/// The reason is a format string with arguments and says where the tolerance comes from. Equal
+/// infinities pass; NaN passes only against NaN.
 ///
 /// ```
 /// use linelit_testkit::assert_close;
-/// assert_close!(0.1 + 0.2, 0.3, rel = 2.0 * f64::EPSILON, "one rounding each of the inputs and the sum");
+/// assert_close!(0.1 + 0.2, 0.3, rel = 2.0 * f64::EPSILON, "roundings of the inputs and the sum");
 /// ```
 #[macro_export]
 macro_rules! assert_close {

@@ -1,13 +1,14 @@
 //! Double-double arithmetic: about 31 digits, fast enough to check a million cases.
 //!
-//! A [`Dd`] is an unevaluated sum hi + lo with |lo| ≤ ulp(hi)/2. Relative errors (measured against 77-digit evaluation
-//! in the tests): + − × ÷ √ below 2⁻¹⁰⁰; sin, cos, atan2, asin, exp, ln below 2⁻⁹⁵ of the result for arguments of
-//! moderate size, absolute near the zeros of sin and cos other than 0.
+//! A [`Dd`] is an unevaluated sum hi + lo with |lo| ≤ ulp(hi)/2. Relative errors (measured against
+//! 77-digit evaluation in the tests): + − × ÷ √ below 2⁻¹⁰⁰; sin, cos, atan2, asin, exp, ln below
+//! 2⁻⁹⁵ of the result for arguments of moderate size, absolute near the zeros of sin and cos other
+//! than 0.
 //!
-//! Domain: components between about 1e-140 and 1e140 (products of the low parts must not underflow, Dekker's split must
-//! not overflow). Source: Dekker (1971); Hida, Li, Bailey, "Library for Double-Double and Quad-Double Arithmetic"
-//! (2007); Joldes, Muller, Popescu, "Tight and rigorous error bounds for basic building blocks of double-word
-//! arithmetic" (2017).
+//! Domain: components between about 1e-140 and 1e140 (products of the low parts must not underflow,
+//! Dekker's split must not overflow). Source: Dekker (1971); Hida, Li, Bailey, "Library for
+//! Double-Double and Quad-Double Arithmetic" (2007); Joldes, Muller, Popescu, "Tight and rigorous
+//! error bounds for basic building blocks of double-word arithmetic" (2017).
 
 use crate::real::Real;
 use std::cmp::Ordering;
@@ -74,7 +75,8 @@ impl Dd {
         }
     }
 
-    /// a · b exactly (barring over- and underflow; by Dekker's split, so that no fused operation is needed).
+    /// a · b exactly (barring over- and underflow; by Dekker's split, so that no fused operation is
+    /// needed).
     pub fn product(a: f64, b: f64) -> Self {
         let (a1, a0) = split(a);
         let (b1, b0) = split(b);
@@ -181,7 +183,8 @@ impl Dd {
 
     /// The angle of the point (x, y) = (`x`, `self`) in (−π, π]; atan2(0, 0) = 0.
     ///
-    /// One correction of the `f64` angle θ by the sine of the rest, (y cos θ − x sin θ)/r: cubic convergence.
+    /// One correction of the `f64` angle θ by the sine of the rest, (y cos θ − x sin θ)/r: cubic
+    /// convergence.
     pub fn atan2(self, x: Self) -> Self {
         if self.hi == 0.0 {
             return if x.hi < 0.0 { Self::PI } else { Self::ZERO };
@@ -209,7 +212,8 @@ impl Dd {
         ((Self::ONE - self) * (Self::ONE + self)).sqrt().atan2(self)
     }
 
-    /// eˣ: reduction by ln 2 and 2⁻⁸, Taylor series of eˣ − 1, eight doublings. Zero below −745, infinite above 710.
+    /// eˣ: reduction by ln 2 and 2⁻⁸, Taylor series of eˣ − 1, eight doublings. Zero below −745,
+    /// infinite above 710.
     pub fn exp(self) -> Self {
         if self.hi > 709.7 || self.hi < -745.0 {
             return Self {
@@ -235,7 +239,8 @@ impl Dd {
             .scaled((binary - half).exp2())
     }
 
-    /// ln x for x > 0: the area-tangent series near 1, elsewhere one Halley step from the `f64` logarithm.
+    /// ln x for x > 0: the area-tangent series near 1, elsewhere one Halley step from the `f64`
+    /// logarithm.
     pub fn ln(self) -> Self {
         if self.hi <= 0.0 {
             return Self {
@@ -287,7 +292,8 @@ impl Neg for Dd {
 
 impl Add for Dd {
     type Output = Self;
-    /// Joldes et al., algorithm 6 (AccurateDWPlusDW): relative error ≤ 3·2⁻¹⁰⁶, also under cancellation.
+    /// Joldes et al., algorithm 6 (AccurateDWPlusDW): relative error ≤ 3·2⁻¹⁰⁶, also under
+    /// cancellation.
     fn add(self, other: Self) -> Self {
         let high = Self::sum(self.hi, other.hi);
         let low = Self::sum(self.lo, other.lo);

@@ -79,7 +79,8 @@ impl Json {
         }
     }
 
-    /// A number, or a string that reads as one (rounded to `f64`; magnitudes below its range become 0).
+    /// A number, or a string that reads as one (rounded to `f64`; magnitudes below its range become
+    /// 0).
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(x) => Some(*x),

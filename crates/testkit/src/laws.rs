@@ -2,11 +2,11 @@
 //! one, and sample → invert → sample returns to the same place.
 //!
 //! A sampler is three closures over an interval or a rectangle: `sample` maps uniform numbers in
-//! [0, 1) into the domain, `pdf` is the density with respect to the domain's own measure (zero where
-//! nothing is sampled), `invert` maps a point back to uniform numbers. They know no type of any
-//! other crate, so that they serve anybody's techniques: offsets of lines, places along a light, and
-//! points of surfaces through any chart whose measure is that of the pdf (plane coordinates for
-//! area densities; azimuth and z for solid angle, dω = dφ dz).
+//! [0, 1) into the domain, `pdf` is the density with respect to the domain's own measure (zero
+//! where nothing is sampled), `invert` maps a point back to uniform numbers. They know no type of
+//! any other crate, so that they serve anybody's techniques: offsets of lines, places along a
+//! light, and points of surfaces through any chart whose measure is that of the pdf (plane
+//! coordinates for area densities; azimuth and z for solid angle, dω = dφ dz).
 
 use crate::chi2::{ChiSquare, chi2_test};
 use crate::quadrature::{cubature, gauss_kronrod};
@@ -43,8 +43,8 @@ pub struct Report {
     pub integral: f64,
     /// The error estimate of that integral.
     pub integral_error: f64,
-    /// The largest error of a round trip: in 1-D of the uniform number, in 2-D of the place in units
-    /// of the domain's extent.
+    /// The largest error of a round trip: in 1-D of the uniform number, in 2-D of the place in
+    /// units of the domain's extent.
     pub round_trip: f64,
 }
 
@@ -67,10 +67,12 @@ impl std::error::Error for Broken {}
 const WORST_INTEGRAL_ERROR: f64 = 5e-3;
 
 impl Laws {
-    /// Checks with 100 000 samples, 64 bins (16 × 16 in 2-D), α = 10⁻⁴, seed 1, round trips to 2⁻⁴⁰ of the domain.
+    /// Checks with 100 000 samples, 64 bins (16 × 16 in 2-D), α = 10⁻⁴, seed 1, round trips to 2⁻⁴⁰
+    /// of the domain.
     ///
-    /// The level is low because each run uses a fixed seed: a correct sampler fails with probability α once, when the
-    /// test is written, and never after. Pass [`crate::chi2::sidak`]`(α, n)` when one test checks n configurations.
+    /// The level is low because each run uses a fixed seed: a correct sampler fails with
+    /// probability α once, when the test is written, and never after. Pass
+    /// [`crate::chi2::sidak`]`(α, n)` when one test checks n configurations.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -93,7 +95,8 @@ impl Laws {
         self
     }
 
-    /// How many bins in 1-D; in 2-D the next square number of cells, ⌈√(4·bins)⌉² (a 1-D default of 64 gives 16²).
+    /// How many bins in 1-D; in 2-D the next square number of cells, ⌈√(4·bins)⌉² (a 1-D default of
+    /// 64 gives 16²).
     #[must_use]
     pub fn bins(mut self, bins: usize) -> Self {
         self.bins = bins;
@@ -264,9 +267,10 @@ impl Laws {
 
     /// As [`Laws::check_2d`], returning what is broken.
     ///
-    /// The laws: every sample lies in the domain and has a positive, finite pdf; the histogram passes a χ² test against
-    /// the pdf integrated over each cell (adaptively: jumps along curves are fine); these integrals sum to one within
-    /// their own estimated error; `invert` finds numbers in [0, 1] from which `sample` returns to the same point.
+    /// The laws: every sample lies in the domain and has a positive, finite pdf; the histogram
+    /// passes a χ² test against the pdf integrated over each cell (adaptively: jumps along curves
+    /// are fine); these integrals sum to one within their own estimated error; `invert` finds
+    /// numbers in [0, 1] from which `sample` returns to the same point.
     ///
     /// # Errors
     /// The first broken law.
@@ -432,7 +436,8 @@ impl Laws {
     }
 }
 
-/// The cell that holds `x`; points on the upper border belong to the last cell; None outside or for NaN.
+/// The cell that holds `x`; points on the upper border belong to the last cell; None outside or for
+/// NaN.
 fn cell_of(x: [f64; 2], domain: [[f64; 2]; 2], cells: [usize; 2]) -> Option<usize> {
     let mut index = 0;
     for k in 0..2 {

@@ -1,7 +1,9 @@
-//! Real numbers of 77 digits (256 bits), for the few cases that must be beyond doubt, and of any other number.
+//! Real numbers of 77 digits (256 bits), for the few cases that must be beyond doubt, and of any
+//! other number.
 //!
-//! A thin wrapper of `dashu-float`: correctly rounded arithmetic at a number of bits, exact conversion from `f64`, decimal
-//! text in and out. About 10⁴ times slower than `f64`; [`crate::dd`] is the fast sibling.
+//! A thin wrapper of `dashu-float`: correctly rounded arithmetic at a number of bits, exact
+//! conversion from `f64`, decimal text in and out. About 10⁴ times slower than `f64`; [`crate::dd`]
+//! is the fast sibling.
 
 use crate::real::Real;
 use dashu_float::round::mode::HalfEven;

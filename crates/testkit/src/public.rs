@@ -1,5 +1,5 @@
-//! The public functions and types of a crate, read from its sources: a test that claims to call every one of them is held
-//! to it.
+//! The public functions and types of a crate, read from its sources: a test that claims to call
+//! every one of them is held to it.
 #![allow(
     clippy::disallowed_methods,
     reason = "reads the sources that a test is held to"
@@ -7,8 +7,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// Names of the public functions and types in the `.rs` files under a folder, each with its file: what follows `pub fn`,
-/// `pub const fn`, `pub struct` or `pub enum` at the beginning of a line.
+/// Names of the public functions and types in the `.rs` files under a folder, each with its file:
+/// what follows `pub fn`, `pub const fn`, `pub struct` or `pub enum` at the beginning of a line.
 ///
 /// # Panics
 /// If the folder or a file cannot be read.
@@ -40,9 +40,9 @@ fn names(text: &str) -> impl Iterator<Item = String> + '_ {
     })
 }
 
-/// The public functions under a folder that the text of a test names nowhere as `name(` or `name::<`, nor, for those handed
-/// on as values, as `::name`, and the types that it does not name; but for those `exempt`. (Methods are told apart by their
-/// names alone.)
+/// The public functions under a folder that the text of a test names nowhere as `name(` or
+/// `name::<`, nor, for those handed on as values, as `::name`, and the types that it does not name;
+/// but for those `exempt`. (Methods are told apart by their names alone.)
 pub fn missing(folder: &Path, test: &str, exempt: &[&str]) -> Vec<String> {
     let word = |c: char| c.is_alphanumeric() || c == '_';
     let called = |name: &str| {

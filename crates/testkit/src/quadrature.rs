@@ -1,6 +1,8 @@
-//! Quadrature: adaptive Gauss–Kronrod, tanh–sinh, Gauss–Legendre, and an adaptive rule over rectangles.
+//! Quadrature: adaptive Gauss–Kronrod, tanh–sinh, Gauss–Legendre, and an adaptive rule over
+//! rectangles.
 //!
-//! All rules return an [`Estimate`] with an error estimate of their own; an oracle should look at both.
+//! All rules return an [`Estimate`] with an error estimate of their own; an oracle should look at
+//! both.
 
 /// The value of an integral and how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +15,8 @@ pub struct Estimate {
     pub evaluations: usize,
 }
 
-/// How many pieces the adaptive rules split an interval into before they give up and report the error they reached.
+/// How many pieces the adaptive rules split an interval into before they give up and report the
+/// error they reached.
 pub const MAX_PIECES: usize = 4000;
 
 /// Positive nodes of the 15-point Kronrod rule, from the outside in.
@@ -109,7 +112,8 @@ struct Piece {
     error: f64,
 }
 
-/// Applies the pair (nodes and Kronrod weights from the outside in, Gauss weights at every second node).
+/// Applies the pair (nodes and Kronrod weights from the outside in, Gauss weights at every second
+/// node).
 fn kronrod_pair(
     f: &mut dyn FnMut(f64) -> f64,
     a: f64,
@@ -180,13 +184,16 @@ fn adaptive(
     }
 }
 
-/// ∫ₐᵇ f by globally adaptive Gauss–Kronrod 7/15, until the estimated error is below `rel_tol`·|value|.
+/// ∫ₐᵇ f by globally adaptive Gauss–Kronrod 7/15, until the estimated error is below
+/// `rel_tol`·|value|.
 ///
-/// Bisects the piece of largest estimated error; the error of a piece is |K₁₅ − G₇|, a pessimistic measure for smooth
-/// integrands. Stops at [`MAX_PIECES`] pieces or when a piece has no midpoint left, and then reports the error it has.
-/// Jumps cost about 50 bisections each; split the interval at known kinks when speed matters.
+/// Bisects the piece of largest estimated error; the error of a piece is |K₁₅ − G₇|, a pessimistic
+/// measure for smooth integrands. Stops at [`MAX_PIECES`] pieces or when a piece has no midpoint
+/// left, and then reports the error it has. Jumps cost about 50 bisections each; split the interval
+/// at known kinks when speed matters.
 ///
-/// `a > b` gives the negative integral. Source: Piessens et al., QUADPACK (1983), routines QAG/QK15.
+/// `a > b` gives the negative integral. Source: Piessens et al., QUADPACK (1983), routines
+/// QAG/QK15.
 ///
 /// ```
 /// use linelit_testkit::quadrature::gauss_kronrod;
@@ -197,8 +204,9 @@ pub fn gauss_kronrod(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: f64
     gauss_kronrod_to(&mut f, a, b, rel_tol, 0.0)
 }
 
-/// As [`gauss_kronrod`], until the estimated error is below `rel_tol`·|value| or below `abs_tol`: for integrands that
-/// are small differences, whose rounding is not relative to themselves and would be followed without end.
+/// As [`gauss_kronrod`], until the estimated error is below `rel_tol`·|value| or below `abs_tol`:
+/// for integrands that are small differences, whose rounding is not relative to themselves and
+/// would be followed without end.
 pub fn gauss_kronrod_to(
     mut f: impl FnMut(f64) -> f64,
     a: f64,
@@ -210,7 +218,8 @@ pub fn gauss_kronrod_to(
     adaptive(&mut f, a, b, [rel_tol, abs_tol], rule)
 }
 
-/// As [`gauss_kronrod`] with the pair 15/31: fewer pieces for smooth, strongly curved or oscillating integrands.
+/// As [`gauss_kronrod`] with the pair 15/31: fewer pieces for smooth, strongly curved or
+/// oscillating integrands.
 pub fn gauss_kronrod_31(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: f64) -> Estimate {
     let rule = (&NODES_31[..], &KRONROD_31[..], &GAUSS_15[..]);
     adaptive(&mut f, a, b, [rel_tol, 0.0], rule)
@@ -218,8 +227,8 @@ pub fn gauss_kronrod_31(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: 
 
 /// ∬ f(x, y) dy dx over the rectangle `x` × `y` by nested adaptive Gauss–Kronrod 7/15.
 ///
-/// The inner integrals run at a tenth of the tolerance. For smooth integrands; for integrands with jumps along curves
-/// use [`cubature`], which is content with less.
+/// The inner integrals run at a tenth of the tolerance. For smooth integrands; for integrands with
+/// jumps along curves use [`cubature`], which is content with less.
 pub fn gauss_kronrod_2d(
     mut f: impl FnMut(f64, f64) -> f64,
     x: [f64; 2],
@@ -245,21 +254,23 @@ pub fn gauss_kronrod_2d(
 
 /// ∫ₐᵇ f by tanh–sinh (double-exponential) quadrature, for integrands with singular ends.
 ///
-/// x = (a+b)/2 + (b−a)/2·tanh(π/2·sinh t); the step halves until two levels agree to `rel_tol`, or at level 12.
-/// Non-finite values (at an end reached by rounding) count as zero. When the integrand is singular at an end, its
-/// distance from the end is rounded with `x`: use [`tanh_sinh_ends`] then.
+/// x = (a+b)/2 + (b−a)/2·tanh(π/2·sinh t); the step halves until two levels agree to `rel_tol`, or
+/// at level 12. Non-finite values (at an end reached by rounding) count as zero. When the integrand
+/// is singular at an end, its distance from the end is rounded with `x`: use [`tanh_sinh_ends`]
+/// then.
 ///
 /// Source: Takahasi, Mori, "Double exponential formulas for numerical integration" (1974).
 pub fn tanh_sinh(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: f64) -> Estimate {
     tanh_sinh_ends(|x, _| f(x), a, b, rel_tol)
 }
 
-/// As [`tanh_sinh`]; `f(x, d)` also gets the signed, exactly computed distance to the nearer end: `d = x − a ≥ 0` in
-/// the left half, `d = x − b ≤ 0` in the right half, free of cancellation.
+/// As [`tanh_sinh`]; `f(x, d)` also gets the signed, exactly computed distance to the nearer end:
+/// `d = x − a ≥ 0` in the left half, `d = x − b ≤ 0` in the right half, free of cancellation.
 ///
 /// ```
 /// use linelit_testkit::quadrature::tanh_sinh_ends;
-/// let e = tanh_sinh_ends(|_, d| if d > 0.0 { d.powf(-0.9) } else { (1.0 + d).powf(-0.9) }, 0.0, 1.0, 1e-12);
+/// let f = |_: f64, d: f64| if d > 0.0 { d.powf(-0.9) } else { (1.0 + d).powf(-0.9) };
+/// let e = tanh_sinh_ends(f, 0.0, 1.0, 1e-12);
 /// assert!((e.value - 10.0).abs() < 1e-10);
 /// ```
 pub fn tanh_sinh_ends(
@@ -355,8 +366,9 @@ impl GaussRule {
 
 /// The Gauss–Legendre rule with `n ≥ 1` nodes: exact for polynomials up to degree 2n − 1.
 ///
-/// Nodes are the roots of Pₙ by Newton's method from Tricomi's approximation; weights 2 / ((1 − x²) Pₙ′(x)²).
-/// Nodes are good to an ulp or two, weights to about n·ε relative near the ends (measured: 1e-14 at n = 64).
+/// Nodes are the roots of Pₙ by Newton's method from Tricomi's approximation; weights 2 / ((1 − x²)
+/// Pₙ′(x)²). Nodes are good to an ulp or two, weights to about n·ε relative near the ends
+/// (measured: 1e-14 at n = 64).
 ///
 /// ```
 /// let rule = linelit_testkit::quadrature::gauss_legendre(4);
@@ -402,11 +414,13 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     (value, previous)
 }
 
-/// ∬ f over the rectangle `x` × `y` by adaptive quartering, for integrands that may jump along curves.
+/// ∬ f over the rectangle `x` × `y` by adaptive quartering, for integrands that may jump along
+/// curves.
 ///
-/// A cell is done when a 4×4 Gauss rule on it and on its quarters differ by at most `abs_tol`·2^−depth, or at
-/// `max_depth` quarterings. The reported error is the sum of those differences: an overestimate for smooth integrands
-/// (where the quarters are far better than the cell), a fair one along jumps.
+/// A cell is done when a 4×4 Gauss rule on it and on its quarters differ by at most
+/// `abs_tol`·2^−depth, or at `max_depth` quarterings. The reported error is the sum of those
+/// differences: an overestimate for smooth integrands (where the quarters are far better than the
+/// cell), a fair one along jumps.
 pub fn cubature(
     mut f: impl FnMut(f64, f64) -> f64,
     x: [f64; 2],

@@ -1,12 +1,13 @@
-//! One trait for the numbers an oracle may be written in: `f64`, [`Dd`](crate::dd::Dd), [`Precise`](crate::precise::Precise).
+//! One trait for the numbers an oracle may be written in: `f64`, [`Dd`](crate::dd::Dd),
+//! [`Precise`](crate::precise::Precise).
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A real number type with the functions that light integrals need.
 ///
-/// Write the oracle once, generically, and run it fast (double-double) over a million cases and precisely (≥ 60 digits)
-/// over a few.
+/// Write the oracle once, generically, and run it fast (double-double) over a million cases and
+/// precisely (≥ 60 digits) over a few.
 ///
 /// ```
 /// use linelit_testkit::{dd::Dd, precise::Precise, real::Real};

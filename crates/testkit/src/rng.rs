@@ -2,11 +2,11 @@
 
 /// SplitMix64: a 64-bit counter with an avalanche finaliser.
 ///
-/// Deterministic, seedable from any number (including zero), equidistributed over its period 2⁶⁴. Statistical laws
-/// drive samplers with it, so that a broken sampler crate cannot vouch for itself.
+/// Deterministic, seedable from any number (including zero), equidistributed over its period 2⁶⁴.
+/// Statistical laws drive samplers with it, so that a broken sampler crate cannot vouch for itself.
 ///
-/// Source: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators" (OOPSLA 2014), with Stafford's
-/// variant 13 of the finaliser.
+/// Source: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators" (OOPSLA 2014), with
+/// Stafford's variant 13 of the finaliser.
 ///
 /// ```
 /// let mut rng = linelit_testkit::rng::SplitMix64::new(1);
@@ -70,7 +70,8 @@ mod tests {
 
     #[test]
     fn reproduces_the_published_stream() {
-        // First outputs for seed 1234567, as listed with the reference implementation (prng.di.unimi.it).
+        // First outputs for seed 1234567, as listed with the reference implementation
+        // (prng.di.unimi.it).
         let mut rng = SplitMix64::new(1_234_567);
         assert_eq!(rng.next_u64(), 6_457_827_717_110_365_317);
         assert_eq!(rng.next_u64(), 3_203_168_211_198_807_973);

@@ -1,5 +1,5 @@
-//! Proptest strategies that attack floating point: neighbouring values, all exponents, slivers, near-parallel and
-//! near-coplanar figures, scenes tiny, huge and far from the origin.
+//! Proptest strategies that attack floating point: neighbouring values, all exponents, slivers,
+//! near-parallel and near-coplanar figures, scenes tiny, huge and far from the origin.
 //!
 //! Vectors are `[f64; 3]`, triangles `[[f64; 3]; 3]`, so that any vector library can take them in.
 
@@ -18,9 +18,10 @@ pub fn finite() -> impl Strategy<Value = f64> {
     POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
 }
 
-/// What a function must survive in any argument: NaN, infinities, zeros of both signs, subnormals, the largest and the
-/// smallest numbers, their square roots and fourth roots (where squares of lengths and areas end), any bits; and, half of
-/// the time, an [ordinary](moderate) number, so that an argument is hostile while the others are not.
+/// What a function must survive in any argument: NaN, infinities, zeros of both signs, subnormals,
+/// the largest and the smallest numbers, their square roots and fourth roots (where squares of
+/// lengths and areas end), any bits; and, half of the time, an [ordinary](moderate) number, so that
+/// an argument is hostile while the others are not.
 pub fn hostile() -> impl Strategy<Value = f64> {
     let special = vec![
         f64::NAN,
@@ -55,7 +56,8 @@ pub fn hostile() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// A vector of [hostile] coordinates, or of ordinary ones, or one coordinate [hostile] among ordinary ones.
+/// A vector of [hostile] coordinates, or of ordinary ones, or one coordinate [hostile] among
+/// ordinary ones.
 pub fn hostile_vector() -> impl Strategy<Value = Vector> {
     let one = ([moderate(), moderate(), moderate()], 0..3_usize, hostile());
     prop_oneof![
@@ -68,8 +70,9 @@ pub fn hostile_vector() -> impl Strategy<Value = Vector> {
     ]
 }
 
-/// Several vectors that have more to do with each other than chance: each is [hostile](hostile_vector), or equal to an
-/// earlier one, within 10⁻¹⁷…10⁻¹ of it, a multiple of it, or ordinary, and all are scaled by one factor, often 1.
+/// Several vectors that have more to do with each other than chance: each is
+/// [hostile](hostile_vector), or equal to an earlier one, within 10⁻¹⁷…10⁻¹ of it, a multiple of
+/// it, or ordinary, and all are scaled by one factor, often 1.
 pub fn hostile_vectors<const N: usize>() -> impl Strategy<Value = [Vector; N]> {
     let each = proptest::collection::vec((hostile_vector(), 0..8_u32, small(), 0..N), N);
     (
@@ -94,7 +97,8 @@ pub fn hostile_vectors<const N: usize>() -> impl Strategy<Value = [Vector; N]> {
         })
 }
 
-/// A vector that is unit for three in four, and else [hostile](hostile_vector): for normals and axes.
+/// A vector that is unit for three in four, and else [hostile](hostile_vector): for normals and
+/// axes.
 pub fn hostile_direction() -> impl Strategy<Value = Vector> {
     prop_oneof![3 => unit_vector(), 1 => hostile_vector()]
 }
@@ -104,7 +108,8 @@ pub fn hostile_unit() -> impl Strategy<Value = f64> {
     prop_oneof![3 => unit_interval(), 1 => hostile()]
 }
 
-/// Signed values with uniformly distributed binary exponent in `low..=high` (2^low ≤ |x| < 2^(high+1)).
+/// Signed values with uniformly distributed binary exponent in `low..=high` (2^low ≤ |x| <
+/// 2^(high+1)).
 pub fn across_exponents(low: i32, high: i32) -> impl Strategy<Value = f64> {
     (low..=high, 1.0..2.0_f64, any::<bool>()).prop_map(|(exponent, mantissa, negative)| {
         let size = mantissa * 2f64.powi(exponent);
@@ -127,7 +132,8 @@ pub fn ulps_apart(n: i64) -> impl Strategy<Value = (f64, f64)> {
     (moderate(), -n..=n).prop_map(|(x, k)| (x, nudge(x, k)))
 }
 
-/// A uniform number in [0, 1), with the hard ones: 0, the smallest, ½ and its neighbours, the largest below 1.
+/// A uniform number in [0, 1), with the hard ones: 0, the smallest, ½ and its neighbours, the
+/// largest below 1.
 pub fn unit_interval() -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => 0.0..1.0_f64,
@@ -144,7 +150,8 @@ pub fn unit_square() -> impl Strategy<Value = [f64; 2]> {
     [unit_interval(), unit_interval()]
 }
 
-/// A direction of unit length (to a few ulps): uniform, along an axis, or off an axis by 10⁻¹⁸…10⁻¹.
+/// A direction of unit length (to a few ulps): uniform, along an axis, or off an axis by
+/// 10⁻¹⁸…10⁻¹.
 pub fn unit_vector() -> impl Strategy<Value = Vector> {
     (
         any::<u64>(),
@@ -173,7 +180,8 @@ pub fn near_parallel() -> impl Strategy<Value = (Vector, Vector)> {
     })
 }
 
-/// A unit normal and a unit vector nearly (or exactly, to rounding) orthogonal to it: grazing light.
+/// A unit normal and a unit vector nearly (or exactly, to rounding) orthogonal to it: grazing
+/// light.
 pub fn grazing() -> impl Strategy<Value = (Vector, Vector)> {
     (unit_vector(), any::<u64>(), small(), any::<bool>()).prop_map(|(n, seed, size, flip)| {
         let side = normalized(cross(n, SplitMix64::new(seed).unit_vector()));
@@ -195,7 +203,8 @@ pub fn triangle() -> impl Strategy<Value = Corners> {
     [point(1.0), point(1.0), point(1.0)]
 }
 
-/// A triangle whose third corner is within 10⁻¹⁷…10⁻¹ of the line (or exactly on it, or on a corner) of the others.
+/// A triangle whose third corner is within 10⁻¹⁷…10⁻¹ of the line (or exactly on it, or on a
+/// corner) of the others.
 pub fn sliver() -> impl Strategy<Value = Corners> {
     (
         point(1.0),
@@ -248,11 +257,13 @@ pub fn shared_vertex_triangles() -> impl Strategy<Value = (Corners, Corners)> {
     (triangle(), point(1.0), point(1.0)).prop_map(|(t, p, q)| (t, [t[0], p, q]))
 }
 
-/// Two triangles with exactly one edge in common (as meshes have), folded by any angle down to 10⁻¹⁷.
+/// Two triangles with exactly one edge in common (as meshes have), folded by any angle down to
+/// 10⁻¹⁷.
 pub fn shared_edge_triangles() -> impl Strategy<Value = (Corners, Corners)> {
     (triangle(), point(1.0), small(), any::<bool>()).prop_map(|(t, p, size, folded)| {
         let apex = if folded {
-            // Nearly the mirror image of the first apex in the edge's middle: coplanar but for `size`.
+            // Nearly the mirror image of the first apex in the edge's middle: coplanar but for
+            // `size`.
             offset([0, 1, 2].map(|k| t[1][k] + t[2][k] - t[0][k]), p, size)
         } else {
             p
@@ -276,7 +287,8 @@ impl Placement {
         [0, 1, 2].map(|k| self.origin[k] + self.scale * p[k])
     }
 
-    /// The largest coordinate that a point of the cube [−1, 1]³ may take: rounding errors are ε times this.
+    /// The largest coordinate that a point of the cube [−1, 1]³ may take: rounding errors are ε
+    /// times this.
     pub fn magnitude(&self) -> f64 {
         self.scale + self.origin.iter().fold(0.0_f64, |m, c| m.max(c.abs()))
     }
@@ -298,7 +310,8 @@ pub fn placement() -> impl Strategy<Value = Placement> {
     })
 }
 
-/// A convex polygon of 3 to 8 corners in the plane z = 0, counter-clockwise seen from +z, around the origin.
+/// A convex polygon of 3 to 8 corners in the plane z = 0, counter-clockwise seen from +z, around
+/// the origin.
 pub fn convex_polygon_2d() -> impl Strategy<Value = Vec<[f64; 2]>> {
     (
         proptest::collection::vec(0.05..1.0_f64, 3..=8),

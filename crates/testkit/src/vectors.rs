@@ -1,7 +1,8 @@
 //! Reference vectors: files of cases with exact inputs and 25-digit results.
 //!
-//! `{"schema": …, "version": …, "digits": …, "cases": [{…}, …]}`; JSON numbers are exact `f64` inputs, strings are
-//! results computed from the exact binary inputs and rounded to `digits` digits.
+//! `{"schema": …, "version": …, "digits": …, "cases": [{…}, …]}`; JSON numbers are exact `f64`
+//! inputs, strings are results computed from the exact binary inputs and rounded to `digits`
+//! digits.
 
 use crate::json::{Json, JsonError};
 use crate::precise::Precise;
@@ -32,7 +33,8 @@ impl Vectors {
     ///
     /// ```
     /// use linelit_testkit::vectors::Vectors;
-    /// let file = r#"{"schema":"demo","version":1,"digits":25,"cases":[{"tag":"random","x":0.5,"y":"0.25"}]}"#;
+    /// let file = r#"{"schema":"demo","version":1,"digits":25,
+    ///     "cases":[{"tag":"random","x":0.5,"y":"0.25"}]}"#;
     /// let vectors = Vectors::parse(file)?;
     /// let case = &vectors.cases[0];
     /// assert_eq!(case.number("x") * case.number("x"), case.number("y"));

@@ -50,7 +50,8 @@ pub fn p_value(z: f64) -> f64 {
     }
 }
 
-/// The |z| beyond which a two-sided test at level `alpha` rejects; combine with [`crate::chi2::sidak`].
+/// The |z| beyond which a two-sided test at level `alpha` rejects; combine with
+/// [`crate::chi2::sidak`].
 ///
 /// ```
 /// assert!((linelit_testkit::ztest::critical_z(0.05) - 1.959_963_984_540_054).abs() < 1e-12);
@@ -59,7 +60,8 @@ pub fn critical_z(alpha: f64) -> f64 {
     -normal_quantile(0.5 * alpha)
 }
 
-/// (got − want) / standard_error; zero when both agree exactly and the error is zero, ±∞ when they differ then.
+/// (got − want) / standard_error; zero when both agree exactly and the error is zero, ±∞ when they
+/// differ then.
 pub fn z_score(got: f64, want: f64, standard_error: f64) -> f64 {
     let difference = got - want;
     if difference == 0.0 {

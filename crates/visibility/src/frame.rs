@@ -75,9 +75,9 @@ impl LightFrame {
     };
 
     /// Becomes the frame of a light seen from a point among occluders no farther from it than
-    /// `reach`, all of which have coordinates of at most `size`; false if there is none that bounds could be
-    /// computed in, and nothing may be concluded from it: the light is seen edge on, has no area
-    /// or length, is not finite, or beyond what `f32` holds in a scene of this size.
+    /// `reach`, all of which have coordinates of at most `size`; false if there is none that bounds
+    /// could be computed in, and nothing may be concluded from it: the light is seen edge on, has
+    /// no area or length, is not finite, or beyond what `f32` holds in a scene of this size.
     #[inline(always)]
     pub(crate) fn set(&mut self, light: &Light, point: DVec3, reach: f64, size: f64) -> bool {
         let found = match &light.kind {

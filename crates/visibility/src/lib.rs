@@ -30,9 +30,9 @@
 //! [`LIGHT_MARGIN`](linelit_geometry::LIGHT_MARGIN) of the light (as fractions of the way; the
 //! former of the scene's reach if the light is beyond it) hides nothing.
 //!
-//! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time
-//! ([`InstructionSet`]). Intervals, hits, classes and work [`Counters`] are the same on all of them,
-//! to the bit. There are no kernels for NEON: those processors run the plain ones.
+//! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time ([`InstructionSet`]).
+//! Intervals, hits, classes and work [`Counters`] are the same on all of them, to the bit. There
+//! are no kernels for NEON: those processors run the plain ones.
 //!
 //! # Example
 //!

@@ -540,8 +540,8 @@ fn cross<S: Simd>(s: S, ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
 /// Cuts a triangle at the margins and the guard and adds what is left.
 #[inline(never)]
 fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
-    // Rounding may have a plane cross each second edge of what lies along it: half as many more each
-    // time, 28 after six.
+    // Rounding may have a plane cross each second edge of what lies along it: half as many more
+    // each time, 28 after six.
     let mut polygon = [[0.0; 3]; 32];
     let mut next = polygon;
     let mut count = 3;

@@ -15,9 +15,6 @@ const PIXEL_PATH: &str = "simd geometry samplers lights selection bsdf shading v
 /// a reason. In all others it is forbidden.
 const KERNELS: &str = "simd shading";
 
-/// Crates whose comments are still to be wrapped.
-const WIDE: &str = "bsdf estimators geometry integrator penumbra shading testkit visibility";
-
 fn is_one_of(list: &str, owner: &str) -> bool {
     list.split(' ').any(|name| name == owner)
 }
@@ -216,9 +213,7 @@ pub(super) fn layout(house: &House) -> Vec<String> {
         if lines > 700 {
             problems.push(format!("{}: {lines} lines, beyond 700", file.path));
         }
-        if !is_one_of(WIDE, &file.owner) {
-            problems.extend(file.complain(&file.text, wide, "a comment beyond column 100"));
-        }
+        problems.extend(file.complain(&file.text, wide, "a comment beyond column 100"));
     }
     problems
 }

@@ -1,6 +1,7 @@
 //! A renderer of one's own: its own BSDF, lights and triangles, no scene and no files.
 //!
-//! What the same room is in a scene file, `crates/integrator/tests/all/own_renderer.rs` holds to this.
+//! What the same room is in a scene file, `crates/integrator/tests/all/own_renderer.rs` holds to
+//! this.
 
 use crate::renderer::radiance;
 use linelit_geometry::DVec3;

@@ -204,8 +204,9 @@ fn sound(p: &ConvexPolygon) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Within the extent of a polygon, to a thousandth: that is how far vertices may have been moved onto
-/// its plane, and a thin polygon's centre of mass divides by an area that is little but rounding.
+/// Within the extent of a polygon, to a thousandth: that is how far vertices may have been moved
+/// onto its plane, and a thin polygon's centre of mass divides by an area that is little but
+/// rounding.
 fn is_inside(p: &ConvexPolygon, point: DVec3) -> bool {
     let slack = 1e-3 * p.diameter() + 64.0 * f64::EPSILON * point.abs().max_element();
     let bound = |least: bool| {

@@ -69,8 +69,8 @@ proptest! {
         let line = Segment::new(p0, p1);
         let a = ShadowTriangle::new(x, &line).and_then(|s| s.blocked_by(&t));
         let b = ShadowTriangle::new(x, &line.reversed()).and_then(|s| s.blocked_by(&t));
-        // The cross product only changes sign, so the coordinates swap to the bit; but the sides are
-        // clipped in the other order. Each of two clips and the chord's ends are convex
+        // The cross product only changes sign, so the coordinates swap to the bit; but the sides
+        // are clipped in the other order. Each of two clips and the chord's ends are convex
         // combinations of the vertices' coordinates, rounded by a few eps of the largest, M; the
         // projection divides by the depth.
         let Some(frame) = ShadowTriangle::new(x, &line) else { return Ok(()) };

@@ -130,8 +130,8 @@ fn phong_floor_behind_clutter() {
     agree_on(&scene, &estimators());
 }
 
-/// A lobe without an exponent ends at its own horizon all the same: light that shines from behind it
-/// is dark by points, lines and in closed form alike.
+/// A lobe without an exponent ends at its own horizon all the same: light that shines from behind
+/// it is dark by points, lines and in closed form alike.
 #[test]
 fn phong_floor_of_exponent_zero() {
     let floor = r#"Material "phong" "rgb Kd" [ 0.1 0.1 0.1 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 0 ]"#;

@@ -181,8 +181,8 @@ fn projected_solid_angle_has_no_variance() {
             for seed in 0..8 {
                 let s = settings("point-linear", 1, seed);
                 let got = renderer.direct(&s, &point, pixel, 0, &mut workspace).x;
-                // The estimate is L f ∫ cos / cos × cos of the sample: its cosine is recomputed from
-                // the direction, which loses ε/cos where the light grazes.
+                // The estimate is L f ∫ cos / cos × cos of the sample: its cosine is recomputed
+                // from the direction, which loses ε/cos where the light grazes.
                 assert!((got - want).abs() <= 1e-9 * want, "{pixel:?} {got} {want}");
             }
         }

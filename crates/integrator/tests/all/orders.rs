@@ -1,5 +1,6 @@
-//! Orders of convergence, the reason for line samples: on an occluded light the standard deviation of lines falls faster
-//! with their number than that of points, if the lines' offsets are stratified.
+//! Orders of convergence, the reason for line samples: on an occluded light the standard deviation
+//! of lines falls faster with their number than that of points, if the lines' offsets are
+//! stratified.
 
 use crate::common::{CLUTTER, SQUARE, points, room};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
@@ -41,8 +42,9 @@ fn settings(estimator: &str, sampler: SamplerKind, samples: u32, seed: u64) -> S
 
 /// The slope of log σ over log N, by least squares: one for each group.
 ///
-/// σ² is the sample variance, averaged over the points. Its logarithm is biased by minus half its relative variance,
-/// some 1/(points × trials), which is the same for all N and no part of the slope.
+/// σ² is the sample variance, averaged over the points. Its logarithm is biased by minus half its
+/// relative variance, some 1/(points × trials), which is the same for all N and no part of the
+/// slope.
 fn slopes(
     renderer: &Renderer<'_>,
     points: &[([u32; 2], ShadingPoint)],
@@ -84,9 +86,10 @@ fn above(order: &Welford, limit: f64) -> bool {
     t > 0.0 && 0.5 * t_p_value(t, f64::from(GROUPS - 1)) < ALPHA
 }
 
-/// Theory: independent samples have the order −1/2 whatever they are. Stratified points see the discontinuities of
-/// visibility in N^½ of their N strata, which makes −3/4. Along a line visibility is integrated, so that of the offset a
-/// continuous function is left: −3/2 where it is smooth, −1 where an edge lies along the lines.
+/// Theory: independent samples have the order −1/2 whatever they are. Stratified points see the
+/// discontinuities of visibility in N^½ of their N strata, which makes −3/4. Along a line
+/// visibility is integrated, so that of the offset a continuous function is left: −3/2 where it is
+/// smooth, −1 where an edge lies along the lines.
 #[test]
 fn stratified_lines_converge_at_a_higher_order_than_points() {
     let scene = room(SQUARE, CLUTTER);

@@ -1,5 +1,5 @@
-//! The renderer that the tests of `linelit-estimators` build without a scene gives the light of this one, on the same
-//! scene from a file.
+//! The renderer that the tests of `linelit-estimators` build without a scene gives the light of
+//! this one, on the same scene from a file.
 
 #[path = "../../../estimators/tests/all/renderer.rs"]
 mod renderer;
@@ -25,8 +25,9 @@ AttributeEnd
 WorldEnd
 "#;
 
-/// From points above the floor, which the own renderer does not have. The same random numbers, so that only rounding differs: positions of the scene are f32 (6e-8), which
-/// near an edge of the blocker may decide one of 1,024 samples otherwise.
+/// From points above the floor, which the own renderer does not have. The same random numbers, so
+/// that only rounding differs: positions of the scene are f32 (6e-8), which near an edge of the
+/// blocker may decide one of 1,024 samples otherwise.
 #[test]
 fn an_own_renderer_gives_the_same_light() {
     let scene = from_pbrt_str(SCENE, "room.pbrt", &LoadOptions::default())

@@ -32,8 +32,9 @@ fn lit_points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     all
 }
 
-/// z tests of settings against others at every third pixel, α = 0.01 for all of them, with this many
-/// trials each: choosing lights makes skew estimates, whose mean needs a few hundred to be normal.
+/// z tests of settings against others at every third pixel, α = 0.01 for all of them, with this
+/// many trials each: choosing lights makes skew estimates, whose mean needs a few hundred to be
+/// normal.
 fn agree(scene: &Scene, reference: Settings, all: &[(Settings, u32)]) {
     let renderer = Renderer::new(scene);
     let pixels: Vec<_> = lit_points(&renderer).into_iter().step_by(3).collect();
@@ -140,8 +141,8 @@ fn a_sphere_is_lamberts() {
             ..settings("point-solid-angle")
         };
         let got = renderer.direct(&base, &point, pixel, 0, &mut workspace).x;
-        // A smooth integrand over a net of 4096 points: (log N)/N is 2e-3 of its variation, which is
-        // some 0.3 of the mean here; Kd and L are f32.
+        // A smooth integrand over a net of 4096 points: (log N)/N is 2e-3 of its variation, which
+        // is some 0.3 of the mean here; Kd and L are f32.
         assert!((got - want).abs() < 6e-4 * want, "{pixel:?} {got} {want}");
         // By projected solid angle one point is the answer, to the rounding of f32.
         let one = Settings {

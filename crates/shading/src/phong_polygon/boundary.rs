@@ -230,17 +230,18 @@ impl Mul<f64> for Sum {
     }
 }
 
-/// `(k + 2) ∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over a polygon that is above both horizons, for a w of length
-/// one.
+/// `(k + 2) ∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over a polygon that is above both horizons, for a w of
+/// length one.
 ///
-/// Where the axis passes well outside, the ones add up to nothing over all edges and are left out, which
-/// keeps the tails accurate relative to themselves.
+/// Where the axis passes well outside, the ones add up to nothing over all edges and are left out,
+/// which keeps the tails accurate relative to themselves.
 pub(super) fn integral(polygon: &[DVec3], n: DVec3, w: DVec3, k: f64) -> Sum {
     let count = polygon.len();
     let turn = orientation(polygon);
     let edges =
         || (0..count).filter_map(|i| Edge::new(polygon[i], polygon[(i + 1) % count], n, w, turn));
-    // How far the axis is outside of the polygon, at most; a side of rounding's length does not know.
+    // How far the axis is outside of the polygon, at most; a side of rounding's length does not
+    // know.
     let outside = edges()
         .filter(|e| e.to - e.from > 1e-10)
         .map(|e| -e.distance)
@@ -252,9 +253,10 @@ pub(super) fn integral(polygon: &[DVec3], n: DVec3, w: DVec3, k: f64) -> Sum {
         .fold(Sum::default(), Add::add)
 }
 
-/// The error of [`integral`] relative to the sum of its terms' magnitudes, at most, for a polygon with sides
-/// up to `size` of its distance: nodes (5e-13), the lobe's exponent, which is at most 645 and then has a
-/// slope of √(1300 k), times the rounding of directions, and that of cut corners, which turns short sides.
+/// The error of [`integral`] relative to the sum of its terms' magnitudes, at most, for a polygon
+/// with sides up to `size` of its distance: nodes (5e-13), the lobe's exponent, which is at most
+/// 645 and then has a slope of √(1300 k), times the rounding of directions, and that of cut
+/// corners, which turns short sides.
 pub(super) fn error(k: f64, size: f64) -> f64 {
     (2000.0 + 2.0 * k.min((1300.0 * k).sqrt())) * (1.0 + 1.0 / size) * f64::EPSILON
 }

@@ -1,17 +1,18 @@
 //! What the horizons of the surface and of the lobe leave of a triangle.
 //!
-//! Corners P₀, P₁, P₂ with fᵢ = n·Pᵢ and lᵢ = w·Pᵢ; edge k is opposite Pₖ, from Pᵢ to Pⱼ. It meets the surface's
-//! horizon where its corners have the weights fⱼ and −fᵢ over fⱼ − fᵢ, and w·ω is there −mₖ/(fⱼ − fᵢ), with
+//! Corners P₀, P₁, P₂ with fᵢ = n·Pᵢ and lᵢ = w·Pᵢ; edge k is opposite Pₖ, from Pᵢ to Pⱼ. It meets
+//! the surface's horizon where its corners have the weights fⱼ and −fᵢ over fⱼ − fᵢ, and w·ω is
+//! there −mₖ/(fⱼ − fᵢ), with
 //!
 //! ```text
 //! mₖ = fᵢ lⱼ − fⱼ lᵢ = (n × w)·(Pᵢ × Pⱼ)
 //! ```
 //!
-//! It meets the lobe's where they have the weights of lⱼ and −lᵢ, and n·ω is mₖ/(lⱼ − lᵢ); both horizons
-//! meet along ±n × w, where the corners' weights are mₖ/det(P₀, P₁, P₂). So nine numbers, each accurate
-//! relative to itself by one of its two forms, say by their signs which corners there are, and by products
-//! and quotients what there is to know of them: nothing cancels, however near the light's plane is, and the
-//! horizons to one another.
+//! It meets the lobe's where they have the weights of lⱼ and −lᵢ, and n·ω is mₖ/(lⱼ − lᵢ); both
+//! horizons meet along ±n × w, where the corners' weights are mₖ/det(P₀, P₁, P₂). So nine numbers,
+//! each accurate relative to itself by one of its two forms, say by their signs which corners there
+//! are, and by products and quotients what there is to know of them: nothing cancels, however near
+//! the light's plane is, and the horizons to one another.
 
 use super::triangles::{Corner, Triangle};
 use crate::exact::{length, wide_cross, wide_cross_of, wide_dot_of};
@@ -88,7 +89,8 @@ struct Part {
 
 impl Part {
     fn push(&mut self, vertex: Vertex) {
-        // Rounding cannot make a line cross the border of what is convex more than twice: signs are exact.
+        // Rounding cannot make a line cross the border of what is convex more than twice: signs are
+        // exact.
         if let Some(slot) = self.vertices.get_mut(self.count) {
             *slot = vertex;
             self.count += 1;
@@ -105,8 +107,8 @@ impl Horizons {
         }
     }
 
-    /// The sum of `part` over the triangles that are left of one, by corners of length one; `volume` is the
-    /// determinant of `points`.
+    /// The sum of `part` over the triangles that are left of one, by corners of length one;
+    /// `volume` is the determinant of `points`.
     pub(super) fn above(
         &self,
         points: [DVec3; 3],
@@ -256,7 +258,8 @@ impl Horizons {
         }
     }
 
-    /// What the cross product of a vertex and the next one is of the normal of their side, over `length`.
+    /// What the cross product of a vertex and the next one is of the normal of their side, over
+    /// `length`.
     fn turn(given: &Given, a: &Vertex, b: &Vertex, length: f64) -> f64 {
         let value = |v: &Vertex, horizon: usize| v.corner.values[horizon] / length;
         match (a.side, a.origin, b.origin) {
@@ -322,7 +325,8 @@ impl Horizons {
             if p.dot(q) > NEARLY_STRAIGHT {
                 return predicates::cross(p, q);
             }
-            // Of the next corner and the one before, j is a sum with these weights, but for i itself.
+            // Of the next corner and the one before, j is a sum with these weights, but for i
+            // itself.
             let (next, before) = ((i + 1) % count, (i + count - 1) % count);
             let one = side(i) * (height(before, j) / height(before, next));
             let other = side(before) * (height(i, j) / height(i, before));

@@ -18,10 +18,10 @@ const WIDEST: f64 = 3.0;
 /// More panels than this take as long as the careful form.
 const MOST_PANELS: f64 = 12.0;
 
-/// Polygons narrower than this for their length, or as small and flat from where they are seen, are not
-/// taken: products of plain numbers lose as many digits there, and rounded corners are as far from
-/// lying in a plane. Nor are those that see all of the polygon as low over a horizon: ends of lines are
-/// rounded.
+/// Polygons narrower than this for their length, or as small and flat from where they are seen, are
+/// not taken: products of plain numbers lose as many digits there, and rounded corners are as far
+/// from lying in a plane. Nor are those that see all of the polygon as low over a horizon: ends of
+/// lines are rounded.
 const FLATTEST: f64 = 1e-5;
 
 /// Positive nodes of the 15-point Kronrod rule from the outside in, their weights, and those of the
@@ -108,8 +108,8 @@ pub(super) fn integral(
     good.then_some(sum)
 }
 
-/// Whether lines at much different distances are nearly in one direction: their ends change too much
-/// from angle to angle.
+/// Whether lines at much different distances are nearly in one direction: their ends change too
+/// much from angle to angle.
 fn is_grazing(first: f64, last: f64) -> bool {
     let (a, b) = (first.abs().min(last.abs()), first.abs().max(last.abs()));
     b > 1.4 && (first * last < 0.0 || b.tan() > 4.0 * a.tan())

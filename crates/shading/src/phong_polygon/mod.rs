@@ -1,11 +1,12 @@
 //! A Phong or cosine lobe over a convex polygon: Arvo's double-axis moment.
 //!
 //! Symbols: vertices relative to the shading point; n shading normal, w the lobe's axis, k its
-//! exponent (any real number ≥ 0; max(0, z)⁰ is one for z > 0 and zero elsewhere), z = w·ω; the polygon is clipped to n·ω ≥ 0 and w·ω ≥ 0. For
-//! each edge, G is the inward unit normal of its plane through the shading point, g = G·w, x the
-//! angle along the edge from the point nearest to the axis, ψ the azimuth about the axis. For a
-//! triangle, â, b̂, ĉ are the directions of its corners, v the angle along the side from b̂ to ĉ, which
-//! is δ long, ρ the angle along the arc from â to the point of the side at v, which is R long.
+//! exponent (any real number ≥ 0; max(0, z)⁰ is one for z > 0 and zero elsewhere), z = w·ω; the
+//! polygon is clipped to n·ω ≥ 0 and w·ω ≥ 0. For each edge, G is the inward unit normal of its
+//! plane through the shading point, g = G·w, x the angle along the edge from the point nearest to
+//! the axis, ψ the azimuth about the axis. For a triangle, â, b̂, ĉ are the directions of its
+//! corners, v the angle along the side from b̂ to ĉ, which is δ long, ρ the angle along the arc
+//! from â to the point of the side at v, which is R long.
 
 mod boundary;
 mod cut;
@@ -50,22 +51,25 @@ const SMALL: f64 = 1e-3;
 /// Gauss–Legendre nodes; beyond it zᵏ has vanished and the rest, ∫ g dx/(1 − z²) = Δψ, is an
 /// arctangent. Where the axis passes well outside, the ones add up to nothing over all edges and
 /// are left out. The terms have signs; where they cancel (slivers, polygons that are small for the
-/// lobe, light at the horizon), which their magnitudes tell, the integral is evaluated over triangles,
+/// lobe, light at the horizon), which their magnitudes tell, the integral is evaluated over
+/// triangles,
 ///
 /// ```text
 /// T = Σ_triangles det(â, b̂, ĉ) ∫ dv/sin δ ∫ dρ/sin R · (sin ρ/sin R) (n·ω) zᵏ
 /// ```
 ///
-/// where every term is positive: the inner integral as a lobe along a line ([`phong`](crate::phong)),
-/// the outer one by sixteen nodes on halves of the lobe's window, until they agree. What both horizons
-/// leave of a triangle is known by products and quotients of determinants, which are exact but for their
-/// last digit. Neither cost grows with k: some 10 µs and, where it is needed, 40 to 300 µs.
+/// where every term is positive: the inner integral as a lobe along a line
+/// ([`phong`](crate::phong)), the outer one by sixteen nodes on halves of the lobe's window, until
+/// they agree. What both horizons leave of a triangle is known by products and quotients of
+/// determinants, which are exact but for their last digit. Neither cost grows with k: some 10 µs
+/// and, where it is needed, 40 to 300 µs.
 ///
-/// **Domain**: convex, either order, any number of vertices, their plane at zero or 1e-280 of their size at
-/// least (nearer, cosines with the horizons are below the range of numbers); w of any length, as in [`cosine_lobe`](crate::cosine_lobe).
+/// **Domain**: convex, either order, any number of vertices, their plane at zero or 1e-280 of their
+/// size at least (nearer, cosines with the horizons are below the range of numbers); w of any
+/// length, as in [`cosine_lobe`](crate::cosine_lobe).
 ///
-/// **Error**: below 1e-10 relative at any exponent from 0 to 1e5, for slivers, edge-on and in the tails
-/// alike, down to results of 1e-280 (`docs/accuracy.md`).
+/// **Error**: below 1e-10 relative at any exponent from 0 to 1e5, for slivers, edge-on and in the
+/// tails alike, down to results of 1e-280 (`docs/accuracy.md`).
 ///
 /// **Source**: Arvo 1995, "Applications of Irradiance Tensors", whose recursion costs O(k) for each
 /// edge and needs an integer; both forms are our own.
@@ -108,17 +112,17 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
 }
 
 /// [`irradiance`] to `tolerance` times what a lobe of exponent 0 would give
-/// ([`polygon::irradiance`](crate::polygon::irradiance), the most that it can be), for the time of some
-/// fifteen lines where that can be told, and none where the lobe points elsewhere.
+/// ([`polygon::irradiance`](crate::polygon::irradiance), the most that it can be), for the time of
+/// some fifteen lines where that can be told, and none where the lobe points elsewhere.
 ///
-/// **Formula**: ∫ h [`ribbon`](crate::phong::ribbon) ds across the polygon, h the height of the shading
-/// point over its plane, s = h tan φ the offset of lines along its longest side, by Kronrod's fifteen
-/// nodes in φ on panels between vertices and crossings of the horizons.
+/// **Formula**: ∫ h [`ribbon`](crate::phong::ribbon) ds across the polygon, h the height of the
+/// shading point over its plane, s = h tan φ the offset of lines along its longest side, by
+/// Kronrod's fifteen nodes in φ on panels between vertices and crossings of the horizons.
 ///
-/// **Domain** as for [`irradiance`], which answers for more than eight corners, slivers, and polygons that
-/// are tiny or edge-on from the shading point or just above a horizon, where it would take more than twelve
-/// panels of 3/√(k + 1) or a radian, and where the difference from Gauss' seven nodes says that the
-/// tolerance is not met.
+/// **Domain** as for [`irradiance`], which answers for more than eight corners, slivers, and
+/// polygons that are tiny or edge-on from the shading point or just above a horizon, where it would
+/// take more than twelve panels of 3/√(k + 1) or a radian, and where the difference from Gauss'
+/// seven nodes says that the tolerance is not met.
 ///
 /// `w` is a unit vector.
 ///
@@ -128,9 +132,11 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
 /// ```
 /// use linelit_geometry::DVec3;
 /// use linelit_shading::phong_polygon::{irradiance, irradiance_to};
-/// let square = [(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let corners = [(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)];
+/// let square = corners.map(|(x, y)| DVec3::new(x, y, 1.0));
 /// let (n, w) = (DVec3::Z, DVec3::new(0.1, 0.2, 0.9));
-/// let (exact, quick) = (irradiance(&square, n, w, 40.0), irradiance_to(&square, n, w, 40.0, 1e-6));
+/// let exact = irradiance(&square, n, w, 40.0);
+/// let quick = irradiance_to(&square, n, w, 40.0, 1e-6);
 /// assert!((quick / exact - 1.0).abs() < 1e-6);
 /// ```
 #[must_use]
@@ -161,8 +167,8 @@ fn scaled(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
     let size = extent(polygon);
     if count >= 3 && size > SMALL {
         let sum = boundary::integral(polygon, n, w.normalize_or_zero(), k);
-        // Cut corners are rounded, which turns the sides they end: the more, the nearer they are to the
-        // shading point, as where both horizons cut a light from within its plane.
+        // Cut corners are rounded, which turns the sides they end: the more, the nearer they are to
+        // the shading point, as where both horizons cut a light from within its plane.
         let cut = if *polygon == *vertices {
             0.0
         } else {

@@ -1,16 +1,17 @@
 //! The lobe over triangles, from terms that are not negative.
 //!
-//! With unit vectors â, b̂, ĉ to the corners, v the angle along the side from b̂, δ that whole side,
-//! ê(v) the direction there, ρ the angle along the arc from â to ê, R that whole arc and
-//! τ = sin ρ/sin R,
+//! With unit vectors â, b̂, ĉ to the corners, v the angle along the side from b̂, δ that whole
+//! side, ê(v) the direction there, ρ the angle along the arc from â to ê, R that whole arc and τ =
+//! sin ρ/sin R,
 //!
 //! ```text
 //! ∫ (n·ω)(w·ω)ᵏ dω = det(â, b̂, ĉ) ∫ dv/sin δ ∫ dρ/sin R · τ (n·ω)(w·ω)ᵏ
 //! ```
 //!
 //! The inner integral is that of a lobe along a line ([`lobe`](crate::lobe)), the outer one is by
-//! nodes. What [horizons](super::cut) leave of a triangle has determinants that are products and quotients,
-//! and n·ω and w·ω follow from their values at the corners: nothing cancels, however thin a sliver.
+//! nodes. What [horizons](super::cut) leave of a triangle has determinants that are products and
+//! quotients, and n·ω and w·ω follow from their values at the corners: nothing cancels, however
+//! thin a sliver.
 
 use super::cut::Horizons;
 use crate::exact::{dot, length};
@@ -22,8 +23,8 @@ use linelit_geometry::{DVec3, predicates};
 
 /// What is dropped is below e⁻⁴⁶ of the peak.
 const DEPTH: f64 = 46.0;
-/// A triangle whose every value is below e⁻¹²⁰ of the polygon's peak is dropped: even where the peak is at
-/// the tip of a needle of 1e-20 sr, and the horizon passes through it.
+/// A triangle whose every value is below e⁻¹²⁰ of the polygon's peak is dropped: even where the
+/// peak is at the tip of a needle of 1e-20 sr, and the horizon passes through it.
 const NOTHING: f64 = 120.0;
 /// Sides are halved until they subtend at most that angle's cosine.
 const LONGEST: f64 = -0.1;
@@ -69,8 +70,8 @@ impl Corner {
         self.each(self.at / length, |i| self.values[i] / length)
     }
 
-    /// With the greatest cosines there are: a cut may be so near the shading point that its distance
-    /// underflows.
+    /// With the greatest cosines there are: a cut may be so near the shading point that its
+    /// distance underflows.
     pub(super) fn at_most(self, most: [f64; 2]) -> Self {
         self.each(self.at, |i| self.values[i].min(most[i]))
     }
@@ -80,8 +81,8 @@ impl Corner {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     pub(super) corners: [Corner; 3],
-    /// The cross products of the ends of the sides opposite the corners, in order. Of a side of nearly 180°
-    /// its rounded ends know neither the plane nor the sine.
+    /// The cross products of the ends of the sides opposite the corners, in order. Of a side of
+    /// nearly 180° its rounded ends know neither the plane nor the sine.
     pub(super) sides: [DVec3; 3],
     /// As two factors: of half a turn's sliver the product is below the range of numbers.
     pub(super) volume: [f64; 2],
@@ -97,8 +98,8 @@ struct Lobe {
     least: f64,
 }
 
-/// `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the fan of triangles from the first vertex, positive where they
-/// are counter-clockwise; the lobe's highest cosine there is at least `peak`.
+/// `∫ max(0, n·ω) max(0, w·ω)ᵏ dω` over the fan of triangles from the first vertex, positive where
+/// they are counter-clockwise; the lobe's highest cosine there is at least `peak`.
 pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64) -> f64 {
     let lobe = Lobe {
         n,
@@ -162,14 +163,14 @@ impl Lobe {
         }
     }
 
-    /// From the centre of the circumcircle, where that is inside: of half a sphere, the middle of the
-    /// longest side may be opposite the third corner.
+    /// From the centre of the circumcircle, where that is inside: of half a sphere, the middle of
+    /// the longest side may be opposite the third corner.
     fn thirds(&self, triangle: Triangle, rounds: u32) -> f64 {
         let corners = triangle.corners;
         let [a, b, c] = corners.map(|c| c.at);
         let normal = predicates::cross(b - a, c - a).normalize_or_zero();
-        // Which pole is meant, and whether it is inside, rounded corners of (nearly) half a sphere do not
-        // know: the triangle's orientation and its sides do.
+        // Which pole is meant, and whether it is inside, rounded corners of (nearly) half a sphere
+        // do not know: the triangle's orientation and its sides do.
         let turn = triangle.volume[0].signum() * triangle.volume[1].signum();
         let centre = self.corner(normal * turn);
         let volumes = triangle.sides.map(|side| dot(centre.at, side));
@@ -297,7 +298,8 @@ impl Sweep {
             if width == 0.0 {
                 continue;
             }
-            // The logarithm falls at least in proportion: halving finds the window but for a factor of two.
+            // The logarithm falls at least in proportion: halving finds the window but for a factor
+            // of two.
             while self.level(peak + 0.5 * width) < high - DEPTH {
                 width *= 0.5;
             }
@@ -344,7 +346,8 @@ impl Sweep {
         let (z0, z1) = (self.apex.values[1], end.values[1]);
         let cosine = dot(self.apex.at, end.at);
         let sine = predicates::cross(self.apex.at, end.at).length();
-        // The slopes at both ends, times the sine. On shorter arcs an end is as good, and slopes are noise.
+        // The slopes at both ends, times the sine. On shorter arcs an end is as good, and slopes
+        // are noise.
         let (rise, fall) = (z1 - z0 * cosine, z0 - z1 * cosine);
         let high = if sine > 1e-7 && rise > 0.0 && fall > 0.0 {
             z0.hypot(rise / sine)
@@ -375,8 +378,9 @@ impl Sweep {
         width.abs() * (0..FEW).map(term).sum::<f64>()
     }
 
-    /// By halves until sixteen nodes on the whole and on both halves agree to 1e-8, so that the halves are
-    /// right to 1e-13; to that itself where a power that is no integer ends on the triangle.
+    /// By halves until sixteen nodes on the whole and on both halves agree to 1e-8, so that the
+    /// halves are right to 1e-13; to that itself where a power that is no integer ends on the
+    /// triangle.
     fn adaptive(&self, from: f64, width: f64, before: f64) -> f64 {
         let k = self.lobe.k;
         let tolerance = if k < 2.0 * SMOOTH && k.fract() != 0.0 {

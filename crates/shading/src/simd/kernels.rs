@@ -1,13 +1,15 @@
 //! The vector kernels, written once for any width of register.
 //!
-//! Every operation takes K registers at once: independent chains of operations side by side keep the
-//! processor busy, where a single one would mostly wait for its roots and quotients. Each operation is
-//! that of the scalar twin in the same order, without fused operations, so the bits are the same.
+//! Every operation takes K registers at once: independent chains of operations side by side keep
+//! the processor busy, where a single one would mostly wait for its roots and quotients. Each
+//! operation is that of the scalar twin in the same order, without fused operations, so the bits
+//! are the same.
 //!
-//! No closures: they do not inherit the instruction set, and every operation in them would be a call.
+//! No closures: they do not inherit the instruction set, and every operation in them would be a
+//! call.
 
-/// Four terms of a polynomial, from the coefficient i on. A macro, for a constant stays a constant: as
-/// an argument the coefficients were gathered in a register and taken apart again.
+/// Four terms of a polynomial, from the coefficient i on. A macro, for a constant stays a constant:
+/// as an argument the coefficients were gathered in a register and taken apart again.
 macro_rules! four {
     ($c:expr, $i:expr, $x:expr, $x2:expr) => {{
         const C: [f64; 4] = [$c[$i], $c[$i + 1], $c[$i + 2], $c[$i + 3]];
@@ -171,9 +173,9 @@ macro_rules! kernels {
             lines::<POINT_LINE>(columns, n, out, trusted)
         }
 
-        /// Columns as long as `out`, a multiple of [`LANES`](super::super::LANES) of at most 64; a bit for
-        /// each that is trusted. The roots of a round are taken while the last one is finished: a
-        /// single chain of operations would mostly wait.
+        /// Columns as long as `out`, a multiple of [`LANES`](super::super::LANES) of at most 64; a
+        /// bit for each that is trusted. The roots of a round are taken while the last one is
+        /// finished: a single chain of operations would mostly wait.
         #[inline]
         #[target_feature(enable = $feature)]
         fn lines<const MODEL: u8>(

@@ -1,5 +1,5 @@
-//! The vector kernels: the line integrals over columns of segments, and the nodes of a lobe's panel,
-//! written once ([`kernels`]) and compiled for AVX-512 and AVX2 ([`x86`]).
+//! The vector kernels: the line integrals over columns of segments, and the nodes of a lobe's
+//! panel, written once ([`kernels`]) and compiled for AVX-512 and AVX2 ([`x86`]).
 //!
 //! Every operation is the one of the scalar twin ([`ordinary`](crate::ordinary),
 //! [`lobe`](crate::lobe)) in the same order, without fused operations, so the bits are the same;
@@ -45,8 +45,8 @@ pub(crate) enum Model {
     PointLine,
 }
 
-/// The integrals of at most [`BLOCK`] segments, a multiple of [`LANES`], and a bit for each that may
-/// be trusted. All columns are as long as `out`.
+/// The integrals of at most [`BLOCK`] segments, a multiple of [`LANES`], and a bit for each that
+/// may be trusted. All columns are as long as `out`.
 #[inline]
 #[allow(
     unsafe_code,

@@ -217,9 +217,10 @@ pub(crate) const POLYGON_DOMAINS: [&str; 7] = [
 /// Polygons that the shading point is as good as in the plane of.
 pub(crate) const PLANE: &str = "in its plane";
 
-/// A triangle or a parallelogram in a plane (exactly: of equal coordinates) at 10 to a power from `low` to `high`
-/// of the shading point, whose foot is inside, on a side to 1e-17 to 1e-8, or outside; and a normal that is
-/// that of the plane, nearly that, nearly in the plane, or any, so that the horizon cuts.
+/// A triangle or a parallelogram in a plane (exactly: of equal coordinates) at 10 to a power from
+/// `low` to `high` of the shading point, whose foot is inside, on a side to 1e-17 to 1e-8, or
+/// outside; and a normal that is that of the plane, nearly that, nearly in the plane, or any, so
+/// that the horizon cuts.
 pub(crate) fn flat_shape(low: f64, high: f64, rng: &mut SplitMix64) -> (Vec<DVec3>, DVec3) {
     let mut flat = || [rng.in_range(-1.0, 1.0), rng.in_range(-1.0, 1.0)];
     let [o, a, b] = [flat(), flat(), flat()];
@@ -251,8 +252,8 @@ pub(crate) fn flat_shape(low: f64, high: f64, rng: &mut SplitMix64) -> (Vec<DVec
     (corners.into_iter().map(corner).collect(), n)
 }
 
-/// Irradiance and solid angle from a plane: both by sums that lose the digits of the distance, twice, of as many
-/// as it takes.
+/// Irradiance and solid angle from a plane: both by sums that lose the digits of the distance,
+/// twice, of as many as it takes.
 pub(crate) fn from_its_plane(corners: &[[f64; 3]], n: [f64; 3]) -> [f64; 2] {
     let coordinates = corners.iter().flatten().filter(|x| **x != 0.0);
     let least = coordinates.fold(1.0, |a: f64, b| a.min(b.abs()));

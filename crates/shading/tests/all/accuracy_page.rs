@@ -3,7 +3,8 @@
 use crate::accuracy::{self, Row};
 use crate::{lobe_rows, solid_rows};
 
-/// The first inputs of each row: no more than the table's worst (which is of more of the same inputs).
+/// The first inputs of each row: no more than the table's worst (which is of more of the same
+/// inputs).
 fn hold(rows: &[Row]) {
     let table = include_str!("../../../../docs/accuracy.md");
     let worse = accuracy::regressions(rows, table);

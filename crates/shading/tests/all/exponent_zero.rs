@@ -1,4 +1,5 @@
-//! A lobe of exponent zero: one where its cosine is positive, nothing elsewhere, wherever it is asked.
+//! A lobe of exponent zero: one where its cosine is positive, nothing elsewhere, wherever it is
+//! asked.
 
 use linelit_bsdf::Phong;
 use linelit_geometry::{DVec3, predicates};
@@ -68,8 +69,8 @@ proptest! {
         assert_close!(lobes, polygon::irradiance(&corners, n), rel = line, "polygon");
     }
 
-    /// Exponents that go to zero have its integrals as their limit: 1 − zᵏ ≤ −k ln z, and what has a
-    /// cosine below e⁻¹⁰⁰⁰ is nothing.
+    /// Exponents that go to zero have its integrals as their limit: 1 − zᵏ ≤ −k ln z, and what has
+    /// a cosine below e⁻¹⁰⁰⁰ is nothing.
     #[test]
     fn the_limit_of_small_exponents(p0 in point(), p1 in point(), p2 in point(), n in unit(), r in unit(), e in -15.0..-5.0f64) {
         let k = 10f64.powf(e);

@@ -1,11 +1,11 @@
-//! Every public function of the crate on input that no scene should have: NaN, infinities, subnormal
-//! and huge numbers, equal and nearly equal vectors, in any argument. Nothing panics (the test profile
-//! checks overflow and debug assertions), every result is finite, and what is a measure of light is not
-//! negative.
+//! Every public function of the crate on input that no scene should have: NaN, infinities,
+//! subnormal and huge numbers, equal and nearly equal vectors, in any argument. Nothing panics (the
+//! test profile checks overflow and debug assertions), every result is finite, and what is a
+//! measure of light is not negative.
 //!
-//! Left out are plain linear maps of their input ([`Phong::axis`], [`CosineLobe::axis`], `Ltc::map`),
-//! which are called but may be as infinite as what they are given, and `quadrature`'s values of an
-//! integrand that is itself no number.
+//! Left out are plain linear maps of their input ([`Phong::axis`], [`CosineLobe::axis`],
+//! `Ltc::map`), which are called but may be as infinite as what they are given, and `quadrature`'s
+//! values of an integrand that is itself no number.
 
 use linelit_bsdf::microfacet::{Ggx, TrowbridgeReitz, schlick};
 use linelit_bsdf::{

@@ -168,7 +168,8 @@ proptest! {
     #[test]
     fn parts_of_a_polygon_add_up(a in point(), b in point(), c in point(), n in unit(), r in unit(), t in 0.0..1.0f64, e in -1.0..4.0f64, flat in 0.1..1.0f64) {
         let d = Segment::new(b, c).at(t);
-        // The split point is rounded, by 2 ε of the larger end, which turns its direction by so much …
+        // The split point is rounded, by 2 ε of the larger end, which turns its direction by so
+        // much …
         let off = 4.0 * f64::EPSILON * b.length().max(c.length()) / d.length();
         // … and makes or hides the triangle of the three points of that side: that angle times the
         // tangents of half the arcs on both sides of it.
@@ -177,8 +178,8 @@ proptest! {
         let sizes = [a, b, c, d].map(|p| p.length());
         let ratio = sizes.into_iter().fold(0.0, f64::max) / sizes.into_iter().fold(f64::INFINITY, f64::min);
         let torn = off * (half_tan(b, d) + half_tan(d, c)) + 100.0 * (f64::EPSILON * ratio).powi(2);
-        // In the plane of the shading point, rounding decides from which side the parts are seen: a half-space
-        // of light or none.
+        // In the plane of the shading point, rounding decides from which side the parts are seen: a
+        // half-space of light or none.
         let height = height(a, b, c);
         prop_assume!(torn < 1e-6 && height > 10.0 * off);
         let (whole, parts) = ([a, b, c], [[a, b, d], [a, d, c]]);
@@ -190,8 +191,8 @@ proptest! {
         let k = 10f64.powf(e);
         let (one, two) = sum(&|p| phong_polygon::irradiance(p, n, r, k));
         assert_close!(two, one, torn + 2e-10 * one, "exponent {k}");
-        // A lobe that is 1/flat² as high as the cosine's, of points that are mapped: 1/flat times the arcs,
-        // and eight roundings of 1/flat for two; mapping rounds each corner.
+        // A lobe that is 1/flat² as high as the cosine's, of points that are mapped: 1/flat times
+        // the arcs, and eight roundings of 1/flat for two; mapping rounds each corner.
         let lobe = Ltc::new(DMat3::from_diagonal(DVec3::new(flat, flat, 1.0)), 1.0);
         let frame = Frame::from_normal(n);
         let (one, two) = sum(&|p| lobe.polygon(&frame, p));

@@ -1,9 +1,10 @@
-//! Every closed form along a line against adaptive quadrature of what it is defined as, on ordinary and on
-//! hostile input.
+//! Every closed form along a line against adaptive quadrature of what it is defined as, on ordinary
+//! and on hostile input.
 //!
-//! The points of the line are in double-double arithmetic, so that the integrand is right to some roundings
-//! however near the line passes, and the line is divided at the point nearest to the shading point, at each
-//! horizon, and where the lobe is highest, towards each of which the pieces become smaller by halves.
+//! The points of the line are in double-double arithmetic, so that the integrand is right to some
+//! roundings however near the line passes, and the line is divided at the point nearest to the
+//! shading point, at each horizon, and where the lobe is highest, towards each of which the pieces
+//! become smaller by halves.
 
 use crate::accuracy;
 use linelit_geometry::{DMat3, DVec3, Frame};
@@ -68,8 +69,8 @@ impl Line {
         }
     }
 
-    /// ∫ f ds over the parts with k·p > 0 for all `planes`, and a bound of the error; divided also where
-    /// each `axis` is nearest in direction.
+    /// ∫ f ds over the parts with k·p > 0 for all `planes`, and a bound of the error; divided also
+    /// where each `axis` is nearest in direction.
     fn integral(&self, planes: &[DVec3], axes: &[DVec3], f: impl Fn(&Seen) -> f64) -> (f64, f64) {
         let zero = Dd::new(0.0);
         let mut marks = vec![self.ends[0], self.ends[1], zero];
@@ -231,8 +232,8 @@ proptest! {
         }
     }
 
-    /// Transformed cosines over the value of their own density; the mapped ends are rounded, which counts
-    /// for the more the nearer the line passes and the lower it is.
+    /// Transformed cosines over the value of their own density; the mapped ends are rounded, which
+    /// counts for the more the nearer the line passes and the lower it is.
     #[test]
     fn transformed_cosines(input in input(), width in 0.05..1.0f64, skew in -0.5..0.5f64, roughness in 0.1..1.0f64, cosine in 0.05..1.0f64) {
         let Input { ends: [a, b], n, .. } = input;

@@ -64,8 +64,8 @@ impl Arc {
         [dot(&k, &self.first), dot(&k, &self.tangent)]
     }
 
-    /// ∫ (n·ω) lobe and ∫ (n·ω)/|p| lobe from `from` over `width` in the direction `sign`; the lobe by the
-    /// angle from `from`.
+    /// ∫ (n·ω) lobe and ∫ (n·ω)/|p| lobe from `from` over `width` in the direction `sign`; the lobe
+    /// by the angle from `from`.
     fn piece(
         &self,
         rule: &Rule,
@@ -101,8 +101,8 @@ impl Arc {
     }
 }
 
-/// Fractions that divide a side: thirds, or pieces that halve towards the far end, where the lobe may end
-/// like a power.
+/// Fractions that divide a side: thirds, or pieces that halve towards the far end, where the lobe
+/// may end like a power.
 fn division(rough: bool) -> Vec<f64> {
     if rough {
         (0..40).map(|j| 1.0 - 0.5f64.powi(j)).chain([1.0]).collect()

@@ -46,8 +46,8 @@ fn lobe_segment(domain: &str, rng: &mut SplitMix64) -> (DVec3, DVec3, DVec3, DVe
     if domain != BOTH {
         return (a, b, n, axis(a, b, rng));
     }
-    // Half of the axes are nearly perpendicular to the line, the others cut it at 1e-12 to 1 of its length from
-    // where the surface does.
+    // Half of the axes are nearly perpendicular to the line, the others cut it at 1e-12 to 1 of its
+    // length from where the surface does.
     if rng.next_f64() < 0.5 {
         let side = a.cross(b).normalize();
         return (
@@ -72,7 +72,8 @@ fn axis(a: DVec3, b: DVec3, rng: &mut SplitMix64) -> DVec3 {
     (a.lerp(b, rng.next_f64()).normalize() + vector(rng) * along).normalize()
 }
 
-/// An integer exponent for the recursions, which take a time proportional to it: of every 25th input.
+/// An integer exponent for the recursions, which take a time proportional to it: of every 25th
+/// input.
 fn integer(k: f64, index: usize) -> Option<u32> {
     #[allow(
         clippy::cast_possible_truncation,
@@ -248,9 +249,9 @@ pub(crate) fn cosine_lobes(count: usize) -> Vec<Row> {
     rows
 }
 
-/// Adaptive quadrature of cosine lobes of exponents below 30 that see both ends: a lit end that no node
-/// meets stays unseen, as is said there. A segment through the shading point has ends that are opposite, of
-/// which next to no lobe sees both: those domains are left out.
+/// Adaptive quadrature of cosine lobes of exponents below 30 that see both ends: a lit end that no
+/// node meets stays unseen, as is said there. A segment through the shading point has ends that are
+/// opposite, of which next to no lobe sees both: those domains are left out.
 pub(crate) fn quadratures(count: usize) -> Vec<Row> {
     let rule = Rule::default();
     let domains = LINE_DOMAINS
@@ -297,8 +298,8 @@ pub(crate) fn quadratures(count: usize) -> Vec<Row> {
 /// What can go wrong with a lobe over a polygon, besides the domains of the diffuse one.
 const LOBE_DOMAINS: [&str; 3] = ["axis at an edge", "exponent 1e3 to 1e5", PLANE];
 
-/// Lobes of even exponents, which have sums of so many digits as it takes: at all distances of the plane, of any
-/// axis, and with an axis along the normal, or opposite, to rounding or nearly.
+/// Lobes of even exponents, which have sums of so many digits as it takes: at all distances of the
+/// plane, of any axis, and with an axis along the normal, or opposite, to rounding or nearly.
 const ANY_AXIS: &str = "in its plane, even exponent";
 const ALONG: &str = "axis along the normal";
 
@@ -367,8 +368,8 @@ fn even_lobes(domain: &'static str, count: usize) -> Row {
     }
 }
 
-/// [`oracle::wide_lobe`] of as many digits as what cancels: those of the distance twice, of the result, and of what
-/// the axis is off the normal or its opposite.
+/// [`oracle::wide_lobe`] of as many digits as what cancels: those of the distance twice, of the
+/// result, and of what the axis is off the normal or its opposite.
 fn evenly(corners: &[DVec3], n: DVec3, w: DVec3, k: u32) -> f64 {
     let corners: Vec<[f64; 3]> = corners.iter().map(|v| v.to_array()).collect();
     let coordinates = corners.iter().flatten().filter(|x| **x != 0.0);

@@ -10,7 +10,8 @@ fn unit() -> impl Strategy<Value = DVec3> {
     unit_vector().prop_map(DVec3::from_array)
 }
 
-/// Convex polygons on a plane at any tilt, edge-on too, of sizes from specks to what fills the view.
+/// Convex polygons on a plane at any tilt, edge-on too, of sizes from specks to what fills the
+/// view.
 fn polygon() -> impl Strategy<Value = Vec<DVec3>> {
     let angles = prop::collection::vec(0.0..std::f64::consts::TAU, 3..8);
     (unit(), unit(), unit(), -6.0..0.5f64, -3.0..0.0f64, angles).prop_map(

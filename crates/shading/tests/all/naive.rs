@@ -209,7 +209,8 @@ pub(crate) fn phong_polygon(vertices: &[DVec3], n: DVec3, w: DVec3, k: u32) -> f
         let term = |(e, b): (&(DVec3, f64, f64, f64), &f64)| e.0.dot(f) * b;
         edges.iter().zip(boundary).map(term).sum()
     };
-    // T of order −1 or 0, and upwards by two to k − 1; the boundary of order one less than T's next.
+    // T of order −1 or 0, and upwards by two to k − 1; the boundary of order one less than T's
+    // next.
     let even = k.is_multiple_of(2);
     let (mut moment, mut order) = if even {
         (0.0, 1)

@@ -72,8 +72,8 @@ fn lune(l: &Line) -> Dd {
     sum
 }
 
-/// Billen & Dutré's integral, by the crate's own algebra in double-double (that the algebra is right is
-/// for the reference vectors to say), with the angle from atan2.
+/// Billen & Dutré's integral, by the crate's own algebra in double-double (that the algebra is
+/// right is for the reference vectors to say), with the angle from atan2.
 pub(crate) fn ribbon(p0: [f64; 3], p1: [f64; 3], n: [f64; 3]) -> Dd {
     match clip(p0, p1, &[n]) {
         Some((a, b)) => along([a, b], &vector::<Dd>(n)),
@@ -154,9 +154,9 @@ fn apply(m: &Rows, p: &V) -> V {
     [dot(&m[0], p), dot(&m[1], p), dot(&m[2], p)]
 }
 
-/// A linearly transformed cosine over a polygon, both in the surface's frame (z up), times π; and the
-/// mapped polygon's solid angle times distance over height and times distance × perimeter over area,
-/// which the error is relative to.
+/// A linearly transformed cosine over a polygon, both in the surface's frame (z up), times π; and
+/// the mapped polygon's solid angle times distance over height and times distance × perimeter over
+/// area, which the error is relative to.
 pub(crate) fn ltc_polygon(columns: [[f64; 3]; 3], vertices: &[[f64; 3]]) -> (Dd, f64) {
     let m = inverse(columns);
     let zero = dd(0.0);
@@ -328,9 +328,9 @@ fn above<R: Real>(points: &[[R; 3]], n: &[R; 3]) -> Vec<[R; 3]> {
     above
 }
 
-/// A lobe of an even exponent over what is above both horizons, by its boundary, in arithmetic of many digits:
-/// (k + 2) T is the sum over the edges of (w·n) g (J₀ + J₂ + … + J of k − 2) + (G·n) Jₖ, where the integrals Jₘ
-/// of zᵐ along an edge obey m Jₘ = (m − 1)(1 − g²) Jₘ₋₂ − [zᵐ⁻¹ z′].
+/// A lobe of an even exponent over what is above both horizons, by its boundary, in arithmetic of
+/// many digits: (k + 2) T is the sum over the edges of (w·n) g (J₀ + J₂ + … + J of k − 2) + (G·n)
+/// Jₖ, where the integrals Jₘ of zᵐ along an edge obey m Jₘ = (m − 1)(1 − g²) Jₘ₋₂ − [zᵐ⁻¹ z′].
 pub(crate) fn wide_lobe<R: Real>(vertices: &[[f64; 3]], n: [f64; 3], w: [f64; 3], k: u32) -> f64 {
     let (n, w) = (vector::<R>(n), vector::<R>(w));
     let (zero, one) = (R::new(0.0), R::new(1.0));
@@ -369,8 +369,8 @@ pub(crate) fn wide_lobe<R: Real>(vertices: &[[f64; 3]], n: [f64; 3], w: [f64; 3]
     whole.to_f64()
 }
 
-/// Lambert's sum over what is above the horizon, and the solid angle of the whole fan of triangles, in arithmetic of
-/// many digits.
+/// Lambert's sum over what is above the horizon, and the solid angle of the whole fan of triangles,
+/// in arithmetic of many digits.
 pub(crate) fn wide_polygon<R: Real>(vertices: &[[f64; 3]], n: [f64; 3]) -> [f64; 2] {
     let n = vector::<R>(n);
     let zero = R::new(0.0);

@@ -1,6 +1,7 @@
-//! Lobes over polygons: triangles of unit vectors in double-double arithmetic, halved across the greatest
-//! change of the lobe until it is mild on them; there the nodes of a product rule in `f64`, relative to a
-//! corner. All terms are positive: good to some 1e-13 of the result itself, slivers and tails included.
+//! Lobes over polygons: triangles of unit vectors in double-double arithmetic, halved across the
+//! greatest change of the lobe until it is mild on them; there the nodes of a product rule in
+//! `f64`, relative to a corner. All terms are positive: good to some 1e-13 of the result itself,
+//! slivers and tails included.
 
 use crate::oracle::{V, dd};
 use linelit_testkit::dd::Dd;
@@ -137,8 +138,8 @@ impl Oracle {
         sum * quarter * quarter * quarter * quarter
     }
 
-    /// From the centre of the circumcircle, if that is inside: of nearly half a sphere, the middle of a side may be
-    /// beyond what is opposite the third corner.
+    /// From the centre of the circumcircle, if that is inside: of nearly half a sphere, the middle
+    /// of a side may be beyond what is opposite the third corner.
     fn thirds(&self, t: [Corner; 3], n: &V) -> Vec<[Corner; 3]> {
         let normal = cross(&sub(&t[1].at, &t[0].at), &sub(&t[2].at, &t[0].at));
         let size = length(&normal);
@@ -176,7 +177,8 @@ impl Oracle {
             let (b, c) = (&t[(i + 1) % 3], &t[(i + 2) % 3]);
             let step = sub(&b.at, &c.at);
             let chord = dot(&step, &step).to_f64();
-            // Sides of more than 90° first: what is between nearly opposite corners may be anything.
+            // Sides of more than 90° first: what is between nearly opposite corners may be
+            // anything.
             let mut change = if chord > 2.0 { f64::MAX } else { chord / 0.1 };
             if self.k > 0.0 {
                 change = change.max(chord * self.k / 2.0);

@@ -1,5 +1,6 @@
-//! Every closed form over a polygon against adaptive quadrature of what it is defined as, in polar coordinates about
-//! the point of its plane below the shading point: ordinary polygons, slivers, far ones, and from (nearly) their plane.
+//! Every closed form over a polygon against adaptive quadrature of what it is defined as, in polar
+//! coordinates about the point of its plane below the shading point: ordinary polygons, slivers,
+//! far ones, and from (nearly) their plane.
 
 use linelit_geometry::{DVec3, Frame};
 use linelit_shading::cosine_lobe::CosineLobe;
@@ -123,10 +124,11 @@ impl Shape {
         pieces.map(integral).sum()
     }
 
-    /// ∫ f(ω) dω where k·ω > 0 for all `planes`, and a bound of the error; `whole` is the solid angle, horizons or
-    /// not, for an integrand of at most one.
+    /// ∫ f(ω) dω where k·ω > 0 for all `planes`, and a bound of the error; `whole` is the solid
+    /// angle, horizons or not, for an integrand of at most one.
     fn integral(&self, whole: f64, planes: &[DVec3], f: impl Fn(DVec3) -> f64) -> (f64, f64) {
-        // Azimuths with a kink: of corners, and of a horizon where it leaves by a side, meets another, and is far away.
+        // Azimuths with a kink: of corners, and of a horizon where it leaves by a side, meets
+        // another, and is far away.
         let mut kinks: Vec<[f64; 2]> = self.corners.clone();
         for (i, k) in planes.iter().enumerate() {
             let above = |p: [f64; 2]| k.x * p[0] + k.y * p[1] + k.z * self.height;
@@ -147,7 +149,8 @@ impl Shape {
         let mut marks: Vec<f64> = kinks.iter().map(azimuth).collect();
         marks.sort_by(f64::total_cmp);
         marks.push(marks[0] + TAU);
-        // Smaller and smaller towards each: next to a horizon that is as good as upright, much happens.
+        // Smaller and smaller towards each: next to a horizon that is as good as upright, much
+        // happens.
         let graded = |p: &[f64]| {
             let half = 0.5 * (p[1] - p[0]);
             let (from, to) = (p[0], p[1]);
@@ -185,8 +188,8 @@ impl Shape {
     }
 }
 
-/// The nearest that the light's plane is, by its power of ten: below 1e-280 of the polygon's size, so are cosines with
-/// roundings that have to be known.
+/// The nearest that the light's plane is, by its power of ten: below 1e-280 of the polygon's size,
+/// so are cosines with roundings that have to be known.
 const NEAREST: f64 = -280.0;
 
 /// Ordinary ones, slivers, far ones, and from nearly their plane, the foot inside or outside.
@@ -202,14 +205,16 @@ fn shape(nearest: f64) -> impl Strategy<Value = Shape> {
             Shape {
                 corners: corners.iter().map(place).collect(),
                 height: 10f64.powf(height),
-                // Ends at up to 5 of the foot, between sides that are 0.02 of the width apart at least.
+                // Ends at up to 5 of the foot, between sides that are 0.02 of the width apart at
+                // least.
                 rounding: 8.0 * f64::EPSILON * 5.0 / (0.02 * squash),
             }
         },
     )
 }
 
-/// A shape and a normal: any, that of its plane but for little, or one whose horizon passes at little from a corner.
+/// A shape and a normal: any, that of its plane but for little, or one whose horizon passes at
+/// little from a corner.
 fn lit(nearest: f64) -> impl Strategy<Value = (Shape, DVec3)> {
     (shape(nearest), unit(), 0..4u8, -13.0..-1.0f64).prop_map(|(shape, away, kind, little)| {
         let little = 10f64.powf(little);
@@ -227,7 +232,8 @@ fn unit() -> impl Strategy<Value = DVec3> {
     unit_vector().prop_map(DVec3::from_array)
 }
 
-/// The same with an axis: any, the normal but for little, or one whose horizon passes at little from a corner.
+/// The same with an axis: any, the normal but for little, or one whose horizon passes at little
+/// from a corner.
 fn lit_and_axis() -> impl Strategy<Value = (Shape, DVec3, DVec3)> {
     (lit(NEAREST), unit(), 0..4u8, -18.0..-1.0f64).prop_map(|((shape, n), away, kind, little)| {
         let little = 10f64.powf(little);
@@ -297,8 +303,8 @@ proptest! {
         shape.compare("CosineLobe::polygon", cosine.polygon(&frame, wo, &corners).x, 1e-10, whole, want);
     }
 
-    /// Mapped corners are rounded by η = 7 roundings × the map's condition (below 1e4) of their distance, and
-    /// a polygon by 80 η over its height and width.
+    /// Mapped corners are rounded by η = 7 roundings × the map's condition (below 1e4) of their
+    /// distance, and a polygon by 80 η over its height and width.
     #[test]
     fn transformed_cosines((shape, n) in lit(NEAREST), roughness in 0.1..1.0f64, cosine in 0.05..1.0f64) {
         let corners = shape.vertices();
@@ -319,7 +325,8 @@ proptest! {
     }
 }
 
-/// Less than a polygon: nothing, and (where rounding gives a triangle of nothing an area) no more than that.
+/// Less than a polygon: nothing, and (where rounding gives a triangle of nothing an area) no more
+/// than that.
 fn flat() -> impl Strategy<Value = Vec<DVec3>> {
     let point = || (unit(), -3.0..3.0f64).prop_map(|(d, s)| d * 10f64.powf(s));
     let shares = prop::collection::vec(0.0..1.0f64, 3..8);
@@ -351,8 +358,8 @@ fn flat() -> impl Strategy<Value = Vec<DVec3>> {
 proptest! {
     #![proptest_config(config(1000))]
 
-    /// What is no polygon is dark, but for the area that its corners' rounding gives it: of up to 30 corners
-    /// each turned by 2 ε, of some radian of circumference.
+    /// What is no polygon is dark, but for the area that its corners' rounding gives it: of up to
+    /// 30 corners each turned by 2 ε, of some radian of circumference.
     #[test]
     fn degenerate_is_dark(corners in flat(), n in unit(), w in unit(), k in 0.0..60.0f64, roughness in 0.1..1.0f64) {
         let frame = Frame::from_normal(n);
@@ -387,7 +394,8 @@ proptest! {
         assert_close!(solid_angle::sphere(centre, radius), whole.value, tolerance, "sphere {s}");
         let versine = solid_angle::sphere_versine(distance, radius);
         assert_close!(solid_angle::cap(versine), whole.value, tolerance, "cap {s}");
-        // About the axis: ∫ max(0, a + b cos φ) dφ over a circle of directions, cut where it is zero.
+        // About the axis: ∫ max(0, a + b cos φ) dφ over a circle of directions, cut where it is
+        // zero.
         let ring = |t: f64| {
             let (a, b) = (lift * t.cos(), n.x * t.sin());
             let end = if a >= b { TAU / 2.0 } else if a <= -b { 0.0 } else { (-a / b).acos() };
@@ -402,8 +410,8 @@ proptest! {
     }
 }
 
-/// An axis along the normal but for rounding: what it cuts off is nothing, however little of the polygon is above
-/// the horizon (it had been a whole quarter of the sphere).
+/// An axis along the normal but for rounding: what it cuts off is nothing, however little of the
+/// polygon is above the horizon (it had been a whole quarter of the sphere).
 #[test]
 fn an_axis_along_the_normal_has_its_horizon() {
     let n = DVec3::new(0.09950371902099893, 0.0, 0.9950371902099893);

@@ -104,8 +104,8 @@ pub(crate) fn run(folder: &Path) -> Result<Report, String> {
     Ok(report)
 }
 
-/// [`evaluate`], with a case that lacks something as an error: the accessors of a case panic, for in a test
-/// that is what they should do.
+/// [`evaluate`], with a case that lacks something as an error: the accessors of a case panic, for
+/// in a test that is what they should do.
 fn guarded(report: &mut Report, file: &str, schema: &str, case: &Case) -> Result<(), String> {
     let attempt = std::panic::AssertUnwindSafe(|| evaluate(report, file, schema, case));
     match std::panic::catch_unwind(attempt) {

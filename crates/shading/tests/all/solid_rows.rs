@@ -97,13 +97,14 @@ fn spheres(count: usize) -> Vec<Row> {
     rows
 }
 
-/// Corners that were mapped are off by 4 roundings of the inverse and 3 of the product, times the map's
-/// condition |M||M⁻¹| (below 1.6 × 105 for [`map`]): η = 7 × 1.1e-16 × 170 = 1.3e-13 of their distance.
+/// Corners that were mapped are off by 4 roundings of the inverse and 3 of the product, times the
+/// map's condition |M||M⁻¹| (below 1.6 × 105 for [`map`]): η = 7 × 1.1e-16 × 170 = 1.3e-13 of their
+/// distance.
 const MAPPED: f64 = 1.3e-13;
 /// A line's two ends, its sine and its width: 8 η, which is 1e-12.
 const LINE_GOAL: f64 = 1e-12;
-/// A polygon's sides by the same, both horizons that cut it, and the height above its plane, which is a
-/// difference of three products of what is off: 80 η, which is 1e-11.
+/// A polygon's sides by the same, both horizons that cut it, and the height above its plane, which
+/// is a difference of three products of what is off: 80 η, which is 1e-11.
 const POLYGON_GOAL: f64 = 1e-11;
 const _: () = assert!(8.0 * MAPPED > LINE_GOAL && 80.0 * MAPPED > POLYGON_GOAL);
 
@@ -117,8 +118,9 @@ fn map(rng: &mut SplitMix64) -> DMat3 {
     )
 }
 
-/// Linearly transformed cosines, for a given map and in its own frame: over polygons relative to the
-/// mapped solid angle times what is written at [`oracle::ltc_polygon`], along lines relative to the value over the sine of the mapped angle.
+/// Linearly transformed cosines, for a given map and in its own frame: over polygons relative to
+/// the mapped solid angle times what is written at [`oracle::ltc_polygon`], along lines relative to
+/// the value over the sine of the mapped angle.
 pub(crate) fn ltc(count: usize) -> Vec<Row> {
     let mut rows = Vec::new();
     let frame = Frame {
@@ -157,8 +159,8 @@ pub(crate) fn ltc(count: usize) -> Vec<Row> {
             goal: POLYGON_GOAL,
         });
     }
-    // Through the line and nearly perpendicular to it, the rounding of the inverse map decides whether the
-    // mapped ends are above the horizon.
+    // Through the line and nearly perpendicular to it, the rounding of the inverse map decides
+    // whether the mapped ends are above the horizon.
     for domain in LINE_DOMAINS
         .into_iter()
         .filter(|d| *d != "near and grazing")

@@ -14,8 +14,8 @@ fn candidates_are_all_that_hides_anything() {
     candidates(linelit_testkit::cases::seed(11));
 }
 
-/// Among these, one in which the sweep is off by 1.2e-9 and brute force by 2e-15: at 1e5 from the origin, past a side nearly
-/// along the lines.
+/// Among these, one in which the sweep is off by 1.2e-9 and brute force by 2e-15: at 1e5 from the
+/// origin, past a side nearly along the lines.
 #[test]
 fn candidates_far_from_the_origin() {
     candidates(FOUND);
@@ -93,10 +93,11 @@ fn candidates(seed: u64) {
             #[allow(clippy::cast_precision_loss, reason = "a few")]
             let ends = (2 * some.len() + 2) as f64;
             assert!((length(&all) - length(&some)).abs() <= 1e-12 * ends);
-            // The sweep takes lines to lie in the plane of the light's corners, which rounded ends do to four roundings of
-            // their largest coordinate: each may move by so much, and the fraction by its gradient; and where on its image
-            // in the plane a place of the line is, changes by a quarter of the difference of the ends' heights over the
-            // plane, relative to the shading point's.
+            // The sweep takes lines to lie in the plane of the light's corners, which rounded ends
+            // do to four roundings of their largest coordinate: each may move by so much, and the
+            // fraction by its gradient; and where on its image in the plane a place of the line is,
+            // changes by a quarter of the difference of the ends' heights over the plane, relative
+            // to the shading point's.
             let step = 4.0 * f64::EPSILON * line.p0.abs().max(line.p1.abs()).max_element();
             let moved: f64 = (0..6)
                 .map(|k| {
@@ -115,7 +116,8 @@ fn candidates(seed: u64) {
                 0.0
             };
             let off = (length(&some) - out.fraction(i)).abs();
-            // Sides may reach 4096 lengths of the light beyond it, where they are cut, and are rounded there.
+            // Sides may reach 4096 lengths of the light beyond it, where they are cut, and are
+            // rounded there.
             let noise = 4.0 * 4096.0 * f64::EPSILON * ends;
             assert!(
                 off <= noise + moved + tilt,

@@ -221,8 +221,8 @@ pub(crate) fn agree_on(scene: &Scene, cases: &[Case]) {
     }
 }
 
-/// The shading points of a chequerboard but those beside the light: there the density of an area technique is
-/// unbounded, and what few samples give is not yet normally distributed.
+/// The shading points of a chequerboard but those beside the light: there the density of an area
+/// technique is unbounded, and what few samples give is not yet normally distributed.
 pub(crate) fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     let Light::Area(area) = &*renderer.scene().lights[0].light else {
         panic!("an area light")
