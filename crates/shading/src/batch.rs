@@ -4,7 +4,7 @@
 //! ordinary (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
 //! evaluated by the twin itself.
 
-use crate::simd::{self, BLOCK, LANES, Model};
+use crate::kernels::{self, BLOCK, LANES, Model};
 use crate::{cylinder, point_line, ribbon};
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::Isa;
@@ -132,33 +132,33 @@ fn padded<const N: usize>(
     out.copy_from_slice(&values[..out.len()]);
 }
 
-fn evaluate(model: Model, block: &simd::Columns<'_>, n: DVec3, out: &mut [f64], isa: Isa) {
-    let mut trusted = [0; BLOCK / 8];
-    simd::lines(model, block, n, out, isa, &mut trusted);
-    for (round, bits) in trusted.iter().enumerate().take(out.len() / 8) {
+fn evaluate(model: Model, block: &kernels::Columns<'_>, n: DVec3, out: &mut [f64], isa: Isa) {
+    let mut held = [0; BLOCK / 8];
+    kernels::lines(model, block, n, out, isa, &mut held);
+    for (round, bits) in held.iter().enumerate().take(out.len() / 8) {
         if *bits != u8::MAX {
-            mend(model, block, n, 8 * round, *bits, out);
+            robust_lanes(model, block, n, 8 * round, *bits, out);
         }
     }
 }
 
-/// The segments of eight that were not trusted.
+/// The segments of eight that were not held.
 #[inline(never)]
-fn mend(
+fn robust_lanes(
     model: Model,
-    block: &simd::Columns<'_>,
+    block: &kernels::Columns<'_>,
     n: DVec3,
     at: usize,
-    trusted: u8,
+    held: u8,
     out: &mut [f64],
 ) {
-    for i in (0..8).filter(|i| trusted >> i & 1 == 0).map(|i| at + i) {
+    for i in (0..8).filter(|i| held >> i & 1 == 0).map(|i| at + i) {
         let c = |j: usize| block[j][i];
         let (p0, p1, n) = ([c(0), c(1), c(2)], [c(3), c(4), c(5)], n.to_array());
         out[i] = match model {
-            Model::Ribbon => ribbon::careful(p0, p1, n),
-            Model::Cylinder => cylinder::careful(p0, p1, n),
-            Model::PointLine => point_line::careful(p0, p1, n),
+            Model::Ribbon => ribbon::robust(p0, p1, n),
+            Model::Cylinder => cylinder::robust(p0, p1, n),
+            Model::PointLine => point_line::robust(p0, p1, n),
         };
     }
 }

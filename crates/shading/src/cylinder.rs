@@ -13,10 +13,11 @@
 //! the emitter's cosine, so it is brighter towards the line's extension. A finite cylinder differs
 //! from the limit by the order of R/h; its caps are ignored.
 
-use crate::ordinary::{self, Point};
+use crate::fast_path::{self, Point};
 use crate::span::Span;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
+use linelit_simd::One;
 
 /// The irradiance of a linear light for each unit of radiance × radius, 1/length: its projected
 /// solid angle for each unit of radius.
@@ -46,13 +47,13 @@ use linelit_geometry::finite::nonnegative;
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let (a, b, up) = (p0.to_array(), p1.to_array(), n.to_array());
-    let (value, trusted) = ordinary::cylinder(a, b, up);
-    if trusted { value } else { careful(a, b, up) }
+    let (value, held) = fast_path::cylinder(One, a, b, up);
+    if held { value } else { robust(a, b, up) }
 }
 
 /// [`irradiance`] for every other segment.
 #[inline(always)]
-pub(crate) fn careful(p0: Point, p1: Point, n: Point) -> f64 {
+pub(crate) fn robust(p0: Point, p1: Point, n: Point) -> f64 {
     let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
     general(p0, p1, n)
 }

@@ -1,5 +1,7 @@
 //! Gauss–Legendre quadrature on fixed nodes, and the exponentials of a whole panel at once.
 
+use linelit_simd::Lanes;
+
 /// Nodes on a panel.
 pub(crate) const NODES: usize = 24;
 
@@ -103,7 +105,7 @@ pub(crate) const FEW_WEIGHTS: [f64; FEW] = [
 ];
 
 /// 1/k! from 2! to 13!: what is left out of exp(r) for |r| ≤ ln 2/2 is below 4e-18.
-pub(crate) const INVERSE_FACTORIALS: [f64; 12] = [
+const INVERSE_FACTORIALS: [f64; 12] = [
     0.5,
     0.16666666666666666,
     0.041666666666666664,
@@ -119,41 +121,39 @@ pub(crate) const INVERSE_FACTORIALS: [f64; 12] = [
 ];
 
 /// Adding and subtracting it rounds to an integer.
-pub(crate) const SHIFT: f64 = 6_755_399_441_055_744.0;
+const SHIFT: f64 = 6_755_399_441_055_744.0;
 /// ln 2 in two parts: its first 32 bits …
-pub(crate) const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
+const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 /// … and the rest.
-pub(crate) const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
-/// exp(x) for x ≤ 700, 0 below −700; a few flops without a branch, so that loops over it vectorise.
+/// exp(x) for x ≤ 700; 0 below −700, and for NaN. A few flops without a branch.
 ///
 /// **Error**: 2 ulp, or 9e-15 with ten terms instead of twelve if `SHORT`. **Method**: x = n ln 2 +
 /// r with ln 2 in two parts, Taylor in r.
 #[inline(always)]
-pub(crate) fn exp_bounded<const SHORT: bool>(x: f64) -> f64 {
-    let clamped = x.max(-700.0);
+pub(crate) fn exp_bounded<L: Lanes, const SHORT: bool>(l: L, x: L::D) -> L::D {
+    let clamped = l.dmax(x, l.dsplat(-700.0));
     let shifted = clamped * std::f64::consts::LOG2_E + SHIFT;
     let n = shifted - SHIFT;
     let r = (clamped - n * LN2_HIGH) - n * LN2_LOW;
     let c = &INVERSE_FACTORIALS;
     let r2 = r * r;
     let r4 = r2 * r2;
-    let low = (c[0] + c[1] * r) + (c[2] + c[3] * r) * r2;
-    let middle = (c[4] + c[5] * r) + (c[6] + c[7] * r) * r2;
-    let high = if SHORT {
-        c[8] + c[9] * r
-    } else {
-        (c[8] + c[9] * r) + (c[10] + c[11] * r) * r2
-    };
+    let low = (r * c[1] + c[0]) + (r * c[3] + c[2]) * r2;
+    let middle = (r * c[5] + c[4]) + (r * c[7] + c[6]) * r2;
+    let mut high = r * c[9] + c[8];
+    if !SHORT {
+        high = high + (r * c[11] + c[10]) * r2;
+    }
     let tail = low + (middle + high * r4) * r4;
-    let mantissa = 1.0 + (r + r2 * tail);
-    // The low bits of `shifted` hold n in two's complement; move them to the exponent.
-    let scale = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1023u64 << 52));
-    if x < -700.0 { 0.0 } else { mantissa * scale }
+    let mantissa = (r + r2 * tail) + 1.0;
+    let zero = l.dsplat(0.0);
+    l.select(l.dle(l.dsplat(-700.0), x), zero, mantissa * l.exp2(shifted))
 }
 
 /// 1/(2k + 1).
-pub(crate) const ODD_RECIPROCALS: [f64; 12] = [
+const ODD_RECIPROCALS: [f64; 12] = [
     1.0,
     1.0 / 3.0,
     1.0 / 5.0,
@@ -170,13 +170,15 @@ pub(crate) const ODD_RECIPROCALS: [f64; 12] = [
 
 /// Σ q²ᵏ/(2k + 1), k = 0..11: atanh(q)/q for q ≤ 0.2, to 2e-18.
 #[inline(always)]
-pub(crate) fn atanh_ratio(q: f64) -> f64 {
+pub(crate) fn atanh_ratio<L: Lanes>(q: L::D) -> L::D {
     let y = q * q;
     let y2 = y * y;
     let y4 = y2 * y2;
     let c = &ODD_RECIPROCALS;
-    let quad = |i: usize| (c[i] + c[i + 1] * y) + (c[i + 2] + c[i + 3] * y) * y2;
-    quad(0) + (quad(4) + quad(8) * y4) * y4
+    let low = (y * c[1] + c[0]) + (y * c[3] + c[2]) * y2;
+    let middle = (y * c[5] + c[4]) + (y * c[7] + c[6]) * y2;
+    let high = (y * c[9] + c[8]) + (y * c[11] + c[10]) * y2;
+    low + (middle + high * y4) * y4
 }
 
 /// The largest q of [`atanh_ratio_narrow`].
@@ -184,16 +186,17 @@ pub(crate) const NARROW: f64 = 0.03;
 
 /// [`atanh_ratio`] for q ≤ 0.03, with five terms: to 6e-17.
 #[inline(always)]
-pub(crate) fn atanh_ratio_narrow(q: f64) -> f64 {
+pub(crate) fn atanh_ratio_narrow<L: Lanes>(q: L::D) -> L::D {
     let y = q * q;
     let y2 = y * y;
     let c = &ODD_RECIPROCALS;
-    ((c[0] + c[1] * y) + (c[2] + c[3] * y) * y2) + c[4] * (y2 * y2)
+    ((y * c[1] + c[0]) + (y * c[3] + c[2]) * y2) + (y2 * y2) * c[4]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linelit_simd::One;
     use linelit_testkit::assert_close;
 
     #[test]
@@ -229,14 +232,14 @@ mod tests {
             let x = -f64::from(i) * 0.0371;
             let want = if x < -700.0 { 0.0 } else { x.exp() };
             assert_close!(
-                exp_bounded::<false>(x),
+                exp_bounded::<_, false>(One, x),
                 want,
                 rel = 3.0 * f64::EPSILON,
                 "exp({x}), both rounded"
             );
             // (ln 2/2)¹²/12! · √2 = 8.9e-15, and 2 ulp.
             assert_close!(
-                exp_bounded::<true>(x),
+                exp_bounded::<_, true>(One, x),
                 want,
                 rel = 9.4e-15,
                 "exp({x}), ten terms"
@@ -248,7 +251,7 @@ mod tests {
                 1.0
             };
             assert_close!(
-                atanh_ratio(q),
+                atanh_ratio::<One>(q),
                 want,
                 rel = 4.0 * f64::EPSILON,
                 "atanh({q}), both rounded"

@@ -1,4 +1,5 @@
 #![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
@@ -8,20 +9,20 @@ pub mod cosine_lobe;
 pub mod cylinder;
 mod exact;
 mod fan;
+mod fast_lobe;
+mod fast_path;
 mod gauss;
 pub mod horizon;
+mod kernels;
 mod lobe;
 pub mod ltc;
 mod ltc_table;
-mod ordinary;
-mod ordinary_lobe;
 pub mod phong;
 pub mod phong_polygon;
 pub mod point_line;
 pub mod polygon;
 pub mod quadrature;
 pub mod ribbon;
-mod simd;
 pub mod solid_angle;
 mod span;
 mod special;

@@ -5,10 +5,9 @@ use crate::gauss::{
     FEW, FEW_NODES, FEW_WEIGHTS, NARROW, NODE, NODES, WEIGHT, atanh_ratio, atanh_ratio_narrow,
     exp_bounded,
 };
-use crate::simd;
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
-use linelit_simd::Isa;
+use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 
 /// What is dropped at the end of a panel is below e⁻⁴⁰ of the integrand's peak.
 pub(crate) const DEPTH: f64 = 40.0;
@@ -209,9 +208,7 @@ impl<const COUNT: usize> Panel<COUNT> {
         let end = self.half_tan;
         let last = end * (end + self.slope) / (1.0 - self.slope * end);
         if (0.0..=0.2).contains(&last) {
-            let mut terms = [0.0; NODES];
-            simd::panel(self, k, &mut terms, Isa::best());
-            2.0 * end * total(&terms)
+            2.0 * end * full_rule(Isa::best(), self, k)
         } else {
             self.sum_wide(k)
         }
@@ -223,8 +220,12 @@ impl<const COUNT: usize> Panel<COUNT> {
         let end = self.half_tan;
         let (over, under) = (end * (end + self.slope), 1.0 - self.slope * end);
         if over <= 0.2 * under {
-            let narrow = over <= NARROW * under;
-            2.0 * end * simd::few(self, k, offset, narrow, Isa::best())
+            let sum = if over <= NARROW * under {
+                short_rule::<COUNT, true>(Isa::best(), self, k, offset)
+            } else {
+                short_rule::<COUNT, false>(Isa::best(), self, k, offset)
+            };
+            2.0 * end * sum
         } else {
             self.sum_wide(k) * offset.exp()
         }
@@ -232,50 +233,27 @@ impl<const COUNT: usize> Panel<COUNT> {
 
     /// A factor at the node s of [0, 1], times 1 + t²; a sum of terms that are not negative.
     #[inline(always)]
-    fn factor(&self, i: usize, s: f64) -> f64 {
-        let end = self.half_tan;
-        (1.0 - s) * (1.0 + end * (end * s)) * self.factors[i][0]
-            + s * (1.0 + end * end) * self.factors[i][1]
-    }
-
-    /// The terms at all nodes; the scalar twin of [`simd::panel`].
-    pub(crate) fn terms(&self, k: f64, terms: &mut [f64; NODES]) {
-        for (j, term) in terms.iter_mut().enumerate() {
-            let (value, q) = self.node(NODE[j], WEIGHT[j]);
-            *term = value * exp_bounded::<false>(-2.0 * k * q * atanh_ratio(q));
-        }
-    }
-
-    /// The sum of the short rule, times e^offset; the scalar twin of [`simd::few`]. `narrow` says
-    /// that q is at most [`NARROW`].
-    pub(crate) fn few_sum(&self, k: f64, offset: f64, narrow: bool) -> f64 {
-        let mut terms = [0.0; FEW];
-        for (j, term) in terms.iter_mut().enumerate() {
-            let (value, q) = self.node(FEW_NODES[j], FEW_WEIGHTS[j]);
-            let ratio = if narrow {
-                atanh_ratio_narrow(q)
-            } else {
-                atanh_ratio(q)
-            };
-            *term = value * exp_bounded::<true>(offset + -2.0 * k * q * ratio);
-        }
-        few_total(&terms)
+    fn factor<L: Lanes>(&self, l: L, i: usize, s: L::D) -> L::D {
+        let (one, end) = (l.dsplat(1.0), l.dsplat(self.half_tan));
+        (one - s) * (end * (end * s) + 1.0) * self.factors[i][0]
+            + s * (end * end + 1.0) * self.factors[i][1]
     }
 
     /// The factors at the node s of [0, 1] times its weight, and q.
     #[inline(always)]
-    fn node(&self, s: f64, weight: f64) -> (f64, f64) {
-        let t = self.half_tan * s;
+    fn node<L: Lanes>(&self, l: L, s: L::D, weight: L::D) -> [L::D; 2] {
+        let one = l.dsplat(1.0);
+        let t = s * self.half_tan;
         // One division for two quotients.
-        let (round, fall) = (1.0 + t * t, 1.0 - self.slope * t);
-        let both = 1.0 / (round * fall);
+        let (round, fall) = (t * t + 1.0, one - t * self.slope);
+        let both = one / (round * fall);
         let q = t * (t + self.slope) * round * both;
         let inverse = fall * both;
-        let mut value = self.factor(0, s) * inverse * inverse;
+        let mut value = self.factor(l, 0, s) * inverse * inverse;
         if COUNT == 2 {
-            value *= self.factor(1, s) * inverse;
+            value = value * (self.factor(l, 1, s) * inverse);
         }
-        (weight * value, q)
+        [weight * value, q]
     }
 
     /// The same with the library's functions, for wide panels (small exponents).
@@ -288,7 +266,7 @@ impl<const COUNT: usize> Panel<COUNT> {
             let fall = (-2.0 * t * (t + self.slope) * inverse).max(-1.0);
             let mut value = inverse;
             for i in 0..COUNT {
-                value *= self.factor(i, s) * inverse;
+                value *= self.factor(One, i, s) * inverse;
             }
             *term = WEIGHT[j] * value * power(fall, k);
         }
@@ -316,15 +294,52 @@ fn total(terms: &[f64; NODES]) -> f64 {
         + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
 }
 
-/// The sum of the short rule's terms, in a fixed order of pairs.
+/// Eight of a rule's nodes.
 #[inline(always)]
-fn few_total(terms: &[f64; FEW]) -> f64 {
-    let mut lanes = [0.0; 8];
-    for i in 0..8 {
-        lanes[i] = terms[i] + terms[i + 8];
+fn eight<S: Simd>(s: S, numbers: &[f64], i: usize) -> S::D {
+    s.dload(&numbers.as_chunks::<8>().0[i])
+}
+
+/// The sum of the full rule for [`Panel::sum`], in the order of [`total`].
+#[inline(always)]
+fn full_kernel<S: Simd, const COUNT: usize>(s: S, panel: &Panel<COUNT>, k: f64) -> f64 {
+    let mut terms = [s.dsplat(0.0); NODES / 8];
+    for (i, term) in terms.iter_mut().enumerate() {
+        let [value, q] = panel.node(s, eight(s, &NODE, i), eight(s, &WEIGHT, i));
+        let depth = q * (-2.0 * k) * atanh_ratio::<S>(q);
+        *term = value * exp_bounded::<S, false>(s, depth);
     }
-    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5]))
-        + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
+    s.dsum(terms[0] + (terms[1] + terms[2]))
+}
+
+/// The sum of the short rule, times e^offset. `SLIM` says that q is at most [`NARROW`].
+#[inline(always)]
+fn short_kernel<S: Simd, const COUNT: usize, const SLIM: bool>(
+    s: S,
+    panel: &Panel<COUNT>,
+    k: f64,
+    offset: f64,
+) -> f64 {
+    let mut terms = [s.dsplat(0.0); FEW / 8];
+    for (i, term) in terms.iter_mut().enumerate() {
+        let [value, q] = panel.node(s, eight(s, &FEW_NODES, i), eight(s, &FEW_WEIGHTS, i));
+        let ratio = if SLIM {
+            atanh_ratio_narrow::<S>(q)
+        } else {
+            atanh_ratio::<S>(q)
+        };
+        let depth = q * (-2.0 * k) * ratio;
+        *term = value * exp_bounded::<S, true>(s, depth + offset);
+    }
+    s.dsum(terms[0] + terms[1])
+}
+
+dispatch! {
+    fn full_rule<const COUNT: usize> = full_kernel(panel: &Panel<COUNT>, k: f64) -> f64
+}
+dispatch! {
+    fn short_rule<const COUNT: usize, const SLIM: bool> =
+        short_kernel(panel: &Panel<COUNT>, k: f64, offset: f64) -> f64
 }
 
 /// ∫ over `piece` where the lobe ends at `horizon` like (horizon − x)ᵏ with a small k that is no
@@ -391,4 +406,39 @@ fn excess_over_one(v: DVec3) -> f64 {
     let (s1, r1) = predicates::two_sum(s0, p1);
     let (s2, r2) = predicates::two_sum(s1, p2);
     s2 + ((r0 + r1 + r2) + (e0 + e1 + e2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_simd::InstructionSet;
+    use linelit_testkit::rng::SplitMix64;
+
+    #[test]
+    fn panels_have_the_same_bits_on_every_instruction_set() {
+        let mut rng = SplitMix64::new(5);
+        for _ in 0..2000 {
+            let mut random = || rng.next_f64();
+            let panel = Panel {
+                half_tan: 0.3 * random(),
+                slope: random(),
+                factors: [[random(), random()], [random(), random()]],
+            };
+            let k = 10f64.powf(5.0 * random());
+            let offset = -50.0 * random();
+            let results: Vec<[u64; 3]> = InstructionSet::ALL
+                .into_iter()
+                .map(Isa::detect)
+                .map(|isa| {
+                    [
+                        full_rule(isa, &panel, k),
+                        short_rule::<2, false>(isa, &panel, k, offset),
+                        short_rule::<2, true>(isa, &panel, k, offset),
+                    ]
+                    .map(f64::to_bits)
+                })
+                .collect();
+            assert!(results.iter().all(|r| *r == results[0]), "{panel:?} {k}");
+        }
+    }
 }

@@ -26,9 +26,9 @@
 //! the tails.
 
 use crate::fan::Fan;
+use crate::fast_lobe;
+use crate::fast_path::Point;
 use crate::lobe::integrate;
-use crate::ordinary::Point;
-use crate::ordinary_lobe;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::PI;
@@ -55,14 +55,14 @@ pub fn normalisation(k: f64) -> f64 {
 #[must_use]
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
-    if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
+    if let Some(seen) = fast_lobe::see(a, b, up, lobe, k) {
         return nonnegative(seen.integrate::<true>(k) * seen.inverse_distance());
     }
-    ribbon_carefully([a, b, up, lobe], k)
+    ribbon_robust([a, b, up, lobe], k)
 }
 
 #[inline(never)]
-fn ribbon_carefully(points: [Point; 4], k: f64) -> f64 {
+fn ribbon_robust(points: [Point; 4], k: f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
     let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
@@ -78,14 +78,14 @@ fn ribbon_carefully(points: [Point; 4], k: f64) -> f64 {
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
-    if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
+    if let Some(seen) = fast_lobe::see(a, b, up, lobe, k) {
         return nonnegative(2.0 * seen.integrate::<true>(k));
     }
-    cylinder_carefully([a, b, up, lobe], k)
+    cylinder_robust([a, b, up, lobe], k)
 }
 
 #[inline(never)]
-fn cylinder_carefully(points: [Point; 4], k: f64) -> f64 {
+fn cylinder_robust(points: [Point; 4], k: f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
     let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
         return 0.0;
@@ -101,14 +101,14 @@ fn cylinder_carefully(points: [Point; 4], k: f64) -> f64 {
 #[must_use]
 pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
-    if let Some(seen) = ordinary_lobe::see(a, b, up, lobe, k) {
+    if let Some(seen) = fast_lobe::see(a, b, up, lobe, k) {
         return nonnegative(seen.integrate::<false>(k) * seen.inverse_distance());
     }
-    point_line_carefully([a, b, up, lobe], k)
+    point_line_robust([a, b, up, lobe], k)
 }
 
 #[inline(never)]
-fn point_line_carefully(points: [Point; 4], k: f64) -> f64 {
+fn point_line_robust(points: [Point; 4], k: f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
     let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
         return 0.0;

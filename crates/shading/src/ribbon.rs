@@ -6,10 +6,11 @@
 //! rᵢ = |pᵢ|; cᵢ = n·pᵢ; l length; δ the angle between the ends; L radiance.
 
 use crate::exact::dot;
-use crate::ordinary::{self, Point};
+use crate::fast_path::{self, Point};
 use crate::span::Span;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
+use linelit_simd::One;
 
 /// `∫ max(0, n·p)/|p|⁴ dt` along the segment from `p0` to `p1`, relative to the shading point.
 ///
@@ -46,13 +47,13 @@ use linelit_geometry::finite::nonnegative;
 #[must_use]
 pub fn irradiance(p0: DVec3, p1: DVec3, n: DVec3) -> f64 {
     let (a, b, up) = (p0.to_array(), p1.to_array(), n.to_array());
-    let (value, trusted) = ordinary::ribbon(a, b, up);
-    if trusted { value } else { careful(a, b, up) }
+    let (value, held) = fast_path::ribbon(One, a, b, up);
+    if held { value } else { robust(a, b, up) }
 }
 
 /// [`irradiance`] for every other segment.
 #[inline(always)]
-pub(crate) fn careful(p0: Point, p1: Point, n: Point) -> f64 {
+pub(crate) fn robust(p0: Point, p1: Point, n: Point) -> f64 {
     let [p0, p1, n] = [p0, p1, n].map(DVec3::from_array);
     general(p0, p1, n)
 }

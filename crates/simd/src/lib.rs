@@ -13,5 +13,5 @@ mod x86;
 #[cfg(target_arch = "x86_64")]
 pub use isa::{Avx2, Avx512};
 pub use isa::{InstructionSet, Isa, ParseInstructionSetError};
-pub use scalar::Scalar;
-pub use vector::Simd;
+pub use scalar::{One, Scalar};
+pub use vector::{Lanes, Numbers, Simd};

@@ -1,10 +1,19 @@
 //! The scalar twin: what every other instruction set is held to.
 
-use crate::Simd;
+use crate::{Lanes, Simd};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
 
-/// Plain Rust.
+/// Plain Rust, eight lanes at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct Scalar;
+
+/// One `f64`.
+#[derive(Clone, Copy, Debug)]
+pub struct One;
+
+/// Eight numbers or truth values.
+#[derive(Clone, Copy, Debug)]
+pub struct Eight<T>([T; 8]);
 
 #[inline(always)]
 fn zip<T: Copy, U: Copy, V>(a: [T; 8], b: [U; 8], f: impl Fn(T, U) -> V) -> [V; 8] {
@@ -42,10 +51,123 @@ fn fused(a: f32, b: f32, c: f32) -> f32 {
     f64::from_bits(odd) as f32
 }
 
+/// Operators of eight, also with one in the place of the second.
+macro_rules! operators {
+    ($t:ty: $($trait:ident $name:ident,)*) => {$(
+        impl $trait for Eight<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, b: Self) -> Self {
+                Self(zip(self.0, b.0, |a, b| a.$name(b)))
+            }
+        }
+        impl $trait<$t> for Eight<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, b: $t) -> Self {
+                Self(self.0.map(|a| a.$name(b)))
+            }
+        }
+    )*};
+}
+operators!(f32: Add add, Sub sub, Mul mul, Div div,);
+operators!(f64: Add add, Sub sub, Mul mul, Div div,);
+operators!(bool: BitAnd bitand, BitOr bitor,);
+
+impl Not for Eight<bool> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0.map(|a| !a))
+    }
+}
+
+impl Lanes for One {
+    type D = f64;
+    type M = bool;
+
+    #[inline(always)]
+    fn dsplat(self, a: f64) -> f64 {
+        a
+    }
+    #[inline(always)]
+    fn dmin(self, a: f64, b: f64) -> f64 {
+        if a < b { a } else { b }
+    }
+    #[inline(always)]
+    fn dmax(self, a: f64, b: f64) -> f64 {
+        if a > b { a } else { b }
+    }
+    #[inline(always)]
+    fn dsqrt(self, a: f64) -> f64 {
+        a.sqrt()
+    }
+    #[inline(always)]
+    fn dle(self, a: f64, b: f64) -> bool {
+        a <= b
+    }
+    #[inline(always)]
+    fn dlt(self, a: f64, b: f64) -> bool {
+        a < b
+    }
+    #[inline(always)]
+    fn select(self, m: bool, a: f64, b: f64) -> f64 {
+        if m { b } else { a }
+    }
+    #[inline(always)]
+    fn exp2(self, n: f64) -> f64 {
+        // The low bits hold n in two's complement: they go to the exponent.
+        f64::from_bits((n.to_bits() << 52).wrapping_add(1023 << 52))
+    }
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn polynomials(self, c: &[[f64; 2]; 8], s: f64) -> [f64; 2] {
+        crate::x86::polynomials_of_one(c, s)
+    }
+}
+
+impl Lanes for Scalar {
+    type D = Eight<f64>;
+    type M = Eight<bool>;
+
+    #[inline(always)]
+    fn dsplat(self, a: f64) -> Self::D {
+        Eight([a; 8])
+    }
+    #[inline(always)]
+    fn dmin(self, a: Self::D, b: Self::D) -> Self::D {
+        Eight(zip(a.0, b.0, |a, b| One.dmin(a, b)))
+    }
+    #[inline(always)]
+    fn dmax(self, a: Self::D, b: Self::D) -> Self::D {
+        Eight(zip(a.0, b.0, |a, b| One.dmax(a, b)))
+    }
+    #[inline(always)]
+    fn dsqrt(self, a: Self::D) -> Self::D {
+        Eight(a.0.map(f64::sqrt))
+    }
+    #[inline(always)]
+    fn dle(self, a: Self::D, b: Self::D) -> Self::M {
+        Eight(zip(a.0, b.0, |a, b| a <= b))
+    }
+    #[inline(always)]
+    fn dlt(self, a: Self::D, b: Self::D) -> Self::M {
+        Eight(zip(a.0, b.0, |a, b| a < b))
+    }
+    #[inline(always)]
+    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D {
+        Eight(std::array::from_fn(
+            |i| if m.0[i] { b.0[i] } else { a.0[i] },
+        ))
+    }
+    #[inline(always)]
+    fn exp2(self, n: Self::D) -> Self::D {
+        Eight(n.0.map(|n| One.exp2(n)))
+    }
+}
+
 impl Simd for Scalar {
-    type F = [f32; 8];
-    type D = [f64; 8];
-    type M = [bool; 8];
+    type F = Eight<f32>;
 
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
@@ -56,63 +178,47 @@ impl Simd for Scalar {
 
     #[inline(always)]
     fn load(self, a: &[f32; 8]) -> Self::F {
-        *a
+        Eight(*a)
     }
     #[inline(always)]
     fn store(self, a: Self::F, out: &mut [f32; 8]) {
-        *out = a;
+        *out = a.0;
     }
     #[inline(always)]
     fn splat(self, a: f32) -> Self::F {
-        [a; 8]
-    }
-    #[inline(always)]
-    fn add(self, a: Self::F, b: Self::F) -> Self::F {
-        zip(a, b, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
-        zip(a, b, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
-        zip(a, b, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn div(self, a: Self::F, b: Self::F) -> Self::F {
-        zip(a, b, |a, b| a / b)
+        Eight([a; 8])
     }
     #[inline(always)]
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| fused(a[i], b[i], c[i]))
+        Eight(std::array::from_fn(|i| fused(a.0[i], b.0[i], c.0[i])))
     }
     #[inline(always)]
     fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
-        std::array::from_fn(|i| fused(a[i], b[i], -c[i]))
+        Eight(std::array::from_fn(|i| fused(a.0[i], b.0[i], -c.0[i])))
     }
     #[inline(always)]
     fn min(self, a: Self::F, b: Self::F) -> Self::F {
-        zip(a, b, |a, b| if a < b { a } else { b })
+        Eight(zip(a.0, b.0, |a, b| if a < b { a } else { b }))
     }
     #[inline(always)]
     fn max(self, a: Self::F, b: Self::F) -> Self::F {
-        zip(a, b, |a, b| if a > b { a } else { b })
+        Eight(zip(a.0, b.0, |a, b| if a > b { a } else { b }))
     }
     #[inline(always)]
     fn abs(self, a: Self::F) -> Self::F {
-        a.map(f32::abs)
+        Eight(a.0.map(f32::abs))
     }
     #[inline(always)]
     fn le(self, a: Self::F, b: Self::F) -> u8 {
-        pack(zip(a, b, |a, b| a <= b))
+        pack(zip(a.0, b.0, |a, b| a <= b))
     }
     #[inline(always)]
     fn lt(self, a: Self::F, b: Self::F) -> u8 {
-        pack(zip(a, b, |a, b| a < b))
+        pack(zip(a.0, b.0, |a, b| a < b))
     }
     #[inline(always)]
     fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize) {
-        squeeze(m, &a, &mut out[at..at + 8]);
+        squeeze(m, &a.0, &mut out[at..at + 8]);
     }
     #[inline(always)]
     fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize) {
@@ -120,14 +226,14 @@ impl Simd for Scalar {
     }
     #[inline(always)]
     fn bin_masks(self, first: Self::F, last: Self::F, out: &mut [u64; 8]) {
-        for ((bits, first), last) in out.iter_mut().zip(first).zip(last) {
+        for ((bits, first), last) in out.iter_mut().zip(first.0).zip(last.0) {
             let (first, last) = (first.to_bits() & 63, last.to_bits() & 63);
             *bits = (u64::MAX << first) & (u64::MAX >> (63 - last));
         }
     }
     #[inline(always)]
     fn intersects(self, a: &[u64; 8], b: u64) -> u8 {
-        pack(zip(*a, [b; 8], |a, b| a & b != 0))
+        pack(a.map(|a| a & b != 0))
     }
     #[inline(always)]
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8 {
@@ -136,80 +242,33 @@ impl Simd for Scalar {
 
     #[inline(always)]
     fn dload(self, a: &[f64; 8]) -> Self::D {
-        *a
+        Eight(*a)
     }
     #[inline(always)]
     fn dstore(self, a: Self::D, out: &mut [f64; 8]) {
-        *out = a;
-    }
-    #[inline(always)]
-    fn dsplat(self, a: f64) -> Self::D {
-        [a; 8]
+        *out = a.0;
     }
     #[inline(always)]
     fn widen(self, a: Self::F) -> Self::D {
-        a.map(f64::from)
+        Eight(a.0.map(f64::from))
     }
     #[inline(always)]
     #[allow(clippy::cast_possible_truncation, reason = "rounded")]
     fn narrow(self, a: Self::D) -> Self::F {
-        a.map(|x| x as f32)
-    }
-    #[inline(always)]
-    fn dadd(self, a: Self::D, b: Self::D) -> Self::D {
-        zip(a, b, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn dsub(self, a: Self::D, b: Self::D) -> Self::D {
-        zip(a, b, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn dmul(self, a: Self::D, b: Self::D) -> Self::D {
-        zip(a, b, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn ddiv(self, a: Self::D, b: Self::D) -> Self::D {
-        zip(a, b, |a, b| a / b)
-    }
-    #[inline(always)]
-    fn dmin(self, a: Self::D, b: Self::D) -> Self::D {
-        zip(a, b, |a, b| if a < b { a } else { b })
-    }
-    #[inline(always)]
-    fn dmax(self, a: Self::D, b: Self::D) -> Self::D {
-        zip(a, b, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
-    fn dle(self, a: Self::D, b: Self::D) -> Self::M {
-        zip(a, b, |a, b| a <= b)
-    }
-    #[inline(always)]
-    fn dlt(self, a: Self::D, b: Self::D) -> Self::M {
-        zip(a, b, |a, b| a < b)
-    }
-    #[inline(always)]
-    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D {
-        std::array::from_fn(|i| if m[i] { b[i] } else { a[i] })
-    }
-    #[inline(always)]
-    fn and(self, a: Self::M, b: Self::M) -> Self::M {
-        zip(a, b, |a, b| a & b)
-    }
-    #[inline(always)]
-    fn or(self, a: Self::M, b: Self::M) -> Self::M {
-        zip(a, b, |a, b| a | b)
-    }
-    #[inline(always)]
-    fn not(self, a: Self::M) -> Self::M {
-        a.map(|a| !a)
+        Eight(a.0.map(|x| x as f32))
     }
     #[inline(always)]
     fn bits(self, a: Self::M) -> u8 {
-        pack(a)
+        pack(a.0)
     }
     #[inline(always)]
     fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize) {
-        squeeze(m, &a, &mut out[at..at + 8]);
+        squeeze(m, &a.0, &mut out[at..at + 8]);
+    }
+    #[inline(always)]
+    fn dsum(self, a: Self::D) -> f64 {
+        let a = a.0;
+        ((a[0] + a[4]) + (a[1] + a[5])) + ((a[2] + a[6]) + (a[3] + a[7]))
     }
 }
 

@@ -1,18 +1,93 @@
 //! The operations that kernels are written in.
 
-/// An instruction set, as the operations it has on eight lanes of `f32` ([`Simd::F`]) and `f64`
-/// ([`Simd::D`]); a value of it is proof that the processor has the instructions.
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
+
+/// Numbers side by side: one `T`, or eight; `+ − · /` work on each, with such or with a single `T`.
+pub trait Numbers<T>:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<T, Output = Self>
+    + Sub<T, Output = Self>
+    + Mul<T, Output = Self>
+{
+}
+
+impl<T, V> Numbers<T> for V where
+    V: Copy
+        + Add<Output = Self>
+        + Sub<Output = Self>
+        + Mul<Output = Self>
+        + Div<Output = Self>
+        + Add<T, Output = Self>
+        + Sub<T, Output = Self>
+        + Mul<T, Output = Self>
+{
+}
+
+/// How many `f64` a formula works on at once: one ([`One`](crate::One)), or eight ([`Simd`]).
+///
+/// A formula that is generic over it is its own scalar twin: one text, and the same bits. Every
+/// operation rounds the same way everywhere; nothing is fused.
+///
+/// ```
+/// use linelit_simd::{Lanes, One};
+/// fn hypotenuse<L: Lanes>(l: L, a: L::D, b: L::D) -> L::D {
+///     l.dsqrt(a * a + b * b)
+/// }
+/// assert_eq!(hypotenuse(One, 3.0, 4.0), 5.0);
+/// ```
+pub trait Lanes: Copy {
+    /// The numbers.
+    type D: Numbers<f64>;
+    /// A truth value for each.
+    type M: Copy + BitAnd<Output = Self::M> + BitOr<Output = Self::M> + Not<Output = Self::M>;
+
+    /// One number in all lanes.
+    fn dsplat(self, a: f64) -> Self::D;
+    /// The lesser of each lane; `b` where either is NaN.
+    fn dmin(self, a: Self::D, b: Self::D) -> Self::D;
+    /// The greater of each lane; `b` where either is NaN.
+    fn dmax(self, a: Self::D, b: Self::D) -> Self::D;
+    /// √a of each lane.
+    fn dsqrt(self, a: Self::D) -> Self::D;
+    /// Where `a ≤ b`; false for NaN.
+    fn dle(self, a: Self::D, b: Self::D) -> Self::M;
+    /// Where `a < b`; false for NaN.
+    fn dlt(self, a: Self::D, b: Self::D) -> Self::M;
+    /// `b` where `m`, else `a`.
+    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D;
+    /// 2ⁿ for integers −1022 ≤ n ≤ 1023, given as n + 1.5·2⁵².
+    fn exp2(self, n: Self::D) -> Self::D;
+
+    /// Two polynomials of degree seven at `s`: the coefficients of sᵏ are `c[k]`.
+    ///
+    /// Four terms are summed at a time, from the lowest: `(c₀ + c₁ s) + (c₂ + c₃ s) s²`.
+    #[inline(always)]
+    fn polynomials(self, c: &[[f64; 2]; 8], s: Self::D) -> [Self::D; 2] {
+        let s2 = s * s;
+        let s4 = s2 * s2;
+        let mut sums = [s; 2];
+        for (j, sum) in sums.iter_mut().enumerate() {
+            let low = (s * c[1][j] + c[0][j]) + (s * c[3][j] + c[2][j]) * s2;
+            let high = (s * c[5][j] + c[4][j]) + (s * c[7][j] + c[6][j]) * s2;
+            *sum = low + high * s4;
+        }
+        sums
+    }
+}
+
+/// An instruction set, as the operations it has on eight `f64` ([`Lanes::D`]) and eight `f32`
+/// ([`Simd::F`]); a value of it is proof that the processor has the instructions.
 ///
 /// Every operation rounds the same way on every set, so kernels give the same bits on every
 /// machine, and do the same work. Masks of `f32` are bits of a byte, lane 0 in the lowest; masks of
-/// `f64` have a type ([`Simd::M`]), for some sets keep them in registers.
-pub trait Simd: Copy {
+/// `f64` have a type ([`Lanes::M`]), for some sets keep them in registers.
+pub trait Simd: Lanes {
     /// Eight `f32`.
-    type F: Copy;
-    /// Eight `f64`.
-    type D: Copy;
-    /// Eight truth values for `D`.
-    type M: Copy;
+    type F: Numbers<f32>;
 
     /// Calls `f`, compiled with these instructions if it is `#[inline(always)]`.
     fn vectorize<R>(self, f: impl FnOnce() -> R) -> R;
@@ -26,14 +101,6 @@ pub trait Simd: Copy {
     fn store(self, a: Self::F, out: &mut [f32; 8]);
     /// One number in all lanes.
     fn splat(self, a: f32) -> Self::F;
-    /// `a + b` of each lane.
-    fn add(self, a: Self::F, b: Self::F) -> Self::F;
-    /// `a − b` of each lane.
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F;
-    /// `a · b` of each lane.
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F;
-    /// `a / b` of each lane.
-    fn div(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a·b + c`, rounded once. Slow without an instruction for it.
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// `a·b − c`, rounded once. Slow without an instruction for it.
@@ -65,38 +132,14 @@ pub trait Simd: Copy {
     fn dload(self, a: &[f64; 8]) -> Self::D;
     /// Eight numbers to memory.
     fn dstore(self, a: Self::D, out: &mut [f64; 8]);
-    /// One number in all lanes.
-    fn dsplat(self, a: f64) -> Self::D;
     /// The same numbers as `f64`.
     fn widen(self, a: Self::F) -> Self::D;
     /// Rounded to the nearest `f32`.
     fn narrow(self, a: Self::D) -> Self::F;
-    /// `a + b` of each lane.
-    fn dadd(self, a: Self::D, b: Self::D) -> Self::D;
-    /// `a − b` of each lane.
-    fn dsub(self, a: Self::D, b: Self::D) -> Self::D;
-    /// `a · b` of each lane.
-    fn dmul(self, a: Self::D, b: Self::D) -> Self::D;
-    /// `a / b` of each lane.
-    fn ddiv(self, a: Self::D, b: Self::D) -> Self::D;
-    /// The lesser of each lane; `b` where either is NaN.
-    fn dmin(self, a: Self::D, b: Self::D) -> Self::D;
-    /// The greater of each lane; `b` where either is NaN.
-    fn dmax(self, a: Self::D, b: Self::D) -> Self::D;
-    /// Where `a ≤ b`; false for NaN.
-    fn dle(self, a: Self::D, b: Self::D) -> Self::M;
-    /// Where `a < b`; false for NaN.
-    fn dlt(self, a: Self::D, b: Self::D) -> Self::M;
-    /// `b` where `m`, else `a`.
-    fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D;
-    /// Where both are.
-    fn and(self, a: Self::M, b: Self::M) -> Self::M;
-    /// Where either is.
-    fn or(self, a: Self::M, b: Self::M) -> Self::M;
-    /// Where it is not.
-    fn not(self, a: Self::M) -> Self::M;
     /// A bit for each lane.
     fn bits(self, a: Self::M) -> u8;
     /// As [`Simd::compress`].
     fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize);
+    /// The sum of all lanes: of those four apart first, then of those one apart, then of the rest.
+    fn dsum(self, a: Self::D) -> f64;
 }

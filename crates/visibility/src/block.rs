@@ -107,7 +107,7 @@ impl Ends {
         let chunks = self.count.div_ceil(8);
         for row in [&mut self.u, &mut self.a, &mut self.b] {
             for eight in &mut row.as_chunks_mut::<8>().0[..chunks] {
-                s.dstore(s.dsub(s.dsplat(-0.0), s.dload(eight)), eight);
+                s.dstore(s.dsplat(-0.0) - s.dload(eight), eight);
             }
         }
     }
@@ -155,7 +155,7 @@ pub(crate) fn place<S: Simd>(
         }
         let a = project(s, frame, point, &rows[0], &rows[1], &rows[2]);
         let b = project(s, frame, point, &rows[3], &rows[4], &rows[5]);
-        let d = [s.dsub(b[0], a[0]), s.dsub(b[1], a[1])];
+        let d = [b[0] - a[0], b[1] - a[1]];
         if k == 0 {
             let mut first = [[0.0; 8]; 2];
             s.dstore(d[0], &mut first[0]);
@@ -163,18 +163,18 @@ pub(crate) fn place<S: Simd>(
             ends.set_direction(frame, point, lines, [first[0][0], first[1][0]]);
         }
         let (dx, dy) = (s.dsplat(ends.along[0]), s.dsplat(ends.along[1]));
-        let off = s.dsub(s.dmul(dx, d[1]), s.dmul(dy, d[0]));
-        let off = s.dmax(off, s.dsub(zero, off));
+        let off = dx * d[1] - dy * d[0];
+        let off = s.dmax(off, zero - off);
         let parallel = s.bits(s.dle(off, s.dsplat(PARALLEL)));
-        let across_a = s.dsub(s.dmul(dx, a[1]), s.dmul(dy, a[0]));
-        let across_b = s.dsub(s.dmul(dx, b[1]), s.dmul(dy, b[0]));
+        let across_a = dx * a[1] - dy * a[0];
+        let across_b = dx * b[1] - dy * b[0];
         s.dstore(
-            s.dmul(s.dsplat(0.5), s.dadd(across_a, across_b)),
+            (across_a + across_b) * 0.5,
             &mut ends.u.as_chunks_mut::<8>().0[k],
         );
-        let forward = s.dadd(s.dmul(dx, a[0]), s.dmul(dy, a[1]));
+        let forward = dx * a[0] + dy * a[1];
         s.dstore(forward, &mut ends.a.as_chunks_mut::<8>().0[k]);
-        let forward = s.dadd(s.dmul(dx, b[0]), s.dmul(dy, b[1]));
+        let forward = dx * b[0] + dy * b[1];
         s.dstore(forward, &mut ends.b.as_chunks_mut::<8>().0[k]);
         let good = few.len().min(parallel.trailing_ones() as usize);
         ends.count += good;
@@ -198,31 +198,25 @@ fn project<S: Simd>(
     y: &[f64; 8],
     z: &[f64; 8],
 ) -> [S::D; 2] {
-    let x = s.dsub(s.dload(x), s.dsplat(point.x));
-    let y = s.dsub(s.dload(y), s.dsplat(point.y));
-    let z = s.dsub(s.dload(z), s.dsplat(point.z));
-    let p = ddot(s, frame.p, x, y, z);
-    let q = ddot(s, frame.q, x, y, z);
-    let w = ddot(s, frame.w, x, y, z);
-    let off = s.dsub(w, s.dsplat(1.0));
-    let off = s.dmax(off, s.dsub(s.dsplat(0.0), off));
+    let x = s.dload(x) - point.x;
+    let y = s.dload(y) - point.y;
+    let z = s.dload(z) - point.z;
+    let p = ddot::<S>(frame.p, x, y, z);
+    let q = ddot::<S>(frame.q, x, y, z);
+    let w = ddot::<S>(frame.w, x, y, z);
+    let off = w - 1.0;
+    let off = s.dmax(off, s.dsplat(0.0) - off);
     let there = s.dle(off, s.dsplat(1e-12));
     if s.bits(there) == 0xff {
         return [p, q];
     }
-    [
-        s.select(there, s.ddiv(p, w), p),
-        s.select(there, s.ddiv(q, w), q),
-    ]
+    [s.select(there, p / w, p), s.select(there, q / w, q)]
 }
 
 /// `n·(x, y, z)`, in the order of `DVec3::dot`.
 #[inline(always)]
-pub(crate) fn ddot<S: Simd>(s: S, n: DVec3, x: S::D, y: S::D, z: S::D) -> S::D {
-    s.dadd(
-        s.dadd(s.dmul(s.dsplat(n.x), x), s.dmul(s.dsplat(n.y), y)),
-        s.dmul(s.dsplat(n.z), z),
-    )
+pub(crate) fn ddot<S: Simd>(n: DVec3, x: S::D, y: S::D, z: S::D) -> S::D {
+    x * n.x + y * n.y + z * n.z
 }
 
 /// Lines in ascending order of u, in blocks of eight.

@@ -100,21 +100,21 @@ impl ShaftBounds {
                 q[axis],
                 w[axis],
             ]);
-            at_point = s.dadd(at_point, s.dmul(n, s.dsplat(point[axis])));
-            sum = s.dadd(sum, s.dmax(n, s.dsub(zero, n)));
+            at_point = at_point + n * point[axis];
+            sum = sum + s.dmax(n, zero - n);
             let n = s.narrow(n);
             s.store(n, &mut bounds.form[axis]);
             s.store(s.min(n, s.splat(0.0)), &mut bounds.negative[axis]);
             s.store(s.max(n, s.splat(0.0)), &mut bounds.positive[axis]);
         }
-        let sum = s.dmul(sum, s.dsplat(room));
+        let sum = sum * room;
         s.store(s.narrow(sum), &mut bounds.room);
         let [rp, rq, rw] = [bounds.room[5], bounds.room[6], bounds.room[7]];
         bounds.sums = [rw + rq, rw + rp + rq, 1.0 + rw];
         // The light's plane is where W is one.
-        let mut offset = s.dsub(s.dload(&[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), at_point);
+        let mut offset = s.dload(&[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) - at_point;
         let planes = s.dload(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
-        offset = s.dadd(offset, s.dmul(sum, planes));
+        offset = offset + sum * planes;
         s.store(s.narrow(offset), &mut bounds.offset);
         bounds
     }
@@ -128,8 +128,8 @@ impl ShaftBounds {
         }
         let mut inside = s.splat(f32::INFINITY);
         for axis in 0..3 {
-            let low = s.sub(s.splat(self.hi[axis]), rows[axis]);
-            let high = s.sub(rows[axis + 3], s.splat(self.lo[axis]));
+            let low = s.splat(self.hi[axis]) - rows[axis];
+            let high = rows[axis + 3] - self.lo[axis];
             inside = s.min(inside, s.min(low, high));
         }
         for plane in 0..4 {
@@ -202,17 +202,14 @@ impl ShaftBounds {
         );
         // Some vertex inside each side, some before the shading point, some before the light:
         // room + value ≥ 0.
-        let mut inside = s.min(
-            s.add(rp, max3(s, a.0, b.0, c.0)),
-            s.add(rq, max3(s, a.1, b.1, c.1)),
-        );
-        let beyond = max3(s, s.sub(a.2, a.1), s.sub(b.2, b.1), s.sub(c.2, c.1));
-        inside = s.min(inside, s.add(s.splat(self.sums[0]), beyond));
+        let mut inside = s.min(rp + max3(s, a.0, b.0, c.0), rq + max3(s, a.1, b.1, c.1));
+        let beyond = max3(s, a.2 - a.1, b.2 - b.1, c.2 - c.1);
+        inside = s.min(inside, beyond + self.sums[0]);
         let beyond = max3(s, self.upper(s, *a), self.upper(s, *b), self.upper(s, *c));
-        inside = s.min(inside, s.add(s.splat(self.sums[1]), beyond));
-        inside = s.min(inside, s.add(rw, max3(s, a.2, b.2, c.2)));
+        inside = s.min(inside, beyond + self.sums[1]);
+        inside = s.min(inside, rw + max3(s, a.2, b.2, c.2));
         let nearest = s.min(s.min(a.2, b.2), c.2);
-        inside = s.min(inside, s.sub(s.splat(self.sums[2]), nearest));
+        inside = s.min(inside, s.splat(self.sums[2]) - nearest);
         s.le(s.splat(0.0), inside)
     }
 
@@ -236,31 +233,27 @@ impl ShaftBounds {
     ) -> (u8, u8, [S::F; 2], [S::F; 2]) {
         let [a, b, c] = *vertices;
         let one = s.splat(1.0);
-        let inverse = [s.div(one, a.2), s.div(one, b.2), s.div(one, c.2)];
+        let inverse = [one / a.2, one / b.2, one / c.2];
         let depth = min3(s, a.2, b.2, c.2);
         // (P ± a) / (W ± b) is off by (a + |p| b) / W, and a little for b² and rounding.
-        let scale = s.mul(s.div(one, depth), s.splat(1.25));
+        let scale = one / depth * 1.25;
         let mut least = [depth; 2];
         let mut most = least;
         for (k, at) in [(0, [a.0, b.0, c.0]), (1, [a.1, b.1, c.1])] {
-            let at = [
-                s.mul(at[0], inverse[0]),
-                s.mul(at[1], inverse[1]),
-                s.mul(at[2], inverse[2]),
-            ];
+            let at = [at[0] * inverse[0], at[1] * inverse[1], at[2] * inverse[2]];
             let low = min3(s, at[0], at[1], at[2]);
             let high = max3(s, at[0], at[1], at[2]);
             let size = s.max(s.abs(low), s.abs(high));
             let off = s.fma(size, s.splat(self.room[PQW[2]]), s.splat(self.room[PQW[k]]));
-            let off = s.fma(size, s.splat(1e-6), s.mul(off, scale));
-            least[k] = s.sub(low, off);
-            most[k] = s.add(high, off);
+            let off = s.fma(size, s.splat(1e-6), off * scale);
+            least[k] = low - off;
+            most[k] = high + off;
         }
         let before = s.le(s.splat((16.0 * self.room[PQW[2]]).max(1e-6)), depth);
         // Before the light, and beside it along q no more than in part.
         let inside = s.min(
-            s.sub(s.splat(self.sums[2]), depth),
-            s.min(most[1], s.sub(one, least[1])),
+            s.splat(self.sums[2]) - depth,
+            s.min(most[1], one - least[1]),
         );
         (before, s.le(s.splat(0.0), inside), least, most)
     }
@@ -275,21 +268,21 @@ impl ShaftBounds {
         // A plane's coordinates are off by two coordinates times two rooms, its value at a corner
         // of the unit square by three of them, the determinant by that times three coordinates.
         let rooms = self.room[PQW[0]] + self.room[PQW[1]] + self.room[PQW[2]];
-        let room = s.mul(reach, s.splat(5.0 * rooms));
+        let room = reach * (5.0 * rooms);
         let (ab, bc, ca) = (plane(s, a, b), plane(s, b, c), plane(s, c, a));
-        let det = s.fma(ab.0, c.0, s.fma(ab.1, c.1, s.mul(ab.2, c.2)));
-        let det_room = s.mul(room, s.mul(reach, s.splat(3.0)));
+        let det = s.fma(ab.0, c.0, s.fma(ab.1, c.1, ab.2 * c.2));
+        let det_room = room * (reach * 3.0);
         // Of products of three that do not overflow.
         let finite = s.lt(reach, s.splat(1e12));
         let left = finite & s.lt(det_room, det);
-        let right = finite & s.lt(det, s.sub(zero, det_room));
+        let right = finite & s.lt(det, zero - det_room);
         let (x, y, z) = (
             self.over_light(s, ab),
             self.over_light(s, bc),
             self.over_light(s, ca),
         );
         // The least of the three largest values, the largest of the three least, and so on.
-        let minus_room = s.sub(zero, room);
+        let minus_room = zero - room;
         let beside = left & s.lt(min3(s, x.1, y.1, z.1), minus_room)
             | right & s.lt(room, max3(s, x.0, y.0, z.0));
         let around = s.lt(zero, min3(s, x.0, y.0, z.0)) | s.lt(max3(s, x.1, y.1, z.1), zero);
@@ -300,12 +293,12 @@ impl ShaftBounds {
     #[inline(always)]
     fn over_light<S: Simd>(&self, s: S, n: Vertex<S>) -> (S::F, S::F) {
         let zero = s.splat(0.0);
-        let mut least = s.add(n.2, s.min(n.1, zero));
-        let mut most = s.add(n.2, s.max(n.1, zero));
+        let mut least = n.2 + s.min(n.1, zero);
+        let mut most = n.2 + s.max(n.1, zero);
         // A linear light has p = 0.
         if self.upper[0] != 0.0 {
-            least = s.add(least, s.min(n.0, zero));
-            most = s.add(most, s.max(n.0, zero));
+            least = least + s.min(n.0, zero);
+            most = most + s.max(n.0, zero);
         }
         (least, most)
     }
@@ -348,10 +341,10 @@ impl ShaftBounds {
     fn upper<S: Simd>(&self, s: S, v: Vertex<S>) -> S::F {
         // Of a parallelogram, W − P.
         if self.upper[0] > self.upper[1] {
-            return s.sub(v.2, v.0);
+            return v.2 - v.0;
         }
         let (k, j) = (s.splat(self.upper[0]), s.splat(self.upper[1]));
-        s.sub(s.mul(k, v.2), s.fma(j, v.1, v.0))
+        k * v.2 - s.fma(j, v.1, v.0)
     }
 }
 
@@ -372,9 +365,9 @@ pub(crate) fn size(occluders: &Occluders, point: DVec3, (lo, hi): (DVec3, DVec3)
 #[inline(always)]
 fn plane<S: Simd>(s: S, a: Vertex<S>, b: Vertex<S>) -> Vertex<S> {
     (
-        s.fms(a.1, b.2, s.mul(a.2, b.1)),
-        s.fms(a.2, b.0, s.mul(a.0, b.2)),
-        s.fms(a.0, b.1, s.mul(a.1, b.0)),
+        s.fms(a.1, b.2, a.2 * b.1),
+        s.fms(a.2, b.0, a.0 * b.2),
+        s.fms(a.0, b.1, a.1 * b.0),
     )
 }
 

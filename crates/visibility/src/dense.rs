@@ -70,9 +70,9 @@ impl Images {
         let half = s.splat(-0.5);
         let base = s.splat(8_388_608.0);
         let first = s.fma(low[1], s.splat(64.0), half);
-        let first = s.add(s.min(s.max(first, zero), end), base);
+        let first = s.min(s.max(first, zero), end) + base;
         let last = s.fma(high[1], s.splat(64.0), half);
-        let last = s.add(s.min(s.max(last, zero), end), base);
+        let last = s.min(s.max(last, zero), end) + base;
         let mut images = Self {
             low: Lanes([0.0; 8]),
             high: Lanes([0.0; 8]),
@@ -188,17 +188,17 @@ impl Covered {
                 slots.unite(s, k, block);
                 self.seen[k] = [0; 8];
             }
-            let first = s.dadd(s.dmul(s.dload(&block.run_lo), end), half);
-            let first = s.dadd(s.dmin(s.dmax(first, zero), end), base);
-            let last = s.dsub(s.dmul(s.dload(&block.run_hi), end), half);
-            let last = s.dadd(s.dmin(s.dmax(last, zero), end), base);
+            let first = s.dload(&block.run_lo) * end + half;
+            let first = s.dmin(s.dmax(first, zero), end) + base;
+            let last = s.dload(&block.run_hi) * end - half;
+            let last = s.dmin(s.dmax(last, zero), end) + base;
             // From the first to the one before the last; none if that is none.
             let some = s.dlt(first, last);
-            let first = s.select(some, one, s.dsub(first, base));
-            let last = s.select(some, zero, s.dsub(s.dsub(last, base), one));
+            let first = s.select(some, one, first - base);
+            let last = s.select(some, zero, last - base - one);
             let base = s.dsplat(8_388_608.0);
             let mut bins = Lanes([0; 8]);
-            let (first, last) = (s.dadd(first, base), s.dadd(last, base));
+            let (first, last) = (first + base, last + base);
             s.bin_masks(s.narrow(first), s.narrow(last), &mut bins);
             for (open, bins) in self.open[k].iter_mut().zip(&bins.0) {
                 *open &= !bins;
@@ -233,14 +233,14 @@ fn push_boxes<S: Simd>(
     stack: &mut Vec<Waiting>,
 ) -> u8 {
     let (least, most) = bounds.extents(s, node);
-    let near = s.div(s.splat(1.0), least[2]);
-    let far = s.div(s.splat(1.0), most[2]);
+    let near = s.splat(1.0) / least[2];
+    let far = s.splat(1.0) / most[2];
     let mut low = [near; 2];
     let mut high = [near; 2];
     for k in 0..2 {
         // The room covers the two roundings of a quotient as well.
-        let l = s.min(s.mul(least[k], near), s.mul(least[k], far));
-        let h = s.max(s.mul(most[k], near), s.mul(most[k], far));
+        let l = s.min(least[k] * near, least[k] * far);
+        let h = s.max(most[k] * near, most[k] * far);
         low[k] = s.fma(s.abs(l), s.splat(-1e-6), l);
         high[k] = s.fma(s.abs(h), s.splat(1e-6), h);
     }

@@ -168,10 +168,10 @@ impl Slots {
             // Nothing starts at infinity; a line's running interval may be nothing, too.
             let there = s.dlt(lo[k], infinite);
             let joins = s.dle(lo[k], run_hi);
-            let apart = s.and(there, s.not(joins));
+            let apart = there & (!joins);
             let longer = s.dmax(hi[k], run_hi);
             let (old_lo, old_hi) = (run_lo, run_hi);
-            run_hi = s.select(s.and(there, joins), run_hi, longer);
+            run_hi = s.select(there & joins, run_hi, longer);
             run_hi = s.select(apart, run_hi, hi[k]);
             run_lo = s.select(apart, run_lo, lo[k]);
             let apart = s.bits(apart);
@@ -278,17 +278,17 @@ fn finish_few<S: Simd, const MOST: usize>(
     load_sorted(s, used, (block, slots), &mut lo, &mut hi);
     let from = s.dload(&block.from);
     let to = s.dload(&block.to);
-    let scale = s.ddiv(s.dsplat(1.0), s.dsub(to, from));
+    let scale = s.dsplat(1.0) / (to - from);
     let mut edge = from;
     for k in 0..used {
         // What starts beyond the line's end, or nowhere, hides nothing.
         let there = s.dlt(lo[k], to);
-        let end = s.dmin(s.dmul(s.dsub(lo[k], from), scale), s.dsplat(1.0));
-        emit(s, there, s.dmul(s.dsub(edge, from), scale), end, out);
+        let end = s.dmin((lo[k] - from) * scale, s.dsplat(1.0));
+        emit(s, there, (edge - from) * scale, end, out);
         edge = s.select(there, edge, s.dmax(edge, hi[k]));
     }
     // The line's own end is one, whatever its length rounds to.
-    let start = s.dmul(s.dsub(edge, from), scale);
+    let start = (edge - from) * scale;
     emit(s, s.dlt(edge, to), start, s.dsplat(1.0), out);
 }
 
@@ -322,7 +322,7 @@ fn load_sorted<S: Simd, const MOST: usize>(
 /// Adds the pieces from `t0` to `t1` where they are not empty, in the lanes of `on`.
 #[inline(always)]
 fn emit<S: Simd>(s: S, on: S::M, t0: S::D, t1: S::D, out: &mut Pieces) {
-    let found = s.bits(s.and(on, s.dle(s.dsplat(LEAST_PIECE), s.dsub(t1, t0))));
+    let found = s.bits(on & s.dle(s.dsplat(LEAST_PIECE), t1 - t0));
     if found == 0 {
         return;
     }

@@ -12,7 +12,7 @@ use crate::{
     walk::Found,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
-use linelit_simd::Simd;
+use linelit_simd::{Lanes, Simd};
 
 /// Where far-reaching triangles are cut: well outside the light, which is within [0, 1]; a power
 /// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
@@ -152,7 +152,7 @@ impl FlatTriangles {
 }
 
 /// Homogeneous coordinates of one vertex in eight lanes.
-type Vertex<S> = [<S as Simd>::D; 3];
+type Vertex<S> = [<S as Lanes>::D; 3];
 
 /// Projects the triangles in `corners` into `flat`, dropping those that miss the light from both,
 /// unless one of them hides the light as a whole.
@@ -201,17 +201,15 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     let nearest = s.dmin(s.dmin(a[2], b[2]), c[2]);
     let farthest = s.dmax(s.dmax(a[2], b[2]), c[2]);
     let before = s.dlt(s.dsplat(frame.near), farthest);
-    let between = s.and(before, s.dlt(nearest, s.dsplat(1.0 - LIGHT_MARGIN)));
+    let between = before & s.dlt(nearest, s.dsplat(1.0 - LIGHT_MARGIN));
     let alive = s.bits(between) & used;
     if alive == 0 {
         return Some(0);
     }
-    let mut whole = s.and(
-        s.dle(s.dsplat(frame.near), nearest),
-        s.dle(farthest, s.dsplat(1.0 - LIGHT_MARGIN)),
-    );
+    let mut whole =
+        s.dle(s.dsplat(frame.near), nearest) & s.dle(farthest, s.dsplat(1.0 - LIGHT_MARGIN));
     for v in [&a, &b, &c] {
-        whole = s.and(whole, within_guard(s, v));
+        whole = whole & within_guard(s, v);
     }
     let image = [place(s, &a), place(s, &b), place(s, &c)];
     let extent = Extent::new(s, &image);
@@ -231,7 +229,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     }
     if backs.any() {
         let Extent { area, room, .. } = extent;
-        let negative = s.bits(s.dlt(area, s.dsub(s.dsplat(0.0), room)));
+        let negative = s.bits(s.dlt(area, s.dsplat(0.0) - room));
         let positive = s.bits(s.dlt(room, area));
         if let Some(codes) = corners.shells[start..].first_chunk() {
             keep &= !backs.left_out(s, codes, (keep & negative, keep & positive));
@@ -263,17 +261,17 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
 /// Where a vertex's image is.
 #[inline(always)]
 fn place<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
-    let inverse = s.ddiv(s.dsplat(1.0), v[2]);
-    [s.dmul(v[0], inverse), s.dmul(v[1], inverse)]
+    let inverse = s.dsplat(1.0) / v[2];
+    [v[0] * inverse, v[1] * inverse]
 }
 
 /// Whether a vertex is within the guard: the same decision as in [`cut_triangle`].
 #[inline(always)]
 fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
     let zero = s.dsplat(0.0);
-    let limit = s.dmul(s.dsplat(GUARD), v[2]);
-    let p = s.dmax(v[0], s.dsub(zero, v[0]));
-    let q = s.dmax(v[1], s.dsub(zero, v[1]));
+    let limit = v[2] * GUARD;
+    let p = s.dmax(v[0], zero - v[0]);
+    let q = s.dmax(v[1], zero - v[1]);
     s.dle(s.dmax(p, q), limit)
 }
 
@@ -296,13 +294,13 @@ fn homogeneous<S: Simd>(
 /// P, Q, W of eight places.
 #[inline(always)]
 fn to_frame<S: Simd>(s: S, [x, y, z]: [S::F; 3], point: DVec3, frame: &LightFrame) -> Vertex<S> {
-    let x = s.dsub(s.widen(x), s.dsplat(point.x));
-    let y = s.dsub(s.widen(y), s.dsplat(point.y));
-    let z = s.dsub(s.widen(z), s.dsplat(point.z));
+    let x = s.widen(x) - point.x;
+    let y = s.widen(y) - point.y;
+    let z = s.widen(z) - point.z;
     [
-        ddot(s, frame.p, x, y, z),
-        ddot(s, frame.q, x, y, z),
-        ddot(s, frame.w, x, y, z),
+        ddot::<S>(frame.p, x, y, z),
+        ddot::<S>(frame.q, x, y, z),
+        ddot::<S>(frame.w, x, y, z),
     ]
 }
 
@@ -340,12 +338,9 @@ fn around_light<S: Simd>(s: S, low: [S::D; 2], high: [S::D; 2], shape: Shape) ->
         1.0 - 1e-9
     };
     let least = s.dsplat(1e-9);
-    let below = s.and(s.dle(low[0], least), s.dle(low[1], least));
-    let above = s.and(
-        s.dle(s.dsplat(upper), high[0]),
-        s.dle(s.dsplat(1.0 - 1e-9), high[1]),
-    );
-    s.bits(s.and(below, above))
+    let below = s.dle(low[0], least) & s.dle(low[1], least);
+    let above = s.dle(s.dsplat(upper), high[0]) & s.dle(s.dsplat(1.0 - 1e-9), high[1]);
+    s.bits(below & above)
 }
 
 /// Looks at triangles as cones from the shading point. First, those that a plane separates from
@@ -359,46 +354,43 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
     let mut reach = zero;
     for v in [a, b, c] {
         for x in v {
-            reach = s.dmax(reach, s.dmax(*x, s.dsub(zero, *x)));
+            reach = s.dmax(reach, s.dmax(*x, zero - *x));
         }
     }
     // In units of 2⁻⁵³ and powers of `reach`: the cross products are off by 4, their sum by 24, its
     // value at a corner of the light by 144; the determinant by 30.
-    let room = s.dmul(s.dsplat(2e-14), s.dmul(reach, reach));
-    let det_room = s.dmul(room, reach);
-    let (ab, bc, ca) = (normal(s, a, b), normal(s, b, c), normal(s, c, a));
-    let det = s.dadd(
-        s.dadd(s.dmul(ab[0], c[0]), s.dmul(ab[1], c[1])),
-        s.dmul(ab[2], c[2]),
-    );
+    let room = reach * reach * 2e-14;
+    let det_room = room * reach;
+    let (ab, bc, ca) = (normal::<S>(a, b), normal::<S>(b, c), normal::<S>(c, a));
+    let det = ab[0] * c[0] + ab[1] * c[1] + ab[2] * c[2];
     // Turned so that the determinant is positive.
     let turn = s.select(s.dlt(det, zero), s.dsplat(1.0), s.dsplat(-1.0));
-    let det = s.dmul(det, turn);
+    let det = det * turn;
     let clear = s.dlt(det_room, det);
-    let minus_room = s.dsub(zero, room);
+    let minus_room = zero - room;
     let own = [
-        s.dmul(turn, s.dadd(s.dadd(ab[0], bc[0]), ca[0])),
-        s.dmul(turn, s.dadd(s.dadd(ab[1], bc[1]), ca[1])),
-        s.dmul(turn, s.dadd(s.dadd(ab[2], bc[2]), ca[2])),
+        turn * (ab[0] + bc[0] + ca[0]),
+        turn * (ab[1] + bc[1] + ca[1]),
+        turn * (ab[2] + bc[2] + ca[2]),
     ];
     // The light beyond the triangle's plane, the shading point before it: own·x > det.
     let most = largest_over_light(s, &own, frame.shape);
-    let mut outside = s.dlt(s.dadd(most, s.dadd(room, det_room)), det);
+    let mut outside = s.dlt(most + (room + det_room), det);
     let mut covers = clear;
     for n in [&ab, &bc, &ca] {
-        let n = [s.dmul(turn, n[0]), s.dmul(turn, n[1]), s.dmul(turn, n[2])];
+        let n = [turn * n[0], turn * n[1], turn * n[2]];
         let most = largest_over_light(s, &n, frame.shape);
-        outside = s.or(outside, s.dlt(most, minus_room));
+        outside = outside | s.dlt(most, minus_room);
         let (least, _) = over_corners(s, &n, frame);
-        covers = s.and(covers, s.dlt(room, least));
+        covers = covers & s.dlt(room, least);
     }
     // The corners are in units of how far the triangle is: 1 ÷ its W.
     let (least, most) = over_corners(s, &own, frame);
-    let near = s.dmul(det, s.dsplat(1.0 / (1.0 - LIGHT_MARGIN)));
-    let far = s.dmul(det, s.dsplat(1.0 / frame.near));
-    covers = s.and(covers, s.dle(near, s.dsub(least, room)));
-    covers = s.and(covers, s.dle(s.dadd(most, room), far));
-    (s.bits(s.and(clear, outside)), s.bits(covers))
+    let near = det * (1.0 / (1.0 - LIGHT_MARGIN));
+    let far = det * (1.0 / frame.near);
+    covers = covers & s.dle(near, least - room);
+    covers = covers & s.dle(most + room, far);
+    (s.bits(clear & outside), s.bits(covers))
 }
 
 /// The least and the largest value of a linear form at the light's corners.
@@ -407,9 +399,9 @@ fn over_corners<S: Simd>(s: S, n: &Vertex<S>, frame: &LightFrame) -> (S::D, S::D
     let mut least = s.dsplat(f64::INFINITY);
     let mut most = s.dsplat(f64::NEG_INFINITY);
     for corner in &frame.corners[..frame.corner_count] {
-        let p = s.dmul(n[0], s.dsplat(corner[0]));
-        let q = s.dmul(n[1], s.dsplat(corner[1]));
-        let value = s.dadd(s.dadd(p, q), n[2]);
+        let p = n[0] * corner[0];
+        let q = n[1] * corner[1];
+        let value = p + q + n[2];
         least = s.dmin(least, value);
         most = s.dmax(most, value);
     }
@@ -418,11 +410,11 @@ fn over_corners<S: Simd>(s: S, n: &Vertex<S>, frame: &LightFrame) -> (S::D, S::D
 
 /// The plane through the shading point and two vertices: their cross product.
 #[inline(always)]
-fn normal<S: Simd>(s: S, a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
+fn normal<S: Simd>(a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
     [
-        s.dsub(s.dmul(a[1], b[2]), s.dmul(a[2], b[1])),
-        s.dsub(s.dmul(a[2], b[0]), s.dmul(a[0], b[2])),
-        s.dsub(s.dmul(a[0], b[1]), s.dmul(a[1], b[0])),
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
     ]
 }
 
@@ -431,13 +423,13 @@ fn normal<S: Simd>(s: S, a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
 #[inline(always)]
 fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
     let zero = s.dsplat(0.0);
-    let (p, q) = (s.dsub(zero, n[0]), s.dsub(zero, n[1]));
-    let sizes = s.dadd(s.dmax(n[0], p), s.dmax(n[1], q));
-    let mut most = s.dadd(n[2], s.dmul(s.dsplat(1e-9), sizes));
+    let (p, q) = (zero - n[0], zero - n[1]);
+    let sizes = s.dmax(n[0], p) + s.dmax(n[1], q);
+    let mut most = n[2] + sizes * 1e-9;
     if shape != Shape::Line {
-        most = s.dadd(most, s.dmax(n[0], zero));
+        most = most + s.dmax(n[0], zero);
     }
-    s.dadd(most, s.dmax(n[1], zero))
+    most + s.dmax(n[1], zero)
 }
 
 /// How far images reach.
@@ -463,15 +455,15 @@ impl<S: Simd> Extent<S> {
         }
         let reach = s.dmax(
             s.dmax(high[0], high[1]),
-            s.dsub(s.dsplat(0.0), s.dmin(low[0], low[1])),
+            s.dsplat(0.0) - s.dmin(low[0], low[1]),
         );
         // Of coordinates up to m, and of the coordinates themselves.
-        let m = s.dadd(reach, s.dsplat(2.0));
+        let m = reach + 2.0;
         Self {
             low,
             high,
-            area: area(s, image),
-            room: s.dmul(s.dsplat(1e-13), s.dmul(m, m)),
+            area: area::<S>(image),
+            room: m * m * 1e-13,
         }
     }
 }
@@ -494,47 +486,41 @@ fn misses_light<S: Simd>(
         area,
         room,
     } = *extent;
-    let mut misses = s.or(s.dlt(high[0], least), s.dlt(s.dsplat(upper + 1e-9), low[0]));
-    misses = s.or(misses, s.or(s.dlt(high[1], least), s.dlt(most, low[1])));
-    let minus_room = s.dsub(zero, room);
+    let mut misses = s.dlt(high[0], least) | s.dlt(s.dsplat(upper + 1e-9), low[0]);
+    misses = misses | (s.dlt(high[1], least) | s.dlt(most, low[1]));
+    let minus_room = zero - room;
     let [a, b, c] = image;
     if frame.shape == Shape::Triangle {
         // Beyond its third side.
-        let sums = [s.dadd(a[0], a[1]), s.dadd(b[0], b[1]), s.dadd(c[0], c[1])];
+        let sums = [a[0] + a[1], b[0] + b[1], c[0] + c[1]];
         let nearest = s.dmin(s.dmin(sums[0], sums[1]), sums[2]);
-        misses = s.or(misses, s.dlt(most, nearest));
+        misses = misses | s.dlt(most, nearest);
     }
     let turn = s.select(s.dlt(area, zero), one, s.dsplat(-1.0));
     for (v, w) in [(a, b), (b, c), (c, a)] {
-        let (ex, ey) = (
-            s.dmul(turn, s.dsub(w[0], v[0])),
-            s.dmul(turn, s.dsub(w[1], v[1])),
-        );
+        let (ex, ey) = (turn * (w[0] - v[0]), turn * (w[1] - v[1]));
         let mut most = s.dsplat(f64::NEG_INFINITY);
         for corner in &frame.corners[..frame.corner_count] {
-            let (x, y) = (
-                s.dsub(s.dsplat(corner[0]), v[0]),
-                s.dsub(s.dsplat(corner[1]), v[1]),
-            );
-            let side = cross(s, ex, ey, x, y);
+            let (x, y) = (s.dsplat(corner[0]) - v[0], s.dsplat(corner[1]) - v[1]);
+            let side = cross::<S>(ex, ey, x, y);
             most = s.dmax(most, side);
         }
-        misses = s.or(misses, s.dlt(most, minus_room));
+        misses = misses | s.dlt(most, minus_room);
     }
     s.bits(misses)
 }
 
 /// Twice the areas of images.
 #[inline(always)]
-fn area<S: Simd>(s: S, [a, b, c]: &[[S::D; 2]; 3]) -> S::D {
-    let (bx, by) = (s.dsub(b[0], a[0]), s.dsub(b[1], a[1]));
-    let (cx, cy) = (s.dsub(c[0], a[0]), s.dsub(c[1], a[1]));
-    cross(s, bx, by, cx, cy)
+fn area<S: Simd>([a, b, c]: &[[S::D; 2]; 3]) -> S::D {
+    let (bx, by) = (b[0] - a[0], b[1] - a[1]);
+    let (cx, cy) = (c[0] - a[0], c[1] - a[1]);
+    cross::<S>(bx, by, cx, cy)
 }
 
 #[inline(always)]
-fn cross<S: Simd>(s: S, ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
-    s.dsub(s.dmul(ax, by), s.dmul(ay, bx))
+fn cross<S: Simd>(ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
+    ax * by - ay * bx
 }
 
 /// Cuts a triangle at the margins and the guard and adds what is left.

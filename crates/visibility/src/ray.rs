@@ -153,9 +153,9 @@ impl RayQuery {
     #[inline(always)]
     fn shear<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> (S::F, S::F) {
         let [kx, ky, kz] = self.exact.axes;
-        let z = s.sub(s.load(&vertices[first + kz]), s.splat(self.origin[kz]));
-        let x = s.sub(s.load(&vertices[first + kx]), s.splat(self.origin[kx]));
-        let y = s.sub(s.load(&vertices[first + ky]), s.splat(self.origin[ky]));
+        let z = s.load(&vertices[first + kz]) - self.origin[kz];
+        let x = s.load(&vertices[first + kx]) - self.origin[kx];
+        let y = s.load(&vertices[first + ky]) - self.origin[ky];
         (
             s.fma(s.splat(-self.shear[0]), z, x),
             s.fma(s.splat(-self.shear[1]), z, y),
@@ -169,9 +169,9 @@ impl RayQuery {
         let (ax, ay) = self.shear(s, vertices, 0);
         let (bx, by) = self.shear(s, vertices, 3);
         let (cx, cy) = self.shear(s, vertices, 6);
-        let u = s.sub(s.mul(cx, by), s.mul(cy, bx));
-        let v = s.sub(s.mul(ax, cy), s.mul(ay, cx));
-        let w = s.sub(s.mul(bx, ay), s.mul(by, ax));
+        let u = cx * by - cy * bx;
+        let v = ax * cy - ay * cx;
+        let w = bx * ay - by * ax;
         // Each coordinate is off by at most e = ROOM · size, a product of two by 2 e r + e² for
         // the largest coordinate r, a difference by twice that; rounding of the products, with
         // r below 4 sizes, is less than another e r.
@@ -180,11 +180,11 @@ impl RayQuery {
             s.max(s.abs(cx), s.abs(cy)),
         );
         let e = s.splat(self.error);
-        let room = s.mul(e, s.fma(r, s.splat(6.0), s.mul(e, s.splat(2.0))));
+        let room = e * s.fma(r, s.splat(6.0), e * 2.0);
         let low = s.min(s.min(u, v), w);
         let high = s.max(s.max(u, v), w);
         // low ≥ −room or high ≤ room, or NaN, where far vertices overflow.
-        !(s.lt(low, s.sub(s.splat(0.0), room)) & s.lt(room, high))
+        !(s.lt(low, s.splat(0.0) - room) & s.lt(room, high))
     }
 }
 

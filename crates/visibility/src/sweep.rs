@@ -48,8 +48,8 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlo
     let mut v = [s.dsplat(0.0); 3];
     for k in 0..3 {
         let (p, q) = (s.dload(flat[2 * k]), s.dload(flat[2 * k + 1]));
-        u[k] = s.dsub(s.dmul(dx, q), s.dmul(dy, p));
-        v[k] = s.dadd(s.dmul(dx, p), s.dmul(dy, q));
+        u[k] = dx * q - dy * p;
+        v[k] = dx * p + dy * q;
     }
     for (i, j) in [(0, 1), (1, 2), (0, 1)] {
         let swap = s.dlt(u[j], u[i]);
@@ -65,8 +65,8 @@ fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlo
         s.dstore(value, &mut out[row]);
     }
     for (row, i, j) in [(5, 0, 1), (6, 0, 2), (7, 1, 2)] {
-        let width = s.dmax(s.dsub(u[j], u[i]), tiny);
-        s.dstore(s.ddiv(s.dsub(v[j], v[i]), width), &mut out[row]);
+        let width = s.dmax(u[j] - u[i], tiny);
+        s.dstore((v[j] - v[i]) / width, &mut out[row]);
     }
     out
 }
@@ -138,30 +138,27 @@ fn sweep_block<S: Simd>(
     for (k, t) in ready.iter().enumerate() {
         let before = s.dle(s.dload(&t[0]), last);
         let beyond = s.dlt(first, s.dload(&t[2]));
-        let mut near = s.bits(s.and(before, beyond)) & (0xff_u8 >> (8 - (count - 8 * k).min(8)));
+        let mut near = s.bits(before & beyond) & (0xff_u8 >> (8 - (count - 8 * k).min(8)));
         while near != 0 {
             let lane = near.trailing_zeros() as usize;
             near &= near - 1;
             let u0 = s.dsplat(t[0][lane]);
             let u1 = s.dsplat(t[1][lane]);
-            let crossed = s.and(s.dle(u0, u), s.dlt(u, s.dsplat(t[2][lane])));
-            let from_first = s.dsub(u, u0);
+            let crossed = s.dle(u0, u) & s.dlt(u, s.dsplat(t[2][lane]));
+            let from_first = u - u0;
             let v0 = s.dsplat(t[3][lane]);
-            let long = s.dadd(v0, s.dmul(s.dsplat(t[6][lane]), from_first));
-            let rising = s.dadd(v0, s.dmul(s.dsplat(t[5][lane]), from_first));
-            let falling = s.dadd(
-                s.dsplat(t[4][lane]),
-                s.dmul(s.dsplat(t[7][lane]), s.dsub(u, u1)),
-            );
+            let long = v0 + from_first * t[6][lane];
+            let rising = v0 + from_first * t[5][lane];
+            let falling = (u - u1) * t[7][lane] + t[4][lane];
             let short = s.select(s.dlt(u, u1), falling, rising);
             let lo = s.dmin(long, short);
             let hi = s.dmax(long, short);
             // Only what is on the line itself.
-            let on_line = s.and(s.dlt(lo, to), s.dlt(from, hi));
-            let hit = s.and(crossed, on_line);
-            let touches = s.and(s.dle(lo, run_hi), s.dle(run_lo, hi));
-            let joins = s.and(hit, s.or(touches, s.dlt(run_hi, run_lo)));
-            let apart = s.and(hit, s.not(joins));
+            let on_line = s.dlt(lo, to) & s.dlt(from, hi);
+            let hit = crossed & on_line;
+            let touches = s.dle(lo, run_hi) & s.dle(run_lo, hi);
+            let joins = hit & (touches | s.dlt(run_hi, run_lo));
+            let apart = hit & (!joins);
             let (old_lo, old_hi) = (run_lo, run_hi);
             // Where it joins: the union; where it lies apart: it replaces the run, which is kept.
             run_lo = s.select(joins, run_lo, s.dmin(lo, run_lo));
@@ -185,19 +182,19 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
     let zero = s.dsplat(0.0);
     let mut left = flat.count;
     for block in flat.blocks() {
-        let (ax, ay) = (s.dsub(s.dload(block[0]), x), s.dsub(s.dload(block[1]), y));
-        let (bx, by) = (s.dsub(s.dload(block[2]), x), s.dsub(s.dload(block[3]), y));
-        let (cx, cy) = (s.dsub(s.dload(block[4]), x), s.dsub(s.dload(block[5]), y));
-        let u = s.dsub(s.dmul(cx, by), s.dmul(cy, bx));
-        let v = s.dsub(s.dmul(ax, cy), s.dmul(ay, cx));
-        let w = s.dsub(s.dmul(bx, ay), s.dmul(by, ax));
+        let (ax, ay) = (s.dload(block[0]) - x, s.dload(block[1]) - y);
+        let (bx, by) = (s.dload(block[2]) - x, s.dload(block[3]) - y);
+        let (cx, cy) = (s.dload(block[4]) - x, s.dload(block[5]) - y);
+        let u = cx * by - cy * bx;
+        let v = ax * cy - ay * cx;
+        let w = bx * ay - by * ax;
         let low = s.dmin(s.dmin(u, v), w);
         let high = s.dmax(s.dmax(u, v), w);
         // All on one side, and not all zero.
-        let positive = s.and(s.dle(zero, low), s.dlt(zero, high));
-        let negative = s.and(s.dle(high, zero), s.dlt(low, zero));
+        let positive = s.dle(zero, low) & s.dlt(zero, high);
+        let negative = s.dle(high, zero) & s.dlt(low, zero);
         let used = 0xff_u8 >> (8 - left.min(8));
-        if s.bits(s.or(positive, negative)) & used != 0 {
+        if s.bits(positive | negative) & used != 0 {
             return true;
         }
         left = left.saturating_sub(8);

@@ -1,5 +1,7 @@
 //! The tools of those who work on linelit: `cargo xtask COMMAND` starts them.
 
+#![forbid(unsafe_code)]
+
 mod args;
 mod bench;
 mod check_references;

@@ -11,9 +11,9 @@ const PURE: &str = "simd geometry samplers lights bsdf shading mis";
 /// The crates in the path of a pixel.
 const PIXEL_PATH: &str = "simd geometry samplers lights selection bsdf shading visibility mis penumbra estimators integrator";
 
-/// Crates with vector kernels: the workspace's lints deny `unsafe_code` there, items allow it with
-/// a reason. In all others it is forbidden.
-const KERNELS: &str = "simd shading";
+/// The crate of vendor intrinsics: the workspace's lints deny `unsafe_code` there, one file allows
+/// it with a reason. In all others it is forbidden.
+const KERNELS: &str = "simd";
 
 fn is_one_of(list: &str, owner: &str) -> bool {
     list.split(' ').any(|name| name == owner)

@@ -3,14 +3,14 @@
 //! A segment is *ordinary* when both ends are clearly above the horizon (by 7°), it subtends less
 //! than 104°, and its distances are far from the limits of `f64`. Then plain dot products are
 //! accurate, and all that is left is two or three roots, two divisions and some seventy products
-//! and sums, without a branch. Each function says at its end whether its result may be trusted; if
-//! not, the model's careful form is evaluated instead.
+//! and sums, without a branch. Each function says at its end whether the conditions held; if not,
+//! the model's robust form is evaluated instead.
 //!
-//! These are the scalar twins of the vector kernels in [`simd`](crate::simd): the same operations
-//! in the same order, so the same bits. They take bare coordinates: a vector passed on by reference
-//! to the careful form would be kept in memory, and reading it back in pairs stalls the processor.
+//! One text serves one segment and eight at once ([`batch`](crate::batch)). It takes bare
+//! coordinates: a vector passed on by reference to the careful form would be kept in memory, and
+//! reading it back in pairs stalls the processor.
 
-use crate::simd::side_by_side;
+use linelit_simd::{Lanes, One};
 
 /// Coordinates.
 pub(crate) type Point = [f64; 3];
@@ -46,58 +46,65 @@ pub(crate) const LUNE: [[f64; 2]; 8] = [
 ];
 
 /// What all models need of a segment.
-struct Seen {
+struct Seen<L: Lanes> {
     /// |p0|², |p1|², p0·p1.
-    a: f64,
-    b: f64,
-    dot: f64,
+    a: L::D,
+    b: L::D,
+    dot: L::D,
     /// The segment as a vector, and its squared length.
-    edge: Point,
-    square: f64,
+    edge: [L::D; 3],
+    square: L::D,
     /// n·p at the ends.
-    c0: f64,
-    c1: f64,
+    c0: L::D,
+    c1: L::D,
     /// Whether both ends are clearly above the horizon, at moderate distances.
-    clear: bool,
+    clear: L::M,
 }
 
+/// a·b of one vector.
 #[inline(always)]
 pub(crate) fn dot(a: Point, b: Point) -> f64 {
+    products::<One>(a, b)
+}
+
+/// a·b, summed from the left.
+#[inline(always)]
+fn products<L: Lanes>(a: [L::D; 3], b: [L::D; 3]) -> L::D {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The lesser, or `b` where there is no lesser: one instruction.
 #[inline(always)]
 pub(crate) fn min(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
+    One.dmin(a, b)
 }
 
 /// The greater, or `b`.
 #[inline(always)]
 pub(crate) fn max(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
+    One.dmax(a, b)
 }
 
 #[inline(always)]
-fn see(p0: Point, p1: Point, n: Point) -> Seen {
-    let (a, b) = (dot(p0, p0), dot(p1, p1));
+fn see<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Seen<L> {
+    let (a, b) = (products::<L>(p0, p0), products::<L>(p1, p1));
     let edge = [p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]];
-    let square = dot(edge, edge);
-    let (c0, c1) = (dot(n, p0), dot(n, p1));
-    let least = CLEAR * dot(n, n);
-    let (low, far) = (min(c0, c1), max(a, b));
+    let square = products::<L>(edge, edge);
+    let (c0, c1) = (products::<L>(n, p0), products::<L>(n, p1));
+    let least = products::<L>(n, n) * CLEAR;
+    let (low, far) = (l.dmin(c0, c1), l.dmax(a, b));
     let low2 = low * low;
     // A comparison with NaN fails; a normal that is no number has no square below the bound.
-    let clear = (low > 0.0)
-        & (low2 >= least * far)
-        & (low2 >= NEAR)
-        & (far <= FAR)
-        & (square >= SHORT)
-        & (least < LONG_NORMAL);
+    let clear = l.dlt(l.dsplat(0.0), low)
+        & l.dle(least * far, low2)
+        & l.dle(l.dsplat(NEAR), low2)
+        & l.dle(far, l.dsplat(FAR))
+        & l.dle(l.dsplat(SHORT), square)
+        & l.dlt(least, l.dsplat(LONG_NORMAL));
     Seen {
         a,
         b,
-        dot: dot(p0, p1),
+        dot: products::<L>(p0, p1),
         edge,
         square,
         c0,
@@ -106,60 +113,58 @@ fn see(p0: Point, p1: Point, n: Point) -> Seen {
     }
 }
 
-impl Seen {
+impl<L: Lanes> Seen<L> {
     /// `scale (c0 w0 + c1 w1)/(r0² r1²)` with the weights of [`ribbon`](crate::ribbon), and whether
-    /// it may be trusted.
+    /// the conditions held.
     #[inline(always)]
-    fn weighted(&self, scale: f64) -> (f64, bool) {
+    fn weighted(&self, l: L, scale: L::D) -> (L::D, L::M) {
         let square = self.a * self.b;
-        let product = square.sqrt();
+        let product = l.dsqrt(square);
         let cos = self.dot / product;
-        let [over, under] = lune(1.0 + cos);
+        let [over, under] = l.polynomials(&LUNE, cos + 1.0);
         let lever = self.c0 * (self.b - self.dot) + self.c1 * (self.a - self.dot);
         let below = product * under;
         let sum = (self.c0 + self.c1) * below + lever * over;
         let value = (scale * sum) / (square * below);
-        (value, self.clear & (cos >= LEAST_COSINE))
+        (value, self.clear & l.dle(l.dsplat(LEAST_COSINE), cos))
     }
 }
 
-/// Numerator and denominator of G side by side: the two sums have one shape.
+/// [`ribbon::irradiance`](crate::ribbon::irradiance) and whether the conditions held.
 #[inline(always)]
-fn lune(s: f64) -> [f64; 2] {
-    let s2 = s * s;
-    side_by_side(s, s2, s2 * s2)
+pub(crate) fn ribbon<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> (L::D, L::M) {
+    let seen = see(l, p0, p1, n);
+    seen.weighted(l, l.dsqrt(seen.square) * 0.5)
 }
 
-/// [`ribbon::irradiance`](crate::ribbon::irradiance) and whether it may be trusted.
-#[inline(always)]
-pub(crate) fn ribbon(p0: Point, p1: Point, n: Point) -> (f64, bool) {
-    let seen = see(p0, p1, n);
-    seen.weighted(0.5 * seen.square.sqrt())
-}
-
-/// [`cylinder::irradiance`](crate::cylinder::irradiance) and whether it may be trusted: not where
+/// [`cylinder::irradiance`](crate::cylinder::irradiance) and whether the conditions held: not where
 /// the first end and the segment are within 7° of parallel.
 #[inline(always)]
-pub(crate) fn cylinder(p0: Point, p1: Point, n: Point) -> (f64, bool) {
-    let seen = see(p0, p1, n);
+pub(crate) fn cylinder<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> (L::D, L::M) {
+    let seen = see(l, p0, p1, n);
     let e = seen.edge;
     let x = [
         p0[1] * e[2] - p0[2] * e[1],
         p0[2] * e[0] - p0[0] * e[2],
         p0[0] * e[1] - p0[1] * e[0],
     ];
-    let area = dot(x, x);
-    let (value, trusted) = seen.weighted(area.sqrt());
-    (value, trusted & (area >= CLEAR * (seen.a * seen.square)))
+    let area = products::<L>(x, x);
+    let (value, held) = seen.weighted(l, l.dsqrt(area));
+    (value, held & l.dle(seen.a * seen.square * CLEAR, area))
 }
 
-/// [`point_line::irradiance`](crate::point_line::irradiance) and whether it may be trusted.
+/// [`point_line::irradiance`](crate::point_line::irradiance) and whether the conditions held.
 #[inline(always)]
-pub(crate) fn point_line(p0: Point, p1: Point, n: Point) -> (f64, bool) {
-    let seen = see(p0, p1, n);
-    let (r0, r1) = (seen.a.sqrt(), seen.b.sqrt());
+pub(crate) fn point_line<L: Lanes>(
+    l: L,
+    p0: [L::D; 3],
+    p1: [L::D; 3],
+    n: [L::D; 3],
+) -> (L::D, L::M) {
+    let seen = see(l, p0, p1, n);
+    let (r0, r1) = (l.dsqrt(seen.a), l.dsqrt(seen.b));
     let product = r0 * r1;
     let sum = seen.c0 * r1 + seen.c1 * r0;
-    let value = seen.square.sqrt() * sum / (product * (product + seen.dot));
-    (value, seen.clear & (seen.dot >= LEAST_COSINE * product))
+    let value = l.dsqrt(seen.square) * sum / (product * (product + seen.dot));
+    (value, seen.clear & l.dle(product * LEAST_COSINE, seen.dot))
 }

@@ -2,13 +2,13 @@
 //!
 //! The careful form ([`lobe`](crate::lobe)) finds the fan, its angle and the lobe's centre by arc
 //! tangents, sines and exact products. Where both ends are clearly above the horizon and above the
-//! lobe's own (see [`ordinary`](crate::ordinary)), the exponent is moderate and the lobe is smooth
-//! at its end, the tangents of half of all angles are rational in the dot products and a few roots,
-//! and nothing cancels that the exponent would magnify. All factors are within a factor of eight of
-//! their greatest, so that a shorter rule on a narrower window is enough.
+//! lobe's own (see [`fast_path`](crate::fast_path)), the exponent is moderate and the lobe is
+//! smooth at its end, the tangents of half of all angles are rational in the dot products and a few
+//! roots, and nothing cancels that the exponent would magnify. All factors are within a factor of
+//! eight of their greatest, so that a shorter rule on a narrower window is enough.
 
+use crate::fast_path::{CLEAR, FAR, LEAST_COSINE, LONG_NORMAL, NEAR, Point, SHORT, dot, max, min};
 use crate::lobe::{Panel, SMOOTH};
-use crate::ordinary::{CLEAR, FAR, LEAST_COSINE, LONG_NORMAL, NEAR, Point, SHORT, dot, max, min};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// What is dropped at the end of a panel is below e⁻²⁷ of the integrand's peak; sixteen nodes then
