@@ -127,7 +127,7 @@ impl Ends {
 ///
 /// The direction is such that the last of them is not before the first across.
 #[inline(always)]
-pub(crate) fn place<S: Simd>(
+pub(crate) fn place_lines<S: Simd>(
     s: S,
     frame: &LightFrame,
     point: DVec3,

@@ -2,8 +2,8 @@
 
 use crate::{
     build::{self, Geometry, Hierarchy},
+    closed_mesh::ClosedMeshes,
     node::Child,
-    shells::Shells,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::{InstructionSet, Isa};
@@ -58,8 +58,8 @@ impl Occluders {
                 extent = extent.max((v[axis] - origin[axis]).abs());
             }
         }
-        let shells = Shells::find(&geometry, &kept);
-        let hierarchy = build::build(&geometry, &kept, shells);
+        let meshes = ClosedMeshes::find(&geometry, &kept);
+        let hierarchy = build::build(&geometry, &kept, meshes);
         // Eight more places, as packed stores write eight at a time.
         let stack_size = 16 * depth(&hierarchy) + 32;
         Self {
@@ -91,13 +91,13 @@ impl Occluders {
         let Hierarchy {
             nodes,
             leaves,
-            shells,
-            shell_of,
+            meshes,
+            mesh_of,
         } = &self.hierarchy;
         size_of_val(&nodes[..])
             + size_of_val(&leaves[..])
-            + size_of_val(&shells[..])
-            + size_of_val(&shell_of[..])
+            + size_of_val(&meshes[..])
+            + size_of_val(&mesh_of[..])
     }
 
     /// The instruction set in use.

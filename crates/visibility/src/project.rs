@@ -5,10 +5,10 @@
 
 use crate::{
     block::ddot,
+    closed_mesh::BackfaceFilter,
     frame::{LightFrame, Shape},
     node::Leaf,
     shaft::DENSE,
-    shells::Backs,
     walk::Found,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
@@ -31,8 +31,8 @@ pub(crate) struct Corners {
     rows: [[f32; ROOM]; 9],
     /// Where they come from: leaf × 8 + lane.
     slots: [u32; ROOM],
-    /// Their shells, if there are any.
-    shells: [u32; ROOM],
+    /// Their meshes, if there are any.
+    meshes: [u32; ROOM],
     pub(crate) count: usize,
 }
 
@@ -41,7 +41,7 @@ impl Default for Corners {
         Self {
             rows: [[0.0; ROOM]; 9],
             slots: [0; ROOM],
-            shells: [0; ROOM],
+            meshes: [0; ROOM],
             count: 0,
         }
     }
@@ -74,14 +74,14 @@ impl Corners {
         leaf: &Leaf,
         maybe: u8,
         slots: &[u32; 8],
-        shells: Option<&[u32; 8]>,
+        meshes: Option<&[u32; 8]>,
     ) {
         for (row, from) in self.rows.iter_mut().zip(&leaf.vertices) {
             s.compress(maybe, s.load(from), row, self.count);
         }
         s.pack(maybe, slots, &mut self.slots, self.count);
-        if let Some(shells) = shells {
-            s.pack(maybe, shells, &mut self.shells, self.count);
+        if let Some(meshes) = meshes {
+            s.pack(maybe, meshes, &mut self.meshes, self.count);
         }
         self.count += maybe.count_ones() as usize;
     }
@@ -161,12 +161,12 @@ pub(crate) fn project<S: Simd>(
     s: S,
     (point, frame): (DVec3, &LightFrame),
     (corners, flat): (&mut Corners, &mut FlatTriangles),
-    backs: &mut Backs<'_>,
+    backfaces: &mut BackfaceFilter<'_>,
 ) -> Found {
     let mut kept = 0;
     let mut start = 0;
     while start < corners.count {
-        let left = project_some::<S, true>(s, corners, start, point, frame, flat, backs);
+        let left = project_some::<S, true>(s, corners, start, point, frame, flat, backfaces);
         let Some(mut inside) = left else {
             return Found::All;
         };
@@ -192,7 +192,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     point: DVec3,
     frame: &LightFrame,
     flat: &mut FlatTriangles,
-    backs: &mut Backs<'_>,
+    backfaces: &mut BackfaceFilter<'_>,
 ) -> Option<u8> {
     let used = 0xff_u8 >> (8 - (corners.count - start).min(8));
     let a = homogeneous(s, corners, start, 0, point, frame);
@@ -211,7 +211,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     for v in [&a, &b, &c] {
         whole = whole & within_guard(s, v);
     }
-    let image = [place(s, &a), place(s, &b), place(s, &c)];
+    let image = [to_plane(s, &a), to_plane(s, &b), to_plane(s, &c)];
     let extent = Extent::new(s, &image);
     let simple = s.bits(whole) & alive;
     let mut cut = alive & !simple;
@@ -227,12 +227,12 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     if SEPARATE {
         keep &= !misses_light(s, &image, &extent, frame);
     }
-    if backs.any() {
+    if backfaces.any() {
         let Extent { area, room, .. } = extent;
         let negative = s.bits(s.dlt(area, s.dsplat(0.0) - room));
         let positive = s.bits(s.dlt(room, area));
-        if let Some(codes) = corners.shells[start..].first_chunk() {
-            keep &= !backs.left_out(s, codes, (keep & negative, keep & positive));
+        if let Some(codes) = corners.meshes[start..].first_chunk() {
+            keep &= !backfaces.left_out(s, codes, (keep & negative, keep & positive));
         }
     }
     let mut left = keep;
@@ -260,7 +260,7 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
 
 /// Where a vertex's image is.
 #[inline(always)]
-fn place<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
+fn to_plane<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
     let inverse = s.dsplat(1.0) / v[2];
     [v[0] * inverse, v[1] * inverse]
 }

@@ -2,13 +2,13 @@
 
 use crate::{
     block::{Ends, Lines},
+    closed_mesh::ClearOfMesh,
     counters::Counters,
-    dense::{Covered, Waiting},
+    dense_shaft::{Covered, Waiting},
     frame::{Light, LightFrame},
     merge::{Pieces, Slots},
     node::Child,
     project::{Corners, FlatTriangles},
-    shells::Clear,
     sweep::ReadyBlock,
 };
 
@@ -32,7 +32,7 @@ pub struct Scratch {
     /// The same for lines of one direction.
     pub(crate) ready: Vec<ReadyBlock>,
     /// Closed meshes that need half their triangles only.
-    pub(crate) clear: Clear,
+    pub(crate) clear_of: ClearOfMesh,
     /// The lines of one direction.
     pub(crate) lines: Lines,
     /// What is hidden of each.

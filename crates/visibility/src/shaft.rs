@@ -2,7 +2,7 @@
 
 use crate::{
     LightCorners, Occluders, Ray, Scratch, VisibleLines, block, bounds, brute,
-    dense::{self, DenseQuery},
+    dense_shaft::{self, DenseQuery},
     images::Images,
     sweep,
     walk::{self, Found},
@@ -290,7 +290,7 @@ impl Shaft<'_> {
                 lines: few_lines,
                 ..
             } = &mut *self.scratch;
-            let few = start..ends.count.min(start + dense::GROUP);
+            let few = start..ends.count.min(start + dense_shaft::GROUP);
             start = few.end;
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
             for k in few.clone() {
@@ -340,7 +340,7 @@ impl Shaft<'_> {
                 }
                 continue;
             }
-            dense::dense(
+            dense_shaft::dense(
                 self.occluders.isa,
                 self.occluders,
                 &query,

@@ -110,7 +110,7 @@ fn sweep_kernel<S: Simd>(
         pieces,
         ..
     } = scratch;
-    block::place(s, frame, point, lines, ends);
+    block::place_lines(s, frame, point, lines, ends);
     if ends.count > 0 && !dense {
         set.fill(s, ends, first);
         slots_per_line.reset(set.count);

@@ -3,10 +3,10 @@
 use crate::{
     Occluders, Scratch,
     bounds::{self, ShaftBounds},
+    closed_mesh::BackfaceFilter,
     frame::LightFrame,
     node::{Child, Leaf},
     project::{self, Corners},
-    shells::Backs,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
@@ -33,7 +33,7 @@ const ABREAST: usize = 2;
 /// What a shaft is looked for with.
 struct Query<'a> {
     bounds: ShaftBounds,
-    backs: Backs<'a>,
+    backfaces: BackfaceFilter<'a>,
     /// In the hierarchy's coordinates.
     point: DVec3,
     frame: &'a LightFrame,
@@ -42,7 +42,7 @@ struct Query<'a> {
 }
 
 impl Query<'_> {
-    /// Sets the triangles of a leaf aside that may be in the shaft. `slots` and `shells` tell which
+    /// Sets the triangles of a leaf aside that may be in the shaft. `slots` and `meshes` tell which
     /// they are.
     #[inline(always)]
     fn look<S: Simd>(
@@ -50,7 +50,7 @@ impl Query<'_> {
         s: S,
         leaf: &Leaf,
         used: u8,
-        (slots, shells): (&[u32; 8], &[u32; 8]),
+        (slots, meshes): (&[u32; 8], &[u32; 8]),
         corners: &mut Corners,
     ) -> Found {
         let (maybe, around) = self.bounds.triangles(s, leaf);
@@ -60,7 +60,13 @@ impl Query<'_> {
             return Found::All;
         }
         if maybe != 0 {
-            corners.add(s, leaf, maybe, slots, self.backs.any().then_some(shells));
+            corners.add(
+                s,
+                leaf,
+                maybe,
+                slots,
+                self.backfaces.any().then_some(meshes),
+            );
             if corners.count > self.limit {
                 return Found::Many;
             }
@@ -87,7 +93,7 @@ fn find_kernel<S: Simd>(
         corners,
         stack,
         flat,
-        clear,
+        clear_of,
         ..
     } = scratch;
     corners.clear();
@@ -106,7 +112,7 @@ fn find_kernel<S: Simd>(
     let point = relative;
     let mut query = Query {
         bounds: ShaftBounds::new(s, occluders, point, around, frame, exclude),
-        backs: Backs::new(hierarchy.shells(), clear, point, around, exclude),
+        backfaces: BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude),
         point,
         frame,
         limit,
@@ -147,7 +153,7 @@ fn find_kernel<S: Simd>(
             let child = Child(child);
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
-            let names = (&child.slots(), &query.backs.codes(child.index()));
+            let names = (&child.slots(), &query.backfaces.codes(child.index()));
             let found = query.look(s, leaf, child.mask(), names, corners);
             if found != Found::Few {
                 return found;
@@ -158,8 +164,8 @@ fn find_kernel<S: Simd>(
     if corners.count == 0 {
         return Found::Few;
     }
-    let backs = &mut query.backs;
-    project::project(s, (point, frame), (corners, flat), backs)
+    let backfaces = &mut query.backfaces;
+    project::project(s, (point, frame), (corners, flat), backfaces)
 }
 
 dispatch! {

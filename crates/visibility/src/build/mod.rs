@@ -15,9 +15,9 @@ mod split;
 mod tests;
 
 use crate::{
+    closed_mesh::{ClosedMesh, ClosedMeshes},
     node::{Child, Leaf, Node},
     pool,
-    shells::{Shell, Shells},
 };
 use binary::{Binary, Bounds};
 use linelit_simd::Simd;
@@ -39,8 +39,8 @@ const LEAF_SIZE: u32 = 8;
 
 impl Hierarchy {
     /// Closed meshes and the leaves' triangles in them.
-    pub(crate) fn shells(&self) -> (&[Shell], &[[u16; 8]]) {
-        (&self.shells, &self.shell_of)
+    pub(crate) fn meshes(&self) -> (&[ClosedMesh], &[[u16; 8]]) {
+        (&self.meshes, &self.mesh_of)
     }
 
     /// Asks for the memory of a node's children ahead of time.
@@ -69,8 +69,8 @@ pub(crate) struct Hierarchy {
     pub(crate) leaves: Vec<Leaf>,
     /// Closed meshes, and which of them the triangles of each leaf belong to (one more than the
     /// index, or zero); empty if there are none.
-    pub(crate) shells: Vec<Shell>,
-    pub(crate) shell_of: Vec<[u16; 8]>,
+    pub(crate) meshes: Vec<ClosedMesh>,
+    pub(crate) mesh_of: Vec<[u16; 8]>,
 }
 
 /// Triangles that may occlude, in the hierarchy's coordinates.
@@ -105,7 +105,7 @@ impl Geometry<'_> {
 const LEAVES_AT_ONCE: usize = 1 << 12;
 
 /// Builds the hierarchy over the triangles that `kept` has.
-pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], shells: Shells) -> Hierarchy {
+pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], meshes: ClosedMeshes) -> Hierarchy {
     let ids = || (0_u32..).zip(kept).filter(|(_, kept)| **kept);
     let mut references = Vec::with_capacity(ids().count());
     references.extend(ids().map(|(id, _)| geometry.reference(id)));
@@ -134,10 +134,10 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], shells: Shells) -> H
             }
         }
     });
-    if !shells.shells.is_empty() {
-        let of = |ids: &[u32; 8]| ids.map(|id| shells.of[id as usize]);
-        out.shell_of = ids.iter().map(of).collect();
-        out.shells = shells.shells;
+    if !meshes.meshes.is_empty() {
+        let of = |ids: &[u32; 8]| ids.map(|id| meshes.of[id as usize]);
+        out.mesh_of = ids.iter().map(of).collect();
+        out.meshes = meshes.meshes;
     }
     out
 }

@@ -1,7 +1,7 @@
 //! What building costs, counted: the depth of the tree and the triangles looked at on the way down.
 
 use super::{Geometry, Hierarchy, LEAF_SIZE, binary::Binary, build, split};
-use crate::{node::Child, shells::Shells};
+use crate::{closed_mesh::ClosedMeshes, node::Child};
 
 /// Triangles in lists of their own corners.
 #[derive(Default)]
@@ -39,7 +39,7 @@ impl Mesh {
 
     fn hierarchy(&self) -> Hierarchy {
         let kept = vec![true; self.triangles.len()];
-        build(&self.geometry(), &kept, Shells::default())
+        build(&self.geometry(), &kept, ClosedMeshes::default())
     }
 }
 

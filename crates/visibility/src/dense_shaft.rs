@@ -9,11 +9,11 @@ use crate::{
     Occluders, Scratch, VisibleLines,
     block::Lines,
     bounds::ShaftBounds,
+    closed_mesh::BackfaceFilter,
     frame::LightFrame,
     merge::{self, Slots},
     node::{Child, Leaf, Node},
     project::{self, Corners},
-    shells::Backs,
     sweep::{self, Lanes},
 };
 use linelit_geometry::DVec3;
@@ -289,7 +289,7 @@ fn push_triangles<S: Simd>(
     child: Child,
     covered: &Covered,
     corners: &mut Corners,
-    backs: &Backs<'_>,
+    backfaces: &BackfaceFilter<'_>,
 ) {
     let vertices = bounds.vertices(s, leaf);
     let (before, inside, low, high) = bounds.triangle_images(s, &vertices);
@@ -301,9 +301,9 @@ fn push_triangles<S: Simd>(
     }
     needed &= bounds.included(s, leaf);
     if needed != 0 {
-        let codes = backs.codes(child.index());
-        let shells = backs.any().then_some(&codes);
-        corners.add(s, leaf, needed, &child.slots(), shells);
+        let codes = backfaces.codes(child.index());
+        let meshes = backfaces.any().then_some(&codes);
+        corners.add(s, leaf, needed, &child.slots(), meshes);
     }
 }
 
@@ -337,14 +337,14 @@ fn dense_kernel<S: Simd>(
         pieces,
         waiting: stack,
         covered,
-        clear,
+        clear_of,
         ..
     } = scratch;
     let point = query.point;
     let around = (query.lo, query.hi);
     let bounds = &ShaftBounds::new(s, occluders, point, around, frame, query.exclude);
-    let shells = occluders.hierarchy.shells();
-    let backs = &mut Backs::new(shells, clear, point, around, query.exclude);
+    let meshes = occluders.hierarchy.meshes();
+    let backfaces = &mut BackfaceFilter::new(meshes, clear_of, point, around, query.exclude);
     slots_per_line.reset(lines.count);
     covered.start(lines);
     corners.clear();
@@ -362,7 +362,7 @@ fn dense_kernel<S: Simd>(
             if b.child.is_leaf() {
                 counters.triangle_tests += u64::from(b.child.count());
                 let leaf = &occluders.hierarchy.leaves[b.child.index()];
-                push_triangles(s, bounds, leaf, b.child, covered, corners, backs);
+                push_triangles(s, bounds, leaf, b.child, covered, corners, backfaces);
             } else {
                 let node = &occluders.hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
@@ -376,7 +376,7 @@ fn dense_kernel<S: Simd>(
             let first = corners.count.saturating_sub(8);
             flat.clear();
             let left =
-                project::project_some::<S, false>(s, corners, first, point, frame, flat, backs);
+                project::project_some::<S, false>(s, corners, first, point, frame, flat, backfaces);
             corners.count = first;
             counters.candidates += flat.count as u64;
             if left.is_none() {

@@ -1,20 +1,21 @@
-//! Closed meshes: half of their triangles need no attention.
+//! Back-face culling for shadows: the triangles of one orientation of a closed mesh hide as much as
+//! all of them.
 //!
 //! Where a segment runs from outside a closed surface to outside of it, it goes in as often as it
 //! comes out, so whatever a triangle facing one way hides, one facing the other way hides too. A
-//! *shell* is a set of triangles, connected by their edges, in which every edge belongs to two and
-//! which can be turned so that the two run along it in opposite directions: the signs of its
-//! triangles' images then add up to zero over every place of the light's plane, whatever the
+//! *closed mesh* is a set of triangles, connected by their edges, in which every edge belongs to
+//! two and which can be turned so that the two run along it in opposite directions: the signs of
+//! its triangles' images then add up to zero over every place of the light's plane, whatever the
 //! mesh's shape, whether it intersects itself or is inside out. So the images of one sign may be
-//! left out, once neither the shading point nor the light is in the shell's box.
+//! left out, once neither the shading point nor the light is in the mesh's box.
 
 use crate::{build::Geometry, pool};
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 use linelit_simd::Simd;
 
-/// A connected closed mesh.
+/// A connected closed mesh: its box, and which triangles are its own.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shell {
+pub(crate) struct ClosedMesh {
     /// Its box, in the hierarchy's coordinates.
     lo: [f32; 3],
     hi: [f32; 3],
@@ -23,16 +24,16 @@ pub(crate) struct Shell {
     last: u32,
 }
 
-/// Which triangles belong to which shell.
+/// The closed meshes of a scene, and which of them each triangle belongs to.
 #[derive(Debug, Default)]
-pub(crate) struct Shells {
-    pub(crate) shells: Vec<Shell>,
-    /// For each triangle of the caller's, zero or its shell's index plus one, with [`TURNED`] if it
-    /// is turned; empty without shells.
+pub(crate) struct ClosedMeshes {
+    pub(crate) meshes: Vec<ClosedMesh>,
+    /// For each triangle of the caller's, zero or its mesh's index plus one, with [`TURNED`] if it
+    /// is turned; empty without meshes.
     pub(crate) of: Vec<u16>,
 }
 
-/// The bit of a triangle that is turned against the first of its shell.
+/// The bit of a triangle that is turned against the first of its mesh.
 const TURNED: u16 = 1 << 15;
 
 /// Triangles that are connected, each with an earlier one, and in the last bit whether it is turned
@@ -143,7 +144,7 @@ impl Edges {
     }
 }
 
-impl Shells {
+impl ClosedMeshes {
     /// Finds the closed meshes among the triangles that `kept` has.
     pub(crate) fn find(geometry: &Geometry<'_>, kept: &[bool]) -> Self {
         let places = geometry.positions.len();
@@ -173,7 +174,7 @@ impl Shells {
             }
         });
         let mut found = Self::default();
-        // The shell of each first triangle; none if it is open.
+        // The mesh of each first triangle; none if it is open.
         let mut number = vec![0_u16; kept.len()];
         for (i, _) in (0_u32..).zip(open).filter(|(_, open)| *open) {
             number[connected.root(i).0 as usize] = u16::MAX;
@@ -183,57 +184,57 @@ impl Shells {
             let (root, turned) = connected.root(id);
             let root = root as usize;
             if number[root] == 0 {
-                found.shells.push(Shell {
+                found.meshes.push(ClosedMesh {
                     lo: [f32::INFINITY; 3],
                     hi: [f32::NEG_INFINITY; 3],
                     first: id,
                     last: id,
                 });
-                number[root] = u16::try_from(found.shells.len()).unwrap_or(u16::MAX);
+                number[root] = u16::try_from(found.meshes.len()).unwrap_or(u16::MAX);
                 if number[root] >= TURNED {
                     number[root] = u16::MAX;
                     // Beyond the numbers' end: counts as open.
-                    found.shells.pop();
+                    found.meshes.pop();
                 }
             }
             if number[root] == u16::MAX {
                 continue;
             }
             of[id as usize] = number[root] | if turned { TURNED } else { 0 };
-            let shell = &mut found.shells[usize::from(number[root]) - 1];
-            shell.last = shell.last.max(id);
-            shell.first = shell.first.min(id);
+            let mesh = &mut found.meshes[usize::from(number[root]) - 1];
+            mesh.last = mesh.last.max(id);
+            mesh.first = mesh.first.min(id);
             for v in geometry.vertices(id) {
                 for (axis, x) in v.into_iter().enumerate() {
-                    shell.lo[axis] = shell.lo[axis].min(x);
-                    shell.hi[axis] = shell.hi[axis].max(x);
+                    mesh.lo[axis] = mesh.lo[axis].min(x);
+                    mesh.hi[axis] = mesh.hi[axis].max(x);
                 }
             }
         }
-        if !found.shells.is_empty() {
+        if !found.meshes.is_empty() {
             found.of = of;
         }
         found
     }
 }
 
-/// Which shells stand clear of a shaft's ends, as far as that has been asked.
+/// Which closed meshes stand clear of both ends of a shaft, as far as that has been asked.
 #[derive(Debug, Default)]
-pub(crate) struct Clear {
+pub(crate) struct ClearOfMesh {
     /// Twice the number of the shaft they were asked for, and whether they do.
     known: Vec<u32>,
     shaft: u32,
 }
 
-/// Decides which triangles a shaft can do without.
+/// Which triangles of closed meshes a shaft can do without, since others hide as much.
 #[derive(Debug)]
-pub(crate) struct Backs<'a> {
-    shells: &'a [Shell],
-    /// The shells of the triangles in each leaf.
+pub(crate) struct BackfaceFilter<'a> {
+    meshes: &'a [ClosedMesh],
+    /// The meshes of the triangles in each leaf.
     of: &'a [[u16; 8]],
-    clear: &'a mut Clear,
+    clear_of: &'a mut ClearOfMesh,
     point: DVec3,
-    /// The light's box, and how far from both a shell has to be.
+    /// The light's box, and how far from both a mesh has to be.
     lo: DVec3,
     hi: DVec3,
     margin: f64,
@@ -241,32 +242,32 @@ pub(crate) struct Backs<'a> {
     exclude: (u32, u32),
 }
 
-impl<'a> Backs<'a> {
+impl<'a> BackfaceFilter<'a> {
     /// For a shaft from `point` to a light between `lo` and `hi`.
     #[inline(always)]
     pub(crate) fn new(
-        (shells, of): (&'a [Shell], &'a [[u16; 8]]),
-        clear: &'a mut Clear,
+        (meshes, of): (&'a [ClosedMesh], &'a [[u16; 8]]),
+        clear_of: &'a mut ClearOfMesh,
         point: DVec3,
         (lo, hi): (DVec3, DVec3),
         exclude: (u32, u32),
     ) -> Self {
         let mut margin = 0.0;
-        if !shells.is_empty() {
-            if clear.known.len() < shells.len() || clear.shaft == u32::MAX / 2 {
-                clear.known.clear();
-                clear.known.resize(shells.len(), 0);
-                clear.shaft = 0;
+        if !meshes.is_empty() {
+            if clear_of.known.len() < meshes.len() || clear_of.shaft == u32::MAX / 2 {
+                clear_of.known.clear();
+                clear_of.known.resize(meshes.len(), 0);
+                clear_of.shaft = 0;
             }
-            clear.shaft += 1;
+            clear_of.shaft += 1;
             // What is this near to an end of a segment may be beyond its margins.
             let reach = (hi.max(point) - lo.min(point)).element_sum();
             margin = 2.0 * f64::max(POINT_MARGIN, LIGHT_MARGIN) * reach;
         }
         Self {
-            shells,
+            meshes,
             of,
-            clear,
+            clear_of,
             point,
             lo,
             hi,
@@ -275,26 +276,26 @@ impl<'a> Backs<'a> {
         }
     }
 
-    /// Whether there are any shells.
+    /// Whether there are any meshes.
     #[inline(always)]
     pub(crate) fn any(&self) -> bool {
-        !self.shells.is_empty()
+        !self.meshes.is_empty()
     }
 
-    /// The shells of a leaf's triangles, as [`Self::left_out`] takes them; zero for none.
+    /// The meshes of a leaf's triangles, as [`Self::left_out`] takes them; zero for none.
     #[inline(always)]
     pub(crate) fn codes(&self, leaf: usize) -> [u32; 8] {
         let mut codes = [0; 8];
         if !self.any() {
             return codes;
         }
-        for (code, shell) in codes.iter_mut().zip(&self.of[leaf]) {
-            *code = u32::from(shell & !TURNED) | u32::from(shell & TURNED) << 16;
+        for (code, mesh) in codes.iter_mut().zip(&self.of[leaf]) {
+            *code = u32::from(mesh & !TURNED) | u32::from(mesh & TURNED) << 16;
         }
         codes
     }
 
-    /// Which triangles to leave out, a bit each: those that belong to a shell clear of the shaft's
+    /// Which triangles to leave out, a bit each: those that belong to a mesh clear of the shaft's
     /// ends and face the one way, given which of them face either way for sure.
     #[inline(always)]
     pub(crate) fn left_out<S: Simd>(
@@ -304,42 +305,44 @@ impl<'a> Backs<'a> {
         (negative, positive): (u8, u8),
     ) -> u8 {
         let turned = s.in_range(codes, 1 << 31, 1 << 31);
-        let shelled = s.in_range(codes, 1, u32::MAX);
-        let mut back = shelled & (turned & positive | !turned & negative);
+        let closed = s.in_range(codes, 1, u32::MAX);
+        let mut back = closed & (turned & positive | !turned & negative);
         let mut out = 0;
         while back != 0 {
             let lane = back.trailing_zeros() as usize;
             back &= back - 1;
             let index = (codes[lane] & 0x7fff_ffff) as usize - 1;
-            let known = self.clear.known[index];
-            let clear = if known >> 1 == self.clear.shaft {
+            let known = self.clear_of.known[index];
+            let clear = if known >> 1 == self.clear_of.shaft {
                 known & 1 != 0
             } else {
-                self.ask(index)
+                self.stands_clear(index)
             };
             out |= u8::from(clear) << lane;
         }
         out
     }
 
+    /// Whether neither end of the shaft is in the mesh's box, and no triangle of it is excluded;
+    /// remembered for this shaft.
     #[inline(never)]
-    fn ask(&mut self, index: usize) -> bool {
-        let shell = &self.shells[index];
-        let lo = DVec3::from(shell.lo.map(f64::from)) - self.margin;
-        let hi = DVec3::from(shell.hi.map(f64::from)) + self.margin;
+    fn stands_clear(&mut self, index: usize) -> bool {
+        let mesh = &self.meshes[index];
+        let lo = DVec3::from(mesh.lo.map(f64::from)) - self.margin;
+        let hi = DVec3::from(mesh.hi.map(f64::from)) + self.margin;
         let apart = |from: DVec3, to: DVec3| !(from.cmple(hi).all() && lo.cmple(to).all());
         // A mesh of which triangles are excluded is not closed.
         let (start, count) = self.exclude;
-        let whole = count == 0 || shell.last < start || shell.first >= start.saturating_add(count);
+        let whole = count == 0 || mesh.last < start || mesh.first >= start.saturating_add(count);
         let clear = whole && apart(self.point, self.point) && apart(self.lo, self.hi);
-        self.clear.known[index] = self.clear.shaft << 1 | u32::from(clear);
+        self.clear_of.known[index] = self.clear_of.shaft << 1 | u32::from(clear);
         clear
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Geometry, Shells, TURNED};
+    use super::{ClosedMeshes, Geometry, TURNED};
 
     /// The triangles of a cube, or all but the last of them, some turned; every triangle with
     /// corners of its own.
@@ -384,24 +387,24 @@ mod tests {
         (positions, triangles)
     }
 
-    fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Shells {
+    fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> ClosedMeshes {
         let geometry = Geometry {
             positions,
             triangles,
             origin: [0.0; 3],
         };
-        Shells::find(&geometry, &vec![true; triangles.len()])
+        ClosedMeshes::find(&geometry, &vec![true; triangles.len()])
     }
 
     #[test]
-    fn cubes_are_shells_however_their_triangles_are_turned() {
+    fn cubes_are_closed_however_their_triangles_are_turned() {
         for turned in [0, 0xfff, 0b1010_0110_0101] {
             let (positions, triangles) = cube(12, turned);
             let found = find(&positions, &triangles);
-            assert_eq!(found.shells.len(), 1);
-            let shell = &found.shells[0];
-            assert_eq!((shell.lo, shell.hi), ([0.0; 3], [1.0; 3]));
-            assert_eq!((shell.first, shell.last), (0, 11));
+            assert_eq!(found.meshes.len(), 1);
+            let mesh = &found.meshes[0];
+            assert_eq!((mesh.lo, mesh.hi), ([0.0; 3], [1.0; 3]));
+            assert_eq!((mesh.first, mesh.last), (0, 11));
             for (i, code) in found.of.iter().enumerate() {
                 let against_first = (turned >> i ^ turned) & 1 != 0;
                 assert_eq!(*code, 1 | if against_first { TURNED } else { 0 });
@@ -412,12 +415,12 @@ mod tests {
     #[test]
     fn open_and_branching_surfaces_are_none() {
         let (positions, triangles) = cube(11, 0);
-        assert!(find(&positions, &triangles).shells.is_empty());
+        assert!(find(&positions, &triangles).meshes.is_empty());
         // A fin on an edge of the cube.
         let (mut positions, mut triangles) = cube(12, 0);
         positions.extend([[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, -1.0]]);
         triangles.push([36, 37, 38]);
-        assert!(find(&positions, &triangles).shells.is_empty());
+        assert!(find(&positions, &triangles).meshes.is_empty());
     }
 
     /// The projective plane of six corners: every edge belongs to two, but they cannot all
@@ -437,6 +440,6 @@ mod tests {
             [4, 5, 2],
             [5, 1, 3],
         ];
-        assert!(find(&positions, &triangles).shells.is_empty());
+        assert!(find(&positions, &triangles).meshes.is_empty());
     }
 }
