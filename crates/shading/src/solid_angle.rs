@@ -120,9 +120,10 @@ pub fn cap(versine: f64) -> f64 {
 /// s² (acos y · cos β + u) + (atan u − u)
 /// ```
 ///
-/// with atan u − u by its series where u is small; printed as s² [acos y cos β − x sin β √(1 − y²)]
-/// + atan u, whose last terms cancel far away. c² comes from |centre|² − radius² in twice the
-/// working precision: near the sphere the rounded distance would decide.
+/// with atan u − u by its series where u is small; printed as
+/// s² [acos y cos β − x sin β √(1 − y²)] + atan u, whose last terms cancel far away. c² comes from
+/// |centre|² − radius² in twice the working precision: near the sphere the rounded distance would
+/// decide.
 ///
 /// **Error**: 1e-13 of π s² (not relative where only a sliver is above the horizon).
 ///
