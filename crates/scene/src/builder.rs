@@ -29,8 +29,9 @@ pub struct MeshData {
     pub sphere: Option<(DVec3, f64)>,
 }
 
-/// Where a mesh stands in the world, what it is made of and what it emits.
-#[derive(Clone, Copy, Debug)]
+/// Where a mesh stands in the world, what it is made of and what it emits; by default as it is, a
+/// grey matte without emission.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Placement {
     /// From the space of the mesh to the world.
     pub to_world: DAffine3,

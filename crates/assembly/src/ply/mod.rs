@@ -13,7 +13,6 @@ use crate::options::{LoadOptions, Loaded};
 use crate::polygon::triangulate;
 use header::{Element, Header, Property};
 use linelit_geometry::DVec3;
-use linelit_geometry::glam::DAffine3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
 use std::path::Path;
 
@@ -30,14 +29,8 @@ pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Resu
         base.warnings.warn(ErrorKind::Unsupported, message, whole)?;
     }
     let at = |e: SceneError, _: &str| e.in_file(source.name());
-    let place = Placement {
-        to_world: DAffine3::IDENTITY,
-        reverse: false,
-        material: 0,
-        emission: None,
-    };
     let has_shapes = !mesh.triangles.is_empty();
-    base.place(&mesh, &place, "the mesh", &at)?;
+    base.place(&mesh, &Placement::default(), "the mesh", &at)?;
     base.finish(source.name(), has_shapes, None, FilmSettings::default())
 }
 

@@ -62,9 +62,9 @@ impl Reader {
                 Shape::Triangles(mesh) => {
                     let placement = Placement {
                         to_world,
-                        reverse: false,
                         material: material.index,
                         emission,
+                        ..Placement::default()
                     };
                     self.base.place(mesh, &placement, "the mesh", &at)?;
                 }

@@ -12,7 +12,6 @@ mod statements;
 
 use linelit_assembly::{Assembly, LoadOptions, Loaded, Result, SceneError, Source, triangulate};
 use linelit_geometry::DVec3;
-use linelit_geometry::glam::DAffine3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
 use statements::Statements;
 use std::path::Path;
@@ -61,10 +60,9 @@ pub(crate) fn load(
         }
         let mesh = mesh_data(model.mesh);
         let place = Placement {
-            to_world: DAffine3::IDENTITY,
-            reverse: false,
             material,
             emission,
+            ..Placement::default()
         };
         if !mesh.triangles.is_empty() {
             base.place(&mesh, &place, "the mesh from here", &at)?;

@@ -6,6 +6,7 @@ use super::state::Target;
 use super::{Block, Loader, is_one_of, unknown};
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::glam::DAffine3;
+use linelit_scene::Placement;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -222,21 +223,18 @@ impl Loader {
             return Err(error.suggest(nearest(&name, names)));
         };
         let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
-        if shapes.iter().any(|s| s.emission.is_some()) {
+        if shapes.iter().any(|s| s.place.emission.is_some()) {
             let message = format!("object `{}` emits light", shorten(&name));
             let label = "its instances do so here, but not in pbrt";
             self.warn_at(&params, ErrorKind::Suspicious, message, label)?;
         }
         for shape in shapes.iter() {
-            let to_world: DAffine3 = self.state.ctm * shape.to_object;
-            self.place(
-                &params,
-                &shape.geometry,
+            let to_world = self.state.ctm * shape.place.to_world;
+            let place = Placement {
                 to_world,
-                shape.reverse,
-                shape.material,
-                shape.emission,
-            )?;
+                ..shape.place
+            };
+            self.place(&params, &shape.geometry, &place)?;
         }
         Ok(())
     }

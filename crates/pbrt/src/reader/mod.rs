@@ -21,7 +21,7 @@ use linelit_assembly::{
 };
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
-use linelit_scene::{EmissionSpec, MeshData, Texture};
+use linelit_scene::{MeshData, Placement, Texture};
 use params::Params;
 use state::State;
 use std::collections::HashMap;
@@ -76,10 +76,8 @@ pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> 
 #[derive(Debug)]
 struct ObjectShape {
     geometry: Geometry,
-    to_object: DAffine3,
-    reverse: bool,
-    material: u32,
-    emission: Option<EmissionSpec>,
+    /// Its place in the object.
+    place: Placement,
 }
 
 /// What a shape directive makes.

@@ -6,9 +6,8 @@ use super::state::Target;
 use super::{Geometry, Loader, ObjectShape, is_one_of, unknown};
 use crate::tessellate;
 use linelit_assembly::{ErrorKind, Result, Source, ply};
-use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
-use linelit_scene::{EmissionSpec, MeshData, Placement};
+use linelit_scene::{MeshData, Placement};
 use std::rc::Rc;
 
 /// Shapes that pbrt knows and linelit does not.
@@ -42,19 +41,18 @@ impl Loader {
             let message = "a shape with the material `interface` is left out".to_owned();
             return self.warn_at(&params, ErrorKind::Unsupported, message, "has no surface");
         };
-        let (ctm, reverse, emission) = (self.state.ctm, self.state.reverse, self.state.emission);
+        let place = Placement {
+            to_world: self.state.ctm,
+            reverse: self.state.reverse,
+            material,
+            emission: self.state.emission,
+        };
         match &mut self.object {
             Some((_, shapes)) => {
-                shapes.push(ObjectShape {
-                    geometry,
-                    to_object: ctm,
-                    reverse,
-                    material,
-                    emission,
-                });
+                shapes.push(ObjectShape { geometry, place });
                 Ok(())
             }
-            None => self.place(&params, &geometry, ctm, reverse, material, emission),
+            None => self.place(&params, &geometry, &place),
         }
     }
 
@@ -85,26 +83,15 @@ impl Loader {
         &mut self,
         params: &Params,
         geometry: &Geometry,
-        to_world: DAffine3,
-        reverse: bool,
-        material: u32,
-        emission: Option<EmissionSpec>,
+        place: &Placement,
     ) -> Result<()> {
         let mesh = match geometry {
             Geometry::Mesh(mesh) => mesh,
-            Geometry::Line(p0, p1) => {
-                return self.place_line(params, to_world, [*p0, *p1], emission);
-            }
-        };
-        let place = Placement {
-            to_world,
-            reverse,
-            material,
-            emission,
+            Geometry::Line(p0, p1) => return self.place_line(params, [*p0, *p1], place),
         };
         let owner = &params.owner;
-        self.base.place(mesh, &place, owner, &params.at())?;
-        let split = emission.is_some_and(|e| e.power.is_some())
+        self.base.place(mesh, place, owner, &params.at())?;
+        let split = place.emission.is_some_and(|e| e.power.is_some())
             && !mesh.one_shape
             && mesh.triangles.len() > 1;
         if split {
@@ -115,26 +102,16 @@ impl Loader {
         Ok(())
     }
 
-    fn place_line(
-        &mut self,
-        params: &Params,
-        to_world: DAffine3,
-        ends: [DVec3; 2],
-        emission: Option<EmissionSpec>,
-    ) -> Result<()> {
-        let [p0, p1] = ends.map(|p| to_world.transform_point3(p));
-        let Some(emission) = emission else {
+    fn place_line(&mut self, params: &Params, ends: [DVec3; 2], place: &Placement) -> Result<()> {
+        let [p0, p1] = ends.map(|p| place.to_world.transform_point3(p));
+        let Some(emission) = place.emission else {
             let message = "a line without `AreaLightSource` is nothing".to_owned();
             return self.warn_at(params, ErrorKind::Suspicious, message, "left out");
         };
         if emission.map.is_some() {
             let message = "a line has no place for an image".to_owned();
-            self.warn_at(
-                params,
-                ErrorKind::Suspicious,
-                message,
-                "emits as a white one",
-            )?;
+            let label = "emits as a white one";
+            self.warn_at(params, ErrorKind::Suspicious, message, label)?;
         }
         self.base.place_line([p0, p1], &emission, &params.at())
     }
