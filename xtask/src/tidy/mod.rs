@@ -15,7 +15,7 @@ pub(crate) struct House {
     root: PathBuf,
     /// Under version control or about to be, relative to the root, with `/`.
     files: Vec<String>,
-    members: Vec<Member>,
+    pub(crate) members: Vec<Member>,
     sources: Vec<Source>,
 }
 
@@ -108,11 +108,6 @@ impl House {
         self.sources
             .iter()
             .filter(|s| s.path.ends_with("/src/lib.rs"))
-    }
-
-    /// The crates of the workspace, by the names of their folders.
-    pub(crate) fn members(&self) -> &[Member] {
-        &self.members
     }
 }
 
