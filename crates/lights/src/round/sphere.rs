@@ -39,8 +39,14 @@ impl Sphere {
     /// Distance of `x` from the centre and the frame whose z axis points from the centre to x.
     fn seen_from(&self, x: DVec3) -> (f64, Frame) {
         let to_x = x - self.center;
-        let d = predicates::length(to_x);
-        let z = predicates::normalize(to_x).unwrap_or(DVec3::Z);
+        let square = to_x.length_squared();
+        // One root for both where squares are numbers: the bits are the same.
+        let (d, z) = if square > 1e-270 && square < f64::INFINITY {
+            let d = square.sqrt();
+            (d, to_x * (1.0 / d))
+        } else {
+            extreme(to_x)
+        };
         (d, Frame::from_normal(z))
     }
 
@@ -50,6 +56,15 @@ impl Sphere {
         let (out, to_x) = ((point - self.center) * scale, (x - point) * scale);
         out.dot(to_x) >= 0.0
     }
+}
+
+/// Length and direction of a vector whose squares are no numbers, of zero and of what is not
+/// finite.
+#[cold]
+#[inline(never)]
+fn extreme(v: DVec3) -> (f64, DVec3) {
+    let z = predicates::normalize(v).unwrap_or(DVec3::Z);
+    (predicates::length(v), z)
 }
 
 /// A unit vector at the azimuth 2πu with the given z, `1 − |z|` and sine formed by the caller.
@@ -96,6 +111,7 @@ pub struct SphereCap {
     frame: Frame,
     /// 1 − cos of the cap's half angle at the centre.
     k: f64,
+    density: Pdf<Area>,
 }
 
 impl SphereCap {
@@ -104,24 +120,26 @@ impl SphereCap {
     pub fn visible(sphere: &Sphere, x: DVec3) -> Self {
         let (d, frame) = sphere.seen_from(x);
         let outside = d > sphere.radius;
-        Self {
-            sphere: *sphere,
-            frame,
-            k: if outside {
-                (d - sphere.radius) / d
-            } else {
-                2.0
-            },
-        }
+        let k = if outside {
+            (d - sphere.radius) / d
+        } else {
+            2.0
+        };
+        Self::new(sphere, frame, k)
     }
 
     /// The whole surface.
     #[must_use]
     pub fn whole(sphere: &Sphere) -> Self {
+        Self::new(sphere, Frame::from_normal(DVec3::Z), 2.0)
+    }
+
+    fn new(sphere: &Sphere, frame: Frame, k: f64) -> Self {
         Self {
             sphere: *sphere,
-            frame: Frame::from_normal(DVec3::Z),
-            k: 2.0,
+            frame,
+            k,
+            density: Pdf::new(1.0 / (2.0 * PI * sphere.radius * sphere.radius * k)),
         }
     }
 
@@ -131,11 +149,7 @@ impl SphereCap {
         let u = u.map(unit);
         let m = u[0] * self.k;
         let n = around(&self.frame, 1.0 - m, (m * (2.0 - m)).sqrt(), u[1]);
-        PointSample::at(self.sphere.at(n), self.value())
-    }
-
-    fn value(&self) -> Pdf<Area> {
-        Pdf::new(1.0 / (2.0 * PI * self.sphere.radius * self.sphere.radius * self.k))
+        PointSample::at(self.sphere.at(n), self.density)
     }
 
     /// The density at a point of the surface; zero outside the cap.
@@ -145,7 +159,7 @@ impl SphereCap {
         let m = one_minus_cos(&self.frame, v, v.length());
         // The rim itself is rounded: a point drawn at it counts as inside.
         if m <= self.k + 8.0 * f64::EPSILON {
-            self.value()
+            self.density
         } else {
             Pdf::ZERO
         }
@@ -191,6 +205,7 @@ pub struct SphereCone {
     r: f64,
     /// 1 − cos θ_max; 2 from inside.
     k: f64,
+    density: Pdf<SolidAngle>,
 }
 
 impl SphereCone {
@@ -214,6 +229,7 @@ impl SphereCone {
             d,
             r,
             k,
+            density: Pdf::new(1.0 / (2.0 * PI * k)),
         }
     }
 
@@ -245,14 +261,14 @@ impl SphereCone {
             let axial = (d * sine * sine + cos * root) / r;
             around(&self.frame, axial, t * sine / r, u[1])
         };
-        PointSample::at(self.sphere.at(n), Pdf::new(1.0 / self.solid_angle()))
+        PointSample::at(self.sphere.at(n), self.density)
     }
 
     /// The density at a point of the surface; zero on the side that faces away.
     #[must_use]
     pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
         if self.inside() || self.sphere.faces(point, self.x, self.scale) {
-            Pdf::new(1.0 / self.solid_angle())
+            self.density
         } else {
             Pdf::ZERO
         }
