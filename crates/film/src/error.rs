@@ -51,22 +51,23 @@ impl FormatError {
 #[derive(Debug, thiserror::Error)]
 pub enum FilmError {
     /// The operating system refused.
-    #[error("{}: cannot {action}: {source}", path.display())]
+    #[error("{}: cannot {action}: {reason}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// What was being done: `read`, `write`, `rename`.
         action: &'static str,
-        /// The system's reason.
-        source: io::Error,
+        /// The system's reason: part of the message, and hence no `source()`, which programs
+        /// print behind it.
+        reason: io::Error,
     },
     /// The file is malformed or truncated.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {reason}", path.display())]
     Format {
         /// The file.
         path: PathBuf,
-        /// What was expected and found.
-        source: FormatError,
+        /// What was expected and found; part of the message.
+        reason: FormatError,
     },
     /// The file name says nothing this crate can read or write.
     #[error("{}: expected a name that ends in {expected}", path.display())]
@@ -118,18 +119,18 @@ fn list(names: &[String]) -> String {
 }
 
 impl FilmError {
-    pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
+    pub(crate) fn io(path: &Path, action: &'static str, reason: io::Error) -> Self {
         Self::Io {
             path: path.to_owned(),
             action,
-            source,
+            reason,
         }
     }
 
-    pub(crate) fn format(path: &Path, source: FormatError) -> Self {
+    pub(crate) fn format(path: &Path, reason: FormatError) -> Self {
         Self::Format {
             path: path.to_owned(),
-            source,
+            reason,
         }
     }
 }

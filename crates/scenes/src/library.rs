@@ -81,6 +81,9 @@ pub fn locate(name: &str) -> Result<PathBuf> {
         format!("{name}-large")
     };
     if !BUILT_IN.contains(&full.as_str()) {
+        if path.exists() {
+            bail!("cannot read the scene `{name}`: it is not a regular file");
+        }
         bail!(
             "no scene `{name}`: neither a file nor one of the built-in scenes {}",
             BUILT_IN.join(", ")

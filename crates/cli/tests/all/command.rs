@@ -78,6 +78,8 @@ fn failures_exit_with_one_and_leave_nothing() {
         "{}",
         text(&missing.stderr)
     );
+    let said = text(&linelit(&["info", path(&dir)]).stderr);
+    assert!(said.contains("it is not a regular file"), "{said}");
     let broken = dir.join("broken.pbrt");
     std::fs::write(
         &broken,
