@@ -16,6 +16,7 @@ mod solid_rows;
 
 mod accuracy_page;
 mod exponent_zero;
+mod found;
 mod hostile;
 mod laws;
 mod lines_by_quadrature;
