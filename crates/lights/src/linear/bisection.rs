@@ -52,7 +52,7 @@ impl LineIntegral {
         };
         out.f0 = out.antiderivative(s0);
         out.total = out.antiderivative(s1) - out.f0;
-        (out.total > 0.0 && out.total.is_finite()).then_some(out)
+        (out.total > 0.0 && out.projected_solid_angle().is_finite()).then_some(out)
     }
 
     /// ∫ (a + b s) h/(h² + s²)² ds.

@@ -89,6 +89,7 @@ impl<T: Real> LineView<T> {
 
     /// As [`LineView::new`] or [`LineView::clipped`] with the edge p1 − p0 given by a caller that
     /// knows it more accurately, because it formed it before the shading point was subtracted.
+    /// `None`, too, for what is no edge between these ends by far.
     #[inline(always)]
     #[must_use]
     pub fn with_edge(p0: [T; 3], p1: [T; 3], edge: [T; 3], normal: Option<[T; 3]>) -> Option<Self> {
@@ -159,7 +160,9 @@ impl<T: Real> LineView<T> {
                 .at_least(inverse_sine)
                 .at_least(least_sum);
         let sines = sine[0].abs() <= T::from_f64(2.0) && sine[1].abs() <= T::from_f64(2.0);
-        if !(sine_range.is_usable() && smallest < T::ONE && sines && h.has_square()) {
+        // An edge between these ends, to a factor.
+        let fits = l <= T::from_f64(2.0) * (r[0] + r[1]);
+        if !(sine_range.is_usable() && smallest < T::ONE && sines && fits && h.has_square()) {
             return None;
         }
         let foot_inside = sine[0] < T::ZERO && sine[1] > T::ZERO;

@@ -5,6 +5,7 @@ use crate::polygon::area::PointSample;
 use crate::polygon::fan::{self, Pieces, below_one, unit};
 use crate::polygon::spherical_triangle::SphericalTriangle;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
+use std::f64::consts::TAU;
 
 /// Triangles whose set-up is kept; those beyond are set up again for each sample.
 const KEPT: usize = 2;
@@ -71,7 +72,7 @@ impl SolidAngleSampler {
             polygon: *polygon,
             x,
             kept,
-            pdf: Pdf::new(1.0 / pieces.total()),
+            pdf: Pdf::new(1.0 / pieces.total().min(TAU)),
             pieces,
         }
     }
@@ -87,7 +88,9 @@ impl SolidAngleSampler {
     /// The solid angle Ω in sr, between 0 and 2π.
     #[must_use]
     pub fn solid_angle(&self) -> f64 {
-        self.pieces.total()
+        // From within rounding of its plane, where triangles of a polygon that is flat to rounding
+        // may face either way, they add up to more.
+        self.pieces.total().min(TAU)
     }
 
     /// A point from two random numbers in [0, 1); density 0 where Ω = 0.
