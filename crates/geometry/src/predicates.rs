@@ -57,7 +57,7 @@ pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
 /// assert_eq!(a * b - 1.0 * 1.0, 0.0); // every digit lost
 /// assert_eq!(diff_of_products(a, b, 1.0, 1.0), -f64::EPSILON * f64::EPSILON);
 /// ```
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn diff_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, ep) = two_product(a, b);
@@ -77,7 +77,7 @@ pub fn sum_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
 ///
 /// The plain cross product is only accurate relative to |a||b|, which is worthless for nearly
 /// parallel vectors.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn cross(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(

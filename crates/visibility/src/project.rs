@@ -528,8 +528,9 @@ fn cross<S: Simd>(ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
 fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
     // Rounding may have a plane cross each second edge of what lies along it: half as many more
     // each time, 28 after six.
-    let mut polygon = [[0.0; 3]; 32];
-    let mut next = polygon;
+    let mut rooms = [[[0.0; 3]; 32]; 2];
+    let [polygon, next] = &mut rooms;
+    let (mut polygon, mut next) = (polygon, next);
     let mut count = 3;
     polygon[..3].copy_from_slice(&triangle);
     let planes: [([f64; 3], f64); 6] = [
@@ -541,8 +542,11 @@ fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
         ([0.0, -1.0, GUARD], 0.0),
     ];
     for (normal, offset) in planes {
-        let mut kept = 0;
         let height = |v: &[f64; 3]| normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2] + offset;
+        if polygon[..count].iter().all(|v| height(v) >= 0.0) {
+            continue;
+        }
+        let mut kept = 0;
         for i in 0..count {
             let (v, w) = (polygon[i], polygon[(i + 1) % count]);
             let (hv, hw) = (height(&v), height(&w));
@@ -565,7 +569,7 @@ fn cut_triangle(triangle: [[f64; 3]; 3], near: f64, flat: &mut FlatTriangles) {
         if kept < 3 {
             return;
         }
-        (polygon, next) = (next, polygon);
+        std::mem::swap(&mut polygon, &mut next);
         count = kept;
     }
     // As in [`place`].
