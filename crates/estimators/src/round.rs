@@ -5,9 +5,9 @@ use crate::{Buffers, EmissionTexture, PointBy, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::{
-    DiskLight, Pdf, PointSample, SolidAngle, Sphere, SphereCap, SphereCone, SphereLight,
-    SphereProjected,
+    DiskLight, Pdf, PointSample, PointTechnique, SolidAngle, Sphere, SphereLight,
 };
+use linelit_spheres::{DiskArea, SphereCap, SphereCone, SphereProjected};
 
 /// A sphere that emits outwards: by one of the three densities of Shirley & Wang 1991, by projected
 /// solid angle or by directions of the BSDF.
@@ -82,8 +82,9 @@ pub(crate) fn disk<R: Reflection, T: EmissionTexture>(
         | PointBy::ProjectedSolidAngle
         | PointBy::Texture
         | PointBy::Linear(_) => {
+            let technique = DiskArea::new(&disk);
             let by_area = |u| {
-                let sample = disk.sample(u);
+                let sample = technique.sample(u);
                 let to_light = sample.point - x;
                 let square = to_light.length_squared();
                 let cosine = disk.normal.dot(to_light) / square.sqrt();

@@ -11,31 +11,19 @@ use linelit_lights::linear::{
     LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
 };
 use linelit_lights::{
-    AngularLines, AreaSampler, Disk, DiskCone, ImportanceImage, LineSampler, OffsetDensity,
-    ProxySampler, SolidAngleSampler, Sphere, SphereCap, SphereCone, SphereProjected, TexturedLines,
-    TexturedSampler,
+    AngularLines, AreaSampler, ImportanceImage, LineSampler, OffsetDensity, ProxySampler,
+    SolidAngleSampler, TexturedLines, TexturedSampler,
 };
+use linelit_testkit::rng::golden_numbers;
 use std::hint::black_box;
 use std::time::Duration;
 
-/// Shading points that see the light under all kinds of angles; a bench runs through them in turn.
+/// Shading points; a bench runs through them in turn.
 const POINTS: usize = 256;
 
-fn numbers() -> Vec<f64> {
-    (0..POINTS)
-        .map(|i| (i as f64 + 0.5) * 0.618_033_988_749_894_9 % 1.0)
-        .collect()
-}
-
 fn receivers() -> Vec<(DVec3, DVec3)> {
-    let u = numbers();
-    (0..POINTS)
-        .map(|i| {
-            let at = |k: usize| 2.0 * u[(i * k + k) % POINTS] - 1.0;
-            let x = DVec3::new(3.0 * at(3), 3.0 * at(5), 0.4 * at(7));
-            (x, DVec3::new(at(11), at(13), 1.5).normalize())
-        })
-        .collect()
+    let all = linelit_testkit::rng::receivers(POINTS).into_iter();
+    all.map(|(x, n)| (x.into(), n.into())).collect()
 }
 
 /// A light as the papers count it: set-up and one sample.
@@ -46,7 +34,7 @@ fn per_light<T, R>(
     sample: impl Fn(&T, f64, f64) -> R,
 ) {
     let points = receivers();
-    let u = numbers();
+    let u = golden_numbers(POINTS);
     g.throughput(Throughput::Elements(POINTS as u64));
     g.bench_function(format!("{name}/light"), |b| {
         b.iter(|| {
@@ -79,7 +67,7 @@ fn per_sample<T, R>(
         .into_iter()
         .filter_map(|(x, n)| new(x, n))
         .collect();
-    let u = numbers();
+    let u = golden_numbers(POINTS);
     g.throughput(Throughput::Elements(ready.len() as u64));
     g.bench_function(format!("{name}/sample"), |b| {
         b.iter(|| {
@@ -100,7 +88,7 @@ fn linear(c: &mut Criterion) {
             .into_iter()
             .filter_map(|(x, n)| new(x, n))
             .collect();
-        let u = &numbers()[..16];
+        let u = &golden_numbers(POINTS)[..16];
         g.throughput(Throughput::Elements(16 * ready.len() as u64));
         g.bench_function(format!("{}/batch of 16", technique.name()), |b| {
             let mut out = [LinearSample::default(); 16];
@@ -123,7 +111,7 @@ fn linear(c: &mut Criterion) {
         .into_iter()
         .filter_map(|(x, n)| ltc(x, n))
         .collect();
-    let u = &numbers()[..16];
+    let u = &golden_numbers(POINTS)[..16];
     g.throughput(Throughput::Elements(16 * ready.len() as u64));
     g.bench_function("ltc/batch of 16", |b| {
         let mut out = [LinearSample::default(); 16];
@@ -236,56 +224,6 @@ fn texture(c: &mut Criterion) {
     g.finish();
 }
 
-fn round(c: &mut Criterion) {
-    let mut g = c.benchmark_group("round");
-    let disk = Disk {
-        center: DVec3::new(0.0, 0.0, 1.0),
-        normal: DVec3::Z,
-        radius: 0.5,
-    };
-    per_sample(
-        &mut g,
-        "disk by area",
-        |_, _| Some(disk),
-        |s, u, v| s.sample([u, v]),
-    );
-    both(
-        &mut g,
-        "disk by solid angle",
-        |x, _| Some(DiskCone::new(&disk, x)),
-        |s, u, v| s.sample([u, v]),
-    );
-    let sphere = Sphere {
-        center: DVec3::new(0.0, 0.0, 2.0),
-        radius: 0.5,
-    };
-    per_sample(
-        &mut g,
-        "sphere by area",
-        |_, _| Some(SphereCap::whole(&sphere)),
-        |s, u, v| s.sample([u, v]),
-    );
-    both(
-        &mut g,
-        "sphere by visible area",
-        |x, _| Some(SphereCap::visible(&sphere, x)),
-        |s, u, v| s.sample([u, v]),
-    );
-    both(
-        &mut g,
-        "sphere by solid angle",
-        |x, _| Some(SphereCone::new(&sphere, x)),
-        |s, u, v| s.sample([u, v]),
-    );
-    both(
-        &mut g,
-        "sphere by projected solid angle",
-        |x, n| SphereProjected::new(&sphere, x, n),
-        |s, u, v| s.sample([u, v]),
-    );
-    g.finish();
-}
-
 fn short() -> Criterion {
     Criterion::default()
         .warm_up_time(Duration::from_millis(200))
@@ -293,5 +231,5 @@ fn short() -> Criterion {
         .sample_size(20)
 }
 
-criterion_group! { name = benches; config = short(); targets = linear, polygon, texture, round }
+criterion_group! { name = benches; config = short(); targets = linear, polygon, texture }
 criterion_main!(benches);

@@ -5,9 +5,9 @@
 )]
 
 use crate::density::{Area, Pdf};
-use crate::linear::precision::power_of_two_over;
 use crate::polygon::area::PointSample;
-use crate::polygon::fan::{below_one, unit};
+use linelit_geometry::finite::power_of_two_over;
+use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
 /// Which way a line runs over a texture.
@@ -72,7 +72,7 @@ pub struct ImportanceImage {
 /// The place in [0, 1) where the fraction `u` of the last of the running sums is reached: a cell of
 /// positive share, and the place in it.
 pub(crate) fn pick(sums: &[f64], u: f64) -> (usize, f64) {
-    pick_mass(sums, unit(u) * sums[sums.len() - 1])
+    pick_mass(sums, fraction(u) * sums[sums.len() - 1])
 }
 
 /// [`pick`] by mass instead of fraction.
@@ -112,7 +112,7 @@ fn below(sums: &[f64], i: usize, place: f64) -> f64 {
     reason = "image sizes are far below 2^53, the cast saturates and the minimum follows"
 )]
 pub(crate) fn cell(x: f64, n: usize) -> (usize, f64) {
-    let scaled = unit(x) * n as f64;
+    let scaled = fraction(x) * n as f64;
     let i = (scaled as usize).min(n - 1);
     (i, below_one(scaled - i as f64))
 }

@@ -33,27 +33,24 @@ mod image;
 mod light;
 mod line;
 pub mod linear;
+mod pieces;
 mod polygon;
-mod round;
 mod technique;
 
 pub use density::{
     Area, Length, Measure, Offset, Pdf, ProjectedSolidAngle, SolidAngle, ThinSolidAngle,
 };
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
-pub use light::{AreaLight, DiskLight, Emission, Light, LinearLight, SphereLight};
+pub use light::{AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight};
 pub use line::by_angle::AngularLines;
 pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Orientation};
 pub use line::by_texture::TexturedLines;
 pub use linear::precision::Real;
+pub use pieces::{Pieces, sample_linear};
 pub use polygon::area::{AreaSampler, PointSample};
 pub use polygon::proxy::ProxySampler;
 pub use polygon::solid_angle::SolidAngleSampler;
 pub use polygon::triangle::triangle_solid_angle;
-pub use round::disk::Disk;
-pub use round::disk_cone::DiskCone;
-pub use round::sphere::{Sphere, SphereCap, SphereCone};
-pub use round::sphere_projected::SphereProjected;
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
 
 /// The README's example is a test.

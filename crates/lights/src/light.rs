@@ -1,7 +1,7 @@
 //! What emits, and how much: plain data.
 
-use crate::{Disk, Sphere};
-use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+use core::f64::consts::PI;
+use linelit_geometry::{ConvexPolygon, DVec3, Segment, predicates};
 
 /// Emission of a surface light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl AreaLight {
     #[must_use]
     pub fn power(&self) -> f64 {
         let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
-        power(sides * core::f64::consts::PI * self.polygon.area() * mean(self.emission.radiance))
+        power(sides * PI * self.polygon.area() * mean(self.emission.radiance))
     }
 }
 
@@ -75,8 +75,31 @@ impl LinearLight {
     /// Emitted power in W, averaged over the channels: the cylinder's surface 2πR l times πL.
     #[must_use]
     pub fn power(&self) -> f64 {
-        let surface = 2.0 * core::f64::consts::PI.powi(2) * self.segment.length();
+        let surface = 2.0 * PI.powi(2) * self.segment.length();
         power(surface * mean(self.radiance_radius))
+    }
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius > 0, in scene units.
+    pub radius: f64,
+}
+
+impl Sphere {
+    /// 4πR²; zero where that is not finite.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        power(4.0 * PI * self.radius * self.radius)
+    }
+
+    /// Unit outward normal at a point of the surface.
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
     }
 }
 
@@ -93,7 +116,26 @@ impl SphereLight {
     /// Emitted power in W, averaged over the channels: 4π² R² L.
     #[must_use]
     pub fn power(&self) -> f64 {
-        power(core::f64::consts::PI * self.sphere.area() * mean(self.radiance))
+        power(PI * self.sphere.area() * mean(self.radiance))
+    }
+}
+
+/// A flat disk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disk {
+    /// Centre.
+    pub center: DVec3,
+    /// Unit normal, the emitting side.
+    pub normal: DVec3,
+    /// Radius > 0, in scene units.
+    pub radius: f64,
+}
+
+impl Disk {
+    /// πR²; zero where that is not finite.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        power(PI * self.radius * self.radius)
     }
 }
 
@@ -111,7 +153,7 @@ impl DiskLight {
     #[must_use]
     pub fn power(&self) -> f64 {
         let sides = if self.emission.two_sided { 2.0 } else { 1.0 };
-        power(sides * core::f64::consts::PI * self.disk.area() * mean(self.emission.radiance))
+        power(sides * PI * self.disk.area() * mean(self.emission.radiance))
     }
 }
 

@@ -8,23 +8,23 @@
 //!
 //! ```
 //! use linelit_geometry::{ConvexPolygon, DVec3};
-//! use linelit_lights::{AreaSampler, Disk, PointTechnique};
+//! use linelit_lights::{AreaSampler, PointTechnique, SolidAngleSampler};
 //!
 //! /// Where the technique's random numbers ½, ½ lead, and back.
 //! fn middle<T: PointTechnique>(technique: &T) -> Option<[f64; 2]> {
 //!     technique.invert(technique.sample([0.5, 0.5]).point)
 //! }
 //! let quad = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y).unwrap();
-//! let disk = Disk { center: DVec3::Z, normal: DVec3::Z, radius: 1.0 };
 //! assert_eq!(middle(&AreaSampler::new(&quad)), Some([0.5, 0.5]));
-//! assert_eq!(middle(&disk), Some([0.5, 0.5]));
+//! let [u, v] = middle(&SolidAngleSampler::new(&quad, DVec3::ZERO)).unwrap();
+//! assert!((u - 0.5).abs() < 1e-15 && (v - 0.5).abs() < 1e-15);
 //! ```
 
 use crate::density::{Area, Measure, Offset, Pdf, SolidAngle, ThinSolidAngle};
 use crate::linear::{LinearSample, LinearSampler, LtcSampler, ProfiledLine};
 use crate::{
-    AngularLines, AreaSampler, Disk, DiskCone, LineSample, LineSampler, PointSample, ProxySampler,
-    SolidAngleSampler, SphereCap, SphereCone, SphereProjected, TexturedLines, TexturedSampler,
+    AngularLines, AreaSampler, LineSample, LineSampler, PointSample, ProxySampler,
+    SolidAngleSampler, TexturedLines, TexturedSampler,
 };
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, ParallelLines};
@@ -234,11 +234,6 @@ techniques! { points:
     SolidAngleSampler => SolidAngle,
     ProxySampler => SolidAngle,
     TexturedSampler<'_> => Area,
-    Disk => Area,
-    DiskCone => SolidAngle,
-    SphereCap => Area,
-    SphereCone => SolidAngle,
-    SphereProjected => SolidAngle,
 }
 techniques! { lines:
     LineSampler => Area,

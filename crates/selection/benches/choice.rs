@@ -8,28 +8,12 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaLight, Emission, Light};
 use linelit_selection::{Discrete, Importance, LightTree};
+use linelit_testkit::rng::{golden_numbers, receivers};
 use std::hint::black_box;
 use std::time::Duration;
 
-/// Shading points that see the light under all kinds of angles; a bench runs through them in turn.
+/// Shading points; a bench runs through them in turn.
 const POINTS: usize = 256;
-
-fn numbers() -> Vec<f64> {
-    (0..POINTS)
-        .map(|i| (i as f64 + 0.5) * 0.618_033_988_749_894_9 % 1.0)
-        .collect()
-}
-
-fn receivers() -> Vec<(DVec3, DVec3)> {
-    let u = numbers();
-    (0..POINTS)
-        .map(|i| {
-            let at = |k: usize| 2.0 * u[(i * k + k) % POINTS] - 1.0;
-            let x = DVec3::new(3.0 * at(3), 3.0 * at(5), 0.4 * at(7));
-            (x, DVec3::new(at(11), at(13), 1.5).normalize())
-        })
-        .collect()
-}
 
 fn choice(c: &mut Criterion) {
     let mut g = c.benchmark_group("choice");
@@ -46,14 +30,15 @@ fn choice(c: &mut Criterion) {
                 })
             })
             .collect();
-        let points = receivers();
-        let u = numbers();
+        let points = receivers(POINTS);
+        let u = golden_numbers(POINTS);
         g.throughput(Throughput::Elements(POINTS as u64));
         for importance in [Importance::Bounds, Importance::Moments, Importance::Cut] {
             let tree = LightTree::new(&lights, importance);
             g.bench_function(format!("tree {importance:?}/{count}"), |b| {
                 b.iter(|| {
                     for (i, &(x, n)) in points.iter().enumerate() {
+                        let (x, n) = (x.into(), n.into());
                         black_box(tree.pick(|i| &lights[i], x, n, black_box(u[i])));
                     }
                 });

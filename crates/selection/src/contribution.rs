@@ -1,7 +1,8 @@
 //! What a light may contribute to a surface point, without shadows.
 
 use linelit_geometry::{DVec3, predicates};
-use linelit_lights::{AreaSampler, Light, SphereCap};
+use linelit_lights::{AreaSampler, Light, PointTechnique};
+use linelit_spheres::{DiskArea, SphereCap};
 
 /// Whether any point of the light can light the surface point `x` with the unit normal `n`: some of
 /// it is above the tangent plane, and x is on an emitting side. This is the test that allows α = 0.
@@ -39,7 +40,7 @@ pub fn unshadowed(light: &Light, x: DVec3, n: DVec3, u: [f64; 2]) -> f64 {
             from_point(light, x, n, s.point) / s.pdf.value()
         }
         Light::Disk(l) => {
-            let s = l.disk.sample(u);
+            let s = DiskArea::new(&l.disk).sample(u);
             from_point(light, x, n, s.point) / s.pdf.value()
         }
     }

@@ -3,7 +3,7 @@
 use crate::exact::{area_vector, length};
 use crate::horizon::{ClippedSegment, clip_segment};
 use crate::special::lune;
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, finite::power_of_two_over};
 use std::f64::consts::PI;
 
 /// Squared distances within which the plain formulas neither overflow nor underflow.
@@ -150,13 +150,7 @@ impl Span {
 
 /// The power of two that brings `largest` near one; `None` for zero, infinity and NaN.
 pub(crate) fn power_of_two_unit(largest: f64) -> Option<f64> {
-    if !(largest > 0.0 && largest.is_finite()) {
-        return None;
-    }
-    let exponent = i32::try_from((largest.to_bits() >> 52) & 0x7ff).ok()? - 1023;
-    // Powers beyond 2^±1000 gain nothing and would leave the range themselves.
-    let bits = u64::try_from(1023 - exponent.clamp(-1000, 1000)).ok()?;
-    Some(f64::from_bits(bits << 52))
+    (largest > 0.0 && largest.is_finite()).then(|| power_of_two_over(largest))
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! A small, fixed random generator for tests, independent of the samplers under test.
+//! A small, fixed random generator for tests, independent of the samplers under test, and the
+//! inputs that benches share.
 
 /// SplitMix64: a 64-bit counter with an avalanche finaliser.
 ///
@@ -62,6 +63,28 @@ impl SplitMix64 {
         let radius = (-2.0 * (1.0 - self.next_f64()).ln()).sqrt();
         radius * self.in_range(0.0, std::f64::consts::TAU).cos()
     }
+}
+
+/// Multiples of the golden ratio, by their fractions: numbers in [0, 1) as even as any, the same
+/// for every bench.
+pub fn golden_numbers(count: usize) -> Vec<f64> {
+    (0..count)
+        .map(|i| (i as f64 + 0.5) * 0.618_033_988_749_894_9 % 1.0)
+        .collect()
+}
+
+/// Shading points around the origin, each with a unit normal that leans to +z: for benches of what
+/// lights send there.
+pub fn receivers(count: usize) -> Vec<([f64; 3], [f64; 3])> {
+    let u = golden_numbers(count);
+    let receiver = |i: usize| {
+        let at = |k: usize| 2.0 * u[(i * k + k) % count] - 1.0;
+        let n = [at(11), at(13), 1.5_f64];
+        let length = n.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let x = [3.0 * at(3), 3.0 * at(5), 0.4 * at(7)];
+        (x, n.map(|c| c / length))
+    };
+    (0..count).map(receiver).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Every public function with floats that attack it in any argument: none panics, and what is
 //! promised to be finite, positive or inside is.
 
-use linelit_geometry::finite::{fraction, nonnegative, nonnegative_vector};
+use linelit_geometry::finite::{
+    below_one, fraction, nonnegative, nonnegative_vector, power_of_two_over,
+};
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
     CloseLines, ConvexPolygon, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame,
@@ -104,6 +106,9 @@ proptest! {
         for x in v {
             prop_assert!((0.0..=f64::MAX).contains(&nonnegative(x)), "{x}");
             prop_assert!((0.0..=1.0).contains(&fraction(x)), "{x}");
+            prop_assert!((0.0..1.0).contains(&below_one(x)), "{x}");
+            let unit = power_of_two_over(x);
+            prop_assert!(unit.is_normal() && unit.to_bits().trailing_zeros() >= 52, "{x}");
         }
         prop_assert_eq!(nonnegative_vector(vector(v)), vector(v.map(nonnegative)));
     }

@@ -18,13 +18,14 @@
 mod close;
 
 use crate::density::{Offset, Pdf, SolidAngle};
-use crate::line::by_length::{LineSample, is_visible, linear_warp, locate, within};
+use crate::line::by_length::{LineSample, is_visible, locate, within};
 use crate::line::piece::{Angles, Line, Piece, Warp};
 use crate::line::thin::Thin;
 use crate::line::trapezoid::Trapezoid;
 use crate::linear::{LineView, ProjectedLine};
+use crate::pieces::{Pieces, sample_linear};
 use crate::polygon::area::PointSample;
-use crate::polygon::fan::{ONE_MINUS, Pieces, below_one, unit};
+use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
@@ -354,15 +355,15 @@ impl AngularLines {
         let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
         let (offset, pdf) = if self.marginal == Marginal::Warped {
             let warp = self.warp(&self.piece(k));
-            let t = linear_warp(place, warp.first, warp.last);
-            let offset = at(unit(warp.angles.fraction(t * warp.angles.end)));
+            let t = sample_linear(place, warp.first, warp.last);
+            let offset = at(fraction(warp.angles.fraction(t * warp.angles.end)));
             (offset, self.warped_pdf(offset, warp.at(t)))
         } else {
             let whole = self.pieces.weight(k);
             let offset = if self.close {
                 self.close_offset(k, place, whole)
             } else {
-                at(unit(self.find::<false>(
+                at(fraction(self.find::<false>(
                     &self.piece(k),
                     place * whole,
                     whole,
@@ -418,7 +419,7 @@ impl AngularLines {
             return self.find_wide(piece, target, whole);
         }
         let (mut lo, mut hi) = (0.0, angles.end);
-        let mut v = angles.end * linear_warp(target / whole, slope(0.0), slope(1.0));
+        let mut v = angles.end * sample_linear(target / whole, slope(0.0), slope(1.0));
         for _ in 0..MOST_STEPS {
             let s = angles.fraction(v);
             let e = excess(s);
@@ -511,15 +512,15 @@ impl AngularLines {
             let t = warp.place(offset - knots[k], self.z);
             let below = t * (warp.first + 0.5 * t * (warp.last - warp.first));
             let place = 2.0 * below / (warp.first + warp.last);
-            return Some(self.pieces.unpick(k, unit(place)));
+            return Some(self.pieces.unpick(k, fraction(place)));
         }
         let whole = self.pieces.weight(k);
         let place = if self.close {
             self.close_place(k, offset, whole)
         } else {
             let s = (offset - knots[k]) / (knots[k + 1] - knots[k]);
-            let below = self.measure(&self.piece::<false>(k).part(unit(s), self.z));
-            unit(below / whole)
+            let below = self.measure(&self.piece::<false>(k).part(fraction(s), self.z));
+            fraction(below / whole)
         };
         Some(self.pieces.unpick(k, place))
     }
@@ -534,7 +535,8 @@ impl AngularLines {
         visible: &[Interval],
         xi: f64,
     ) -> PointSample<SolidAngle> {
-        let Some((part, thin, place, seen)) = self.choose(line.offset, visible, unit(xi)) else {
+        let Some((part, thin, place, seen)) = self.choose(line.offset, visible, fraction(xi))
+        else {
             return PointSample::none(line.segment.p0);
         };
         let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
@@ -565,7 +567,7 @@ impl AngularLines {
         for part in visible {
             let w = measure(part);
             if w > 0.0 {
-                chosen = Some((within(part), (rest / w).min(ONE_MINUS)));
+                chosen = Some((within(part), (rest / w).min(BELOW_ONE)));
                 if rest < w {
                     break;
                 }
@@ -603,7 +605,7 @@ impl AngularLines {
                 continue;
             };
             if t <= part.hi {
-                let lambda = unit((t - part.lo) / (part.hi - part.lo));
+                let lambda = fraction((t - part.lo) / (part.hi - part.lo));
                 let lambda = thin.view().clipped_fraction(lambda)?;
                 let u = (below + thin.invert(lambda) * thin.measure()) / total;
                 return Some([self.invert(offset)?, below_one(u)]);

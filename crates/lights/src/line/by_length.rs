@@ -1,9 +1,10 @@
 //! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
 
 use crate::density::{Area, Length, Offset, Pdf};
+use crate::pieces::sample_linear;
 use crate::polygon::area::PointSample;
-use crate::polygon::fan::{at_most, below_one, unit};
 use core::f64::consts::PI;
+use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment};
 
@@ -132,7 +133,7 @@ impl LineSampler {
     #[must_use]
     pub fn sample(&self, u: f64) -> LineSample {
         let (a, b) = self.lines.range();
-        let u = unit(u);
+        let u = fraction(u);
         let offset = match self.density {
             OffsetDensity::Uniform => at_most(a + u * (b - a), b),
             OffsetDensity::Length => self.by_length(u),
@@ -166,8 +167,8 @@ impl LineSampler {
         if whole <= 0.0 {
             return knots[k - 1];
         }
-        let xi = unit((target - self.cumulative[k - 1]) / whole);
-        at_most(knots[k - 1] + w * linear_warp(xi, l0, l1), knots[k])
+        let xi = fraction((target - self.cumulative[k - 1]) / whole);
+        at_most(knots[k - 1] + w * sample_linear(xi, l0, l1), knots[k])
     }
 
     /// The density of the line at `offset`; zero outside the light.
@@ -215,9 +216,9 @@ impl LineSampler {
         let (t, total) = if let [part] = visible {
             let part = within(part);
             let total = part.length();
-            (at_most(part.lo + unit(xi) * total, part.hi), total)
+            (at_most(part.lo + fraction(xi) * total, part.hi), total)
         } else {
-            among(visible, unit(xi))
+            among(visible, fraction(xi))
         };
         if total > 0.0 {
             let pdf = Self::joint(line.pdf, line.segment.length() * total);
@@ -271,7 +272,7 @@ pub(crate) fn locate(lines: &ParallelLines, point: DVec3) -> Option<(f64, f64)> 
         return None;
     }
     let t = if hi > lo {
-        unit((v - lo) / (hi - lo))
+        fraction((v - lo) / (hi - lo))
     } else {
         0.5
     };
@@ -289,13 +290,19 @@ pub(crate) fn is_visible(t: f64, visible: &[Interval]) -> bool {
 /// The part of an interval in [0, 1]: empty where it is none.
 #[inline(always)]
 pub(crate) fn within(part: &Interval) -> Interval {
-    let (lo, hi) = (unit(part.lo), unit(part.hi));
+    let (lo, hi) = (fraction(part.lo), fraction(part.hi));
     Interval::new(lo, if hi > lo { hi } else { lo })
 }
 
 /// Total length of the intervals.
 fn measure(visible: &[Interval]) -> f64 {
     visible.iter().map(|part| within(part).length()).sum()
+}
+
+/// The smaller of two numbers, of which the second is one.
+#[inline(always)]
+fn at_most(x: f64, most: f64) -> f64 {
+    if x < most { x } else { most }
 }
 
 /// The place with the fraction `xi` of the intervals' length below it, and that length.
@@ -310,16 +317,4 @@ fn among(visible: &[Interval], xi: f64) -> (f64, f64) {
         rest -= part.length();
     }
     (t, total)
-}
-
-/// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥
-/// 0): the place with the fraction `xi` of the mass below it.
-pub(crate) fn linear_warp(xi: f64, p0: f64, p1: f64) -> f64 {
-    let root = (p0 * p0 * (1.0 - xi) + p1 * p1 * xi).sqrt();
-    let denominator = p0 + root;
-    if denominator > 0.0 {
-        (xi * (p0 + p1) / denominator).min(1.0)
-    } else {
-        xi
-    }
 }

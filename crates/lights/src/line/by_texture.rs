@@ -10,7 +10,7 @@ use crate::density::{Area, Length, Offset, Pdf};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};
 use crate::line::by_length::{LineSample, is_visible, locate, within};
 use crate::polygon::area::PointSample;
-use crate::polygon::fan::{below_one, unit};
+use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
@@ -189,7 +189,7 @@ impl<'i> TexturedLines<'i> {
     pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
         let track = self.track(&line.segment, line.offset);
         let total = track.mass(visible);
-        let mut rest = unit(xi) * total;
+        let mut rest = fraction(xi) * total;
         let mut t = None;
         for part in visible.iter().map(within) {
             let below = track.below(part.lo);
@@ -363,7 +363,7 @@ struct Track<'i> {
 impl Track<'_> {
     fn coordinate(&self, axis: TextureAxis, t: f64) -> f64 {
         let i = axis as usize;
-        unit(self.from[i] * (1.0 - t) + self.to[i] * t)
+        fraction(self.from[i] * (1.0 - t) + self.to[i] * t)
     }
 
     /// Integral of the image over the line's parameter from 0 to t.
@@ -402,7 +402,7 @@ impl Track<'_> {
                 start - mass
             };
             let x = self.image.place_of_mass(axis, j, target.max(0.0));
-            return unit((x - from) / (to - from));
+            return fraction((x - from) / (to - from));
         }
         let mut rest = mass;
         let mut found = 0.0;

@@ -2,8 +2,8 @@
 //! to the shading point's foot in the light's plane.
 
 use crate::line::trapezoid::Trapezoid;
-use crate::polygon::fan::unit;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::fraction;
 
 /// One piece between neighbouring knots: the first line relative to the foot, and the steps to the
 /// last one, formed before the foot was subtracted.
@@ -118,7 +118,7 @@ impl Warp {
     pub(crate) fn place(&self, offset: f64, z: f64) -> f64 {
         let from = self.angles.first;
         let v = (z * offset).atan2(z * z + from * (from + offset));
-        unit(v / self.angles.end)
+        fraction(v / self.angles.end)
     }
 }
 
@@ -150,6 +150,6 @@ impl Angles {
     /// The fraction of the width at the angle `v`: both weights positive.
     pub(crate) fn fraction(&self, v: f64) -> f64 {
         let (w1, w0) = (v.sin() / self.r[1], (self.end - v).sin() / self.r[0]);
-        unit(w1 / (w0 + w1))
+        fraction(w1 / (w0 + w1))
     }
 }

@@ -1,9 +1,9 @@
 //! Solid angle and irradiance of small pieces of a light, which the CDFs over line offsets are made
 //! of.
 
-use crate::linear::precision::power_of_two_over;
-use crate::polygon::fan::unit;
 use crate::polygon::spherical_triangle::{self, cross_in_plane};
+use linelit_geometry::finite::fraction;
+use linelit_geometry::finite::power_of_two_over;
 use linelit_geometry::{DVec3, predicates};
 
 /// The square of z/r below which Lambert's sum is taken apart: it has lost two digits of sixteen
@@ -123,7 +123,7 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
     fn foot_is_beyond_height(&self) -> bool {
         (0..4).all(|i| {
             let (p, e) = (self.corners[i].truncate(), self.edges[i].truncate());
-            let t = unit(-p.dot(e) / e.length_squared());
+            let t = fraction(-p.dot(e) / e.length_squared());
             (p + e * t).length_squared() > self.z * self.z
         })
     }

@@ -10,8 +10,8 @@
 //! accuracy.
 
 use super::view::LineView;
-use crate::polygon::fan::unit;
 use linelit_geometry::DVec3;
+use linelit_geometry::finite::fraction;
 
 /// Iterations end when the CDF is hit to this, by default.
 pub(crate) const TOLERANCE: f64 = 1.58e-5;
@@ -75,7 +75,7 @@ impl LineIntegral {
 
     /// The place on the clipped line with the fraction `xi` of the mass.
     pub(crate) fn sample(&self, xi: f64) -> f64 {
-        let xi = unit(xi);
+        let xi = fraction(xi);
         let (mut lo, mut hi) = (self.s0, self.s1);
         let mut s = 0.5 * (lo + hi);
         for _ in 0..MOST {
@@ -95,6 +95,6 @@ impl LineIntegral {
             let slope = (self.a + self.b * s) * self.h / (r2 * r2) / self.total;
             s -= excess / slope;
         }
-        unit((s - self.s0) / (self.s1 - self.s0))
+        fraction((s - self.s0) / (self.s1 - self.s0))
     }
 }

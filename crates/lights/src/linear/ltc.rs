@@ -5,8 +5,8 @@ use super::projected::ProjectedLine;
 use super::{LinearSample, seen};
 use crate::density::{Pdf, ThinSolidAngle};
 use crate::linear::precision::Real;
-use crate::polygon::fan::below_one;
 use core::f64::consts::PI;
+use linelit_geometry::finite::below_one;
 use linelit_geometry::{DMat3, DVec3, Segment};
 
 /// Samples a linear light by an LTC, `p_M(ω) = (1/π) max(0, ω_c·z) |M⁻¹|/|M⁻¹ω|³` with `ω_c =

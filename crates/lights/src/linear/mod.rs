@@ -24,9 +24,9 @@ pub use view::{ArcPoint, LineView};
 
 use crate::density::{Length, Pdf, ThinSolidAngle};
 use crate::linear::precision::Real;
-use crate::polygon::fan::below_one;
 use batch::{BLOCK, Batch};
 use bisection::{LineIntegral, TOLERANCE};
+use linelit_geometry::finite::below_one;
 use linelit_geometry::{DVec3, Segment, predicates};
 use projected::Inversion;
 use warps::Warp;

@@ -112,14 +112,6 @@ pub trait Real:
     }
 }
 
-/// A power of two that takes a number > 0 to [1, 2), subnormals and the largest as far as it goes:
-/// a factor that changes no bit of what does not depend on scale, so that squares and products are
-/// numbers.
-pub(crate) fn power_of_two_over(x: f64) -> f64 {
-    let exponent = (x.to_bits() >> 52) & 0x7FF;
-    f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
-}
-
 #[allow(clippy::cast_possible_truncation, reason = "rounding is the point")]
 const fn narrow(c: [f64; 8]) -> [f32; 8] {
     let mut out = [0.0; 8];

@@ -7,7 +7,7 @@
 use super::projected::ProjectedLine;
 use super::{LinearSample, seen};
 use crate::density::{Pdf, ThinSolidAngle};
-use crate::polygon::fan::{ONE_MINUS, below_one, unit};
+use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Segment, predicates};
 
 /// Relative radiance along a linear light: constant on equal cells, each value ≥ 0.
@@ -62,7 +62,7 @@ impl AlongProfile {
 pub fn across_lambert(axis: DVec3, direction: DVec3, k: f64) -> f64 {
     let axis = predicates::normalize(axis).unwrap_or(DVec3::ZERO);
     let sine = predicates::length(predicates::cross(axis, direction));
-    unit(sine).powf(k.max(0.0))
+    fraction(sine).powf(k.max(0.0))
 }
 
 /// Samples a linear light proportionally to cosine × profile: zero variance on a diffuse surface
@@ -127,7 +127,7 @@ impl<'p> ProfiledLine<'p> {
     /// A point from one random number in [0, 1).
     #[must_use]
     pub fn sample(&self, xi: f64) -> LinearSample {
-        let mut rest = unit(xi) * self.total;
+        let mut rest = fraction(xi) * self.total;
         let mut last = 0;
         for i in 0..self.profile.values.len() {
             let w = self.weight(i);
@@ -139,7 +139,7 @@ impl<'p> ProfiledLine<'p> {
             }
             rest -= w;
         }
-        self.sample_cell(last, ONE_MINUS)
+        self.sample_cell(last, BELOW_ONE)
     }
 
     fn sample_cell(&self, i: usize, xi: f64) -> LinearSample {

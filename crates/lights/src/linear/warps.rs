@@ -6,8 +6,8 @@
 //! Peters 2021, Fig. 6e–f compares against them.
 
 use super::view::LineView;
-use crate::line::by_length::linear_warp;
 use crate::linear::precision::Real;
+use crate::pieces::sample_linear;
 
 /// A density on [0, 1] in Bernstein form of degree 2, coefficients ≥ 0: linear where the middle one
 /// is the mean.
@@ -63,7 +63,7 @@ impl Warp {
     /// The warped number. Quadratic: Newton's method on the cubic CDF, kept in a bracket, to 4 ε.
     pub(crate) fn sample(&self, xi: f64) -> f64 {
         let xi = xi.unit();
-        let start = linear_warp(xi, self.b[0], self.b[2]);
+        let start = sample_linear(xi, self.b[0], self.b[2]);
         if self.linear {
             return start;
         }

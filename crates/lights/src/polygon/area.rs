@@ -1,7 +1,9 @@
 //! Uniform by area: the classic point technique.
 
 use crate::density::{Area, Measure, Pdf};
-use crate::polygon::fan::{self, Pieces, below_one, unit};
+use crate::pieces::Pieces;
+use crate::polygon::fan;
+use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3};
 
 /// A point of a light and the density it was drawn with.
@@ -16,7 +18,8 @@ pub struct PointSample<M: Measure> {
 impl<M: Measure> PointSample<M> {
     /// A point with its density, which is zero where the point has a coordinate that is not finite.
     #[inline(always)]
-    pub(crate) fn at(point: DVec3, pdf: Pdf<M>) -> Self {
+    #[must_use]
+    pub fn at(point: DVec3, pdf: Pdf<M>) -> Self {
         // Zero where all three are finite, NaN otherwise.
         let rest = point * 0.0;
         let finite = rest.x + rest.y + rest.z == 0.0;
@@ -24,8 +27,9 @@ impl<M: Measure> PointSample<M> {
         Self { point, pdf }
     }
 
-    /// The answer for degenerate input.
-    pub(crate) fn none(point: DVec3) -> Self {
+    /// The answer for degenerate input: the density 0.
+    #[must_use]
+    pub fn none(point: DVec3) -> Self {
         Self {
             point,
             pdf: Pdf::ZERO,
@@ -76,7 +80,7 @@ impl AreaSampler {
     /// A point from two random numbers in [0, 1).
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
-        let u = u.map(unit);
+        let u = u.map(fraction);
         let point = if let Some((o, a, b)) = self.parallelogram {
             o + a * u[0] + b * u[1]
         } else {

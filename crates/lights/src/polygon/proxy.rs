@@ -1,8 +1,10 @@
 //! Shirley & Wang's imaginary triangle at unit distance.
 
 use crate::density::{Pdf, SolidAngle};
+use crate::pieces::Pieces;
 use crate::polygon::area::PointSample;
-use crate::polygon::fan::{self, FanPoint, Pieces, below_one, unit};
+use crate::polygon::fan::{self, FanPoint};
+use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
 /// Samples a polygon through the imaginary triangles whose vertices lie at unit distance from `x`
@@ -86,7 +88,7 @@ impl ProxySampler {
             return PointSample::none(vertices[0]);
         }
         let (triangle, lambda) = self.pieces.pick(u[0]);
-        let kappa = unit(u[1]).sqrt();
+        let kappa = fraction(u[1]).sqrt();
         let proxy = Proxy::new(&self.polygon, self.x, triangle);
         let corners = fan::triangle(vertices, triangle);
         // Barycentric coordinates on the proxy, divided by the distances, are those on the light.

@@ -1,9 +1,11 @@
 //! Uniform by solid angle on any convex polygon.
 
 use crate::density::{Pdf, SolidAngle};
+use crate::pieces::Pieces;
 use crate::polygon::area::PointSample;
-use crate::polygon::fan::{self, Pieces, below_one, unit};
+use crate::polygon::fan;
 use crate::polygon::spherical_triangle::SphericalTriangle;
+use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 use std::f64::consts::TAU;
 
@@ -101,7 +103,7 @@ impl SolidAngleSampler {
             return PointSample::none(vertices[0]);
         }
         let (i, place) = self.pieces.pick(u[0]);
-        let (lambda, kappa) = self.of_triangle(i, |t| t.sample([place, unit(u[1])]));
+        let (lambda, kappa) = self.of_triangle(i, |t| t.sample([place, fraction(u[1])]));
         PointSample {
             point: fan::place(fan::triangle(vertices, i), lambda, kappa),
             pdf: self.pdf,

@@ -9,12 +9,11 @@ use linelit_lights::linear::{
     ProfiledLine, ProjectedLine, across_lambert,
 };
 use linelit_lights::{
-    AngularLines, Area, AreaLight, AreaSampler, Disk, DiskCone, DiskLight, Emission,
-    ImportanceImage, Length, Light, LineSample, LineSampler, LineTechnique, LinearLight, Measure,
-    Offset, OffsetDensity, Orientation, Pdf, PointSample, PointTechnique, PointsOnLines,
-    ProjectedSolidAngle, ProxySampler, Real, SolidAngle, SolidAngleSampler, Sphere, SphereCap,
-    SphereCone, SphereLight, SphereProjected, TextureAxis, TexturedLines, TexturedSampler,
-    ThinSolidAngle, triangle_solid_angle,
+    AngularLines, Area, AreaLight, AreaSampler, Disk, DiskLight, Emission, ImportanceImage, Length,
+    Light, LineSample, LineSampler, LineTechnique, LinearLight, Measure, Offset, OffsetDensity,
+    Orientation, Pdf, Pieces, PointSample, PointTechnique, PointsOnLines, ProjectedSolidAngle,
+    ProxySampler, Real, SolidAngle, SolidAngleSampler, Sphere, SphereLight, TextureAxis,
+    TexturedLines, TexturedSampler, ThinSolidAngle, sample_linear, triangle_solid_angle,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
@@ -289,107 +288,30 @@ fn on_line(line: &LineSample, p: &Shape) -> Check {
     Ok(())
 }
 
-/// On the sphere, to the rounding of its coordinates.
-fn on_sphere<M: Measure>(s: PointSample<M>, sphere: &Sphere) -> Check {
-    density(s.pdf)?;
-    if s.pdf.is_positive() {
-        // In radii: their squares need not be numbers.
-        let slack =
-            64.0 * f64::EPSILON * (sphere.center.abs().max_element() / sphere.radius.abs() + 1.0)
-                + 1e-323 / sphere.radius.abs();
-        let off = ((s.point - sphere.center) / sphere.radius).length() - 1.0;
-        prop_assert!(
-            s.point.is_finite() && off.abs() <= slack,
-            "{s:?} {sphere:?} {off}"
-        );
-    }
-    Ok(())
-}
-
 proptest! {
     #![proptest_config(cases(4_000))]
 
     #[test]
-    fn spheres(places in hostile_vectors::<3>(), radius in hostile(), n in hostile_direction(), u in [hostile_unit(), hostile_unit()]) {
-        let [center, x, q] = places.map(v);
-        let sphere = Sphere { center, radius };
+    fn pieces_and_shapes(weights in prop::collection::vec(hostile(), 0..30), [u, place] in [hostile_unit(), hostile_unit()], [w0, w1] in [hostile(), hostile()], at in hostile_vectors::<2>()) {
+        let pieces = Pieces::new(weights.iter().copied());
+        let (piece, within) = pieces.pick(u);
+        share(within, 1.0)?;
+        prop_assert!(piece < 23 && pieces.total() >= 0.0);
+        prop_assert!(!pieces.is_usable() || weights[piece] > 0.0);
+        numbers(Some([pieces.unpick(piece, place), pieces.unpick(usize::MAX, place)]))?;
+        let [w0, w1] = [w0, w1].map(f64::abs);
+        if w0 < 1e150 && w1 < 1e150 {
+            share(sample_linear(linelit_geometry::finite::fraction(u), w0, w1), 1.0)?;
+        }
+        let [center, q] = at.map(v);
+        let sphere = Sphere { center, radius: w0 };
         prop_assert!(sphere.area() >= 0.0 && sphere.area().is_finite());
         let normal = sphere.normal(q);
         prop_assert!(normal == DVec3::ZERO || (normal.length() - 1.0).abs() <= 4.0 * f64::EPSILON);
-        for cap in [SphereCap::visible(&sphere, x), SphereCap::whole(&sphere)] {
-            let s = cap.sample(u);
-            on_sphere(s, &sphere)?;
-            density(cap.pdf(q))?;
-            numbers(cap.invert(q))?;
-            numbers(cap.invert(s.point))?;
-        }
-        let cone = SphereCone::new(&sphere, x);
-        prop_assert!(cone.solid_angle().is_nan() || (0.0..=2.0 * TAU).contains(&cone.solid_angle()), "{}", cone.solid_angle());
-        let s = cone.sample(u);
-        on_sphere(s, &sphere)?;
-        density(cone.pdf(q))?;
-        numbers(cone.invert(q))?;
-        numbers(cone.invert(s.point))?;
-        if let Some(projected) = SphereProjected::new(&sphere, x, v(n)) {
-            prop_assert!(projected.projected_solid_angle() > 0.0 && projected.projected_solid_angle().is_finite());
-            let s = projected.sample(u);
-            on_sphere(s, &sphere)?;
-            density(projected.pdf(q))?;
-            numbers(projected.invert(q))?;
-            numbers(projected.invert(s.point))?;
-        }
-    }
-
-    #[test]
-    fn disks(places in hostile_vectors::<3>(), radius in hostile(), n in hostile_direction(), u in [hostile_unit(), hostile_unit()]) {
-        let [center, x, q] = places.map(v);
-        let disk = Disk { center, normal: v(n), radius };
+        let disk = Disk { center, normal: q, radius: w0 };
         prop_assert!(disk.area() >= 0.0 && disk.area().is_finite());
-        let s = disk.sample(u);
-        density(s.pdf)?;
-        density(disk.pdf(q))?;
-        numbers(disk.invert(q))?;
-        let cone = DiskCone::new(&disk, x);
-        density(cone.sample(u).pdf)?;
-        density(cone.pdf(q))?;
-        for at in [q, s.point, cone.sample(u).point] {
-            numbers(cone.invert(at))?;
-            numbers(disk.invert(at))?;
-        }
-        // A normal as the disk's own domain wants it.
-        if (disk.normal.length() - 1.0).abs() <= 4.0 * f64::EPSILON {
-            for (point, drawn) in [(s.point, s.pdf.is_positive()), (cone.sample(u).point, cone.sample(u).pdf.is_positive())] {
-                let slack = 64.0 * f64::EPSILON * (center.abs().max_element() + radius.abs());
-                let off = point - center;
-                let inside = point.is_finite() && linelit_geometry::predicates::length(off) <= radius.abs() + slack && off.dot(disk.normal).abs() <= slack;
-                prop_assert!(inside || !drawn, "{point} {disk:?} from {x}");
-            }
-        }
-    }
-
-    /// Points in the plane of a disk to rounding, in it and outside.
-    #[test]
-    fn disks_edge_on(
-        center in hostile_vectors::<1>(), n in hostile_direction(), radius in 0.01..2.0f64, way in 0.0..4.0f64, turn in 0.0..7.0f64,
-        height in prop_oneof![Just(0.0), -1e-15..1e-15f64, (-320..-10_i32).prop_map(|e| 10f64.powi(e))],
-        u in [hostile_unit(), hostile_unit()],
-    ) {
-        let Some(normal) = linelit_geometry::predicates::normalize(v(n)) else {
-            return Ok(());
-        };
-        let center = v(center[0].map(|c| if c.abs() < 1e3 { c } else { 0.5 }));
-        let f = linelit_geometry::Frame::from_normal(normal);
-        let disk = Disk { center, normal, radius };
-        let x = center + (f.x * turn.cos() + f.y * turn.sin()) * way + normal * height;
-        let cone = DiskCone::new(&disk, x);
-        let s = cone.sample(u);
-        density(s.pdf)?;
-        if s.pdf.is_positive() {
-            // No cone is smaller than its width times what is left of its height.
-            prop_assert!((s.point - center).length() <= radius * (1.0 + 64.0 * f64::EPSILON) + 64.0 * f64::EPSILON * center.length());
-            let solid_angle = 1.0 / s.pdf.value();
-            prop_assert!(solid_angle <= TAU * 1.02, "{solid_angle}");
-            prop_assert!(cone.pdf(s.point).is_positive() || solid_angle < 1e-13, "{s:?}");
+        for s in [PointSample::<Area>::at(q, Pdf::new(w1)), PointSample::none(q)] {
+            prop_assert!(q.is_finite() || !s.pdf.is_positive());
         }
     }
 

@@ -15,7 +15,6 @@ mod next_to_the_plane;
 mod peters_as_printed;
 mod precise;
 mod robust;
-mod round;
 mod solid_angle;
 mod textures;
 mod vectors;

@@ -3,7 +3,7 @@
 
 use super::{AngularLines, Marginal};
 use crate::line::piece::{Line, Piece};
-use crate::polygon::fan::unit;
+use linelit_geometry::finite::fraction;
 use linelit_geometry::{CloseLines, ConvexPolygon, DVec3};
 
 impl AngularLines {
@@ -51,7 +51,7 @@ impl AngularLines {
         } else {
             offset - knots[k]
         };
-        unit(steps / piece.width.abs())
+        fraction(steps / piece.width.abs())
     }
 
     /// The offset in a piece of the measure `whole` that has the share `place` of it below.
@@ -64,7 +64,7 @@ impl AngularLines {
         } else {
             (knots[k], place)
         };
-        let s = unit(self.find(&piece, share * whole, whole));
+        let s = fraction(self.find(&piece, share * whole, whole));
         (from + piece.width * s).max(knots[k]).min(knots[k + 1])
     }
 
@@ -74,7 +74,7 @@ impl AngularLines {
     pub(super) fn close_place(&self, k: usize, offset: f64, whole: f64) -> f64 {
         let piece = self.piece::<true>(k);
         let part = piece.part(self.fraction(k, &piece, offset), self.z);
-        let share = unit(self.measure(&part) / whole);
+        let share = fraction(self.measure(&part) / whole);
         if piece.is_reversed() {
             1.0 - share
         } else {

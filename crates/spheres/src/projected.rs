@@ -1,12 +1,10 @@
 //! Spheres by projected solid angle.
 
-use crate::density::{Pdf, SolidAngle};
-use crate::linear::precision::power_of_two_over;
-use crate::polygon::area::PointSample;
-use crate::polygon::fan::{below_one, unit};
-use crate::round::sphere::Sphere;
+use crate::sphere::{at, faces};
 use core::f64::consts::PI;
+use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
+use linelit_lights::{Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 
 /// In proportion to the cosine n·ω within the sphere's solid angle above the horizon of n: zero
 /// variance on a diffuse surface that sees all of it.
@@ -45,7 +43,8 @@ use linelit_geometry::{DVec3, predicates};
 ///
 /// ```
 /// use linelit_geometry::DVec3;
-/// use linelit_lights::{Sphere, SphereProjected};
+/// use linelit_lights::{PointTechnique, Sphere};
+/// use linelit_spheres::SphereProjected;
 /// let lamp = Sphere { center: DVec3::new(2.0, 0.0, 0.5), radius: 1.0 };
 /// let sampler = SphereProjected::new(&lamp, DVec3::ZERO, DVec3::Z).unwrap();
 /// let estimate = |u| {
@@ -88,7 +87,7 @@ struct Cut {
 
 /// A direction as seen from the view towards the centre: across by `axes`, and its cosine to the
 /// centre less κ.
-struct Seen {
+struct Direction {
     across: [f64; 2],
     excess: f64,
     cosine: f64,
@@ -169,70 +168,8 @@ impl SphereProjected {
         self.area
     }
 
-    /// A point from two random numbers in [0, 1).
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
-        let u = u.map(unit);
-        let seen = match &self.cut {
-            None => {
-                let (s, c) = (2.0 * PI * u[1]).sin_cos();
-                let r = u[0].sqrt();
-                self.in_disk([r * c, r * s], 1.0 - u[0])
-            }
-            Some(cut) => self.in_slice(cut, u),
-        };
-        PointSample::at(self.place(&seen), Pdf::new(seen.cosine / self.area))
-    }
-
-    /// The density at a point of the surface; zero on the side that faces away and below the
-    /// horizon.
-    #[must_use]
-    pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
-        let direction = predicates::normalize(point - self.x).unwrap_or(DVec3::ZERO);
-        let cosine = predicates::dot(self.normal, direction);
-        if cosine > 0.0 && self.sphere.faces(point, self.x, self.scale) {
-            Pdf::new(cosine / self.area)
-        } else {
-            Pdf::ZERO
-        }
-    }
-
-    /// The random numbers that give `point`; `None` where the density is zero.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
-        if !self.pdf(point).is_positive() {
-            return None;
-        }
-        let v = (point - self.sphere.center) * self.scale;
-        let [a, b, depth] = self.axes.map(|axis| axis.dot(v));
-        let along = self.d + depth;
-        let t = (a * a + b * b + along * along).sqrt();
-        let (a, b, center) = (a / t, b / t, along / t);
-        let excess = (self.sigma * self.sigma - (a * a + b * b)) / (center + self.kappa);
-        let step = self.sin * excess + self.cos * a;
-        let p = step / (self.sigma * self.cos);
-        let q = b / self.sigma;
-        let Some(cut) = &self.cut else {
-            let turn = q.atan2(p) / (2.0 * PI);
-            let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-            return Some([p * p + q * q, turn].map(below_one));
-        };
-        let height = q.abs().min(cut.last);
-        let half = 0.5 * self.mass(cut, height) / cut.half;
-        let slice = self.slice(cut, height);
-        let second = if slice.in_lens {
-            let cosine = self.kappa * self.cos + self.cos * excess - self.sin * a;
-            let x = self.kappa * self.sin + step;
-            1.0 - cosine * cosine / (slice.circle + x) / slice.width
-        } else {
-            0.5 * (1.0 + p / slice.root)
-        };
-        let first = if q < 0.0 { 0.5 - half } else { 0.5 + half };
-        Some([first, second].map(below_one))
-    }
-
     /// The point (p, q) of the unit disk, with 1 − p² − q².
-    fn in_disk(&self, [p, q]: [f64; 2], rest: f64) -> Seen {
+    fn in_disk(&self, [p, q]: [f64; 2], rest: f64) -> Direction {
         let (sigma, square) = (self.sigma, self.sigma * self.sigma);
         let g = self.kappa * self.cos - sigma * self.sin * p;
         let cosine = (g * g + square * rest).sqrt();
@@ -241,14 +178,14 @@ impl SphereProjected {
         } else {
             0.0
         };
-        Seen {
+        Direction {
             across: [sigma * p - self.sin * rise, sigma * q],
             excess: self.cos * rise,
             cosine,
         }
     }
 
-    fn in_slice(&self, cut: &Cut, u: [f64; 2]) -> Seen {
+    fn in_slice(&self, cut: &Cut, u: [f64; 2]) -> Direction {
         let side = 2.0 * u[0] - 1.0;
         let height = self.height(cut, side.abs());
         let q = if side < 0.0 { -height } else { height };
@@ -261,7 +198,7 @@ impl SphereProjected {
         let step = slice.edge - gap;
         let cosine = (gap * (slice.circle + self.kappa * self.sin + step)).sqrt();
         let rise = cosine - self.kappa * self.cos;
-        Seen {
+        Direction {
             across: [step * self.cos - rise * self.sin, self.sigma * q],
             excess: step * self.sin + rise * self.cos,
             cosine,
@@ -336,20 +273,82 @@ impl SphereProjected {
         room * y - under_circle(y) + 0.5 * sigma * sigma * self.cos * disk(q)
     }
 
-    fn place(&self, seen: &Seen) -> DVec3 {
+    fn point(&self, direction: &Direction) -> DVec3 {
         let (r, d) = (self.r, self.d);
-        let [a, b] = seen.across;
-        let cos = self.kappa + seen.excess;
-        let root = d * (seen.excess.max(0.0) * (cos + self.kappa)).sqrt();
+        let [a, b] = direction.across;
+        let cos = self.kappa + direction.excess;
+        let root = d * (direction.excess.max(0.0) * (cos + self.kappa)).sqrt();
         let t = (d - r) * (d + r) / (d * cos + root) / r;
         let axial = (d * (a * a + b * b) + cos * root) / r;
         let normal = self.axes[0] * (t * a) + self.axes[1] * (t * b) - self.axes[2] * axial;
         // A direction that rounding has taken past the rim: the point of the rim.
         let off = (normal.length_squared() - 1.0).abs();
         if off > 1e-14 {
-            return self.sphere.at(normal.normalize_or(-self.axes[2]));
+            return at(&self.sphere, normal.normalize_or(-self.axes[2]));
         }
-        self.sphere.at(normal)
+        at(&self.sphere, normal)
+    }
+}
+
+impl PointTechnique for SphereProjected {
+    type Measure = SolidAngle;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        let u = u.map(fraction);
+        let direction = match &self.cut {
+            None => {
+                let (s, c) = (2.0 * PI * u[1]).sin_cos();
+                let r = u[0].sqrt();
+                self.in_disk([r * c, r * s], 1.0 - u[0])
+            }
+            Some(cut) => self.in_slice(cut, u),
+        };
+        PointSample::at(
+            self.point(&direction),
+            Pdf::new(direction.cosine / self.area),
+        )
+    }
+
+    fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+        let direction = predicates::normalize(point - self.x).unwrap_or(DVec3::ZERO);
+        let cosine = predicates::dot(self.normal, direction);
+        if cosine > 0.0 && faces(&self.sphere, point, self.x, self.scale) {
+            Pdf::new(cosine / self.area)
+        } else {
+            Pdf::ZERO
+        }
+    }
+
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        if !self.pdf(point).is_positive() {
+            return None;
+        }
+        let v = (point - self.sphere.center) * self.scale;
+        let [a, b, depth] = self.axes.map(|axis| axis.dot(v));
+        let along = self.d + depth;
+        let t = (a * a + b * b + along * along).sqrt();
+        let (a, b, center) = (a / t, b / t, along / t);
+        let excess = (self.sigma * self.sigma - (a * a + b * b)) / (center + self.kappa);
+        let step = self.sin * excess + self.cos * a;
+        let p = step / (self.sigma * self.cos);
+        let q = b / self.sigma;
+        let Some(cut) = &self.cut else {
+            let turn = q.atan2(p) / (2.0 * PI);
+            let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+            return Some([p * p + q * q, turn].map(below_one));
+        };
+        let height = q.abs().min(cut.last);
+        let half = 0.5 * self.mass(cut, height) / cut.half;
+        let slice = self.slice(cut, height);
+        let second = if slice.in_lens {
+            let cosine = self.kappa * self.cos + self.cos * excess - self.sin * a;
+            let x = self.kappa * self.sin + step;
+            1.0 - cosine * cosine / (slice.circle + x) / slice.width
+        } else {
+            0.5 * (1.0 + p / slice.root)
+        };
+        let first = if q < 0.0 { 0.5 - half } else { 0.5 + half };
+        Some([first, second].map(below_one))
     }
 }
 

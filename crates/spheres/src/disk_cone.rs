@@ -1,12 +1,10 @@
 //! Disks by solid angle: the elliptic cone of directions that meet them.
 
-use crate::density::{Pdf, SolidAngle};
-use crate::line::by_length::linear_warp;
-use crate::polygon::area::PointSample;
-use crate::polygon::fan::{ONE_MINUS, Pieces, below_one, unit};
-use crate::round::disk::Disk;
+use crate::disk::DiskArea;
 use core::f64::consts::FRAC_PI_2;
+use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Frame, predicates};
+use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
 
 /// Pieces of a quarter turn on which the density of the turn is linear.
 const PIECES: usize = 8;
@@ -34,7 +32,8 @@ const PIECES: usize = 8;
 ///
 /// ```
 /// use linelit_geometry::DVec3;
-/// use linelit_lights::{Disk, DiskCone};
+/// use linelit_lights::{Disk, PointTechnique};
+/// use linelit_spheres::DiskCone;
 /// let disk = Disk { center: DVec3::new(0.0, 0.0, 3.0), normal: DVec3::Z, radius: 4.0 };
 /// let cone = DiskCone::new(&disk, DVec3::ZERO);
 /// // On the axis the cone is circular: Ω = 2π (1 − h/√(h² + R²)).
@@ -141,38 +140,6 @@ impl DiskCone {
         (a + (b - a) * place) / (4.0 * self.pieces.total())
     }
 
-    /// A point from two random numbers in [0, 1): the turn about the axis, and the way to the rim.
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
-        if !self.pieces.is_usable() {
-            return PointSample::none(self.disk.center);
-        }
-        let u = u.map(unit);
-        // The quarters that run backwards, so that the turn is continuous, mirror those that run
-        // forwards.
-        let scaled = 4.0 * u[0];
-        let (within, [sx, sy]) = match scaled {
-            t if t < 1.0 => (t, [1.0, 1.0]),
-            t if t < 2.0 => (2.0 - t, [-1.0, 1.0]),
-            t if t < 3.0 => (t - 2.0, [-1.0, -1.0]),
-            t => (4.0 - t, [1.0, -1.0]),
-        };
-        let (piece, share) = self.pieces.pick(within.min(ONE_MINUS));
-        let place = linear_warp(share, self.density[piece], self.density[piece + 1]);
-        #[allow(clippy::cast_precision_loss, reason = "few pieces")]
-        let turn = (piece as f64 + place) * (FRAC_PI_2 / PIECES as f64);
-        let (s, c) = turn.sin_cos();
-        let p = self.rim((s, c));
-        let (k, across) = self.reach((s, c), p);
-        let m = u[1] * k;
-        let sine = (m * (2.0 - m)).sqrt();
-        let direction = self.axes[0] * (sine * sx * across[0])
-            + self.axes[1] * (sine * sy * across[1])
-            + self.axes[2] * (1.0 - m);
-        let density = self.turn_density(piece, place) / self.per_turn(p);
-        PointSample::at(self.hit(direction), Pdf::new(density))
-    }
-
     /// Where a direction meets the disk, kept on it against rounding at grazing directions.
     fn hit(&self, direction: DVec3) -> DVec3 {
         let n = self.disk.normal;
@@ -193,7 +160,7 @@ impl DiskCone {
 
     /// Random number of the turn, the turn's density and dΩ/ds, and the way to the rim.
     fn locate(&self, point: DVec3) -> Option<([f64; 2], f64)> {
-        self.disk.invert(point)?;
+        DiskArea::new(&self.disk).invert(point)?;
         if !self.pieces.is_usable() {
             return None;
         }
@@ -238,17 +205,47 @@ impl DiskCone {
         let density = self.turn_density(piece, place) / self.per_turn(p);
         Some((numbers, density))
     }
+}
 
-    /// The density at a point of the disk; zero outside it.
-    #[must_use]
-    pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+impl PointTechnique for DiskCone {
+    type Measure = SolidAngle;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+        if !self.pieces.is_usable() {
+            return PointSample::none(self.disk.center);
+        }
+        let u = u.map(fraction);
+        // The quarters that run backwards, so that the turn is continuous, mirror those that run
+        // forwards.
+        let scaled = 4.0 * u[0];
+        let (within, [sx, sy]) = match scaled {
+            t if t < 1.0 => (t, [1.0, 1.0]),
+            t if t < 2.0 => (2.0 - t, [-1.0, 1.0]),
+            t if t < 3.0 => (t - 2.0, [-1.0, -1.0]),
+            t => (4.0 - t, [1.0, -1.0]),
+        };
+        let (piece, share) = self.pieces.pick(within.min(BELOW_ONE));
+        let place = sample_linear(share, self.density[piece], self.density[piece + 1]);
+        #[allow(clippy::cast_precision_loss, reason = "few pieces")]
+        let turn = (piece as f64 + place) * (FRAC_PI_2 / PIECES as f64);
+        let (s, c) = turn.sin_cos();
+        let p = self.rim((s, c));
+        let (k, across) = self.reach((s, c), p);
+        let m = u[1] * k;
+        let sine = (m * (2.0 - m)).sqrt();
+        let direction = self.axes[0] * (sine * sx * across[0])
+            + self.axes[1] * (sine * sy * across[1])
+            + self.axes[2] * (1.0 - m);
+        let density = self.turn_density(piece, place) / self.per_turn(p);
+        PointSample::at(self.hit(direction), Pdf::new(density))
+    }
+
+    fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
         self.locate(point)
             .map_or(Pdf::ZERO, |(_, density)| Pdf::new(density))
     }
 
-    /// The random numbers that give `point`; `None` outside the disk.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         self.locate(point).map(|(numbers, _)| numbers)
     }
 }

@@ -1,61 +1,35 @@
 //! Spheres by the three densities of Shirley & Wang 1991, Figs. 2–3: whole surface, visible cap,
 //! solid angle.
 
-use crate::density::{Area, Pdf, SolidAngle};
-use crate::light::power;
-use crate::linear::precision::power_of_two_over;
-use crate::polygon::area::PointSample;
-use crate::polygon::fan::{below_one, unit};
 use core::f64::consts::PI;
+use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, Frame, predicates};
+use linelit_lights::{Area, Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 
-/// A sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sphere {
-    /// Centre.
-    pub center: DVec3,
-    /// Radius > 0, in scene units.
-    pub radius: f64,
+/// The point with the unit normal `n`.
+pub(crate) fn at(sphere: &Sphere, n: DVec3) -> DVec3 {
+    sphere.center + n * sphere.radius
 }
 
-impl Sphere {
-    /// 4πR²; zero where that is not finite.
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        power(4.0 * PI * self.radius * self.radius)
-    }
+/// Whether a point of the surface faces `x` outside it; `scale` takes lengths to where their
+/// products are numbers.
+pub(crate) fn faces(sphere: &Sphere, point: DVec3, x: DVec3, scale: f64) -> bool {
+    let (out, to_x) = ((point - sphere.center) * scale, (x - point) * scale);
+    out.dot(to_x) >= 0.0
+}
 
-    /// Unit outward normal at a point of the surface.
-    #[must_use]
-    pub fn normal(&self, point: DVec3) -> DVec3 {
-        predicates::normalize(point - self.center).unwrap_or(DVec3::ZERO)
-    }
-
-    /// The point with the unit normal `n`.
-    pub(crate) fn at(&self, n: DVec3) -> DVec3 {
-        self.center + n * self.radius
-    }
-
-    /// Distance of `x` from the centre and the frame whose z axis points from the centre to x.
-    fn seen_from(&self, x: DVec3) -> (f64, Frame) {
-        let to_x = x - self.center;
-        let square = to_x.length_squared();
-        // One root for both where squares are numbers: the bits are the same.
-        let (d, z) = if square > 1e-270 && square < f64::INFINITY {
-            let d = square.sqrt();
-            (d, to_x * (1.0 / d))
-        } else {
-            extreme(to_x)
-        };
-        (d, Frame::from_normal(z))
-    }
-
-    /// Whether a point of the surface faces `x` outside it; `scale` takes lengths to where their
-    /// products are numbers.
-    pub(crate) fn faces(&self, point: DVec3, x: DVec3, scale: f64) -> bool {
-        let (out, to_x) = ((point - self.center) * scale, (x - point) * scale);
-        out.dot(to_x) >= 0.0
-    }
+/// Distance of `x` from the centre and the frame whose z axis points from the centre to x.
+fn seen_from(sphere: &Sphere, x: DVec3) -> (f64, Frame) {
+    let to_x = x - sphere.center;
+    let square = to_x.length_squared();
+    // One root for both where squares are numbers: the bits are the same.
+    let (d, z) = if square > 1e-270 && square < f64::INFINITY {
+        let d = square.sqrt();
+        (d, to_x * (1.0 / d))
+    } else {
+        extreme(to_x)
+    };
+    (d, Frame::from_normal(z))
 }
 
 /// Length and direction of a vector whose squares are no numbers, of zero and of what is not
@@ -92,12 +66,13 @@ fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
 /// Uniform by area on the part of a sphere that faces `x`, or on all of it.
 ///
 /// Visible cap (`x` outside at the distance d): points whose normal has the cosine ≥ s = R/d to the
-/// direction towards x; density `1/(2πR²(1 − s))`. Whole surface, or `x` inside: `1/(4πR²)`; at
-/// least half of it is wasted outside.
+/// direction towards x; density `1/(2πR²(1 − s))`, zero outside it. Whole surface, or `x` inside:
+/// `1/(4πR²)`; at least half of it is wasted outside.
 ///
 /// ```
 /// use linelit_geometry::DVec3;
-/// use linelit_lights::{Sphere, SphereCap};
+/// use linelit_lights::{PointTechnique, Sphere};
+/// use linelit_spheres::SphereCap;
 /// let sphere = Sphere { center: DVec3::new(0.0, 0.0, 4.0), radius: 1.0 };
 /// let cap = SphereCap::visible(&sphere, DVec3::ZERO);
 /// let s = cap.sample([0.2, 0.9]);
@@ -118,7 +93,7 @@ impl SphereCap {
     /// The cap that `x` sees.
     #[must_use]
     pub fn visible(sphere: &Sphere, x: DVec3) -> Self {
-        let (d, frame) = sphere.seen_from(x);
+        let (d, frame) = seen_from(sphere, x);
         let outside = d > sphere.radius;
         let k = if outside {
             (d - sphere.radius) / d
@@ -142,19 +117,19 @@ impl SphereCap {
             density: Pdf::new(1.0 / (2.0 * PI * sphere.radius * sphere.radius * k)),
         }
     }
+}
 
-    /// A point from two random numbers in [0, 1).
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
-        let u = u.map(unit);
+impl PointTechnique for SphereCap {
+    type Measure = Area;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+        let u = u.map(fraction);
         let m = u[0] * self.k;
         let n = around(&self.frame, 1.0 - m, (m * (2.0 - m)).sqrt(), u[1]);
-        PointSample::at(self.sphere.at(n), self.density)
+        PointSample::at(at(&self.sphere, n), self.density)
     }
 
-    /// The density at a point of the surface; zero outside the cap.
-    #[must_use]
-    pub fn pdf(&self, point: DVec3) -> Pdf<Area> {
+    fn pdf(&self, point: DVec3) -> Pdf<Area> {
         let v = point - self.sphere.center;
         let m = one_minus_cos(&self.frame, v, v.length());
         // The rim itself is rounded: a point drawn at it counts as inside.
@@ -165,9 +140,7 @@ impl SphereCap {
         }
     }
 
-    /// The random numbers that give `point`; `None` outside the cap.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         let v = point - self.sphere.center;
         let m = one_minus_cos(&self.frame, v, v.length());
         self.pdf(point)
@@ -182,12 +155,13 @@ impl SphereCap {
 /// **Formula**: `1/(2πk)` with `k = 1 − cos θ_max = s²/(1 + √(1 − s²))`, s = R/d, `1 − s² = (d −
 /// R)(d + R)/d²`: relatively accurate from inside to cones of any smallness. The point is placed by
 /// its normal, from the central angle, with `s² − sin² θ = k(1 − ξ)(2 − k(1 + ξ))`, so that no
-/// direction misses at the rim and no digits are lost far from the origin. (Wang 1992; Shirley &
-/// Wang 1991, Fig. 3.)
+/// direction misses at the rim and no digits are lost far from the origin; the density is zero on
+/// the side that faces away. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
 ///
 /// ```
 /// use linelit_geometry::DVec3;
-/// use linelit_lights::{Sphere, SphereCone};
+/// use linelit_lights::{PointTechnique, Sphere};
+/// use linelit_spheres::SphereCone;
 /// let moon = Sphere { center: DVec3::new(0.0, 0.0, 1e9), radius: 1.0 };
 /// let cone = SphereCone::new(&moon, DVec3::ZERO);
 /// // Ω = π (R/d)² to 16 digits, where 1 − cos θ would be zero.
@@ -212,7 +186,7 @@ impl SphereCone {
     /// The per-light part.
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3) -> Self {
-        let (d, frame) = sphere.seen_from(x);
+        let (d, frame) = seen_from(sphere, x);
         let scale = power_of_two_over(d.max(sphere.radius));
         let (d, r) = (d * scale, sphere.radius * scale);
         let k = if d >= r {
@@ -242,12 +216,14 @@ impl SphereCone {
     fn inside(&self) -> bool {
         self.d < self.r
     }
+}
 
-    /// A point from two random numbers in [0, 1).
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+impl PointTechnique for SphereCone {
+    type Measure = SolidAngle;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         let (r, d, k) = (self.r, self.d, self.k);
-        let u = u.map(unit);
+        let u = u.map(fraction);
         let m = u[0] * k;
         let (cos, sine) = (1.0 - m, (m * (2.0 - m)).sqrt());
         let n = if self.inside() {
@@ -261,22 +237,18 @@ impl SphereCone {
             let axial = (d * sine * sine + cos * root) / r;
             around(&self.frame, axial, t * sine / r, u[1])
         };
-        PointSample::at(self.sphere.at(n), self.density)
+        PointSample::at(at(&self.sphere, n), self.density)
     }
 
-    /// The density at a point of the surface; zero on the side that faces away.
-    #[must_use]
-    pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
-        if self.inside() || self.sphere.faces(point, self.x, self.scale) {
+    fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+        if self.inside() || faces(&self.sphere, point, self.x, self.scale) {
             self.density
         } else {
             Pdf::ZERO
         }
     }
 
-    /// The random numbers that give `point`; `None` on the side that faces away.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         if !self.pdf(point).is_positive() {
             return None;
         }

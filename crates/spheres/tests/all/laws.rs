@@ -2,7 +2,8 @@
 //! round trips; on ordinary, tiny, huge, grazing and far-from-origin lights.
 
 use linelit_geometry::{DVec3, Frame};
-use linelit_lights::{Disk, DiskCone, Sphere, SphereCap, SphereCone, SphereProjected};
+use linelit_lights::{Disk, PointTechnique, Sphere};
+use linelit_spheres::{DiskArea, DiskCone, SphereCap, SphereCone, SphereProjected};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};
 use linelit_testkit::rng::SplitMix64;
@@ -316,7 +317,7 @@ fn from_polar(disk: &Disk, [a, b]: [f64; 2]) -> DVec3 {
 fn disks_obey_the_laws() {
     let mut rng = SplitMix64::new(17);
     for (name, x, disk) in disks() {
-        let cone = DiskCone::new(&disk, x);
+        let (by_area, cone) = (DiskArea::new(&disk), DiskCone::new(&disk, x));
         let to = disk.center - x;
         let h = to.dot(disk.normal).abs();
         // ε of the coordinates, over the radius and over how edge-on the disk is seen.
@@ -325,8 +326,8 @@ fn disks_obey_the_laws() {
         let (mut least, mut most, mut mean) = (f64::INFINITY, 0.0_f64, 0.0);
         for _ in 0..100_000 {
             let u = [rng.next_f64(), rng.next_f64()];
-            let s = disk.sample(u);
-            let back = disk.invert(s.point).expect("on the disk");
+            let s = by_area.sample(u);
+            let back = by_area.invert(s.point).expect("on the disk");
             let error = (back[0] - u[0]).abs() + (back[1] - u[1]).abs();
             assert!(error < slack, "{name}: {u:?} {back:?}");
             let s = cone.sample(u);
@@ -372,8 +373,8 @@ fn disks_obey_the_laws() {
         assert!((mass - 1.0).abs() < 1e-4, "cone, {name}: ∫ = {mass}");
         let (p, mass) = fit(
             disk.area(),
-            |u| polar(&disk, disk.sample(u).point),
-            |u| disk.pdf(from_polar(&disk, u)).value(),
+            |u| polar(&disk, by_area.sample(u).point),
+            |u| by_area.pdf(from_polar(&disk, u)).value(),
         );
         assert!(p > sidak(0.01, TESTS), "area, {name}: p = {p:e}");
         assert!((mass - 1.0).abs() < 1e-12, "area, {name}: ∫ = {mass}");
@@ -414,7 +415,10 @@ fn hostile_disks_stay_finite() {
             let u = [rng.next_f64(), rng.next_f64()];
             let s = cone.sample(u);
             assert!(s.pdf.is_positive() && s.point.is_finite(), "{disk:?} {u:?}");
-            assert!(disk.invert(s.point).is_some(), "{disk:?} {u:?}");
+            assert!(
+                DiskArea::new(&disk).invert(s.point).is_some(),
+                "{disk:?} {u:?}"
+            );
             assert!(cone.pdf(s.point).is_positive(), "{disk:?} {u:?}");
         }
     }

@@ -1,0 +1,74 @@
+//! Disks, uniform by area through the concentric map.
+
+use core::f64::consts::FRAC_PI_4;
+use linelit_geometry::finite::{below_one, fraction};
+use linelit_geometry::{DVec3, Frame};
+use linelit_lights::{Area, Disk, Pdf, PointSample, PointTechnique};
+
+/// Samples a disk uniformly by area: density 1/(πR²) everywhere.
+///
+/// Shirley & Chiu's concentric map (1997) keeps neighbours and shapes, so that stratified numbers
+/// stay stratified. `invert` gives `None` outside the disk by more than 64 ε of its coordinates.
+///
+/// ```
+/// use linelit_geometry::DVec3;
+/// use linelit_lights::{Disk, PointTechnique};
+/// use linelit_spheres::DiskArea;
+/// let by_area = DiskArea::new(&Disk { center: DVec3::Z, normal: DVec3::Z, radius: 1.0 });
+/// let u = by_area.invert(by_area.sample([0.2, 0.9]).point).unwrap();
+/// assert!((u[0] - 0.2).abs() < 1e-15 && (u[1] - 0.9).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct DiskArea(Disk);
+
+impl DiskArea {
+    /// The per-light part.
+    #[must_use]
+    pub const fn new(disk: &Disk) -> Self {
+        Self(*disk)
+    }
+}
+
+impl PointTechnique for DiskArea {
+    type Measure = Area;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+        let [a, b] = u.map(|u| 2.0 * fraction(u) - 1.0);
+        let (r, (s, c)) = if a.abs() > b.abs() {
+            (a, (FRAC_PI_4 * (b / a)).sin_cos())
+        } else if b.abs() > 0.0 {
+            let (s, c) = (FRAC_PI_4 * (a / b)).sin_cos();
+            (b, (c, s))
+        } else {
+            (0.0, (0.0, 1.0))
+        };
+        let frame = Frame::from_normal(self.0.normal);
+        let point = self.0.center + (frame.x * c + frame.y * s) * (r * self.0.radius);
+        PointSample::at(point, self.pdf(self.0.center))
+    }
+
+    fn pdf(&self, _point: DVec3) -> Pdf<Area> {
+        Pdf::new(1.0 / self.0.area())
+    }
+
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        let frame = Frame::from_normal(self.0.normal);
+        let v = (point - self.0.center) / self.0.radius;
+        let (x, y) = (v.dot(frame.x), v.dot(frame.y));
+        let r = x.hypot(y);
+        let slack = 64.0 * f64::EPSILON * (1.0 + point.abs().max_element() / self.0.radius);
+        if !(r <= 1.0 + slack && slack < f64::INFINITY) {
+            return None;
+        }
+        let (a, b) = if x.abs() > y.abs() {
+            let r = r.copysign(x);
+            (r, r * (y / x).atan() / FRAC_PI_4)
+        } else if y.abs() > 0.0 {
+            let r = r.copysign(y);
+            (r * (x / y).atan() / FRAC_PI_4, r)
+        } else {
+            (0.0, 0.0)
+        };
+        Some([a, b].map(|t| below_one(0.5 * (t + 1.0))))
+    }
+}

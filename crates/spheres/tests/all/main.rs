@@ -1,0 +1,4 @@
+//! Spheres and disks: laws, and hostile input.
+
+mod hostile;
+mod laws;
