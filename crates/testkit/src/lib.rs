@@ -6,7 +6,6 @@ pub mod cases;
 pub mod chi2;
 pub mod close;
 pub mod dd;
-pub mod json;
 pub mod laws;
 pub mod precise;
 pub mod public;

@@ -3,7 +3,7 @@
 //! read.
 //!
 //! `cargo run --release -p linelit-workshop --no-default-features --example vectors --
-//! crates/shading/tests/vectors`
+//! crates/testkit/vectors`
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,

@@ -3,17 +3,17 @@
 //! tolerance that its conditioning derives.
 //!
 //! `cargo run --release -p linelit-workshop --no-default-features --example vectors_lights --
-//! crates/lights/tests/vectors`
+//! crates/testkit/vectors`
 #![expect(
     clippy::print_stdout,
     clippy::print_stderr,
     reason = "an example prints"
 )]
 
-#[path = "../../lights/tests/all/common/mod.rs"]
-mod common;
+#[path = "../../lights/tests/all/reference.rs"]
+mod reference;
 
-use common::reference::{self, Rows};
+use reference::Rows;
 use std::path::Path;
 use std::process::ExitCode;
 

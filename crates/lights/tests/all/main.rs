@@ -6,7 +6,6 @@
 )]
 mod accuracy;
 mod accuracy_page;
-mod common;
 mod hostile;
 mod laws;
 mod linear;
@@ -14,6 +13,7 @@ mod next_to_the_plane;
 #[path = "../../../papers/src/peters_as_printed.rs"]
 mod peters_as_printed;
 mod precise;
+mod reference;
 mod robust;
 mod solid_angle;
 mod textures;

@@ -1,11 +1,11 @@
-//! The reference vectors of `tests/vectors` (25 digits) against the crate.
+//! The reference vectors (25 digits) against the crate.
 
 use crate::reference;
 use std::path::Path;
 
 #[test]
 fn reference_vectors_are_met() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/vectors");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../testkit/vectors");
     let report = reference::run(&folder).expect("the files are part of the crate");
     assert!(report.holds(), "\n{}", report.table());
 }

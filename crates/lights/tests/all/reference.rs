@@ -2,13 +2,21 @@
 //! case's conditioning derives.
 #![allow(dead_code, reason = "a test and an example use a part of it each")]
 
-use super::Case;
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::linear::ProjectedLine;
 use linelit_lights::{AngularLines, SolidAngleSampler};
+use linelit_testkit::vectors::{Case, Vectors};
 
 const EPS: f64 = f64::EPSILON;
+
+fn cases(file: &str) -> Vec<Case> {
+    Vectors::parse(file).expect("reference vectors").cases
+}
+
+fn point(case: &Case, name: &str) -> DVec3 {
+    case.vec3(name).into()
+}
 
 fn relative(got: f64, want: f64) -> f64 {
     (got - want).abs() / want.abs().max(f64::MIN_POSITIVE)
@@ -70,17 +78,17 @@ impl Rows {
 /// Lines: `e_linear_sampling.json`.
 pub(crate) fn linear_lights(file: &str) -> Rows {
     let mut worst = Rows::new(&["ends", "psa", "sa", "xi of psa", "direction", "xi of sa"]);
-    for case in Case::all(file) {
-        let (p0, p1, n) = (case.point("p0"), case.point("p1"), case.point("n"));
+    for case in &cases(file) {
+        let (p0, p1, n) = (point(case, "p0"), point(case, "p1"), point(case, "n"));
         let line = ProjectedLine::new(p0.to_array(), p1.to_array(), n.to_array());
-        if case.text("empty") == "true" {
+        if case.flag("empty") {
             assert!(line.is_none());
             continue;
         }
-        let (line, tag) = (line.expect("above the horizon"), case.text("tag"));
+        let (line, tag) = (line.expect("above the horizon"), case.tag());
         let (view, xi) = (line.view(), case.number("xi"));
         let (a, b) = view.ends();
-        for (got, want) in [(a, case.point("a")), (b, case.point("b"))] {
+        for (got, want) in [(a, point(case, "a")), (b, point(case, "b"))] {
             // A cross product and a division by a dot product of two terms.
             let error = (DVec3::from(got) - want).length() / want.length();
             worst.check(0, error, 16.0 * EPS, tag);
@@ -110,7 +118,7 @@ pub(crate) fn linear_lights(file: &str) -> Rows {
         // An error in ξ moves the angle by 1/p, p = pdf · dΩ/dv = 2 pdf/distance being the density
         // per angle.
         let (error, pdf) = (
-            (DVec3::from(arc.direction) - case.point("dir_psa")).length(),
+            (DVec3::from(arc.direction) - point(case, "dir_psa")).length(),
             case.number("pdf_psa"),
         );
         let per_xi = DVec3::from(arc.point).length() / (2.0 * pdf.abs());
@@ -152,13 +160,13 @@ fn conditioning(points: &[(f64, f64)], z: f64) -> f64 {
 /// Solid angle and irradiance of polygons: `d_polygon.json`.
 pub(crate) fn polygons(file: &str) -> Rows {
     let mut worst = Rows::new(&["omega", "fan", "irradiance"]);
-    for case in Case::all(file) {
-        let verts = case.numbers("verts");
-        let points: Vec<_> = verts
-            .chunks(3)
-            .map(|v| DVec3::new(v[0], v[1], v[2]))
+    for case in &cases(file) {
+        let points: Vec<DVec3> = case
+            .points("verts")
+            .into_iter()
+            .map(DVec3::from_array)
             .collect();
-        let (tag, n) = (case.text("tag"), case.point("n"));
+        let (tag, n) = (case.tag(), point(case, "n"));
         let Ok(polygon) = ConvexPolygon::try_new(&points) else {
             continue;
         };
@@ -185,19 +193,15 @@ pub(crate) fn polygons(file: &str) -> Rows {
 /// Lines by solid angle: `f_solid_angle_lines.json`.
 pub(crate) fn solid_angle_lines(file: &str) -> Rows {
     let mut worst = Rows::new(&["omega", "offset", "backward", "pdf", "y"]);
-    for case in Case::all(file) {
-        let (z, tag, rect) = (
-            case.number("z"),
-            case.text("tag"),
-            case.text("kind") == "rect",
-        );
+    for case in &cases(file) {
+        let (z, tag, rect) = (case.number("z"), case.tag(), case.text("kind") == "rect");
         let points: Vec<(f64, f64)> = if rect {
             let [x0, x1, y0, y1] = ["x0", "x1", "y0", "y1"].map(|k| case.number(k));
             vec![(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
         } else {
-            case.numbers("pts")
-                .chunks(2)
-                .map(|p| (p[0], p[1]))
+            case.points("pts")
+                .into_iter()
+                .map(|[u, y]| (u, y))
                 .collect()
         };
         let polygon = on_plane(&points, z);
@@ -232,8 +236,8 @@ pub(crate) fn solid_angle_lines(file: &str) -> Rows {
             tag,
         );
         if rect {
-            let vis = case.numbers("vis");
-            let vis: Vec<_> = vis.chunks(2).map(|v| Interval::new(v[0], v[1])).collect();
+            let vis = case.points("vis").into_iter();
+            let vis: Vec<_> = vis.map(|[a, b]| Interval::new(a, b)).collect();
             let sample = lines.point(&line, &vis, case.number("xi_v"));
             worst.check(
                 3,
