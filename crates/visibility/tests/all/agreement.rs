@@ -1,8 +1,10 @@
 //! Lines and rays through the hierarchy against every triangle one by one.
 
-use crate::common::{NONE, Rng, chord, light, soup};
-use linelit_geometry::{DVec3, intervals::Interval};
-use linelit_visibility::{LightCorners, Occluders, Ray, Scratch, ShaftQuery, VisibleLines, brute};
+use crate::common::{InSpace, Mesh, NONE, ask, chord, light, soup};
+use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_testkit::cases::rng;
+use linelit_visibility::{Occluders, Ray, Scratch, brute};
+use std::ops::Range;
 
 /// Visible measure that differs between two interval lists, on a grid of their ends.
 fn difference(a: &[Interval], b: &[Interval]) -> f64 {
@@ -31,48 +33,51 @@ const PLACES: [(DVec3, f64); 4] = [
     (DVec3::ZERO, 1e-6),
 ];
 
+/// Holds the visible intervals of lines to brute force, to 1e-9 of the line.
+fn lines_agree(
+    case: usize,
+    mesh: &Mesh,
+    point: DVec3,
+    on_light: (&[DVec3], &[Segment]),
+    exclude: &Range<u32>,
+    scratch: &mut Scratch,
+) {
+    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+    let (class, out) = ask(&occluders, point, on_light, exclude, scratch);
+    for (i, line) in on_light.1.iter().enumerate() {
+        let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, exclude);
+        let off = difference(out.line(i), &want);
+        assert!(
+            off <= 1e-9,
+            "case {case}, line {i}: off by {off:e}\n{:?}\n{want:?} class {class:?}",
+            out.line(i)
+        );
+    }
+}
+
 #[test]
 fn lines_agree_with_brute_force() {
-    let mut rng = Rng(linelit_testkit::cases::seed(1));
-    let mut scratch = Scratch::new();
-    let mut out = VisibleLines::new();
+    let (mut rng, mut scratch) = (rng(1), Scratch::new());
     for case in 0..400 {
         let (centre, scale) = PLACES[case % 4];
         let size = [0.02, 0.2, 0.8][case % 3];
         let mesh = soup(&mut rng, 120, size, centre, scale);
-        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         let corners = [3, 4, 4, 5, 16, 2][case % 6];
         let light_size = [0.05, 0.3, 1.5][rng.index(3)];
         let at = centre + rng.in_cube(1.5) * scale;
         let light = light(&mut rng, corners, at, light_size * scale);
         let point = centre + rng.in_cube(1.2) * scale;
-        let angle = (case % 5 != 0).then(|| rng.range(0.0, 3.0));
+        let angle = (case % 5 != 0).then(|| rng.in_range(0.0, 3.0));
         let lines: Vec<_> = (0..[1, 4, 16, 33][case % 4])
             .map(|_| chord(&mut rng, &light, angle))
             .collect();
-        let query = ShaftQuery {
-            point,
-            light: LightCorners::new(&light).unwrap(),
-            exclude: 0..2,
-        };
-        let mut shaft = occluders.shaft(query, &mut scratch);
-        shaft.visible(&lines, &mut out);
-        assert_eq!(out.len(), lines.len());
-        for (i, line) in lines.iter().enumerate() {
-            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &(0..2));
-            let off = difference(out.line(i), &want);
-            assert!(
-                off <= 1e-9,
-                "case {case}, line {i}: off by {off:e}\n{:?}\n{want:?}",
-                out.line(i)
-            );
-        }
+        lines_agree(case, &mesh, point, (&light, &lines), &(0..2), &mut scratch);
     }
 }
 
 #[test]
 fn rays_agree_with_brute_force() {
-    let mut rng = Rng(linelit_testkit::cases::seed(2));
+    let mut rng = rng(2);
     let mut scratch = Scratch::new();
     for case in 0..200 {
         let (centre, scale) = PLACES[case % 4];
@@ -88,7 +93,7 @@ fn rays_agree_with_brute_force() {
                 origin: centre + rng.in_cube(1.2) * scale,
                 direction: rng.direction(),
                 t_min: 0.0,
-                t_max: rng.range(0.0, 3.0) * scale,
+                t_max: rng.in_range(0.0, 3.0) * scale,
             };
             // One triangle's tree has a box around it alone: only the triangle test matters.
             let want = (0_u32..)
@@ -113,51 +118,29 @@ fn rays_agree_with_brute_force() {
 /// Shading points on the occluders themselves, a little off them: the near plane at work.
 #[test]
 fn lines_from_surfaces_agree_with_brute_force() {
-    let mut rng = Rng(linelit_testkit::cases::seed(3));
-    let mut scratch = Scratch::new();
-    let mut out = VisibleLines::new();
+    let (mut rng, mut scratch) = (rng(3), Scratch::new());
     for case in 0..600 {
         let mesh = soup(&mut rng, 60, [0.2, 1.5][case % 2], DVec3::ZERO, 1.0);
-        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         let corners = [3, 4, 4, 5, 16, 2][case % 6];
         let at = rng.in_cube(1.5);
         let light = light(&mut rng, corners, at, [0.05, 1.0][case % 2]);
         let [a, b, c] = mesh.corners(rng.index(60));
         let normal = (b - a).cross(c - a).normalize();
-        let (s, t) = (rng.unit() * 0.5, rng.unit() * 0.5);
+        let (s, t) = (rng.next_f64() * 0.5, rng.next_f64() * 0.5);
         let off = [1e-3, 2e-6, -2e-6][case % 3];
         let point = a + (b - a) * s + (c - a) * t + normal * off;
         let lines: Vec<_> = (0..8).map(|_| chord(&mut rng, &light, Some(0.0))).collect();
-        let query = ShaftQuery {
-            point,
-            light: LightCorners::new(&light).unwrap(),
-            exclude: NONE,
-        };
-        let mut shaft = occluders.shaft(query, &mut scratch);
-        shaft.visible(&lines, &mut out);
-        for (i, line) in lines.iter().enumerate() {
-            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
-            let off = difference(out.line(i), &want);
-            assert!(
-                off <= 1e-9,
-                "case {case}, line {i}: off by {off:e}\n{:?}\n{want:?} class {:?}",
-                out.line(i),
-                shaft.class()
-            );
-        }
+        lines_agree(case, &mesh, point, (&light, &lines), &NONE, &mut scratch);
     }
 }
 
 /// Thousands of triangles in the shaft: the walk that skips what is hidden.
 #[test]
 fn dense_shafts_agree_with_brute_force() {
-    let mut rng = Rng(linelit_testkit::cases::seed(4));
-    let mut scratch = Scratch::new();
-    let mut out = VisibleLines::new();
+    let (mut rng, mut scratch) = (rng(4), Scratch::new());
     for case in 0..24 {
         let (centre, scale) = PLACES[case % 4];
         let mesh = soup(&mut rng, 6000, [0.02, 0.1][case % 2], centre, scale);
-        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         let corners = [3, 4, 2, 6][case % 4];
         let at = centre + DVec3::new(0.2, 0.3, 1.3) * scale;
         let light = light(&mut rng, corners, at, scale);
@@ -166,18 +149,7 @@ fn dense_shafts_agree_with_brute_force() {
         let lines: Vec<_> = (0..[1, 16, 21][case % 3])
             .map(|_| chord(&mut rng, &light, angle))
             .collect();
-        let query = ShaftQuery {
-            point,
-            light: LightCorners::new(&light).unwrap(),
-            exclude: NONE,
-        };
-        let mut shaft = occluders.shaft(query, &mut scratch);
-        shaft.visible(&lines, &mut out);
-        for (i, line) in lines.iter().enumerate() {
-            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
-            let off = difference(out.line(i), &want);
-            assert!(off <= 1e-9, "case {case}, line {i}: off by {off:e}");
-        }
+        lines_agree(case, &mesh, point, (&light, &lines), &NONE, &mut scratch);
     }
     assert!(scratch.counters.dense_shafts >= 3, "{:?}", scratch.counters);
 }

@@ -1,8 +1,8 @@
 //! The built-in scenes against brute force: a hundred thousand lines each.
 
-use crate::common::{NONE, Rng, shading_points};
+use crate::common::{InSpace, NONE, ask, shading_points};
 use linelit_scenes::{Library, VisibilityScene, stratified_lines};
-use linelit_visibility::{LightCorners, Occluders, Scratch, ShaftQuery, VisibleLines, brute};
+use linelit_visibility::{Occluders, Scratch, brute};
 
 /// Ends of intervals are `f64` in the light's frame, whose coordinates of a vertex are off by a
 /// few ε times its distance over the light's size (at most 1e2 here); a side nearly along the
@@ -12,25 +12,19 @@ const TOLERANCE: f64 = 1e-9;
 
 #[test]
 fn builtin_scenes_agree_with_brute_force() {
-    let mut rng = Rng(linelit_testkit::cases::seed(9));
+    let mut rng = linelit_testkit::cases::rng(9);
     for name in ["triangle-soup-large", "grid-planes-large"] {
         let scene = VisibilityScene::load(&Library::default(), name).unwrap();
         let occluders = Occluders::build(&scene.positions, &scene.triangles);
         let points = shading_points(&occluders, &scene, [36, 27]);
         let mut scratch = Scratch::new();
-        let mut out = VisibleLines::new();
         let mut count = 0;
         while count < 100_000 {
             let (_, light) = &scene.lights[rng.index(2)];
-            let lines = stratified_lines(light, 48, &mut || rng.unit());
+            let lines = stratified_lines(light, 48, &mut || rng.next_f64());
             for &point in &points {
-                let query = ShaftQuery {
-                    point,
-                    light: LightCorners::new(light).unwrap(),
-                    exclude: NONE,
-                };
-                let mut shaft = occluders.shaft(query, &mut scratch);
-                shaft.visible(&lines, &mut out);
+                let on_light = (&light[..], &lines[..]);
+                let (class, out) = ask(&occluders, point, on_light, &NONE, &mut scratch);
                 for (i, line) in lines.iter().enumerate() {
                     let want =
                         brute::visible(&scene.positions, &scene.triangles, point, line, &NONE);
@@ -41,10 +35,8 @@ fn builtin_scenes_agree_with_brute_force() {
                         && (got < 1.0) == (want < 1.0);
                     assert!(
                         right,
-                        "{} {point} line {i}: {got} {want}, {:?} with {}",
+                        "{} {point} line {i}: {got} {want}, {class:?}",
                         scene.name,
-                        shaft.class(),
-                        shaft.candidates()
                     );
                 }
                 count += lines.len();
@@ -67,25 +59,19 @@ fn colonnade_agrees_with_brute_force() {
     assert!(triangles.len() > 20_000, "{}", triangles.len());
     let occluders = Occluders::build(&whole.positions, &triangles);
     let points = shading_points(&occluders, &whole, [12, 9]);
-    let mut rng = Rng(linelit_testkit::cases::seed(10));
+    let mut rng = linelit_testkit::cases::rng(10);
     let mut scratch = Scratch::new();
-    let mut out = VisibleLines::new();
     for (_, light) in &whole.lights {
         for &point in &points {
-            let lines = stratified_lines(light, 8, &mut || rng.unit());
-            let query = ShaftQuery {
-                point,
-                light: LightCorners::new(light).unwrap(),
-                exclude: NONE,
-            };
-            let mut shaft = occluders.shaft(query, &mut scratch);
-            shaft.visible(&lines, &mut out);
+            let lines = stratified_lines(light, 8, &mut || rng.next_f64());
+            let on_light = (&light[..], &lines[..]);
+            let (class, out) = ask(&occluders, point, on_light, &NONE, &mut scratch);
             for (i, line) in lines.iter().enumerate() {
                 let want = brute::visible(&whole.positions, &triangles, point, line, &NONE);
                 let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
                 let got = out.fraction(i);
                 let right = (got - want).abs() <= TOLERANCE && (got > 0.0) == (want > 0.0);
-                assert!(right, "{point} line {i}: {got} {want}, {:?}", shaft.class());
+                assert!(right, "{point} line {i}: {got} {want}, {class:?}");
             }
         }
     }

@@ -1,7 +1,8 @@
 //! The triangles that a shaft names are those that matter: all of them, each once.
 
-use crate::common::{Rng, chord, light, soup};
+use crate::common::{InSpace, chord, light, soup};
 use linelit_geometry::DVec3;
+use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
     LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
 };
@@ -22,7 +23,7 @@ fn candidates_far_from_the_origin() {
 }
 
 fn candidates(seed: u64) {
-    let mut rng = Rng(seed);
+    let mut rng = SplitMix64::new(seed);
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
     let (mut seen, mut judged) = ([0; 4], 0);
@@ -144,7 +145,7 @@ fn candidates(seed: u64) {
 /// A shaft with thousands of triangles keeps none of them.
 #[test]
 fn dense_shafts_name_nothing() {
-    let mut rng = Rng(linelit_testkit::cases::seed(12));
+    let mut rng = linelit_testkit::cases::rng(12);
     let mesh = soup(&mut rng, 6000, 0.1, DVec3::ZERO, 1.0);
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
     // As wide as the soup, whatever the seed.

@@ -1,9 +1,10 @@
 //! The cases that a scene should not contain and does.
 
-use crate::common::{Mesh, NONE, Rng, soup};
+use crate::common::{InSpace, Mesh, NONE, ask, by_hand, nearest, soup};
 use linelit_geometry::{DVec3, Segment};
+use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
-    LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
+    LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
 };
 
 /// A unit square light at height two, and three lines on it.
@@ -16,29 +17,27 @@ fn square() -> (Vec<DVec3>, Vec<Segment>) {
     (light, lines)
 }
 
-/// Fractions of the lines that are visible from `point`, which must agree with brute force.
+/// Fractions of the square's lines that are visible from `point`, which must agree with brute
+/// force.
 fn fractions(mesh: &Mesh, point: DVec3) -> (ShaftClass, Vec<f64>) {
     let (light, lines) = square();
     let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
-    let mut scratch = Scratch::new();
-    let mut out = VisibleLines::new();
-    let query = ShaftQuery {
-        point,
-        light: LightCorners::new(&light).unwrap(),
-        exclude: NONE,
-    };
-    let mut shaft = occluders.shaft(query, &mut scratch);
-    shaft.visible(&lines, &mut out);
+    let on_light = (&light[..], &lines[..]);
+    let (class, out) = ask(&occluders, point, on_light, &NONE, &mut Scratch::new());
     let got: Vec<f64> = (0..lines.len()).map(|i| out.fraction(i)).collect();
     for (line, got) in lines.iter().zip(&got) {
-        let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
-        let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
+        if (line.p0 - point).cross(line.p1 - point) == DVec3::ZERO {
+            // Seen end on: no shadow triangle.
+            assert!([0.0, 1.0].contains(got), "{got}");
+            continue;
+        }
+        let want = by_hand(mesh, point, line);
         assert!(
             (got - want).abs() < 1e-9,
             "{got} {want} of {line:?} from {point}"
         );
     }
-    (shaft.class(), got)
+    (class, got)
 }
 
 fn one(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Mesh {
@@ -98,40 +97,17 @@ fn occluder_around_the_shading_point() {
 
 #[test]
 fn the_point_in_the_lights_plane() {
-    let mut rng = Rng(linelit_testkit::cases::seed(3));
+    let mut rng = linelit_testkit::cases::rng(3);
     let mesh = soup(&mut rng, 50, 0.5, DVec3::new(0.0, 0.0, 1.5), 1.0);
-    let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
-    let (light, lines) = square();
-    let mut hidden = 0;
-    let mut scratch = Scratch::new();
-    let mut out = VisibleLines::new();
     // In it, in the light itself, and a hair off.
-    for point in [
+    let places = [
         DVec3::new(4.0, 0.3, 2.0),
         DVec3::new(0.1, 0.2, 2.0),
         DVec3::new(4.0, 0.3, 2.0 + 1e-15),
-        light[0],
-    ] {
-        let query = ShaftQuery {
-            point,
-            light: LightCorners::new(&light).unwrap(),
-            exclude: NONE,
-        };
-        let mut shaft = occluders.shaft(query, &mut scratch);
-        shaft.visible(&lines, &mut out);
-        for (i, line) in lines.iter().enumerate() {
-            let got = out.fraction(i);
-            if (line.p0 - point).cross(line.p1 - point) == DVec3::ZERO {
-                // Seen end on: no shadow triangle.
-                assert!([0.0, 1.0].contains(&got), "{got}");
-                continue;
-            }
-            let want = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
-            let want: f64 = want.iter().map(|i| i.hi - i.lo).sum();
-            assert!((got - want).abs() < 1e-9, "{got} {want} from {point}");
-            hidden += usize::from(want < 1.0);
-        }
-    }
+        square().0[0],
+    ];
+    let seen = places.map(|point| fractions(&mesh, point).1);
+    let hidden = seen.iter().flatten().filter(|f| **f < 1.0).count();
     assert!(hidden >= 3, "{hidden}");
 }
 
@@ -288,7 +264,7 @@ fn closed_box(lo: DVec3, hi: DVec3) -> Mesh {
 fn the_point_inside_a_mesh() {
     // The light outside: hidden, from any place inside, on a wall's inner side too.
     let small = closed_box(DVec3::splat(-0.5), DVec3::splat(0.5));
-    let mut rng = Rng(linelit_testkit::cases::seed(5));
+    let mut rng = linelit_testkit::cases::rng(5);
     for _ in 0..200 {
         let (_, f) = fractions(&small, rng.in_cube(0.499));
         assert_eq!(f, vec![0.0; 3]);
@@ -332,7 +308,7 @@ fn occluders_seen_edge_on() {
 /// The same picture a million times larger or smaller; by powers of two, to the bit.
 #[test]
 fn scaled_scenes_look_the_same() {
-    let mut rng = Rng(linelit_testkit::cases::seed(6));
+    let mut rng = linelit_testkit::cases::rng(6);
     let mut scratch = Scratch::new();
     for case in 0..60 {
         let mesh = soup(&mut rng, 80, 0.4, DVec3::new(0.0, 0.0, 1.0), 1.0);
@@ -352,14 +328,8 @@ fn scaled_scenes_look_the_same() {
                 .iter()
                 .map(|l| Segment::new(l.p0 * scale, l.p1 * scale))
                 .collect();
-            let query = ShaftQuery {
-                point: point * scale,
-                light: LightCorners::new(&light).unwrap(),
-                exclude: NONE,
-            };
-            let mut out = VisibleLines::new();
-            let mut shaft = occluders.shaft(query, &mut scratch);
-            shaft.visible(&lines, &mut out);
+            let on_light = (&light[..], &lines[..]);
+            let (_, out) = ask(&occluders, point * scale, on_light, &NONE, &mut scratch);
             (0..lines.len())
                 .map(|i| out.fraction(i))
                 .collect::<Vec<f64>>()
@@ -382,7 +352,7 @@ fn scaled_scenes_look_the_same() {
 /// A thousand copies of a triangle, and a row of triangles in one plane.
 #[test]
 fn copies_and_rows() {
-    let mut rng = Rng(11);
+    let mut rng = SplitMix64::new(11);
     let mut copies = Mesh::default();
     let mut row = Mesh::default();
     for k in 0..1000 {
@@ -409,34 +379,10 @@ fn copies_and_rows() {
     }
 }
 
-/// Where a ray meets the nearest triangle, by determinants in `f64`; `None` for a ray that passes
-/// an edge within rounding.
-fn nearest(mesh: &Mesh, ray: &Ray) -> Option<Option<f64>> {
-    let d = ray.direction;
-    let mut nearest: Option<f64> = None;
-    for k in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(k).map(|v| v - ray.origin);
-        let mut sides = [0.0; 3];
-        for (side, (v, w)) in sides.iter_mut().zip([(a, b), (b, c), (c, a)]) {
-            *side = d.dot(v.cross(w));
-            if side.abs() <= 16.0 * f64::EPSILON * d.length() * v.length() * w.length() {
-                return None;
-            }
-        }
-        if sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0) {
-            let t = a.dot(b.cross(c)) / sides.iter().sum::<f64>();
-            if t >= 0.0 && nearest.is_none_or(|n| t < n) {
-                nearest = Some(t);
-            }
-        }
-    }
-    Some(nearest)
-}
-
 /// A strip of which a few corners are far away: farther than areas fit into `f32` from 2e19 on.
 #[test]
 fn corners_far_away() {
-    let mut rng = Rng(12);
+    let mut rng = SplitMix64::new(12);
     let mut scratch = Scratch::new();
     for far in [1e15_f32, 1e18, 1e19, 1e20, 1e25, 1e30, f32::MAX] {
         let mut mesh = Mesh::default();

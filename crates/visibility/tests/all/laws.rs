@@ -1,11 +1,12 @@
 //! What must not change the answer, and how it may change.
 
-use crate::common::{NONE, Rng, chord, light, soup};
+use crate::common::{InSpace, NONE, ask, chord, light, soup};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_scenes::{Library, VisibilityScene};
 use linelit_testkit::cases::cases;
+use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
-    InstructionSet, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
+    InstructionSet, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery,
 };
 use proptest::prelude::*;
 
@@ -25,16 +26,11 @@ fn look(
     lines: &[Segment],
     scratch: &mut Scratch,
 ) -> (ShaftClass, Vec<Vec<Interval>>) {
-    let mut out = VisibleLines::new();
-    let query = ShaftQuery {
-        point,
-        light: LightCorners::new(light).unwrap(),
-        exclude: NONE,
-    };
-    let mut shaft = occluders.shaft(query, scratch);
-    shaft.visible(lines, &mut out);
-    let lines = (0..lines.len()).map(|i| out.line(i).to_vec()).collect();
-    (shaft.class(), lines)
+    let (class, out) = ask(occluders, point, (light, lines), &NONE, scratch);
+    (
+        class,
+        (0..lines.len()).map(|i| out.line(i).to_vec()).collect(),
+    )
 }
 
 fn total(lines: &[Vec<Interval>]) -> Vec<f64> {
@@ -46,7 +42,7 @@ fn total(lines: &[Vec<Interval>]) -> Vec<f64> {
 
 /// A scene from a seed: triangles, a light, a point and lines.
 fn case(seed: u64) -> (crate::common::Mesh, Vec<DVec3>, DVec3, Vec<Segment>) {
-    let mut rng = Rng(seed);
+    let mut rng = SplitMix64::new(seed);
     let count = [40, 300, 3000][rng.index(3)];
     let size = [0.03, 0.3][rng.index(2)];
     let mesh = soup(&mut rng, count, size, DVec3::ZERO, 1.0);
@@ -55,7 +51,7 @@ fn case(seed: u64) -> (crate::common::Mesh, Vec<DVec3>, DVec3, Vec<Segment>) {
     let size = [0.1, 1.0][rng.index(2)];
     let light = light(&mut rng, corners, at, size);
     let point = rng.in_cube(1.0);
-    let angle = (rng.index(4) > 0).then(|| rng.range(0.0, 3.0));
+    let angle = (rng.index(4) > 0).then(|| rng.in_range(0.0, 3.0));
     let count = 1 + rng.index(20);
     let lines = (0..count).map(|_| chord(&mut rng, &light, angle)).collect();
     (mesh, light, point, lines)
@@ -108,7 +104,7 @@ proptest! {
         let (mut mesh, light, point, lines) = case(seed);
         let before = Occluders::build(&mesh.positions, &mesh.triangles);
         let want = view(&before, point, &light, &lines);
-        let mut rng = Rng(seed ^ 1);
+        let mut rng = SplitMix64::new(seed ^ 1);
         for i in (1..mesh.triangles.len()).rev() {
             mesh.triangles.swap(i, rng.index(i + 1));
         }

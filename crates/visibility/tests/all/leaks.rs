@@ -1,7 +1,7 @@
 //! No light through closed surfaces: not along a shared edge, not through a shared corner, not
 //! far from the origin, not past slivers.
 
-use crate::common::{NONE, Rng, chord, closed, light};
+use crate::common::{InSpace, NONE, chord, closed, light};
 use linelit_geometry::DVec3;
 use linelit_visibility::{
     LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
@@ -17,7 +17,7 @@ const PLACES: [(DVec3, f64); 4] = [
 /// Looks at lights outside from points inside until `pairs` pairs of a line and an edge of the
 /// surface have been tried.
 fn look_out(seed: u64, pairs: u64) {
-    let mut rng = Rng(linelit_testkit::cases::seed(seed));
+    let mut rng = linelit_testkit::cases::rng(seed);
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
     let mut tried = 0;
@@ -33,7 +33,7 @@ fn look_out(seed: u64, pairs: u64) {
         for look in 0..8 {
             let point = centre + rng.in_cube(0.01) * squash * scale;
             let direction = rng.direction();
-            let distance = rng.range(1.5, 4.0) * scale;
+            let distance = rng.in_range(1.5, 4.0) * scale;
             let corners = [4, 3, 6, 2][look % 4];
             let size = [0.1, 1.0, 3.0][look % 3] * scale;
             let light = light(&mut rng, corners, centre + direction * distance, size);
@@ -56,7 +56,7 @@ fn look_out(seed: u64, pairs: u64) {
                 continue;
             }
             // Through the surface's own vertices, too: lines from the light's plane above them.
-            let angle = (look % 2 == 0).then(|| rng.range(0.0, 3.0));
+            let angle = (look % 2 == 0).then(|| rng.in_range(0.0, 3.0));
             let mut lines: Vec<_> = (0..32).map(|_| chord(&mut rng, &light, angle)).collect();
             if corners == 2 {
                 lines.truncate(1);
@@ -99,7 +99,7 @@ fn closed_surfaces_do_not_leak_long() {
 /// Rays at vertices and along edges: the places where a test that is not watertight lets some by.
 #[test]
 fn rays_do_not_slip_between_triangles() {
-    let mut rng = Rng(linelit_testkit::cases::seed(5));
+    let mut rng = linelit_testkit::cases::rng(5);
     let mut scratch = Scratch::new();
     for case in 0..40 {
         let (centre, scale) = PLACES[case % 4];
@@ -107,7 +107,7 @@ fn rays_do_not_slip_between_triangles() {
         let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
         for t in 0..mesh.triangles.len() {
             let [a, b, c] = mesh.corners(t);
-            let s = rng.unit();
+            let s = rng.next_f64();
             for target in [a, (a + b) * 0.5, b + (c - b) * s, a + (c - a) * s] {
                 let origin = centre + rng.in_cube(0.01) * scale * 0.2;
                 let ray = Ray {

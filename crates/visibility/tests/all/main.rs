@@ -3,9 +3,9 @@
 mod agreement;
 mod builtin;
 mod candidates;
+mod closed_mesh;
 mod common;
 mod degenerate;
 mod laws;
 mod leaks;
 mod limits;
-mod shells;

@@ -2,7 +2,10 @@
 
 use linelit_geometry::{DVec3, Segment};
 use linelit_scenes::VisibilityScene;
-use linelit_visibility::{Occluders, Ray, Scratch};
+use linelit_testkit::rng::SplitMix64;
+use linelit_visibility::{
+    LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
+};
 use std::ops::Range;
 
 /// Where the camera's rays first meet the scene, off the surface towards the eye, but for what is
@@ -34,50 +37,78 @@ pub(crate) fn shading_points(
     points.filter(|p| !in_plane(p)).collect()
 }
 
-/// SplitMix64: enough for test scenes.
-#[derive(Clone, Debug)]
-pub(crate) struct Rng(pub u64);
+/// Random points, directions and indices.
+pub(crate) trait InSpace {
+    /// A point of the cube of this half side around the origin.
+    fn in_cube(&mut self, half: f64) -> DVec3;
+    /// A unit vector.
+    fn direction(&mut self) -> DVec3;
+    /// A number below `n`.
+    fn index(&mut self, n: usize) -> usize;
+}
 
-impl Rng {
-    pub(crate) fn next_u64(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+impl InSpace for SplitMix64 {
+    fn in_cube(&mut self, half: f64) -> DVec3 {
+        DVec3::from([(); 3].map(|()| self.in_range(-half, half)))
     }
 
-    /// Uniform in [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "53 bits")]
-        let x = (self.next_u64() >> 11) as f64;
-        x / 9_007_199_254_740_992.0
+    fn direction(&mut self) -> DVec3 {
+        self.unit_vector().into()
     }
 
-    pub(crate) fn range(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.unit()
+    fn index(&mut self, n: usize) -> usize {
+        usize::try_from(self.below(n as u64)).unwrap()
     }
+}
 
-    pub(crate) fn index(&mut self, n: usize) -> usize {
-        usize::try_from(self.next_u64() % n as u64).unwrap()
-    }
+/// What a shaft says of lines on a light: its class, and what is visible of each.
+pub(crate) fn ask(
+    occluders: &Occluders,
+    point: DVec3,
+    (light, lines): (&[DVec3], &[Segment]),
+    exclude: &Range<u32>,
+    scratch: &mut Scratch,
+) -> (ShaftClass, VisibleLines) {
+    let mut out = VisibleLines::new();
+    let query = ShaftQuery {
+        point,
+        light: LightCorners::new(light).unwrap(),
+        exclude: exclude.clone(),
+    };
+    let mut shaft = occluders.shaft(query, scratch);
+    shaft.visible(lines, &mut out);
+    assert_eq!(out.len(), lines.len());
+    (shaft.class(), out)
+}
 
-    pub(crate) fn in_cube(&mut self, half: f64) -> DVec3 {
-        DVec3::new(
-            self.range(-half, half),
-            self.range(-half, half),
-            self.range(-half, half),
-        )
-    }
+/// The part of a line that is visible past every triangle, one by one, in `f64`.
+pub(crate) fn by_hand(mesh: &Mesh, point: DVec3, line: &Segment) -> f64 {
+    let parts = brute::visible(&mesh.positions, &mesh.triangles, point, line, &NONE);
+    parts.iter().map(|part| part.hi - part.lo).sum()
+}
 
-    pub(crate) fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = self.in_cube(1.0);
-            if v.length_squared() <= 1.0 && v.length_squared() > 1e-4 {
-                return v.normalize();
+/// Where a ray meets the nearest triangle, by determinants in `f64`; `None` for a ray that passes
+/// an edge within rounding.
+pub(crate) fn nearest(mesh: &Mesh, ray: &Ray) -> Option<Option<f64>> {
+    let d = ray.direction;
+    let mut nearest: Option<f64> = None;
+    for k in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(k).map(|v| v - ray.origin);
+        let mut sides = [0.0; 3];
+        for (side, (v, w)) in sides.iter_mut().zip([(a, b), (b, c), (c, a)]) {
+            *side = d.dot(v.cross(w));
+            if side.abs() <= 16.0 * f64::EPSILON * d.length() * v.length() * w.length() {
+                return None;
+            }
+        }
+        if sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0) {
+            let t = a.dot(b.cross(c)) / sides.iter().sum::<f64>();
+            if t >= 0.0 && nearest.is_none_or(|n| t < n) {
+                nearest = Some(t);
             }
         }
     }
+    Some(nearest)
 }
 
 /// Triangles with their positions.
@@ -111,7 +142,7 @@ impl Mesh {
 }
 
 /// `n` random triangles of size up to `size` in a cube of half side one around `centre`, scaled.
-pub(crate) fn soup(rng: &mut Rng, n: usize, size: f64, centre: DVec3, scale: f64) -> Mesh {
+pub(crate) fn soup(rng: &mut SplitMix64, n: usize, size: f64, centre: DVec3, scale: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for _ in 0..n {
         let c = rng.in_cube(1.0);
@@ -124,7 +155,7 @@ pub(crate) fn soup(rng: &mut Rng, n: usize, size: f64, centre: DVec3, scale: f64
 /// A closed surface around the origin of its own coordinates, its radius bumpy, its vertices
 /// shared; squashed by `squash` along a random axis, rotated and moved to `centre`.
 pub(crate) fn closed(
-    rng: &mut Rng,
+    rng: &mut SplitMix64,
     nu: u32,
     nv: u32,
     squash: f64,
@@ -135,10 +166,10 @@ pub(crate) fn closed(
     let x = rng.direction();
     let y = x.cross(rng.direction()).normalize();
     let z = x.cross(y);
-    let mut place = |rng: &mut Rng, u: f64, v: f64| {
+    let mut place = |rng: &mut SplitMix64, u: f64, v: f64| {
         let (su, cu) = u.sin_cos();
         let (sv, cv) = v.sin_cos();
-        let r = scale * rng.range(0.8, 1.2);
+        let r = scale * rng.in_range(0.8, 1.2);
         mesh.vertex(centre + (x * (sv * cu) + y * (sv * su * squash) + z * cv) * r)
     };
     let north = place(rng, 0.0, 0.0);
@@ -167,21 +198,21 @@ pub(crate) fn closed(
 }
 
 /// The light's polygon, or the two ends of a linear light.
-pub(crate) fn light(rng: &mut Rng, corners: usize, centre: DVec3, size: f64) -> Vec<DVec3> {
+pub(crate) fn light(rng: &mut SplitMix64, corners: usize, centre: DVec3, size: f64) -> Vec<DVec3> {
     let x = rng.direction();
     let y = x.cross(rng.direction()).normalize();
     match corners {
         2 => vec![centre - x * size, centre + x * size],
         4 => {
-            let e2 = y * size * rng.range(0.2, 1.0) + x * size * rng.range(-0.5, 0.5);
+            let e2 = y * size * rng.in_range(0.2, 1.0) + x * size * rng.in_range(-0.5, 0.5);
             let o = centre - x * size;
             vec![o, o + x * size * 2.0, o + x * size * 2.0 + e2, o + e2]
         }
         n => {
             #[allow(clippy::cast_precision_loss, reason = "small")]
             let step = std::f64::consts::TAU / n as f64;
-            let turn = rng.range(0.0, step);
-            let squash = rng.range(0.2, 1.0);
+            let turn = rng.in_range(0.0, step);
+            let squash = rng.in_range(0.2, 1.0);
             #[allow(clippy::cast_precision_loss, reason = "small")]
             let corner = |i: usize| {
                 let (s, c) = (turn + step * i as f64).sin_cos();
@@ -193,19 +224,19 @@ pub(crate) fn light(rng: &mut Rng, corners: usize, centre: DVec3, size: f64) -> 
 }
 
 /// A chord of the light, either parallel to a direction given by an angle or a random one.
-pub(crate) fn chord(rng: &mut Rng, light: &[DVec3], angle: Option<f64>) -> Segment {
+pub(crate) fn chord(rng: &mut SplitMix64, light: &[DVec3], angle: Option<f64>) -> Segment {
     if light.len() == 2 {
         return Segment::new(light[0], light[1]);
     }
     let n = (light[1] - light[0]).cross(light[2] - light[0]).normalize();
     let x = (light[1] - light[0]).normalize();
-    let angle = angle.unwrap_or_else(|| rng.range(0.0, std::f64::consts::PI));
+    let angle = angle.unwrap_or_else(|| rng.in_range(0.0, std::f64::consts::PI));
     let along = x * angle.cos() + n.cross(x) * angle.sin();
     let across = n.cross(along);
     let offsets: Vec<f64> = light.iter().map(|v| v.dot(across)).collect();
     let lo = offsets.iter().copied().fold(f64::INFINITY, f64::min);
     let hi = offsets.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let u = rng.range(lo, hi);
+    let u = rng.in_range(lo, hi);
     let mut ends = Vec::new();
     for i in 0..light.len() {
         let j = (i + 1) % light.len();

@@ -1,7 +1,8 @@
 //! Closed meshes, of which shafts need half the triangles only.
 
-use crate::common::{Mesh, NONE, Rng, chord, closed, light};
+use crate::common::{InSpace, Mesh, NONE, chord, closed, light};
 use linelit_geometry::DVec3;
+use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
     InstructionSet, LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
 };
@@ -15,7 +16,7 @@ const PLACES: [(DVec3, f64); 4] = [
 
 /// Closed bodies in a cube of half side one around `centre`, some of them through each other, some
 /// with a third of their triangles turned.
-fn bodies(rng: &mut Rng, count: usize, centre: DVec3, scale: f64) -> Mesh {
+fn bodies(rng: &mut SplitMix64, count: usize, centre: DVec3, scale: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for k in 0..count {
         let at = centre + rng.in_cube(1.0) * scale;
@@ -38,7 +39,7 @@ fn bodies(rng: &mut Rng, count: usize, centre: DVec3, scale: f64) -> Mesh {
 /// bit.
 #[test]
 fn lines_past_bodies_agree_with_brute_force() {
-    let mut rng = Rng(linelit_testkit::cases::seed(21));
+    let mut rng = linelit_testkit::cases::rng(21);
     let mut scratch = Scratch::new();
     let (mut out, mut plain) = (VisibleLines::new(), VisibleLines::new());
     let (mut kept, mut crossed) = (0, 0);
@@ -102,7 +103,7 @@ fn lines_past_bodies_agree_with_brute_force() {
 /// out; and if one half is excluded, the other half does, even though it is the one to leave out.
 #[test]
 fn bodies_in_between_hide_everything() {
-    let mut rng = Rng(linelit_testkit::cases::seed(22));
+    let mut rng = linelit_testkit::cases::rng(22);
     let mut scratch = Scratch::new();
     let mut out = VisibleLines::new();
     let mut partial = 0;
@@ -111,8 +112,8 @@ fn bodies_in_between_hide_everything() {
         let (nu, nv) = [(12, 8), (40, 30), (60, 40)][case % 3];
         let mut mesh = closed(&mut rng, nu, nv, 1.0, centre, scale);
         let direction = rng.direction();
-        let point = centre + direction * (rng.range(1.5, 3.0) * scale);
-        let at = centre - direction * (rng.range(1.6, 2.0) * scale);
+        let point = centre + direction * (rng.in_range(1.5, 3.0) * scale);
+        let at = centre - direction * (rng.in_range(1.6, 2.0) * scale);
         // Well within the shadow of a ball of radius 0.8 · cos(π / 8).
         let light = light(&mut rng, [4, 3, 2, 5][case % 4], at, 0.25 * scale);
         let lines: Vec<_> = (0..24)
