@@ -42,7 +42,7 @@ impl CloseLines {
         // The polygon's own normal is rounded to the precision of its construction.
         let frame = polygon.plane_frame();
         let area = area_vector(polygon);
-        let along_normal = DVec3::from_array(area.map(|c| c.hi));
+        let along_normal = double::rounded(area);
         let axis = predicates::normalize(along_normal)?;
         let frame = PlaneFrame::new(frame.origin, axis, frame.axes.x).turned(angle);
         let mut corners = Corners::above(polygon, &frame, x, normal);
@@ -50,10 +50,10 @@ impl CloseLines {
         corners.push_nearest_points();
         let (mut plane, mut offsets) = ([DVec2::ZERO; CAPACITY], [0.0; CAPACITY]);
         for ((q, o), p) in plane.iter_mut().zip(&mut offsets).zip(corners.all()) {
-            let [v, u] = double::minus(*p, nearest).map(|c| c.hi);
+            let [v, u] = double::minus(*p, nearest).map(Double::hi);
             (*q, *o) = (DVec2::new(v, u), u);
         }
-        let [v, u] = nearest.map(|c| c.hi);
+        let [v, u] = nearest.map(Double::hi);
         let mut knots = corners.count;
         let used = &plane[..corners.count];
         let is_within = |o: f64| used.iter().any(|q| q.y < o) && used.iter().any(|q| q.y > o);
@@ -61,11 +61,11 @@ impl CloseLines {
             offsets[knots] = -u;
             knots += 1;
         }
-        let to_plane = double::dot(area, double::difference(frame.origin, x)).hi;
+        let to_plane = double::dot(area, double::difference(frame.origin, x)).hi();
         let height = to_plane / predicates::length(along_normal);
         // From the foot or the light's first vertex, whichever is nearer: each step is rounded.
         let first = double::minus(nearest, Corners::coordinates(&frame, frame.origin, x));
-        let first = DVec2::new(first[0].hi, first[1].hi);
+        let first = DVec2::new(first[0].hi(), first[1].hi());
         let (base, step) = if v * v + u * u < first.length_squared() {
             (x + frame.axes.z * height, DVec2::new(v, u))
         } else {
@@ -122,12 +122,12 @@ impl Corners {
     /// A point of the plane relative to the foot of x.
     fn coordinates(frame: &PlaneFrame, p: DVec3, x: DVec3) -> Doubles<2> {
         let p = double::difference(p, x);
-        [frame.axes.x, frame.axes.y].map(|a| double::dot(a.to_array().map(Double::from), p))
+        [frame.axes.x, frame.axes.y].map(|a| double::dot(double::vector(a), p))
     }
 
     /// The part of a polygon with `(p − x)·normal ≥ 0`.
     fn above(polygon: &ConvexPolygon, frame: &PlaneFrame, x: DVec3, normal: DVec3) -> Self {
-        let normal = normal.to_array().map(Double::from);
+        let normal = double::vector(normal);
         let seen = |p: DVec3| {
             let side = double::dot(normal, double::difference(p, x));
             (Self::coordinates(frame, p, x), side)
@@ -137,10 +137,10 @@ impl Corners {
         for (i, &p) in vertices.iter().enumerate() {
             let (a, sa) = seen(p);
             let (b, sb) = seen(vertices[(i + 1) % vertices.len()]);
-            if sa.hi >= 0.0 {
+            if sa.hi() >= 0.0 {
                 out.push(a);
             }
-            if (sa.hi > 0.0 && sb.hi < 0.0) || (sa.hi < 0.0 && sb.hi > 0.0) {
+            if (sa.hi() > 0.0 && sb.hi() < 0.0) || (sa.hi() < 0.0 && sb.hi() > 0.0) {
                 out.push(double::along(a, double::minus(b, a), sa / (sa - sb)));
             }
         }
@@ -158,10 +158,10 @@ impl Corners {
         if self.count < 3 {
             return None;
         }
-        if self.edges().all(|(a, b)| double::turn(a, b).hi >= 0.0) {
+        if self.edges().all(|(a, b)| double::turn(a, b).hi() >= 0.0) {
             return Some([Double::ZERO; 2]);
         }
-        let distance = |p: &Doubles<2>| double::dot(*p, *p).hi;
+        let distance = |p: &Doubles<2>| double::dot(*p, *p).hi();
         self.edges()
             .map(|(a, b)| nearest_of_edge(a, b).unwrap_or(a))
             .min_by(|p, q| distance(p).total_cmp(&distance(q)))
@@ -169,7 +169,7 @@ impl Corners {
 
     /// Makes corners of the nearest points of edges that pass the foot closely.
     fn push_nearest_points(&mut self) {
-        let square = |p: Doubles<2>| double::dot(p, p).hi;
+        let square = |p: Doubles<2>| double::dot(p, p).hi();
         let mut out = Self::NONE;
         // One more knot is that of the foot.
         let mut room = (CAPACITY - 1).saturating_sub(self.count);
@@ -191,5 +191,5 @@ impl Corners {
 fn nearest_of_edge(a: Doubles<2>, b: Doubles<2>) -> Option<Doubles<2>> {
     let edge = double::minus(b, a);
     let t = -(double::dot(a, edge) / double::dot(edge, edge));
-    (t.hi > 0.0 && t.hi < 1.0).then(|| double::along(a, edge, t))
+    (t.hi() > 0.0 && t.hi() < 1.0).then(|| double::along(a, edge, t))
 }

@@ -1,4 +1,15 @@
-//! Double-double numbers, for what `f64` does not resolve: unevaluated sums of two.
+//! Double-double numbers, for what `f64` does not resolve: unevaluated sums of two, 31 digits.
+//!
+//! ```
+//! use linelit_geometry::double::{Double, cross, dot, vector};
+//! use linelit_geometry::DVec3;
+//! // Of 1 + 2⁻⁶⁰ the rest is kept.
+//! let sum = Double::from(1.0) + Double::from(2f64.powi(-60));
+//! assert_eq!((sum - Double::from(1.0)).hi(), 2f64.powi(-60));
+//! // A vector across two others that are nearly parallel: its product with one of them is zero.
+//! let (a, b) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.1, 0.2, 0.3 + 1e-16));
+//! assert!(dot(cross(vector(a), vector(b)), vector(a)).hi().abs() < 1e-32);
+//! ```
 
 use crate::DVec3;
 use crate::predicates::{two_product, two_sum};
@@ -8,18 +19,33 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 ///
 /// **Domain**: that of [`two_product`]. **Source**: Hida, Li & Bailey 2001.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Double {
-    pub(crate) hi: f64,
+pub struct Double {
+    hi: f64,
     lo: f64,
 }
 
 impl Double {
     pub(crate) const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
 
+    /// a · b exactly.
+    #[must_use]
+    pub fn product(a: f64, b: f64) -> Self {
+        let (hi, lo) = two_product(a, b);
+        Self { hi, lo }
+    }
+
     /// a − b exactly.
-    pub(crate) fn difference(a: f64, b: f64) -> Self {
+    #[must_use]
+    pub fn difference(a: f64, b: f64) -> Self {
         let (hi, lo) = two_sum(a, -b);
         Self { hi, lo }
+    }
+
+    /// The number rounded to `f64`.
+    #[inline]
+    #[must_use]
+    pub const fn hi(self) -> f64 {
+        self.hi
     }
 }
 
@@ -77,15 +103,36 @@ impl Div for Double {
 }
 
 /// A point or vector of double-double coordinates, in the plane (N = 2) or in space.
-pub(crate) type Doubles<const N: usize> = [Double; N];
+pub type Doubles<const N: usize> = [Double; N];
+
+/// The same vector.
+#[must_use]
+pub fn vector(v: DVec3) -> Doubles<3> {
+    v.to_array().map(Double::from)
+}
+
+/// The vector rounded to `f64`.
+#[must_use]
+pub fn rounded(v: Doubles<3>) -> DVec3 {
+    v.map(Double::hi).into()
+}
 
 /// p − q exactly.
-pub(crate) fn difference(p: DVec3, q: DVec3) -> Doubles<3> {
+#[must_use]
+pub fn difference(p: DVec3, q: DVec3) -> Doubles<3> {
     [0, 1, 2].map(|k| Double::difference(p[k], q[k]))
 }
 
-pub(crate) fn dot<const N: usize>(a: Doubles<N>, b: Doubles<N>) -> Double {
+/// a · b.
+#[must_use]
+pub fn dot<const N: usize>(a: Doubles<N>, b: Doubles<N>) -> Double {
     (0..N).fold(Double::ZERO, |sum, k| sum + a[k] * b[k])
+}
+
+/// a × b.
+#[must_use]
+pub fn cross(a: Doubles<3>, b: Doubles<3>) -> Doubles<3> {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| a[i] * b[j] - a[j] * b[i])
 }
 
 /// a + b t.
@@ -101,8 +148,4 @@ pub(crate) fn minus<const N: usize>(a: Doubles<N>, b: Doubles<N>) -> Doubles<N> 
 /// The third component of a × b.
 pub(crate) fn turn(a: Doubles<2>, b: Doubles<2>) -> Double {
     a[0] * b[1] - a[1] * b[0]
-}
-
-pub(crate) fn cross(a: Doubles<3>, b: Doubles<3>) -> Doubles<3> {
-    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| a[i] * b[j] - a[j] * b[i])
 }

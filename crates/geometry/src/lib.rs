@@ -46,7 +46,7 @@
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
 mod close_lines;
-mod double;
+pub mod double;
 pub mod finite;
 mod frame;
 pub mod intervals;

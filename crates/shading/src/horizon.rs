@@ -1,8 +1,9 @@
 //! Clipping a segment to a half-space through the shading point: the horizon, or the back of a
 //! lobe.
 
-use crate::exact::{dot, wide_cross};
+use crate::exact::dot;
 use linelit_geometry::DVec3;
+use linelit_geometry::double::{self, vector};
 
 /// A segment relative to the shading point, clipped to `k·p ≥ 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,9 +83,8 @@ pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec
     if 64.0 * sum.length_squared() > a.length_squared() + b.length_squared() {
         return sum;
     }
-    let (x, low) = wide_cross(p0, p1);
-    let (y, _) = wide_cross(k, x);
-    (y + k.cross(low)) / span
+    let across = double::cross(vector(p0), vector(p1));
+    double::rounded(double::cross(vector(k), across)) / span
 }
 
 #[cfg(test)]

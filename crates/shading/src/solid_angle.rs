@@ -2,6 +2,7 @@
 
 use crate::exact::{determinant, dot, length};
 use crate::span::power_of_two_unit;
+use linelit_geometry::double::{self, Double};
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
 use std::f64::consts::PI;
@@ -164,14 +165,8 @@ pub fn sphere_projected(centre: DVec3, radius: f64, n: DVec3) -> f64 {
 
 /// |centre|² − radius², to 2 ε of itself or nearly.
 fn excess(centre: DVec3, radius: f64) -> f64 {
-    let (p0, e0) = predicates::two_product(centre.x, centre.x);
-    let (p1, e1) = predicates::two_product(centre.y, centre.y);
-    let (p2, e2) = predicates::two_product(centre.z, centre.z);
-    let (p3, e3) = predicates::two_product(radius, radius);
-    let (s1, r1) = predicates::two_sum(p0, p1);
-    let (s2, r2) = predicates::two_sum(s1, p2);
-    let (s3, r3) = predicates::two_sum(s2, -p3);
-    s3 + ((r1 + r2 + r3) + (e0 + e1 + e2 - e3))
+    let centre = double::vector(centre);
+    (double::dot(centre, centre) - Double::product(radius, radius)).hi()
 }
 
 /// atan u − u for |u| ≤ 1/4: 13 terms of its series, to 1e-17 of u³.

@@ -1,6 +1,7 @@
 //! Every public function with floats that attack it in any argument: none panics, and what is
 //! promised to be finite, positive or inside is.
 
+use linelit_geometry::double::{self, Double};
 use linelit_geometry::finite::{
     below_one, fraction, nonnegative, nonnegative_vector, power_of_two_over,
 };
@@ -99,6 +100,17 @@ proptest! {
         // Sums of products of what may be anything.
         let _ = (frame.to_local(p), frame.to_world(p), plane.to_plane(x), plane.height(x));
         let _ = plane.from_plane(DVec2::new(p.x, p.y));
+    }
+
+    #[test]
+    fn doubles(v in hostile_vectors::<3>()) {
+        let [a, b, c] = v.map(vector);
+        for k in 0..3 {
+            let all = [Double::product(a[k], b[k]), Double::difference(a[k], b[k])];
+            prop_assert_eq!(all.map(|d| d.hi().to_bits()), [a[k] * b[k], a[k] - b[k]].map(f64::to_bits));
+        }
+        let normal = double::cross(double::difference(a, c), double::difference(b, c));
+        let _ = (double::rounded(normal), double::dot(normal, double::vector(c)).hi());
     }
 
     #[test]

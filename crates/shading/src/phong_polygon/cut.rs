@@ -15,9 +15,10 @@
 //! the light's plane is, and the horizons to one another.
 
 use super::triangles::{Corner, Triangle};
-use crate::exact::{length, wide_cross, wide_cross_of, wide_dot_of};
+use crate::exact::length;
 use crate::horizon::crossing;
 use crate::span::power_of_two_unit;
+use linelit_geometry::double::{self, Double, Doubles, vector};
 use linelit_geometry::{DVec3, predicates};
 
 /// Two horizons may add a corner each to a triangle.
@@ -33,8 +34,8 @@ const NEARLY_STRAIGHT: f64 = -0.999_99;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Horizons {
     normals: [DVec3; 2],
-    /// n × w as an unevaluated sum.
-    both: (DVec3, DVec3),
+    /// n × w.
+    both: Doubles<3>,
     /// The greatest values of n·ω and w·ω.
     most: [f64; 2],
 }
@@ -102,7 +103,7 @@ impl Horizons {
     pub(super) fn new(n: DVec3, w: DVec3) -> Self {
         Self {
             normals: [n, w],
-            both: wide_cross(n, w),
+            both: double::cross(vector(n), vector(w)),
             most: [n.length(), w.length()],
         }
     }
@@ -168,14 +169,14 @@ impl Horizons {
         if minor.abs() > CANCELLED * (one.abs() + other.abs()) && minor.abs() > LEAST_PRODUCT {
             minor
         } else {
-            self.careful_minor(a.at, b.at)
+            self.accurate_minor(a.at, b.at)
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn careful_minor(&self, a: DVec3, b: DVec3) -> f64 {
-        wide_dot_of(self.both, wide_cross(a, b))
+    fn accurate_minor(&self, a: DVec3, b: DVec3) -> f64 {
+        double::dot(self.both, double::cross(vector(a), vector(b))).hi()
     }
 
     /// What of a part is above a horizon.
@@ -249,7 +250,7 @@ impl Horizons {
         let sign = (given.minors.iter().fold(0.0, larger) * given.volume.signum()).signum();
         Vertex {
             corner: Corner {
-                at: self.both.0 * sign,
+                at: double::rounded(self.both) * sign,
                 values: [0.0; 2],
             },
             weights: given.minors.map(|m| (sign * m / given.volume).max(0.0)),
@@ -335,7 +336,8 @@ impl Horizons {
                 return sum;
             }
             let [p, q] = [i, j].map(|v| self.place(given, &vertices[v]));
-            wide_cross_of(p, q).0 / length(p.0) / length(q.0)
+            let [r, s] = [p, q].map(|v| length(double::rounded(v)));
+            double::rounded(double::cross(p, q)) / r / s
         };
         let apex = best_apex(&units[..count]);
         let mut sum = 0.0;
@@ -370,23 +372,24 @@ impl Horizons {
         sum
     }
 
-    /// Where a vertex is, as an unevaluated sum of about length one.
-    fn place(&self, given: &Given, vertex: &Vertex) -> (DVec3, DVec3) {
-        let (at, low) = match vertex.origin {
-            Origin::Given => (vertex.corner.at, DVec3::ZERO),
-            Origin::Both(sign) => (self.both.0 * sign, self.both.1 * sign),
+    /// Where a vertex is, scaled to about length one.
+    fn place(&self, given: &Given, vertex: &Vertex) -> Doubles<3> {
+        let at = match vertex.origin {
+            Origin::Given => vector(vertex.corner.at),
+            Origin::Both(sign) => self.both.map(|c| c * Double::from(sign)),
             Origin::Cut {
                 edge,
                 horizon,
                 span,
             } => {
-                let [a, b] = [1, 2].map(|t| given.corners[(edge + t) % 3].at);
-                let normal = (self.normals[horizon] * span.signum(), DVec3::ZERO);
-                wide_cross_of(normal, wide_cross(a, b))
+                let [a, b] = [1, 2].map(|t| vector(given.corners[(edge + t) % 3].at));
+                let normal = vector(self.normals[horizon] * span.signum());
+                double::cross(normal, double::cross(a, b))
             }
         };
-        let unit = power_of_two_unit(at.abs().max_element()).unwrap_or(0.0);
-        (at * unit, low * unit)
+        let largest = double::rounded(at).abs().max_element();
+        let unit = power_of_two_unit(largest).unwrap_or(0.0);
+        at.map(|c| c * Double::from(unit))
     }
 }
 
