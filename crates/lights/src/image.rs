@@ -6,8 +6,7 @@
 
 use crate::density::{Area, Pdf};
 use crate::polygon::area::PointSample;
-use linelit_geometry::finite::power_of_two_over;
-use linelit_geometry::finite::{below_one, fraction};
+use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 
 /// Which way a line runs over a texture.
@@ -222,70 +221,6 @@ impl ImportanceImage {
                 unpick(&self.rows.totals, j, v),
             ]
         })
-    }
-
-    /// The offset of a line along `axis` (its v for lines along u, its u for lines along v), drawn
-    /// by the marginal density of the image: the mean of the density over the line.
-    #[must_use]
-    pub fn sample_offset(&self, axis: TextureAxis, x: f64) -> f64 {
-        let table = self.table(axis);
-        let (j, place) = pick(&table.totals, x);
-        coordinate(j, place, table.count)
-    }
-
-    /// The marginal density at an offset, with mean 1 on [0, 1].
-    #[must_use]
-    pub fn offset_density(&self, axis: TextureAxis, offset: f64) -> f64 {
-        let table = self.table(axis);
-        let (j, _) = cell(offset, table.count);
-        #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
-        let count = table.count as f64;
-        (table.totals[j + 1] - table.totals[j]) * count / self.total()
-    }
-
-    /// The random number that gives an offset; `None` where the whole line is black.
-    #[must_use]
-    pub fn invert_offset(&self, axis: TextureAxis, offset: f64) -> Option<f64> {
-        let table = self.table(axis);
-        let (j, place) = cell(offset, table.count);
-        (table.totals[j + 1] > table.totals[j]).then(|| unpick(&table.totals, j, place))
-    }
-
-    /// The place on the line at `offset` along `axis`, drawn by the density along it. With
-    /// [`ImportanceImage::sample_offset`] this makes the same density as
-    /// [`ImportanceImage::sample`], whichever the axis.
-    #[must_use]
-    pub fn sample_along(&self, axis: TextureAxis, offset: f64, x: f64) -> f64 {
-        let table = self.table(axis);
-        let row = table.row(cell(offset, table.count).0);
-        let (i, place) = pick(row, x);
-        coordinate(i, place, table.length)
-    }
-
-    /// The density at a place of the line at `offset` along `axis`, with mean 1 on [0, 1]; zero on
-    /// a black line.
-    #[must_use]
-    pub fn along_density(&self, axis: TextureAxis, offset: f64, place: f64) -> f64 {
-        let table = self.table(axis);
-        let row = table.row(cell(offset, table.count).0);
-        let (i, _) = cell(place, table.length);
-        #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
-        let mass = row[table.length] / table.length as f64;
-        if mass > 0.0 {
-            (row[i + 1] - row[i]) / mass
-        } else {
-            0.0
-        }
-    }
-
-    /// The random number that gives a place on the line at `offset` along `axis`; `None` where the
-    /// density is zero.
-    #[must_use]
-    pub fn invert_along(&self, axis: TextureAxis, offset: f64, place: f64) -> Option<f64> {
-        let table = self.table(axis);
-        let row = table.row(cell(offset, table.count).0);
-        let (i, within) = cell(place, table.length);
-        (row[i + 1] > row[i]).then(|| unpick(row, i, within))
     }
 
     /// The running sum of the pixels of line `j` along `axis` at a place in [0, 1].

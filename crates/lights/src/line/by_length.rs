@@ -32,18 +32,6 @@ impl Orientation {
             Self::UniformPerLine | Self::ParallelPerPoint => u * PI,
         }
     }
-
-    /// Whether each line needs its own random number for the direction.
-    #[must_use]
-    pub const fn varies_per_line(self) -> bool {
-        matches!(self, Self::UniformPerLine)
-    }
-
-    /// Whether a shading point needs a random number for the direction.
-    #[must_use]
-    pub const fn varies_per_point(self) -> bool {
-        matches!(self, Self::ParallelPerPoint)
-    }
 }
 
 /// How the offsets of the lines are distributed (Billen & Dutré 2016, §5.1.2, Fig. 3).

@@ -196,7 +196,7 @@ proptest! {
             on_lines(&lines, &shape, u, &visible, offset, v(q))?;
         }
         for o in [Orientation::Fixed(angle), Orientation::UniformPerLine, Orientation::ParallelPerPoint] {
-            let _ = (o.angle_rad(u[0]), o.varies_per_line(), o.varies_per_point());
+            let _ = o.angle_rad(u[0]);
         }
     }
 
@@ -239,16 +239,6 @@ proptest! {
         for at in [at, uv] {
             prop_assert!(pixel_density(image.density(at)));
             numbers(image.invert(at))?;
-            for axis in [TextureAxis::U, TextureAxis::V] {
-                let offset = image.sample_offset(axis, u[0]);
-                prop_assert!(inside(offset) && image.offset_density(axis, offset) > 0.0);
-                let place = image.sample_along(axis, offset, u[1]);
-                prop_assert!(inside(place) && image.along_density(axis, offset, place) > 0.0);
-                prop_assert!(inside(image.sample_along(axis, at[0], u[1])));
-                prop_assert!(pixel_density(image.offset_density(axis, at[0])) && pixel_density(image.along_density(axis, at[0], at[1])));
-                numbers(image.invert_offset(axis, at[0]).map(|u| [u]))?;
-                numbers(image.invert_along(axis, at[0], at[1]).map(|u| [u]))?;
-            }
         }
         let Some(texture) = TexturedSampler::new(&p, &image) else {
             return Ok(());
