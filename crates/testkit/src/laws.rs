@@ -1,15 +1,13 @@
 //! The three laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to
 //! one, and sample → invert → sample returns to the same place.
 //!
-//! A sampler is three closures over an interval or a rectangle: `sample` maps uniform numbers in
-//! [0, 1) into the domain, `pdf` is the density with respect to the domain's own measure (zero
-//! where nothing is sampled), `invert` maps a point back to uniform numbers. They know no type of
-//! any other crate, so that they serve anybody's techniques: offsets of lines, places along a
-//! light, and points of surfaces through any chart whose measure is that of the pdf (plane
-//! coordinates for area densities; azimuth and z for solid angle, dω = dφ dz).
+//! A sampler is three closures over an interval: `sample` maps uniform numbers in [0, 1) into the
+//! domain, `pdf` is the density with respect to the domain's own measure (zero where nothing is
+//! sampled), `invert` maps a point back to uniform numbers. They know no type of any other crate,
+//! so that they serve anybody's techniques: offsets of lines, places along a light.
 
 use crate::chi2::{ChiSquare, chi2_test};
-use crate::quadrature::{cubature, gauss_kronrod};
+use crate::quadrature::gauss_kronrod;
 use crate::rng::SplitMix64;
 use std::fmt;
 
@@ -43,8 +41,7 @@ pub struct Report {
     pub integral: f64,
     /// The error estimate of that integral.
     pub integral_error: f64,
-    /// The largest error of a round trip: in 1-D of the uniform number, in 2-D of the place in
-    /// units of the domain's extent.
+    /// The largest error of a round trip, of the uniform number.
     pub round_trip: f64,
 }
 
@@ -67,8 +64,7 @@ impl std::error::Error for Broken {}
 const WORST_INTEGRAL_ERROR: f64 = 5e-3;
 
 impl Laws {
-    /// Checks with 100 000 samples, 64 bins (16 × 16 in 2-D), α = 10⁻⁴, seed 1, round trips to 2⁻⁴⁰
-    /// of the domain.
+    /// Checks with 100 000 samples, 64 bins, α = 10⁻⁴, seed 1, round trips to 2⁻⁴⁰.
     ///
     /// The level is low because each run uses a fixed seed: a correct sampler fails with
     /// probability α once, when the test is written, and never after. Pass
@@ -95,8 +91,7 @@ impl Laws {
         self
     }
 
-    /// How many bins in 1-D; in 2-D the next square number of cells, ⌈√(4·bins)⌉² (a 1-D default of
-    /// 64 gives 16²).
+    /// How many bins of equal width.
     #[must_use]
     pub fn bins(mut self, bins: usize) -> Self {
         self.bins = bins;
@@ -117,15 +112,15 @@ impl Laws {
         self
     }
 
-    /// The allowed error of round trips: in 1-D of the uniform number where places are exact (see
-    /// [`Laws::resolution`]), in 2-D of the place in units of the domain's extent (per axis).
+    /// The allowed error of round trips, of the uniform number where places are exact (see
+    /// [`Laws::resolution`]).
     #[must_use]
     pub fn round_trip(mut self, tolerance: f64) -> Self {
         self.round_trip = tolerance;
         self
     }
 
-    /// In 1-D, how far rounding moves a place of the domain; times the pdf there it is allowed to
+    /// How far rounding moves a place of the domain; times the pdf there it is allowed to
     /// round trips on top. Unless told, the tolerance of round trips times the domain's extent.
     #[must_use]
     pub fn resolution(mut self, distance: f64) -> Self {
@@ -133,7 +128,7 @@ impl Laws {
         self
     }
 
-    /// In 1-D, how far from one the integral of the pdf may be beside the quadrature's own error:
+    /// How far from one the integral of the pdf may be beside the quadrature's own error:
     /// 1e-9 unless told.
     #[must_use]
     pub fn mass(mut self, tolerance: f64) -> Self {
@@ -141,14 +136,14 @@ impl Laws {
         self
     }
 
-    /// In 1-D, places where the pdf jumps or has a corner: the quadrature stops there.
+    /// Places where the pdf jumps or has a corner: the quadrature stops there.
     #[must_use]
     pub fn kinks(mut self, places: &[f64]) -> Self {
         self.kinks = places.to_vec();
         self
     }
 
-    /// In 1-D, the borders of the bins, ascending from one end of the domain to the other, in place
+    /// The borders of the bins, ascending from one end of the domain to the other, in place
     /// of bins of equal width.
     #[must_use]
     pub fn cells(mut self, borders: Vec<f64>) -> Self {
@@ -156,7 +151,7 @@ impl Laws {
         self
     }
 
-    /// Checks a 1-D sampler on the interval `domain`; see [`Laws::try_1d`].
+    /// Checks a sampler on the interval `domain`; see [`Laws::try_1d`].
     ///
     /// # Panics
     /// If a law is broken.
@@ -168,21 +163,6 @@ impl Laws {
         invert: impl FnMut(f64) -> Option<f64>,
     ) -> Report {
         self.try_1d(domain, sample, pdf, invert)
-            .unwrap_or_else(|broken| panic!("{broken}"))
-    }
-
-    /// Checks a 2-D sampler on the rectangle `domain` (an interval per axis); see [`Laws::try_2d`].
-    ///
-    /// # Panics
-    /// If a law is broken.
-    pub fn check_2d(
-        &self,
-        domain: [[f64; 2]; 2],
-        sample: impl FnMut([f64; 2]) -> [f64; 2],
-        pdf: impl FnMut([f64; 2]) -> f64,
-        invert: impl FnMut([f64; 2]) -> Option<[f64; 2]>,
-    ) -> Report {
-        self.try_2d(domain, sample, pdf, invert)
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
@@ -265,131 +245,6 @@ impl Laws {
         })
     }
 
-    /// As [`Laws::check_2d`], returning what is broken.
-    ///
-    /// The laws: every sample lies in the domain and has a positive, finite pdf; the histogram
-    /// passes a χ² test against the pdf integrated over each cell (adaptively: jumps along curves
-    /// are fine); these integrals sum to one within their own estimated error; `invert` finds
-    /// numbers in [0, 1] from which `sample` returns to the same point.
-    ///
-    /// # Errors
-    /// The first broken law.
-    pub fn try_2d(
-        &self,
-        domain: [[f64; 2]; 2],
-        sample: impl FnMut([f64; 2]) -> [f64; 2],
-        pdf: impl FnMut([f64; 2]) -> f64,
-        invert: impl FnMut([f64; 2]) -> Option<[f64; 2]>,
-    ) -> Result<Report, Broken> {
-        let mut side = 1;
-        while side * side < 4 * self.bins {
-            side += 1;
-        }
-        self.verdict(domain, [side, side], sample, pdf, invert)
-    }
-
-    fn verdict(
-        &self,
-        domain: [[f64; 2]; 2],
-        cells: [usize; 2],
-        mut sample: impl FnMut([f64; 2]) -> [f64; 2],
-        mut pdf: impl FnMut([f64; 2]) -> f64,
-        mut invert: impl FnMut([f64; 2]) -> Option<[f64; 2]>,
-    ) -> Result<Report, Broken> {
-        let mut histogram = vec![0_u64; cells[0] * cells[1]];
-        let mut rng = SplitMix64::new(self.seed);
-        let mut worst = 0.0_f64;
-        for i in 0..self.samples {
-            let u = [rng.next_f64(), rng.next_f64()];
-            let x = sample(u);
-            let Some(cell) = cell_of(x, domain, cells) else {
-                return self.broken(format!(
-                    "sample({u:?}) = {x:?} lies outside the domain {domain:?}"
-                ));
-            };
-            histogram[cell] += 1;
-            let density = pdf(x);
-            if density <= 0.0 || !density.is_finite() {
-                return self.broken(format!("sample({u:?}) = {x:?} has pdf {density:?}"));
-            }
-            if i < 10_000 {
-                worst = worst.max(self.trip(x, domain, &mut sample, &mut invert)?);
-            }
-        }
-        let (expected, integral, integral_error) = self.expected(domain, cells, &mut pdf);
-        // Rounding of some 10⁵ evaluations beside the quadrature's own estimate.
-        self.normalised(integral, integral_error, 1e-9)?;
-        let centre = |axis: usize, i: usize| {
-            let [low, high] = domain[axis];
-            low + (high - low) * ((i as f64 + 0.5) / cells[axis] as f64)
-        };
-        let chi2 = self.fits(&histogram, &expected, |i| {
-            let at = [centre(0, i / cells[1]), centre(1, i % cells[1])];
-            format!("({:.4}, {:.4})", at[0], at[1])
-        })?;
-        Ok(Report {
-            chi2,
-            integral,
-            integral_error,
-            round_trip: worst,
-        })
-    }
-
-    /// The distance (in extents) between x and sample(invert(x)).
-    fn trip(
-        &self,
-        x: [f64; 2],
-        domain: [[f64; 2]; 2],
-        sample: &mut impl FnMut([f64; 2]) -> [f64; 2],
-        invert: &mut impl FnMut([f64; 2]) -> Option<[f64; 2]>,
-    ) -> Result<f64, Broken> {
-        let Some(u) = invert(x) else {
-            return self.broken(format!("invert({x:?}) finds nothing, yet it was sampled"));
-        };
-        if !u.iter().all(|c| (0.0..=1.0).contains(c)) {
-            return self.broken(format!("invert({x:?}) = {u:?} leaves the unit square"));
-        }
-        let again = sample(u);
-        let distance = (0..2)
-            .map(|k| ((again[k] - x[k]) / (domain[k][1] - domain[k][0])).abs())
-            .fold(0.0, f64::max);
-        // f64::max drops NaN, so look for it.
-        if distance > self.round_trip || again.iter().any(|c| c.is_nan()) {
-            return self.broken(format!(
-                "sample(invert(x)) = {again:?} for x = {x:?}: {distance:.2e} extents apart, allowed {:.1e}",
-                self.round_trip
-            ));
-        }
-        Ok(distance)
-    }
-
-    /// Expected counts, the pdf's integral and that integral's error.
-    fn expected(
-        &self,
-        domain: [[f64; 2]; 2],
-        cells: [usize; 2],
-        pdf: &mut impl FnMut([f64; 2]) -> f64,
-    ) -> (Vec<f64>, f64, f64) {
-        // A hundredth of a count's standard deviation at the mean cell: invisible to χ².
-        let mass = 1.0 / (cells[0] * cells[1]) as f64;
-        let tolerance = 0.01 * (mass / self.samples as f64).sqrt();
-        let edge = |axis: usize, i: usize| {
-            domain[axis][0] + (domain[axis][1] - domain[axis][0]) * (i as f64 / cells[axis] as f64)
-        };
-        let (mut expected, mut integral, mut error) =
-            (Vec::with_capacity(cells[0] * cells[1]), 0.0, 0.0);
-        for i in 0..cells[0] {
-            for j in 0..cells[1] {
-                let (x, y) = ([edge(0, i), edge(0, i + 1)], [edge(1, j), edge(1, j + 1)]);
-                let cell = cubature(|a, b| pdf([a, b]), x, y, tolerance, 9);
-                expected.push(cell.value * self.samples as f64);
-                integral += cell.value;
-                error += cell.error;
-            }
-        }
-        (expected, integral, error)
-    }
-
     /// The χ² test of counts against what the pdf expects; `place` names a cell.
     fn fits(
         &self,
@@ -436,27 +291,6 @@ impl Laws {
     }
 }
 
-/// The cell that holds `x`; points on the upper border belong to the last cell; None outside or for
-/// NaN.
-fn cell_of(x: [f64; 2], domain: [[f64; 2]; 2], cells: [usize; 2]) -> Option<usize> {
-    let mut index = 0;
-    for k in 0..2 {
-        let [low, high] = domain[k];
-        if !(low..=high).contains(&x[k]) {
-            return None;
-        }
-        let position = (x[k] - low) / (high - low) * cells[k] as f64;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "within 0..=cells"
-        )]
-        let i = (position as usize).min(cells[k] - 1);
-        index = index * cells[k] + i;
-    }
-    Some(index)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -501,13 +335,9 @@ mod tests {
             .unwrap_err();
         assert!(broken.message.contains("off by"), "{broken}");
         let broken = ramp()
-            .try_2d([[0.0, 1.0]; 2], |u| u, |_| 1.0, |_| None)
+            .try_1d([0.0, 1.0], |u| u, |_| 1.0, |_| None)
             .unwrap_err();
         assert!(broken.message.contains("finds nothing"), "{broken}");
-        let broken = ramp()
-            .try_2d([[0.0, 1.0]; 2], |u| u, |_| 1.0, |x| Some([x[1], x[0]]))
-            .unwrap_err();
-        assert!(broken.message.contains("extents apart"), "{broken}");
     }
 
     #[test]
@@ -520,38 +350,6 @@ mod tests {
             .try_1d([0.0, 1.0], |u| u, |x| f64::from(x > 0.01), Some)
             .unwrap_err();
         assert!(broken.message.contains("has pdf 0"), "{broken}");
-    }
-
-    /// A uniform triangle in its bounding square: the pdf jumps along the diagonal.
-    #[test]
-    fn jump_along_a_diagonal() {
-        let sample = |u: [f64; 2]| {
-            let r = u[0].sqrt();
-            [1.0 - r, u[1] * r]
-        };
-        let invert = |p: [f64; 2]| {
-            let r = 1.0 - p[0];
-            Some([r * r, if r > 0.0 { p[1] / r } else { 0.0 }])
-        };
-        let laws = Laws::new("triangle").samples(50_000);
-        laws.check_2d(
-            [[0.0, 1.0]; 2],
-            sample,
-            |p| if p[0] + p[1] <= 1.0 + 1e-15 { 2.0 } else { 0.0 },
-            invert,
-        );
-        // Without the square root the points crowd at one corner.
-        let crowded = |u: [f64; 2]| [1.0 - u[0], u[1] * u[0]];
-        let broken = laws.try_2d(
-            [[0.0, 1.0]; 2],
-            crowded,
-            |p| if p[0] + p[1] <= 1.0 + 1e-15 { 2.0 } else { 0.0 },
-            |p| {
-                let r = 1.0 - p[0];
-                Some([r, if r > 0.0 { p[1] / r } else { 0.0 }])
-            },
-        );
-        assert!(broken.unwrap_err().message.contains("does not follow"));
     }
 
     #[test]
