@@ -1,8 +1,8 @@
 //! Many segments seen from one shading point, by the widest vector instructions of the machine.
 //!
-//! Each function gives the same bits as calling its scalar twin on each segment: lanes that are not
-//! ordinary (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
-//! evaluated by the twin itself.
+//! Each function gives the same bits as its integral of one segment: lanes for which the fast path
+//! does not hold (cut by the horizon, grazing, nearly through the shading point, tiny or huge) are
+//! evaluated by the robust form.
 
 use crate::kernels::{self, BLOCK, LANES, Model};
 use crate::{cylinder, point_line, ribbon};
@@ -163,39 +163,19 @@ fn robust_lanes(
     }
 }
 
-/// [`ribbons`] one by one: its scalar twin.
-pub fn ribbons_scalar(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    for (segment, value) in segments.iter().zip(out) {
-        *value = ribbon::irradiance(segment.p0, segment.p1, n);
-    }
-}
-
-/// [`cylinders`] one by one: its scalar twin.
-pub fn cylinders_scalar(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    for (segment, value) in segments.iter().zip(out) {
-        *value = cylinder::irradiance(segment.p0, segment.p1, n);
-    }
-}
-
-/// [`point_lines`] one by one: its scalar twin.
-pub fn point_lines_scalar(segments: &[Segment], n: DVec3, out: &mut [f64]) {
-    for (segment, value) in segments.iter().zip(out) {
-        *value = point_line::irradiance(segment.p0, segment.p1, n);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use linelit_testkit::rng::SplitMix64;
 
+    type One = fn(DVec3, DVec3, DVec3) -> f64;
     type Many = fn(&[Segment], DVec3, &mut [f64]);
     type InColumns = fn(&Columns<'_>, DVec3, &mut [f64]);
 
-    const MODELS: [(Many, Many, InColumns); 3] = [
-        (ribbons, ribbons_scalar, ribbons_columns),
-        (cylinders, cylinders_scalar, cylinders_columns),
-        (point_lines, point_lines_scalar, point_lines_columns),
+    const MODELS: [(One, Many, InColumns); 3] = [
+        (ribbon::irradiance, ribbons, ribbons_columns),
+        (cylinder::irradiance, cylinders, cylinders_columns),
+        (point_line::irradiance, point_lines, point_lines_columns),
     ];
 
     fn segments(count: usize, rng: &mut SplitMix64) -> Vec<Segment> {
@@ -225,19 +205,19 @@ mod tests {
             p0: [a, b, c],
             p1: [d, e, f],
         };
-        for (rows, scalar, in_columns) in MODELS {
+        for (one, rows, in_columns) in MODELS {
             let count = segments.len();
-            let mut out = [-1.0, -2.0, -3.0].map(|x| vec![x; count]);
+            let want = bits(&column(segments, |s| one(s.p0, s.p1, n)));
+            let mut out = [-1.0, -2.0].map(|x| vec![x; count]);
             rows(segments, n, &mut out[0]);
-            scalar(segments, n, &mut out[1]);
-            in_columns(&columns, n, &mut out[2]);
-            assert_eq!(bits(&out[0]), bits(&out[1]), "{count} segments");
-            assert_eq!(bits(&out[2]), bits(&out[1]), "{count} segments in columns");
+            in_columns(&columns, n, &mut out[1]);
+            assert_eq!(bits(&out[0]), want, "{count} segments");
+            assert_eq!(bits(&out[1]), want, "{count} segments in columns");
         }
     }
 
     #[test]
-    fn same_bits_as_the_scalar_twins() {
+    fn same_bits_as_one_by_one() {
         let mut rng = SplitMix64::new(3);
         for count in [0, 1, 7, 8, 9, 64, 255, 257, 1001, 1024, 1025, 5000] {
             let segments = segments(count, &mut rng);

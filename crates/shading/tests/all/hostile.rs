@@ -202,14 +202,7 @@ fn many(p0: DVec3, p1: DVec3, n: DVec3, wrong: &mut Wrong) {
         p0: a.each_ref().map(|c| &c[..]),
         p1: b.each_ref().map(|c| &c[..]),
     };
-    let rows = [
-        batch::ribbons,
-        batch::cylinders,
-        batch::point_lines,
-        batch::ribbons_scalar,
-        batch::cylinders_scalar,
-        batch::point_lines_scalar,
-    ];
+    let rows = [batch::ribbons, batch::cylinders, batch::point_lines];
     let mut out = [-1.0; 9];
     for f in rows {
         f(&segments, n, &mut out);
