@@ -174,41 +174,20 @@ impl ClosedMeshes {
             }
         });
         let mut found = Self::default();
-        // The mesh of each first triangle; none if it is open.
-        let mut number = vec![0_u16; kept.len()];
+        let mut number = vec![Number::NONE; kept.len()];
         for (i, _) in (0_u32..).zip(open).filter(|(_, open)| *open) {
-            number[connected.root(i).0 as usize] = u16::MAX;
+            number[connected.root(i).0 as usize] = Number::OPEN;
         }
         let mut of = vec![0; kept.len()];
         for id in ids() {
             let (root, turned) = connected.root(id);
-            let root = root as usize;
-            if number[root] == 0 {
-                found.meshes.push(ClosedMesh {
-                    lo: [f32::INFINITY; 3],
-                    hi: [f32::NEG_INFINITY; 3],
-                    first: id,
-                    last: id,
-                });
-                number[root] = u16::try_from(found.meshes.len()).unwrap_or(u16::MAX);
-                if number[root] >= TURNED {
-                    number[root] = u16::MAX;
-                    // Beyond the numbers' end: counts as open.
-                    found.meshes.pop();
-                }
+            let number = &mut number[root as usize];
+            if *number == Number::NONE {
+                *number = found.begin(id);
             }
-            if number[root] == u16::MAX {
-                continue;
-            }
-            of[id as usize] = number[root] | if turned { TURNED } else { 0 };
-            let mesh = &mut found.meshes[usize::from(number[root]) - 1];
-            mesh.last = mesh.last.max(id);
-            mesh.first = mesh.first.min(id);
-            for v in geometry.vertices(id) {
-                for (axis, x) in v.into_iter().enumerate() {
-                    mesh.lo[axis] = mesh.lo[axis].min(x);
-                    mesh.hi[axis] = mesh.hi[axis].max(x);
-                }
+            if *number != Number::OPEN {
+                of[id as usize] = number.0 | if turned { TURNED } else { 0 };
+                found.meshes[usize::from(number.0) - 1].add(id, geometry.vertices(id));
             }
         }
         if !found.meshes.is_empty() {
@@ -216,6 +195,44 @@ impl ClosedMeshes {
         }
         found
     }
+
+    /// A mesh that begins with a triangle, empty as yet; beyond the numbers' end it counts as open.
+    fn begin(&mut self, id: u32) -> Number {
+        let number = u16::try_from(self.meshes.len() + 1).unwrap_or(u16::MAX);
+        if number >= TURNED {
+            return Number::OPEN;
+        }
+        self.meshes.push(ClosedMesh {
+            lo: [f32::INFINITY; 3],
+            hi: [f32::NEG_INFINITY; 3],
+            first: id,
+            last: id,
+        });
+        Number(number)
+    }
+}
+
+impl ClosedMesh {
+    /// Takes in a triangle.
+    fn add(&mut self, id: u32, vertices: [[f32; 3]; 3]) {
+        self.last = self.last.max(id);
+        self.first = self.first.min(id);
+        for (axis, x) in vertices.into_iter().flat_map(|v| (0..3).zip(v)) {
+            self.lo[axis] = self.lo[axis].min(x);
+            self.hi[axis] = self.hi[axis].max(x);
+        }
+    }
+}
+
+/// The index of a connected set's mesh plus one.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Number(u16);
+
+impl Number {
+    /// It has none yet.
+    const NONE: Self = Self(0);
+    /// It is not closed.
+    const OPEN: Self = Self(u16::MAX);
 }
 
 /// Which closed meshes stand clear of both ends of a shaft, as far as that has been asked.

@@ -281,73 +281,75 @@ impl Shaft<'_> {
 
     /// Answers the lines of a dense shaft, a few at a time.
     fn visible_dense(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) {
-        let point = self.point - self.occluders.origin;
         let mut start = 0;
         while start < self.scratch.ends.count {
-            let Scratch {
-                frame,
-                ends,
-                lines: few_lines,
-                ..
-            } = &mut *self.scratch;
-            let few = start..ends.count.min(start + dense_shaft::GROUP);
-            start = few.end;
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for k in few.clone() {
-                let i = ends.nth(k);
-                low = low.min(ends.a[i]).min(ends.b[i]);
-                high = high.max(ends.a[i]).max(ends.b[i]);
-            }
-            let across = (ends.u[ends.nth(few.start)], ends.u[ends.nth(few.end - 1)]);
-            if !(low < high) {
-                continue;
-            }
-            let along = ends.along;
-            let around = frame.around_lines(along, [across.0, low], [across.1, high]);
-            // In the coordinates of the few: q along, so that across is −p.
-            few_lines.clear([0.0, 1.0]);
-            let width = across.1 - across.0;
-            let length = high - low;
-            let to_p = |u: f64| {
-                if around.corner_count == 2 {
-                    0.0
-                } else {
-                    (u - (across.0 - 1e-6 * width)) / (width * (1.0 + 2e-6))
-                }
-            };
-            let to_q = |v: f64| (v - (low - 1e-6 * length)) / (length * (1.0 + 2e-6));
-            for k in few.clone().rev() {
-                let i = ends.nth(k);
-                let stretch = (to_q(ends.a[i]), to_q(ends.b[i]));
-                few_lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
-            }
-            let corners = frame.corners_in_space(along, [across.0, low], [across.1, high]);
-            let (mut lo, mut hi) = (corners[0], corners[0]);
-            for v in corners {
-                lo = lo.min(v);
-                hi = hi.max(v);
-            }
-            let query = DenseQuery {
-                point,
-                lo: lo + point,
-                hi: hi + point,
-                exclude: self.exclude,
-            };
-            if !around.fits(bounds::size(self.occluders, point, (query.lo, query.hi))) {
-                for k in few {
-                    let i = first + self.scratch.ends.nth(k);
-                    self.by_all(&lines[i], i, out);
-                }
-                continue;
-            }
-            dense_shaft::dense(
-                self.occluders.isa,
-                self.occluders,
-                &query,
-                &around,
-                self.scratch,
-                out,
-            );
+            let end = self.scratch.ends.count.min(start + dense_shaft::GROUP);
+            self.visible_few(start..end, lines, first, out);
+            start = end;
+        }
+    }
+
+    /// Answers a few neighbours among the lines of a dense shaft.
+    fn visible_few(
+        &mut self,
+        few: Range<usize>,
+        lines: &[Segment],
+        first: usize,
+        out: &mut VisibleLines,
+    ) {
+        let Scratch {
+            frame,
+            ends,
+            lines: few_lines,
+            ..
+        } = &mut *self.scratch;
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for k in few.clone() {
+            let i = ends.nth(k);
+            low = low.min(ends.a[i]).min(ends.b[i]);
+            high = high.max(ends.a[i]).max(ends.b[i]);
+        }
+        if !(low < high) {
+            return;
+        }
+        let across = [few.start, few.end - 1].map(|k| ends.u[ends.nth(k)]);
+        let [least, most] = [[across[0], low], [across[1], high]];
+        let around = frame.around_lines(ends.along, least, most);
+        // In the coordinates of the few: q along, so that across is −p; with a little room.
+        let share =
+            |x: f64, from: f64, size: f64| (x - (from - 1e-6 * size)) / (size * (1.0 + 2e-6));
+        let to_p = |u: f64| match around.corner_count {
+            2 => 0.0,
+            _ => share(u, across[0], across[1] - across[0]),
+        };
+        let to_q = |v: f64| share(v, low, high - low);
+        few_lines.clear([0.0, 1.0]);
+        for k in few.clone().rev() {
+            let i = ends.nth(k);
+            let stretch = (to_q(ends.a[i]), to_q(ends.b[i]));
+            few_lines.push(-to_p(ends.u[i]), stretch, block::number(first, i));
+        }
+        let point = self.point - self.occluders.origin;
+        let corners = frame.corners_in_space(ends.along, least, most);
+        let box_of = |pick: fn(DVec3, DVec3) -> DVec3| corners.into_iter().reduce(pick);
+        let [lo, hi] =
+            [DVec3::min, DVec3::max].map(|pick| box_of(pick).unwrap_or_default() + point);
+        let query = DenseQuery {
+            point,
+            lo,
+            hi,
+            exclude: self.exclude,
+        };
+        let Self {
+            occluders, scratch, ..
+        } = self;
+        if around.fits(bounds::size(occluders, point, (lo, hi))) {
+            dense_shaft::dense(occluders.isa, occluders, &query, &around, scratch, out);
+            return;
+        }
+        for k in few {
+            let i = first + self.scratch.ends.nth(k);
+            self.by_all(&lines[i], i, out);
         }
     }
 

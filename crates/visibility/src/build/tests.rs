@@ -53,71 +53,55 @@ fn random(k: u32) -> f32 {
     float(k.wrapping_mul(2_654_435_769) >> 8) / 16_777_216.0
 }
 
-/// What builders are known to take quadratic time for, with `count` triangles.
-fn hard(count: u32) -> Vec<(&'static str, Mesh)> {
-    let corner =
-        |x: f32, y: f32, z: f32, size: f32| [[x, y, z], [x + size, y, z], [x, y + size, z]];
-    // The sizes of `count` triangles from one up to 1e6.
-    let geometric = move |k: u32| 1e6_f32.powf(float(k) / float(count));
-    vec![
-        ("copies", Mesh::of(count, |_| corner(0.0, 0.0, 0.0, 1.0))),
-        (
-            "copies that differ by an ulp or so",
-            Mesh::of(count, |k| corner(0.0, 1e-7 * random(k), 0.0, 1.0)),
-        ),
-        (
-            "a row",
-            Mesh::of(count, |k| corner(float(k), 0.0, 0.0, 1.0)),
-        ),
-        (
-            "a row on a line",
-            Mesh::of(count, |k| [0.0, 0.3, 1.0].map(|x| [float(k) + x, 0.0, 0.0])),
-        ),
-        (
-            "a row of growing triangles",
-            Mesh::of(count, |k| {
-                corner(geometric(k), 0.0, 0.0, geometric(k) * 1e-3)
-            }),
-        ),
-        (
-            "nested triangles",
-            Mesh::of(count, |k| {
-                let s = geometric(k);
-                [[-s, -s, 0.0], [s, -s, 0.0], [0.0, s, 0.0]]
-            }),
-        ),
-        (
-            "a fan of slivers",
-            Mesh::of(count, |k| {
-                let (sin, cos) = (6.3 * random(k)).sin_cos();
-                [
-                    [0.0; 3],
-                    [1e3 * cos, 1e3 * sin, 1.0],
-                    [1e3 * cos, 1e3 * sin, -1.0],
-                ]
-            }),
-        ),
-        (
-            "a soup within a few giants",
-            Mesh::of(count, |k| {
-                let at = [0, 1, 2].map(|axis| random(3 * k + axis));
-                corner(at[0], at[1], at[2], if k % 97 == 0 { 1e5 } else { 1e-3 })
-            }),
-        ),
-        (
-            "corners as far as f32 goes",
-            Mesh::of(count, |k| {
-                let mut t = corner(float(k), 0.0, 0.0, 1.0);
-                t[k as usize % 3] =
-                    [[1e19, 0.0, 0.0], [0.0, -f32::MAX, 1e30], [f32::MAX; 3]][k as usize / 3 % 3];
-                t
-            }),
-        ),
-        (
-            "triangles as small as f32 goes",
-            Mesh::of(count, |k| corner(1e-45 * float(k), 0.0, 0.0, 1e-45)),
-        ),
-    ]
+fn corner(x: f32, y: f32, z: f32, size: f32) -> [[f32; 3]; 3] {
+    [[x, y, z], [x + size, y, z], [x, y + size, z]]
+}
+
+/// What builders are known to take quadratic time for, by the number of a triangle and its share of
+/// all, between zero and one.
+type Hard = (&'static str, fn(u32, f32) -> [[f32; 3]; 3]);
+
+const HARD: [Hard; 10] = [
+    ("copies", |_, _| corner(0.0, 0.0, 0.0, 1.0)),
+    ("copies that differ by an ulp or so", |k, _| {
+        corner(0.0, 1e-7 * random(k), 0.0, 1.0)
+    }),
+    ("a row", |k, _| corner(float(k), 0.0, 0.0, 1.0)),
+    ("a row on a line", |k, _| {
+        [0.0, 0.3, 1.0].map(|x| [float(k) + x, 0.0, 0.0])
+    }),
+    // Sizes from one up to 1e6.
+    ("a row of growing triangles", |_, share| {
+        let x = 1e6_f32.powf(share);
+        corner(x, 0.0, 0.0, x * 1e-3)
+    }),
+    ("nested triangles", |_, share| {
+        let s = 1e6_f32.powf(share);
+        [[-s, -s, 0.0], [s, -s, 0.0], [0.0, s, 0.0]]
+    }),
+    ("a fan of slivers", |k, _| {
+        let (sin, cos) = (6.3 * random(k)).sin_cos();
+        let [x, y] = [1e3 * cos, 1e3 * sin];
+        [[0.0; 3], [x, y, 1.0], [x, y, -1.0]]
+    }),
+    ("a soup within a few giants", |k, _| {
+        let at = [0, 1, 2].map(|axis| random(3 * k + axis));
+        corner(at[0], at[1], at[2], if k % 97 == 0 { 1e5 } else { 1e-3 })
+    }),
+    ("corners as far as f32 goes", |k, _| {
+        let mut t = corner(float(k), 0.0, 0.0, 1.0);
+        let far = [[1e19, 0.0, 0.0], [0.0, -f32::MAX, 1e30], [f32::MAX; 3]];
+        t[k as usize % 3] = far[k as usize / 3 % 3];
+        t
+    }),
+    ("triangles as small as f32 goes", |k, _| {
+        corner(1e-45 * float(k), 0.0, 0.0, 1e-45)
+    }),
+];
+
+fn hard(count: u32) -> impl Iterator<Item = (&'static str, Mesh)> {
+    let mesh = move |f: fn(u32, f32) -> _| Mesh::of(count, |k| f(k, float(k) / float(count)));
+    HARD.into_iter().map(move |(name, f)| (name, mesh(f)))
 }
 
 /// The triangles of a tree, each once, in order; and the depths at which they stand, largest and
@@ -171,7 +155,7 @@ fn growing_looks_at_n_log_n_triangles() {
 #[test]
 fn large_trees_hold_every_triangle_once() {
     let count = 3 * u32::try_from(split::BLOCK).unwrap() + 17;
-    for (name, mesh) in hard(count).into_iter().take(3) {
+    for (name, mesh) in hard(count).take(3) {
         let (ids, deepest, _) = walk(&mesh.tree());
         assert!(ids.into_iter().eq(0..count), "{name}");
         assert!(deepest <= 10 * 18, "{name}: {deepest} levels");
@@ -182,7 +166,7 @@ fn large_trees_hold_every_triangle_once() {
 #[test]
 fn threads_do_not_matter() {
     let count = 2 * u32::try_from(split::BLOCK).unwrap();
-    let mesh = hard(count).remove(7).1;
+    let (_, mesh) = hard(count).nth(7).unwrap();
     let bits = |tree: Vec<Binary>| -> Vec<(u32, u32, [u32; 6])> {
         let corners = |n: &Binary| {
             let (lo, hi) = (n.bounds.lo, n.bounds.hi);
