@@ -1,6 +1,6 @@
-//! A lobe along a segment that needs no care: everything but its power is algebra.
+//! A lobe along a segment on its fast path: everything but its power is algebra.
 //!
-//! The careful form ([`lobe`](crate::lobe)) finds the fan, its angle and the lobe's centre by arc
+//! The robust form ([`lobe`](crate::lobe)) finds the fan, its angle and the lobe's centre by arc
 //! tangents, sines and exact products. Where both ends are clearly above the horizon and above the
 //! lobe's own (see [`fast_path`](crate::fast_path)), the exponent is moderate and the lobe is
 //! smooth at its end, the tangents of half of all angles are rational in the dot products and a few
@@ -29,8 +29,8 @@ const SHIFT: f64 = -450.0;
 /// … and e to it.
 const SHIFTED: f64 = 3.693_883_068_487_256e-196;
 
-/// What an ordinary lobe needs of a segment.
-pub(crate) struct Seen {
+/// What the fast path needs of a segment.
+pub(crate) struct Products {
     /// axis·p and n·p at the ends.
     lobe: [f64; 2],
     facing: [f64; 2],
@@ -46,9 +46,9 @@ pub(crate) struct Seen {
     area: f64,
 }
 
-/// Whether the integral is one for [`Seen::integrate`], and what it needs.
+/// Whether the integral is one for [`Products::integrate`], and what it needs.
 #[inline(always)]
-pub(crate) fn see(p0: Point, p1: Point, n: Point, axis: Point, k: f64) -> Option<Seen> {
+pub(crate) fn measure(p0: Point, p1: Point, n: Point, axis: Point, k: f64) -> Option<Products> {
     let (a, b, d) = (dot(p0, p0), dot(p1, p1), dot(p0, p1));
     let e = [p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]];
     let square = dot(e, e);
@@ -82,7 +82,7 @@ pub(crate) fn see(p0: Point, p1: Point, n: Point, axis: Point, k: f64) -> Option
         & (k <= LARGEST)
         & smooth
         & narrow;
-    clear.then_some(Seen {
+    clear.then_some(Products {
         lobe: [z0, z1],
         facing: [c0, c1],
         squares: [a, b],
@@ -93,7 +93,7 @@ pub(crate) fn see(p0: Point, p1: Point, n: Point, axis: Point, k: f64) -> Option
     })
 }
 
-impl Seen {
+impl Products {
     /// 1/h.
     #[inline]
     pub(crate) fn inverse_distance(&self) -> f64 {
@@ -169,7 +169,7 @@ impl Seen {
     }
 }
 
-/// The lobe, and how much of it is seen.
+/// The lobe, and how much of it counts.
 struct Lobe {
     k: f64,
     /// The least q outside of the window.

@@ -1,13 +1,12 @@
-//! The three line models by the shortest way, for segments that need no care.
+//! The three line models on their fast path: for segments of which both ends are clearly above the
+//! horizon (by 7°), which subtend less than 104°, at distances far from the limits of `f64`.
 //!
-//! A segment is *ordinary* when both ends are clearly above the horizon (by 7°), it subtends less
-//! than 104°, and its distances are far from the limits of `f64`. Then plain dot products are
-//! accurate, and all that is left is two or three roots, two divisions and some seventy products
-//! and sums, without a branch. Each function says at its end whether the conditions held; if not,
-//! the model's robust form is evaluated instead.
+//! Plain dot products are accurate there, and all that is left is two or three roots, two divisions
+//! and some seventy products and sums, without a branch. Each function says at its end whether the
+//! conditions held; if not, the model's robust form is evaluated instead.
 //!
 //! One text serves one segment and eight at once ([`batch`](crate::batch)). It takes bare
-//! coordinates: a vector passed on by reference to the careful form would be kept in memory, and
+//! coordinates: a vector passed on by reference to the robust form would be kept in memory, and
 //! reading it back in pairs stalls the processor.
 
 use linelit_simd::{Lanes, One};
@@ -46,7 +45,7 @@ pub(crate) const LUNE: [[f64; 2]; 8] = [
 ];
 
 /// What all models need of a segment.
-struct Seen<L: Lanes> {
+struct Products<L: Lanes> {
     /// |p0|², |p1|², p0·p1.
     a: L::D,
     b: L::D,
@@ -86,7 +85,7 @@ pub(crate) fn max(a: f64, b: f64) -> f64 {
 }
 
 #[inline(always)]
-fn see<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Seen<L> {
+fn measure<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Products<L> {
     let (a, b) = (products::<L>(p0, p0), products::<L>(p1, p1));
     let edge = [p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]];
     let square = products::<L>(edge, edge);
@@ -101,7 +100,7 @@ fn see<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Seen<L> {
         & l.dle(far, l.dsplat(FAR))
         & l.dle(l.dsplat(SHORT), square)
         & l.dlt(least, l.dsplat(LONG_NORMAL));
-    Seen {
+    Products {
         a,
         b,
         dot: products::<L>(p0, p1),
@@ -113,7 +112,7 @@ fn see<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> Seen<L> {
     }
 }
 
-impl<L: Lanes> Seen<L> {
+impl<L: Lanes> Products<L> {
     /// `scale (c0 w0 + c1 w1)/(r0² r1²)` with the weights of [`ribbon`](crate::ribbon), and whether
     /// the conditions held.
     #[inline(always)]
@@ -133,24 +132,27 @@ impl<L: Lanes> Seen<L> {
 /// [`ribbon::irradiance`](crate::ribbon::irradiance) and whether the conditions held.
 #[inline(always)]
 pub(crate) fn ribbon<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> (L::D, L::M) {
-    let seen = see(l, p0, p1, n);
-    seen.weighted(l, l.dsqrt(seen.square) * 0.5)
+    let segment = measure(l, p0, p1, n);
+    segment.weighted(l, l.dsqrt(segment.square) * 0.5)
 }
 
 /// [`cylinder::irradiance`](crate::cylinder::irradiance) and whether the conditions held: not where
 /// the first end and the segment are within 7° of parallel.
 #[inline(always)]
 pub(crate) fn cylinder<L: Lanes>(l: L, p0: [L::D; 3], p1: [L::D; 3], n: [L::D; 3]) -> (L::D, L::M) {
-    let seen = see(l, p0, p1, n);
-    let e = seen.edge;
+    let segment = measure(l, p0, p1, n);
+    let e = segment.edge;
     let x = [
         p0[1] * e[2] - p0[2] * e[1],
         p0[2] * e[0] - p0[0] * e[2],
         p0[0] * e[1] - p0[1] * e[0],
     ];
     let area = products::<L>(x, x);
-    let (value, held) = seen.weighted(l, l.dsqrt(area));
-    (value, held & l.dle(seen.a * seen.square * CLEAR, area))
+    let (value, held) = segment.weighted(l, l.dsqrt(area));
+    (
+        value,
+        held & l.dle(segment.a * segment.square * CLEAR, area),
+    )
 }
 
 /// [`point_line::irradiance`](crate::point_line::irradiance) and whether the conditions held.
@@ -161,10 +163,13 @@ pub(crate) fn point_line<L: Lanes>(
     p1: [L::D; 3],
     n: [L::D; 3],
 ) -> (L::D, L::M) {
-    let seen = see(l, p0, p1, n);
-    let (r0, r1) = (l.dsqrt(seen.a), l.dsqrt(seen.b));
+    let segment = measure(l, p0, p1, n);
+    let (r0, r1) = (l.dsqrt(segment.a), l.dsqrt(segment.b));
     let product = r0 * r1;
-    let sum = seen.c0 * r1 + seen.c1 * r0;
-    let value = l.dsqrt(seen.square) * sum / (product * (product + seen.dot));
-    (value, seen.clear & l.dle(product * LEAST_COSINE, seen.dot))
+    let sum = segment.c0 * r1 + segment.c1 * r0;
+    let value = l.dsqrt(segment.square) * sum / (product * (product + segment.dot));
+    (
+        value,
+        segment.clear & l.dle(product * LEAST_COSINE, segment.dot),
+    )
 }

@@ -55,8 +55,8 @@ pub fn normalisation(k: f64) -> f64 {
 #[must_use]
 pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
-    if let Some(seen) = fast_lobe::see(a, b, up, lobe, k) {
-        return nonnegative(seen.integrate::<true>(k) * seen.inverse_distance());
+    if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
+        return nonnegative(segment.integrate::<true>(k) * segment.inverse_distance());
     }
     ribbon_robust([a, b, up, lobe], k)
 }
@@ -78,8 +78,8 @@ fn ribbon_robust(points: [Point; 4], k: f64) -> f64 {
 #[must_use]
 pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
-    if let Some(seen) = fast_lobe::see(a, b, up, lobe, k) {
-        return nonnegative(2.0 * seen.integrate::<true>(k));
+    if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
+        return nonnegative(2.0 * segment.integrate::<true>(k));
     }
     cylinder_robust([a, b, up, lobe], k)
 }
@@ -101,8 +101,8 @@ fn cylinder_robust(points: [Point; 4], k: f64) -> f64 {
 #[must_use]
 pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     let (a, b, up, lobe) = (p0.to_array(), p1.to_array(), n.to_array(), axis.to_array());
-    if let Some(seen) = fast_lobe::see(a, b, up, lobe, k) {
-        return nonnegative(seen.integrate::<false>(k) * seen.inverse_distance());
+    if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
+        return nonnegative(segment.integrate::<false>(k) * segment.inverse_distance());
     }
     point_line_robust([a, b, up, lobe], k)
 }

@@ -24,7 +24,7 @@ pub(crate) struct Span {
     pub(crate) fraction: f64,
     /// The ends before clipping.
     pub(crate) whole: [DVec3; 2],
-    /// Lengths were multiplied by this (a power of two, 1 for ordinary scenes).
+    /// Lengths were multiplied by this (a power of two, 1 for scenes of human size).
     pub(crate) unit: f64,
 }
 

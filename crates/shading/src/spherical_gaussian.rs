@@ -100,12 +100,7 @@ fn integrate(
     let mut sum = 0.0;
     for (start, width, sign) in sides {
         let width = width.min(window(strength, depth(start)));
-        // A slope falls like an exponential, which needs more nodes than a peak.
-        let pieces = if width > FRAC_PI_2 || (start - centre).abs() > 0.0 {
-            2
-        } else {
-            1
-        };
+        let pieces = pieces(width, start - centre);
         let step = width / f64::from(pieces);
         for piece in 0..pieces {
             let from = f64::from(piece) * step;
@@ -117,6 +112,16 @@ fn integrate(
     // In two halves: the power may be beyond the range of numbers, and the result within.
     let half = (0.5 * log).exp();
     nonnegative(fan.reach() / fan.sine * sum * half * scale(&fan) * half)
+}
+
+/// How many rules a side needs: a slope falls like an exponential, which needs more nodes than a
+/// peak.
+fn pieces(width: f64, from_centre: f64) -> u32 {
+    if width > FRAC_PI_2 || from_centre.abs() > 0.0 {
+        2
+    } else {
+        1
+    }
 }
 
 /// The arc [0, δ] as two pieces (start, width, direction), in each of which the lobe falls from its

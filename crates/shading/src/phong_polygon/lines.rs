@@ -15,7 +15,7 @@ const CORNERS: usize = MOST + 4;
 /// nothing can hide between the nodes then, and the two rules tell how good they are.
 const WIDEST: f64 = 3.0;
 
-/// More panels than this take as long as the careful form.
+/// More panels than this take as long as the robust form.
 const MOST_PANELS: f64 = 12.0;
 
 /// Polygons narrower than this for their length, or as small and flat from where they are seen, are
@@ -62,23 +62,23 @@ pub(super) fn integral(
         return None;
     }
     let across = Across::new(vertices)?;
-    let mut lit = [DVec3::ZERO; CORNERS];
-    let count = above(vertices, [n, w], &mut lit);
+    let mut clipped = [DVec3::ZERO; CORNERS];
+    let count = above(vertices, [n, w], &mut clipped);
     if count < 3 {
         return Some(0.0);
     }
-    let lit = &lit[..count];
-    let peak = peak(lit, w);
+    let clipped = &clipped[..count];
+    let peak = peak(clipped, w);
     // The lobe is nowhere above peakᵏ, and the rest is what a diffuse surface gets.
     if k * peak.ln() <= tolerance.ln() {
         return Some(0.0);
     }
-    if highest(lit, n) < FLATTEST || peak < FLATTEST * (0.1 * k).max(1.0) {
+    if highest(clipped, n) < FLATTEST || peak < FLATTEST * (0.1 * k).max(1.0) {
         return None;
     }
     let mut bounds = [0.0; CORNERS];
     let bounds = &mut bounds[..count];
-    for (to, vertex) in bounds.iter_mut().zip(lit) {
+    for (to, vertex) in bounds.iter_mut().zip(clipped) {
         *to = across.angle(*vertex);
     }
     bounds.sort_unstable_by(f64::total_cmp);
@@ -242,10 +242,10 @@ impl<'a> Across<'a> {
 mod tests {
     use super::*;
 
-    /// What lights in scenes look like is answered here, not by the careful form; what would not be
+    /// What lights in scenes look like is answered here, not by the robust form; what would not be
     /// good enough is not.
     #[test]
-    fn ordinary_lights_are_answered() {
+    fn lights_of_scenes_are_answered() {
         let light = |size: f64, x: f64| {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                 .map(|(a, b)| DVec3::new(x + size * a, size * b, 2.0))
