@@ -5,6 +5,7 @@ use crate::tidy::{self, House};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The steps by name, in the order in which they run: quick ones first.
@@ -60,20 +61,19 @@ struct Outcome {
 /// Runs the selected steps, all of them whatever fails; 0 if all passed, else 1.
 pub(crate) fn run(selection: &Selection) -> u8 {
     let mut outcomes = Vec::new();
+    let mut beside: Vec<JoinHandle<Outcome>> = Vec::new();
     let seed = selection.seed.unwrap_or_else(new_seed);
     for step in &selection.steps {
-        for (name, work) in expand(step, seed) {
-            eprintln!("\n== {name}");
-            let begin = Instant::now();
-            let problems = work();
-            problems.iter().for_each(|p| eprintln!("   {p}"));
-            outcomes.push(Outcome {
-                name,
-                problems,
-                time: begin.elapsed(),
-            });
+        for part in expand(step, seed) {
+            if part.beside {
+                beside.push(thread::spawn(|| part.run()));
+            } else {
+                outcomes.push(part.run());
+            }
         }
     }
+    let panicked = "a step that nobody waits for does not panic";
+    outcomes.extend(beside.into_iter().map(|step| step.join().expect(panicked)));
     let status = summary(&outcomes);
     if selection.steps.contains(&"long") {
         println!("the long tests again, on the same cases: cargo xtask test --seed {seed} long");
@@ -88,17 +88,47 @@ fn new_seed() -> u64 {
     now.map_or(0, |t| u64::try_from(t.as_nanos()).unwrap_or(0))
 }
 
-type Work = Box<dyn FnOnce() -> Vec<String>>;
+type Work = Box<dyn FnOnce() -> Vec<String> + Send>;
 
-/// A step's parts, each with its name.
-fn expand(step: &str, seed: u64) -> Vec<(String, Work)> {
-    let one = |name: &str, command| vec![(name.to_owned(), checked(command))];
+/// A part of a step.
+struct Part {
+    name: String,
+    work: Work,
+    /// Whether the parts behind it need not wait for it.
+    beside: bool,
+}
+
+impl Part {
+    fn new(name: impl Into<String>, work: Work) -> Self {
+        Self {
+            name: name.into(),
+            work,
+            beside: false,
+        }
+    }
+
+    fn run(self) -> Outcome {
+        eprintln!("\n== {}", self.name);
+        let begin = Instant::now();
+        let problems = (self.work)();
+        problems.iter().for_each(|p| eprintln!("   {p}"));
+        Outcome {
+            name: self.name,
+            problems,
+            time: begin.elapsed(),
+        }
+    }
+}
+
+/// A step's parts.
+fn expand(step: &str, seed: u64) -> Vec<Part> {
+    let one = |name: &str, command| vec![Part::new(name, checked(command))];
     match step {
         "fmt" => one("rustfmt", quiet("fmt --all --check", "-l")),
-        "tidy" => vec![(
-            "tidy: the house rules".to_owned(),
-            Box::new(|| tidy::problems(&cargo::root())) as Work,
-        )],
+        "tidy" => {
+            let work = Box::new(|| tidy::problems(&cargo::root()));
+            vec![Part::new("tidy: the house rules", work)]
+        }
         "clippy" => {
             let all = quiet(
                 "clippy --workspace --all-targets --keep-going",
@@ -106,7 +136,19 @@ fn expand(step: &str, seed: u64) -> Vec<(String, Work)> {
             );
             one("clippy, all targets", all)
         }
-        "test" => one("tests", same_cases(tests("--examples", ""))),
+        // Test programs run one after another, and each ends with its longest test alone on one
+        // core: the steps behind take the other.
+        "test" => {
+            let all = "--lib --bins --tests --examples";
+            let run = |name, what| Part::new(name, checked(same_cases(tests(what, ""))));
+            let mut parts = one("tests: building", tests(&format!("{all} --no-run"), ""));
+            parts.push(Part {
+                beside: true,
+                ..run("tests of crates, beside the following", "--test *")
+            });
+            parts.push(run("tests of modules", "--lib --bins --examples"));
+            parts
+        }
         "doctest" => one(
             "doctests",
             quiet("test --workspace --no-fail-fast --doc", ""),
@@ -118,24 +160,22 @@ fn expand(step: &str, seed: u64) -> Vec<(String, Work)> {
         }
         "features" => feature_combinations(),
         "long" => {
-            let long = new_cases(tests("--release", "--ignored"), seed);
-            let properties = new_cases(tests("--release", ""), seed);
+            let all = "--lib --bins --tests --release";
+            let long = new_cases(tests(all, "--ignored"), seed);
+            let properties = new_cases(tests(all, ""), seed);
+            let properties_name = format!("properties on new cases, seed {seed}");
             vec![
-                (format!("long tests, seed {seed}"), checked(long)),
-                (
-                    format!("properties on new cases, seed {seed}"),
-                    checked(properties),
-                ),
+                Part::new(format!("long tests, seed {seed}"), checked(long)),
+                Part::new(properties_name, checked(properties)),
             ]
         }
         _ => Vec::new(),
     }
 }
 
-/// `cargo test` on all that is not documentation.
-fn tests(more: &str, after: &str) -> Command {
-    let all = "test --workspace --no-fail-fast --lib --bins --tests";
-    quiet(&format!("{all} {more}"), after)
+/// `cargo test` on some targets of all crates.
+fn tests(targets: &str, after: &str) -> Command {
+    quiet(&format!("test --workspace --no-fail-fast {targets}"), after)
 }
 
 /// The variable that proptest takes its seed from.
@@ -236,10 +276,10 @@ fn shown(command: &Command) -> String {
 /// Each crate with features: none of them, each alone, all of them. Defaults and the absence of
 /// features are what the other steps build. By clippy, as the step before: another way of denying
 /// warnings would compile all dependencies again.
-fn feature_combinations() -> Vec<(String, Work)> {
+fn feature_combinations() -> Vec<Part> {
     let house = match House::read(&cargo::root()) {
         Ok(house) => house,
-        Err(problem) => return vec![("features".to_owned(), Box::new(|| vec![problem]) as Work)],
+        Err(problem) => return vec![Part::new("features", Box::new(|| vec![problem]))],
     };
     let mut steps = Vec::new();
     for member in &house.members {
@@ -254,7 +294,7 @@ fn feature_combinations() -> Vec<(String, Work)> {
             let name = format!("features of {}: [{set}]", member.owner);
             let alone = "clippy --all-targets --no-default-features";
             let check = format!("{alone} -p {} --features={set}", member.package());
-            steps.push((name, checked(quiet(&check, "-D warnings"))));
+            steps.push(Part::new(name, checked(quiet(&check, "-D warnings"))));
         }
     }
     steps
