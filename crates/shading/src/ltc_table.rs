@@ -7,12 +7,12 @@
 /// Entries along each axis: roughness, and √(1 − cosine) of the view.
 pub(crate) const SIZE: usize = 16;
 
-/// The worst ∫|f cos/albedo − lobe| dω over the table's cells, for F0 = 0.04 and 1, of at most 2
-/// (median 0.066).
+/// The worst ∫|f cos/albedo − lobe| dω over the table's cells, for F0 = 0.04 and 1, of
+/// at most 2 (median 0.066).
 pub const FIT_ERROR: f64 = 0.817;
 
-/// By roughness, then inclination: the albedos without Fresnel reflectance and of its grazing
-/// part, then m00, m20, m11, m02 of each lobe's map, with m22 = 1.
+/// By roughness, then inclination: the albedos without Fresnel reflectance and of its
+/// grazing part, then m00, m20, m11, m02 of each lobe's map, with m22 = 1.
 #[rustfmt::skip]
 pub(crate) static TABLE: [[f32; 10]; 256] = [
     [1.0, 0.0, 0.019996, 0.0, 0.019996, -0.0, 0.019996, 0.0, 0.019996, -0.0],
