@@ -19,16 +19,28 @@ const STOREY: f64 = 4.0;
 
 /// The hall, two storeys high, along x.
 pub(super) fn colonnade() -> Files {
+    let mut geometry = String::new();
+    let mut meshes = Files::new();
+    for (name, reflectance, mesh) in parts() {
+        let [r, g, b] = reflectance;
+        geometry.push_str(&format!(
+            "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ {r} {g} {b} ]\nShape \"plymesh\" \"string filename\" [ \"{name}\" ]\nAttributeEnd\n"
+        ));
+        meshes.push((name.to_owned(), mesh.ply()));
+    }
+    let light = |half, radiance| light_text(radiance, &facing_down([0.0, 9.5, 0.0], half));
+    let lights = [
+        light([0.5, 0.25], [1920.0, 1840.0, 1700.0]),
+        light([6.0, 2.0], [20.0, 19.2, 17.7]),
+    ];
     let mut files = main_files(
         "colonnade",
         "Arcades around a hall that is open to the sky; meshes made by a generator.",
         "LookAt -8.6 1.7 0.5  0 1.7 -0.5  0 1 0\nCamera \"perspective\" \"float fov\" [ 52 ]",
-        |size| {
-            let half = size.pick([0.5, 0.25], [6.0, 2.0]);
-            let radiance = size.pick([1920.0, 1840.0, 1700.0], [20.0, 19.2, 17.7]);
-            light_text(radiance, &facing_down([0.0, 9.5, 0.0], half))
-        },
+        geometry,
+        lights,
     );
+    files.extend(meshes);
     files.push(main_file(
         "colonnade",
         "line",
@@ -36,15 +48,6 @@ pub(super) fn colonnade() -> Files {
         "LookAt -8.6 1.3 0.4  0 1.1 -0.3  0 1 0\nCamera \"perspective\" \"float fov\" [ 52 ]",
         &line_text([24.0, 21.0, 16.0], [[-6.0, 3.6, 0.3], [9.0, 3.6, -0.2]]),
     ));
-    let mut geometry = String::new();
-    for (name, reflectance, mesh) in parts() {
-        let [r, g, b] = reflectance;
-        geometry.push_str(&format!(
-            "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ {r} {g} {b} ]\nShape \"plymesh\" \"string filename\" [ \"{name}\" ]\nAttributeEnd\n"
-        ));
-        files.push((name.to_owned(), mesh.ply()));
-    }
-    files.push(("colonnade.geometry.pbrt".to_owned(), geometry.into_bytes()));
     files
 }
 
@@ -65,7 +68,8 @@ fn parts() -> [(&'static str, [f64; 3], Mesh); 3] {
     ]
 }
 
-fn place(k: u32) -> f64 {
+/// Along the hall, where column `k` stands.
+fn column_x(k: u32) -> f64 {
     BAY * (f64::from(k) - 0.5 * f64::from(COLUMNS - 1))
 }
 
@@ -75,10 +79,10 @@ fn stone() -> Mesh {
         let floor = STOREY * f64::from(storey);
         for side in [-1.0, 1.0] {
             for k in 0..COLUMNS {
-                column(&mut mesh, [place(k), floor, side * HALF]);
+                column(&mut mesh, [column_x(k), floor, side * HALF]);
                 if k + 1 < COLUMNS {
-                    arch(&mut mesh, place(k), floor + 2.5, side * HALF);
-                    balustrade(&mut mesh, place(k), floor + STOREY, side * HALF);
+                    arch(&mut mesh, column_x(k), floor + 2.5, side * HALF);
+                    balustrade(&mut mesh, column_x(k), floor + STOREY, side * HALF);
                 }
             }
         }
@@ -201,7 +205,7 @@ fn pots() -> Mesh {
     let mut random = Random::new(1991);
     for k in 0..8u32 {
         let side = if k % 2 == 0 { -1.0 } else { 1.0 };
-        let foot = [place(k + 1) + 1.0, 0.0, side * 1.3];
+        let foot = [column_x(k + 1) + 1.0, 0.0, side * 1.3];
         mesh.surface([16, 24], true, |v, u| {
             let r = 0.18 + 0.12 * v + 0.03 * (PI * v * 3.0).sin();
             [

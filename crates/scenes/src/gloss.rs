@@ -2,9 +2,8 @@
 //! box, occluders on glossy strips, monoliths, and plates under lights of several sizes.
 
 use super::mesh::Mesh;
-use super::rooms::walls;
-use super::{Files, diffuse, facing_down, light_text};
-use std::fmt::Write as _;
+use super::rooms::{BOX_CAMERA, walls};
+use super::{Files, diffuse, facing_down, facing_up, light_text};
 
 /// One main file without variants of its light.
 pub(super) fn scene(
@@ -42,25 +41,23 @@ pub(super) fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String 
     )
 }
 
-/// A horizontal rectangle that faces up, between two corners in x and z.
-fn facing_up(low: [f64; 2], high: [f64; 2], y: f64) -> [[f64; 3]; 4] {
-    let ([a, b], [c, d]) = (low, high);
-    [[a, y, b], [a, y, d], [c, y, d], [c, y, b]]
-}
-
 /// Fig. 5: a quad afloat beneath a quad light, their edges parallel.
 pub(super) fn floating_quad() -> Files {
-    let mut quad = Mesh::default();
-    quad.fan(&facing_down([0.0, 1.0, 0.0], [0.35, 0.35]));
+    let quad = Mesh::polygon(&facing_down([0.0, 1.0, 0.0], [0.35, 0.35]));
     let mut world = walls();
     world += &diffuse([0.5, 0.5, 0.5], &quad);
     world += &light(
         [12.5, 10.6, 6.7],
         &facing_down([0.0, 1.98, 0.0], [0.4, 0.4]),
     );
-    let camera = "LookAt 0.031 1.017 -4.4  0.013 1.007 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 33 ]";
     let about = "A quad afloat beneath a quad light in a box.";
-    vec![scene("floating-quad", about, camera, [256, 256], &world)]
+    vec![scene(
+        "floating-quad",
+        about,
+        BOX_CAMERA,
+        [256, 256],
+        &world,
+    )]
 }
 
 /// Roughness of the strips, left to right.
@@ -71,23 +68,21 @@ pub(super) fn strips() -> Files {
     let mut world = String::new();
     for (k, alpha) in (0u8..).zip(STRIPS) {
         let left = f64::from(k) - 2.5;
-        let mut strip = Mesh::default();
-        strip.fan(&facing_up([left + 0.02, -2.5], [left + 0.98, 2.6], 0.0));
+        let strip = Mesh::polygon(&facing_up([left + 0.02, -2.5], [left + 0.98, 2.6], 0.0));
         // One lobe: the choice between two is a step in the random numbers, which would be seen in
         // the order of convergence.
-        let _ = write!(world, "{}", plastic([0.0; 3], 0.6, alpha, &strip));
-        let mut post = Mesh::default();
+        world += &plastic([0.0; 3], 0.6, alpha, &strip);
         let (x, y) = (left + 0.5, 0.42);
         let (sin, cos) = (0.3 + 0.17 * f64::from(k)).sin_cos();
         let corner = |a: f64, b: f64| [x + cos * a - sin * b, y + sin * a + cos * b, 0.35];
         // No edge along the light's.
-        post.fan(&[
+        let post = Mesh::polygon(&[
             corner(-0.15, -0.36),
             corner(-0.15, 0.36),
             corner(0.15, 0.36),
             corner(0.15, -0.36),
         ]);
-        let _ = write!(world, "{}", diffuse([0.55, 0.4, 0.25], &post));
+        world += &diffuse([0.55, 0.4, 0.25], &post);
     }
     // Faces the camera, −z.
     let corners = [
@@ -105,8 +100,7 @@ pub(super) fn strips() -> Files {
 
 /// Fig. 1: slabs that stand on a glossy floor before a wide light.
 pub(super) fn monoliths() -> Files {
-    let mut floor = Mesh::default();
-    floor.fan(&facing_up([-4.0, -3.0], [4.0, 3.2], 0.0));
+    let floor = Mesh::polygon(&facing_up([-4.0, -3.0], [4.0, 3.2], 0.0));
     let mut slabs = Mesh::default();
     for (k, (x, z, height, turn)) in [
         (-1.6, 0.3, 1.5, 0.4),
@@ -154,25 +148,23 @@ pub(super) fn plates() -> Files {
     for (y, z, tilt, alpha) in tilts {
         let (sin, cos) = tilt.sin_cos();
         let at = |x: f64, s: f64| [x, y + 0.22 * s * sin, z + 0.22 * s * cos];
-        let mut plate = Mesh::default();
-        plate.fan(&[at(-2.0, -1.0), at(-2.0, 1.0), at(2.0, 1.0), at(2.0, -1.0)]);
-        let _ = write!(world, "{}", plastic([0.07, 0.09, 0.13], 0.9, alpha, &plate));
+        let plate = [at(-2.0, -1.0), at(-2.0, 1.0), at(2.0, 1.0), at(2.0, -1.0)];
+        world += &plastic([0.07, 0.09, 0.13], 0.9, alpha, &Mesh::polygon(&plate));
     }
-    let mut floor = Mesh::default();
-    floor.fan(&facing_up([-5.0, -5.0], [5.0, 5.0], -0.15));
+    let mut floor = Mesh::polygon(&facing_up([-5.0, -5.0], [5.0, 5.0], -0.15));
     floor.fan(&[
         [-5.0, -0.15, 3.2],
         [-5.0, 4.0, 3.2],
         [5.0, 4.0, 3.2],
         [5.0, -0.15, 3.2],
     ]);
-    let _ = write!(world, "{}", diffuse([0.4, 0.4, 0.4], &floor));
+    world += &diffuse([0.4, 0.4, 0.4], &floor);
     let mut bars = Mesh::default();
     for k in 0..9u8 {
         let x = 0.45 * f64::from(k) - 1.8;
         bars.cuboid([x - 0.03, 1.35, 0.2], [x + 0.03, 1.41, 1.3], 0.0);
     }
-    let _ = write!(world, "{}", diffuse([0.3, 0.3, 0.3], &bars));
+    world += &diffuse([0.3, 0.3, 0.3], &bars);
     for (x, half, power) in [
         (-1.5, 0.04, 500.0),
         (-0.5, 0.1, 80.0),
@@ -187,7 +179,7 @@ pub(super) fn plates() -> Files {
             [x + half, y + 0.6 * half, z - 0.8 * half],
             [x + half, y - 0.6 * half, z + 0.8 * half],
         ];
-        let _ = write!(world, "{}", light([power; 3], &corners));
+        world += &light([power; 3], &corners);
     }
     let camera =
         "LookAt 0.02 1.5 -6.1  0.01 0.85 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 36 ]";

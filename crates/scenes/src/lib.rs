@@ -20,7 +20,7 @@ pub use library::{Library, locate};
 #[cfg(feature = "load")]
 pub use visibility::{VisibilityScene, stratified_lines};
 
-use text::{diffuse, facing_down, light_text, line_text, main_file, main_files, phong};
+use text::{diffuse, facing_down, facing_up, light_text, line_text, main_file, main_files, phong};
 
 /// A scene as files: names and contents.
 pub type Files = Vec<(String, Vec<u8>)>;
@@ -55,17 +55,18 @@ pub fn colonnade() -> Files {
 /// The files of the scenes that are kept in the repository.
 #[must_use]
 pub fn kept() -> Files {
-    let mut files = Files::new();
-    files.extend(rooms::cornell_box());
-    files.extend(rooms::grid_planes());
-    files.extend(rooms::triangle_soup());
-    files.extend(logo::logo());
-    files.extend(gloss::floating_quad());
-    files.extend(gloss::strips());
-    files.extend(gloss::monoliths());
-    files.extend(gloss::plates());
-    files.extend(window::window());
-    files
+    let scenes = [
+        rooms::cornell_box(),
+        rooms::grid_planes(),
+        rooms::triangle_soup(),
+        logo::logo(),
+        gloss::floating_quad(),
+        gloss::strips(),
+        gloss::monoliths(),
+        gloss::plates(),
+        window::window(),
+    ];
+    scenes.concat()
 }
 
 #[cfg(test)]

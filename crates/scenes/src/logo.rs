@@ -1,7 +1,7 @@
 //! The letters L I T, extruded, standing on a glossy plane.
 
 use super::mesh::Mesh;
-use super::{Files, diffuse, light_text, main_files, phong};
+use super::{Files, diffuse, facing_up, light_text, main_files, phong};
 
 /// Boxes of the letters: x and y ranges.
 const STROKES: [[f64; 4]; 5] = [
@@ -14,13 +14,7 @@ const STROKES: [[f64; 4]; 5] = [
 
 /// Letters on a glossy plane, lit from behind and above: their shadows fall towards the camera.
 pub(super) fn logo() -> Files {
-    let mut floor = Mesh::default();
-    floor.fan(&[
-        [-6.0, 0.0, -6.0],
-        [-6.0, 0.0, 6.0],
-        [6.0, 0.0, 6.0],
-        [6.0, 0.0, -6.0],
-    ]);
+    let floor = Mesh::polygon(&facing_up([-6.0; 2], [6.0; 2], 0.0));
     let mut letters = Mesh::default();
     for [x0, x1, y0, y1] in STROKES {
         letters.cuboid([x0, y0, -0.15], [x1, y1, 0.15], 0.0);
@@ -29,18 +23,15 @@ pub(super) fn logo() -> Files {
         phong([0.1, 0.1, 0.12], 0.6, 200.0, &floor) + &diffuse([0.75, 0.35, 0.1], &letters);
     let camera =
         "LookAt 0 2.6 -5.2  0 0.4 -0.4  0 1 0\nCamera \"perspective\" \"float fov\" [ 36 ]";
-    let mut files = main_files(
-        "logo",
-        "Letters on a glossy plane (Phong, an extension of linelit).",
-        camera,
-        |size| {
-            // Faces down and towards the camera.
-            let (a, b) = size.pick((0.15, 0.1), (1.2, 0.8));
-            let radiance = size.pick([640.0, 600.0, 520.0], [10.0, 9.4, 8.1]);
-            let at = |x: f64, v: f64| [x, 3.2 + 0.6 * v, 2.4 - 0.8 * v];
-            light_text(radiance, &[at(-a, -b), at(-a, b), at(a, b), at(a, -b)])
-        },
-    );
-    files.push(("logo.geometry.pbrt".to_owned(), geometry.into_bytes()));
-    files
+    // Faces down and towards the camera.
+    let light = |[a, b]: [f64; 2], radiance| {
+        let at = |x: f64, v: f64| [x, 3.2 + 0.6 * v, 2.4 - 0.8 * v];
+        light_text(radiance, &[at(-a, -b), at(-a, b), at(a, b), at(a, -b)])
+    };
+    let lights = [
+        light([0.15, 0.1], [640.0, 600.0, 520.0]),
+        light([1.2, 0.8], [10.0, 9.4, 8.1]),
+    ];
+    let about = "Letters on a glossy plane (Phong, an extension of linelit).";
+    main_files("logo", about, camera, geometry, lights)
 }

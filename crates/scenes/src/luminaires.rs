@@ -2,8 +2,8 @@
 
 use super::mesh::{Mesh, Random};
 use super::rooms::{BOX_CAMERA, walls};
-use super::{diffuse, light_text};
-use std::fmt::Write as _;
+use super::{diffuse, facing_up, light_text};
+use crate::text::emitter;
 
 const HEAD: &str = "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\nFilm \"rgb\" \"integer xresolution\" [ 128 ] \"integer yresolution\" [ 128 ]\nWorldBegin\n";
 
@@ -19,23 +19,19 @@ fn triangle([x, y, z]: [f64; 3], size: f64, flip: bool) -> [[f64; 3]; 3] {
 
 /// A luminaire.
 fn luminaire(radiance: f64, corners: &[[f64; 3]]) -> String {
-    let light = light_text([radiance, 0.92 * radiance, 0.75 * radiance], corners);
-    format!(
-        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\n{light}\nAttributeEnd\n"
-    )
+    let colour = [radiance, 0.92 * radiance, 0.75 * radiance];
+    emitter(&light_text(colour, corners))
 }
 
 /// Shirley & Wang's room with 2 or 32 triangular luminaires on the ceiling, over a ball and a
 /// block. The 32 are of different strength.
 #[must_use]
 pub fn room(count: u32) -> String {
-    let mut block = Mesh::default();
-    block.cuboid([0.15, 0.0, -0.5], [0.65, 0.7, 0.0], 0.3);
-    let mut text = format!(
-        "{BOX_CAMERA}\n{HEAD}{}{}",
-        walls(),
-        diffuse([0.6; 3], &block)
+    let block = diffuse(
+        [0.6; 3],
+        &Mesh::block([0.15, 0.0, -0.5], [0.65, 0.7, 0.0], 0.3),
     );
+    let mut text = format!("{BOX_CAMERA}\n{HEAD}{}{block}", walls());
     text.push_str("AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0.7 0.7 0.7 ]\nTranslate -0.35 0.5 0.1\nShape \"sphere\" \"float radius\" [ 0.45 ]\nAttributeEnd\n");
     if count <= 2 {
         text.push_str(&luminaire(9.0, &triangle([-0.45, 1.98, 0.0], 0.75, false)));
@@ -56,13 +52,7 @@ pub fn room(count: u32) -> String {
 #[must_use]
 pub fn hall(side: u32) -> String {
     let half = 20.0;
-    let mut floor = Mesh::default();
-    floor.fan(&[
-        [-half, 0.0, -half],
-        [-half, 0.0, half],
-        [half, 0.0, half],
-        [half, 0.0, -half],
-    ]);
+    let floor = Mesh::polygon(&facing_up([-half; 2], [half; 2], 0.0));
     let mut columns = Mesh::default();
     for k in 0..81u32 {
         let at = |n: u32| 4.4 * (f64::from(n) - 4.0);
@@ -86,12 +76,7 @@ pub fn hall(side: u32) -> String {
             at(k / side) + off(),
         ];
         let radiance = random.between(0.5, 8.0);
-        let size = 0.1 * step;
-        let _ = write!(
-            text,
-            "{}",
-            luminaire(radiance, &triangle(centre, size, k % 2 == 0))
-        );
+        text += &luminaire(radiance, &triangle(centre, 0.1 * step, k % 2 == 0));
     }
     text
 }
@@ -99,15 +84,8 @@ pub fn hall(side: u32) -> String {
 /// A floor and a wall beside a ball that shines.
 #[must_use]
 pub fn shining_ball() -> String {
-    let mut floor = Mesh::default();
-    floor.fan(&[
-        [-3.0, 0.0, -3.0],
-        [-3.0, 0.0, 3.0],
-        [3.0, 0.0, 3.0],
-        [3.0, 0.0, -3.0],
-    ]);
-    let mut block = Mesh::default();
-    block.cuboid([0.6, 0.0, -0.9], [0.9, 1.1, 0.3], 0.3);
+    let floor = Mesh::polygon(&facing_up([-3.0; 2], [3.0; 2], 0.0));
+    let block = Mesh::block([0.6, 0.0, -0.9], [0.9, 1.1, 0.3], 0.3);
     let camera = "LookAt 0 3.2 -4.2  0 0.3 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 40 ]";
     let mut text = format!(
         "{camera}\n{HEAD}{}{}",

@@ -17,6 +17,20 @@ impl Mesh {
         u32::try_from(self.points.len() - 1).unwrap_or(u32::MAX)
     }
 
+    /// One convex polygon.
+    pub(super) fn polygon(corners: &[[f64; 3]]) -> Self {
+        let mut mesh = Self::default();
+        mesh.fan(corners);
+        mesh
+    }
+
+    /// One box, as [`Mesh::cuboid`] adds it.
+    pub(super) fn block(lo: [f64; 3], hi: [f64; 3], angle: f64) -> Self {
+        let mut mesh = Self::default();
+        mesh.cuboid(lo, hi, angle);
+        mesh
+    }
+
     /// A convex polygon as a fan.
     pub(super) fn fan(&mut self, corners: &[[f64; 3]]) {
         let ids: Vec<u32> = corners.iter().map(|&p| self.vertex(p)).collect();

@@ -1,7 +1,7 @@
 //! The Cornell box, grids over a plane, and a soup of triangles in a box.
 
 use super::mesh::{Mesh, Random};
-use super::{Files, diffuse, facing_down, light_text, line_text, main_file, main_files};
+use super::{Files, diffuse, facing_down, facing_up, light_text, line_text, main_file, main_files};
 
 const WHITE: [f64; 3] = [0.725, 0.71, 0.68];
 const RED: [f64; 3] = [0.63, 0.065, 0.05];
@@ -14,13 +14,7 @@ pub(super) const BOX_CAMERA: &str =
 /// Floor, ceiling and back wall white, side walls red and green; x and z from −1 to 1, y from 0 to
 /// 2, open to the camera.
 pub(super) fn walls() -> String {
-    let mut white = Mesh::default();
-    white.fan(&[
-        [-1.0, 0.0, -1.0],
-        [-1.0, 0.0, 1.0],
-        [1.0, 0.0, 1.0],
-        [1.0, 0.0, -1.0],
-    ]);
+    let mut white = Mesh::polygon(&facing_up([-1.0; 2], [1.0; 2], 0.0));
     white.fan(&facing_down([0.0, 2.0, 0.0], [1.0, 1.0]));
     white.fan(&[
         [-1.0, 0.0, 1.0],
@@ -28,15 +22,13 @@ pub(super) fn walls() -> String {
         [1.0, 2.0, 1.0],
         [1.0, 0.0, 1.0],
     ]);
-    let mut red = Mesh::default();
-    red.fan(&[
+    let red = Mesh::polygon(&[
         [-1.0, 0.0, -1.0],
         [-1.0, 2.0, -1.0],
         [-1.0, 2.0, 1.0],
         [-1.0, 0.0, 1.0],
     ]);
-    let mut green = Mesh::default();
-    green.fan(&[
+    let green = Mesh::polygon(&[
         [1.0, 0.0, -1.0],
         [1.0, 0.0, 1.0],
         [1.0, 2.0, 1.0],
@@ -51,32 +43,24 @@ pub(super) fn cornell_box() -> Files {
     blocks.cuboid([0.05, 0.0, -0.65], [0.65, 0.6, -0.05], 0.29);
     blocks.cuboid([-0.65, 0.0, -0.05], [-0.05, 1.2, 0.55], -0.33);
     let geometry = walls() + &diffuse(WHITE, &blocks);
-    let mut files = main_files("cornell-box", "Two blocks in a room.", BOX_CAMERA, |size| {
-        let half = size.pick(0.05, 0.4);
-        let radiance = size.pick([800.0, 680.0, 430.0], [12.5, 10.6, 6.7]);
-        light_text(radiance, &facing_down([0.0, 1.98, 0.0], [half, half]))
-    });
+    let light = |half, radiance| light_text(radiance, &facing_down([0.0, 1.98, 0.0], [half; 2]));
+    let lights = [
+        light(0.05, [800.0, 680.0, 430.0]),
+        light(0.4, [12.5, 10.6, 6.7]),
+    ];
+    let about = "Two blocks in a room.";
+    let mut files = main_files("cornell-box", about, BOX_CAMERA, geometry, lights);
     let strength = [2.6, 2.2, 1.4];
     let ends = [[-0.55, 1.95, 0.1], [0.55, 1.95, 0.1]];
     let line = line_text(strength, ends);
     let about = "Two blocks in a room, under a linear light.";
     files.push(main_file("cornell-box", "line", about, BOX_CAMERA, &line));
-    files.push((
-        "cornell-box.geometry.pbrt".to_owned(),
-        geometry.into_bytes(),
-    ));
     files
 }
 
 /// Two crossed grids of bars over a plane.
 pub(super) fn grid_planes() -> Files {
-    let mut floor = Mesh::default();
-    floor.fan(&[
-        [-4.0, 0.0, -4.0],
-        [-4.0, 0.0, 4.0],
-        [4.0, 0.0, 4.0],
-        [4.0, 0.0, -4.0],
-    ]);
+    let floor = Mesh::polygon(&facing_up([-4.0; 2], [4.0; 2], 0.0));
     let mut bars = Mesh::default();
     for (height, count, turn) in [(0.7, 16u32, 0.35), (1.1, 16, -0.2)] {
         grid(&mut bars, height, count, turn);
@@ -85,16 +69,9 @@ pub(super) fn grid_planes() -> Files {
     let camera =
         "LookAt 0.9 2.6 -6.2  0 0.55 -0.4  0 1 0\nCamera \"perspective\" \"float fov\" [ 38 ]";
     let about = "Crossed grids of bars over a plane.";
-    let mut files = main_files("grid-planes", about, camera, |size| {
-        let half = size.pick(0.1, 0.8);
-        let radiance = size.pick([640.0; 3], [10.0; 3]);
-        light_text(radiance, &facing_down([0.0, 3.0, 0.0], [half, half]))
-    });
-    files.push((
-        "grid-planes.geometry.pbrt".to_owned(),
-        geometry.into_bytes(),
-    ));
-    files
+    let light = |half, radiance| light_text(radiance, &facing_down([0.0, 3.0, 0.0], [half; 2]));
+    let lights = [light(0.1, [640.0; 3]), light(0.8, [10.0; 3])];
+    main_files("grid-planes", about, camera, geometry, lights)
 }
 
 /// `2 × count` bars of square section over a square of side 2.4, turned about the vertical.
@@ -141,15 +118,13 @@ pub(super) fn triangle_soup() -> Files {
     }
     let geometry = walls() + &diffuse([0.6, 0.6, 0.6], &soup);
     let about = "A thousand disjoint triangles in a room, under a triangular light.";
-    let mut files = main_files("triangle-soup", about, BOX_CAMERA, |size| {
-        let s = size.pick(0.09, 0.7);
-        let radiance = size.pick([605.0, 540.0, 420.0], [10.0, 8.9, 6.9]);
+    let light = |s: f64, radiance| {
         let at = |x: f64, z: f64| [s * x, 1.98, s * z];
         light_text(radiance, &[at(-0.9, -0.6), at(0.95, -0.5), at(-0.1, 1.0)])
-    });
-    files.push((
-        "triangle-soup.geometry.pbrt".to_owned(),
-        geometry.into_bytes(),
-    ));
-    files
+    };
+    let lights = [
+        light(0.09, [605.0, 540.0, 420.0]),
+        light(0.7, [10.0, 8.9, 6.9]),
+    ];
+    main_files("triangle-soup", about, BOX_CAMERA, geometry, lights)
 }

@@ -2,42 +2,22 @@
 
 use crate::Files;
 use crate::mesh::Mesh;
-use std::fmt::Write as _;
 
-/// The size of a scene's light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LightSize {
-    Small,
-    Large,
-}
-
-impl LightSize {
-    pub(crate) const BOTH: [Self; 2] = [Self::Small, Self::Large];
-
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Small => "small",
-            Self::Large => "large",
-        }
-    }
-
-    pub(crate) const fn pick<T: Copy>(self, small: T, large: T) -> T {
-        match self {
-            Self::Small => small,
-            Self::Large => large,
-        }
-    }
-}
-
-/// A main file for each size of light: camera, `Include` of the geometry, light.
+/// A scene with a small and with a large light: a main file for each, and the geometry that both
+/// include.
 pub(crate) fn main_files(
     name: &str,
     about: &str,
     camera: &str,
-    light: impl Fn(LightSize) -> String,
+    geometry: String,
+    lights: [String; 2],
 ) -> Files {
-    let file = |size: LightSize| main_file(name, size.name(), about, camera, &light(size));
-    LightSize::BOTH.map(file).to_vec()
+    let [small, large] = lights;
+    vec![
+        main_file(name, "small", about, camera, &small),
+        main_file(name, "large", about, camera, &large),
+        (format!("{name}.geometry.pbrt"), geometry.into_bytes()),
+    ]
 }
 
 /// The main file of a scene with one kind of light.
@@ -48,28 +28,22 @@ pub(crate) fn main_file(
     camera: &str,
     light: &str,
 ) -> (String, Vec<u8>) {
-    let mut text = String::new();
-    let _ = writeln!(text, "# linelit: {name}, {kind} light. {about}");
-    let _ = writeln!(text, "{camera}");
-    let _ = writeln!(
-        text,
-        "Sampler \"independent\" \"integer pixelsamples\" [ 16 ]"
+    let text = format!(
+        "# linelit: {name}, {kind} light. {about}\n{camera}\n\
+         Sampler \"independent\" \"integer pixelsamples\" [ 16 ]\n\
+         PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\n\
+         Film \"rgb\" \"integer xresolution\" [ 512 ] \"integer yresolution\" [ 512 ] \"string filename\" [ \"{name}-{kind}.exr\" ]\n\
+         WorldBegin\nInclude \"{name}.geometry.pbrt\"\n{}",
+        emitter(light)
     );
-    let _ = writeln!(
-        text,
-        "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]"
-    );
-    let _ = writeln!(
-        text,
-        "Film \"rgb\" \"integer xresolution\" [ 512 ] \"integer yresolution\" [ 512 ] \"string filename\" [ \"{name}-{kind}.exr\" ]"
-    );
-    let _ = writeln!(text, "WorldBegin\nInclude \"{name}.geometry.pbrt\"");
-    let _ = writeln!(
-        text,
-        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]"
-    );
-    let _ = writeln!(text, "{light}\nAttributeEnd");
     (format!("{name}-{kind}.pbrt"), text.into_bytes())
+}
+
+/// A black surface that emits.
+pub(crate) fn emitter(light: &str) -> String {
+    format!(
+        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\n{light}\nAttributeEnd\n"
+    )
 }
 
 /// A linear light between two points, of the given radiance times radius.
@@ -85,12 +59,10 @@ pub(crate) fn line_text(strength: [f64; 3], [a, b]: [[f64; 3]; 2]) -> String {
 
 /// An area light of the given radiance over the corners of a convex polygon, as a fan.
 pub(crate) fn light_text(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
-    let mut mesh = Mesh::default();
-    mesh.fan(corners);
     let [r, g, b] = radiance;
     format!(
         "AreaLightSource \"diffuse\" \"rgb L\" [ {r} {g} {b} ]\n{}",
-        mesh.text()
+        Mesh::polygon(corners).text()
     )
 }
 
@@ -110,6 +82,12 @@ pub(crate) fn phong(reflectance: [f64; 3], specular: f64, exponent: f64, mesh: &
         "AttributeBegin\nMaterial \"phong\" \"rgb Kd\" [ {r} {g} {b} ] \"rgb Ks\" [ {specular} {specular} {specular} ] \"float exponent\" [ {exponent} ]\n{}\nAttributeEnd\n",
         mesh.text()
     )
+}
+
+/// A horizontal rectangle that faces up, between two corners in x and z.
+pub(crate) fn facing_up(low: [f64; 2], high: [f64; 2], y: f64) -> [[f64; 3]; 4] {
+    let ([a, b], [c, d]) = (low, high);
+    [[a, y, b], [a, y, d], [c, y, d], [c, y, b]]
 }
 
 /// A rectangle in a horizontal plane that faces down: half sizes x and z about a centre.

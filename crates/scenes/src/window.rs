@@ -14,8 +14,7 @@ pub(super) fn window() -> Files {
         let y = 0.72 + 0.11 * f64::from(k);
         blinds.cuboid([-0.93, y, -0.75], [-0.86, y + 0.012, 0.75], 0.0);
     }
-    let mut block = Mesh::default();
-    block.cuboid([0.05, 0.0, -0.45], [0.65, 0.6, 0.15], 0.29);
+    let block = Mesh::block([0.05, 0.0, -0.45], [0.65, 0.6, 0.15], 0.29);
     let mut world = walls();
     world += &diffuse([0.7, 0.7, 0.65], &blinds);
     world += &gloss::plastic([0.3, 0.32, 0.35], 0.5, 0.15, &block);
