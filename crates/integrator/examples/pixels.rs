@@ -14,6 +14,11 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use std::path::Path;
 
+#[path = "../tests/all/common/rooms.rs"]
+mod rooms;
+
+use rooms::{CLUTTER, MATTE, PHONG, SQUARE, THROUGH_THE_FLOOR, TRIANGLE};
+
 /// Pixels across and down, spread evenly over each picture.
 const GRID: [u32; 2] = [24, 16];
 
@@ -94,26 +99,18 @@ const SOME: [&str; 8] = [
 /// Floors, lights and occluders of scenes that no file holds.
 const ROOMS: [(&str, &str, &str); 6] = [
     ("phong-room", PHONG, SQUARE),
-    ("microfacet-room", METAL, TILTED),
+    ("microfacet-room", METAL, TRIANGLE),
     ("mixed-room", MIXED, THROUGH_THE_FLOOR),
     ("two-lights-room", MATTE, TWO_LIGHTS),
     ("sphere-room", PHONG, SPHERE),
     ("line-room", MIXED, LINE),
 ];
 
-const MATTE: &str = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
-const PHONG: &str = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
 const METAL: &str = r#"Material "metal" "float uroughness" .15 "float vroughness" .5 "bool remaproughness" "false""#;
 const MIXED: &str = r#"
 MakeNamedMaterial "a" "string type" "phong" "rgb Kd" [ .2 .1 .3 ] "rgb Ks" [ .5 .6 .7 ] "float exponent" 40.5
 MakeNamedMaterial "b" "string type" "uber" "rgb Kd" [ .2 .2 .2 ] "rgb Ks" [ .5 .5 .5 ] "rgb opacity" [ .5 .7 .9 ] "float roughness" .1
 Material "mix" "string namedmaterial1" "a" "string namedmaterial2" "b""#;
-const SQUARE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
-"point P" [ -0.5 -0.5 2  -0.5 0.5 2  0.5 0.5 2  0.5 -0.5 2 ]"#;
-const TILTED: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 ]
-"point P" [ -0.8 -0.5 2  0.1 0.9 1.6  0.7 -0.4 2.2 ]"#;
-const THROUGH_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
-"point P" [ -1.5 -1 -0.5  -1.5 1 -0.5  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
 const TWO_LIGHTS: &str = r#"
 Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -0.8 -0.5 2  0.1 0.9 1.6  0.7 -0.4 2.2 ]
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
@@ -133,9 +130,7 @@ WorldBegin
 {floor}
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -3 -3 0  3 -3 0  3 3 0  -3 3 0 ]
     "normal N" [ -.1 0 1  .1 0 1  .1 .1 1  0 0 1 ]
-Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -0.6 -0.3 0.9  0.5 -0.2 1.1  0.1 0.6 0.8 ]
-Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 0.2 1.3  1 0.25 1.3  1 0.35 1.3  -1 0.3 1.3 ]
-Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 0.8 0.3 0  1.0 0.9 0  0.9 0.6 1.2 ]
+{CLUTTER}
 AttributeBegin
 Translate 0.5 0.9 0.5
 Material "glass"

@@ -18,7 +18,7 @@ pub struct PlannedLight {
     pub light: Arc<Light>,
     /// The light's own triangles, which never block it.
     pub triangles: Range<u32>,
-    /// What an area light emits where, if not the same everywhere.
+    /// Emission of an area light by position, if not the same everywhere.
     pub texture: Option<PlannedTexture>,
     /// The estimator of this light, if it has one of its own.
     pub estimator: Option<Estimator>,
@@ -39,7 +39,7 @@ impl PlannedLight {
     }
 }
 
-/// What an area light of a scene emits where, as estimators ask for it.
+/// Emission of an area light of a scene by position, as estimators ask for it.
 #[derive(Clone, Debug)]
 pub struct PlannedTexture(Arc<linelit_scene::EmissionTexture>);
 
@@ -61,7 +61,7 @@ impl EmissionTexture for PlannedTexture {
     }
 }
 
-/// What is left to do once everything that cannot matter is dropped; built once per scene.
+/// Lights and decisions that remain once all that cannot matter is dropped; built once per scene.
 ///
 /// Per scene it drops lights that emit nothing. Per shading point it drops lights that face away or
 /// lie below the horizon, and all lights where the material reflects nothing. What visibility then
@@ -111,7 +111,7 @@ impl Plan {
         }
     }
 
-    /// What choosing among those lights needs.
+    /// Tables for choosing among those lights.
     pub(crate) fn tables_of(&self, spheres: Spheres) -> &Tables {
         match (&self.with_spheres, spheres) {
             (Some((_, tables)), Spheres::Exact) => tables,

@@ -16,9 +16,9 @@ pub const SURFACE_OFFSET: f64 = 16.0 * 5.96e-8;
 pub struct ShadingPoint {
     /// Position, normals, direction to the viewer, reflection.
     pub shading: linelit_estimators::ShadingPoint,
-    /// How far the position is lifted off the surface.
+    /// Distance of the position from the surface.
     pub lift: f64,
-    /// Where perfect mirrors and glass send the view on; empty for most.
+    /// Directions in which perfect mirrors and glass send the view on; empty for most.
     pub bounces: Vec<Bounce>,
     /// Radiance that the surface itself emits towards the viewer, W/(m²·sr).
     pub emitted: DVec3,

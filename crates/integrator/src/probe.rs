@@ -10,7 +10,7 @@ const RAYS: u32 = 8;
 /// The most lights that are looked at.
 const MOST_LIGHTS: usize = 16;
 
-/// How occluded the lights of the plan are; empty where there are too many to ask.
+/// Occlusion statistics of the lights of the plan; empty where there are too many to ask.
 pub(crate) fn occlusion(renderer: &Renderer<'_>) -> Vec<OcclusionStats> {
     let lights = renderer.plan().lights();
     if lights.len() > MOST_LIGHTS {

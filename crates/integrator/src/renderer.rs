@@ -19,7 +19,7 @@ pub struct Renderer<'s> {
     scene: &'s Scene,
     occluders: Occluders,
     plan: Plan,
-    /// Whether it matters what a pixel covers.
+    /// Whether the scene has textures, so that the footprint of a pixel matters.
     has_textures: bool,
 }
 
@@ -83,8 +83,8 @@ impl<'s> Renderer<'s> {
             } else {
                 camera.get_2d(i)
             };
-            let place = self.film_offset(jitter);
-            if let Some(point) = self.shading_point_at(pixel, place, spacing, workspace) {
+            let offset = self.film_offset(jitter);
+            if let Some(point) = self.shading_point_at(pixel, offset, spacing, workspace) {
                 if settings.show_lights {
                     sum += point.emitted;
                 }
@@ -122,7 +122,7 @@ impl<'s> Renderer<'s> {
         sum
     }
 
-    /// What the view meets next from a mirror or through glass.
+    /// The surface that the view meets next from a mirror or through glass.
     fn follow(
         &self,
         point: &ShadingPoint,
@@ -145,7 +145,7 @@ impl<'s> Renderer<'s> {
         Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
     }
 
-    /// Where the camera ray through the centre of a pixel meets the scene.
+    /// The point at which the camera ray through the centre of a pixel meets the scene.
     #[must_use]
     pub fn shading_point(
         &self,
@@ -158,11 +158,11 @@ impl<'s> Renderer<'s> {
     fn shading_point_at(
         &self,
         pixel: [u32; 2],
-        place: [f64; 2],
+        offset: [f64; 2],
         spacing: f64,
         workspace: &mut Workspace,
     ) -> Option<ShadingPoint> {
-        let [x, y] = [0, 1].map(|k| f64::from(pixel[k]) + place[k]);
+        let [x, y] = [0, 1].map(|k| f64::from(pixel[k]) + offset[k]);
         let camera = self.scene.camera.ray(x, y);
         let ray = Ray {
             origin: camera.origin,
@@ -214,7 +214,7 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// Where in the pixel's filter a camera sample falls, uniform over the filter's support.
+    /// Offset of a camera sample in the pixel's filter, uniform over the filter's support.
     fn film_offset(&self, jitter: [f64; 2]) -> [f64; 2] {
         let radius = self.scene.film.filter.radius;
         [0, 1].map(|i| 0.5 + (2.0 * jitter[i] - 1.0) * radius[i])
@@ -290,8 +290,8 @@ impl<'s> Renderer<'s> {
         let lights = self.plan.lights_of(settings.spheres);
         let key = (pixel, repetition);
         if settings.lights == LightChoice::All {
-            let each = lights.iter();
-            return each
+            return lights
+                .iter()
                 .map(|light| self.one_light(settings, light, point, key, workspace))
                 .sum();
         }

@@ -106,7 +106,7 @@ impl Tables {
 pub(crate) struct Drawn {
     /// Index into the plan's lights.
     pub light: usize,
-    /// How many samples picked it.
+    /// Number of samples that picked it.
     pub count: u32,
     /// αᵢ.
     pub probability: f64,
@@ -140,14 +140,14 @@ pub(crate) fn draw(
             pick_all(drawn, &numbers, |u| tree.pick(light, x, n, u));
         }
         LightChoice::Estimate => {
-            let places = Sampler::new(SamplerKind::Independent, settings.seed).points(
+            let positions = Sampler::new(SamplerKind::Independent, settings.seed).points(
                 pixel,
                 dimension.wrapping_sub(1),
                 1,
             );
             let estimate = |i: usize| {
-                let place = places.get_2d(u32::try_from(i).unwrap_or(u32::MAX));
-                unshadowed(&lights[i].light, x, n, place)
+                let position = positions.get_2d(u32::try_from(i).unwrap_or(u32::MAX));
+                unshadowed(&lights[i].light, x, n, position)
             };
             let possible = |i: usize| can_contribute(&lights[i].light, x, n);
             let table = Estimated::new(weights, estimate, possible);

@@ -6,7 +6,7 @@ use linelit_samplers::SamplerKind;
 use std::fmt;
 use std::str::FromStr;
 
-/// How many samples of what.
+/// Settings of a render: estimator, pattern, samples, lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The estimator.
@@ -18,7 +18,7 @@ pub struct Settings {
     pub samples: u32,
     /// Which lights a shading point samples.
     pub lights: LightChoice,
-    /// What stands for emissive spheres.
+    /// Representation of emissive spheres.
     pub spheres: Spheres,
     /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
     pub pixel_samples: u32,
@@ -55,7 +55,7 @@ impl Default for Settings {
     }
 }
 
-/// What stands for an emissive sphere.
+/// Representation of an emissive sphere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spheres {
     /// `facets`: its triangles, which are what the camera sees and what lines can be drawn on.

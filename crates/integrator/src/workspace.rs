@@ -18,9 +18,9 @@ pub struct Workspace {
 /// Everything that was counted.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    /// What the plan skipped.
+    /// Work that the plan skipped.
     pub plan: PlanCounters,
-    /// What visibility did.
+    /// Work of visibility queries.
     pub visibility: Counters,
     /// Visible pieces of lines.
     pub segments: SegmentCounters,

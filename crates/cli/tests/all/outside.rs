@@ -3,7 +3,7 @@
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, names, path, small_study, text};
+use crate::common::{PROGRAM, folder, linelit, names, path, small_render, small_study, text};
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::Path;
@@ -124,17 +124,10 @@ fn where_nothing_can_be_written_nothing_is_begun() {
         let image = place.with_extension("exr");
         let scene = place.with_extension("pbrt");
         let mut study = small_study("cornell-box", &place);
-        study.extend([
-            "--samples",
-            "65536",
-            "--trials",
-            "1000",
-            "--pixels",
-            "512x512",
-        ]);
-        let convert = vec!["convert", "cornell-box", "-o", path(&scene)];
         let twice = study.iter().position(|a| *a == "--samples").unwrap();
-        study.drain(twice..twice + 6);
+        let long = ["--samples", "65536", "--trials", "1000", "--pixels"];
+        study.splice(twice..twice + 6, long.into_iter().chain(["512x512"]));
+        let convert = vec!["convert", "cornell-box", "-o", path(&scene)];
         for arguments in [long_render(&image), convert, study] {
             let output = linelit(&arguments);
             let said = text(&output.stderr);
@@ -203,15 +196,7 @@ fn limited(limits: &str, arguments: &[&str]) -> Output {
 fn a_disk_that_fills_up_leaves_what_was_there() {
     let dir = folder("filled");
     let (image, scene, study) = (dir.join("a.exr"), dir.join("a.pbrt"), dir.join("study"));
-    let render = [
-        "render",
-        "cornell-box",
-        "-o",
-        path(&image),
-        "--samples",
-        "1",
-    ];
-    let render = [&render[..], &["--resolution", "96x96"]].concat();
+    let render = small_render(&image, "96x96");
     let convert = vec!["convert", "triangle-soup-small", "-o", path(&scene)];
     let converge = small_study("cornell-box", &study);
     for before in [false, true] {

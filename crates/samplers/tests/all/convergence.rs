@@ -2,7 +2,7 @@
 //! table of variance exponents in the crate's README).
 #![allow(clippy::cast_precision_loss, reason = "sample counts are small")]
 
-use linelit_samplers::{Sampler, SamplerKind};
+use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::rng::SplitMix64;
 use linelit_testkit::ztest::{Welford, critical_z, z_score_two};
@@ -13,41 +13,40 @@ const TESTS: usize = 200;
 
 /// Squared errors of the estimate of ∫f over `trials` seeds; `f` may depend on the trial, and comes
 /// with its integral.
-fn squared_errors<F>(
+fn squared_errors<F: Fn([f64; 2]) -> f64>(
     kind: SamplerKind,
     n: u32,
     trials: u64,
     make: impl Fn(u64) -> (F, f64),
-) -> Welford
-where
-    F: Fn([f64; 2]) -> f64,
-{
-    (0..trials)
-        .map(|trial| {
-            let (f, integral) = make(trial);
-            let set = Sampler::new(kind, trial).points([11, 13], 2, n);
-            (set.iter_2d().map(f).sum::<f64>() / f64::from(n) - integral).powi(2)
-        })
-        .collect()
+) -> Welford {
+    let error = |trial| {
+        let (f, integral) = make(trial);
+        mean(samples(kind, n, trial).iter_2d().map(f)) - integral
+    };
+    (0..trials).map(|trial| error(trial).powi(2)).collect()
 }
 
 /// As [`squared_errors`], in one dimension.
-fn squared_errors_1d<F>(
+fn squared_errors_1d<F: Fn(f64) -> f64>(
     kind: SamplerKind,
     n: u32,
     trials: u64,
     make: impl Fn(u64) -> (F, f64),
-) -> Welford
-where
-    F: Fn(f64) -> f64,
-{
-    (0..trials)
-        .map(|trial| {
-            let (f, integral) = make(trial);
-            let set = Sampler::new(kind, trial).points([11, 13], 2, n);
-            (set.iter_1d().map(f).sum::<f64>() / f64::from(n) - integral).powi(2)
-        })
-        .collect()
+) -> Welford {
+    let error = |trial| {
+        let (f, integral) = make(trial);
+        mean(samples(kind, n, trial).iter_1d().map(f)) - integral
+    };
+    (0..trials).map(|trial| error(trial).powi(2)).collect()
+}
+
+fn samples(kind: SamplerKind, n: u32, seed: u64) -> SampleSet {
+    Sampler::new(kind, seed).points([11, 13], 2, n)
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len() as f64;
+    values.sum::<f64>() / n
 }
 
 fn assert_variance(got: &Welford, expected: f64, name: &str) {

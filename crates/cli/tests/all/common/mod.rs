@@ -38,6 +38,13 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+/// Arguments that render the Cornell box with one sample.
+pub(crate) fn small_render<'a>(image: &'a Path, resolution: &'a str) -> Vec<&'a str> {
+    let mut arguments = vec!["render", "cornell-box", "-o", path(image)];
+    arguments.extend(["--samples", "1", "--resolution", resolution]);
+    arguments
+}
+
 /// Arguments of the smallest study of one scene.
 pub(crate) fn small_study<'a>(scene: &'a str, out: &'a Path) -> Vec<&'a str> {
     let mut arguments = vec!["converge", scene, "--out", path(out)];

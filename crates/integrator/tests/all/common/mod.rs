@@ -1,6 +1,9 @@
 //! Small scenes and statistics that the tests share.
 
 pub(crate) mod oracle;
+mod rooms;
+
+pub(crate) use rooms::{CLUTTER, MATTE, PHONG, SQUARE, THROUGH_THE_FLOOR, TRIANGLE};
 
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
@@ -43,25 +46,6 @@ pub(crate) fn load(text: &str) -> Scene {
         .scene
 }
 
-/// A square light of side 1 above the floor, facing down.
-pub(crate) const SQUARE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
-"point P" [ -0.5 -0.5 2  -0.5 0.5 2  0.5 0.5 2  0.5 -0.5 2 ]"#;
-
-/// A triangular light, tilted.
-pub(crate) const TRIANGLE: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 ]
-"point P" [ -0.8 -0.5 2  0.1 0.9 1.6  0.7 -0.4 2.2 ]"#;
-
-/// Occluders of several kinds: a tilted triangle, a slat, and one that touches the floor.
-pub(crate) const CLUTTER: &str = r#"
-Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -0.6 -0.3 0.9  0.5 -0.2 1.1  0.1 0.6 0.8 ]
-Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 0.2 1.3  1 0.25 1.3  1 0.35 1.3  -1 0.3 1.3 ]
-Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 0.8 0.3 0  1.0 0.9 0  0.9 0.6 1.2 ]
-"#;
-
-/// A square light that goes through the floor.
-pub(crate) const THROUGH_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
-"point P" [ -1.5 -1 -0.5  -1.5 1 -0.5  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
-
 /// A light that stands on the floor.
 pub(crate) const ON_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
 "point P" [ -1.5 -1 0  -1.5 1 0  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
@@ -78,9 +62,6 @@ AttributeEnd"#;
 pub(crate) const TOUCHING: &str = r#"
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 0 2  0.5 0 2  0.5 0 1.4  -0.5 0 1.4 ]"#;
 
-/// A floor of the Phong model.
-pub(crate) const PHONG: &str = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
-
 /// A floor of microfacets of a roughness.
 pub(crate) fn microfacets(alpha: f64) -> String {
     format!(
@@ -92,9 +73,6 @@ pub(crate) fn microfacets(alpha: f64) -> String {
 pub(crate) fn room_with_floor(floor: &str) -> Scene {
     load(&room_text(SQUARE, CLUTTER).replace(MATTE, floor))
 }
-
-/// The floor of the room.
-pub(crate) const MATTE: &str = r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#;
 
 /// Combinations of all techniques, heuristics and options.
 pub(crate) const MIXES: [&str; 33] = [
