@@ -21,7 +21,7 @@ const THREADS_OF_CORE: usize = 4;
 /// Threads that any machine may start.
 const ALWAYS_THREADS: usize = 64;
 
-/// What was asked for makes no sense, whatever the files say: the program exits with 2.
+/// A contradiction in the command line itself: the program exits with 2.
 #[derive(Debug)]
 pub struct UsageError(pub String);
 
@@ -135,7 +135,7 @@ pub struct ReadArgs {
 }
 
 impl ReadArgs {
-    /// What the loader is told.
+    /// Options for the loader.
     #[must_use]
     pub fn options(&self) -> LoadOptions {
         LoadOptions {

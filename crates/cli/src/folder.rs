@@ -2,7 +2,7 @@
 
 use crate::output::note;
 use anyhow::{Context, Result, bail};
-use linelit_film::{try_place, write_atomically};
+use linelit_film::{check_writable, write_atomically};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read as _, Write as _};
@@ -37,7 +37,7 @@ impl OutputFolder {
         let failed = || format!("creating the folder {}", path.display());
         fs::create_dir_all(path).with_context(failed)?;
         let lock = Lock::acquire(path)?;
-        try_place(&path.join("report.html"))?;
+        check_writable(&path.join("report.html"))?;
         Ok(Self {
             path: path.to_owned(),
             files: BTreeMap::new(),
@@ -46,9 +46,9 @@ impl OutputFolder {
         })
     }
 
-    /// Where a file will stand.
+    /// Path of a file of the study.
     #[must_use]
-    pub fn place(&self, name: &str) -> PathBuf {
+    pub fn path_of(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
@@ -69,7 +69,7 @@ impl OutputFolder {
         let all: BTreeSet<&str> = names().chain(earlier.iter().map(String::as_str)).collect();
         self.list(&all)?;
         for (name, bytes) in &self.files {
-            write_atomically(&self.place(name), bytes)?;
+            write_atomically(&self.path_of(name), bytes)?;
         }
         for name in earlier.iter().filter(|n| !self.files.contains_key(*n)) {
             self.remove(name)?;
@@ -83,13 +83,13 @@ impl OutputFolder {
 
     fn list(&self, names: &BTreeSet<&str>) -> Result<()> {
         let text: String = names.iter().map(|name| format!("{name}\n")).collect();
-        write_atomically(&self.place(LIST), text.as_bytes())?;
+        write_atomically(&self.path_of(LIST), text.as_bytes())?;
         Ok(())
     }
 
-    /// What the study before this one wrote.
+    /// Names of the files that the study before this one wrote.
     fn listed(&self) -> BTreeSet<String> {
-        let text = fs::read_to_string(self.place(LIST)).unwrap_or_default();
+        let text = fs::read_to_string(self.path_of(LIST)).unwrap_or_default();
         let below = |name: &&str| {
             let mut parts = Path::new(name).components();
             !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))
@@ -98,7 +98,7 @@ impl OutputFolder {
     }
 
     fn remove(&self, name: &str) -> Result<()> {
-        let path = self.place(name);
+        let path = self.path_of(name);
         match fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
                 return Err(e).with_context(|| format!("removing {}", path.display()));

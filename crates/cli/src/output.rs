@@ -10,7 +10,7 @@ use std::io::{self, Write};
 /// it (SIGPIPE, number 13) has ended, 128 + 13, as other tools of a pipe have.
 pub const CLOSED_STATUS: u8 = 141;
 
-/// Where results go; `write!` and `writeln!` work on it.
+/// Destination of results; `write!` and `writeln!` work on it.
 pub struct Output {
     to: Box<dyn Write + Send>,
 }
@@ -37,7 +37,7 @@ impl Output {
         Self { to: Box::new(to) }
     }
 
-    /// What `write!` and `writeln!` call.
+    /// Implementation of `write!` and `writeln!`.
     ///
     /// # Errors
     /// [`OutputError`], to be handed on with `?`: the program ends by it.

@@ -57,19 +57,20 @@ pub fn write_atomically_with(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), FilmError> {
-    let place = Place::find(path)?;
-    let (file, temporary) = place.temporary()?;
+    let destination = Destination::find(path)?;
+    let (file, temporary) = destination.temporary()?;
     let mut file = BufWriter::new(file);
     let written = content(&mut file)
         .and_then(|()| file.flush())
-        .and_then(|()| place.older_permissions(file.get_ref()))
+        .and_then(|()| destination.older_permissions(file.get_ref()))
         .and_then(|()| file.get_ref().sync_all());
     written.map_err(|e| FilmError::io(path, "write", e))?;
-    fs::rename(&temporary.0, &place.file)
+    fs::rename(&temporary.0, &destination.file)
         .map_err(|e| FilmError::io(path, "rename the temporary file to", e))?;
     temporary.disarm();
     // Now the name is in the folder, but the folder not yet on the disk.
-    sync_folder(&place.folder).map_err(|e| FilmError::io(&place.folder, "flush the folder", e))
+    sync_folder(&destination.folder)
+        .map_err(|e| FilmError::io(&destination.folder, "flush the folder", e))
 }
 
 /// Tries whether [`write_atomically`] could write to `path`, and leaves nothing behind but missing
@@ -80,20 +81,20 @@ pub fn write_atomically_with(
 ///
 /// ```
 /// let file = std::env::temp_dir().join(format!("linelit-doc-try-{}", std::process::id()));
-/// linelit_film::try_place(&file)?;
+/// linelit_film::check_writable(&file)?;
 /// assert!(!file.exists());
 /// // There is no folder below a file.
 /// std::fs::write(&file, "text").unwrap();
-/// assert!(linelit_film::try_place(&file.join("picture.exr")).is_err());
+/// assert!(linelit_film::check_writable(&file.join("picture.exr")).is_err());
 /// # std::fs::remove_file(&file).unwrap();
 /// # Ok::<(), linelit_film::FilmError>(())
 /// ```
-pub fn try_place(path: &Path) -> Result<(), FilmError> {
-    Place::find(path)?.temporary().map(drop)
+pub fn check_writable(path: &Path) -> Result<(), FilmError> {
+    Destination::find(path)?.temporary().map(drop)
 }
 
-/// Where a file goes.
-struct Place<'a> {
+/// Path of a file to be written, behind symbolic links.
+struct Destination<'a> {
     /// The name that was asked for.
     asked: &'a Path,
     /// The file behind all symbolic links.
@@ -106,7 +107,7 @@ struct Place<'a> {
     older: Option<fs::Permissions>,
 }
 
-impl<'a> Place<'a> {
+impl<'a> Destination<'a> {
     /// Follows links, makes missing folders and looks at the file that is there.
     fn find(asked: &'a Path) -> Result<Self, FilmError> {
         let file = behind_links(asked).map_err(|e| FilmError::io(asked, "write", e))?;
@@ -150,7 +151,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// What the temporary names for this place begin with.
+    /// Prefix of the temporary names for this file.
     fn prefix(&self) -> OsString {
         let mut prefix = OsString::from(".");
         prefix.push(&self.name);
@@ -158,7 +159,7 @@ impl<'a> Place<'a> {
         prefix
     }
 
-    /// Removes temporary files for this place whose processes are dead.
+    /// Removes temporary files for this file whose processes are dead.
     fn sweep(&self) {
         let Ok(entries) = fs::read_dir(&self.folder) else {
             return;
@@ -209,13 +210,13 @@ fn older(file: &Path) -> io::Result<Option<fs::Permissions>> {
 
 /// The path behind symbolic links, whether anything is there or not.
 fn behind_links(path: &Path) -> io::Result<PathBuf> {
-    let mut place = path.to_owned();
+    let mut target = path.to_owned();
     for _ in 0..MOST_LINKS {
-        match fs::symlink_metadata(&place) {
+        match fs::symlink_metadata(&target) {
             Ok(metadata) if metadata.is_symlink() => {
-                place = folder_of(&place).join(fs::read_link(&place)?);
+                target = folder_of(&target).join(fs::read_link(&target)?);
             }
-            _ => return Ok(place),
+            _ => return Ok(target),
         }
     }
     let reason = "too many symbolic links";

@@ -32,9 +32,9 @@ impl ByteImage {
 /// The pixels of a picture file of any kind.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pixels {
-    /// Of a PNG, TGA or JPEG file.
+    /// Pixels of a PNG, TGA or JPEG file.
     Bytes(ByteImage),
-    /// Of an EXR or PFM file: linear values, finite and not below zero.
+    /// Pixels of an EXR or PFM file: linear values, finite and not below zero.
     Linear(Image),
 }
 
@@ -43,7 +43,7 @@ pub enum Pixels {
 pub struct Decoded {
     /// The picture.
     pub pixels: Pixels,
-    /// What was changed to make sense of the file.
+    /// Description of values that were changed to make sense of the file.
     pub warning: Option<String>,
 }
 
@@ -51,7 +51,7 @@ pub struct Decoded {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct DecodeError {
-    /// What is wrong, on one line.
+    /// Description of the fault, on one line.
     pub message: String,
     /// Whether the file may be whole, but asks for more memory than a file of its size should.
     pub too_large: bool,
@@ -160,22 +160,25 @@ fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
         return Err("it has no pixels".into());
     }
     let width = image.width;
-    let place = |k: usize| {
+    let coordinates = |k: usize| {
         let k = u32::try_from(k).unwrap_or(u32::MAX);
         format!("pixel ({}, {})", k % width.max(1), k / width.max(1))
     };
     let odd = |p: &[f32; 3]| p.iter().any(|v| !v.is_finite());
     if let Some(k) = image.rgb.iter().position(odd) {
-        return Err(format!("{} is {:?}, not finite", place(k), image.rgb[k]).into());
+        return Err(format!("{} is {:?}, not finite", coordinates(k), image.rgb[k]).into());
     }
-    let warning = without_negatives(&mut image.rgb, place);
+    let warning = without_negatives(&mut image.rgb, coordinates);
     let pixels = Pixels::Linear(image);
     Ok(Decoded { pixels, warning })
 }
 
 /// Makes values below zero zero: there is no such light. Images that were resampled have some, a
 /// little below zero beside bright ones; others are worth a warning, which is given.
-fn without_negatives(rgb: &mut [[f32; 3]], place: impl Fn(usize) -> String) -> Option<String> {
+fn without_negatives(
+    rgb: &mut [[f32; 3]],
+    coordinates: impl Fn(usize) -> String,
+) -> Option<String> {
     const RINGING: f32 = 1e-3;
     let allowed = -RINGING * rgb.iter().flatten().fold(0.0, |a: f32, v| a.max(*v));
     let least = |p: &[f32; 3]| p.iter().fold(0.0, |a: f32, v| a.min(*v));
@@ -192,7 +195,7 @@ fn without_negatives(rgb: &mut [[f32; 3]], place: impl Fn(usize) -> String) -> O
         *pixel = pixel.map(|v| v.max(0.0));
     }
     (count > 0).then(|| {
-        let (low, at) = (worst.0, place(worst.1));
+        let (low, at) = (worst.0, coordinates(worst.1));
         format!("{count} pixels are below zero and read as zero; the least is {low} at {at}")
     })
 }

@@ -34,7 +34,7 @@ fn unit(value: f64) -> f64 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
-/// How bright a picture is shown: radiance times 2^`stops`, clamped, then the sRGB transfer.
+/// Brightness of a picture on screen: radiance times 2^`stops`, clamped, then the sRGB transfer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
     /// Doublings of brightness.
@@ -182,7 +182,7 @@ impl HeatMap {
         }
     }
 
-    /// Where a value stands on the scale, in [0, 1]; `None` for one that is not a number.
+    /// Position of a value on the scale, in [0, 1]; `None` for one that is not a number.
     #[must_use]
     pub fn position(&self, value: f64) -> Option<f64> {
         if value.is_nan() {
@@ -232,20 +232,6 @@ impl HeatMap {
             .flat_map(|&value| self.colour(f64::from(value)))
             .collect();
         encode_bytes(width, height, &bytes)
-    }
-
-    /// Writes a PNG file.
-    ///
-    /// # Errors
-    /// As [`HeatMap::encode_png`], and [`FilmError::Io`].
-    pub fn write_png(
-        &self,
-        path: &Path,
-        width: u32,
-        height: u32,
-        values: &[f32],
-    ) -> Result<(), FilmError> {
-        crate::write_atomically(path, &self.encode_png(width, height, values)?)
     }
 }
 

@@ -18,7 +18,7 @@ pub enum Samples {
 }
 
 impl Samples {
-    /// How many values there are.
+    /// Number of values.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -72,7 +72,7 @@ impl Layer {
     }
 }
 
-/// Where a cropped picture lies within the full one.
+/// Position of a cropped picture within the full one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placement {
     /// Column and row of the upper left pixel in the full picture.
@@ -219,10 +219,10 @@ impl Document {
                     .iter()
                     .map(|pixel| openexr::state_word(pixel, index))
             };
-            for (half, shift) in [("Hi", 32), ("Lo", 0)] {
-                let values = words().map(|word| low_half(word >> shift)).collect();
+            for (part, shift) in [("Hi", 32), ("Lo", 0)] {
+                let values = words().map(|word| low_word(word >> shift)).collect();
                 channels.push(Channel {
-                    name: format!("{name}{half}"),
+                    name: format!("{name}{part}"),
                     samples: Samples::Count(values),
                 });
             }
@@ -363,6 +363,6 @@ fn value(samples: &Samples, index: usize) -> Option<f32> {
     samples.get(index).map(crate::moments::to_f32)
 }
 
-fn low_half(word: u64) -> u32 {
+fn low_word(word: u64) -> u32 {
     u32::try_from(word & 0xffff_ffff).unwrap_or(u32::MAX)
 }

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 pub struct FormatError {
     /// The format that was tried: `OpenEXR`, `PFM`.
     pub format: &'static str,
-    /// What the format asks for at the place that failed.
+    /// Contents that the format asks for at the position that failed.
     pub expected: String,
-    /// What stands there instead.
+    /// Contents found there instead.
     pub found: String,
     /// Whether the file may be whole, but asks for more memory than is allowed.
     pub too_large: bool,
@@ -55,7 +55,7 @@ pub enum FilmError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What was being done: `read`, `write`, `rename`.
+        /// The action that failed: `read`, `write`, `rename`.
         action: &'static str,
         /// The system's reason: part of the message, and hence no `source()`, which programs
         /// print behind it.
@@ -66,16 +66,8 @@ pub enum FilmError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What was expected and found; part of the message.
+        /// Expected and found contents; part of the message.
         reason: FormatError,
-    },
-    /// The file name says nothing this crate can read or write.
-    #[error("{}: expected a name that ends in {expected}", path.display())]
-    UnknownExtension {
-        /// The file.
-        path: PathBuf,
-        /// The endings that are supported.
-        expected: &'static str,
     },
     /// The file has no layer of that name.
     #[error("{}: expected a layer named `{wanted}`, found {}", path.display(), list(available))]

@@ -6,7 +6,7 @@
 //! - [`tiles`]: rectangles of work in a fixed order.
 //! - [`Document`]: named layers and metadata, read from and written to EXR.
 //! - [`decode_picture`]: any PNG, TGA, EXR, PFM or, with the feature `jpeg`, JPEG file.
-//! - [`read_pfm`], [`write_pfm`], [`write_png`], [`encode_tga`], [`HeatMap`].
+//! - [`write_pfm`], [`write_png`], [`encode_tga`], [`HeatMap`].
 //!
 //! Every file is written under a temporary name and renamed ([`write_atomically`]); equal contents
 //! give equal bytes. Damaged input is an error that says what was expected and found, never a
@@ -50,7 +50,7 @@ mod primaries;
 mod tga;
 mod tiles;
 
-pub use atomic::{try_place, write_atomically, write_atomically_with};
+pub use atomic::{check_writable, write_atomically, write_atomically_with};
 pub use decode::{ByteImage, DecodeError, Decoded, Pixels, decode_picture};
 pub use display::{
     Exposure, HeatMap, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
@@ -59,6 +59,6 @@ pub use document::{Channel, Document, Layer, Placement, Samples, decode as decod
 pub use error::{FilmError, FormatError};
 pub use image::Image;
 pub use moments::{MomentImage, Moments};
-pub use pfm::{read_pfm, write_pfm};
+pub use pfm::write_pfm;
 pub use tga::encode_tga;
 pub use tiles::{Tile, tiles};

@@ -22,7 +22,7 @@ use crate::{FilmError, Image, Tile, image::area};
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// How many values.
+    /// Number of values.
     pub count: u64,
     /// Their mean.
     pub mean: [f64; 3],
@@ -294,12 +294,7 @@ mod tests {
         let value = |x: u32, y: u32, k: u32| [f64::from(x * 7 + y * 3 + k).sin(); 3];
         let mut whole = MomentImage::new(width, height);
         let mut pieces = MomentImage::new(width, height);
-        let window = Tile {
-            x0: 0,
-            y0: 0,
-            x1: width,
-            y1: height,
-        };
+        let window = Tile::whole(width, height);
         for [x, y] in window.pixels() {
             (0..5).for_each(|k| whole.push(x, y, value(x, y, k)));
         }

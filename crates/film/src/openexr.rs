@@ -227,7 +227,7 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
     document.layers = layers
         .into_iter()
         .map(|(name, mut channels)| {
-            channels.sort_by_key(|channel| usual_place(&channel.name));
+            channels.sort_by_key(|channel| usual_position(&channel.name));
             Layer { name, channels }
         })
         .collect();
@@ -235,7 +235,7 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
 }
 
 /// Red, green, blue, alpha first, whatever else after, stably.
-fn usual_place(name: &str) -> usize {
+fn usual_position(name: &str) -> usize {
     ["R", "G", "B", "A"]
         .iter()
         .position(|&usual| usual == name)

@@ -6,17 +6,6 @@ use crate::{FilmError, FormatError, Image};
 
 const FORMAT: &str = "PFM";
 
-/// Reads a PFM file: colour (`PF`) or grey (`Pf`, three equal channels), of either byte order.
-///
-/// The header's scale gives the byte order by its sign; its magnitude is left alone, as other
-/// readers do.
-///
-/// # Errors
-/// [`FilmError::Io`], or [`FilmError::Format`] with what was expected and found.
-pub fn read_pfm(path: &Path) -> Result<Image, FilmError> {
-    decode(&crate::atomic::read(path)?, usize::MAX).map_err(|e| FilmError::format(path, e))
-}
-
 /// Writes a colour PFM file, little-endian.
 ///
 /// # Errors
@@ -33,6 +22,9 @@ pub fn write_pfm(path: &Path, image: &Image) -> Result<(), FilmError> {
 }
 
 /// The picture in the bytes of a file, if it takes at most `limit` bytes of memory.
+///
+/// Colour (`PF`) or grey (`Pf`, three equal channels), of either byte order, which is the sign of
+/// the header's scale; its magnitude is left alone, as other readers do.
 pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
     let channels = match bytes.get(..2) {
         Some(b"PF") => 3,

@@ -157,15 +157,15 @@ impl<'a> Picture<'a> {
             }
             let channels = &meta.headers[block.index.layer].channels;
             for line in block.lines(channels) {
-                let place = line.location;
-                let start = place.position.1 * width + place.position.0;
-                let Some(row) = rgb.get_mut(start..start + place.sample_count) else {
-                    let found = format!("a row of {} at {start}", place.sample_count);
+                let row_location = line.location;
+                let start = row_location.position.1 * width + row_location.position.0;
+                let Some(row) = rgb.get_mut(start..start + row_location.sample_count) else {
+                    let found = format!("a row of {} at {start}", row_location.sample_count);
                     return Err(FormatError::new(FORMAT, "rows within the picture", found));
                 };
                 for (k, colour) in colours.iter().enumerate() {
-                    if *colour == (place.layer, place.channel) {
-                        let kind = channels.list[place.channel].sample_type;
+                    if *colour == (row_location.layer, row_location.channel) {
+                        let kind = channels.list[row_location.channel].sample_type;
                         copy(row, k, kind, line.value);
                     }
                 }

@@ -36,7 +36,7 @@ impl Matrix {
         Self([0, 1, 2].map(|i| columns.map(|column| column[i])))
     }
 
-    /// By Cramer's rule; `None` if singular.
+    /// The inverse by Cramer's rule; `None` if singular.
     fn inverse(&self) -> Option<Self> {
         let m = &self.0;
         let cofactor = |i: usize, j: usize| {
@@ -51,7 +51,7 @@ impl Matrix {
     }
 }
 
-/// From RGB to XYZ: the white of luminance one is the sum of the primaries.
+/// The matrix from RGB to XYZ: the white of luminance one is the sum of the primaries.
 fn to_xyz(chromaticities: &Chromaticities) -> Option<Matrix> {
     let tristimulus = |[x, y]: [f64; 2]| [x, y, 1.0 - x - y];
     let [r, g, b, white] = chromaticities.map(tristimulus);

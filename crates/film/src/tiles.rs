@@ -14,15 +14,26 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// A whole picture.
+    #[must_use]
+    pub const fn whole(width: u32, height: u32) -> Self {
+        Self {
+            x0: 0,
+            y0: 0,
+            x1: width,
+            y1: height,
+        }
+    }
+
     /// Pixels in a row.
     #[must_use]
-    pub fn width(&self) -> u32 {
+    pub const fn width(&self) -> u32 {
         self.x1 - self.x0
     }
 
     /// Rows.
     #[must_use]
-    pub fn height(&self) -> u32 {
+    pub const fn height(&self) -> u32 {
         self.y1 - self.y0
     }
 
@@ -78,18 +89,18 @@ mod tests {
             y1: 22,
         };
         for size in [0, 1, 7, 16, 100] {
-            let mut seen = vec![0; 40 * 22];
+            let mut covered = vec![0; 40 * 22];
             for tile in tiles(window, size) {
                 assert_eq!(tile.pixels().count(), tile.area());
                 for [x, y] in tile.pixels() {
-                    seen[(y * 40 + x) as usize] += 1;
+                    covered[(y * 40 + x) as usize] += 1;
                 }
             }
             for y in 0..22 {
                 for x in 0..40 {
                     let inside = i32::from(x >= 3 && y >= 5);
                     assert_eq!(
-                        seen[(y * 40 + x) as usize],
+                        covered[(y * 40 + x) as usize],
                         inside,
                         "size {size}, ({x}, {y})"
                     );

@@ -2,13 +2,13 @@
 
 use crate::Findings;
 use crate::picture_study::{Context, rmse};
+use crate::scene_study;
 use anyhow::Result;
-use linelit_film::{Exposure, HeatMap, Image};
+use linelit_film::{Exposure, HeatMap, Image, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
-use linelit_study::engine::image::{self, Window};
 use linelit_study::report::{Picture, Report, Section, scientific};
 use serde::Serialize;
 
@@ -19,9 +19,9 @@ struct Figure {
     figure: &'static str,
     /// The scene.
     scene: &'static str,
-    /// What the figure is about.
+    /// Subject of the figure.
     about: &'static str,
-    /// What is shown.
+    /// Caption of the picture.
     caption: String,
     /// Linear radiance, or counts in all channels.
     #[serde(skip)]
@@ -101,9 +101,7 @@ fn findings(figures: &[Figure]) -> Result<Findings> {
                 title,
                 lead: figure.about.to_owned(),
                 pictures: vec![picture],
-                plots: Vec::new(),
-                tables: Vec::new(),
-                notes: Vec::new(),
+                ..Section::default()
             }),
         }
     }
@@ -174,9 +172,9 @@ fn compare(
     out: &mut Vec<Figure>,
 ) -> Result<()> {
     let renderer = Renderer::new(scene);
-    let window = Window::whole(scene.film.width, scene.film.height);
+    let window = Tile::whole(scene.film.width, scene.film.height);
     let render = |estimator: &str, samples| -> Result<Image> {
-        Ok(image::render(
+        Ok(scene_study::render(
             &renderer,
             &settings(estimator, samples, context.seed)?,
             window,
@@ -242,8 +240,8 @@ fn pieces((scene_name, scene): &(&'static str, Scene), context: &Context<'_>) ->
         let mean = counts.segments.pieces as f64 / (counts.segments.lines.max(1)) as f64;
         DVec3::splat(mean)
     };
-    let window = Window::whole(scene.film.width, scene.film.height);
-    let (image, _) = image::map(window, context.progress, count);
+    let window = Tile::whole(scene.film.width, scene.film.height);
+    let (image, _) = scene_study::map(window, context.progress, count);
     let caption = format!("mean number of visible pieces of a line, {COUNTED} lines a point");
     Ok(Figure {
         figure: "Fig. 5",

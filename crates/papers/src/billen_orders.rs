@@ -1,10 +1,11 @@
 //! Billen & Dutré 2016, Figs. 9 and 13: the order of convergence of points and lines.
 
+use crate::scene_study::StudySpec;
 use linelit_estimators::PointBy;
-use linelit_integrator::{Estimator, LightChoice};
+use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
 use linelit_study::pixels::{Pixels, Resolution};
-use linelit_study::spec::{PaperOrder, REFERENCE_LIMIT, StudySpec};
+use linelit_study::record::PaperOrder;
 
 /// Figs. 9 (large lights) and 13 (small): random point, line; stratified point, line;
 /// low-discrepancy point, line.
@@ -82,7 +83,7 @@ pub(super) fn paper_orders() -> Vec<PaperOrder> {
             |(&(estimator, sampler), order): (&(&'static str, SamplerKind), f64)| PaperOrder {
                 scene: scene.to_owned(),
                 estimator,
-                sampler,
+                sampler: sampler.to_string(),
                 order,
                 source,
             };
@@ -110,11 +111,6 @@ pub(super) fn spec() -> StudySpec {
         .map(str::to_owned)
         .to_vec(),
         estimators: vec![Estimator::points(PointBy::Area), Estimator::analytic()],
-        samplers: vec![
-            SamplerKind::Independent,
-            SamplerKind::Stratified,
-            SamplerKind::Sobol,
-        ],
         samples: vec![4, 16, 64, 256, 1024],
         trials: 32,
         independent_trials: Some(128),
@@ -122,14 +118,8 @@ pub(super) fn spec() -> StudySpec {
             width: 16,
             height: 16,
         }),
-        time_budget: None,
-        seed: 1,
-        lights: LightChoice::All,
         skip: false,
         papers: paper_orders(),
-        spots: Vec::new(),
-        gallery: None,
-        reference_limit: REFERENCE_LIMIT,
-        cell_seconds: linelit_study::engine::CELL_SECONDS,
+        ..StudySpec::default()
     }
 }

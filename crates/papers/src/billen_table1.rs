@@ -2,11 +2,12 @@
 
 use crate::Findings;
 use crate::picture_study::Context;
+use crate::scene_study::{Targets, all_pixels};
 use anyhow::Result;
 use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
-use linelit_study::engine::{CELL_SECONDS, Cell, Targets, run_cell};
+use linelit_study::engine::{CELL_SECONDS, Cell, run_cell};
 use linelit_study::report::{Cell as TableCell, Report, Section, Table};
 use serde::Serialize;
 
@@ -25,49 +26,44 @@ struct Paper {
 }
 
 const PAPER: [Paper; 6] = [
-    Paper {
-        ours: "grid-planes-small",
-        theirs: "Grid planes, small",
-        seconds: 7.9,
-        boxes: 1462.0,
-        triangles: 136.3,
-    },
-    Paper {
-        ours: "grid-planes-large",
-        theirs: "Grid planes, large",
-        seconds: 11.0,
-        boxes: 1926.4,
-        triangles: 268.2,
-    },
-    Paper {
-        ours: "triangle-soup-small",
-        theirs: "Triangle soup, small",
-        seconds: 22.7,
-        boxes: 7686.7,
-        triangles: 344.9,
-    },
-    Paper {
-        ours: "triangle-soup-large",
-        theirs: "Triangle soup, large",
-        seconds: 58.0,
-        boxes: 13848.6,
-        triangles: 1238.2,
-    },
-    Paper {
-        ours: "colonnade-small",
-        theirs: "Sponza, small",
-        seconds: 39.7,
-        boxes: 7809.1,
-        triangles: 1498.3,
-    },
-    Paper {
-        ours: "colonnade-large",
-        theirs: "Sponza, large",
-        seconds: 455.7,
-        boxes: 53729.2,
-        triangles: 21474.2,
-    },
+    paper(
+        "grid-planes-small",
+        "Grid planes, small",
+        [7.9, 1462.0, 136.3],
+    ),
+    paper(
+        "grid-planes-large",
+        "Grid planes, large",
+        [11.0, 1926.4, 268.2],
+    ),
+    paper(
+        "triangle-soup-small",
+        "Triangle soup, small",
+        [22.7, 7686.7, 344.9],
+    ),
+    paper(
+        "triangle-soup-large",
+        "Triangle soup, large",
+        [58.0, 13848.6, 1238.2],
+    ),
+    paper("colonnade-small", "Sponza, small", [39.7, 7809.1, 1498.3]),
+    paper(
+        "colonnade-large",
+        "Sponza, large",
+        [455.7, 53729.2, 21474.2],
+    ),
 ];
+
+const fn paper(ours: &'static str, theirs: &'static str, columns: [f64; 3]) -> Paper {
+    let [seconds, boxes, triangles] = columns;
+    Paper {
+        ours,
+        theirs,
+        seconds,
+        boxes,
+        triangles,
+    }
+}
 
 /// One row of our table.
 #[derive(Clone, Debug, Serialize)]
@@ -128,21 +124,8 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
 
 /// The page of the table.
 fn report(rows: &[Row]) -> Report {
-    let columns = [
-        "scene",
-        "points",
-        "lines",
-        "seconds",
-        "ns/line",
-        "box tests (M)",
-        "triangle tests (M)",
-        "M boxes/s",
-        "M triangles/s",
-        "paper: scene",
-        "paper: seconds",
-        "paper: M boxes/s",
-        "paper: M triangles/s",
-    ];
+    let columns = "scene,points,lines,seconds,ns/line,box tests (M),triangle tests (M),M boxes/s,\
+                   M triangles/s,paper: scene,paper: seconds,paper: M boxes/s,paper: M triangles/s";
     let number = |v: f64| TableCell::number(format!("{v:.1}"));
     let row = |r: &Row| {
         vec![
@@ -164,26 +147,20 @@ fn report(rows: &[Row]) -> Report {
             number(r.paper_triangle_rate_m),
         ]
     };
-    let table = Table {
-        caption:
-            "1024 lines at each shading point. Seconds are of the processor, all threads together."
-                .to_owned(),
-        columns: columns.map(str::to_owned).to_vec(),
-        rows: rows.iter().map(row).collect(),
-        folded: false,
-    };
+    let caption =
+        "1024 lines at each shading point. Seconds are of the processor, all threads together.";
+    let table = Table::new(caption, columns.split(','), rows.iter().map(row));
     let section = Section {
         title: "Table 1".to_owned(),
         lead: "Our box and triangle tests are counted as if one at a time; all lines of a point \
                share one traversal, so both are far fewer for each line than in the paper."
             .to_owned(),
-        pictures: Vec::new(),
-        plots: Vec::new(),
         tables: vec![table],
         notes: vec![
             "The paper names neither its machine nor its resolution: compare rates and ratios."
                 .to_owned(),
         ],
+        ..Section::default()
     };
     let title = "Cost of visibility: Billen & Dutré 2016, Table 1";
     Report::new(title, Vec::new(), vec![section])
@@ -193,42 +170,36 @@ fn row(paper: &Paper, mut scene: Scene, context: &Context<'_>) -> Row {
     let [width, height] = context.size([SIZE; 2]);
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);
-    let pixels: Vec<[u32; 2]> = (0..height)
-        .flat_map(|y| (0..width).map(move |x| [x, y]))
-        .collect();
-    let targets = Targets::find(&renderer, &pixels);
+    let targets = Targets::find(&renderer, &all_pixels(width, height));
     let settings = Settings {
         estimator: Estimator::analytic(),
         sampler: SamplerKind::Stratified,
-        samples: LINES,
-        seed: context.seed,
         skip: false,
         ..Settings::default()
     };
-    let mut run = run_cell(
-        &renderer,
-        &targets,
-        Cell {
-            settings,
-            trials: 1,
-        },
-    );
+    let cell = Cell {
+        settings,
+        samples: LINES,
+        seed: context.seed,
+        trials: 1,
+    };
+    let mut run = run_cell(&targets, cell);
     // A second time at least: one says nothing of its error.
-    while !run.time_again(&renderer, &targets, CELL_SECONDS) {}
+    while !run.time_again(&targets, CELL_SECONDS) {}
     let seconds = run.times.seconds();
     #[allow(clippy::cast_precision_loss, reason = "counts fit 53 bits")]
     let millions = |n: u64| n as f64 * 1e-6;
     let (boxes, triangles) = (
-        millions(run.counts.visibility.node_tests),
-        millions(run.counts.visibility.triangle_tests),
+        millions(run.counts.node_tests),
+        millions(run.counts.triangle_tests),
     );
     Row {
         scene: paper.ours.to_owned(),
         points: targets.points.len(),
-        lines: run.counts.segments.lines,
+        lines: run.counts.lines,
         seconds,
         seconds_error: run.times.error(),
-        ns_per_line: 1e3 * seconds / millions(run.counts.segments.lines).max(1e-6),
+        ns_per_line: 1e3 * seconds / millions(run.counts.lines).max(1e-6),
         box_tests_m: boxes,
         triangle_tests_m: triangles,
         box_rate_m: boxes / seconds,

@@ -11,15 +11,16 @@ mod peters_gloss;
 mod peters_table1;
 mod picture_study;
 mod salesin;
+pub mod scene_study;
 mod shirley;
 
 pub use picture_study::Context;
 
 use anyhow::Result;
 use linelit_study::report::Report;
-use linelit_study::spec::StudySpec;
+use scene_study::StudySpec;
 
-/// What a study of pictures and tables leaves.
+/// Page, files and numbers of a study of pictures and tables.
 #[derive(Debug, Default)]
 pub struct Findings {
     /// The page, still without the command that repeats it.
@@ -41,51 +42,59 @@ pub enum Study {
     Findings(fn(&Context<'_>) -> Result<Findings>),
 }
 
+/// A study by its name.
+type NamedStudy = (&'static str, fn() -> Study);
+
 /// The named studies, but for those that take a scene.
-const NAMES: [&str; 10] = [
-    "default",
-    "billen-orders",
-    "billen-table1",
-    "billen-figures",
-    "peters-fig1",
-    "peters-fig4",
-    "peters-fig6",
-    "peters-fig7",
-    "peters-table1",
-    "shirley",
+const STUDIES: [NamedStudy; 10] = [
+    ("default", || convergence(default_study())),
+    ("billen-orders", || convergence(billen_orders::spec())),
+    ("billen-table1", || Study::Findings(billen_table1::run)),
+    ("billen-figures", || Study::Findings(billen_figures::run)),
+    ("peters-fig1", || {
+        Study::Findings(|c| peters_gloss::figure_1(c)?.findings("peters-fig1"))
+    }),
+    ("peters-fig4", || {
+        Study::Findings(|c| peters_diffuse::figure_4(c)?.findings("peters-fig4"))
+    }),
+    ("peters-fig6", || {
+        Study::Findings(|c| peters_diffuse::figure_6(c)?.findings("peters-fig6"))
+    }),
+    ("peters-fig7", || {
+        Study::Findings(|c| peters_gloss::figure_7(c)?.findings("peters-fig7"))
+    }),
+    ("peters-table1", || {
+        Study::Findings(|c| peters_table1::table_1(c)?.findings("peters-table1"))
+    }),
+    ("shirley", || {
+        Study::Findings(|c| shirley::run(c)?.findings("shirley"))
+    }),
 ];
+
+fn convergence(spec: StudySpec) -> Study {
+    Study::Convergence(Box::new(spec))
+}
 
 /// All named studies.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    NAMES.into_iter().chain(salesin::NAMES)
+    let own = STUDIES.into_iter().map(|(name, _)| name);
+    own.chain(salesin::names())
 }
 
 /// Whether a study of this name may be given a scene of the user's own.
 #[must_use]
 pub fn takes_scene(name: &str) -> bool {
-    salesin::NAMES.contains(&name)
+    salesin::names().any(|n| n == name)
 }
 
 /// The study of this name, on its own scene or on one that is given ([`takes_scene`]). `None` if
 /// there is no such study, or it has no scene of its own and is given none.
 #[must_use]
 pub fn study(name: &str, scene: Option<&str>) -> Option<Study> {
-    let convergence = |spec| Study::Convergence(Box::new(spec));
-    Some(match name {
-        "default" => convergence(default_study()),
-        "billen-orders" => convergence(billen_orders::spec()),
-        "billen-table1" => Study::Findings(billen_table1::run),
-        "billen-figures" => Study::Findings(billen_figures::run),
-        "peters-fig1" => Study::Findings(|c| peters_gloss::figure_1(c)?.findings("peters-fig1")),
-        "peters-fig4" => Study::Findings(|c| peters_diffuse::figure_4(c)?.findings("peters-fig4")),
-        "peters-fig6" => Study::Findings(|c| peters_diffuse::figure_6(c)?.findings("peters-fig6")),
-        "peters-fig7" => Study::Findings(|c| peters_gloss::figure_7(c)?.findings("peters-fig7")),
-        "peters-table1" => {
-            Study::Findings(|c| peters_table1::table_1(c)?.findings("peters-table1"))
-        }
-        "shirley" => Study::Findings(|c| shirley::run(c)?.findings("shirley")),
-        _ => convergence(salesin::spec(name, scene)?),
-    })
+    match STUDIES.into_iter().find(|study| study.0 == name) {
+        Some((_, study)) => Some(study()),
+        None => salesin::spec(name, scene).map(convergence),
+    }
 }
 
 /// [`StudySpec::default`], beside the orders that Billen & Dutré report for its scenes.

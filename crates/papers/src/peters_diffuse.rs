@@ -4,15 +4,15 @@ use crate::peters_as_printed::sample_as_printed;
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, logarithmic, render_with, rmse, section, table,
 };
+use crate::scene_study;
 use anyhow::{Result, bail};
 use linelit_bsdf::Reflection;
-use linelit_film::Image;
+use linelit_film::{Image, Tile};
 use linelit_geometry::{DVec3, Segment};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_lights::Light;
 use linelit_lights::linear::{LinearTechnique, ProjectedLine};
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_study::engine::image::{self, Window};
 
 /// Side of the pictures in pixels.
 const SIZE: u32 = 256;
@@ -33,7 +33,7 @@ fn settings(estimator: &str, seed: u64) -> Result<Settings> {
     })
 }
 
-/// Where every technique stands in the paper.
+/// Panel of the paper's figure that shows a technique.
 fn source(technique: LinearTechnique) -> &'static str {
     match technique {
         LinearTechnique::Area => "(a) area",
@@ -110,24 +110,24 @@ pub(super) fn figure_6(context: &Context<'_>) -> Result<PictureStudy> {
 /// The pixels where all or nothing of the light is seen: its light is the unhidden one, or none.
 fn outside_penumbrae(renderer: &Renderer<'_>, context: &Context<'_>) -> Result<Vec<bool>> {
     let exact = settings("line-analytic", 0)?;
-    let open = settings("point-linear", 0)?;
     let shade = |pixel: [u32; 2], workspace: &mut Workspace| {
         let Some(point) = renderer.shading_point(pixel, workspace) else {
             return DVec3::ONE;
         };
-        let whole = unhidden(renderer, &open, &point);
-        let seen = renderer.direct(&exact, &point, pixel, 0, workspace).x;
+        let whole = unhidden(renderer, &point);
+        let light = renderer.direct(&exact, &point, pixel, 0, workspace).x;
         // Both are closed forms, to some 1e-13.
-        let all = (seen - whole).abs() <= 1e-10 * whole;
-        DVec3::splat(f64::from(u8::from(all || seen <= 0.0)))
+        let all = (light - whole).abs() <= 1e-10 * whole;
+        DVec3::splat(f64::from(u8::from(all || light <= 0.0)))
     };
     let [width, height] = context.size([SIZE; 2]);
-    let (image, _) = image::map(Window::whole(width, height), context.progress, shade);
+    let window = Tile::whole(width, height);
+    let (image, _) = scene_study::map(window, context.progress, shade);
     Ok(image.rgb.iter().map(|p| p[0] > 0.5).collect())
 }
 
-/// What the first channel of a diffuse point gets of the line with nothing between.
-fn unhidden(renderer: &Renderer<'_>, _: &Settings, point: &ShadingPoint) -> f64 {
+/// Unoccluded radiance of the line at a diffuse point, first channel.
+fn unhidden(renderer: &Renderer<'_>, point: &ShadingPoint) -> f64 {
     let light = renderer.plan().lights().first().map(|l| *l.light);
     let Some(Light::Linear(light)) = light else {
         return 0.0;
@@ -188,8 +188,8 @@ pub(super) fn figure_4(context: &Context<'_>) -> Result<PictureStudy> {
         let all = (0..PER_PIXEL).filter_map(|i| errors(&line, &point, set.get_1d(i)));
         all.fold(DVec3::ZERO, DVec3::max)
     };
-    let window = Window::whole(size[0], size[1]);
-    let (image, _) = image::map(window, context.progress, measure);
+    let window = Tile::whole(size[0], size[1]);
+    let (image, _) = scene_study::map(window, context.progress, measure);
     let channel = |c: usize| -> Vec<f64> { image.rgb.iter().map(|p| f64::from(p[c])).collect() };
     let (printed, ours, bright) = (channel(0), channel(1), channel(2));
     let most = bright.iter().copied().fold(0.0, f64::max);

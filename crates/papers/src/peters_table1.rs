@@ -9,6 +9,7 @@ use linelit_lights::linear::{
 };
 use linelit_lights::{AngularLines, SolidAngleSampler};
 use std::hint::black_box;
+use std::rc::Rc;
 use std::time::Instant;
 
 /// Shading points that a round runs through.
@@ -55,18 +56,11 @@ fn entry<'a, S: 'a>(
     (points, numbers): (&'a [(DVec3, DVec3)], &'a [f64]),
     new: impl Fn(DVec3, DVec3) -> Option<S> + 'a,
     sample: impl Fn(&S, f64) + Copy + 'a,
-    batch: Option<impl Fn(&S, &[f64]) + 'a>,
+    batch: Option<fn(&S, &[f64])>,
 ) -> Entry<'a> {
-    let ready: Vec<S> = points
-        .iter()
-        .step_by(STRIDE)
-        .filter_map(|&(x, n)| new(x, n))
-        .collect();
-    let again: Vec<S> = points
-        .iter()
-        .step_by(STRIDE)
-        .filter_map(|&(x, n)| new(x, n))
-        .collect();
+    let some = points.iter().step_by(STRIDE);
+    let ready: Rc<[S]> = some.filter_map(|&(x, n)| new(x, n)).collect();
+    let again = Rc::clone(&ready);
     Entry {
         name,
         paper,
@@ -78,7 +72,7 @@ fn entry<'a, S: 'a>(
             }
         }),
         scalar: Box::new(move || {
-            for s in &ready {
+            for s in ready.iter() {
                 for &u in &numbers[..SAMPLES] {
                     sample(s, black_box(u));
                 }
@@ -86,7 +80,7 @@ fn entry<'a, S: 'a>(
         }),
         batched: batch.map(|batch| -> Box<dyn FnMut() + 'a> {
             Box::new(move || {
-                for s in &again {
+                for s in again.iter() {
                     batch(s, black_box(&numbers[..SAMPLES]));
                 }
             })
@@ -95,13 +89,10 @@ fn entry<'a, S: 'a>(
     }
 }
 
-/// No batch.
-type Unbatched<S> = fn(&S, &[f64]);
-
 /// Runs the table.
 ///
 /// # Errors
-/// None; the signature is that of the other exhibitions.
+/// None; the signature is that of the other studies.
 pub(super) fn table_1(context: &Context<'_>) -> Result<PictureStudy> {
     let points = receivers();
     let numbers: Vec<f64> = (0..POINTS)
@@ -116,9 +107,9 @@ pub(super) fn table_1(context: &Context<'_>) -> Result<PictureStudy> {
                 run();
                 start.elapsed().as_secs_f64() * 1e9
             };
-            let seen = POINTS.div_ceil(STRIDE) * SAMPLES;
+            let taken = POINTS.div_ceil(STRIDE) * SAMPLES;
             #[allow(clippy::cast_precision_loss, reason = "small")]
-            let (lights, samples) = (POINTS as f64, seen as f64);
+            let (lights, samples) = (POINTS as f64, taken as f64);
             entry.least[0] = entry.least[0].min(time(&mut entry.lights) / lights);
             entry.least[1] = entry.least[1].min(time(&mut entry.scalar) / samples);
             if let Some(batched) = &mut entry.batched {
@@ -126,7 +117,7 @@ pub(super) fn table_1(context: &Context<'_>) -> Result<PictureStudy> {
             }
         }
     }
-    Ok(exhibition(&entries))
+    Ok(picture_study(&entries))
 }
 
 fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> Vec<Entry<'a>> {
@@ -144,7 +135,7 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
         .zip(paper)
         .map(|(technique, paper)| {
             let new = move |x, n| LinearSampler::new(technique, light, x, n);
-            let batch = |s: &LinearSampler, u: &[f64]| {
+            let batch: fn(&LinearSampler, &[f64]) = |s, u| {
                 let mut out = [LinearSample::default(); SAMPLES];
                 s.sample_into(u, &mut out);
                 black_box(&out);
@@ -159,20 +150,13 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
     let one = |s: &LinearSampler, u| {
         black_box(s.sample(u));
     };
-    out.push(entry(
-        TIGHT,
-        None,
-        input,
-        tight,
-        one,
-        None::<Unbatched<LinearSampler>>,
-    ));
+    out.push(entry(TIGHT, None, input, tight, one, None));
     let m = DMat3::from_cols(
         DVec3::new(0.3, 0.0, 0.1),
         DVec3::new(0.0, 0.2, 0.0),
         DVec3::new(-0.4, 0.0, 1.0),
     );
-    let batch = |s: &LtcSampler, u: &[f64]| {
+    let batch: fn(&LtcSampler, &[f64]) = |s, u| {
         let mut out = [LinearSample::default(); SAMPLES];
         s.sample_into(u, &mut out);
         black_box(&out);
@@ -187,16 +171,14 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
         let edge = light.vector().to_array();
         LineView::with_edge(ends[0], ends[1], edge, Some(n.to_array())).and_then(ProjectedLine::of)
     };
-    let no_batch: Option<Unbatched<ProjectedLine<f64>>> = None;
     let one = |s: &ProjectedLine<f64>, u: f64| {
         black_box(s.sample_coarse(u));
     };
-    out.push(entry(COARSE, None, input, coarse, one, no_batch));
+    out.push(entry(COARSE, None, input, coarse, one, None));
     let narrow = |v: DVec3| v.as_vec3().to_array();
     let single = move |x: DVec3, n: DVec3| {
         ProjectedLine::new(narrow(light.p0 - x), narrow(light.p1 - x), narrow(n))
     };
-    let no_batch: Option<Unbatched<ProjectedLine<f32>>> = None;
     let one = |s: &ProjectedLine<f32>, u: f64| {
         #[allow(
             clippy::cast_possible_truncation,
@@ -204,14 +186,8 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
         )]
         black_box(s.sample(u as f32));
     };
-    out.push(entry(
-        "projected-solid-angle, f32",
-        None,
-        input,
-        single,
-        one,
-        no_batch,
-    ));
+    let name = "projected-solid-angle, f32";
+    out.push(entry(name, None, input, single, one, None));
     out.extend(quads(input));
     out
 }
@@ -231,7 +207,7 @@ fn quads<'a>(input: (&'a [(DVec3, DVec3)], &'a [f64])) -> Vec<Entry<'a>> {
         move |s: &SolidAngleSampler, u| {
             black_box(s.sample([u, second(u)]));
         },
-        None::<Unbatched<SolidAngleSampler>>,
+        None,
     );
     let projected = entry(
         "quad, projected solid angle",
@@ -242,12 +218,12 @@ fn quads<'a>(input: (&'a [(DVec3, DVec3)], &'a [f64])) -> Vec<Entry<'a>> {
             let whole = [linelit_geometry::intervals::Interval::UNIT];
             black_box(s.point(&s.sample(u), &whole, second(u)));
         },
-        None::<Unbatched<AngularLines>>,
+        None,
     );
     vec![solid, projected]
 }
 
-fn exhibition(entries: &[Entry<'_>]) -> PictureStudy {
+fn picture_study(entries: &[Entry<'_>]) -> PictureStudy {
     let area = entries[0].least;
     let paper_area = entries[0].paper.unwrap_or([f64::NAN; 2]);
     let finite = |v: f64| if v.is_finite() { v } else { f64::NAN };

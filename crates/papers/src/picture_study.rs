@@ -1,27 +1,26 @@
 //! Studies that are shown rather than fitted: pictures, tables and the numbers behind them.
 
-use crate::Findings;
+use crate::{Findings, scene_study};
 use anyhow::Result;
 use indicatif::ProgressBar;
-use linelit_film::{Exposure, HeatMap, Image};
+use linelit_film::{Exposure, HeatMap, Image, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_scenes::Library;
-use linelit_study::engine::image::{self, Window};
-use linelit_study::report::{Cell, Picture, Plot, Report, Section, Table, scientific};
+use linelit_study::report::{Cell, Picture, Report, Section, Table, scientific};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What a study of pictures and tables is told.
+/// Settings of a study of pictures and tables.
 #[derive(Debug)]
 pub struct Context<'a> {
-    /// How scenes are read.
+    /// The reader of scenes.
     pub library: Library,
     /// The first seed.
     pub seed: u64,
-    /// Whether only the steps matter, not what comes out.
+    /// Whether every step runs at the smallest size, for tests.
     pub smallest: bool,
-    /// Where progress is shown.
+    /// The progress bar.
     pub progress: &'a ProgressBar,
 }
 
@@ -55,7 +54,7 @@ pub(crate) struct PictureStudy {
 /// A row of numbers.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Row {
-    /// What was measured.
+    /// Label of the row.
     pub what: String,
     /// The numbers, by name.
     pub values: BTreeMap<&'static str, f64>,
@@ -72,7 +71,7 @@ impl Row {
 }
 
 impl PictureStudy {
-    /// What it leaves: the page, each picture as a PNG, the numbers.
+    /// The page, each picture as a PNG, and the numbers.
     pub(crate) fn findings(self, name: &str) -> Result<Findings> {
         let pictures = self.sections.iter().flat_map(|s| &s.pictures);
         let file = |(picture, number): (&Picture, u32)| {
@@ -104,8 +103,6 @@ impl PictureStudy {
 
 /// A table of a section from rows that have the same numbers, in the order of `columns`.
 pub(crate) fn table(caption: &str, columns: &[&'static str], rows: &[Row]) -> Table {
-    let mut names = vec![String::new()];
-    names.extend(columns.iter().map(|c| (*c).to_owned()));
     let body = rows.iter().map(|row| {
         let mut cells = vec![Cell::text(row.what.clone())];
         cells.extend(columns.iter().map(|column| {
@@ -114,12 +111,7 @@ pub(crate) fn table(caption: &str, columns: &[&'static str], rows: &[Row]) -> Ta
         }));
         cells
     });
-    Table {
-        caption: caption.to_owned(),
-        columns: names,
-        rows: body.collect(),
-        folded: false,
-    }
+    Table::new(caption, [&[""], columns].concat(), body)
 }
 
 fn number(value: f64) -> String {
@@ -141,9 +133,8 @@ pub(crate) fn section(
         title: title.to_owned(),
         lead: lead.to_owned(),
         pictures,
-        plots: Vec::<Plot>::new(),
         tables,
-        notes: Vec::new(),
+        ..Section::default()
     }
 }
 
@@ -162,7 +153,8 @@ pub(crate) fn render_with(
         change(&mut point);
         renderer.direct(settings, &point, pixel, 0, workspace)
     };
-    image::map(Window::whole(size[0], size[1]), progress, shade).0
+    let window = Tile::whole(size[0], size[1]);
+    scene_study::map(window, progress, shade).0
 }
 
 /// Root mean squared error over pixels and channels.

@@ -4,9 +4,10 @@
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, render_with, rmse, section, table,
 };
+use crate::scene_study::{self, Targets};
 use anyhow::Result;
 use indicatif::ProgressBar;
-use linelit_film::Image;
+use linelit_film::{Image, Tile};
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
 use linelit_integrator::{LightChoice, Renderer, Settings, Spheres};
@@ -15,8 +16,7 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_scenes::luminaires;
 use linelit_selection::{Importance, LightTree};
-use linelit_study::engine::image::{self, Window};
-use linelit_study::engine::{Cell, Targets, run_cell};
+use linelit_study::engine::{Cell, run_cell};
 use linelit_study::plots::{ConvergencePlot, Palette, PlotPoint, Series};
 use linelit_study::report::{Picture, Plot, Section};
 use std::hint::black_box;
@@ -87,8 +87,8 @@ fn settings(lights: LightChoice, samples: u32, pixel_samples: u32, seed: u64) ->
 /// Whole pixels, camera samples and all.
 fn pixels(renderer: &Renderer<'_>, settings: &Settings, progress: &ProgressBar) -> Image {
     let film = &renderer.scene().film;
-    let window = Window::whole(film.width, film.height);
-    image::render(renderer, settings, window, progress).0
+    let window = Tile::whole(film.width, film.height);
+    scene_study::render(renderer, settings, window, progress).0
 }
 
 /// The exact light of the pixels' centres: enough lines of each luminaire.
@@ -237,13 +237,13 @@ fn error_at(
         context.progress,
     );
     #[allow(clippy::cast_precision_loss, reason = "small")]
-    let each = if choice == LightChoice::All {
+    let rays = if choice == LightChoice::All {
         renderer.plan().lights().len() as f64
     } else {
         1.0
     };
     Ok(PlotPoint {
-        x: each * f64::from(samples),
+        x: rays * f64::from(samples),
         y: rmse(&image, reference),
         y_error: 0.0,
     })
@@ -352,7 +352,13 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
             _ => (128, 8),
         };
         let settings = settings(choice, samples, 1, context.seed)?;
-        let run = run_cell(&renderer, &targets, Cell { settings, trials });
+        let cell = Cell {
+            settings,
+            samples,
+            seed: context.seed,
+            trials,
+        };
+        let run = run_cell(&targets, cell);
         let n = f64::from(trials);
         let variance = |i: usize| {
             let values = run.trials_of(i);
@@ -401,7 +407,7 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     Ok(section("Ten thousand luminaires", lead, pictures, tables))
 }
 
-/// What a pick costs by the number of lights.
+/// Time of a pick by the number of lights.
 fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     let mut own = Vec::new();
     let mut costs = Vec::new();

@@ -8,7 +8,6 @@ pub mod pixels;
 pub mod plots;
 pub mod record;
 pub mod report;
-pub mod spec;
 pub mod stats;
 pub mod tables;
 

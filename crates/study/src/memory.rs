@@ -33,7 +33,7 @@ fn system() -> Option<u64> {
     kib(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|n| n << 10)
 }
 
-/// What the control group (version 2) leaves; pages of files that it would drop count as free.
+/// Bytes that the control group (version 2) leaves; pages of files that it would drop are free.
 fn group() -> Option<u64> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let own = groups.lines().find_map(|line| line.strip_prefix("0::/"))?;
@@ -53,7 +53,7 @@ fn group() -> Option<u64> {
 #[cfg(unix)]
 const ADDRESSES_OF_THREAD: u64 = 64 << 20;
 
-/// What the limit on addresses leaves, if there is one.
+/// Bytes that the limit on addresses leaves, if there is one.
 #[cfg(unix)]
 fn addresses() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;

@@ -1,122 +1,97 @@
 //! From what was measured to what is told: the record of a study.
 
-use crate::engine::{CellResult, SceneResult};
-use crate::pixels::Pixels;
-use crate::report::{Picture, Report, plot_files, scientific};
-use crate::spec::StudySpec;
+use crate::engine::{CellResult, Method, Results};
+use crate::report::{Picture, Report, plot_files};
 use crate::stats::slopes::{Bootstrap, Order, SlopePoint, fit_trials};
-use crate::tables::{
-    GalleryRow, LeftOutRow, ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name,
-};
-use linelit_film::{Exposure, FilmError, Image};
-use linelit_integrator::Estimator;
-use linelit_samplers::SamplerKind;
+use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
+use linelit_film::FilmError;
 use std::collections::BTreeMap;
 
-/// A record without results.
-///
-/// `command` is the one that repeats the study.
-#[must_use]
-pub fn new_record(spec: &StudySpec, command: String) -> StudyRecord {
-    let names = |list: &[SamplerKind]| {
-        list.iter()
-            .map(ToString::to_string)
-            .collect::<Vec<_>>()
-            .join(",")
-    };
-    let settings = [
-        ("pixels", spec.pixels.to_string()),
-        (
-            "samples",
-            spec.samples
-                .iter()
-                .map(ToString::to_string)
-                .collect::<Vec<_>>()
-                .join(","),
-        ),
-        ("samplers", names(&spec.samplers)),
-        (
-            "estimators",
-            spec.estimators
-                .iter()
-                .map(ToString::to_string)
-                .collect::<Vec<_>>()
-                .join(","),
-        ),
-        ("trials", spec.trials.to_string()),
-        ("lights", spec.lights.to_string()),
-        ("skip", spec.skip.to_string()),
-        (
-            "time budget",
-            spec.time_budget.map_or(String::new(), |s| format!("{s} s")),
-        ),
-    ];
-    StudyRecord {
-        title: spec.title.clone(),
-        command,
-        version: crate::version(),
-        commit: commit(),
-        cpu: cpu_name(),
-        threads: rayon::current_num_threads(),
-        seed: spec.seed,
-        settings: settings.map(|(k, v)| (k.to_owned(), v)).into(),
-        ..StudyRecord::default()
-    }
+/// An order of convergence that a paper reports.
+#[derive(Clone, Debug)]
+pub struct PaperOrder {
+    /// Our scene.
+    pub scene: String,
+    /// Our estimator, as it prints itself.
+    pub estimator: &'static str,
+    /// The pattern, as it prints itself.
+    pub sampler: String,
+    /// The order of the standard deviation.
+    pub order: f64,
+    /// Figure or table of the paper.
+    pub source: &'static str,
 }
 
-/// Adds the results of one view, looked at through `pixels`.
-pub fn append(record: &mut StudyRecord, spec: &StudySpec, pixels: &Pixels, result: &SceneResult) {
-    let reference = &result.reference;
-    record.scenes.push(SceneRecord {
-        scene: result.scene.clone(),
-        triangles: result.triangles,
-        pixels: result.pixels,
-        shading_points: result.points,
-        load_seconds: result.load_seconds,
-        build_seconds: result.build_seconds,
-        hierarchy_bytes: result.hierarchy_bytes,
-        reference_mse: reference.mse,
-        reference: format!(
-            "{} replicates of {} with {} stratified samples",
-            reference.replicates, reference.estimator, reference.samples
-        ),
-    });
-    record
-        .gallery
-        .extend(result.gallery.iter().map(|p| GalleryRow {
-            scene: result.scene.clone(),
-            estimator: p.estimator.to_string(),
-            samples: p.samples,
-            cpu_seconds: p.cpu_seconds,
-            mrse: p.mrse,
-        }));
-    record
-        .rows
-        .extend(result.cells.iter().map(|cell| row(pixels, result, cell)));
-    record
-        .left_out
-        .extend(result.left_out.iter().map(|cell| LeftOutRow {
-            scene: result.scene.clone(),
-            estimator: cell.estimator.to_string(),
-            sampler: cell.sampler.to_string(),
-            samples: cell.samples,
-        }));
-    for estimator in &spec.estimators {
-        for &sampler in &spec.samplers {
-            record
-                .slopes
-                .extend(slope(spec, result, *estimator, sampler));
+impl StudyRecord {
+    /// A record without results, which says what made it: linelit's version, commit, processor and
+    /// threads.
+    #[must_use]
+    pub fn new(title: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            version: crate::version(),
+            commit: commit(),
+            cpu: cpu_name(),
+            threads: rayon::current_num_threads(),
+            ..Self::default()
         }
     }
+
+    /// Adds the results on one scene: a row for each measurement, and an order for each method,
+    /// beside the papers'. `pixels` says which were looked at.
+    pub fn add<S>(
+        &mut self,
+        mut scene: SceneRecord,
+        pixels: &str,
+        methods: &[Method<S>],
+        results: &Results,
+        papers: &[PaperOrder],
+    ) {
+        let name = scene.scene.clone();
+        scene.shading_points = results.integrals;
+        scene.pixels = results.pixels;
+        scene.reference_mse = results.reference.mse;
+        scene.reference.clone_from(&results.reference.source);
+        self.scenes.push(scene);
+        let cells = results.cells.iter();
+        self.rows.extend(cells.map(|cell| row(&name, pixels, cell)));
+        for mut cell in results.left_out.iter().cloned() {
+            cell.scene.clone_from(&name);
+            self.left_out.push(cell);
+        }
+        for method in methods {
+            let names = [&name, &method.estimator, &method.sampler];
+            self.slopes.extend(slope(names, results, papers));
+        }
+    }
+
+    /// The files of a study, by name: its tables, `plots/*.svg` and `report.html`; `pictures` by
+    /// the scenes' names.
+    ///
+    /// # Errors
+    /// [`FilmError`] if a number cannot be written as JSON.
+    pub fn files(
+        &self,
+        pictures: BTreeMap<String, Vec<Picture>>,
+    ) -> Result<Vec<(String, Vec<u8>)>, FilmError> {
+        let mut files: Vec<(String, String)> = Vec::new();
+        files.extend(self.tables()?.map(|(name, text)| (name.to_owned(), text)));
+        let plots = plot_files(self).into_iter();
+        files.extend(plots.map(|(name, svg)| (format!("plots/{name}"), svg)));
+        let page = Report::of_study(self, pictures).render();
+        files.push(("report.html".to_owned(), page));
+        let bytes = |(name, text): (String, String)| (name, text.into_bytes());
+        Ok(files.into_iter().map(bytes).collect())
+    }
 }
 
-fn row(pixels: &Pixels, result: &SceneResult, cell: &CellResult) -> ResultRow {
-    let visibility = &cell.counts.visibility;
+fn row(scene: &str, pixels: &str, cell: &CellResult) -> ResultRow {
+    let counts = &cell.counts;
     ResultRow {
-        scene: result.scene.clone(),
-        pixels: pixels.to_string(),
-        estimator: cell.estimator.to_string(),
-        sampler: cell.sampler.to_string(),
+        scene: scene.to_owned(),
+        pixels: pixels.to_owned(),
+        estimator: cell.estimator.clone(),
+        sampler: cell.sampler.clone(),
         samples: cell.samples,
         trials: cell.trials,
         mse: cell.score.mse,
@@ -127,54 +102,44 @@ fn row(pixels: &Pixels, result: &SceneResult, cell: &CellResult) -> ResultRow {
         cpu_seconds: cell.times.seconds(),
         cpu_error: cell.times.error(),
         wall_seconds: cell.times.wall_seconds(),
-        rays: visibility.rays,
-        line_queries: visibility.line_queries,
-        node_tests: visibility.node_tests,
-        triangle_tests: visibility.triangle_tests,
-        intervals: visibility.intervals,
+        rays: counts.rays,
+        line_queries: counts.line_queries,
+        node_tests: counts.node_tests,
+        triangle_tests: counts.triangle_tests,
+        intervals: counts.intervals,
     }
 }
 
 /// The order of the standard deviation of one estimator and pattern, from the spread of the trials
 /// (which needs no reference).
 fn slope(
-    spec: &StudySpec,
-    result: &SceneResult,
-    estimator: Estimator,
-    sampler: SamplerKind,
+    [scene, estimator, sampler]: [&String; 3],
+    results: &Results,
+    papers: &[PaperOrder],
 ) -> Option<SlopeRow> {
-    let points = slope_points(result, estimator, sampler);
+    let cells = results.cells.iter();
+    let points: Vec<SlopePoint> = cells
+        .filter(|cell| (&cell.estimator, &cell.sampler) == (estimator, sampler))
+        .map(|cell| SlopePoint {
+            samples: f64::from(cell.samples),
+            trial_variances: cell.score.trial_variance.clone(),
+        })
+        .collect();
     let fit = fit_trials(&points, &Bootstrap::default())?;
-    let name = estimator.to_string();
-    let row = SlopeRow::new(&result.scene, &name, &sampler.to_string(), &fit);
-    let paper = spec
-        .papers
+    let mut row = SlopeRow::new(scene, estimator, sampler, &fit);
+    let paper = papers
         .iter()
-        .find(|p| p.scene == result.scene && p.estimator == name && p.sampler == sampler);
-    let Some(paper) = paper else {
-        return Some(row);
-    };
-    let mut row = row.with_paper(paper.order, paper.source);
-    if fit.ci_low > paper.order {
-        row.remark = Some(remark(&points, &fit));
+        .find(|p| (&p.scene, p.estimator, &p.sampler) == (scene, estimator, sampler));
+    if let Some(paper) = paper {
+        row = row.with_paper(paper.order, paper.source);
+        if fit.ci_low > paper.order {
+            row.remark = Some(remark(&points, &fit));
+        }
     }
     Some(row)
 }
 
-fn slope_points(
-    result: &SceneResult,
-    estimator: Estimator,
-    sampler: SamplerKind,
-) -> Vec<SlopePoint> {
-    let wanted = |cell: &&CellResult| cell.estimator == estimator && cell.sampler == sampler;
-    let point = |cell: &CellResult| SlopePoint {
-        samples: f64::from(cell.samples),
-        trial_variances: cell.score.trial_variance.clone(),
-    };
-    result.cells.iter().filter(wanted).map(point).collect()
-}
-
-/// Where an order is weaker than the paper's: what the curve does at its ends.
+/// Explanation of an order that is weaker than the paper's: slopes at the ends of the curve.
 fn remark(points: &[SlopePoint], fit: &Order) -> String {
     let deviation = |p: &SlopePoint| {
         #[allow(clippy::cast_precision_loss, reason = "few trials")]
@@ -197,50 +162,4 @@ fn remark(points: &[SlopePoint], fit: &Order) -> String {
         "{why}: {early:.2} from N = {} to {}, {late:.2} from N = {} to {}; lack of fit {:.1}",
         first[0].samples, first[1].samples, last[0].samples, last[1].samples, fit.lack_of_fit
     )
-}
-
-/// The files of a study, by name: its tables, `plots/*.svg` and `report.html`.
-///
-/// # Errors
-/// [`FilmError`] if a number cannot be written as JSON, or a picture has no pixels.
-pub fn files(
-    record: &StudyRecord,
-    results: &[SceneResult],
-) -> Result<Vec<(String, Vec<u8>)>, FilmError> {
-    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    for (name, text) in record.files()? {
-        files.push((name.to_owned(), text.into_bytes()));
-    }
-    for (name, svg) in plot_files(record) {
-        files.push((format!("plots/{name}"), svg.into_bytes()));
-    }
-    let mut pictures = BTreeMap::new();
-    for result in results {
-        let caption = format!(
-            "{}: line-analytic, 16 stratified lines a point",
-            result.scene
-        );
-        let picture = Picture::exposed(&result.picture, exposure(&result.picture), &caption)?;
-        let mut shown = vec![picture];
-        for one in &result.gallery {
-            let caption = format!(
-                "{}: N = {}, {:.2} s of CPU, MRSE {}",
-                one.estimator,
-                one.samples,
-                one.cpu_seconds,
-                scientific(one.mrse)
-            );
-            let exposure = exposure(&result.gallery[0].image);
-            shown.push(Picture::exposed(&one.image, exposure, &caption)?);
-        }
-        pictures.insert(result.scene.clone(), shown);
-    }
-    let page = Report::of_study(record, pictures).render();
-    files.push(("report.html".to_owned(), page.into_bytes()));
-    Ok(files)
-}
-
-/// Shows a tenth of the pixels as white, so that a light in the picture leaves the rest bright.
-fn exposure(image: &Image) -> Exposure {
-    Exposure::fitting(image, 0.9)
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use linelit_film::FilmError;
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::stats::slopes::Order;
 
@@ -113,7 +114,7 @@ pub struct SlopeRow {
     /// The order that a paper reports (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_order: Option<f64>,
-    /// Where it reports it (JSON only).
+    /// Figure or table of that paper (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_source: Option<String>,
     /// Why the order is weaker than the paper's, from a measurement (JSON only).
@@ -148,7 +149,7 @@ impl SlopeRow {
     }
 }
 
-/// What is known of a scene apart from its errors.
+/// Size, set-up times and reference of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SceneRecord {
     /// Short name.
@@ -167,7 +168,7 @@ pub struct SceneRecord {
     pub hierarchy_bytes: usize,
     /// Mean squared error of the reference itself.
     pub reference_mse: f64,
-    /// How the reference was made.
+    /// Estimator and samples of the reference.
     pub reference: String,
 }
 
@@ -186,7 +187,7 @@ pub struct GalleryRow {
     pub mrse: f64,
 }
 
-/// What was asked for and not measured, as the time budget was spent.
+/// A measurement that was left out because the time budget was spent.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeftOutRow {
     /// Short name of the scene.
@@ -224,7 +225,7 @@ pub struct StudyRecord {
     pub scenes: Vec<SceneRecord>,
     /// All errors.
     pub rows: Vec<ResultRow>,
-    /// What the time budget left out.
+    /// Measurements that the time budget left out.
     pub left_out: Vec<LeftOutRow>,
     /// All orders.
     pub slopes: Vec<SlopeRow>,
@@ -237,15 +238,15 @@ impl StudyRecord {
     ///
     /// # Errors
     /// As [`StudyRecord::to_json`].
-    pub fn files(&self) -> Result<[(&'static str, String); 3], FilmError> {
+    pub fn tables(&self) -> Result<[(&'static str, String); 3], FilmError> {
         Ok([
-            ("results.csv", results_csv(&self.rows)),
-            ("slopes.csv", slopes_csv(&self.slopes)),
+            ("results.csv", csv(&RESULT_COLUMNS, &self.rows)?),
+            ("slopes.csv", csv(&SLOPE_COLUMNS, &self.slopes)?),
             ("results.json", self.to_json()?),
         ])
     }
 
-    /// What the time budget left out of one scene, in a sentence.
+    /// One sentence on the measurements of a scene that the time budget left out.
     #[must_use]
     pub fn left_out_of(&self, scene: &str) -> Option<String> {
         let left_out: Vec<&LeftOutRow> = self
@@ -278,7 +279,7 @@ impl StudyRecord {
         })
     }
 
-    /// What the time budget left out, a sentence for each scene.
+    /// A sentence for each scene of which the time budget left out measurements.
     #[must_use]
     pub fn left_out_sentences(&self) -> Vec<String> {
         let scenes = self.scenes.iter();
@@ -292,71 +293,41 @@ impl StudyRecord {
     /// # Errors
     /// [`FilmError::Invalid`] if serialisation fails, which no content of these fields makes it.
     pub fn to_json(&self) -> Result<String, FilmError> {
-        let mut text =
-            serde_json::to_string_pretty(self).map_err(|e| FilmError::Invalid(e.to_string()))?;
+        let mut text = serde_json::to_string_pretty(self).map_err(invalid)?;
         text.push('\n');
         Ok(text)
     }
 }
 
-/// The text of `results.csv`.
-#[must_use]
-pub fn results_csv(rows: &[ResultRow]) -> String {
-    let mut csv = RESULT_COLUMNS.join(",") + "\n";
+/// Some columns of rows, as CSV.
+fn csv<T: Serialize>(columns: &[&str], rows: &[T]) -> Result<String, FilmError> {
+    let mut text = columns.join(",") + "\n";
     for row in rows {
-        let fields = [
-            quote(&row.scene),
-            quote(&row.pixels),
-            quote(&row.estimator),
-            quote(&row.sampler),
-            row.samples.to_string(),
-            row.trials.to_string(),
-            number(row.mse),
-            number(row.mse_stderr),
-            number(row.mrse),
-            number(row.bias),
-            number(row.bias_stderr),
-            number(row.cpu_seconds),
-            number(row.cpu_error),
-            number(row.wall_seconds),
-            row.rays.to_string(),
-            row.line_queries.to_string(),
-            row.node_tests.to_string(),
-            row.triangle_tests.to_string(),
-            row.intervals.to_string(),
-        ];
-        csv += &fields.join(",");
-        csv.push('\n');
+        let row = serde_json::to_value(row).map_err(invalid)?;
+        let fields: Vec<String> = columns.iter().map(|column| field(&row[column])).collect();
+        text += &(fields.join(",") + "\n");
     }
-    csv
+    Ok(text)
 }
 
-/// The text of `slopes.csv`.
-#[must_use]
-pub fn slopes_csv(rows: &[SlopeRow]) -> String {
-    let mut csv = SLOPE_COLUMNS.join(",") + "\n";
-    for row in rows {
-        let fields = [
-            quote(&row.scene),
-            quote(&row.estimator),
-            quote(&row.sampler),
-            number(row.n_min),
-            number(row.n_max),
-            number(row.order),
-            number(row.ci_low),
-            number(row.ci_high),
-        ];
-        csv += &fields.join(",");
-        csv.push('\n');
+fn field(value: &Value) -> String {
+    match value {
+        Value::String(text) => quote(text),
+        Value::Number(n) => match n.as_f64().filter(|_| n.is_f64()) {
+            Some(real) => number(real),
+            None => n.to_string(),
+        },
+        // What is no number is null.
+        _ => String::new(),
     }
-    csv
 }
 
-/// The shortest decimal that reads back as the same number; empty if it is none.
+fn invalid(error: serde_json::Error) -> FilmError {
+    FilmError::Invalid(error.to_string())
+}
+
+/// The shortest decimal that reads back as the same number.
 fn number(value: f64) -> String {
-    if !value.is_finite() {
-        return String::new();
-    }
     let magnitude = value.abs();
     let plain = magnitude <= 0.0 || (1e-4..1e9).contains(&magnitude);
     if plain {
@@ -436,8 +407,8 @@ mod tests {
 
     #[test]
     fn the_columns_are_the_contract() {
-        let csv = results_csv(&[row()]);
-        let lines: Vec<&str> = csv.lines().collect();
+        let text = csv(&RESULT_COLUMNS, &[row()]).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
         assert_eq!(
             lines[0],
             "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,bias,bias_stderr,\
@@ -455,7 +426,7 @@ mod tests {
             ..SlopeRow::default()
         };
         assert_eq!(
-            slopes_csv(&[slope]),
+            csv(&SLOPE_COLUMNS, &[slope]).unwrap(),
             "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high\n\"a\"\"b\",,,4,0,-1.5,0,0\n"
         );
     }
@@ -476,7 +447,7 @@ mod tests {
                 value.to_bits()
             );
         }
-        assert_eq!(number(f64::INFINITY), "");
+        assert_eq!(field(&serde_json::json!(f64::INFINITY)), "");
     }
 
     #[test]
@@ -487,7 +458,7 @@ mod tests {
             slopes: vec![SlopeRow::default().with_paper(-1.15, "Fig. 9")],
             ..StudyRecord::default()
         };
-        let value: serde_json::Value = serde_json::from_str(&record.to_json().unwrap()).unwrap();
+        let value: Value = serde_json::from_str(&record.to_json().unwrap()).unwrap();
         assert_eq!(value["seed"], 7);
         assert_eq!(value["rows"][0]["rays"], u64::MAX);
         assert!(value["rows"][0]["bias_stderr"].is_null());

@@ -8,9 +8,10 @@ use crate::args::LoadAllArgs;
 use anyhow::{Context, Result, bail};
 use indicatif::ProgressBar;
 use linelit_cli::output::{Output, note};
+use linelit_film::Tile;
 use linelit_formats::{Format, LoadOptions, SceneError};
 use linelit_integrator::{Renderer, Settings};
-use linelit_study::engine::image::{self, Window};
+use linelit_papers::scene_study;
 use linelit_study::memory::kib;
 use serde::{Deserialize, Serialize};
 use std::io::Read as _;
@@ -102,8 +103,8 @@ fn line(result: &std::result::Result<Counts, String>) -> String {
         Err(error) => {
             let mut lines = error.lines().map(str::trim);
             let what = lines.next().unwrap_or("error");
-            let place = lines.next().and_then(|l| l.strip_prefix("--> "));
-            place.map_or_else(|| what.to_owned(), |place| format!("{what} ({place})"))
+            let location = lines.next().and_then(|l| l.strip_prefix("--> "));
+            location.map_or_else(|| what.to_owned(), |at| format!("{what} ({at})"))
         }
     }
 }
@@ -164,8 +165,8 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
         ..Settings::default()
     };
     let renderer = Renderer::new(&scene);
-    let window = Window::whole(width, height);
-    let (image, _) = image::render(&renderer, &settings, window, &ProgressBar::hidden());
+    let window = Tile::whole(width, height);
+    let (image, _) = scene_study::render(&renderer, &settings, window, &ProgressBar::hidden());
     let finite = image.mean().iter().all(|v| v.is_finite());
     assert!(finite, "the picture of {} is not finite", file.display());
     Ok(Counts {

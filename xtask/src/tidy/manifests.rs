@@ -6,10 +6,10 @@ use std::collections::BTreeSet;
 /// What any crate may use in its tests and benches, beside what it knows anyway: scenes and
 /// pictures to ask queries about, the lobes that shading's transformed cosines are fitted to.
 const FOR_TESTS: &str = "linelit-testkit linelit-scenes linelit-bsdf linelit-film linelit-lights \
-    proptest criterion rustix sobol_burley";
+    proptest criterion rayon rustix sobol_burley";
 
 /// Crates that end in images: their tests may look at the whole way.
-const WHOLE_WAY: [&str; 3] = ["integrator", "study", "cli"];
+const WHOLE_WAY: [&str; 3] = ["integrator", "papers", "cli"];
 
 /// The name of a dependency from its line, which all are: `name.workspace = true`, or
 /// `name = { workspace = true, … }`.

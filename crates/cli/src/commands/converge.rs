@@ -5,11 +5,10 @@ use crate::args::{ConvergeArgs, UsageError};
 use crate::folder::OutputFolder;
 use crate::output::{Output, OutputError, note};
 use anyhow::Result;
+use linelit_papers::scene_study::{StudySpec, open_all};
 use linelit_papers::{Context, Findings, Study, default_study, names, study, takes_scene};
-use linelit_study::engine::{open_all, run_scene};
-use linelit_study::record;
-use linelit_study::spec::StudySpec;
 use linelit_study::tables::{GalleryRow, SlopeRow};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// Runs a study and writes its report.
@@ -103,24 +102,21 @@ fn converge(
     let deadline = spec
         .time_budget
         .map(|s| start + Duration::from_secs_f64(s.min(1e9)));
-    let mut record = record::new_record(spec, command());
-    let mut results = Vec::new();
+    let mut record = spec.record(command());
+    let mut pictures = BTreeMap::new();
     let library = args.common.read.library();
     for opened in open_all(spec, &mut |name| Ok(library.load_lit(name)?.scene))? {
-        let view = opened.view().clone();
-        let progress = bar(&view.label);
-        progress
-            .set_length((spec.samples.len() * spec.estimators.len() * spec.samplers.len()) as u64);
-        let result = run_scene(spec, opened, deadline, &progress)?;
+        let label = opened.label().to_owned();
+        let progress = bar(&label);
+        let shown = opened.run(spec, deadline, &progress, &mut record)?;
         progress.finish_and_clear();
-        record::append(&mut record, spec, &view.pixels, &result);
-        results.push(result);
+        pictures.insert(label, shown);
     }
     record.seconds = start.elapsed().as_secs_f64();
-    for (name, bytes) in record::files(&record, &results)? {
+    for (name, bytes) in record.files(pictures)? {
         folder.add(&name, bytes);
     }
-    let report = folder.place("report.html");
+    let report = folder.path_of("report.html");
     folder.finish()?;
     for sentence in record.left_out_sentences() {
         note(format_args!("note: {sentence}"));
@@ -214,7 +210,7 @@ fn findings(
     }
     found.report.command = command();
     folder.add("report.html", found.report.render());
-    let report = folder.place("report.html");
+    let report = folder.path_of("report.html");
     folder.finish()?;
     if args.common.json {
         writeln!(out, "{json}")?;

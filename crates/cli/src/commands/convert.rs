@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// If the scene cannot be read or a file cannot be written.
 pub fn run(args: &ConvertArgs) -> Result<()> {
     // Before the work, lest that be lost.
-    linelit_film::try_place(&args.output)?;
+    linelit_film::check_writable(&args.output)?;
     let scene = args.read.library().load(&args.scene)?.scene;
     let images = Images {
         from: parent(&linelit_scenes::locate(&args.scene)?),
@@ -49,18 +49,18 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     Ok(())
 }
 
-/// How much the replacement of a material changes.
+/// Change of albedo by the replacement of a material.
 struct Change {
     /// Materials that are replaced.
     count: usize,
     name: String,
     kinds: [&'static str; 2],
-    /// What they reflect of light from all directions alike.
+    /// Share of light from all directions alike that they reflect.
     albedos: [f64; 2],
 }
 
 impl Change {
-    /// Of the materials that pbrt-v4 does not have, the one that its replacement changes most.
+    /// The material that its replacement changes most, of those that pbrt-v4 does not have.
     fn largest(scene: &Scene) -> Option<Self> {
         let replaced = scene.materials.iter().zip(0_u32..);
         let replaced =
@@ -130,16 +130,16 @@ fn albedo(materials: &[Material], material: u32) -> f64 {
         return 0.0;
     };
     let frame = Frame::from_normal(point.normal);
-    let half = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+    let middle = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
     let mut sum = DVec3::ZERO;
     for view in 0..VIEWS {
         // By the cosine.
-        let cosine = (1.0 - half(view, VIEWS)).sqrt();
+        let cosine = (1.0 - middle(view, VIEWS)).sqrt();
         let sine = (1.0 - cosine * cosine).sqrt();
         let outgoing = frame.x * sine + point.normal * cosine;
         for u in 0..DRAWN {
             for v in 0..DRAWN {
-                let drawn = [half(u, DRAWN), half(v, DRAWN)];
+                let drawn = [middle(u, DRAWN), middle(v, DRAWN)];
                 let Some(wi) = point.bsdf.sample(drawn, outgoing, point.normal) else {
                     continue;
                 };
@@ -187,7 +187,7 @@ fn parent(path: &Path) -> PathBuf {
 
 /// Names of images in the new file.
 struct Images<'a> {
-    /// Where the old names start.
+    /// Folder that the old names are relative to.
     from: PathBuf,
     /// The new file.
     to: &'a Path,

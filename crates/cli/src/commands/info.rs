@@ -5,11 +5,12 @@ use crate::args::InfoArgs;
 use crate::output::{Output, OutputError};
 use anyhow::Result;
 use indicatif::ProgressBar;
+use linelit_film::Tile;
 use linelit_formats::Loaded;
 use linelit_integrator::{Renderer, Settings};
 use linelit_lights::Light;
+use linelit_papers::scene_study;
 use linelit_scene::{Projection, Scene, SceneLight};
-use linelit_study::engine::image::{self, Window};
 use linelit_study::short_name;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ use std::collections::BTreeMap;
 /// Pairs of pixel and light that the look at the plan costs at most.
 const MAX_PAIRS: usize = 1 << 16;
 
-/// What is in a scene.
+/// Contents of a scene.
 #[derive(Debug, Serialize)]
 struct Info {
     scene: String,
@@ -40,9 +41,9 @@ struct Info {
 #[derive(Debug, Default, Serialize)]
 struct LightGroup {
     lights: usize,
-    /// Of the surfaces, m².
+    /// Area of the surfaces, m².
     area: f64,
-    /// Of the lines, m.
+    /// Length of the lines, m.
     length: f64,
     /// Emitted, W, averaged over the channels.
     power: f64,
@@ -54,7 +55,7 @@ struct MaterialGroup {
     triangles: usize,
 }
 
-/// What is skipped: for the whole scene, and at the points that a coarse picture sees.
+/// Counts of skipped work: for the whole scene, and at the points that a coarse picture sees.
 #[derive(Debug, Serialize)]
 struct PlanInfo {
     dark_lights: usize,
@@ -89,8 +90,8 @@ fn look(scene: &mut Scene) -> PlanInfo {
         samples: 1,
         ..Settings::default()
     };
-    let window = Window::whole(side, side);
-    let (_, counts) = image::render(&renderer, &settings, window, &ProgressBar::hidden());
+    let window = Tile::whole(side, side);
+    let (_, counts) = scene_study::render(&renderer, &settings, window, &ProgressBar::hidden());
     PlanInfo {
         dark_lights: renderer.plan().dark_lights(),
         pixels: [side, side],

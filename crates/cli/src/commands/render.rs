@@ -4,9 +4,10 @@ use super::{bar, pool};
 use crate::args::{Crop, LightEstimator, RenderArgs};
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
-use linelit_film::{Document, Exposure, Image};
+use linelit_film::{Document, Exposure, Image, Tile};
 use linelit_integrator::{Counts, Renderer, Settings};
-use linelit_study::engine::image::{self, Window};
+use linelit_papers::scene_study;
+use linelit_study::engine::image;
 use linelit_study::{short_name, version};
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use std::time::Instant;
 /// If the scene cannot be read or the image cannot be written.
 pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     // Before the work, lest that be lost.
-    linelit_film::try_place(&args.output)?;
+    linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
     let start = Instant::now();
     let mut scene = args.common.read.library().load_lit(&args.scene)?.scene;
@@ -45,7 +46,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     };
     let drawn = Instant::now();
     let (image, counts) =
-        pool.install(|| image::render(&renderer, &settings, window, &bar("rendering")));
+        pool.install(|| scene_study::render(&renderer, &settings, window, &bar("rendering")));
     let seconds = drawn.elapsed().as_secs_f64();
     let times = [load_seconds, build_seconds, seconds];
     let result = args.common.json.then(|| json(args, &image, &counts, times));
@@ -72,14 +73,14 @@ fn set_light_estimators(renderer: &mut Renderer<'_>, list: &[LightEstimator]) ->
     Ok(())
 }
 
-fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Window {
+fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Tile {
     let Some(Crop([x0, x1, y0, y1])) = crop else {
         let [x0, x1, y0, y1] = scene.film.crop;
-        return Window { x0, x1, y0, y1 };
+        return Tile { x0, x1, y0, y1 };
     };
     let (x0, x1) = span(x0, x1, scene.film.width);
     let (y0, y1) = span(y0, y1, scene.film.height);
-    Window { x0, x1, y0, y1 }
+    Tile { x0, x1, y0, y1 }
 }
 
 /// The pixels of a range of fractions, at least one (pbrt: rounded up at both ends).

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::PathBuf;
 
-use linelit_film::{try_place, write_atomically, write_atomically_with};
+use linelit_film::{check_writable, write_atomically, write_atomically_with};
 
 /// A folder that is gone after the test.
 struct Folder(PathBuf);
@@ -55,7 +55,7 @@ fn a_link_stays_and_its_file_is_replaced() {
 
     // A link to what is not there yet.
     symlink("far/none", folder.join("three")).unwrap();
-    try_place(&folder.join("three")).unwrap();
+    check_writable(&folder.join("three")).unwrap();
     assert!(!folder.join("far/none").exists());
     write_atomically(&folder.join("three"), b"first").unwrap();
     assert_eq!(fs::read(folder.join("far/none")).unwrap(), b"first");
@@ -73,7 +73,7 @@ fn a_read_only_file_is_refused_and_permissions_stay() {
     fs::write(&path, "kept").unwrap();
     for (mode, writable) in [(0o600, true), (0o444, false), (0o400, false), (0o640, true)] {
         fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
-        let tried = try_place(&path);
+        let tried = check_writable(&path);
         let before = fs::read(&path).unwrap();
         let written = write_atomically(&path, format!("{mode:o}").as_bytes());
         assert_eq!((tried.is_ok(), written.is_ok()), (writable, writable));
@@ -96,7 +96,7 @@ fn what_is_no_regular_file_is_refused() {
     symlink("/dev/full", folder.join("device")).unwrap();
     fs::create_dir(folder.join("folder")).unwrap();
     for name in ["device", "folder", "device/below"] {
-        assert!(try_place(&folder.join(name)).is_err(), "{name}");
+        assert!(check_writable(&folder.join(name)).is_err(), "{name}");
         assert!(
             write_atomically(&folder.join(name), b"x").is_err(),
             "{name}"
@@ -129,7 +129,7 @@ fn what_killed_writers_left_is_removed() {
     expected.sort();
     assert_eq!(folder.names(), expected);
     drop(locked);
-    try_place(&folder.join("a.exr")).unwrap();
+    check_writable(&folder.join("a.exr")).unwrap();
     assert!(!folder.join(&kept[3]).exists());
 }
 

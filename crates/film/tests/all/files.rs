@@ -4,8 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use linelit_film::{
-    Document, FilmError, Image, MomentImage, Placement, decode_exr, read_pfm, write_atomically,
-    write_pfm,
+    Document, FilmError, Image, MomentImage, Placement, decode_exr, write_atomically, write_pfm,
 };
 use linelit_testkit::cases::cases;
 use proptest::prelude::*;
@@ -178,7 +177,7 @@ fn a_pfm_comes_back_bit_for_bit() {
     let folder = Folder::new("pfm");
     let image = film().mean_image();
     write_pfm(&folder.join("a.pfm"), &image).unwrap();
-    assert_eq!(read_pfm(&folder.join("a.pfm")).unwrap(), image);
+    assert_eq!(Image::read(&folder.join("a.pfm")).unwrap(), image);
     assert_eq!(Image::read(&folder.join("a.pfm")).unwrap(), image);
 }
 
@@ -295,6 +294,6 @@ proptest! {
         let mut pfm = b"PF\n".to_vec();
         pfm.extend(&noise);
         fs::write(&path, &pfm).unwrap();
-        let _ = read_pfm(&path);
+        let _ = Image::read(&path);
     }
 }

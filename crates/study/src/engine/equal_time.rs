@@ -1,54 +1,49 @@
 //! Error against time on one thread: which estimator reaches an error first.
 #![allow(clippy::disallowed_methods, reason = "compares times")]
 
-use super::Targets;
+use super::Problem;
 use crate::stats::metrics::MRSE_EPSILON;
 use linelit_geometry::DVec3;
-use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
-use linelit_samplers::SamplerKind;
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
 use rand_pcg::Pcg64Mcg;
 use std::time::Instant;
 
-/// The most shading points that are timed together: so many that the clock takes no time.
+/// The most integrals that are timed together: so many that the clock takes no time.
 const CHUNK: usize = 16;
 
-/// Samples that are timed together at most, but for those of one shading point: so few that the
-/// system seldom interrupts them.
+/// Samples that are timed together at most, but for those of one integral: so few that the system
+/// seldom interrupts them.
 const TOGETHER: u32 = 256;
 
-/// The seed of the reference is far from that of any round.
-const REFERENCE_SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
-
-/// Below this relative mean squared error there is only rounding.
+/// Relative mean squared error below which there is only rounding.
 const NO_ERROR: f64 = 1e-18;
 
 /// One estimator at one number of samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Light samples per shading point and light.
+    /// Samples of an estimate.
     pub samples: u32,
-    /// Microseconds per shading point, undisturbed.
+    /// Microseconds per integral, undisturbed.
     pub time: f64,
-    /// Mean squared error over points, channels and rounds, divided by the mean square of the
+    /// Mean squared error over integrals, channels and rounds, divided by the mean square of the
     /// reference.
     pub mse: f64,
-    /// Mean over points, channels and rounds of the squared error divided by the square of the
+    /// Mean over integrals, channels and rounds of the squared error divided by the square of the
     /// reference there and [`MRSE_EPSILON`].
     pub mrse: f64,
 }
 
 /// An estimator's error over time.
 #[derive(Clone, Debug)]
-pub struct Curve {
+pub struct Curve<S> {
     /// The estimator.
-    pub estimator: Estimator,
-    /// In ascending order of samples.
+    pub settings: S,
+    /// Its measurements, in ascending order of samples.
     pub points: Vec<Point>,
 }
 
-impl Curve {
+impl<S> Curve<S> {
     /// The error at a given time: between two points along the straight line in logarithms; the
     /// last point's beyond all of them, `None` before the first. Towards a point without error
     /// (`NO_ERROR`) nothing is interpolated.
@@ -85,66 +80,50 @@ fn between((x0, y0): (f64, f64), (x1, y1): (f64, f64), x: f64) -> f64 {
     (y0 + (y1 - y0) * (x - x0) / (x1 - x0)).exp()
 }
 
-/// What is measured.
+/// The estimators of a contest, and the values that they are held to.
 #[derive(Clone, Debug)]
-pub struct Contest {
+pub struct Contest<S> {
     /// Estimators and the numbers of samples each is run with.
-    pub entries: Vec<(Estimator, Vec<u32>)>,
-    /// How often each is run: the time of a chunk is the least of all rounds, the error the mean.
+    pub entries: Vec<(S, Vec<u32>)>,
+    /// Number of rounds. The time of a chunk is the least of all rounds, the error their mean.
     pub rounds: u32,
-    /// What errors are measured by.
-    pub truth: Truth,
-}
-
-/// What errors are measured by.
-#[derive(Clone, Debug)]
-pub enum Truth {
-    /// `exact` where nothing is sampled; elsewhere the mean of so many trials (the second number)
-    /// of so many lines (the first).
-    Computed(u32, u32),
-    /// One value a point.
-    Given(Vec<DVec3>),
+    /// The integrals' values, which errors are measured by.
+    pub truth: Vec<DVec3>,
 }
 
 /// One estimator and number of samples while it is measured.
-struct Lane {
-    settings: Settings,
+struct Lane<'a, S> {
+    settings: &'a S,
+    samples: u32,
     least: Vec<f64>,
     square: f64,
     relative: f64,
 }
 
-/// Runs all entries in alternation on this thread; the set-up of the scene is not timed.
+/// Runs all entries in alternation on this thread.
 #[must_use]
-pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Vec<Curve> {
-    let mut workspace = Workspace::new();
-    let points = &targets.points;
-    let reference = match &what.truth {
-        Truth::Computed(lines, trials) => {
-            computed(renderer, points, (*lines, *trials), &mut workspace)
-        }
-        Truth::Given(values) => values.clone(),
-    };
-    let power: f64 = reference.iter().map(|v| v.length_squared()).sum();
-    let mut lanes: Vec<Lane> = Vec::new();
-    for (estimator, samples) in &what.entries {
+pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curve<P::Settings>> {
+    let mut workspace = P::Workspace::default();
+    let power: f64 = what.truth.iter().map(|v| v.length_squared()).sum();
+    let mut lanes = Vec::new();
+    for (settings, samples) in &what.entries {
         lanes.extend(samples.iter().map(|&samples| Lane {
-            settings: settings(*estimator, samples, 0),
-            least: vec![f64::INFINITY; points.len().div_ceil(chunk(samples))],
+            settings,
+            samples,
+            least: vec![f64::INFINITY; problem.integrals().div_ceil(chunk(samples))],
             square: 0.0,
             relative: 0.0,
         }));
     }
-    for round in 0..what.rounds {
+    for round in 0..u64::from(what.rounds) {
         // In another order each time, lest what follows a long lane of another estimator always
         // find the caches full of that.
         let mut order: Vec<usize> = (0..lanes.len()).collect();
-        order.shuffle(&mut Pcg64Mcg::seed_from_u64(u64::from(round)));
+        order.shuffle(&mut Pcg64Mcg::seed_from_u64(round));
         for k in order {
             let lane = &mut lanes[k];
-            lane.settings.seed = u64::from(round);
-            let values = run(renderer, points, lane, &mut workspace);
-            for (v, r) in values.iter().zip(&reference) {
+            let values = run(problem, lane, round, &mut workspace);
+            for (v, r) in values.iter().zip(&what.truth) {
                 let square = (*v - *r) * (*v - *r);
                 lane.square += square.element_sum();
                 lane.relative += (square / (*r * *r + MRSE_EPSILON)).element_sum();
@@ -152,16 +131,16 @@ pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Ve
         }
     }
     #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
-    let count = points.len() as f64;
+    let count = problem.integrals() as f64;
     let scale = power.max(f64::MIN_POSITIVE) * f64::from(what.rounds);
     let mut lanes = lanes.into_iter();
-    let curve = |(estimator, samples): &(Estimator, Vec<u32>)| Curve {
-        estimator: *estimator,
+    let curve = |(settings, samples): &(P::Settings, Vec<u32>)| Curve {
+        settings: settings.clone(),
         points: lanes
             .by_ref()
             .take(samples.len())
             .map(|lane| Point {
-                samples: lane.settings.samples,
+                samples: lane.samples,
                 time: lane.least.iter().sum::<f64>() * 1e6 / count,
                 mse: lane.square / scale,
                 mrse: lane.relative / (3.0 * count * f64::from(what.rounds)),
@@ -171,69 +150,35 @@ pub fn contest(renderer: &Renderer<'_>, targets: &Targets, what: &Contest) -> Ve
     what.entries.iter().map(curve).collect()
 }
 
-fn settings(estimator: Estimator, samples: u32, seed: u64) -> Settings {
-    Settings {
-        estimator,
-        sampler: SamplerKind::Stratified,
-        samples,
-        seed,
-        ..Settings::default()
-    }
-}
-
-/// How many points are timed together.
+/// Number of integrals that are timed together.
 fn chunk(samples: u32) -> usize {
     ((TOGETHER / samples.max(1)) as usize).clamp(1, CHUNK)
 }
 
-/// All points once, each chunk timed.
-fn run(
-    renderer: &Renderer<'_>,
-    points: &[([u32; 2], ShadingPoint)],
-    lane: &mut Lane,
-    workspace: &mut Workspace,
+/// All integrals once, each chunk timed.
+fn run<P: Problem>(
+    problem: &P,
+    lane: &mut Lane<'_, P::Settings>,
+    seed: u64,
+    workspace: &mut P::Workspace,
 ) -> Vec<DVec3> {
-    let mut values = Vec::with_capacity(points.len());
-    let chunks = points.chunks(chunk(lane.settings.samples));
-    for (chunk, least) in chunks.zip(&mut lane.least) {
+    let mut values = Vec::with_capacity(problem.integrals());
+    for least in &mut lane.least {
         let start = Instant::now();
-        for (pixel, point) in chunk {
-            values.push(renderer.direct(&lane.settings, point, *pixel, 0, workspace));
+        let end = (values.len() + chunk(lane.samples)).min(problem.integrals());
+        for integral in values.len()..end {
+            values.push(problem.estimate(lane.settings, lane.samples, seed, integral, workspace));
         }
         *least = least.min(start.elapsed().as_secs_f64());
     }
     values
 }
 
-/// Exact where that is possible, else the mean over trials of many lines.
-fn computed(
-    renderer: &Renderer<'_>,
-    points: &[([u32; 2], ShadingPoint)],
-    (lines, trials): (u32, u32),
-    workspace: &mut Workspace,
-) -> Vec<DVec3> {
-    let exact = Estimator::exact();
-    let value = |(pixel, point): &([u32; 2], ShadingPoint)| {
-        workspace.take_counts();
-        let first = settings(exact, lines, REFERENCE_SEED);
-        let mut sum = renderer.direct(&first, point, *pixel, 0, workspace);
-        if workspace.take_counts().plan.exact_fallbacks == 0 {
-            return sum;
-        }
-        for trial in 1..trials {
-            let next = settings(exact, lines, REFERENCE_SEED + u64::from(trial));
-            sum += renderer.direct(&next, point, *pixel, 0, workspace);
-        }
-        sum / f64::from(trials)
-    };
-    points.iter().map(value).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn curve(points: &[(f64, f64)]) -> Curve {
+    fn curve(points: &[(f64, f64)]) -> Curve<()> {
         let point = |&(time, mse): &(f64, f64)| Point {
             samples: 1,
             time,
@@ -241,7 +186,7 @@ mod tests {
             mrse: mse,
         };
         Curve {
-            estimator: Estimator::points(linelit_estimators::PointBy::Area),
+            settings: (),
             points: points.iter().map(point).collect(),
         }
     }

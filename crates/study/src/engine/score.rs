@@ -1,6 +1,6 @@
 //! From estimates and a reference to errors.
 
-use super::{CellRun, Reference, Targets};
+use super::CellRun;
 use crate::stats::metrics::{MRSE_EPSILON, MeanError};
 use linelit_geometry::DVec3;
 
@@ -27,15 +27,15 @@ pub struct Score {
     pub trial_variance: Vec<f64>,
 }
 
-/// Scores a run against a reference.
+/// Scores a run against the integrals' values; sums are divided by a number of `pixels`.
 #[must_use]
-pub fn score(run: &CellRun, reference: &Reference, targets: &Targets) -> Score {
+pub fn score<S>(run: &CellRun<S>, values: &[DVec3], pixels: usize) -> Score {
     let trials = run.cell.trials as usize;
     let mut sums = TrialSums::new(trials);
-    for (point, want) in reference.values.iter().enumerate() {
-        sums.add(run.trials_of(point), *want);
+    for (integral, want) in values.iter().enumerate() {
+        sums.add(run.trials_of(integral), *want);
     }
-    sums.finish(targets.pixels.max(1))
+    sums.finish(pixels.max(1))
 }
 
 struct TrialSums {

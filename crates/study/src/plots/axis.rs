@@ -1,6 +1,6 @@
 //! Logarithmic axes and their ticks.
 
-/// What the numbers of an axis are.
+/// Kind of numbers along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unit {
     /// Plain numbers, as powers of ten.
@@ -44,7 +44,7 @@ impl LogAxis {
     }
 
     /// The pixel of a value, clamped to the axis.
-    pub(crate) fn place(&self, value: f64) -> f64 {
+    pub(crate) fn pixel(&self, value: f64) -> f64 {
         let value = value.clamp(self.low, self.high);
         let t = (value / self.low).ln() / (self.high / self.low).ln();
         self.from + t * (self.to - self.from)
@@ -160,8 +160,8 @@ mod tests {
     #[test]
     fn places_run_from_end_to_end() {
         let axis = LogAxis::spanning([1.0, 100.0].into_iter(), 1.0).over(50.0, 250.0);
-        assert!((axis.place(10.0) - 150.0).abs() < 1e-9);
-        assert!((axis.place(1e9) - 250.0).abs() < 1e-9);
+        assert!((axis.pixel(10.0) - 150.0).abs() < 1e-9);
+        assert!((axis.pixel(1e9) - 250.0).abs() < 1e-9);
         let empty = LogAxis::spanning(std::iter::empty(), 1.5);
         assert!(empty.low < empty.high);
     }

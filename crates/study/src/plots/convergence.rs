@@ -19,22 +19,22 @@ pub struct PlotPoint {
 /// The measurements of one estimator with one sampler.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// Gives the colour and mark.
+    /// The estimator, which chooses the colour and mark.
     pub estimator: String,
-    /// Gives the panel.
+    /// The pattern, which chooses the panel.
     pub sampler: String,
-    /// In the order they are joined.
+    /// The measurements, in the order in which a line joins them.
     pub points: Vec<PlotPoint>,
 }
 
 /// A log–log plot.
 #[derive(Clone, Debug)]
 pub struct ConvergencePlot {
-    /// For those who cannot see it.
+    /// Description of the plot for screen readers.
     pub title: String,
-    /// Below the horizontal axis.
+    /// Label of the horizontal axis.
     pub x_label: String,
-    /// Left of the vertical axis.
+    /// Label of the vertical axis.
     pub y_label: String,
     /// Ticks of the horizontal axis, else powers of ten (as seconds).
     pub x_ticks: Option<Vec<f64>>,
@@ -114,7 +114,7 @@ fn gather(scene: &str, rows: &[ResultRow], x: impl Fn(&ResultRow) -> f64) -> Vec
     all
 }
 
-/// Where a guide's order stands.
+/// Position, alignment and text of a guide's order.
 type GuideLabel = ([f64; 2], Anchor, String);
 
 /// A panel's two axes.
@@ -125,8 +125,8 @@ struct Panel {
 }
 
 impl Panel {
-    fn place(&self, x: f64, y: f64) -> [f64; 2] {
-        [self.x.place(x), self.y.place(y)]
+    fn pixel(&self, x: f64, y: f64) -> [f64; 2] {
+        [self.x.pixel(x), self.y.pixel(y)]
     }
 }
 
@@ -161,8 +161,8 @@ impl ConvergencePlot {
             for series in self.series.iter().filter(|s| s.sampler == *sampler) {
                 self.draw_series(&mut canvas, panel, series);
             }
-            for (place, anchor, text) in labels {
-                canvas.text("ll-halo", place, anchor, &text);
+            for (point, anchor, text) in labels {
+                canvas.text("ll-halo", point, anchor, &text);
             }
         }
         let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
@@ -222,7 +222,7 @@ impl ConvergencePlot {
     fn draw_frame(&self, canvas: &mut Canvas, panel: Panel, labelled: bool) {
         let Panel { x, y } = panel;
         for tick in y.ticks() {
-            let at = y.place(tick);
+            let at = y.pixel(tick);
             canvas.line("ll-grid", [x.from, at], [x.to, at]);
             if labelled {
                 let text = axis::label(tick, Unit::Number);
@@ -234,7 +234,7 @@ impl ConvergencePlot {
             None => (thin(&x.ticks(), x), Unit::Seconds),
         };
         for tick in ticks {
-            let at = x.place(tick);
+            let at = x.pixel(tick);
             canvas.line("ll-grid", [at, y.from], [at, y.to]);
             let text = axis::label(tick, unit);
             canvas.markup("ll-small", [at, y.from + 16.0], Anchor::Middle, &text);
@@ -256,24 +256,19 @@ impl ConvergencePlot {
         for &slope in &self.guides {
             let at = |x: f64| start.y * (x / start.x).powf(slope);
             let right = at(panel.x.high);
-            let (x, y, leaves_right) = if right >= panel.y.low {
-                (panel.x.high, right, true)
+            let leaves_right = right >= panel.y.low;
+            let (x, y) = if leaves_right {
+                (panel.x.high, right)
             } else {
-                (
-                    start.x * (panel.y.low / start.y).powf(slope.recip()),
-                    panel.y.low,
-                    false,
-                )
+                let x = start.x * (panel.y.low / start.y).powf(slope.recip());
+                (x, panel.y.low)
             };
-            let end = panel.place(x, y);
-            canvas.line("ll-guide", panel.place(start.x, start.y), end);
+            let end = panel.pixel(x, y);
+            canvas.line("ll-guide", panel.pixel(start.x, start.y), end);
             let text = format!("−{}", axis::short(-slope));
-            if leaves_right {
-                labels.push(([end[0] - 5.0, end[1] - 7.0], Anchor::End, text));
-            } else {
-                // On the steep side of the guide, where no data are expected.
-                labels.push(([end[0] - 12.0, end[1] - 7.0], Anchor::End, text));
-            }
+            // Below, on the steep side of the guide, where no data are expected.
+            let aside = if leaves_right { 5.0 } else { 12.0 };
+            labels.push(([end[0] - aside, end[1] - 7.0], Anchor::End, text));
         }
         labels
     }
@@ -281,13 +276,13 @@ impl ConvergencePlot {
     fn draw_series(&self, canvas: &mut Canvas, panel: Panel, series: &Series) {
         let colour = self.palette.index(&series.estimator);
         let points: Vec<&PlotPoint> = series.points.iter().filter(|p| drawable(p)).collect();
-        let places: Vec<[f64; 2]> = points.iter().map(|p| panel.place(p.x, p.y)).collect();
-        canvas.polyline(&format!("ll-l{colour}"), &places);
-        for (point, place) in points.iter().zip(&places) {
+        let pixels: Vec<[f64; 2]> = points.iter().map(|p| panel.pixel(p.x, p.y)).collect();
+        canvas.polyline(&format!("ll-l{colour}"), &pixels);
+        for (point, pixel) in points.iter().zip(&pixels) {
             if point.y_error > 0.0 {
                 let class = format!("ll-e{colour}");
-                let high = panel.place(point.x, point.y + point.y_error);
-                let low = panel.place(point.x, (point.y - point.y_error).max(panel.y.low));
+                let high = panel.pixel(point.x, point.y + point.y_error);
+                let low = panel.pixel(point.x, (point.y - point.y_error).max(panel.y.low));
                 canvas.line(&class, high, low);
                 for end in [high, low] {
                     canvas.line(&class, [end[0] - 3.0, end[1]], [end[0] + 3.0, end[1]]);
@@ -302,7 +297,7 @@ impl ConvergencePlot {
                 "{} · {} · {x}: {:.3e} ± {:.1e}",
                 series.estimator, series.sampler, point.y, point.y_error
             );
-            canvas.mark(&format!("ll-m{colour}"), colour, *place, &hover);
+            canvas.mark(&format!("ll-m{colour}"), colour, *pixel, &hover);
         }
     }
 }
@@ -311,7 +306,7 @@ fn drawable(point: &PlotPoint) -> bool {
     point.x > 0.0 && point.x.is_finite() && point.y > 0.0 && point.y.is_finite()
 }
 
-fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+pub(crate) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut all = Vec::new();
     for name in names {
         if !all.contains(&name) {
@@ -332,7 +327,7 @@ fn thin(ticks: &[f64], axis: LogAxis) -> Vec<f64> {
         let kept: Vec<f64> = inside
             .iter()
             .step_by(step)
-            .map(|&tick| axis.place(tick))
+            .map(|&tick| axis.pixel(tick))
             .collect();
         kept.windows(2).all(|pair| pair[1] - pair[0] >= 38.0)
     };

@@ -12,6 +12,7 @@ mod palette;
 mod svg;
 
 pub(crate) use axis::{seconds, short};
+pub(crate) use convergence::unique;
 pub use convergence::{ConvergencePlot, PlotPoint, Series, error_over_samples, error_over_time};
 pub use orders::orders;
 pub(crate) use orders::signed;

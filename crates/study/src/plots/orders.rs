@@ -1,5 +1,6 @@
 //! Orders of convergence with their intervals, the papers' beside them.
 
+use super::convergence::unique;
 use super::palette::Palette;
 use super::svg::{Anchor, Canvas};
 use crate::tables::SlopeRow;
@@ -15,21 +16,16 @@ const HEAD: f64 = 30.0;
 #[must_use]
 pub fn orders(scene: &str, slopes: &[SlopeRow], palette: &Palette) -> String {
     let rows: Vec<&SlopeRow> = slopes.iter().filter(|row| row.scene == scene).collect();
-    let mut samplers: Vec<&str> = Vec::new();
-    for row in &rows {
-        if !samplers.contains(&row.sampler.as_str()) {
-            samplers.push(&row.sampler);
-        }
-    }
+    let samplers = unique(rows.iter().map(|row| row.sampler.as_str()));
     let height = 24.0 + HEAD * samplers.len() as f64 + ROW * rows.len() as f64 + 30.0;
     let mut canvas = Canvas::new(WIDTH, height);
     let axis = Axis::spanning(&rows);
     let bottom = height - 26.0;
     for tick in axis.ticks() {
-        let x = axis.place(tick);
-        let half = (tick * 2.0 - (tick * 2.0).round()).abs() < 1e-9;
+        let x = axis.pixel(tick);
+        let strong = (tick * 2.0 - (tick * 2.0).round()).abs() < 1e-9;
         canvas.line(
-            if half { "ll-strong" } else { "ll-grid" },
+            if strong { "ll-strong" } else { "ll-grid" },
             [x, 22.0],
             [x, bottom],
         );
@@ -71,13 +67,13 @@ fn draw_row(canvas: &mut Canvas, axis: &Axis, row: &SlopeRow, colour: usize, top
         canvas.mark(
             "ll-paperdot",
             3,
-            [axis.place(paper), y],
+            [axis.pixel(paper), y],
             &format!("paper: {}", signed(paper, 3)),
         );
         canvas.text("", [WIDTH - 4.0, y + 4.0], Anchor::End, &signed(paper, 3));
     }
     if row.order.is_finite() {
-        let (low, high) = (axis.place(row.ci_low), axis.place(row.ci_high));
+        let (low, high) = (axis.pixel(row.ci_low), axis.pixel(row.ci_high));
         if row.ci_low.is_finite() && row.ci_high.is_finite() {
             let class = format!("ll-e{colour}");
             canvas.line(&class, [low, y], [high, y]);
@@ -96,7 +92,7 @@ fn draw_row(canvas: &mut Canvas, axis: &Axis, row: &SlopeRow, colour: usize, top
         canvas.mark(
             &format!("ll-m{colour}"),
             colour,
-            [axis.place(row.order), y],
+            [axis.pixel(row.order), y],
             &hover,
         );
     }
@@ -165,7 +161,7 @@ impl Axis {
         }
     }
 
-    fn place(&self, value: f64) -> f64 {
+    fn pixel(&self, value: f64) -> f64 {
         let t = (value.clamp(self.low, self.high) - self.low) / (self.high - self.low);
         LEFT + t * (WIDTH - RIGHT - LEFT)
     }

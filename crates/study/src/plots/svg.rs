@@ -12,7 +12,7 @@ pub(crate) struct Canvas {
     body: String,
 }
 
-/// How text stands to its point.
+/// Alignment of a text about its point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Anchor {
     Start,

@@ -72,21 +72,13 @@ pub struct Picture {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Below the picture.
+    /// Caption below the picture.
     pub caption: String,
     /// The scale's ends, for a false-colour picture.
     pub scale: Option<HeatMap>,
 }
 
 impl Picture {
-    /// A picture in linear radiance, exposed so that 98 % of its pixels are not overexposed.
-    ///
-    /// # Errors
-    /// [`FilmError::Invalid`] for a picture without pixels.
-    pub fn of_radiance(image: &Image, caption: &str) -> Result<Self, FilmError> {
-        Self::exposed(image, Exposure::fitting(image, 0.98), caption)
-    }
-
     /// A picture in linear radiance with a given exposure, so that several can be compared.
     ///
     /// # Errors
@@ -127,14 +119,14 @@ impl Picture {
 pub struct Plot {
     /// The SVG, as [`crate::plots`] makes it.
     pub svg: String,
-    /// Below the plot.
+    /// Caption below the plot.
     pub caption: String,
 }
 
 /// A table.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// Above the table.
+    /// Caption above the table.
     pub caption: String,
     /// Headings.
     pub columns: Vec<String>,
@@ -144,16 +136,33 @@ pub struct Table {
     pub folded: bool,
 }
 
+impl Table {
+    /// A table that is not folded.
+    #[must_use]
+    pub fn new<'a>(
+        caption: impl Into<String>,
+        columns: impl IntoIterator<Item = &'a str>,
+        rows: impl IntoIterator<Item = Vec<Cell>>,
+    ) -> Self {
+        Self {
+            caption: caption.into(),
+            columns: columns.into_iter().map(str::to_owned).collect(),
+            rows: rows.into_iter().collect(),
+            folded: false,
+        }
+    }
+}
+
 /// A cell of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {
-    /// What it says.
+    /// The visible text.
     pub text: String,
     /// Numbers stand to the right.
     pub numeric: bool,
     /// The best of its kind, or otherwise to be noticed.
     pub strong: bool,
-    /// Told on hovering.
+    /// Text shown on hovering.
     pub hover: String,
 }
 
@@ -248,7 +257,9 @@ mod tests {
             summary: vec!["One </p> paragraph.".to_owned()],
             sections: vec![Section {
                 title: "scene".to_owned(),
-                pictures: vec![Picture::of_radiance(&image, "a \"picture\"").unwrap()],
+                pictures: vec![
+                    Picture::exposed(&image, Exposure::default(), "a \"picture\"").unwrap(),
+                ],
                 tables: vec![Table {
                     columns: vec!["<x>".to_owned()],
                     rows: vec![vec![Cell::number("1").strong(true)]],

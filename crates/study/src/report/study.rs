@@ -130,6 +130,10 @@ fn section(
 
 fn lead(record: &StudyRecord, scene: &SceneRecord) -> String {
     let found = comparison(record, &scene.scene).map_or(String::new(), |found| found.sentence());
+    // A problem that is no scene.
+    if scene.triangles == 0 {
+        return found;
+    }
     format!(
         "{found}{} triangles, {} of {} pixels with something to shade; read in {}, built in {}.",
         grouped(scene.triangles),
@@ -156,80 +160,67 @@ fn grouped(number: usize) -> String {
 /// One row for each estimator and sampler at its largest number of samples, with its order.
 fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow]) -> Table {
     let most = rows.iter().map(|row| row.samples).max().unwrap_or(0);
-    let last: Vec<&ResultRow> = rows
-        .iter()
-        .copied()
-        .filter(|row| row.samples == most)
-        .collect();
-    let least = |value: fn(&ResultRow) -> f64| {
-        last.iter()
-            .map(|row| value(row))
-            .filter(|v| *v > 0.0)
-            .reduce(f64::min)
-            .unwrap_or(f64::NAN)
-    };
-    let (least_mse, least_mrse) = (least(|r| r.mse), least(|r| r.mrse));
-    let least_cost = least(|r| r.mse * r.cpu_seconds);
-    let body = last.iter().map(|row| {
+    let last = || rows.iter().filter(|row| row.samples == most);
+    let least = COMPARED.map(|value| {
+        let positive = last().map(|row| value(row)).filter(|v| *v > 0.0);
+        positive.reduce(f64::min).unwrap_or(f64::NAN)
+    });
+    let body = last().map(|row| {
         let slope = slopes
             .iter()
             .find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
-        let order = slope.map_or("–".to_owned(), |s| signed(s.order, 3));
-        let interval = slope.map_or(String::new(), |s| {
-            format!("[{}, {}]", signed(s.ci_low, 3), signed(s.ci_high, 3))
-        });
-        let paper = slope
-            .and_then(|s| s.paper_order)
-            .map_or("–".to_owned(), |p| signed(p, 3));
-        let source = slope
-            .and_then(|s| s.paper_source.clone())
-            .unwrap_or_default();
-        let best = |value: f64, least: f64| value > 0.0 && value <= least;
-        let cost = row.mse * row.cpu_seconds;
-        vec![
-            Cell::text(&row.estimator),
-            Cell::text(&row.sampler),
-            Cell::number(scientific(row.mse.sqrt()))
-                .strong(best(row.mse, least_mse))
-                .hover(format!(
-                    "MSE {} ± {}",
-                    scientific(row.mse),
-                    scientific(row.mse_stderr)
-                )),
-            Cell::number(scientific(row.mrse)).strong(best(row.mrse, least_mrse)),
-            time(row),
-            Cell::number(if cost > 0.0 {
-                short(least_cost / cost)
-            } else {
-                "–".to_owned()
-            })
-            .strong(best(cost, least_cost)),
-            Cell::number(order),
-            Cell::number(interval),
-            Cell::number(paper).hover(source),
-        ]
+        [errors(row, least), order(slope.copied())].concat()
     });
-    Table {
-        caption: format!(
-            "With {most} samples. Efficiency is 1/(MSE · time), the best being one; the best of a \
-             column is marked."
-        ),
-        columns: [
-            "estimator",
-            "sampler",
-            "RMSE",
-            "MRSE",
-            "time",
-            "efficiency",
-            "order",
-            "95 %",
-            "paper",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
-        rows: body.collect(),
-        folded: false,
-    }
+    let columns = "estimator,sampler,RMSE,MRSE,time,efficiency,order,95 %,paper";
+    let caption = format!(
+        "With {most} samples. Efficiency is 1/(MSE · time), the best being one; the best of a \
+         column is marked."
+    );
+    Table::new(caption, columns.split(','), body)
+}
+
+/// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.
+const COMPARED: [fn(&ResultRow) -> f64; 3] = [
+    |row| row.mse,
+    |row| row.mrse,
+    |row| row.mse * row.cpu_seconds,
+];
+
+/// The cells up to the efficiency; the least values of the table are marked.
+fn errors(row: &ResultRow, least: [f64; 3]) -> Vec<Cell> {
+    let [mse, mrse, cost] = COMPARED.map(|value| value(row));
+    let best = |value: f64, least: f64| value > 0.0 && value <= least;
+    let spread = format!("MSE {} ± {}", scientific(mse), scientific(row.mse_stderr));
+    let efficiency = if cost > 0.0 {
+        short(least[2] / cost)
+    } else {
+        "–".to_owned()
+    };
+    vec![
+        Cell::text(&row.estimator),
+        Cell::text(&row.sampler),
+        Cell::number(scientific(mse.sqrt()))
+            .strong(best(mse, least[0]))
+            .hover(spread),
+        Cell::number(scientific(mrse)).strong(best(mrse, least[1])),
+        time(row),
+        Cell::number(efficiency).strong(best(cost, least[2])),
+    ]
+}
+
+/// The cells from the order on.
+fn order(slope: Option<&SlopeRow>) -> Vec<Cell> {
+    let dash = || "–".to_owned();
+    let Some(s) = slope else {
+        return [dash(), String::new(), dash()].map(Cell::number).to_vec();
+    };
+    let interval = format!("[{}, {}]", signed(s.ci_low, 3), signed(s.ci_high, 3));
+    let paper = s.paper_order.map_or_else(dash, |p| signed(p, 3));
+    vec![
+        Cell::number(signed(s.order, 3)),
+        Cell::number(interval),
+        Cell::number(paper).hover(s.paper_source.clone().unwrap_or_default()),
+    ]
 }
 
 fn time(row: &ResultRow) -> Cell {
@@ -266,27 +257,12 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
             Cell::number(scientific(row.triangle_tests as f64)),
         ]
     });
-    let columns = [
-        "estimator",
-        "sampler",
-        "samples",
-        "MSE",
-        "± (s.e.)",
-        "MRSE",
-        "bias",
-        "bias / s.e.",
-        "time",
-        "± (s.d.)",
-        "rays",
-        "line queries",
-        "node tests",
-        "triangle tests",
-    ];
+    let columns = "estimator,sampler,samples,MSE,± (s.e.),MRSE,bias,bias / s.e.,time,± (s.d.),rays,\
+                   line queries,node tests,triangle tests";
+    let caption = format!("All {} measurements", rows.len());
     Table {
-        caption: format!("All {} measurements", rows.len()),
-        columns: columns.map(str::to_owned).to_vec(),
-        rows: body.collect(),
         folded: true,
+        ..Table::new(caption, columns.split(','), body)
     }
 }
 

@@ -1,13 +1,13 @@
 //! Sentences made from the numbers of a study.
 
-use crate::plots::{seconds, short, signed};
+use crate::plots::{seconds, short, signed, unique};
 use crate::stats::student::central_probability;
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 
 /// Over all rows of a study, unbiased estimators are suspected this rarely.
 const ALPHA: f64 = 0.01;
 
-/// What the study left out, if anything; what it found; how far to trust that.
+/// Paragraphs on measurements left out, on results, and on how far to trust them.
 pub(super) fn paragraphs(record: &StudyRecord) -> Vec<String> {
     let found: Vec<Comparison<'_>> = record
         .scenes
@@ -161,12 +161,7 @@ fn interpolate(curve: &[[f64; 2]], x: f64) -> Option<f64> {
 
 /// For each kind and sampler, the range of orders over scenes.
 fn orders(slopes: &[SlopeRow]) -> Option<String> {
-    let mut samplers: Vec<&str> = Vec::new();
-    for row in slopes {
-        if !samplers.contains(&row.sampler.as_str()) {
-            samplers.push(&row.sampler);
-        }
-    }
+    let samplers = unique(slopes.iter().map(|row| row.sampler.as_str()));
     let range = |sampler: &str, kind: &str| {
         let values = || {
             slopes
@@ -238,20 +233,20 @@ fn bias(record: &StudyRecord) -> String {
         signed(*z, 1),
         super::scientific(*p)
     );
-    let place = format!(
+    let measurement = format!(
         "{} ({}) with {} samples on {}",
         row.estimator, row.sampler, row.samples, row.scene
     );
     if *p >= threshold {
         format!(
-            "No estimator shows a bias: the least likely of {count} mean errors is {found} ({place}), \
+            "No estimator shows a bias: the least likely of {count} mean errors is {found} ({measurement}), \
              which chance alone explains (Šidák-corrected α = {ALPHA})."
         )
     } else {
         let many = tests.iter().filter(|test| test.1 < threshold).count();
         format!(
             "{many} of {count} mean errors are larger than chance explains (Šidák-corrected α = \
-             {ALPHA}): the least likely is {found} ({place})."
+             {ALPHA}): the least likely is {found} ({measurement})."
         )
     }
 }

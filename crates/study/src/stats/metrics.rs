@@ -1,5 +1,6 @@
 //! How far one picture is from another.
 
+use super::slopes::moments;
 use linelit_film::{FilmError, Image};
 use serde::Serialize;
 
@@ -25,14 +26,8 @@ impl MeanError {
     /// ```
     #[must_use]
     pub fn of(values: &[f64]) -> Self {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
-        let stderr = if values.len() < 2 {
-            f64::NAN
-        } else {
-            (square / (n * (n - 1.0))).sqrt()
-        };
+        let (mean, square) = moments(values);
+        let stderr = square.sqrt();
         Self { mean, stderr }
     }
 

@@ -6,11 +6,14 @@ use linelit_cli::output::{Output, OutputError};
 use linelit_estimators::PointBy;
 use linelit_film::Image;
 use linelit_geometry::DVec3;
-use linelit_integrator::{Estimator, Renderer, ShadingPoint};
-use linelit_study::engine::{Contest, Curve, Targets, Truth, contest};
+use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
+use linelit_papers::scene_study::{Targets, all_pixels};
+use linelit_study::engine::{Contest, ContestPoint, Problem as _, contest};
 use linelit_study::pixels::Resolution;
 use serde_json::json;
 use std::path::Path;
+
+type Curve = linelit_study::engine::Curve<Settings>;
 
 /// What is compared unless told: rays first; the last competes with all.
 const ESTIMATORS: [&str; 7] = [
@@ -50,7 +53,7 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
     let Resolution { width, height } = args.resolution;
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);
-    let targets = Targets::find(&renderer, &super::pixels([width, height]));
+    let targets = Targets::find(&renderer, &all_pixels(width, height));
     let all = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024];
     let estimators = match &args.estimators {
         Some(list) => list.0.clone(),
@@ -67,21 +70,51 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
             Some(list) => list.clone(),
             None => all.into_iter().filter(|&n| n <= most).collect(),
         };
-        (*estimator, samples)
+        (settings(*estimator), samples)
     };
     let what = Contest {
         entries: estimators.iter().map(entry).collect(),
         rounds: args.rounds,
         truth: match &args.reference {
             Some(path) => given(path, [width, height], &targets)?,
-            None => Truth::Computed(1024, 16),
+            None => computed(&targets),
         },
     };
-    Ok(contest(&renderer, &targets, &what))
+    Ok(contest(&targets, &what))
+}
+
+fn settings(estimator: Estimator) -> Settings {
+    Settings {
+        estimator,
+        ..Settings::default()
+    }
+}
+
+/// `exact` where nothing is sampled; elsewhere the mean of 16 trials of 1024 lines.
+fn computed(targets: &Targets<'_>) -> Vec<DVec3> {
+    /// Far from the seed of any round.
+    const SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
+    const LINES: u32 = 1024;
+    const TRIALS: u32 = 16;
+    let exact = settings(Estimator::exact());
+    let mut workspace = Workspace::new();
+    let value = |integral: usize| {
+        workspace.take_counts();
+        let mut sum = targets.estimate(&exact, LINES, SEED, integral, &mut workspace);
+        if workspace.take_counts().plan.exact_fallbacks == 0 {
+            return sum;
+        }
+        for trial in 1..TRIALS {
+            let seed = SEED + u64::from(trial);
+            sum += targets.estimate(&exact, LINES, seed, integral, &mut workspace);
+        }
+        sum / f64::from(TRIALS)
+    };
+    (0..targets.points.len()).map(value).collect()
 }
 
 /// The values of an image at the targets.
-fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets) -> Result<Truth> {
+fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets<'_>) -> Result<Vec<DVec3>> {
     let image = Image::read(path)?;
     if [image.width, image.height] != [width, height] {
         bail!(
@@ -94,7 +127,7 @@ fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets) -> Result<Tr
     let value = |([x, y], _): &([u32; 2], ShadingPoint)| {
         DVec3::from_array(image.rgb[(y * width + x) as usize].map(f64::from))
     };
-    Ok(Truth::Given(targets.points.iter().map(value).collect()))
+    Ok(targets.points.iter().map(value).collect())
 }
 
 /// Whether an estimator shoots a ray for each sample.
@@ -107,7 +140,7 @@ fn is_rays(estimator: &Estimator) -> bool {
 /// The hybrid's worst time to an error, divided by the best of the others' to the same, and where.
 fn worst(curves: &[Curve]) -> Option<(f64, u32)> {
     let (hybrid, others) = curves.split_last()?;
-    let ratio = |point: &linelit_study::engine::ContestPoint| {
+    let ratio = |point: &ContestPoint| {
         let times = others.iter().filter_map(|curve| curve.time_to(point.mse));
         let best = times.reduce(f64::min)?;
         Some((point.time / best, point.samples))
@@ -138,7 +171,7 @@ fn print(
     }
     writeln!(out)?;
     for curve in curves {
-        write!(out, "{:38}", curve.estimator.to_string())?;
+        write!(out, "{:38}", curve.settings.estimator.to_string())?;
         for n in &counts {
             match curve.points.iter().find(|p| p.samples == *n) {
                 Some(p) if args.reference.is_some() => {
@@ -151,18 +184,18 @@ fn print(
         writeln!(out)?;
     }
     for samples in [16, 64] {
-        for rays in curves.iter().filter(|c| is_rays(&c.estimator)) {
+        for rays in curves.iter().filter(|c| is_rays(&c.settings.estimator)) {
             let Some(at) = rays.points.iter().find(|p| p.samples == samples) else {
                 continue;
             };
             write!(
                 out,
                 "  in the time of {samples} rays by {} ({:.2} us), error less than theirs by:",
-                rays.estimator, at.time
+                rays.settings.estimator, at.time
             )?;
-            for curve in curves.iter().filter(|c| !is_rays(&c.estimator)) {
+            for curve in curves.iter().filter(|c| !is_rays(&c.settings.estimator)) {
                 if let Some(error) = curve.error_at(at.time) {
-                    write!(out, "  {} {:.1e}", curve.estimator, at.mse / error)?;
+                    write!(out, "  {} {:.1e}", curve.settings.estimator, at.mse / error)?;
                 }
             }
             writeln!(out)?;
@@ -188,7 +221,7 @@ fn json_rows(name: &str, curves: &[Curve]) -> Vec<serde_json::Value> {
             rows.push(json!({
                 "scene": scene,
                 "light": light,
-                "estimator": curve.estimator.to_string(),
+                "estimator": curve.settings.estimator.to_string(),
                 "samples": p.samples,
                 "us_point": p.time,
                 "mse": p.mse,

@@ -1,12 +1,12 @@
 //! `bench mis`: what it costs to know the density of one technique at another's samples.
 
-use super::{pixels, scenes};
+use super::scenes;
 use crate::args::BenchArgs;
 use anyhow::{Context, Result, bail};
 use linelit_cli::args::SampleCounts;
 use linelit_cli::output::{Output, OutputError};
 use linelit_integrator::{Counts, Estimator, Renderer, Settings, Workspace};
-use linelit_study::engine::Targets;
+use linelit_papers::scene_study::{Targets, all_pixels};
 use linelit_study::pixels::Resolution;
 use serde_json::json;
 use std::hint::black_box;
@@ -38,7 +38,7 @@ struct Cost {
 impl Cost {
     /// Nanoseconds a question, be it what is visible of a line or whether a point is; drawing the
     /// sample, its light, densities and weight are included.
-    fn each(&self) -> [f64; 2] {
+    fn per_question(&self) -> [f64; 2] {
         self.time.map(|time| 1e3 * time / self.traversals[0])
     }
 }
@@ -62,7 +62,7 @@ pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
         let Resolution { width, height } = args.resolution;
         scene.set_resolution(width, height);
         let renderer = Renderer::new(&scene);
-        let targets = Targets::find(&renderer, &pixels([width, height]));
+        let targets = Targets::find(&renderer, &all_pixels(width, height));
         if !args.json {
             writeln!(
                 out,
@@ -73,14 +73,14 @@ pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
             if mix.alone().is_some() {
                 bail!("`{mix}` is no combination");
             }
-            let cost = measure(&renderer, &targets, (mix, samples), args.rounds);
+            let cost = measure(&targets, mix, samples, args.rounds);
             if args.json {
                 rows.push(json!({
                     "scene": name, "estimator": mix.to_string(), "samples": samples,
                     "densities": cost.densities,
                     "traversals_apart": cost.traversals[0], "traversals_shared": cost.traversals[1],
                     "us_apart": cost.time[0], "us_shared": cost.time[1],
-                    "ns_question_apart": cost.each()[0], "ns_question_shared": cost.each()[1],
+                    "ns_question_apart": cost.per_question()[0], "ns_question_shared": cost.per_question()[1],
                 }));
             } else {
                 print(mix, &cost, out)?;
@@ -94,7 +94,7 @@ pub(super) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
 }
 
 fn print(mix: &Estimator, cost: &Cost, out: &mut Output) -> Result<(), OutputError> {
-    let [apart, shared] = cost.each();
+    let [apart, shared] = cost.per_question();
     writeln!(
         out,
         "  {:70} {:5.1} densities, traversals {:5.1} | {:4.2}, us {:6.2} | {:5.2}, ns a question {:5.0} | {:4.0}",
@@ -110,12 +110,7 @@ fn print(mix: &Estimator, cost: &Cost, out: &mut Output) -> Result<(), OutputErr
 }
 
 /// Runs both ways in alternation; each chunk's time is the least of all rounds.
-fn measure(
-    renderer: &Renderer<'_>,
-    targets: &Targets,
-    (mix, samples): (&Estimator, u32),
-    rounds: u32,
-) -> Cost {
+fn measure(targets: &Targets<'_>, mix: &Estimator, samples: u32, rounds: u32) -> Cost {
     let mut workspace = Workspace::new();
     let chunks = targets.points.len().div_ceil(CHUNK);
     let mut least = [(); 2].map(|()| vec![f64::INFINITY; chunks]);
@@ -133,7 +128,11 @@ fn measure(
             for (chunk, least) in targets.points.chunks(CHUNK).zip(&mut least[k]) {
                 let start = Instant::now();
                 for (pixel, point) in chunk {
-                    black_box(renderer.direct(&settings, point, *pixel, 0, &mut workspace));
+                    black_box(
+                        targets
+                            .renderer
+                            .direct(&settings, point, *pixel, 0, &mut workspace),
+                    );
                 }
                 *least = least.min(start.elapsed().as_secs_f64());
             }

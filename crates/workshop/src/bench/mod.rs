@@ -38,9 +38,3 @@ fn scenes(args: &BenchArgs) -> Vec<&str> {
         None => SCENES.to_vec(),
     }
 }
-
-/// All pixels of an image, row by row.
-fn pixels([width, height]: [u32; 2]) -> Vec<[u32; 2]> {
-    let row = |y| (0..width).map(move |x| [x, y]);
-    (0..height).flat_map(row).collect()
-}

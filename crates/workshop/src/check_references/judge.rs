@@ -89,7 +89,7 @@ pub(super) fn judge(
     };
     let outliers: Vec<usize> = pixels.iter().copied().filter(differs).collect();
     let width = reference.width as usize;
-    let place = |p: usize| [p % width, p / width].map(|c| u32::try_from(c).unwrap_or(0));
+    let coordinates = |p: usize| [p % width, p / width].map(|c| u32::try_from(c).unwrap_or(0));
     let all = ratio(&pixels, |p| (ours.mean[p], value(p)));
     let mut row = empty_row(entry, total);
     let mut to_decide = Vec::new();
@@ -97,25 +97,32 @@ pub(super) fn judge(
         let gap = (ours.mean[p] - value(p)).abs();
         // A sum of N equal numbers in f32 rounds by half a unit of the sum at most, each time.
         let rounded = gap.cmple(value(p) * (entry.samples * 2f64.powi(-25))).all();
-        match visible_reason(renderer, place(p), rounded) {
-            Some(Reason::Edge) => row.edges.push(place(p)),
-            Some(Reason::Light) => row.lights.push(place(p)),
-            Some(Reason::Horizon) => row.horizon.push(place(p)),
+        match visible_reason(renderer, coordinates(p), rounded) {
+            Some(Reason::Edge) => row.edges.push(coordinates(p)),
+            Some(Reason::Light) => row.lights.push(coordinates(p)),
+            Some(Reason::Horizon) => row.horizon.push(coordinates(p)),
             None => to_decide.push(p),
         }
     }
     let decide = to_decide.len() <= BRUTE_PIXELS;
     for p in to_decide {
         let spread = (ours.variance[p] / ours.replicates).map(f64::sqrt);
-        let is_wrong =
-            || brute_force_decides(renderer, entry, place(p), [ours.mean[p], value(p)], spread);
+        let is_wrong = || {
+            brute_force_decides(
+                renderer,
+                entry,
+                coordinates(p),
+                [ours.mean[p], value(p)],
+                spread,
+            )
+        };
         if decide && is_wrong() {
-            row.wrong.push(place(p));
+            row.wrong.push(coordinates(p));
         } else {
-            row.unexplained.push(place(p));
+            row.unexplained.push(coordinates(p));
         }
     }
-    let left_out = |p: &usize| outliers.contains(p) && !row.unexplained.contains(&place(*p));
+    let left_out = |p: &usize| outliers.contains(p) && !row.unexplained.contains(&coordinates(*p));
     pixels.retain(|p| !left_out(p));
     let variance: f64 = pixels
         .iter()

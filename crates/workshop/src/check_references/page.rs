@@ -60,17 +60,6 @@ fn summary(all: &[Comparison]) -> String {
 }
 
 fn numbers(all: &[Comparison]) -> Table {
-    let columns = [
-        "reference",
-        "pixels",
-        "mean",
-        "theirs",
-        "ratio",
-        "±",
-        "of all",
-        "MRSE",
-        "passing",
-    ];
     let row = |r: &Row| {
         vec![
             Cell::text(r.name).strong(!r.ok).hover(r.estimator),
@@ -84,23 +73,13 @@ fn numbers(all: &[Comparison]) -> Table {
             Cell::number(format!("{:.3} %", 100.0 * r.passing)),
         ]
     };
-    Table {
-        caption: "±: one standard error of the ratio, by the noise of both.".to_owned(),
-        columns: columns.map(str::to_owned).to_vec(),
-        rows: all.iter().map(|found| row(&found.row)).collect(),
-        folded: false,
-    }
+    let caption = "±: one standard error of the ratio, by the noise of both.";
+    let columns = "reference,pixels,mean,theirs,ratio,±,of all,MRSE,passing";
+    let rows = all.iter().map(|found| row(&found.row));
+    Table::new(caption, columns.split(','), rows)
 }
 
 fn reasons(all: &[Comparison]) -> Table {
-    let columns = [
-        "reference",
-        "no reason",
-        "edges",
-        "horizon",
-        "lights",
-        "theirs wrong",
-    ];
     let row = |r: &Row| {
         let count = |list: &[[u32; 2]]| Cell::number(list.len().to_string());
         vec![
@@ -112,16 +91,13 @@ fn reasons(all: &[Comparison]) -> Table {
             count(&r.wrong),
         ]
     };
-    Table {
-        caption: "Pixels that differ, by reason. Edges: rays a hundredth of a pixel apart meet other \
-                  surfaces. Horizon: light below the smooth normal's horizon counts there, not here. Lights: the light \
-                  itself, rounded by sums in single precision. Theirs wrong: a brute-force estimate \
-                  gives our value and not theirs."
-            .to_owned(),
-        columns: columns.map(str::to_owned).to_vec(),
-        rows: all.iter().map(|found| row(&found.row)).collect(),
-        folded: false,
-    }
+    let caption = "Pixels that differ, by reason. Edges: rays a hundredth of a pixel apart meet other \
+                   surfaces. Horizon: light below the smooth normal's horizon counts there, not here. \
+                   Lights: the light itself, rounded by sums in single precision. Theirs wrong: a \
+                   brute-force estimate gives our value and not theirs.";
+    let columns = "reference,no reason,edges,horizon,lights,theirs wrong";
+    let rows = all.iter().map(|found| row(&found.row));
+    Table::new(caption, columns.split(','), rows)
 }
 
 fn section(found: &Comparison) -> Result<Section> {
@@ -163,7 +139,7 @@ fn section(found: &Comparison) -> Result<Section> {
     let notes = notes
         .iter()
         .filter(|(_, list)| !list.is_empty() && list.len() <= 60)
-        .map(|(why, list)| format!("Pixels, {why}: {}.", places(list)))
+        .map(|(why, list)| format!("Pixels, {why}: {}.", coordinates(list)))
         .collect();
     Ok(Section {
         title: row.name.to_owned(),
@@ -179,7 +155,7 @@ fn section(found: &Comparison) -> Result<Section> {
     })
 }
 
-fn places(list: &[[u32; 2]]) -> String {
-    let each: Vec<String> = list.iter().map(|[x, y]| format!("({x}, {y})")).collect();
-    each.join(", ")
+fn coordinates(list: &[[u32; 2]]) -> String {
+    let pixels: Vec<String> = list.iter().map(|[x, y]| format!("({x}, {y})")).collect();
+    pixels.join(", ")
 }

@@ -3,11 +3,11 @@
 use super::{Effort, Entry, estimator};
 use anyhow::Result;
 use linelit_cli::commands::bar;
-use linelit_film::Image;
+use linelit_film::{Image, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
+use linelit_papers::scene_study;
 use linelit_samplers::SamplerKind;
-use linelit_study::engine::image::{self, Window};
 
 /// Mean and variance of one replicate, per pixel.
 pub(super) struct Replicated {
@@ -25,7 +25,7 @@ pub(super) fn replicate(
     effort: Effort,
 ) -> Result<Replicated> {
     let film = &renderer.scene().film;
-    let window = Window::whole(film.width, film.height);
+    let window = Tile::whole(film.width, film.height);
     let estimator = estimator(effort)?;
     let render = |seed: u32| {
         let settings = Settings {
@@ -36,7 +36,7 @@ pub(super) fn replicate(
             show_lights: !entry.hide_lights,
             ..Settings::default()
         };
-        pool.install(|| image::render(renderer, &settings, window, &bar(entry.name)))
+        pool.install(|| scene_study::render(renderer, &settings, window, &bar(entry.name)))
             .0
     };
     let images: Vec<Image> = (0..effort.replicates).map(render).collect();

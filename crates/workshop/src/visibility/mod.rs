@@ -131,7 +131,7 @@ impl Fastest {
     }
 
     /// Nanoseconds for each of `count` queries.
-    fn each(&self, count: usize) -> f64 {
+    fn per_query(&self, count: usize) -> f64 {
         self.least.iter().sum::<f64>() * 1e9 / count as f64
     }
 }
@@ -184,15 +184,15 @@ fn time(
     }
     std::hint::black_box(sink);
     let mut result = Timings {
-        ray: ray_times[0].each(rays.len()),
-        bvh2: ray_times[1].each(rays.len()),
-        cwbvh: ray_times[2].each(rays.len()),
+        ray: ray_times[0].per_query(rays.len()),
+        bvh2: ray_times[1].per_query(rays.len()),
+        cwbvh: ray_times[2].per_query(rays.len()),
         ..Timings::default()
     };
     for ((n, set), [line_time, point_time]) in lines.iter().zip(&sets).zip(&line_times) {
-        let ns = line_time.each(points * set.len());
+        let ns = line_time.per_query(points * set.len());
         result.lines.push((*n, ns, ns / result.ray));
-        let ns = point_time.each(points * set.len());
+        let ns = point_time.per_query(points * set.len());
         result.shaft_points.push((*n, ns));
     }
     scratch.counters = Counters::default();
@@ -288,7 +288,7 @@ fn trace_points(
     targets: &[DVec3],
     scratch: &mut Scratch,
 ) -> usize {
-    let mut seen = 0;
+    let mut visible = 0;
     for &point in work.points {
         let query = ShaftQuery {
             point,
@@ -296,13 +296,13 @@ fn trace_points(
             exclude: work.exclude.clone(),
         };
         let mut shaft = occluders.shaft(query, scratch);
-        seen += match shaft.class() {
+        visible += match shaft.class() {
             ShaftClass::Empty => targets.len(),
             ShaftClass::Blocked => 0,
             ShaftClass::Partial => targets.iter().filter(|t| shaft.point_visible(**t)).count(),
         };
     }
-    seen
+    visible
 }
 
 /// Where the camera's rays first meet the scene, moved off the surface towards the eye.

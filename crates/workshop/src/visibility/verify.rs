@@ -81,11 +81,11 @@ fn between(work: &Workload<'_>, point: DVec3) -> Vec<[u32; 3]> {
     (0_u32..)
         .zip(work.triangles)
         .filter(|(id, corners)| {
-            let place = |c: u32| {
+            let corner = |c: u32| {
                 let v = work.positions[c as usize];
                 DVec3::new(v[0].into(), v[1].into(), v[2].into()) - point
             };
-            !work.exclude.contains(id) && !beside(&corners.map(place))
+            !work.exclude.contains(id) && !beside(&corners.map(corner))
         })
         .map(|(_, corners)| *corners)
         .collect()

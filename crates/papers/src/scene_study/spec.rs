@@ -1,13 +1,15 @@
-//! What a convergence study is made of.
+//! What a convergence study of scenes is made of.
 
-use crate::engine::CELL_SECONDS;
-use crate::pixels::{Pixels, Resolution};
 use linelit_estimators::{LineBy, PointBy};
-use linelit_integrator::{Estimator, LightChoice};
+use linelit_integrator::{Estimator, LightChoice, Settings};
 use linelit_samplers::SamplerKind;
-use std::time::Duration;
+use linelit_study::engine::{CELL_SECONDS, Design, Method, REFERENCE_LIMIT};
+use linelit_study::pixels::{Pixels, Resolution};
+use linelit_study::record::PaperOrder;
+use linelit_study::tables::StudyRecord;
+use std::time::{Duration, Instant};
 
-/// A convergence study.
+/// A convergence study of scenes.
 #[derive(Clone, Debug)]
 pub struct StudySpec {
     /// Title of the report.
@@ -33,7 +35,7 @@ pub struct StudySpec {
     pub seed: u64,
     /// Which lights a shading point samples.
     pub lights: LightChoice,
-    /// Whether the plan may skip (see `Settings::skip`).
+    /// Whether the plan may skip work (`Settings::skip`).
     pub skip: bool,
     /// Orders of the standard deviation that a paper reports, for the table of slopes.
     pub papers: Vec<PaperOrder>,
@@ -48,13 +50,10 @@ pub struct StudySpec {
     pub cell_seconds: f64,
 }
 
-/// The longest that the reference of a study may take beyond its first round, unless told.
-pub const REFERENCE_LIMIT: Duration = Duration::from_secs(60);
-
 /// A pixel with a name.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
-    /// What it stands for.
+    /// Name of the view in tables, behind that of the scene.
     pub label: &'static str,
     /// The pixel.
     pub pixel: [u32; 2],
@@ -67,7 +66,7 @@ pub struct Gallery {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// What each picture may cost.
+    /// Cost of each picture.
     pub budget: Budget,
     /// The pattern.
     pub sampler: SamplerKind,
@@ -77,7 +76,7 @@ pub struct Gallery {
     pub reference_limit: Duration,
 }
 
-/// What a picture may cost.
+/// Limit of the cost of a picture.
 #[derive(Clone, Copy, Debug)]
 pub enum Budget {
     /// Samples at each shading point and light.
@@ -87,12 +86,12 @@ pub enum Budget {
 }
 
 impl StudySpec {
-    /// What is looked at, in order.
+    /// The views of all scenes, in order.
     #[must_use]
     pub fn views(&self) -> Vec<View> {
         let mut views = Vec::new();
         for scene in &self.scenes {
-            let name = crate::short_name(scene);
+            let name = linelit_study::short_name(scene);
             if self.spots.is_empty() {
                 views.push(View {
                     scene: scene.clone(),
@@ -135,6 +134,59 @@ impl StudySpec {
         }
     }
 
+    /// The methods that are measured on each scene, until `deadline`.
+    #[must_use]
+    pub fn design(&self, deadline: Option<Instant>) -> Design<Settings> {
+        let settings = Settings {
+            lights: self.lights,
+            skip: self.skip,
+            ..Settings::default()
+        };
+        let samplers = |&estimator: &Estimator| {
+            let method = move |&sampler: &SamplerKind| Method {
+                trials: self.trials_of(sampler),
+                ..method(Settings {
+                    estimator,
+                    sampler,
+                    ..settings
+                })
+            };
+            self.samplers.iter().map(method)
+        };
+        Design {
+            seed: self.seed,
+            deadline,
+            reference_limit: self.reference_limit,
+            cell_seconds: self.cell_seconds,
+            ..Design::new(
+                self.estimators.iter().flat_map(samplers).collect(),
+                self.samples.clone(),
+            )
+        }
+    }
+
+    /// A record without results; `command` is the one that repeats the study.
+    #[must_use]
+    pub fn record(&self, command: String) -> StudyRecord {
+        let budget = self.time_budget.map(|s| format!("{s} s"));
+        let settings = [
+            ("pixels", self.pixels.to_string()),
+            ("samples", joined(&self.samples)),
+            ("samplers", joined(&self.samplers)),
+            ("estimators", joined(&self.estimators)),
+            ("trials", self.trials.to_string()),
+            ("lights", self.lights.to_string()),
+            ("skip", self.skip.to_string()),
+            ("time budget", budget.unwrap_or_default()),
+        ];
+        StudyRecord {
+            command,
+            seed: self.seed,
+            settings: settings.map(|(k, v)| (k.to_owned(), v)).into(),
+            ..StudyRecord::new(&self.title)
+        }
+    }
+
     /// Trials of a pattern.
     #[must_use]
     pub fn trials_of(&self, sampler: SamplerKind) -> u32 {
@@ -145,19 +197,20 @@ impl StudySpec {
     }
 }
 
-/// An order of convergence that a paper reports.
-#[derive(Clone, Debug)]
-pub struct PaperOrder {
-    /// Our scene.
-    pub scene: String,
-    /// Our estimator, as it prints itself.
-    pub estimator: &'static str,
-    /// The pattern.
-    pub sampler: SamplerKind,
-    /// The order of the standard deviation.
-    pub order: f64,
-    /// Where it stands.
-    pub source: &'static str,
+/// A method by the names of its estimator and pattern; of one round of four trials, which is what
+/// references are made of.
+pub(super) fn method(settings: Settings) -> Method<Settings> {
+    Method {
+        estimator: settings.estimator.to_string(),
+        sampler: settings.sampler.to_string(),
+        trials: 4,
+        settings,
+    }
+}
+
+fn joined<T: ToString>(list: &[T]) -> String {
+    let texts: Vec<String> = list.iter().map(ToString::to_string).collect();
+    texts.join(",")
 }
 
 impl Default for StudySpec {
@@ -200,7 +253,7 @@ impl Default for StudySpec {
     }
 }
 
-/// Where a study looks: a scene, and which of its pixels.
+/// A scene and those of its pixels that are studied.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The scene, by file or name.

@@ -3,10 +3,10 @@
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Workspace};
-use linelit_samplers::SamplerKind;
+use linelit_papers::scene_study::{Targets, all_pixels};
 use linelit_scene::Scene;
 use linelit_scenes::Library;
-use linelit_study::engine::{Cell, CellRun, Targets, run_cell};
+use linelit_study::engine::{Cell, CellRun, run_cell};
 use linelit_study::stats::student::quantile;
 
 /// Independent trials of each estimator.
@@ -27,34 +27,18 @@ fn strict() -> Library {
     }
 }
 
-fn grid(side: u32) -> Vec<[u32; 2]> {
-    (0..side)
-        .flat_map(|y| (0..side).map(move |x| [x, y]))
-        .collect()
-}
-
-fn run(
-    renderer: &Renderer<'_>,
-    targets: &Targets,
-    estimator: &str,
-    samples: u32,
-    seed: u64,
-) -> CellRun {
+fn run(targets: &Targets<'_>, estimator: &str, samples: u32, seed: u64) -> CellRun<Settings> {
     let settings = Settings {
         estimator: estimator.parse().unwrap(),
-        sampler: SamplerKind::Stratified,
-        samples,
-        seed,
         ..Settings::default()
     };
-    run_cell(
-        renderer,
-        targets,
-        Cell {
-            settings,
-            trials: TRIALS,
-        },
-    )
+    let cell = Cell {
+        settings,
+        samples,
+        seed,
+        trials: TRIALS,
+    };
+    run_cell(targets, cell)
 }
 
 /// Mean and squared standard error of the trials.
@@ -76,19 +60,19 @@ fn agree_with(scene_name: &str, side: u32, points: u32, others: &[(&str, u32)]) 
     let mut scene = strict().load(scene_name).unwrap().scene;
     scene.set_resolution(side, side);
     let renderer = Renderer::new(&scene);
-    let targets = Targets::find(&renderer, &grid(side));
+    let targets = Targets::find(&renderer, &all_pixels(side, side));
     assert!(
         targets.points.len() > 100,
         "{scene_name}: {} points",
         targets.points.len()
     );
-    let reference = run(&renderer, &targets, "point-solid-angle", points, 11);
+    let reference = run(&targets, "point-solid-angle", points, 11);
     let tests = f64::from(u32::try_from(targets.points.len() * 3).unwrap());
     // Each side has TRIALS - 1 degrees of freedom; where one side's error dominates that is the
     // whole, so the smaller number is the safe one.
     let t = quantile((1.0 - ALPHA).powf(1.0 / tests), TRIALS - 1);
     for (k, &(estimator, samples)) in others.iter().enumerate() {
-        let ours = run(&renderer, &targets, estimator, samples, 1000 + k as u64);
+        let ours = run(&targets, estimator, samples, 1000 + k as u64);
         let (mut failed, mut mean_ours, mut mean_theirs) = (0usize, DVec3::ZERO, DVec3::ZERO);
         let mut variance = DVec3::ZERO;
         for point in 0..targets.points.len() {
@@ -139,7 +123,10 @@ fn by_lines(scene: &Scene, side: u32, lines: u32, seed: u64) -> Vec<DVec3> {
         let point = renderer.shading_point(pixel, &mut workspace)?;
         Some(renderer.direct(&settings, &point, pixel, 0, &mut workspace))
     };
-    grid(side).into_iter().filter_map(&mut light).collect()
+    all_pixels(side, side)
+        .into_iter()
+        .filter_map(&mut light)
+        .collect()
 }
 
 /// The same lines, of the points that `scene` shows, past every triangle of `occluders` in f64.
@@ -156,7 +143,10 @@ fn by_triangles(
         let point = renderer.shading_point(pixel, &mut workspace)?;
         Some(oracle.brute_force(&point, pixel, lines, seed))
     };
-    grid(side).into_iter().filter_map(&mut light).collect()
+    all_pixels(side, side)
+        .into_iter()
+        .filter_map(&mut light)
+        .collect()
 }
 
 /// How many pixels differ by more than rounding.
@@ -270,8 +260,8 @@ fn threads_change_nothing() {
             .build()
             .unwrap();
         pool.install(|| {
-            let targets = Targets::find(&renderer, &grid(16));
-            let run = run(&renderer, &targets, "line-analytic", 8, 3);
+            let targets = Targets::find(&renderer, &all_pixels(16, 16));
+            let run = run(&targets, "line-analytic", 8, 3);
             run.values
                 .iter()
                 .flat_map(|v| v.to_array())

@@ -1,25 +1,26 @@
 //! Pictures by several estimators, for the same time or the same samples, and how wrong each is.
 
-use super::{Cell, Reference, Targets, run_cell, score};
-use crate::spec::{Budget, Gallery, StudySpec};
+use super::spec::{Budget, Gallery, StudySpec};
+use super::{Targets, all_pixels};
 use indicatif::ProgressBar;
 use linelit_film::Image;
 use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_scene::Scene;
+use linelit_study::engine::{Cell, Reference, reference, run_cell, score};
 
 /// One picture of a gallery.
 #[derive(Clone, Debug)]
-pub struct GalleryPicture {
+pub(super) struct GalleryPicture {
     /// The estimator.
-    pub estimator: Estimator,
+    pub(super) estimator: Estimator,
     /// Samples at each shading point and light.
-    pub samples: u32,
+    pub(super) samples: u32,
     /// Processor seconds.
-    pub cpu_seconds: f64,
+    pub(super) cpu_seconds: f64,
     /// Mean relative squared error.
-    pub mrse: f64,
+    pub(super) mrse: f64,
     /// Linear radiance.
-    pub image: Image,
+    pub(super) image: Image,
 }
 
 /// Lines in each replicate of the reference.
@@ -37,15 +38,12 @@ pub(super) fn gallery(
 ) -> Vec<GalleryPicture> {
     scene.set_resolution(gallery.width, gallery.height);
     let renderer = Renderer::new(scene);
-    let pixels: Vec<[u32; 2]> = (0..gallery.height)
-        .flat_map(|y| (0..gallery.width).map(move |x| [x, y]))
-        .collect();
-    let targets = Targets::find(&renderer, &pixels);
+    let targets = Targets::find(&renderer, &all_pixels(gallery.width, gallery.height));
     let limit = gallery.reference_limit;
-    let reference = super::reference(&renderer, &targets, REFERENCE_SAMPLES, 0.0, limit);
+    let reference = reference(&targets, &targets.truth(), REFERENCE_SAMPLES, 0.0, limit);
     let one = |estimator: &Estimator| {
         progress.inc(1);
-        picture(spec, gallery, &renderer, &targets, &reference, *estimator)
+        picture(spec, gallery, &targets, &reference, *estimator)
     };
     gallery.estimators.iter().map(one).collect()
 }
@@ -53,8 +51,7 @@ pub(super) fn gallery(
 fn picture(
     spec: &StudySpec,
     gallery: &Gallery,
-    renderer: &Renderer<'_>,
-    targets: &Targets,
+    targets: &Targets<'_>,
     reference: &Reference,
     estimator: Estimator,
 ) -> GalleryPicture {
@@ -62,22 +59,21 @@ fn picture(
         settings: Settings {
             estimator,
             sampler: gallery.sampler,
-            samples,
-            seed: spec.seed,
             skip: spec.skip,
-            show_lights: false,
             ..Settings::default()
         },
+        samples,
+        seed: spec.seed,
         trials: 1,
     };
     let samples = match gallery.budget {
         Budget::Samples(samples) => samples,
         Budget::Seconds(seconds) => {
-            let cost = |n| run_cell(renderer, targets, cell(n)).times.seconds();
+            let cost = |n| run_cell(targets, cell(n)).times.seconds();
             fitting(seconds, PROBES.map(cost))
         }
     };
-    let run = run_cell(renderer, targets, cell(samples));
+    let run = run_cell(targets, cell(samples));
     let mut image = Image::new(gallery.width, gallery.height);
     for ((pixel, _), value) in targets.points.iter().zip(&run.values) {
         #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
@@ -87,7 +83,7 @@ fn picture(
         estimator,
         samples,
         cpu_seconds: run.times.seconds(),
-        mrse: score(&run, reference, targets).mrse,
+        mrse: score(&run, &reference.values, targets.pixels).mrse,
         image,
     }
 }
@@ -100,7 +96,7 @@ fn picture(
 )]
 fn fitting(seconds: f64, [few, many]: [f64; 2]) -> u32 {
     let [a, b] = PROBES.map(f64::from);
-    let each = ((many - few) / (b - a)).max(1e-3 * many / b);
-    let first = (few - a * each).max(0.0);
-    ((seconds - first) / each).clamp(1.0, 65536.0) as u32
+    let sample = ((many - few) / (b - a)).max(1e-3 * many / b);
+    let setup = (few - a * sample).max(0.0);
+    ((seconds - setup) / sample).clamp(1.0, 65536.0) as u32
 }

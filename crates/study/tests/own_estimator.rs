@@ -1,0 +1,159 @@
+//! Somebody's own estimator is measured, fitted and reported.
+
+use linelit_geometry::DVec3;
+use linelit_study::engine::{Contest, Counts, Design, Method, Problem, Truth, contest, measure};
+use linelit_study::report::Picture;
+use linelit_study::tables::{SceneRecord, StudyRecord};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeMap;
+
+/// ∫ xᵏ over [0, 1] by independent (`false`) or stratified samples.
+struct Powers;
+
+impl Problem for Powers {
+    type Settings = bool;
+    type Workspace = u64;
+
+    fn integrals(&self) -> usize {
+        40
+    }
+
+    fn estimate(&self, stratified: &bool, n: u32, seed: u64, k: usize, drawn: &mut u64) -> DVec3 {
+        let mut random = Pcg64Mcg::seed_from_u64(seed ^ k as u64);
+        *drawn += u64::from(n);
+        let x = |i: u32| {
+            let u: f64 = random.random();
+            if *stratified {
+                (f64::from(i) + u) / f64::from(n)
+            } else {
+                u
+            }
+        };
+        let power = |x: f64| x.powi(i32::try_from(k).unwrap() % 8 + 1);
+        DVec3::splat((0..n).map(x).map(power).sum::<f64>() / f64::from(n))
+    }
+
+    fn take_counts(&self, drawn: &mut u64) -> Counts {
+        Counts {
+            rays: std::mem::take(drawn),
+            ..Counts::default()
+        }
+    }
+}
+
+fn values() -> Vec<DVec3> {
+    let value = |k: u32| DVec3::splat(1.0 / f64::from(k % 8 + 2));
+    (0..40).map(value).collect()
+}
+
+fn method(sampler: &str, settings: bool) -> Method<bool> {
+    Method {
+        estimator: "mean".to_owned(),
+        sampler: sampler.to_owned(),
+        trials: 24,
+        settings,
+    }
+}
+
+fn design() -> Design<bool> {
+    let methods = vec![method("independent", false), method("stratified", true)];
+    Design {
+        cell_seconds: 0.0,
+        ..Design::new(methods, vec![4, 16, 64])
+    }
+}
+
+/// The record of a study, and its files by name.
+fn study(truth: &Truth<bool>) -> (StudyRecord, BTreeMap<String, Vec<u8>>) {
+    let (design, mut begun) = (design(), 0);
+    let results = measure(&Powers, truth, &design, || begun += 1);
+    assert_eq!((begun, results.cells.len()), (6, 6));
+    let mut record = StudyRecord::new("Powers");
+    let scene = SceneRecord {
+        scene: "powers".to_owned(),
+        ..SceneRecord::default()
+    };
+    record.add(scene, "all", &design.methods, &results, &[]);
+    let no_pictures = BTreeMap::<String, Vec<Picture>>::new();
+    let files = record.files(no_pictures).unwrap().into_iter().collect();
+    (record, files)
+}
+
+/// Stratified samples of a smooth integrand in one dimension: N^−3/2 (see `docs/studies.md`).
+#[test]
+fn orders_are_those_of_the_theory() {
+    let (record, files) = study(&Truth::Known(values()));
+    let orders: Vec<f64> = record.slopes.iter().map(|s| s.order).collect();
+    // 40 · 24 squares at each of three N: ln σ is good to 1/√(2·960) = 0.023, the slope over ln 16
+    // to √2·0.023/2.77 = 0.012. Five of those; small N bend a stratified curve by less than that.
+    assert!((orders[0] + 0.5).abs() < 0.06, "{orders:?}");
+    assert!((orders[1] + 1.5).abs() < 0.06, "{orders:?}");
+    // What was counted is 40 integrals · 24 trials · N samples.
+    let rays: Vec<u64> = record.rows.iter().map(|r| r.rays).collect();
+    assert_eq!(rays, [4, 4, 16, 16, 64, 64].map(|n| n * 40 * 24));
+    let page = String::from_utf8(files["report.html"].clone()).unwrap();
+    assert!(
+        page.contains("No estimator shows a bias") && page.contains("mean"),
+        "{page}"
+    );
+    for name in [
+        "results.csv",
+        "plots/powers-samples.svg",
+        "plots/powers-orders.svg",
+    ] {
+        assert!(!files[name].is_empty(), "{name}");
+    }
+}
+
+/// The reference of many samples agrees with the known values within its own error.
+#[test]
+fn a_computed_reference_knows_its_error() {
+    let (record, _) = study(&Truth::Computed(method("stratified", true)));
+    let scene = &record.scenes[0];
+    assert_eq!(
+        scene.reference,
+        "24 replicates of mean with 256 stratified samples"
+    );
+    let (known, _) = study(&Truth::Known(values()));
+    for (ours, exact) in record.rows.iter().zip(&known.rows) {
+        // Squared errors differ by the reference's, and by twice its product with the mean error:
+        // both at most √reference_mse · √mse.
+        let bound = 3.0 * (scene.reference_mse * exact.mse).sqrt();
+        assert!((ours.mse - exact.mse).abs() <= bound, "{ours:?}\n{exact:?}");
+    }
+}
+
+/// Any number of threads gives the same bits.
+#[test]
+fn threads_change_nothing() {
+    let errors = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let (record, _) = pool
+            .build()
+            .unwrap()
+            .install(|| study(&Truth::Known(values())));
+        let bits = |row: &linelit_study::tables::ResultRow| [row.mse, row.bias].map(f64::to_bits);
+        record.rows.iter().map(bits).collect::<Vec<_>>()
+    };
+    let one = errors(1);
+    assert_eq!(one, errors(2));
+    assert_eq!(one, errors(5));
+}
+
+#[test]
+fn a_contest_tells_which_error_comes_first() {
+    let what = Contest {
+        entries: vec![(false, vec![4, 64]), (true, vec![4, 64])],
+        rounds: 8,
+        truth: values(),
+    };
+    let curves = contest(&Powers, &what);
+    let [independent, stratified] = [0, 1].map(|k| curves[k].points[1].mse);
+    // In theory N² apart, 4096 for one power; the mean over powers leaves a factor of hundreds.
+    assert!(
+        independent > 100.0 * stratified,
+        "{independent} {stratified}"
+    );
+    assert!(curves[0].time_to(0.5 * stratified).is_none());
+}
