@@ -43,6 +43,7 @@ impl VisibleLines {
     }
 
     /// The visible fraction of line `i`.
+    #[inline]
     #[must_use]
     pub fn fraction(&self, i: usize) -> f64 {
         self.line(i).iter().map(Interval::length).sum()
