@@ -32,6 +32,7 @@ impl DiskArea {
 impl PointTechnique for DiskArea {
     type Measure = Area;
 
+    #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let [a, b] = u.map(|u| 2.0 * fraction(u) - 1.0);
         let (r, (s, c)) = if a.abs() > b.abs() {

@@ -210,6 +210,7 @@ impl DiskCone {
 impl PointTechnique for DiskCone {
     type Measure = SolidAngle;
 
+    #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         if !self.pieces.is_usable() {
             return PointSample::none(self.disk.center);

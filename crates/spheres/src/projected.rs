@@ -293,6 +293,7 @@ impl SphereProjected {
 impl PointTechnique for SphereProjected {
     type Measure = SolidAngle;
 
+    #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         let u = u.map(fraction);
         let direction = match &self.cut {

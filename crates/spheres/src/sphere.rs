@@ -122,6 +122,7 @@ impl SphereCap {
 impl PointTechnique for SphereCap {
     type Measure = Area;
 
+    #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let u = u.map(fraction);
         let m = u[0] * self.k;
@@ -221,6 +222,7 @@ impl SphereCone {
 impl PointTechnique for SphereCone {
     type Measure = SolidAngle;
 
+    #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         let (r, d, k) = (self.r, self.d, self.k);
         let u = u.map(fraction);
