@@ -1,16 +1,14 @@
-//! Trowbridge–Reitz (GGX) microfacets: distribution, masking, sampling by visible normals; and the
-//! isotropic GGX reflector with Schlick's Fresnel term.
+//! Trowbridge–Reitz (GGX) microfacets: distribution, masking, sampling by visible normals.
 //!
 //! Symbols, all in the local frame of the surface (normal +z): ω_o to the viewer, ω_i to the light,
-//! h = (ω_i + ω_o)/|…|, α = the width of the distribution of slopes, F0 the reflectance at normal
-//! incidence.
+//! h = (ω_i + ω_o)/|…|, α = the width of the distribution of slopes.
 //!
 //! **Source**: Trowbridge & Reitz 1975; Walter et al. 2007 (GGX); Heitz 2014 (height-correlated
 //! Smith masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy &
 //! Benyoub 2023 (a spherical cap); Schlick 1994.
 
 use linelit_geometry::DVec3;
-use linelit_geometry::finite::{fraction, nonnegative, nonnegative_vector};
+use linelit_geometry::finite::{fraction, nonnegative};
 use std::f64::consts::{PI, TAU};
 
 /// A Trowbridge–Reitz distribution of microfacets with Smith's height-correlated masking.
@@ -18,26 +16,6 @@ use std::f64::consts::{PI, TAU};
 pub struct TrowbridgeReitz {
     /// α along x and y.
     alpha: [f64; 2],
-}
-
-/// An isotropic GGX microfacet reflector.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ggx {
-    /// α > 0, the width of the distribution of slopes (roughness squared).
-    pub alpha: f64,
-    /// F0, by channel.
-    pub f0: DVec3,
-}
-
-/// A direction drawn from a reflection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DirectionSample {
-    /// ω_i, in the local frame.
-    pub wi: DVec3,
-    /// f(ω_i, ω_o), 1/sr.
-    pub value: DVec3,
-    /// Density of ω_i per solid angle.
-    pub pdf: f64,
 }
 
 /// (1 − c)⁵, Schlick's interpolation between F0 and one; 0 for NaN.
@@ -154,43 +132,6 @@ impl TrowbridgeReitz {
     }
 }
 
-impl Ggx {
-    fn facets(&self) -> TrowbridgeReitz {
-        TrowbridgeReitz::isotropic(self.alpha)
-    }
-
-    /// f(ω_i, ω_o) = D G F/(4 cos_i cos_o), 1/sr; zero unless both are above the surface.
-    #[must_use]
-    pub fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
-        let Some(h) = half(wi, wo) else {
-            return DVec3::ZERO;
-        };
-        let rise = schlick(wi.dot(h));
-        nonnegative_vector(
-            (self.f0 + (DVec3::ONE - self.f0) * rise) * self.facets().reflection(h, wi, wo),
-        )
-    }
-
-    /// The density of [`sample`](Self::sample): D_visible(h)/(4 ω_o·h), per solid angle.
-    #[must_use]
-    pub fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.facets().pdf(wi, wo)
-    }
-
-    /// Draws ω_i in proportion to the visible normals; `None` where it falls below the surface (the
-    /// density then integrates to less than one).
-    #[must_use]
-    pub fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DirectionSample> {
-        let wi = self.facets().sample(wo, u)?;
-        let pdf = self.pdf(wi, wo);
-        (pdf > 0.0).then(|| DirectionSample {
-            wi,
-            value: self.value(wi, wo),
-            pdf,
-        })
-    }
-}
-
 /// The half vector of two directions above the surface; `None` also for opposite ones (both at the
 /// horizon), the sum of which is rounding.
 pub(crate) fn half(wi: DVec3, wo: DVec3) -> Option<DVec3> {
@@ -200,90 +141,4 @@ pub(crate) fn half(wi: DVec3, wo: DVec3) -> Option<DVec3> {
     let sum = wi + wo;
     let length = sum.length();
     (length > 1e-8).then(|| sum / length)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use linelit_testkit::{chi2, rng::SplitMix64};
-
-    fn direction(cosine: f64) -> DVec3 {
-        DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine)
-    }
-
-    /// χ² of 200 000 samples on an 8 × 16 grid of (cos θ, φ) against 32 × 32 midpoints of the
-    /// density in each cell, at a family-wise level of 1e-3 over the cases.
-    #[test]
-    fn samples_follow_their_density() {
-        let cases = [(0.9, 0.9), (0.5, 0.4), (0.3, 0.8), (1.0, 0.1)];
-        for (case, (alpha, cosine)) in cases.into_iter().enumerate() {
-            let ggx = Ggx {
-                alpha,
-                f0: DVec3::splat(0.04),
-            };
-            let wo = direction(cosine);
-            let mut rng = SplitMix64::new(40 + u64::try_from(case).expect("small"));
-            let total = 200_000u32;
-            let mut observed = vec![0u64; 8 * 16 + 1];
-            for _ in 0..total {
-                let cell = ggx
-                    .sample(wo, [rng.next_f64(), rng.next_f64()])
-                    .map_or(128, |s| cell(s.wi));
-                observed[cell] += 1;
-            }
-            let mut expected: Vec<f64> = (0..128)
-                .map(|i| f64::from(total) * mass(&ggx, wo, i))
-                .collect();
-            expected.push((f64::from(total) - expected.iter().sum::<f64>()).max(0.0));
-            let result = chi2::chi2_test(&observed, &expected, 5.0);
-            let alpha_each = chi2::sidak(1e-3, cases.len());
-            assert!(
-                result.p_value > alpha_each,
-                "alpha {alpha} cosine {cosine}: {result:?}"
-            );
-        }
-    }
-
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "cells are small"
-    )]
-    fn cell(w: DVec3) -> usize {
-        let column = ((w.y.atan2(w.x) / (2.0 * PI) + 0.5) * 16.0).clamp(0.0, 15.0) as usize;
-        (w.z * 8.0).clamp(0.0, 7.0) as usize * 16 + column
-    }
-
-    fn mass(ggx: &Ggx, wo: DVec3, cell: u32) -> f64 {
-        let (row, column) = (f64::from(cell / 16), f64::from(cell % 16));
-        let mut sum = 0.0;
-        for i in 0..48 {
-            for j in 0..48 {
-                let z = (row + (f64::from(i) + 0.5) / 48.0) / 8.0;
-                let phi = ((column + (f64::from(j) + 0.5) / 48.0) / 16.0 - 0.5) * 2.0 * PI;
-                let r = (1.0 - z * z).sqrt();
-                sum += ggx.pdf(DVec3::new(r * phi.cos(), r * phi.sin(), z), wo);
-            }
-        }
-        sum * (2.0 * PI / 128.0) / (48.0 * 48.0)
-    }
-
-    #[test]
-    fn reciprocal() {
-        let mut rng = SplitMix64::new(9);
-        for _ in 0..1000 {
-            let mut up = || {
-                let v = DVec3::from_array(rng.unit_vector());
-                DVec3::new(v.x, v.y, v.z.abs().max(1e-3)).normalize()
-            };
-            let (a, b) = (up(), up());
-            let ggx = Ggx {
-                alpha: 0.3,
-                f0: DVec3::splat(0.5),
-            };
-            let (ab, ba) = (ggx.value(a, b).x, ggx.value(b, a).x);
-            // A dozen roundings each; the half vector is the same sum.
-            assert!((ab - ba).abs() <= 64.0 * f64::EPSILON * ab, "{a} {b}");
-        }
-    }
 }

@@ -4,73 +4,6 @@ use super::*;
 use crate::microfacet::TrowbridgeReitz;
 use linelit_testkit::{chi2, quadrature::cubature, rng::SplitMix64};
 
-/// χ² of 200 000 directions on a grid of (cos θ, φ) over the whole sphere against midpoints of
-/// the density in each cell, at a family-wise level of 1e-3 over the cases.
-#[test]
-fn samples_follow_their_density() {
-    const CELLS: [u32; 2] = [24, 16];
-    const COUNT: u32 = 200_000;
-    let cases = [(0.0, 1.0), (1.0, 0.0), (3.5, 0.5), (20.0, 0.7), (0.0, 0.4)];
-    let alpha = chi2::sidak(1e-3, cases.len());
-    let n = DVec3::new(0.3, -0.5, 0.8).normalize();
-    let frame = Frame::from_normal(n);
-    let wo = (n + 0.6 * frame.x).normalize();
-    for (k, (exponent, diffuse)) in cases.into_iter().enumerate() {
-        let bsdf = Bsdf::Phong(
-            Lambert {
-                albedo: DVec3::splat(diffuse),
-            },
-            Phong {
-                specular: DVec3::splat(1.0 - diffuse),
-                exponent,
-            },
-        );
-        let mut random = SplitMix64::new(k as u64);
-        let mut observed = vec![0u64; (CELLS[0] * CELLS[1]) as usize];
-        for _ in 0..COUNT {
-            let u = [random.next_f64(), random.next_f64()];
-            let w = frame.to_local(bsdf.sample(u, wo, n).expect("not black"));
-            let turn = (w.y.atan2(w.x) / TAU).rem_euclid(1.0);
-            let at = |v: f64, cells: u32| {
-                #[allow(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a cell"
-                )]
-                let cell = (v * f64::from(cells)) as usize;
-                cell.min(cells as usize - 1)
-            };
-            observed[at(0.5 * (w.z + 1.0), CELLS[0]) * CELLS[1] as usize + at(turn, CELLS[1])] += 1;
-        }
-        let fine = 24u32;
-        let mut expected = Vec::new();
-        for cell in 0..CELLS[0] * CELLS[1] {
-            let (i, j) = (cell / CELLS[1], cell % CELLS[1]);
-            let mut sum = 0.0;
-            for a in 0..fine * fine {
-                let place = |c: u32, s: u32, cells: u32| {
-                    (f64::from(c) + (f64::from(s) + 0.5) / f64::from(fine)) / f64::from(cells)
-                };
-                let z = 2.0 * place(i, a / fine, CELLS[0]) - 1.0;
-                let w = about(DVec3::Z, z, place(j, a % fine, CELLS[1]));
-                sum += bsdf.pdf(frame.to_world(w), wo, n);
-            }
-            let area = 2.0 * TAU / f64::from(CELLS[0] * CELLS[1]);
-            expected.push(f64::from(COUNT) * area * sum / f64::from(fine * fine));
-        }
-        // The density integrates to one over the sphere: midpoints of a density with kinks at
-        // the horizons are off by the square of a cell's 1/24 at most.
-        let total = expected.iter().sum::<f64>() / f64::from(COUNT);
-        assert!((total - 1.0).abs() < 2e-3, "{exponent}: {total}");
-        let test = chi2::chi2_test(&observed, &expected, 5.0);
-        assert!(
-            test.p_value > alpha,
-            "{exponent}, {diffuse}: p = {}",
-            test.p_value
-        );
-    }
-}
-
 #[test]
 fn black_is_not_sampled() {
     let black = Bsdf::Lambert(Lambert {
@@ -132,8 +65,14 @@ fn models() -> Vec<(String, Bsdf)> {
         }
         all.push((format!("mixture {alpha:?}"), mixture));
     }
+    let flat = Phong {
+        specular: grey,
+        exponent: 0.0,
+    };
+    let flat = Bsdf::Phong(Lambert { albedo: grey }, flat);
     all.into_iter()
         .map(|(name, layers)| (name, Bsdf::from(layers)))
+        .chain([("Phong 0".to_owned(), flat)])
         .collect()
 }
 

@@ -35,6 +35,11 @@ fn samplers() -> Vec<Sampler> {
         let specular = grey;
         Bsdf::Phong(lambert, Phong { specular, exponent })
     };
+    let unequal = |diffuse: f64, exponent| {
+        let albedo = DVec3::splat(diffuse);
+        let specular = DVec3::ONE - albedo;
+        Bsdf::Phong(Lambert { albedo }, Phong { specular, exponent })
+    };
     let frostbite = |roughness| {
         let mut layers = Layers::new(DVec3::X);
         let lobe = Frostbite::new(grey, DVec3::splat(0.3), roughness);
@@ -45,6 +50,8 @@ fn samplers() -> Vec<Sampler> {
         ("Lambert", Bsdf::Lambert(lambert)),
         ("Phong 3.5", phong(3.5)),
         ("Phong 40", phong(40.0)),
+        ("Phong 1, all glossy", unequal(0.0, 1.0)),
+        ("Phong 20, mostly diffuse", unequal(0.7, 20.0)),
         ("Frostbite 0.9", frostbite(0.9)),
         ("Frostbite 0.4", frostbite(0.4)),
     ];

@@ -197,7 +197,8 @@ pub const MIN_ROUGHNESS: f64 = 0.1;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linelit_bsdf::microfacet::Ggx;
+    use linelit_bsdf::microfacet::TrowbridgeReitz;
+    use linelit_bsdf::{Fresnel, Reflector};
     use linelit_testkit::assert_close;
     use linelit_testkit::quadrature::gauss_legendre;
 
@@ -258,9 +259,13 @@ mod tests {
     fn lobes_are_as_near_to_ggx_as_published() {
         let rule = gauss_legendre(64);
         for (roughness, cosine) in [(0.4, 0.95), (0.55, 0.5), (0.8, 0.3), (0.95, 0.8)] {
-            let ggx = Ggx {
-                alpha: roughness * roughness,
-                f0: DVec3::splat(0.3),
+            let ggx = Reflector {
+                reflectance: DVec3::ONE,
+                facets: TrowbridgeReitz::isotropic(roughness * roughness),
+                fresnel: Fresnel::Schlick {
+                    f0: DVec3::splat(0.3),
+                    f90: 1.0,
+                },
             };
             let ltc = GgxLobes::new(roughness, cosine, 0.3);
             let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);

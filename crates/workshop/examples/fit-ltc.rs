@@ -15,7 +15,8 @@
     reason = "printing is what the program is for"
 )]
 
-use linelit_bsdf::microfacet::{Ggx, schlick};
+use linelit_bsdf::microfacet::{TrowbridgeReitz, schlick};
+use linelit_bsdf::{Fresnel, Reflector};
 use linelit_geometry::{DMat3, DVec3};
 use linelit_shading::ltc::{FIT_ERROR, GgxLobes, Ltc, MIN_ROUGHNESS};
 use linelit_testkit::quadrature::gauss_legendre;
@@ -27,7 +28,7 @@ const GRID: u32 = 28;
 /// What is fitted: GGX without Fresnel reflectance, or its part weighted with (1 − cos)⁵.
 #[derive(Clone, Copy, PartialEq)]
 struct Target {
-    ggx: Ggx,
+    ggx: Reflector,
     wo: DVec3,
     /// The weights of 1 and of (1 − cos)⁵.
     fresnel: [f64; 2],
@@ -43,6 +44,13 @@ impl Target {
         self.ggx.value(wi, self.wo).x * wi.z * (self.fresnel[0] + self.fresnel[1] * rise)
     }
 
+    /// A direction drawn by the visible normals, and its density.
+    fn sample(&self, u: [f64; 2]) -> Option<(DVec3, f64)> {
+        let wi = self.ggx.facets.sample(self.wo, u)?;
+        let pdf = self.ggx.facets.pdf(wi, self.wo);
+        (pdf > 0.0).then_some((wi, pdf))
+    }
+
     /// Albedo, mean direction, and the spreads about it in the plane of incidence and across.
     fn moments(&self) -> (f64, DVec3, [f64; 2]) {
         let (mut sum, mut mean) = (0.0, DVec3::ZERO);
@@ -54,14 +62,14 @@ impl Target {
                     (f64::from(i) + 0.5) / f64::from(n),
                     (f64::from(j) + 0.5) / f64::from(n),
                 ];
-                if let Some(s) = self.ggx.sample(self.wo, u) {
-                    let weight = self.value(s.wi) / s.pdf;
+                if let Some((wi, pdf)) = self.sample(u) {
+                    let weight = self.value(wi) / pdf;
                     sum += weight;
-                    mean += s.wi * weight;
-                    xx += s.wi.x * s.wi.x * weight;
-                    xz += s.wi.x * s.wi.z * weight;
-                    zz += s.wi.z * s.wi.z * weight;
-                    yy += s.wi.y * s.wi.y * weight;
+                    mean += wi * weight;
+                    xx += wi.x * wi.x * weight;
+                    xz += wi.x * wi.z * weight;
+                    zz += wi.z * wi.z * weight;
+                    yy += wi.y * wi.y * weight;
                 }
             }
         }
@@ -71,6 +79,15 @@ impl Target {
         let along = c * c * xx + 2.0 * c * s * xz + s * s * zz;
         let spread = [along, yy].map(|v| (v / sum).max(0.0).sqrt());
         (sum / f64::from(n * n), mean, spread)
+    }
+}
+
+/// GGX without Fresnel reflectance.
+fn reflector(roughness: f64) -> Reflector {
+    Reflector {
+        reflectance: DVec3::ONE,
+        facets: TrowbridgeReitz::isotropic(roughness * roughness),
+        fresnel: Fresnel::Full,
     }
 }
 
@@ -91,7 +108,7 @@ fn distance(target: &Target, albedos: [f64; 2], maps: [DMat3; 2], power: i32) ->
     let mut add = |w: DVec3| {
         let l = share[0] * lobes[0].density(w) + share[1] * lobes[1].density(w);
         let f = target.value(w) / albedo;
-        let pdf = target.ggx.pdf(w, target.wo) + l;
+        let pdf = target.ggx.facets.pdf(w, target.wo) + l;
         if pdf > 0.0 {
             sum += (f - l).abs().powi(power) / pdf;
         }
@@ -102,8 +119,8 @@ fn distance(target: &Target, albedos: [f64; 2], maps: [DMat3; 2], power: i32) ->
                 (f64::from(i) + 0.5) / f64::from(GRID),
                 (f64::from(j) + 0.5) / f64::from(GRID),
             ];
-            if let Some(s) = target.ggx.sample(target.wo, u) {
-                add(s.wi);
+            if let Some((wi, _)) = target.sample(u) {
+                add(wi);
             }
             let phi = 2.0 * std::f64::consts::PI * u[1];
             // From the lobe that this sample's turn belongs to: the first for i below its share.
@@ -208,10 +225,7 @@ struct Cell {
 }
 
 fn fit(roughness: f64, cosine: f64, start: &mut [[f64; 3]; 2]) -> Cell {
-    let ggx = Ggx {
-        alpha: roughness * roughness,
-        f0: DVec3::ONE,
-    };
+    let ggx = reflector(roughness);
     let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let mut cell = Cell {
         row: [0.0; 10],
@@ -270,10 +284,7 @@ fn axes(i: usize, j: usize) -> (f64, f64) {
 /// fit's samples, for the table as it is used, interpolated.
 fn independent(roughness: f64, cosine: f64, f0: f64) -> f64 {
     let alpha = roughness * roughness;
-    let ggx = Ggx {
-        alpha,
-        f0: DVec3::ONE,
-    };
+    let ggx = reflector(roughness);
     let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let target = Target {
         ggx,

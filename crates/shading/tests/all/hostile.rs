@@ -7,7 +7,7 @@
 //! `Ltc::map`), which are called but may be as infinite as what they are given, and `quadrature`'s
 //! values of an integrand that is itself no number.
 
-use linelit_bsdf::microfacet::{Ggx, TrowbridgeReitz, schlick};
+use linelit_bsdf::microfacet::{TrowbridgeReitz, schlick};
 use linelit_bsdf::{
     Bsdf, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflection, Reflector,
     Substrate,
@@ -285,14 +285,6 @@ fn reflection(source: &mut Source, wrong: &mut Wrong) {
     wrong.light("TrowbridgeReitz::reflection", facets.reflection(n, wi, wo));
     wrong.light("TrowbridgeReitz::pdf", facets.pdf(wi, wo));
     wrong.direction("TrowbridgeReitz::sample", facets.sample(wo, u));
-    let ggx = Ggx { alpha: a, f0: ks };
-    wrong.colour("Ggx::value", ggx.value(wi, wo));
-    wrong.light("Ggx::pdf", ggx.pdf(wi, wo));
-    if let Some(sample) = ggx.sample(wo, u) {
-        wrong.direction("Ggx::sample", Some(sample.wi));
-        wrong.colour("Ggx::sample", sample.value);
-        wrong.light("Ggx::sample", sample.pdf);
-    }
     let fresnels = [
         Fresnel::Full,
         Fresnel::Schlick { f0: ks, f90: a },
