@@ -1,6 +1,8 @@
 //! What all readers share: putting meshes into the scene, reading images, finishing.
 
-use crate::diagnostics::{ErrorKind, Files, Refusal, Result, SceneError, Warnings, shorten};
+use crate::diagnostics::{
+    ErrorKind, Files, Location, Refusal, Result, SceneError, Warnings, shorten,
+};
 use crate::framing;
 use crate::gzip;
 use crate::options::{LoadOptions, Loaded};
@@ -14,9 +16,6 @@ use linelit_scene::{
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Gives an error its place; the text is the label beside the caret.
-pub type At<'a> = &'a dyn Fn(SceneError, &str) -> SceneError;
 
 /// A file that the scene names.
 #[derive(Debug)]
@@ -78,15 +77,35 @@ impl Assembly {
         }
     }
 
-    /// Warns about something at a place.
+    /// Warns about something at a place; the label stands beside the caret.
     pub fn warn(
         &mut self,
         kind: ErrorKind,
         message: impl Into<String>,
         label: &str,
-        at: At<'_>,
+        at: Location<'_>,
     ) -> Result<()> {
-        self.warnings.warn(kind, message, |e| at(e, label))
+        self.warnings.warn(kind, message, |e| e.at(at, label))
+    }
+
+    /// Warns about something that linelit does not support.
+    pub fn unsupported(
+        &mut self,
+        message: impl Into<String>,
+        label: &str,
+        at: Location<'_>,
+    ) -> Result<()> {
+        self.warn(ErrorKind::Unsupported, message, label, at)
+    }
+
+    /// Warns about something that is probably not meant.
+    pub fn suspicious(
+        &mut self,
+        message: impl Into<String>,
+        label: &str,
+        at: Location<'_>,
+    ) -> Result<()> {
+        self.warn(ErrorKind::Suspicious, message, label, at)
     }
 
     /// Adds a mesh to the scene; `what` it is, for messages.
@@ -95,48 +114,40 @@ impl Assembly {
         mesh: &MeshData,
         place: &Placement,
         what: &str,
-        at: At<'_>,
+        at: Location<'_>,
     ) -> Result<()> {
         let total = mesh.triangles.len();
-        match self.builder.add_mesh(mesh, place) {
-            Ok(added) => {
-                if added.degenerate > 0 {
-                    let label = format!("{} of {total}", added.degenerate);
-                    let message = "triangles without area are left out";
-                    self.warn(ErrorKind::Suspicious, message, &label, at)?;
-                }
-                if let Some(why) = added.why_unlit {
-                    let label = format!("{} of {total}", added.unlit);
-                    let message = format!("triangles that would emit give no light: {why}");
-                    self.warn(ErrorKind::Suspicious, message, &label, at)?;
-                }
-                Ok(())
-            }
+        let added = match self.builder.add_mesh(mesh, place) {
+            Ok(added) => added,
             Err(AddError::Singular) => {
                 let message = format!("{what} is flattened by its transform");
-                self.warn(ErrorKind::BadTransform, message, "left out", at)
+                return self.warn(ErrorKind::BadTransform, message, "left out", at);
             }
             Err(AddError::Vertex(k)) => {
                 let message =
                     format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
-                Err(at(
-                    SceneError::new(ErrorKind::OutOfRange, message),
-                    "after its transform",
-                ))
+                return Err(at.error(ErrorKind::OutOfRange, message, "after its transform"));
             }
-            Err(AddError::TooManyLights) => Err(self.too_many_lights(at)),
+            Err(AddError::TooManyLights) => return Err(self.too_many_lights(at)),
             Err(AddError::TooMany) => {
                 let message = format!("more than {} triangles", self.max_triangles);
-                let error = at(
-                    SceneError::new(ErrorKind::Limit, message),
-                    "this one is too many",
-                );
+                let error = at.error(ErrorKind::Limit, message, "this one is too many");
                 let so_far = self.builder.triangle_count();
-                Err(error.note(format!(
+                return Err(error.note(format!(
                     "the scene has {so_far} triangles so far, this shape has {total}"
-                )))
+                )));
             }
+        };
+        if added.degenerate > 0 {
+            let label = format!("{} of {total}", added.degenerate);
+            self.suspicious("triangles without area are left out", &label, at)?;
         }
+        if let Some(why) = added.why_unlit {
+            let label = format!("{} of {total}", added.unlit);
+            let message = format!("triangles that would emit give no light: {why}");
+            self.suspicious(message, &label, at)?;
+        }
+        Ok(())
     }
 
     /// Adds a linear light between two points of the world.
@@ -144,33 +155,30 @@ impl Assembly {
         &mut self,
         [p0, p1]: [DVec3; 2],
         spec: &EmissionSpec,
-        at: At<'_>,
+        at: Location<'_>,
     ) -> Result<()> {
         if !p0.is_finite() || !p1.is_finite() {
             let message = "the end of a line is not finite";
-            let error = SceneError::new(ErrorKind::OutOfRange, message);
-            return Err(at(error, "after its transform"));
+            return Err(at.error(ErrorKind::OutOfRange, message, "after its transform"));
         }
         if p0 == p1 {
-            let message = "a line without length emits nothing";
-            return self.warn(ErrorKind::Suspicious, message, "left out", at);
+            return self.suspicious("a line without length emits nothing", "left out", at);
         }
         let added = self.builder.add_line(p0, p1, spec);
         added.map_err(|_| self.too_many_lights(at))
     }
 
-    fn too_many_lights(&self, at: At<'_>) -> SceneError {
+    fn too_many_lights(&self, at: Location<'_>) -> SceneError {
         let message = format!("more than {} lights", self.builder.max_lights);
-        let error = SceneError::new(ErrorKind::Limit, message);
-        at(error, "this shape has too many")
+        at.error(ErrorKind::Limit, message, "this shape has too many")
             .note("each emissive triangle or line is a light, unless neighbours in one plane merge")
     }
 
     /// A file that the scene names, read into memory.
-    pub fn open(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+    pub fn open(&mut self, name: &str, at: Location<'_>) -> Result<Opened> {
         let refuse = |refusal: Refusal| {
             let message = format!("cannot read `{name}`: {}", refusal.message);
-            let error = at(SceneError::new(refusal.kind, message), "named here");
+            let error = at.error(refusal.kind, message, "named here");
             if refusal.kind == ErrorKind::Outside {
                 return error
                     .help("`--root DIR` or `--allow-outside` lets a scene name such files");
@@ -189,14 +197,14 @@ impl Assembly {
     }
 
     /// Counts bytes that were read, or unpacked: small files must not make much work.
-    fn count_read(&mut self, name: &str, count: u64, at: At<'_>) -> Result<()> {
+    fn count_read(&mut self, name: &str, count: u64, at: Location<'_>) -> Result<()> {
         self.read_bytes += count;
         let limit = FREE_REREADS.saturating_add(REREADS * self.distinct_bytes);
         if self.read_bytes <= limit {
             return Ok(());
         }
         let message = format!("`{name}` and others are read too often");
-        let error = at(SceneError::new(ErrorKind::Limit, message), "read again");
+        let error = at.error(ErrorKind::Limit, message, "read again");
         Err(error.note(format!(
             "{} bytes of files have been read as {} bytes, {limit} are allowed",
             self.distinct_bytes, self.read_bytes
@@ -211,12 +219,12 @@ impl Assembly {
     }
 
     /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.
-    pub fn open_unpacked(&mut self, name: &str, at: At<'_>) -> Result<Opened> {
+    pub fn open_unpacked(&mut self, name: &str, at: Location<'_>) -> Result<Opened> {
         let mut file = self.open(name, at)?;
         if name.ends_with(".gz") {
             file.bytes = gzip::unpack(&file.bytes).map_err(|refusal| {
                 let message = format!("cannot unpack `{name}`: {}", refusal.message);
-                at(SceneError::new(refusal.kind, message), "named here")
+                at.error(refusal.kind, message, "named here")
             })?;
             self.count_read(name, file.bytes.len() as u64, at)?;
         }
@@ -228,7 +236,7 @@ impl Assembly {
         &mut self,
         name: &str,
         srgb: bool,
-        at: At<'_>,
+        at: Location<'_>,
     ) -> Result<Option<Arc<ImageData>>> {
         let key = (name.to_owned(), srgb);
         if let Some(grey) = self.greys.get(&key) {
@@ -244,7 +252,12 @@ impl Assembly {
     }
 
     /// An image file, read once; `None` after a warning if its format is not supported.
-    pub fn image(&mut self, name: &str, srgb: bool, at: At<'_>) -> Result<Option<Arc<ImageData>>> {
+    pub fn image(
+        &mut self,
+        name: &str,
+        srgb: bool,
+        at: Location<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
         let key = (name.to_owned(), srgb);
         if let Some(image) = self.images.get(&key) {
             return Ok(Some(Arc::clone(image)));
@@ -258,7 +271,7 @@ impl Assembly {
     }
 
     /// Counts what the images of the scene take.
-    fn add_pixels(&mut self, bytes: usize, at: At<'_>) -> Result<()> {
+    fn add_pixels(&mut self, bytes: usize, at: Location<'_>) -> Result<()> {
         self.pixel_bytes += bytes as u64;
         let limit = FREE_PIXEL_BYTES.saturating_add(PIXEL_BYTES_PER_BYTE * self.distinct_bytes);
         if self.pixel_bytes <= limit {
@@ -268,8 +281,11 @@ impl Assembly {
             "the images take {} bytes in all, {limit} are allowed",
             self.pixel_bytes
         );
-        let error = SceneError::new(ErrorKind::Limit, message);
-        Err(at(error, "too many for the size of their files"))
+        Err(at.error(
+            ErrorKind::Limit,
+            message,
+            "too many for the size of their files",
+        ))
     }
 
     /// An image from memory; `None` after a warning if its format is not supported.
@@ -278,7 +294,7 @@ impl Assembly {
         name: &str,
         bytes: &[u8],
         srgb: bool,
-        at: At<'_>,
+        at: Location<'_>,
     ) -> Result<Option<Arc<ImageData>>> {
         match decode_picture(name, bytes) {
             Some(Ok(Decoded { pixels, warning })) => {
@@ -301,12 +317,12 @@ impl Assembly {
                     ErrorKind::Syntax
                 };
                 let message = format!("cannot read `{name}`: {error}");
-                Err(at(SceneError::new(kind, message), "named here"))
+                Err(at.error(kind, message, "named here"))
             }
             None => {
                 let extension = shorten(name.rsplit('.').next().unwrap_or(""));
                 let message = format!("images of type `{extension}` are not supported");
-                self.warn(ErrorKind::Unsupported, message, "replaced by grey, 0.5", at)?;
+                self.unsupported(message, "replaced by grey, 0.5", at)?;
                 Ok(None)
             }
         }

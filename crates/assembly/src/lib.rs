@@ -11,9 +11,9 @@ mod options;
 pub mod ply;
 mod polygon;
 
-pub use assembly::{Assembly, At, Opened};
+pub use assembly::{Assembly, Opened};
 pub use diagnostics::{
-    ErrorKind, Result, SceneError, Source, Span, Warning, Warnings, nearest, shorten,
+    ErrorKind, Location, Result, SceneError, Source, Span, Warning, Warnings, nearest, shorten,
 };
 pub use framing::add_framing_light;
 pub use options::{LoadOptions, Loaded, Root};

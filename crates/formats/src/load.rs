@@ -54,9 +54,8 @@ impl Format {
             #[cfg(not(feature = "gltf"))]
             Self::Gltf => {
                 let message = "this program was built without its glTF reader";
-                Err(SceneError::new(ErrorKind::Unsupported, message)
-                    .in_file(source.name())
-                    .help("build it with the feature `gltf` of linelit-formats"))
+                let error = source.whole().error(ErrorKind::Unsupported, message, "");
+                Err(error.help("build it with the feature `gltf` of linelit-formats"))
             }
         }
     }

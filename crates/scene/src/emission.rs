@@ -93,8 +93,12 @@ impl PlaneUv {
     /// The coordinates of a point of the plane.
     #[must_use]
     pub fn at(&self, point: DVec3) -> DVec2 {
-        let from = point - self.origin;
-        self.at_origin + DVec2::new(self.gradients[0].dot(from), self.gradients[1].dot(from))
+        self.at_origin + self.change(point - self.origin)
+    }
+
+    /// The change of the coordinates along a vector in the plane.
+    pub(crate) fn change(&self, along: DVec3) -> DVec2 {
+        DVec2::from(self.gradients.map(|gradient| gradient.dot(along)))
     }
 
     /// The most that a coordinate changes by over a distance of one.
@@ -119,9 +123,7 @@ impl EmissionMap {
     /// Texels of the finest image along a vector in the plane of the light; zero without images.
     #[must_use]
     pub fn texels(&self, along: DVec3) -> f64 {
-        let [u, v] = self.coordinates.gradients;
-        let change = DVec2::new(u.dot(along), v.dot(along));
-        texels(&self.factor, change)
+        texels(&self.factor, self.coordinates.change(along))
     }
 }
 

@@ -212,71 +212,6 @@ pub enum MaterialKind {
     },
 }
 
-impl MaterialKind {
-    /// The textures of all parameters.
-    pub(crate) fn textures(&self) -> Vec<&Texture> {
-        match self {
-            Self::Matte { kd, sigma } => vec![kd, sigma],
-            Self::Plastic { kd, ks, roughness } | Self::Substrate { kd, ks, roughness } => {
-                vec![kd, ks, &roughness.u, &roughness.v]
-            }
-            Self::Conductor { eta, k, roughness } => vec![eta, k, &roughness.u, &roughness.v],
-            Self::ColoredConductor {
-                reflectance,
-                roughness,
-            } => vec![reflectance, &roughness.u, &roughness.v],
-            Self::Uber {
-                kd,
-                ks,
-                kr,
-                kt,
-                roughness,
-                eta,
-                opacity,
-            } => vec![kd, ks, kr, kt, &roughness.u, &roughness.v, eta, opacity],
-            Self::Mirror { kr } => vec![kr],
-            Self::Dielectric {
-                kr,
-                kt,
-                eta,
-                roughness,
-                ..
-            } => vec![kr, kt, eta, &roughness.u, &roughness.v],
-            Self::CoatedDiffuse {
-                reflectance,
-                roughness,
-                eta,
-                ..
-            } => vec![reflectance, &roughness.u, &roughness.v, eta],
-            Self::DiffuseTransmission {
-                reflectance,
-                transmittance,
-            } => vec![reflectance, transmittance],
-            Self::Mix { amount, .. } => vec![amount],
-            Self::Phong { kd, ks, exponent } => vec![kd, ks, exponent],
-        }
-    }
-
-    /// The model's name in pbrt.
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Matte { .. } => "matte",
-            Self::Plastic { .. } => "plastic",
-            Self::Conductor { .. } => "metal",
-            Self::ColoredConductor { .. } => "conductor",
-            Self::Substrate { .. } => "substrate",
-            Self::Uber { .. } => "uber",
-            Self::Mirror { .. } => "mirror",
-            Self::Dielectric { thin: false, .. } => "glass",
-            Self::Dielectric { thin: true, .. } => "thindielectric",
-            Self::CoatedDiffuse { .. } => "coateddiffuse",
-            Self::DiffuseTransmission { .. } => "diffusetransmission",
-            Self::Mix { .. } => "mix",
-            Self::Phong { .. } => "phong",
-        }
-    }
-}
-
 impl Material {
     /// pbrt's default: Lambert with reflectance one half.
     pub fn default_matte() -> Self {
@@ -326,23 +261,21 @@ impl Material {
     }
 
     /// All textures: of the model's parameters, and of bump and normal maps.
-    fn textures(&self) -> impl Iterator<Item = &Texture> {
-        let relief = self.normal_map.as_ref().map(|map| &map.texture);
-        let height = self.bump.as_ref().map(|map| &map.height);
-        let kind = self.kind.textures().into_iter();
-        kind.chain(height).chain(relief)
+    fn textures(&self) -> impl Iterator<Item = Texture> {
+        let relief = self.normal_map.iter().map(|map| &map.texture);
+        let relief = relief.chain(self.bump.iter().map(|map| &map.height));
+        self.kind.textures().into_iter().chain(relief.cloned())
     }
 
     /// Calls a function with every image of the material's textures.
     pub(crate) fn for_each_image(&self, f: &mut dyn FnMut(&ImageTexture)) {
-        for texture in self.textures() {
-            texture.for_each_image(f);
-        }
+        self.textures()
+            .for_each(|texture| texture.for_each_image(f));
     }
 
     /// Whether a texture is not the same everywhere, so that it matters what a pixel covers.
     pub(crate) fn varies(&self) -> bool {
-        self.textures().any(Texture::varies)
+        self.textures().any(|texture| texture.varies())
     }
 
     /// Whether the estimators draw all of the material: no coat is missing, nor light from behind.

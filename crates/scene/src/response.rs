@@ -126,14 +126,10 @@ impl Builder<'_> {
                 eta,
                 opacity,
             } => {
-                let (opaque, eta) = (colour(opacity), eta.evaluate_number(at));
+                let opaque = colour(opacity);
                 self.straight_on(scale * (DVec3::ONE - opaque));
-                let scale = scale * opaque;
-                self.layers.add_diffuse(scale * colour(kd));
-                let [ks, kr, kt] = [ks, kr, kt].map(|t| scale * colour(t));
-                let eta = index_of_refraction(eta);
-                self.reflector(ks, roughness, Fresnel::Dielectric { eta });
-                self.dielectric(kr, kt, eta);
+                let colours = [kd, ks, kr, kt].map(|t| scale * opaque * colour(t));
+                self.uber(colours, roughness, eta.evaluate_number(at));
             }
             MaterialKind::Mirror { kr } => self.mirror(scale * colour(kr)),
             MaterialKind::Dielectric {
@@ -143,9 +139,9 @@ impl Builder<'_> {
                 roughness,
                 thin,
             } => {
-                let eta = index_of_refraction(eta.evaluate_number(at));
-                let (kr, kt) = (scale * colour(kr), scale * colour(kt));
-                self.glass(kr, kt, eta, (!thin).then_some(roughness));
+                let colours = [kr, kt].map(|t| scale * colour(t));
+                let roughness = (!thin).then_some(roughness);
+                self.glass(colours, eta.evaluate_number(at), roughness);
             }
             // Their diffuse part only: see `Material::is_drawn_in_full`.
             MaterialKind::CoatedDiffuse { .. } | MaterialKind::DiffuseTransmission { .. } => {
@@ -178,6 +174,14 @@ impl Builder<'_> {
         }
     }
 
+    /// Diffuse and glossy reflection with a smooth interface: colours are `Kd`, `Ks`, `Kr`, `Kt`.
+    fn uber(&mut self, [kd, ks, kr, kt]: [DVec3; 4], roughness: &Roughness, eta: f64) {
+        let eta = index_of_refraction(eta);
+        self.layers.add_diffuse(kd);
+        self.reflector(ks, roughness, Fresnel::Dielectric { eta });
+        self.dielectric(kr, kt, eta);
+    }
+
     fn phong(&mut self, scale: DVec3, specular: DVec3, exponent: f64) {
         let exponent = exponent.max(0.0);
         self.lobe(scale, Lobe::Phong(Phong { specular, exponent }));
@@ -185,7 +189,8 @@ impl Builder<'_> {
 
     /// A smooth or rough interface, or a sheet, which has no roughness; of a rough interface, light
     /// from behind is not asked for.
-    fn glass(&mut self, kr: DVec3, kt: DVec3, eta: f64, roughness: Option<&Roughness>) {
+    fn glass(&mut self, [kr, kt]: [DVec3; 2], eta: f64, roughness: Option<&Roughness>) {
+        let eta = index_of_refraction(eta);
         let Some(roughness) = roughness else {
             return self.thin(kr, kt, eta);
         };

@@ -4,6 +4,7 @@
 //! derivatives of the point by its texture coordinates, and bump and normal maps turn the shading
 //! normal here, so that nobody downstream needs to know of them.
 
+use crate::emission::PlaneUv;
 use crate::footprint::{Footprint, RayDifferential};
 use crate::material::NormalMap;
 use crate::scene::{Mesh, Scene, outward, to_f64};
@@ -223,13 +224,13 @@ fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<(DVec3, DVec3)> {
 /// of what they are interpolated to.
 fn covered(
     surface: &Surface,
-    [p, q, r]: [DVec3; 3],
+    corners: [DVec3; 3],
     uvs: [DVec2; 3],
     ([n0, n1, n2], length): ([DVec3; 3], f64),
     beside: &RayDifferential,
 ) -> Covered {
     let plane = surface.geometric_normal;
-    let [point_x, point_y] = [0, 1].map(|k| {
+    let points = [0, 1].map(|k| {
         let (origin, direction) = (beside.origins[k], beside.directions[k]);
         let distance = plane.dot(surface.point - origin) / plane.dot(direction);
         let change = origin + direction * distance - surface.point;
@@ -240,19 +241,9 @@ fn covered(
             DVec3::ZERO
         }
     });
-    // The weights of the second and third corner along the plane: the dual basis of the edges.
-    let (e, f) = (q - p, r - p);
-    let normal = e.cross(f);
-    let square = normal.length_squared();
-    let (by_e, by_f) = (f.cross(normal) / square, normal.cross(e) / square);
-    let weights = [point_x, point_y].map(|change| {
-        let weights = DVec2::new(by_e.dot(change), by_f.dot(change));
-        if weights.is_finite() {
-            weights
-        } else {
-            DVec2::ZERO
-        }
-    });
+    // The weights of the second and third corner along the plane.
+    let of_corners = PlaneUv::new(corners, [DVec2::ZERO, DVec2::X, DVec2::Y]);
+    let weights = points.map(|change| of_corners.change(change));
     let uv = |w: DVec2| (uvs[1] - uvs[0]) * w.x + (uvs[2] - uvs[0]) * w.y;
     // Of the sum of weighted vertex normals, made a unit vector.
     let unit = surface.shading_normal;
@@ -262,7 +253,7 @@ fn covered(
     };
     let normals = weights.map(|w| turned(w) / length);
     Covered {
-        point: [point_x, point_y],
+        point: points,
         normal: normals.map(|n| if n.is_finite() { n } else { DVec3::ZERO }),
         uv: weights.map(uv),
     }

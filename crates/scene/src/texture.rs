@@ -214,14 +214,21 @@ impl Texture {
         }
     }
 
+    /// The textures that it is made of.
+    fn parts(&self) -> impl Iterator<Item = &Self> {
+        let parts = match self {
+            Self::Constant(_) | Self::Image(_) => [None; 3],
+            Self::Product(a, b) => [Some(a), Some(b), None],
+            Self::Mix { a, b, amount } => [Some(a), Some(b), Some(amount)],
+            Self::Checkerboard { even, odd, .. } => [Some(even), Some(odd), None],
+        };
+        parts.into_iter().flatten().map(Arc::as_ref)
+    }
+
     /// Whether it is looked up over footprints: not constant.
     pub(crate) fn varies(&self) -> bool {
-        match self {
-            Self::Constant(_) => false,
-            Self::Image(_) | Self::Checkerboard { .. } => true,
-            Self::Product(a, b) => a.varies() || b.varies(),
-            Self::Mix { a, b, amount } => a.varies() || b.varies() || amount.varies(),
-        }
+        let is_looked_up = matches!(self, Self::Image(_) | Self::Checkerboard { .. });
+        is_looked_up || self.parts().any(Self::varies)
     }
 
     /// The value if it is the same everywhere.
@@ -234,26 +241,16 @@ impl Texture {
 
     /// Calls a function with every image of the expression.
     pub(crate) fn for_each_image(&self, f: &mut dyn FnMut(&ImageTexture)) {
-        match self {
-            Self::Constant(_) => {}
-            Self::Image(image) => f(image),
-            Self::Product(a, b) => [a, b].iter().for_each(|t| t.for_each_image(f)),
-            Self::Mix { a, b, amount } => [a, b, amount].iter().for_each(|t| t.for_each_image(f)),
-            Self::Checkerboard { even, odd, .. } => {
-                [even, odd].iter().for_each(|t| t.for_each_image(f));
-            }
+        if let Self::Image(image) = self {
+            f(image);
         }
+        self.parts().for_each(|part| part.for_each_image(f));
     }
 
     /// The number of nodes of the expression, which its evaluation takes time for.
     #[must_use]
     pub fn cost(&self) -> usize {
-        match self {
-            Self::Constant(_) | Self::Image(_) => 1,
-            Self::Product(a, b) => 1 + a.cost() + b.cost(),
-            Self::Mix { a, b, amount } => 1 + a.cost() + b.cost() + amount.cost(),
-            Self::Checkerboard { even, odd, .. } => 1 + even.cost() + odd.cost(),
-        }
+        1 + self.parts().map(Self::cost).sum::<usize>()
     }
 }
 

@@ -1,7 +1,9 @@
 //! What went wrong, where, and what to do about it.
 
-use super::source::{Place, Position, Source, Span};
+use super::source::{Location, Place, Position};
+use std::collections::HashMap;
 use std::fmt;
+use std::ops::Deref;
 
 /// What a reader gives, or the error that ends it.
 pub type Result<T> = std::result::Result<T, SceneError>;
@@ -51,7 +53,7 @@ pub enum ErrorKind {
 ///
 /// let source = Source::new("demo.pbrt", "WorldBegin\nShpae \"sphere\"\n".into());
 /// let error = SceneError::new(ErrorKind::UnknownName, "unknown directive `Shpae`")
-///     .at(&source, Span::new(11, 16), "expected a directive")
+///     .at(source.at(Span::new(11, 16)), "expected a directive")
 ///     .suggest(Some("Shape"));
 /// assert_eq!((error.line(), error.column()), (Some(2), Some(1)));
 /// assert_eq!(
@@ -64,17 +66,16 @@ pub enum ErrorKind {
 ///   = help: did you mean `Shape`?"
 /// );
 /// ```
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct SceneError(Box<Diagnostic>);
 
-/// Something in the file that is left out, replaced, or probably not meant.
-///
-/// `Display` prints it as [`SceneError`] prints itself.
+/// Something in the file that is left out, replaced, or probably not meant: prints itself as a
+/// [`SceneError`], and answers what that does.
 #[derive(Clone, Debug)]
 pub struct Warning {
-    diagnostic: Box<Diagnostic>,
-    pub(crate) repeats: usize,
+    warning: SceneError,
+    repeats: usize,
 }
 
 /// A message with its place.
@@ -103,19 +104,10 @@ impl SceneError {
         }))
     }
 
-    /// Points at a stretch of text; the label stands beside the caret.
-    pub fn at(mut self, source: &Source, span: Span, label: impl Into<String>) -> Self {
-        self.0.place = Some(source.place(span));
+    /// Points at a place; the label stands beside the caret.
+    pub fn at(mut self, location: Location<'_>, label: impl Into<String>) -> Self {
+        self.0.place = Some(location.place());
         self.0.label = label.into();
-        self
-    }
-
-    /// Points at a byte of a binary file.
-    pub fn at_byte(mut self, source: &Source, offset: usize) -> Self {
-        self.0.place = Some(Place {
-            file: source.name().clone(),
-            position: Position::Byte(offset),
-        });
         self
     }
 
@@ -148,12 +140,9 @@ impl SceneError {
         self
     }
 
-    pub(crate) fn into_warning(mut self) -> Warning {
-        self.0.severity = "warning";
-        Warning {
-            diagnostic: self.0,
-            repeats: 1,
-        }
+    fn with_severity(mut self, severity: &'static str) -> Self {
+        self.0.severity = severity;
+        self
     }
 
     /// What kind of mistake it is.
@@ -166,73 +155,47 @@ impl SceneError {
         &self.0.message
     }
 
-    /// The name of the file that the error is in.
+    /// The name of the file that it is in.
     pub fn file(&self) -> Option<&str> {
-        self.0.file()
+        self.0.place.as_ref().map(|p| &*p.file)
     }
 
     /// The line, counted from one; `None` for binary files.
     pub fn line(&self) -> Option<usize> {
-        self.0.line_column().map(|p| p.0)
+        self.line_column().map(|p| p.0)
     }
 
     /// The column in characters, counted from one; `None` for binary files.
     pub fn column(&self) -> Option<usize> {
-        self.0.line_column().map(|p| p.1)
-    }
-}
-
-impl Warning {
-    /// What kind of thing it is about.
-    pub fn kind(&self) -> ErrorKind {
-        self.diagnostic.kind
-    }
-
-    /// The message alone, on one line.
-    pub fn message(&self) -> &str {
-        &self.diagnostic.message
-    }
-
-    /// The name of the file.
-    pub fn file(&self) -> Option<&str> {
-        self.diagnostic.file()
-    }
-
-    /// The line, counted from one.
-    pub fn line(&self) -> Option<usize> {
-        self.diagnostic.line_column().map(|p| p.0)
-    }
-
-    /// How often the same message came; the place is that of the first.
-    pub fn repeats(&self) -> usize {
-        self.repeats
-    }
-
-    pub(crate) fn into_error(mut self) -> SceneError {
-        self.diagnostic.severity = "error";
-        self.diagnostic
-            .notes
-            .push("warnings are errors with `strict`".into());
-        SceneError(self.diagnostic)
-    }
-}
-
-impl Diagnostic {
-    fn file(&self) -> Option<&str> {
-        self.place.as_ref().map(|p| &*p.file)
+        self.line_column().map(|p| p.1)
     }
 
     fn line_column(&self) -> Option<(usize, usize)> {
-        match &self.place.as_ref()?.position {
+        match &self.0.place.as_ref()?.position {
             Position::Text(text) => Some((text.line, text.column)),
             Position::File | Position::Byte(_) => None,
         }
     }
 }
 
+impl Warning {
+    /// How often the same message came; the place is that of the first.
+    pub fn repeats(&self) -> usize {
+        self.repeats
+    }
+}
+
+impl Deref for Warning {
+    type Target = SceneError;
+
+    fn deref(&self) -> &SceneError {
+        &self.warning
+    }
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.diagnostic)?;
+        write!(f, "{}", self.warning)?;
         if self.repeats > 1 {
             write!(f, "\n  = note: {} times in all", self.repeats)?;
         }
@@ -282,7 +245,7 @@ impl fmt::Display for Diagnostic {
 pub struct Warnings {
     strict: bool,
     list: Vec<Warning>,
-    index: std::collections::HashMap<String, usize>,
+    index: HashMap<String, usize>,
     more: usize,
 }
 
@@ -314,20 +277,26 @@ impl Warnings {
             self.more += 1;
             return Ok(());
         }
-        let warning = place(SceneError::new(kind, message.clone())).into_warning();
+        let warning = place(SceneError::new(kind, message.clone()));
         if self.strict {
-            return Err(warning.into_error());
+            return Err(warning.note("warnings are errors with `strict`"));
         }
         self.index.insert(message, self.list.len());
-        self.list.push(warning);
+        self.add(warning);
         Ok(())
+    }
+
+    fn add(&mut self, warning: SceneError) {
+        self.list.push(Warning {
+            warning: warning.with_severity("warning"),
+            repeats: 1,
+        });
     }
 
     pub(crate) fn into_list(mut self) -> Vec<Warning> {
         if self.more > 0 {
             let text = format!("{} more warnings are not shown", self.more);
-            self.list
-                .push(SceneError::new(ErrorKind::Suspicious, text).into_warning());
+            self.add(SceneError::new(ErrorKind::Suspicious, text));
         }
         self.list
     }

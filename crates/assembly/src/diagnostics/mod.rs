@@ -6,5 +6,5 @@ mod suggest;
 
 pub use error::{ErrorKind, Result, SceneError, Warning, Warnings};
 pub(crate) use source::{Files, Refusal};
-pub use source::{Source, Span};
+pub use source::{Location, Source, Span};
 pub use suggest::{nearest, shorten};

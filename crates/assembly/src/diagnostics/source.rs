@@ -201,6 +201,43 @@ pub struct Source {
     line_starts: OnceLock<Vec<usize>>,
 }
 
+/// Where a message shall point; the line is only looked for when there is a message.
+#[derive(Clone, Copy, Debug)]
+pub struct Location<'a> {
+    source: &'a Source,
+    within: Within,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Within {
+    File,
+    Byte(usize),
+    Text(Span),
+}
+
+impl Location<'_> {
+    /// An error there; the label stands beside the caret.
+    pub fn error(
+        self,
+        kind: ErrorKind,
+        message: impl Into<String>,
+        label: impl Into<String>,
+    ) -> SceneError {
+        SceneError::new(kind, message).at(self, label)
+    }
+
+    /// The same for a message.
+    pub(crate) fn place(self) -> Place {
+        let position = match self.within {
+            Within::File => Position::File,
+            Within::Byte(offset) => Position::Byte(offset),
+            Within::Text(span) => Position::Text(Box::new(self.source.text_place(span))),
+        };
+        let file = Arc::clone(&self.source.name);
+        Place { file, position }
+    }
+}
+
 /// Where a message points: a file and, if known, a place in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
@@ -287,14 +324,33 @@ impl Source {
         span: Span,
         label: impl Into<String>,
     ) -> SceneError {
-        SceneError::new(kind, message).at(self, span, label)
+        self.at(span).error(kind, message, label)
     }
 
-    /// The place of a span, for a message.
-    pub(crate) fn place(&self, span: Span) -> Place {
-        Place {
-            file: Arc::clone(&self.name),
-            position: Position::Text(Box::new(self.text_place(span))),
+    /// The text under a span, to point at.
+    pub const fn at(&self, span: Span) -> Location<'_> {
+        let within = Within::Text(span);
+        Location {
+            source: self,
+            within,
+        }
+    }
+
+    /// A byte of a binary file, to point at.
+    pub const fn at_byte(&self, offset: usize) -> Location<'_> {
+        let within = Within::Byte(offset);
+        Location {
+            source: self,
+            within,
+        }
+    }
+
+    /// The file, to point at as a whole.
+    pub const fn whole(&self) -> Location<'_> {
+        let within = Within::File;
+        Location {
+            source: self,
+            within,
         }
     }
 

@@ -93,8 +93,8 @@ impl Header {
         let mut at = 0;
         if source.text(next_line(source, &mut at)).trim_end() != "ply" {
             // What other files hold is nobody's business.
-            let error = SceneError::new(ErrorKind::Syntax, "this is no PLY file");
-            let error = error.in_file(source.name());
+            let whole = source.whole();
+            let error = whole.error(ErrorKind::Syntax, "this is no PLY file", "");
             return Err(error.note("expected `ply` on the first line"));
         }
         let (mut format, mut elements, mut entries) = (None, Vec::<Element>::new(), 0);
@@ -137,12 +137,13 @@ impl Header {
             }
             entries += usize::from(matches!(words[..], ["element" | "property", ..]));
             if entries > MAX_ENTRIES {
-                let error = SceneError::new(ErrorKind::Limit, "the PLY header is too long");
-                return Err(error.at(source, span, "too many elements and properties"));
+                let (kind, message) = (ErrorKind::Limit, "the PLY header is too long");
+                let label = "too many elements and properties";
+                return Err(source.error(kind, message, span, label));
             }
         }
-        let error = SceneError::new(ErrorKind::Truncated, "the PLY header has no `end_header`");
-        Err(error.at(source, Span::new(at, at), "the file ends here"))
+        let (kind, message) = (ErrorKind::Truncated, "the PLY header has no `end_header`");
+        Err(source.error(kind, message, Span::new(at, at), "the file ends here"))
     }
 }
 

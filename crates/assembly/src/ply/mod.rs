@@ -8,7 +8,7 @@ mod header;
 mod rows;
 
 use crate::assembly::Assembly;
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, shorten};
+use crate::diagnostics::{ErrorKind, Result, Source, shorten};
 use crate::options::{LoadOptions, Loaded};
 use crate::polygon::triangulate;
 use header::{Element, Header, Property};
@@ -25,12 +25,11 @@ pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Resu
     let mut base = Assembly::new(path, source.bytes().len(), options);
     let Mesh { mesh, left_out } = read(source)?;
     for message in left_out {
-        let whole = |e: SceneError| e.in_file(source.name());
-        base.warnings.warn(ErrorKind::Unsupported, message, whole)?;
+        base.unsupported(message, "", source.whole())?;
     }
-    let at = |e: SceneError, _: &str| e.in_file(source.name());
     let has_shapes = !mesh.triangles.is_empty();
-    base.place(&mesh, &Placement::default(), "the mesh", &at)?;
+    let place = Placement::default();
+    base.place(&mesh, &place, "the mesh", source.whole())?;
     base.finish(source.name(), has_shapes, None, FilmSettings::default())
 }
 
@@ -92,8 +91,8 @@ impl Sink {
         let find = |name: &str| header.elements.iter().position(|e| e.name == name);
         let missing = |what: &str| {
             let message = format!("the PLY header has no {what}");
-            let error = SceneError::new(ErrorKind::MissingParameter, message);
-            error.at(source, header.span, "the header ends here")
+            let at = source.at(header.span);
+            at.error(ErrorKind::MissingParameter, message, "the header ends here")
         };
         let vertex = find("vertex").ok_or_else(|| missing("element `vertex`"))?;
         let element = &header.elements[vertex];

@@ -1,8 +1,8 @@
 //! The rows behind the header, as text or as bytes.
 
-use super::header::{Element, Format, Header, Scalar};
+use super::header::{Element, Format, Header, Property, Scalar};
 use super::{Role, Sink};
-use crate::diagnostics::{ErrorKind, Result, SceneError, Source, Span, shorten};
+use crate::diagnostics::{ErrorKind, Location, Result, SceneError, Source, Span, shorten};
 
 /// Why a number was not read.
 enum Stop {
@@ -25,7 +25,7 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
     let mut numbers = Numbers { source, format, at };
     let (mut values, mut list) = (Vec::new(), Vec::new());
     for (i, element) in header.elements.iter().enumerate() {
-        let first = |p: &super::header::Property| numbers.least(p.length.unwrap_or(p.item));
+        let first = |p: &Property| numbers.least(p.length.unwrap_or(p.item));
         let least: usize = element.properties.iter().map(first).sum();
         if least == 0 {
             continue;
@@ -33,8 +33,8 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
         let (name, count) = (&element.name, element.count);
         let truncated = |numbers: &Numbers<'_>, row: usize| {
             let message = format!("the file ends in `{name}` {row} of {count}");
-            let error = SceneError::new(ErrorKind::Truncated, message);
-            numbers.place(error, source.bytes().len(), "the file ends here")
+            let at = numbers.since(source.bytes().len());
+            at.error(ErrorKind::Truncated, message, "the file ends here")
         };
         let left = numbers.left();
         if format != Format::Ascii && left / least < count {
@@ -57,8 +57,8 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
                 Role::Face => sink.face(&list),
                 Role::Skip => Ok(()),
             };
-            let bad = |message| SceneError::new(ErrorKind::BadMesh, message);
-            taken.map_err(|message: String| numbers.place(bad(message), start, ""))?;
+            let bad = |message| numbers.since(start).error(ErrorKind::BadMesh, message, "");
+            taken.map_err(bad)?;
         }
     }
     Ok(())
@@ -85,8 +85,9 @@ impl Numbers<'_> {
             let count = self.next(length, true)?;
             if !(0.0..=f64::from(u32::MAX)).contains(&count) {
                 let message = format!("a list of length {count}");
-                let error = SceneError::new(ErrorKind::BadMesh, message);
-                return Err(Stop::Bad(self.place(error, start, "expected a length")));
+                let at = self.since(start);
+                let error = at.error(ErrorKind::BadMesh, message, "expected a length");
+                return Err(Stop::Bad(error));
             }
             #[allow(
                 clippy::cast_possible_truncation,
@@ -132,11 +133,11 @@ impl Numbers<'_> {
         }
     }
 
-    /// Points at what has been read since `start`.
-    fn place(&self, error: SceneError, start: usize, label: &str) -> SceneError {
+    /// What has been read since `start`, to point at.
+    fn since(&self, start: usize) -> Location<'_> {
         match self.format {
-            Format::Ascii => error.at(self.source, Span::new(start, self.at.max(start)), label),
-            Format::Little | Format::Big => error.at_byte(self.source, start),
+            Format::Ascii => self.source.at(Span::new(start, self.at.max(start))),
+            Format::Little | Format::Big => self.source.at_byte(start),
         }
     }
 
@@ -185,12 +186,10 @@ impl Numbers<'_> {
         let value = value.filter(|v: &f64| !whole || v.fract().abs() <= 0.0);
         value.ok_or_else(|| {
             let what = if whole { "an integer" } else { "a number" };
-            let message = format!(
-                "`{}` is not {what}",
-                shorten(&String::from_utf8_lossy(word))
-            );
-            let error = SceneError::new(ErrorKind::Syntax, message);
-            Stop::Bad(self.place(error, start, &format!("expected {what}")))
+            let shown = shorten(&String::from_utf8_lossy(word));
+            let message = format!("`{shown}` is not {what}");
+            let at = self.since(start);
+            Stop::Bad(at.error(ErrorKind::Syntax, message, format!("expected {what}")))
         })
     }
 }

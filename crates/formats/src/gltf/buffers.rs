@@ -1,31 +1,19 @@
 //! Buffers, views and accessors: the binary side of a glTF file.
 
+use super::Reader;
 use super::document::{Document, List, Raw};
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, Engine as _, GeneralPurpose, GeneralPurposeConfig};
 use gltf::json::accessor::{Accessor, ComponentType, Type, sparse};
 use gltf::json::buffer;
 use gltf::json::validation::{Checked, USize64};
-use linelit_assembly::{Assembly, ErrorKind, Result, SceneError};
-use std::collections::HashMap;
+use linelit_assembly::{ErrorKind, Result};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// The buffers that have been read.
-pub(super) struct Buffers {
-    loaded: Vec<Option<Arc<[u8]>>>,
-    /// Accessors that have been decoded: meshes often share them.
-    decoded: HashMap<usize, Rc<Numbers>>,
-    /// The binary chunk of a GLB file.
-    embedded: Option<Arc<[u8]>>,
-    /// Numbers that may still be decoded: accessors may overlap, so that small files could ask for
-    /// many.
-    numbers_left: usize,
-}
-
 /// Numbers that may be decoded however small the buffers are.
-const FREE_NUMBERS: usize = 1 << 24;
+pub(super) const FREE_NUMBERS: usize = 1 << 24;
 
 /// A part of a buffer.
 pub(super) struct View {
@@ -48,30 +36,16 @@ pub(super) struct Numbers {
     pub(super) values: Vec<f64>,
 }
 
-impl Buffers {
-    pub(super) fn new(doc: &Document<'_>, embedded: Option<Arc<[u8]>>) -> Self {
-        Self {
-            loaded: vec![None; doc.lists.buffers.len()],
-            decoded: HashMap::new(),
-            embedded,
-            numbers_left: FREE_NUMBERS,
-        }
-    }
-
-    fn buffer<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        base: &mut Assembly,
-        index: usize,
-        raw: Raw<'a>,
-    ) -> Result<Arc<[u8]>> {
-        if let Some(data) = &self.loaded[index] {
+impl<'a> Reader<'a> {
+    fn buffer(&mut self, index: usize, raw: Raw<'a>) -> Result<Arc<[u8]>> {
+        let doc = self.doc;
+        if let Some(data) = &self.buffers[index] {
             return Ok(Arc::clone(data));
         }
         let node: buffer::Buffer = doc.read(raw)?;
         let data: Arc<[u8]> = match &node.uri {
-            Some(uri) => load_uri(doc, base, uri, doc.find(raw, &["uri"]))?.into(),
-            None => match &self.embedded {
+            Some(uri) => self.load_uri(uri, doc.find(raw, &["uri"]))?.into(),
+            None => match &self.binary {
                 Some(data) if index == 0 => Arc::clone(data),
                 _ => {
                     let message = "a buffer without `uri` and without binary chunk";
@@ -87,21 +61,17 @@ impl Buffers {
         }
         // Bytes that nobody shares are decoded at most once, as one number each.
         self.numbers_left = self.numbers_left.saturating_add(data.len());
-        self.loaded[index] = Some(Arc::clone(&data));
+        self.buffers[index] = Some(Arc::clone(&data));
         Ok(data)
     }
 
     /// The bytes of a view and its stride, if it has one.
-    pub(super) fn view<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        base: &mut Assembly,
-        raw: Raw<'a>,
-    ) -> Result<View> {
+    pub(super) fn view(&mut self, raw: Raw<'a>) -> Result<View> {
+        let doc = self.doc;
         let node: buffer::View = doc.read(raw)?;
         let index = node.buffer.value();
         let buffer = doc.element(List::Buffers, index, raw, "buffer")?;
-        let data = self.buffer(doc, base, index, buffer)?;
+        let data = self.buffer(index, buffer)?;
         let (start, length) = (node.byte_offset.map_or(0, size), size(node.byte_length));
         match start.checked_add(length) {
             Some(end) if end <= data.len() => Ok(View {
@@ -110,23 +80,25 @@ impl Buffers {
                 stride: node.byte_stride.map(|s| s.0),
             }),
             _ => {
+                let whole = data.len();
                 let message = format!(
-                    "a view of {length} bytes from {start} leaves its buffer of {} bytes",
-                    data.len()
+                    "a view of {length} bytes from {start} leaves its buffer of {whole} bytes"
                 );
                 Err(doc.error(ErrorKind::BadMesh, message, raw, "out of range"))
             }
         }
     }
 
-    /// All numbers of an accessor.
-    pub(super) fn numbers<'a>(
+    /// All numbers of an accessor, which `from` names under a key.
+    pub(super) fn numbers(
         &mut self,
-        doc: &Document<'a>,
-        base: &mut Assembly,
-        (index, raw): (usize, Raw<'a>),
+        index: usize,
+        from: Raw<'a>,
+        key: &str,
     ) -> Result<Rc<Numbers>> {
-        if let Some(numbers) = self.decoded.get(&index) {
+        let doc = self.doc;
+        let raw = doc.element(List::Accessors, index, from, key)?;
+        if let Some(numbers) = self.accessors.get(&index) {
             return Ok(Rc::clone(numbers));
         }
         let node: Accessor = doc.read(raw)?;
@@ -135,31 +107,29 @@ impl Buffers {
             Some(view) => {
                 let view = doc.element(List::BufferViews, view.value(), raw, "bufferView")?;
                 let offset = node.byte_offset.map_or(0, size);
-                self.dense(doc, base, raw, view, offset, layout)?
+                self.dense(raw, view, offset, layout)?
             }
             None => {
                 if node.sparse.is_none() {
-                    let at = |e: SceneError, label: &str| e.at(doc.source, doc.span(raw), label);
                     let message = "an accessor without `bufferView`: its numbers are zeros";
-                    base.warn(ErrorKind::Suspicious, message, "has no data", &at)?;
+                    let at = doc.at(raw);
+                    self.base.suspicious(message, "has no data", at)?;
                 }
-                zeros(doc, raw, layout, base.max_triangles)?
+                zeros(doc, raw, layout, self.base.max_triangles)?
             }
         };
         if let Some(sparse) = &node.sparse {
-            self.sparse(doc, base, sparse, raw, layout, &mut values)?;
+            self.sparse(sparse, raw, layout, &mut values)?;
         }
         let width = layout.width;
         let numbers = Rc::new(Numbers { width, values });
-        self.decoded.insert(index, Rc::clone(&numbers));
+        self.accessors.insert(index, Rc::clone(&numbers));
         Ok(numbers)
     }
 
     /// `layout.count` elements of a view, from an offset on.
-    fn dense<'a>(
+    fn dense(
         &mut self,
-        doc: &Document<'a>,
-        base: &mut Assembly,
         node: Raw<'a>,
         view: Raw<'a>,
         offset: usize,
@@ -169,7 +139,7 @@ impl Buffers {
             data,
             range,
             stride,
-        } = self.view(doc, base, view)?;
+        } = self.view(view)?;
         let Layout {
             component,
             width,
@@ -189,11 +159,17 @@ impl Buffers {
                 "an accessor of {count} elements leaves its view of {} bytes",
                 bytes.len()
             );
-            return Err(doc.error(ErrorKind::BadMesh, message, node, "out of range"));
+            let error = self
+                .doc
+                .error(ErrorKind::BadMesh, message, node, "out of range");
+            return Err(error);
         }
         let Some(left) = self.numbers_left.checked_sub(count * width) else {
             let message = "the accessors ask for far more numbers than the buffers hold";
-            return Err(doc.error(ErrorKind::Limit, message, node, "one too many"));
+            let error = self
+                .doc
+                .error(ErrorKind::Limit, message, node, "one too many");
+            return Err(error);
         };
         self.numbers_left = left;
         let mut values = Vec::with_capacity(count * width);
@@ -209,15 +185,14 @@ impl Buffers {
     }
 
     /// Replaces single elements.
-    fn sparse<'a>(
+    fn sparse(
         &mut self,
-        doc: &Document<'a>,
-        base: &mut Assembly,
         sparse: &sparse::Sparse,
         raw: Raw<'a>,
         layout: Layout,
         values: &mut [f64],
     ) -> Result<()> {
+        let doc = self.doc;
         let part = |key: &str| doc.find(raw, &["sparse", key]);
         let (places, new) = (part("indices"), part("values"));
         let count = size(sparse.count);
@@ -235,11 +210,11 @@ impl Buffers {
             |from: Raw<'a>, index: usize| doc.element(List::BufferViews, index, from, "bufferView");
         let of_indices = view(places, sparse.indices.buffer_view.value())?;
         let offset = size(sparse.indices.byte_offset);
-        let indices = self.dense(doc, base, places, of_indices, offset, place_layout)?;
+        let indices = self.dense(places, of_indices, offset, place_layout)?;
         let of_values = view(new, sparse.values.buffer_view.value())?;
         let offset = size(sparse.values.byte_offset);
         let layout_of_new = Layout { count, ..layout };
-        let new = self.dense(doc, base, new, of_values, offset, layout_of_new)?;
+        let new = self.dense(new, of_values, offset, layout_of_new)?;
         for (index, element) in indices.iter().zip(new.chunks_exact(layout.width)) {
             let place = whole(*index, layout.count).ok_or_else(|| {
                 let message = format!("sparse index {index} is out of range");
@@ -249,6 +224,24 @@ impl Buffers {
             values[place * layout.width..][..layout.width].copy_from_slice(element);
         }
         Ok(())
+    }
+
+    /// A file or a `data:` URI.
+    pub(super) fn load_uri(&mut self, uri: &str, place: Raw<'a>) -> Result<Vec<u8>> {
+        let Some(data) = uri.strip_prefix("data:") else {
+            let file = self.base.open(&percent_decode(uri), self.doc.at(place));
+            return file.map(|file| file.bytes);
+        };
+        let decoded = match data.split_once(',') {
+            Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()),
+            Some((_, text)) => Some(percent_bytes(text)),
+            None => None,
+        };
+        decoded.ok_or_else(|| {
+            let message = "a data URI that is not base64";
+            let kind = ErrorKind::Syntax;
+            self.doc.error(kind, message, place, "cannot be decoded")
+        })
     }
 }
 
@@ -322,28 +315,6 @@ impl Layout {
 /// A count or an offset; none of a file is as large as what does not fit.
 fn size(value: USize64) -> usize {
     usize::try_from(value.0).unwrap_or(usize::MAX)
-}
-
-/// A file or a `data:` URI.
-pub(super) fn load_uri<'a>(
-    doc: &Document<'a>,
-    base: &mut Assembly,
-    uri: &str,
-    place: Raw<'a>,
-) -> Result<Vec<u8>> {
-    let at = |e: SceneError, label: &str| e.at(doc.source, doc.span(place), label);
-    let Some(data) = uri.strip_prefix("data:") else {
-        return base.open(&percent_decode(uri), &at).map(|file| file.bytes);
-    };
-    let decoded = match data.split_once(',') {
-        Some((kind, text)) if kind.ends_with(";base64") => base64(text.as_bytes()),
-        Some((_, text)) => Some(percent_bytes(text)),
-        None => None,
-    };
-    decoded.ok_or_else(|| {
-        let message = "a data URI that is not base64";
-        doc.error(ErrorKind::Syntax, message, place, "cannot be decoded")
-    })
 }
 
 /// `%20` and the like.

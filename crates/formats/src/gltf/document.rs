@@ -3,7 +3,7 @@
 //! The lists at the top are read at once, their elements when they are asked for: until then they
 //! are text, whose address tells where in the file they stand.
 
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, shorten};
+use linelit_assembly::{ErrorKind, Location, Result, SceneError, Source, Span, shorten};
 use serde::Deserialize;
 use serde_json::error::Category;
 use serde_json::value::RawValue;
@@ -72,9 +72,12 @@ impl<'a> Document<'a> {
         let first = text.iter().position(|b| !b.is_ascii_whitespace());
         // The reader would take an array for the values of its fields.
         if let Some(k) = first.filter(|k| text[*k] != b'{') {
-            let error = SceneError::new(ErrorKind::Syntax, "the file is no JSON object");
-            let span = Span::new(start + k, start + k + 1);
-            return Err(error.at(source, span, "expected `{`"));
+            let at = source.at(Span::new(start + k, start + k + 1));
+            return Err(at.error(
+                ErrorKind::Syntax,
+                "the file is no JSON object",
+                "expected `{`",
+            ));
         }
         let lists = serde_json::from_slice(text).map_err(|e| malformed(source, start, text, &e))?;
         Ok(Self { source, lists })
@@ -131,18 +134,6 @@ impl<'a> Document<'a> {
         path.iter().try_fold(raw, step).unwrap_or_else(|last| last)
     }
 
-    /// A number, or as many as an array has, within a value, by keys: in `f64`, where gltf's own
-    /// are `f32`; `default` where the file does not have it.
-    pub(super) fn numbers<T: Deserialize<'a>>(
-        &self,
-        raw: Raw<'a>,
-        path: &[&str],
-        default: T,
-    ) -> Result<T> {
-        let value = path.iter().try_fold(raw, |raw, key| self.get(raw, key));
-        value.map_or(Ok(default), |value| self.read(value))
-    }
-
     /// The value of a key, if the value is an object that has it.
     pub(super) fn get(&self, raw: Raw<'a>, key: &str) -> Option<Raw<'a>> {
         let object = serde_json::from_str::<HashMap<String, Raw<'a>>>(raw.get());
@@ -150,16 +141,21 @@ impl<'a> Document<'a> {
     }
 
     /// The place of a value.
-    pub(super) fn span(&self, raw: Raw<'a>) -> Span {
+    fn span(&self, raw: Raw<'a>) -> Span {
         let text = raw.get();
         let start = text.as_ptr() as usize - self.source.bytes().as_ptr() as usize;
         Span::new(start, start + text.len())
     }
 
+    /// A value, to point at.
+    pub(super) fn at(&self, raw: Raw<'a>) -> Location<'a> {
+        self.source.at(self.span(raw))
+    }
+
     /// The start of a long value, to point at.
-    pub(super) fn start(&self, raw: Raw<'a>) -> Span {
+    pub(super) fn at_start(&self, raw: Raw<'a>) -> Location<'a> {
         let start = self.span(raw).start;
-        Span::new(start, start + 1)
+        self.source.at(Span::new(start, start + 1))
     }
 
     /// An error at a value.
@@ -170,7 +166,7 @@ impl<'a> Document<'a> {
         raw: Raw<'a>,
         label: &str,
     ) -> SceneError {
-        self.source.error(kind, message, self.span(raw), label)
+        self.at(raw).error(kind, message, label)
     }
 
     /// Something that has to be there.

@@ -5,14 +5,13 @@
 //! or their mixture, with α = roughness².
 
 use super::Reader;
-use super::document::{Document, Raw};
-use super::textures::{Channel, Use};
-use gltf::json::material as json;
-use gltf::json::material::AlphaMode;
-use gltf::json::validation::Checked;
+use super::document::Raw;
+use super::textures::Channel;
 use linelit_assembly::{ErrorKind, Result};
 use linelit_geometry::DVec3;
 use linelit_scene::{Material, MaterialKind, NormalMap, Remap, Roughness, Texture};
+use serde::Deserialize;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A material of the scene.
@@ -48,26 +47,66 @@ pub(super) fn names_extension(name: &str) -> bool {
     EXTENSIONS.iter().any(|(known, _)| *known == name)
 }
 
-impl Reader {
-    pub(super) fn read_materials(&mut self, doc: &Document<'_>) -> Result<()> {
-        for raw in &doc.lists.materials {
-            let entry = self.material(doc, raw)?;
+/// A material as the file has it: numbers in `f64`, where those of gltf are `f32`, and parts with
+/// their places.
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Node<'a> {
+    name: Option<String>,
+    #[serde(borrow)]
+    pbr_metallic_roughness: Option<Raw<'a>>,
+    normal_texture: Option<Raw<'a>>,
+    emissive_texture: Option<Raw<'a>>,
+    emissive_factor: [f64; 3],
+    alpha_mode: Option<Raw<'a>>,
+    double_sided: bool,
+    extensions: HashMap<String, Raw<'a>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct MetallicRoughness<'a> {
+    base_color_factor: Option<[f64; 4]>,
+    #[serde(borrow)]
+    base_color_texture: Option<Raw<'a>>,
+    metallic_factor: Option<f64>,
+    roughness_factor: Option<f64>,
+    metallic_roughness_texture: Option<Raw<'a>>,
+}
+
+/// What the extensions that we read say, and how far a normal map bends.
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Details<'a> {
+    emissive_strength: Option<f64>,
+    ior: Option<f64>,
+    scale: Option<f64>,
+    specular_factor: Option<f64>,
+    specular_color_factor: Option<[f64; 3]>,
+    #[serde(borrow)]
+    specular_texture: Option<Raw<'a>>,
+    specular_color_texture: Option<Raw<'a>>,
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn read_materials(&mut self) -> Result<()> {
+        for raw in &self.doc.lists.materials {
+            let entry = self.material(raw)?;
             self.materials.push(entry);
         }
         Ok(())
     }
 
-    fn material<'a>(&mut self, doc: &Document<'a>, raw: Raw<'a>) -> Result<Entry> {
-        let node: json::Material = doc.read(raw)?;
-        let name = node.name.clone().unwrap_or_else(|| "material".to_owned());
+    fn material(&mut self, raw: Raw<'a>) -> Result<Entry> {
+        let node: Node<'a> = self.doc.read(raw)?;
         let mut uv_set = None;
-        let surface = self.metallic_roughness(doc, &node, raw, &mut uv_set)?;
-        let normal_map = self.normal_map(doc, &node, raw, &mut uv_set)?;
-        let (emission, emission_map) = self.emission(doc, &node, raw, &mut uv_set)?;
-        self.warn_about_rest(doc, &node, raw)?;
+        let surface = self.metallic_roughness(&node, raw, &mut uv_set)?;
+        let normal_map = self.normal_map(&node, &mut uv_set)?;
+        let (emission, emission_map) = self.emission(&node, raw, &mut uv_set)?;
+        self.warn_about_rest(&node)?;
         let mut add = |kind| {
             self.base.builder.add_material(Material {
-                name: name.clone(),
+                name: node.name.clone().unwrap_or_else(|| "material".to_owned()),
                 kind,
                 bump: None,
                 normal_map: normal_map.clone(),
@@ -91,144 +130,119 @@ impl Reader {
     }
 
     /// Names what is not drawn.
-    fn warn_about_rest<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        node: &json::Material,
-        raw: Raw<'a>,
-    ) -> Result<()> {
-        if node.alpha_mode != Checked::Valid(AlphaMode::Opaque) {
+    fn warn_about_rest(&mut self, node: &Node<'a>) -> Result<()> {
+        let doc = self.doc;
+        if let Some(mode) = node.alpha_mode.filter(|mode| mode.get() != "\"OPAQUE\"") {
             let message = "transparency is not supported: shapes are opaque";
-            let place = doc.span(doc.find(raw, &["alphaMode"]));
-            self.warn(doc, ErrorKind::Unsupported, message, place, "ignored")?;
+            self.base.unsupported(message, "ignored", doc.at(mode))?;
         }
         // Occlusion textures darken ambient light, of which there is none here.
-        let Some(extensions) = doc.get(raw, "extensions") else {
-            return Ok(());
-        };
         for (name, instead) in EXTENSIONS {
-            if let Some(extension) = doc.get(extensions, name) {
+            if let Some(extension) = node.extensions.get(*name) {
                 let message = format!("`{name}` is not supported");
-                let place = doc.span(extension);
-                self.warn(doc, ErrorKind::Unsupported, &message, place, instead)?;
+                self.base.unsupported(message, instead, doc.at(extension))?;
             }
         }
         Ok(())
     }
 
+    /// What an extension of a material says.
+    fn details(&self, node: &Node<'a>, extension: &str) -> Result<Details<'a>> {
+        let raw = node.extensions.get(extension).copied();
+        raw.map_or(Ok(Details::default()), |raw| self.doc.read(raw))
+    }
+
     /// Base colour, metalness and roughness.
-    fn metallic_roughness<'a>(
+    fn metallic_roughness(
         &mut self,
-        doc: &Document<'a>,
-        node: &json::Material,
+        node: &Node<'a>,
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<Surface> {
-        let specular = self.specular(doc, node, raw)?;
-        let pbr = &node.pbr_metallic_roughness;
-        let factors = doc.find(raw, &["pbrMetallicRoughness"]);
-        let [r, g, b, _] = doc.numbers(
-            raw,
-            &["pbrMetallicRoughness", "baseColorFactor"],
-            [1.0_f64; 4],
-        )?;
-        let factor = self.colour(doc, factors, [r, g, b])?;
+        let specular = self.specular(node, raw)?;
+        let place = node.pbr_metallic_roughness.unwrap_or(raw);
+        let factors = match node.pbr_metallic_roughness {
+            Some(raw) => self.doc.read(raw)?,
+            None => MetallicRoughness::default(),
+        };
+        let [r, g, b, _] = factors.base_color_factor.unwrap_or([1.0; 4]);
+        let factor = self.colour(place, [r, g, b])?;
         let mut colour = Texture::Constant(factor);
-        if let Some(info) = &pbr.base_color_texture {
-            let place = doc.find(raw, &["pbrMetallicRoughness", "baseColorTexture"]);
-            let info = Use::new(info, place);
-            if let Some(texture) = self.texture(doc, &info, Channel::Colour, 1.0, uv_set)? {
-                colour = if factor == DVec3::ONE {
-                    texture
-                } else {
-                    Texture::Product(Arc::new(texture), Arc::new(colour))
-                };
-            }
+        if let Some(named) = factors.base_color_texture
+            && let Some(texture) = self.texture(named, Channel::Colour, 1.0, uv_set)?
+        {
+            colour = if factor == DVec3::ONE {
+                texture
+            } else {
+                Texture::Product(Arc::new(texture), Arc::new(colour))
+            };
         }
-        let share = |key: &str| doc.numbers(raw, &["pbrMetallicRoughness", key], 1.0_f64);
-        let metallic = share("metallicFactor")?.clamp(0.0, 1.0);
-        let roughness = share("roughnessFactor")?.clamp(0.0, 1.0);
-        let (mut metalness, mut alpha) = (Texture::number(metallic), constant_roughness(roughness));
-        if let Some(info) = &pbr.metallic_roughness_texture {
-            let place = doc.find(raw, &["pbrMetallicRoughness", "metallicRoughnessTexture"]);
-            let info = &Use::new(info, place);
+        let share = |factor: Option<f64>| factor.unwrap_or(1.0).clamp(0.0, 1.0);
+        let metallic = share(factors.metallic_factor);
+        let roughness = share(factors.roughness_factor);
+        let mut metalness = Texture::number(metallic);
+        let mut alpha = Roughness::isotropic(roughness * roughness, Remap::None);
+        if let Some(named) = factors.metallic_roughness_texture {
             if metallic > 0.0
-                && let Some(map) = self.texture(doc, info, Channel::Blue, metallic, uv_set)?
+                && let Some(map) = self.texture(named, Channel::Blue, metallic, uv_set)?
             {
                 metalness = map;
             }
-            if let Some(map) = self.texture(doc, info, Channel::Green, roughness, uv_set)? {
+            if let Some(map) = self.texture(named, Channel::Green, roughness, uv_set)? {
                 let map = Arc::new(map);
                 // α is the square.
                 let square = Texture::Product(Arc::clone(&map), map);
-                alpha = Roughness {
-                    u: square.clone(),
-                    v: square,
-                    remap: Remap::None,
-                };
+                alpha.u = square.clone();
+                alpha.v = square;
             }
         }
         Ok(surface(colour, specular, metalness, alpha))
     }
 
     /// The reflectance at normal incidence of the base.
-    fn specular<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        node: &json::Material,
-        raw: Raw<'a>,
-    ) -> Result<DVec3> {
-        let mut reflectance = DVec3::splat(0.04);
-        let Some(extensions) = &node.extensions else {
-            return Ok(reflectance);
+    fn specular(&mut self, node: &Node<'a>, raw: Raw<'a>) -> Result<DVec3> {
+        let reflectance = match self.details(node, "KHR_materials_ior")?.ior {
+            Some(eta) if (1.0..=f64::from(f32::MAX)).contains(&eta) => {
+                let root = (eta - 1.0) / (eta + 1.0);
+                root * root
+            }
+            Some(_) => 1.0,
+            None => 0.04,
         };
-        if extensions.ior.is_some() {
-            let eta = doc.numbers(raw, &["extensions", "KHR_materials_ior", "ior"], 1.5_f64)?;
-            let root = (eta - 1.0) / (eta + 1.0);
-            let is_index = (1.0..=f64::from(f32::MAX)).contains(&eta);
-            reflectance = DVec3::splat(if is_index { root * root } else { 1.0 });
-        }
-        let Some(extension) = &extensions.specular else {
-            return Ok(reflectance);
-        };
-        let place = doc.find(raw, &["extensions", "KHR_materials_specular"]);
+        let details = self.details(node, "KHR_materials_specular")?;
         for (key, texture) in [
-            ("specularTexture", &extension.specular_texture),
-            ("specularColorTexture", &extension.specular_color_texture),
+            ("specularTexture", details.specular_texture),
+            ("specularColorTexture", details.specular_color_texture),
         ] {
-            if texture.is_some() {
+            if let Some(texture) = texture {
                 let message = format!("`{key}` is not supported");
-                let place = doc.span(doc.find(place, &[key]));
-                self.warn(doc, ErrorKind::Unsupported, &message, place, "left out")?;
+                let at = self.doc.at(texture);
+                self.base.unsupported(message, "left out", at)?;
             }
         }
-        let factor = doc.numbers(place, &["specularFactor"], 1.0_f64)?;
+        let place = node.extensions.get("KHR_materials_specular");
+        let colour = details.specular_color_factor.unwrap_or([1.0; 3]);
+        let colour = self.colour(place.unwrap_or(&raw), colour)?;
+        let factor = details.specular_factor.unwrap_or(1.0);
         let factor = factor.clamp(0.0, f64::from(f32::MAX));
-        let colour = doc.numbers(place, &["specularColorFactor"], [1.0_f64; 3])?;
-        let colour = self.colour(doc, place, colour)? * factor;
-        Ok((reflectance * colour).min(DVec3::ONE))
+        Ok((reflectance * (colour * factor)).min(DVec3::ONE))
     }
 
-    fn normal_map<'a>(
+    fn normal_map(
         &mut self,
-        doc: &Document<'a>,
-        node: &json::Material,
-        raw: Raw<'a>,
+        node: &Node<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<Option<NormalMap>> {
-        if node.normal_texture.is_none() {
+        let Some(named) = node.normal_texture else {
             return Ok(None);
-        }
-        let place = doc.find(raw, &["normalTexture"]);
-        let info = doc.read(place)?;
-        let info = Use::new(&info, place);
-        let texture = self.texture(doc, &info, Channel::Linear, 1.0, uv_set)?;
-        let scale = doc.numbers(place, &["scale"], 1.0_f64)?;
+        };
+        let texture = self.texture(named, Channel::Linear, 1.0, uv_set)?;
+        let scale = self.doc.read::<Details<'_>>(named)?.scale.unwrap_or(1.0);
         Ok(texture.map(|texture| NormalMap { texture, scale }))
     }
 
     /// A finite colour without negative parts.
-    fn colour<'a>(&self, doc: &Document<'a>, place: Raw<'a>, rgb: [f64; 3]) -> Result<DVec3> {
+    fn colour(&self, place: Raw<'a>, rgb: [f64; 3]) -> Result<DVec3> {
         let rgb = DVec3::from_array(rgb);
         if rgb.min_element() >= 0.0 && rgb.is_finite() {
             return Ok(rgb);
@@ -238,47 +252,34 @@ impl Reader {
         } else {
             ("a colour that is not finite", "must be finite")
         };
-        Err(doc.error(ErrorKind::OutOfRange, message, place, label))
+        Err(self.doc.error(ErrorKind::OutOfRange, message, place, label))
     }
 
-    fn emission<'a>(
+    /// The radiance that is emitted, if any, and its texture.
+    fn emission(
         &mut self,
-        doc: &Document<'a>,
-        node: &json::Material,
+        node: &Node<'a>,
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<(Option<DVec3>, Option<u32>)> {
-        let factor = doc.numbers(raw, &["emissiveFactor"], [0.0_f64; 3])?;
-        let mut radiance = self.colour(doc, raw, factor)?;
-        let strength = node
-            .extensions
-            .as_ref()
-            .and_then(|e| e.emissive_strength.as_ref());
-        if strength.is_some() {
-            let path = [
-                "extensions",
-                "KHR_materials_emissive_strength",
-                "emissiveStrength",
-            ];
-            let strength = doc.numbers(raw, &path, 1.0_f64)?;
-            if !strength.is_finite() {
-                let message = "`emissiveStrength` is not finite";
-                return Err(doc.error(ErrorKind::OutOfRange, message, raw, "must be finite"));
-            }
-            radiance *= strength.max(0.0);
+        let details = self.details(node, "KHR_materials_emissive_strength")?;
+        let strength = details.emissive_strength.unwrap_or(1.0);
+        let factor = self.colour(raw, node.emissive_factor)?;
+        if !strength.is_finite() {
+            let message = "`emissiveStrength` is not finite";
+            let kind = ErrorKind::OutOfRange;
+            return Err(self.doc.error(kind, message, raw, "must be finite"));
         }
+        let radiance = factor * strength.max(0.0);
         if radiance == DVec3::ZERO {
             return Ok((None, None));
         }
-        let Some(info) = &node.emissive_texture else {
-            return Ok((Some(radiance), None));
+        let map = match node.emissive_texture {
+            Some(named) => self.texture(named, Channel::Colour, 1.0, uv_set)?,
+            None => None,
         };
-        let info = Use::new(info, doc.find(raw, &["emissiveTexture"]));
-        let Some(map) = self.texture(doc, &info, Channel::Colour, 1.0, uv_set)? else {
-            return Ok((Some(radiance), None));
-        };
-        let map = self.base.builder.add_emission_map(Arc::new(map));
-        Ok((Some(radiance), Some(map)))
+        let map = map.map(|map| self.base.builder.add_emission_map(Arc::new(map)));
+        Ok((Some(radiance), map))
     }
 }
 
@@ -288,10 +289,6 @@ struct Surface {
     parts: Vec<MaterialKind>,
     /// The share of the second part.
     metalness: Texture,
-}
-
-fn constant_roughness(roughness: f64) -> Roughness {
-    Roughness::isotropic(roughness * roughness, Remap::None)
 }
 
 fn surface(colour: Texture, specular: DVec3, metalness: Texture, roughness: Roughness) -> Surface {

@@ -5,7 +5,7 @@ use super::buffers::Numbers;
 use super::document::{Document, List, Raw};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use linelit_assembly::{ErrorKind, Result, SceneError};
+use linelit_assembly::{ErrorKind, Result};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{EmissionSpec, MeshData, Placement};
@@ -29,25 +29,20 @@ pub(super) enum Shape {
 /// The primitives of a mesh, each with the number of its material.
 pub(super) type Primitives = Rc<Vec<(Shape, Option<usize>)>>;
 
-impl Reader {
+impl<'a> Reader<'a> {
     /// Puts a mesh into the scene.
-    pub(super) fn place_mesh(
-        &mut self,
-        doc: &Document<'_>,
-        index: usize,
-        to_world: DAffine3,
-    ) -> Result<()> {
+    pub(super) fn place_mesh(&mut self, index: usize, to_world: DAffine3) -> Result<()> {
+        let doc = self.doc;
         let raw = doc.known(List::Meshes, index);
         let primitives = match &self.meshes[index] {
             Some(primitives) => Rc::clone(primitives),
             None => {
-                let primitives = Rc::new(self.primitives(doc, raw)?);
+                let primitives = Rc::new(self.primitives(raw)?);
                 self.meshes[index] = Some(Rc::clone(&primitives));
                 primitives
             }
         };
-        let place = doc.start(raw);
-        let at = |e: SceneError, label: &str| e.at(doc.source, place, label);
+        let at = doc.at_start(raw);
         for (shape, material) in primitives.iter() {
             self.shapes += 1;
             let material = material.map(|m| self.materials[m]);
@@ -66,18 +61,18 @@ impl Reader {
                         emission,
                         ..Placement::default()
                     };
-                    self.base.place(mesh, &placement, "the mesh", &at)?;
+                    self.base.place(mesh, &placement, "the mesh", at)?;
                 }
                 Shape::Lines(lines) => match emission {
                     Some(spec) => {
                         for line in lines {
                             let ends = line.map(|p| to_world.transform_point3(p));
-                            self.base.place_line(ends, &spec, &at)?;
+                            self.base.place_line(ends, &spec, at)?;
                         }
                     }
                     None => {
                         let message = "lines without an emissive material are nothing";
-                        self.warn(doc, ErrorKind::Suspicious, message, place, "left out")?;
+                        self.base.suspicious(message, "left out", at)?;
                     }
                 },
             }
@@ -85,69 +80,57 @@ impl Reader {
         Ok(())
     }
 
-    fn primitives<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        mesh: Raw<'a>,
-    ) -> Result<Vec<(Shape, Option<usize>)>> {
+    fn primitives(&mut self, mesh: Raw<'a>) -> Result<Vec<(Shape, Option<usize>)>> {
+        let doc = self.doc;
         let mut list = Vec::new();
         for raw in doc.read::<Mesh<'_>>(mesh)?.primitives {
             let node: Primitive = doc.read(raw)?;
             if node.targets.is_some() {
                 let message = "morph targets are not supported";
-                let place = doc.start(doc.find(raw, &["targets"]));
-                self.warn(doc, ErrorKind::Unsupported, message, place, "left out")?;
+                let at = doc.at_start(doc.find(raw, &["targets"]));
+                self.base.unsupported(message, "left out", at)?;
             }
             let material = node.material.map(|m| m.value());
             if let Some(index) = material {
                 doc.element(List::Materials, index, raw, "material")?;
             }
             let uv_set = material.map_or(0, |m| self.materials[m].uv_set);
-            if let Some(shape) = self.primitive(doc, &node, raw, uv_set)? {
+            if let Some(shape) = self.primitive(&node, raw, uv_set)? {
                 list.push((shape, material));
             }
         }
         Ok(list)
     }
 
-    fn primitive<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        node: &Primitive,
-        raw: Raw<'a>,
-        uv_set: u32,
-    ) -> Result<Option<Shape>> {
+    fn primitive(&mut self, node: &Primitive, raw: Raw<'a>, uv_set: u32) -> Result<Option<Shape>> {
+        let doc = self.doc;
         refuse_compression(doc, node, raw)?;
-        let Some(positions) = self.attribute(doc, node, raw, Semantic::Positions, 3, None)? else {
+        let Some(positions) = self.attribute(node, raw, Semantic::Positions, 3, None)? else {
             let message = "a primitive without positions";
-            self.warn(doc, ErrorKind::BadMesh, message, doc.start(raw), "left out")?;
+            let (kind, at) = (ErrorKind::BadMesh, doc.at_start(raw));
+            self.base.warn(kind, message, "left out", at)?;
             return Ok(None);
         };
-        let count = Some(positions.values.len() / 3);
-        let normals = self.attribute(doc, node, raw, Semantic::Normals, 3, count)?;
-        let uvs = self.attribute(doc, node, raw, Semantic::TexCoords(uv_set), 2, count)?;
         let count = positions.values.len() / 3;
-        if node
-            .attributes
-            .contains_key(&Checked::Valid(Semantic::Colors(0)))
-        {
-            let message = "vertex colours are not supported";
-            let place = doc.span(doc.find(raw, &["attributes", "COLOR_0"]));
-            self.warn(doc, ErrorKind::Unsupported, message, place, "left out")?;
-        }
-        let indices = self.indices(doc, node, raw, count)?;
         let vertices = Vertices {
             positions,
-            normals,
-            uvs,
+            normals: self.attribute(node, raw, Semantic::Normals, 3, Some(count))?,
+            uvs: self.attribute(node, raw, Semantic::TexCoords(uv_set), 2, Some(count))?,
         };
+        let colours = Checked::Valid(Semantic::Colors(0));
+        if node.attributes.contains_key(&colours) {
+            let message = "vertex colours are not supported";
+            let at = doc.at(doc.find(raw, &["attributes", "COLOR_0"]));
+            self.base.unsupported(message, "left out", at)?;
+        }
+        let indices = self.indices(node, raw, count)?;
         let (shape, why_not) = match node.mode {
             Checked::Valid(mode) => (vertices.shape(mode, &indices), "points are not supported"),
             Checked::Invalid => (None, "a primitive of unknown `mode`"),
         };
         let Some(shape) = shape else {
-            let place = doc.start(raw);
-            self.warn(doc, ErrorKind::Unsupported, why_not, place, "left out")?;
+            let at = doc.at_start(raw);
+            self.base.unsupported(why_not, "left out", at)?;
             return Ok(None);
         };
         let finite = match &shape {
@@ -157,15 +140,13 @@ impl Reader {
         if finite {
             return Ok(Some(shape));
         }
-        let message = "a vertex is not finite";
-        let error = SceneError::new(ErrorKind::BadMesh, message);
-        Err(error.at(doc.source, doc.start(raw), "in this primitive"))
+        let (kind, message) = (ErrorKind::BadMesh, "a vertex is not finite");
+        Err(doc.at_start(raw).error(kind, message, "in this primitive"))
     }
 
     /// The numbers of a vertex attribute, `width` per vertex.
-    fn attribute<'a>(
+    fn attribute(
         &mut self,
-        doc: &Document<'a>,
         node: &Primitive,
         raw: Raw<'a>,
         semantic: Semantic,
@@ -176,54 +157,37 @@ impl Reader {
         let Some(index) = node.attributes.get(&Checked::Valid(semantic)) else {
             return Ok(None);
         };
-        let attributes = doc.find(raw, &["attributes"]);
-        let accessor = doc.element(List::Accessors, index.value(), attributes, &key)?;
-        let accessor = (index.value(), accessor);
-        let numbers = self.buffers.numbers(doc, &mut self.base, accessor)?;
-        if numbers.width != width {
-            let message = format!(
-                "`{key}` has {} numbers per vertex, expected {width}",
-                numbers.width
-            );
-            return Err(doc.error(
-                ErrorKind::BadMesh,
-                message,
-                attributes,
-                "in these attributes",
-            ));
-        }
-        let length = numbers.values.len() / width;
-        match count {
+        let attributes = self.doc.find(raw, &["attributes"]);
+        let numbers = self.numbers(index.value(), attributes, &key)?;
+        let (got, length) = (numbers.width, numbers.values.len() / width);
+        let (message, label) = match count {
+            _ if got != width => {
+                let message = format!("`{key}` has {got} numbers per vertex, expected {width}");
+                (message, "in these attributes")
+            }
             Some(count) if count != length => {
                 let message = format!("`{key}` has {length} entries for {count} vertices");
-                Err(doc.error(ErrorKind::BadMesh, message, attributes, "must be equal"))
+                (message, "must be equal")
             }
-            _ => Ok(Some(numbers)),
-        }
+            _ => return Ok(Some(numbers)),
+        };
+        let kind = ErrorKind::BadMesh;
+        Err(self.doc.error(kind, message, attributes, label))
     }
 
     /// The indices of a primitive, all in range; without them all vertices in order.
-    fn indices<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        node: &Primitive,
-        raw: Raw<'a>,
-        count: usize,
-    ) -> Result<Vec<u32>> {
+    fn indices(&mut self, node: &Primitive, raw: Raw<'a>, count: usize) -> Result<Vec<u32>> {
+        let doc = self.doc;
         let numbers = match node.indices {
-            Some(index) => {
-                let accessor = doc.element(List::Accessors, index.value(), raw, "indices")?;
-                let accessor = (index.value(), accessor);
-                Some(self.buffers.numbers(doc, &mut self.base, accessor)?)
-            }
+            Some(index) => Some(self.numbers(index.value(), raw, "indices")?),
             None => None,
         };
         // Primitives may share their numbers, so that small files can ask for much.
         self.indices += numbers.as_ref().map_or(count, |n| n.values.len());
         if self.indices > 3 * self.base.max_triangles {
             let message = format!("more than {} triangles", self.base.max_triangles);
-            let error = SceneError::new(ErrorKind::Limit, message);
-            return Err(error.at(doc.source, doc.start(raw), "this one is too many"));
+            let at = doc.at_start(raw);
+            return Err(at.error(ErrorKind::Limit, message, "this one is too many"));
         }
         let Some(numbers) = numbers else {
             return Ok((0..u32::try_from(count).unwrap_or(u32::MAX)).collect());

@@ -13,17 +13,16 @@ mod materials;
 mod meshes;
 mod textures;
 
-use buffers::Buffers;
+use buffers::Numbers;
 use document::{Document, List, Raw};
-use linelit_assembly::{
-    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span,
-};
+use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded, Result, Source, Span};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
 use linelit_scene::{Camera, FilmSettings, Projection};
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::Path;
+use std::rc::Rc;
 use std::sync::Arc;
 use textures::{Channel, NamedImage};
 
@@ -51,8 +50,7 @@ pub(crate) fn load(
         let behind = source.bytes().len() - chunks.end;
         if behind > 0 {
             let message = format!("{behind} bytes behind the end of the GLB file are left out");
-            let at = |e: SceneError, _: &str| e.at_byte(source, chunks.end);
-            base.warn(ErrorKind::Suspicious, message, "", &at)?;
+            base.suspicious(message, "", source.at_byte(chunks.end))?;
         }
         let name = format!("{} (its JSON)", source.name());
         return read(&Source::new(name, chunks.json), chunks.binary, base);
@@ -71,17 +69,19 @@ struct Chunks {
 /// The JSON and the binary chunk of a GLB file.
 fn chunks(source: &Source) -> Result<Chunks> {
     let bytes = source.bytes();
-    let cut = |at: usize| {
-        SceneError::new(ErrorKind::Truncated, "the GLB file ends early").at_byte(source, at)
+    let cut = || {
+        let at = source.at_byte(bytes.len());
+        at.error(ErrorKind::Truncated, "the GLB file ends early", "")
     };
     let number = |at: usize| -> Result<usize> {
         let four = bytes.get(at..at + 4).and_then(|b| b.first_chunk::<4>());
         four.map(|b| u32::from_le_bytes(*b) as usize)
-            .ok_or_else(|| cut(bytes.len()))
+            .ok_or_else(cut)
     };
     if number(4)? != 2 {
         let message = format!("GLB version {} is not supported", number(4)?);
-        return Err(SceneError::new(ErrorKind::Unsupported, message).at_byte(source, 4));
+        let at = source.at_byte(4);
+        return Err(at.error(ErrorKind::Unsupported, message, ""));
     }
     // The header says where the file ends. Some writers leave that zero.
     let end = match number(8)? {
@@ -95,7 +95,7 @@ fn chunks(source: &Source) -> Result<Chunks> {
         let chunk = bytes
             .get(at + 8..)
             .and_then(|b| b.get(..length))
-            .ok_or_else(|| cut(bytes.len()))?;
+            .ok_or_else(cut)?;
         match kind {
             0x4e4f_534a if json.is_none() => json = Some(chunk.to_vec()),
             0x004e_4942 if binary.is_none() => binary = Some(Arc::from(chunk)),
@@ -103,9 +103,11 @@ fn chunks(source: &Source) -> Result<Chunks> {
         }
         at += 8 + length;
     }
-    let json = json.ok_or_else(|| {
-        SceneError::new(ErrorKind::Syntax, "the GLB file has no JSON chunk").in_file(source.name())
-    })?;
+    let none = || {
+        let at = source.whole();
+        at.error(ErrorKind::Syntax, "the GLB file has no JSON chunk", "")
+    };
+    let json = json.ok_or_else(none)?;
     Ok(Chunks {
         json,
         binary,
@@ -114,30 +116,37 @@ fn chunks(source: &Source) -> Result<Chunks> {
 }
 
 fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Result<Loaded> {
-    let doc = Document::new(source)?;
+    let doc = &Document::new(source)?;
     let asset = doc.lists.asset.ok_or_else(|| {
         let first = source.bytes().iter().position(|b| *b == b'{').unwrap_or(0);
-        let error = SceneError::new(ErrorKind::MissingParameter, "`asset` is missing");
-        error.at(source, Span::new(first, first + 1), "in this object")
+        let at = source.at(Span::new(first, first + 1));
+        at.error(
+            ErrorKind::MissingParameter,
+            "`asset` is missing",
+            "in this object",
+        )
     })?;
     if !doc.read::<Asset>(asset)?.version.starts_with("2.") {
         let message = "only glTF 2 is supported";
         return Err(doc.error(ErrorKind::Unsupported, message, asset, "another version"));
     }
     let mut reader = Reader {
-        buffers: Buffers::new(&doc, binary),
+        doc,
         base,
+        buffers: vec![None; doc.lists.buffers.len()],
+        binary,
+        accessors: HashMap::new(),
+        numbers_left: buffers::FREE_NUMBERS,
         camera: None,
         materials: Vec::new(),
         images: HashMap::new(),
-        meshes: Vec::new(),
+        meshes: vec![None; doc.lists.meshes.len()],
         shapes: 0,
         indices: 0,
     };
-    reader.warn_extensions(&doc)?;
-    reader.read_materials(&doc)?;
-    reader.meshes.resize_with(doc.lists.meshes.len(), || None);
-    reader.read_nodes(&doc)?;
+    reader.warn_extensions()?;
+    reader.read_materials()?;
+    reader.read_nodes()?;
     let (camera, film) = reader.camera.unzip();
     let film = film.unwrap_or_default();
     reader
@@ -189,9 +198,18 @@ struct Lens {
     ymag: Option<f64>,
 }
 
-struct Reader {
+struct Reader<'a> {
+    doc: &'a Document<'a>,
     base: Assembly,
-    buffers: Buffers,
+    /// Those that have been read.
+    buffers: Vec<Option<Arc<[u8]>>>,
+    /// The binary chunk of a GLB file.
+    binary: Option<Arc<[u8]>>,
+    /// Those that have been decoded: meshes often share them.
+    accessors: HashMap<usize, Rc<Numbers>>,
+    /// Numbers that may still be decoded: accessors may overlap, so that small files could ask for
+    /// many.
+    numbers_left: usize,
     camera: Option<(Camera, FilmSettings)>,
     /// Index and emission of each material.
     materials: Vec<materials::Entry>,
@@ -203,47 +221,23 @@ struct Reader {
     indices: usize,
 }
 
-impl Reader {
-    fn warn(
-        &mut self,
-        doc: &Document<'_>,
-        kind: ErrorKind,
-        message: &str,
-        span: Span,
-        label: &str,
-    ) -> Result<()> {
-        let at = |e: SceneError, label: &str| e.at(doc.source, span, label);
-        self.base.warn(kind, message, label, &at)
-    }
-
+impl<'a> Reader<'a> {
     /// Names what the file uses and we do not read. Extensions of materials are named where they
     /// are used.
-    fn warn_extensions(&mut self, doc: &Document<'_>) -> Result<()> {
+    fn warn_extensions(&mut self) -> Result<()> {
+        let doc = self.doc;
         for raw in &doc.lists.extensions_used {
             let name: String = doc.read(raw)?;
             if EXTENSIONS.contains(&name.as_str()) || materials::names_extension(&name) {
                 continue;
             }
-            if name == "KHR_lights_punctual" {
-                let message = "`KHR_lights_punctual`: lights without size are not supported";
-                self.warn(
-                    doc,
-                    ErrorKind::Unsupported,
-                    message,
-                    doc.span(raw),
-                    "left out",
-                )?;
-                continue;
-            }
-            let name: String = name.chars().take(60).collect();
-            let message = format!("extension `{name}` is not supported");
-            self.warn(
-                doc,
-                ErrorKind::Unsupported,
-                &message,
-                doc.span(raw),
-                "left out",
-            )?;
+            let message = if name == "KHR_lights_punctual" {
+                format!("`{name}`: lights without size are not supported")
+            } else {
+                let name: String = name.chars().take(60).collect();
+                format!("extension `{name}` is not supported")
+            };
+            self.base.unsupported(message, "left out", doc.at(raw))?;
         }
         let lists = [
             ("animations", &doc.lists.animations),
@@ -252,101 +246,61 @@ impl Reader {
         for (key, list) in lists {
             if let Some(first) = list.first() {
                 let message = format!("`{key}` are not supported: nodes are drawn as they stand");
-                let place = doc.start(first);
-                self.warn(doc, ErrorKind::Unsupported, &message, place, "left out")?;
+                let at = doc.at_start(first);
+                self.base.unsupported(message, "left out", at)?;
             }
         }
         if let Some(second) = doc.lists.scenes.get(1) {
             let message = "a file with several scenes: one is drawn";
-            let label = "not the only one";
-            self.warn(
-                doc,
-                ErrorKind::Suspicious,
-                message,
-                doc.start(second),
-                label,
-            )?;
+            let at = doc.at_start(second);
+            self.base.suspicious(message, "not the only one", at)?;
         }
         Ok(())
     }
 
     /// Walks the nodes of the scene; a node may appear only once.
-    fn read_nodes(&mut self, doc: &Document<'_>) -> Result<()> {
+    fn read_nodes(&mut self) -> Result<()> {
+        let doc = self.doc;
         let mut seen = vec![false; doc.lists.nodes.len()];
-        let mut stack: Vec<(usize, DAffine3)> = Vec::new();
         let scene = match doc.lists.scene {
-            Some(raw) => {
-                let index = doc.read(raw)?;
-                Some(doc.element(List::Scenes, index, raw, "scene")?)
-            }
+            Some(raw) => Some(doc.element(List::Scenes, doc.read(raw)?, raw, "scene")?),
             None => doc.lists.scenes.first().copied(),
         };
-        match scene {
+        let mut stack = match scene {
             Some(scene) => {
-                for child in doc.read::<SceneNodes<'_>>(scene)?.nodes.into_iter().rev() {
-                    let index = self.visit(doc, child, "nodes", &mut seen)?;
-                    stack.push((index, DAffine3::IDENTITY));
-                }
+                let nodes = doc.read::<SceneNodes<'_>>(scene)?.nodes;
+                visit(doc, &nodes, "nodes", DAffine3::IDENTITY, &mut seen)?
             }
-            None => {
-                for index in roots(doc)? {
-                    seen[index] = true;
-                    stack.push((index, DAffine3::IDENTITY));
-                }
-            }
-        }
+            None => roots(doc, &mut seen)?,
+        };
         while let Some((index, parent)) = stack.pop() {
             let raw = doc.known(List::Nodes, index);
             let node: Node<'_> = doc.read(raw)?;
             let to_world = parent * transform(&node);
             if !to_world.is_finite() {
                 let message = "the transform is not finite";
-                let error = SceneError::new(ErrorKind::BadTransform, message);
-                return Err(error.at(doc.source, doc.start(raw), ""));
+                let at = doc.at_start(raw);
+                return Err(at.error(ErrorKind::BadTransform, message, ""));
             }
-            for child in node.children.iter().rev() {
-                let index = self.visit(doc, child, "children", &mut seen)?;
-                stack.push((index, to_world));
-            }
+            stack.extend(visit(doc, &node.children, "children", to_world, &mut seen)?);
             if let Some(mesh) = node.mesh {
                 doc.element(List::Meshes, mesh, raw, "mesh")?;
-                self.place_mesh(doc, mesh, to_world)?;
+                self.place_mesh(mesh, to_world)?;
             }
             if let Some(camera) = node.camera {
                 let camera = doc.element(List::Cameras, camera, raw, "camera")?;
-                self.read_camera(doc, camera, to_world)?;
+                self.read_camera(camera, to_world)?;
             }
         }
         Ok(())
     }
 
-    /// The index of a child, which nobody else may have.
-    fn visit<'a>(
-        &self,
-        doc: &Document<'a>,
-        child: Raw<'a>,
-        key: &str,
-        seen: &mut [bool],
-    ) -> Result<usize> {
-        let index = doc.read(child)?;
-        doc.element(List::Nodes, index, child, key)?;
-        if std::mem::replace(&mut seen[index], true) {
-            let message = format!("node {index} is reached twice");
-            return Err(doc.error(ErrorKind::Recursion, message, child, "nodes form a tree"));
-        }
-        Ok(index)
-    }
-
-    fn read_camera<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        raw: Raw<'a>,
-        to_world: DAffine3,
-    ) -> Result<()> {
+    fn read_camera(&mut self, raw: Raw<'a>, to_world: DAffine3) -> Result<()> {
+        let doc = self.doc;
         if self.camera.is_some() {
             let message = "further cameras are left out";
-            let label = "the first one is used";
-            return self.warn(doc, ErrorKind::Suspicious, message, doc.start(raw), label);
+            let at = doc.at_start(raw);
+            return self.base.suspicious(message, "the first one is used", at);
         }
         let lenses: Lenses<'_> = doc.read(raw)?;
         let (key, lens) = if lenses.r#type == "orthographic" {
@@ -399,9 +353,32 @@ impl Reader {
     }
 }
 
+/// Nodes to walk, the first last, with the transform of what they are in.
+type Nodes = Vec<(usize, DAffine3)>;
+
+/// The children of a node or a scene, which nobody else may have.
+fn visit<'a>(
+    doc: &Document<'a>,
+    children: &[Raw<'a>],
+    key: &str,
+    to_world: DAffine3,
+    seen: &mut [bool],
+) -> Result<Nodes> {
+    let visit = |&child: &Raw<'a>| {
+        let index = doc.read(child)?;
+        doc.element(List::Nodes, index, child, key)?;
+        if std::mem::replace(&mut seen[index], true) {
+            let message = format!("node {index} is reached twice");
+            return Err(doc.error(ErrorKind::Recursion, message, child, "nodes form a tree"));
+        }
+        Ok((index, to_world))
+    };
+    children.iter().rev().map(visit).collect()
+}
+
 /// Nodes that are nobody's child.
-fn roots(doc: &Document<'_>) -> Result<Vec<usize>> {
-    let mut is_child = vec![false; doc.lists.nodes.len()];
+fn roots(doc: &Document<'_>, seen: &mut [bool]) -> Result<Nodes> {
+    let mut is_child = vec![false; seen.len()];
     for raw in &doc.lists.nodes {
         for child in doc.read::<Node<'_>>(raw)?.children {
             let index = doc.read(child)?;
@@ -409,10 +386,10 @@ fn roots(doc: &Document<'_>) -> Result<Vec<usize>> {
             is_child[index] = true;
         }
     }
-    Ok((0..is_child.len())
-        .rev()
-        .filter(|i| !is_child[*i])
-        .collect())
+    let roots = (0..seen.len()).rev().filter(|i| !is_child[*i]);
+    let roots: Nodes = roots.map(|index| (index, DAffine3::IDENTITY)).collect();
+    roots.iter().for_each(|(index, _)| seen[*index] = true);
+    Ok(roots)
 }
 
 /// A node's own transform.

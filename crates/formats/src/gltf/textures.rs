@@ -1,30 +1,30 @@
 //! glTF textures: images with sampler and transform.
 
 use super::Reader;
-use super::buffers::load_uri;
-use super::document::{Document, List, Raw};
+use super::buffers::percent_decode;
+use super::document::{List, Raw};
 use gltf::json::image;
-use gltf::json::texture::{Info, MinFilter, Sampler, Texture as JsonTexture, WrappingMode};
+use gltf::json::texture::{MinFilter, Sampler, Texture as JsonTexture, WrappingMode};
 use gltf::json::validation::Checked;
-use linelit_assembly::{ErrorKind, Result, SceneError};
+use linelit_assembly::{ErrorKind, Result};
 use linelit_geometry::DVec2;
 use linelit_scene::{ImageData, ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use serde::Deserialize;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Pixels, and the name of their file if they have one.
 pub(super) type NamedImage = (Arc<ImageData>, String);
 
-/// The texture that a material names, and where.
-pub(super) struct Use<'i, 'a> {
-    info: &'i Info,
-    place: Raw<'a>,
-}
-
-impl<'i, 'a> Use<'i, 'a> {
-    pub(super) const fn new(info: &'i Info, place: Raw<'a>) -> Self {
-        Self { info, place }
-    }
+/// How a material names a texture.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Info<'a> {
+    index: usize,
+    #[serde(default)]
+    tex_coord: u32,
+    #[serde(borrow, default)]
+    extensions: HashMap<String, Raw<'a>>,
 }
 
 /// `KHR_texture_transform`, which gltf has in `f32` and for some textures only.
@@ -50,21 +50,20 @@ pub(super) enum Channel {
     Blue,
 }
 
-impl Reader {
+impl<'a> Reader<'a> {
     /// A texture; `None` after a warning if it cannot be drawn. All textures of a material share
     /// one set of texture coordinates, which the first names.
-    pub(super) fn texture<'a>(
+    pub(super) fn texture(
         &mut self,
-        doc: &Document<'a>,
-        named: &Use<'_, 'a>,
+        named: Raw<'a>,
         channel: Channel,
         scale: f64,
         uv_set: &mut Option<u32>,
     ) -> Result<Option<Texture>> {
-        let Use { info, place } = *named;
-        let raw = doc.element(List::Textures, info.index.value(), place, "index")?;
-        let extensions = doc.get(place, "extensions");
-        let transform = extensions.and_then(|e| doc.get(e, "KHR_texture_transform"));
+        let doc = self.doc;
+        let info: Info<'a> = doc.read(named)?;
+        let raw = doc.element(List::Textures, info.index, named, "index")?;
+        let transform = info.extensions.get("KHR_texture_transform");
         let transform: Option<Transform> = transform.map(|t| doc.read(t)).transpose()?;
         let set = transform.as_ref().and_then(|t| t.tex_coord);
         let set = set.unwrap_or(info.tex_coord);
@@ -72,22 +71,16 @@ impl Reader {
             let message =
                 "textures of a material with different texture coordinates are not supported";
             let label = "drawn with those of the first";
-            self.warn(doc, ErrorKind::Unsupported, message, doc.span(place), label)?;
+            self.base.unsupported(message, label, doc.at(named))?;
         }
         let node: JsonTexture = doc.read(raw)?;
+        let image = node.source.value();
         // What gltf has for none.
-        if node.source.value() == u32::MAX as usize {
+        if image == u32::MAX as usize {
             let message = "a texture without an image that can be read";
-            self.warn(
-                doc,
-                ErrorKind::Unsupported,
-                message,
-                doc.span(raw),
-                "left out",
-            )?;
+            self.base.unsupported(message, "left out", doc.at(raw))?;
             return Ok(None);
         }
-        let image = node.source.value();
         doc.element(List::Images, image, raw, "source")?;
         let (wrap, filter) = match node.sampler {
             Some(index) => {
@@ -98,7 +91,7 @@ impl Reader {
             None => ([Wrap::Repeat; 2], TextureFilter::default()),
         };
         let mapping = transform.map_or(UvMapping::IDENTITY, |t| mapping(&t));
-        let data = self.image(doc, image, channel)?;
+        let data = self.image(image, channel)?;
         Ok(data.map(|(data, filename)| {
             Texture::Image(Arc::new(ImageTexture {
                 mapping,
@@ -112,46 +105,34 @@ impl Reader {
 
     /// The pixels of an image, decoded once, and the name of its file if it is the file's own
     /// pixels.
-    fn image(
-        &mut self,
-        doc: &Document<'_>,
-        index: usize,
-        channel: Channel,
-    ) -> Result<Option<NamedImage>> {
+    fn image(&mut self, index: usize, channel: Channel) -> Result<Option<NamedImage>> {
         if let Some(known) = self.images.get(&(index, channel)) {
             return Ok(known.clone());
         }
         let image = match channel {
             Channel::Green | Channel::Blue => {
                 let component = if channel == Channel::Green { 1 } else { 2 };
-                let whole = self.image(doc, index, Channel::Linear)?;
+                let whole = self.image(index, Channel::Linear)?;
                 whole.map(|(image, _)| (Arc::new(image.component(component)), String::new()))
             }
-            Channel::Colour | Channel::Linear => {
-                self.decode(doc, index, channel == Channel::Colour)?
-            }
+            Channel::Colour | Channel::Linear => self.decode(index, channel == Channel::Colour)?,
         };
         self.images.insert((index, channel), image.clone());
         Ok(image)
     }
 
-    fn decode(
-        &mut self,
-        doc: &Document<'_>,
-        index: usize,
-        srgb: bool,
-    ) -> Result<Option<NamedImage>> {
-        let raw = doc.known(List::Images, index);
-        let at = |e: SceneError, label: &str| e.at(doc.source, doc.span(raw), label);
-        match self.image_bytes(doc, raw) {
+    fn decode(&mut self, index: usize, srgb: bool) -> Result<Option<NamedImage>> {
+        let raw = self.doc.known(List::Images, index);
+        let at = self.doc.at(raw);
+        match self.image_bytes(raw) {
             Ok((name, filename, bytes)) => {
-                let data = self.base.decode(&name, &bytes, srgb, &at)?;
+                let data = self.base.decode(&name, &bytes, srgb, at)?;
                 Ok(data.map(|data| (data, filename)))
             }
             // A missing image is common; the shapes are still worth seeing.
             Err(error) if error.kind() == ErrorKind::Io => {
-                let message = error.message().to_owned();
-                self.warn(doc, ErrorKind::Io, &message, doc.span(raw), "left out")?;
+                self.base
+                    .warn(ErrorKind::Io, error.message(), "left out", at)?;
                 Ok(None)
             }
             Err(error) => Err(error),
@@ -159,11 +140,8 @@ impl Reader {
     }
 
     /// The bytes of an image file, a name that ends in its type, and its file name if it has one.
-    fn image_bytes<'a>(
-        &mut self,
-        doc: &Document<'a>,
-        raw: Raw<'a>,
-    ) -> Result<(String, String, Vec<u8>)> {
+    fn image_bytes(&mut self, raw: Raw<'a>) -> Result<(String, String, Vec<u8>)> {
+        let doc = self.doc;
         let node: image::Image = doc.read(raw)?;
         let by_type = |mime: &str| match mime {
             m if m.contains("image/png") => "image.png".to_owned(),
@@ -174,23 +152,18 @@ impl Reader {
             }
         };
         if let Some(uri) = &node.uri {
-            let bytes = load_uri(doc, &mut self.base, uri, doc.find(raw, &["uri"]))?;
-            return Ok(match uri.strip_prefix("data:") {
-                Some(data) => (
-                    by_type(&data.chars().take(40).collect::<String>()),
-                    String::new(),
-                    bytes,
-                ),
-                None => {
-                    let name = super::buffers::percent_decode(uri);
-                    (name.clone(), name, bytes)
-                }
-            });
+            let bytes = self.load_uri(uri, doc.find(raw, &["uri"]))?;
+            let Some(data) = uri.strip_prefix("data:") else {
+                let name = percent_decode(uri);
+                return Ok((name.clone(), name, bytes));
+            };
+            let start: String = data.chars().take(40).collect();
+            return Ok((by_type(&start), String::new(), bytes));
         }
         let mime = node.mime_type.as_ref().map_or("", |mime| &mime.0);
         let index = doc.require(node.buffer_view, raw, "uri")?.value();
         let view = doc.element(List::BufferViews, index, raw, "bufferView")?;
-        let view = self.buffers.view(doc, &mut self.base, view)?;
+        let view = self.view(view)?;
         Ok((by_type(mime), String::new(), view.bytes().to_vec()))
     }
 }

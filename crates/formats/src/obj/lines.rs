@@ -127,12 +127,8 @@ pub(super) fn number(source: &Source, span: Span) -> Result<f64> {
         Some(value) if value.abs() <= f64::from(f32::MAX) => Ok(value),
         Some(_) => {
             let message = format!("`{}` is not a finite number", shown());
-            Err(source.error(
-                ErrorKind::OutOfRange,
-                message,
-                span,
-                "expected a finite number",
-            ))
+            let at = source.at(span);
+            Err(at.error(ErrorKind::OutOfRange, message, "expected a finite number"))
         }
         None => {
             let message = format!("`{}` is not a number", shown());

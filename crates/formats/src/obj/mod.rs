@@ -10,7 +10,7 @@ mod lines;
 mod mtl;
 mod statements;
 
-use linelit_assembly::{Assembly, LoadOptions, Loaded, Result, SceneError, Source, triangulate};
+use linelit_assembly::{Assembly, LoadOptions, Loaded, Result, Source, triangulate};
 use linelit_geometry::DVec3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
 use statements::Statements;
@@ -42,19 +42,15 @@ pub(crate) fn load(
     let mut base = statements.base;
     for model in models {
         // Nothing stands before the first group.
-        let Some(group) = model
-            .name
-            .parse()
-            .ok()
-            .and_then(|k: usize| statements.groups.get(k))
-        else {
+        let group = model.name.parse().ok();
+        let Some(group) = group.and_then(|k: usize| statements.groups.get(k)) else {
             continue;
         };
-        let at = |e: SceneError, label: &str| e.at(&source, group.first, label);
+        let at = source.at(group.first);
         let (material, emission) = group.material;
         if let Some(spec) = emission.filter(|_| group.is_line) {
             for ends in model.mesh.indices.as_chunks::<2>().0 {
-                base.place_line(ends.map(|k| position(&model.mesh, k)), &spec, &at)?;
+                base.place_line(ends.map(|k| position(&model.mesh, k)), &spec, at)?;
             }
             continue;
         }
@@ -65,7 +61,7 @@ pub(crate) fn load(
             ..Placement::default()
         };
         if !mesh.triangles.is_empty() {
-            base.place(&mesh, &place, "the mesh from here", &at)?;
+            base.place(&mesh, &place, "the mesh from here", at)?;
         }
     }
     let shapes = statements.shapes > 0;

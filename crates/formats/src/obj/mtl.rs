@@ -3,8 +3,8 @@
 //! `Kd`, `Ks`, `Ns`, `Ke`, their maps and `norm` are read: a material with `Ks` above zero becomes
 //! our `phong`, one without Lambert. Bump maps are named in a warning: their heights have no unit.
 
-use super::lines::{Line, Lines, number, numbers};
-use linelit_assembly::{Assembly, ErrorKind, Result, SceneError, Source, Span, shorten};
+use super::lines::{Lines, number, numbers};
+use linelit_assembly::{Assembly, ErrorKind, Result, Source, Span, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{
     EmissionSpec, ImageTexture, Material, MaterialKind, NormalMap, Texture, UvMapping, Wrap,
@@ -79,12 +79,11 @@ pub(super) fn read(base: &mut Assembly, source: &Source) -> Result<HashMap<Strin
         }
         let Some(draft) = &mut draft else {
             let message = "a material statement before `newmtl`";
-            base.warn(ErrorKind::Nesting, message, "left out", &|e, label| {
-                e.at(source, keyword, label)
-            })?;
+            let at = source.at(keyword);
+            base.warn(ErrorKind::Nesting, message, "left out", at)?;
             continue;
         };
-        statement(base, source, draft, keyword, rest, &line)?;
+        statement(base, source, draft, keyword, rest)?;
     }
     if let Some(done) = draft {
         finish(base, done, &mut materials)?;
@@ -98,18 +97,15 @@ fn statement(
     draft: &mut Draft,
     keyword: Span,
     rest: &[Span],
-    line: &Line,
 ) -> Result<()> {
-    let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+    const OPAQUE: &str = "transparency is not supported: shapes are opaque";
+    let at = source.at(keyword);
     match &source.bytes()[keyword.start..keyword.end] {
         b"Kd" => draft.kd = Some(colour(base, source, keyword, rest)?),
         b"Ks" => draft.ks = colour(base, source, keyword, rest)?,
         b"Ke" => draft.ke = colour(base, source, keyword, rest)?,
         b"Ns" => draft.ns = Some(numbers::<1>(source, keyword, rest)?[0].max(0.0)),
-        b"map_d" => {
-            let message = "transparency is not supported: shapes are opaque";
-            base.warn(ErrorKind::Unsupported, message, "ignored", &at)?;
-        }
+        b"map_d" => base.unsupported(OPAQUE, "ignored", at)?,
         b"d" | b"Tr" => {
             let value = rest.last().map_or(Ok(1.0), |s| number(source, *s))?;
             let is_opaque = if source.text(keyword) == "d" {
@@ -118,8 +114,7 @@ fn statement(
                 value <= 0.0
             };
             if !is_opaque {
-                let message = "transparency is not supported: shapes are opaque";
-                base.warn(ErrorKind::Unsupported, message, "ignored", &at)?;
+                base.unsupported(OPAQUE, "ignored", at)?;
             }
         }
         b"map_Kd" => draft.kd_map = image(base, source, rest, true)?,
@@ -128,9 +123,9 @@ fn statement(
         b"norm" => draft.normals = image(base, source, rest, false)?,
         other => {
             let word = shorten(&String::from_utf8_lossy(other));
-            if !SILENT.contains(&word.as_str()) && !line.words.is_empty() {
+            if !SILENT.contains(&word.as_str()) {
                 let message = format!("material statement `{word}` is not supported");
-                base.warn(ErrorKind::Unsupported, message, "left out", &at)?;
+                base.unsupported(message, "left out", at)?;
             }
         }
     }
@@ -143,12 +138,7 @@ fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) ->
         && matches!(source.text(*first).as_str(), "spectral" | "xyz")
     {
         let message = "spectral and XYZ colours are not supported";
-        base.warn(
-            ErrorKind::Unsupported,
-            message,
-            "replaced by 0.5",
-            &|e, label| e.at(source, *first, label),
-        )?;
+        base.unsupported(message, "replaced by 0.5", source.at(*first))?;
         return Ok(DVec3::splat(0.5));
     }
     let rgb = if rest.len() == 1 {
@@ -158,12 +148,8 @@ fn colour(base: &mut Assembly, source: &Source, keyword: Span, rest: &[Span]) ->
     }?;
     if rgb.min_element() < 0.0 {
         let message = format!("negative `{}`", source.text(keyword));
-        return Err(source.error(
-            ErrorKind::OutOfRange,
-            message,
-            keyword,
-            "must not be negative",
-        ));
+        let at = source.at(keyword);
+        return Err(at.error(ErrorKind::OutOfRange, message, "must not be negative"));
     }
     Ok(rgb)
 }
@@ -181,13 +167,12 @@ fn image(
     };
     let span = first.to(rest[rest.len() - 1]);
     let name = source.text(span).replace('\\', "/");
-    let at = |e: SceneError, label: &str| e.at(source, span, label);
-    let data = match base.image(&name, srgb, &at) {
+    let at = source.at(span);
+    let data = match base.image(&name, srgb, at) {
         Ok(data) => data,
         // Missing and broken images are common; the shapes are still worth seeing.
         Err(error) if matches!(error.kind(), ErrorKind::Io | ErrorKind::Syntax) => {
-            let message = error.message().to_owned();
-            base.warn(error.kind(), message, "replaced by its colour", &at)?;
+            base.warn(error.kind(), error.message(), "replaced by its colour", at)?;
             None
         }
         Err(error) => return Err(error),
@@ -212,15 +197,14 @@ fn map_options<'w>(source: &Source, words: &'w [Span]) -> Result<(UvMapping, Wra
         let pair = |default| DVec2::new(numbers[0], numbers.get(1).copied().unwrap_or(default));
         let taken = match source.text(*word).as_str() {
             "-s" | "-o" | "-t" if numbers.is_empty() => 0,
-            "-s" => {
-                mapping.scale = pair(1.0);
+            option @ ("-s" | "-o" | "-t") => {
+                match option {
+                    "-s" => mapping.scale = pair(1.0),
+                    "-o" => mapping.offset = pair(0.0),
+                    _ => {}
+                }
                 numbers.len()
             }
-            "-o" => {
-                mapping.offset = pair(0.0);
-                numbers.len()
-            }
-            "-t" => numbers.len(),
             "-clamp" => {
                 if behind.first().is_some_and(|s| source.text(*s) == "on") {
                     wrap = Wrap::Clamp;

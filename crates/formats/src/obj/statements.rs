@@ -134,8 +134,8 @@ impl<'a> Statements<'a> {
             return Err(refused);
         }
         read.map_err(|error| {
-            let error = SceneError::new(ErrorKind::Syntax, error.to_string());
-            error.at(self.source, self.last, "in this statement")
+            let at = self.source.at(self.last);
+            at.error(ErrorKind::Syntax, error.to_string(), "in this statement")
         })
     }
 
@@ -148,10 +148,9 @@ impl<'a> Statements<'a> {
             b"v" => {
                 // A fourth number is a weight; six or more are position and colour.
                 if rest.len() >= 6 {
-                    let at = |e: SceneError, label: &str| e.at(source, keyword, label);
                     let message = "vertex colours are not supported";
-                    self.base
-                        .warn(ErrorKind::Unsupported, message, "left out", &at)?;
+                    let at = source.at(keyword);
+                    self.base.unsupported(message, "left out", at)?;
                 }
                 let position = lines::numbers::<3>(source, keyword, rest)?;
                 self.vertex(0, "v", &position);
@@ -206,10 +205,9 @@ impl<'a> Statements<'a> {
         };
         match (numbers, words.iter().find(|w| is_odd(w))) {
             (Err(_), Some(odd)) => {
-                let at = |e: SceneError, label: &str| e.at(source, *odd, label);
                 let message = "normals or texture coordinates that are not finite";
-                self.base
-                    .warn(ErrorKind::OutOfRange, message, "replaced by zeros", &at)?;
+                let (kind, at) = (ErrorKind::OutOfRange, source.at(*odd));
+                self.base.warn(kind, message, "replaced by zeros", at)?;
                 Ok([0.0; N])
             }
             (numbers, _) => numbers,
@@ -222,19 +220,18 @@ impl<'a> Statements<'a> {
         if SILENT.contains(&word.as_str()) {
             return Ok(());
         }
-        let at = |e: SceneError, label: &str| e.at(source, keyword, label);
+        let at = source.at(keyword);
         if UNSUPPORTED.split(' ').any(|known| known == word) {
             let message = format!("OBJ statement `{word}` is not supported");
-            return self
-                .base
-                .warn(ErrorKind::Unsupported, message, "left out", &at);
+            return self.base.unsupported(message, "left out", at);
         }
         let word = shorten(&word);
         let near = nearest(&word, KNOWN.into_iter().chain(SILENT));
         let message = format!("unknown OBJ statement `{word}`");
-        let suggest = |e: SceneError, label: &str| at(e, label).suggest(near);
+        let place = |e: SceneError| e.at(at, "left out").suggest(near);
         self.base
-            .warn(ErrorKind::UnknownName, message, "left out", &suggest)
+            .warnings
+            .warn(ErrorKind::UnknownName, message, place)
     }
 
     /// An index of the file (from one, or negative from the end) as an index from zero.
@@ -287,11 +284,9 @@ impl<'a> Statements<'a> {
         match self.resolve(span, text, kind) {
             Ok(index) => Ok(Some(index)),
             Err(error) if error.kind() == ErrorKind::BadMesh => {
-                let (source, what) = (self.source, WHAT[kind]);
-                let message = format!("faces with a {what} that does not exist");
-                let at = |e: SceneError, _: &str| e.at(source, span, error.message());
-                self.base
-                    .warn(ErrorKind::BadMesh, message, "drawn without", &at)?;
+                let message = format!("faces with a {} that does not exist", WHAT[kind]);
+                let (kind, at) = (ErrorKind::BadMesh, self.source.at(span));
+                self.base.warn(kind, message, error.message(), at)?;
                 Ok(None)
             }
             Err(error) => Err(error),
@@ -301,10 +296,9 @@ impl<'a> Statements<'a> {
     fn face(&mut self, line: Span, rest: &[Span]) -> Result<()> {
         self.shapes += 1;
         if rest.len() < 3 {
-            let source = self.source;
-            let at = |e: SceneError, label: &str| e.at(source, line, label);
             let message = "a face with fewer than three corners";
-            return self.base.warn(ErrorKind::BadMesh, message, "left out", &at);
+            let (kind, at) = (ErrorKind::BadMesh, self.source.at(line));
+            return self.base.warn(kind, message, "left out", at);
         }
         let corners = rest
             .iter()
@@ -347,12 +341,9 @@ impl<'a> Statements<'a> {
             .collect::<Result<Option<Vec<_>>>>()?
             .unwrap_or_default();
         if self.material.1.is_none() {
-            let source = self.source;
-            let at = |e: SceneError, label: &str| e.at(source, keyword, label);
             let message = "line elements without an emissive material are nothing";
-            return self
-                .base
-                .warn(ErrorKind::Suspicious, message, "left out", &at);
+            let at = self.source.at(keyword);
+            return self.base.suspicious(message, "left out", at);
         }
         self.begin(true, [true, false, false], keyword);
         for pair in ends.windows(2) {
@@ -375,18 +366,14 @@ impl<'a> Statements<'a> {
             } else {
                 span
             };
-            let materials = &self.materials;
+            let names = self.materials.keys().map(String::as_str);
             // Called for the first warning of a name only: suggestions take time.
-            let at = |e: SceneError, label: &str| {
-                let near = nearest(&name, materials.keys().map(String::as_str));
-                e.at(source, place, label).suggest(near)
+            let place = |e: SceneError| {
+                let error = e.at(source.at(place), "replaced by grey, 0.5");
+                error.suggest(nearest(&name, names))
             };
-            self.base.warn(
-                ErrorKind::UnknownName,
-                message,
-                "replaced by grey, 0.5",
-                &at,
-            )?;
+            let warnings = &mut self.base.warnings;
+            warnings.warn(ErrorKind::UnknownName, message, place)?;
         }
         Ok(())
     }
@@ -411,18 +398,18 @@ impl<'a> Statements<'a> {
 
     fn library(&mut self, place: Span, name: &str) -> Result<()> {
         let source = self.source;
-        let at = |e: SceneError, label: &str| e.at(source, place, label);
+        let at = source.at(place);
         if !self.libraries.insert(name.to_owned()) {
             return Ok(());
         }
-        match self.base.open(name, &at) {
+        match self.base.open(name, at) {
             Ok(file) => {
                 let library = Source::new(file.path, file.bytes);
                 if !mtl::begins(&library) {
                     // What other files hold is nobody's business.
                     let message = format!("`{name}` is no material library");
-                    let error = SceneError::new(ErrorKind::Syntax, message);
-                    return Err(at(error, "does not begin with a statement of the format"));
+                    let label = "does not begin with a statement of the format";
+                    return Err(at.error(ErrorKind::Syntax, message, label));
                 }
                 let materials = mtl::read(&mut self.base, &library)
                     .map_err(|e| e.note(format!("read for {}", source.short(place))))?;
@@ -431,13 +418,8 @@ impl<'a> Statements<'a> {
             }
             // A missing library is common; the shapes are still worth seeing.
             Err(error) if error.kind() == ErrorKind::Io => {
-                let message = error.message().to_owned();
-                self.base.warn(
-                    ErrorKind::Io,
-                    message,
-                    "its materials become grey, 0.5",
-                    &at,
-                )
+                let label = "its materials become grey, 0.5";
+                self.base.warn(ErrorKind::Io, error.message(), label, at)
             }
             Err(error) => Err(error),
         }

@@ -3,8 +3,8 @@
 use super::{Quoted, Triple, Writer};
 use linelit_geometry::DVec3;
 use linelit_scene::{
-    ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture, TextureFilter,
-    UvMapping, Wrap, index_of_refraction,
+    ImageTexture, Material, MaterialKind, NormalMap, Parameter, Remap, Roughness, Texture,
+    TextureFilter, UvMapping, Wrap, index_of_refraction,
 };
 use std::fmt::{self, Write as _};
 
@@ -94,142 +94,6 @@ fn matte(kd: &Texture) -> MaterialKind {
     MaterialKind::Matte {
         kd: kd.clone(),
         sigma: Texture::number(0.0),
-    }
-}
-
-/// A parameter of a material.
-enum Part<'a> {
-    Colour(&'static str, &'a Texture),
-    Number(&'static str, &'a Texture),
-    Value(&'static str, f64),
-    /// Roughness for a material that remaps it so.
-    Rough(&'a Roughness, Remap),
-    /// The names of two materials.
-    Two([u32; 2]),
-}
-use Part::{Colour, Number, Rough, Two, Value};
-
-/// A material's type and parameters.
-type Body<'a> = (&'static str, Vec<Part<'a>>);
-
-/// A material under pbrt-v3's or our own name, if pbrt-v4 does not have it.
-fn own_material(kind: &MaterialKind) -> Option<Body<'_>> {
-    Some(match kind {
-        MaterialKind::Matte { kd, sigma } => {
-            ("matte", vec![Colour("Kd", kd), Number("sigma", sigma)])
-        }
-        MaterialKind::Plastic { kd, ks, roughness } => {
-            let rough = Rough(roughness, Remap::V3);
-            ("plastic", vec![Colour("Kd", kd), Colour("Ks", ks), rough])
-        }
-        MaterialKind::Substrate { kd, ks, roughness } => {
-            let rough = Rough(roughness, Remap::V3);
-            ("substrate", vec![Colour("Kd", kd), Colour("Ks", ks), rough])
-        }
-        MaterialKind::Uber {
-            kd,
-            ks,
-            kr,
-            kt,
-            roughness,
-            eta,
-            opacity,
-        } => {
-            let names = ["Kd", "Ks", "Kr", "Kt", "opacity"];
-            let colours = names.into_iter().zip([kd, ks, kr, kt, opacity]);
-            let mut parts: Vec<_> = colours.map(|(name, t)| Colour(name, t)).collect();
-            parts.extend([Number("eta", eta), Rough(roughness, Remap::V3)]);
-            ("uber", parts)
-        }
-        MaterialKind::Conductor { eta, k, roughness } if roughness.remap == Remap::V3 => {
-            let rough = Rough(roughness, Remap::V3);
-            ("metal", vec![Colour("eta", eta), Colour("k", k), rough])
-        }
-        MaterialKind::Mirror { kr } => ("mirror", vec![Colour("Kr", kr)]),
-        MaterialKind::Dielectric {
-            kr,
-            kt,
-            eta,
-            roughness,
-            thin: false,
-        } if roughness.remap != Remap::V4 => {
-            let mut parts = vec![Colour("Kr", kr), Colour("Kt", kt)];
-            parts.extend([Number("eta", eta), Rough(roughness, Remap::V3)]);
-            ("glass", parts)
-        }
-        MaterialKind::Phong { kd, ks, exponent } => {
-            let exponent = Number("exponent", exponent);
-            ("phong", vec![Colour("Kd", kd), Colour("Ks", ks), exponent])
-        }
-        MaterialKind::Mix { materials, amount } => {
-            ("mix", vec![Two(*materials), Colour("amount", amount)])
-        }
-        MaterialKind::CoatedDiffuse { .. }
-        | MaterialKind::Conductor { .. }
-        | MaterialKind::ColoredConductor { .. }
-        | MaterialKind::Dielectric { .. }
-        | MaterialKind::DiffuseTransmission { .. } => return None,
-    })
-}
-
-/// A material as pbrt-v4 has it; of those that it does not have ([`nearest_in_pbrt_v4`]), the
-/// diffuse part.
-fn v4_material(kind: &MaterialKind) -> Body<'_> {
-    match kind {
-        MaterialKind::Matte { kd, .. }
-        | MaterialKind::Phong { kd, .. }
-        | MaterialKind::Plastic { kd, .. }
-        | MaterialKind::Substrate { kd, .. }
-        | MaterialKind::Uber { kd, .. }
-        | MaterialKind::Mirror { kr: kd } => ("diffuse", vec![Colour("reflectance", kd)]),
-        MaterialKind::CoatedDiffuse {
-            reflectance,
-            roughness,
-            eta,
-            thickness,
-        } => {
-            let mut parts = vec![Colour("reflectance", reflectance), Number("eta", eta)];
-            parts.extend([Rough(roughness, Remap::V4), Value("thickness", *thickness)]);
-            ("coateddiffuse", parts)
-        }
-        MaterialKind::Conductor { eta, k, roughness } => {
-            let rough = Rough(roughness, Remap::V4);
-            ("conductor", vec![Colour("eta", eta), Colour("k", k), rough])
-        }
-        MaterialKind::ColoredConductor {
-            reflectance,
-            roughness,
-        } => {
-            let rough = Rough(roughness, Remap::V4);
-            ("conductor", vec![Colour("reflectance", reflectance), rough])
-        }
-        MaterialKind::Dielectric {
-            eta, thin: true, ..
-        } => ("thindielectric", vec![Number("eta", eta)]),
-        MaterialKind::Dielectric {
-            eta,
-            roughness,
-            thin: false,
-            ..
-        } => {
-            let rough = Rough(roughness, Remap::V4);
-            ("dielectric", vec![Number("eta", eta), rough])
-        }
-        MaterialKind::DiffuseTransmission {
-            reflectance,
-            transmittance,
-        } => {
-            let parts = [
-                ("reflectance", reflectance),
-                ("transmittance", transmittance),
-            ];
-            let parts = parts.map(|(name, t)| Colour(name, t));
-            ("diffusetransmission", parts.into())
-        }
-        // pbrt-v4 mixes by a number, pbrt-v3 by a colour.
-        MaterialKind::Mix { materials, amount } => {
-            ("mix", vec![Two(*materials), Number("amount", amount)])
-        }
     }
 }
 
@@ -336,10 +200,10 @@ impl Writer<'_> {
         )
     }
 
-    /// Roughness for a material that remaps it by `reader`: as it is, if it is remapped so, else
-    /// as α. Textures that pbrt-v4 remaps in another way than the file did stay as they are.
-    fn roughness(&mut self, roughness: &Roughness, reader: Remap) -> Result<String, fmt::Error> {
-        let as_is = roughness.remap == reader;
+    /// Roughness for a material of pbrt-v4 or v3: as it is, if it is remapped so, else as α.
+    /// Textures that pbrt-v4 remaps in another way than the file did stay as they are.
+    fn roughness(&mut self, roughness: &Roughness, v4: bool) -> Result<String, fmt::Error> {
+        let as_is = roughness.remap == if v4 { Remap::V4 } else { Remap::V3 };
         let mut out = String::new();
         for (name, texture) in [("uroughness", &roughness.u), ("vroughness", &roughness.v)] {
             let texture = match texture.as_constant() {
@@ -358,20 +222,23 @@ impl Writer<'_> {
 
     /// A named material, `m` and its index.
     pub(super) fn material(&mut self, index: usize, material: &Material) -> fmt::Result {
-        let own = own_material(&material.kind).filter(|_| self.options.extensions);
-        let nearest = nearest_in_pbrt_v4(material).filter(|_| own.is_none());
-        let (kind, parts) = match &nearest {
-            Some(nearest) => v4_material(&nearest.kind),
-            None => own.unwrap_or_else(|| v4_material(&material.kind)),
-        };
-        let mut body = format!("\"{kind}\"");
-        for part in parts {
-            body += &match part {
-                Colour(name, texture) => self.parameter(name, texture, false)?,
-                Number(name, texture) => self.parameter(name, texture, true)?,
-                Value(name, value) => format!(" \"float {name}\" [ {value} ]"),
-                Rough(roughness, reader) => self.roughness(roughness, reader)?,
-                Two([a, b]) => format!(" \"string materials\" [ \"m{a}\" \"m{b}\" ]"),
+        let v4 = !self.options.extensions || material.kind.is_of_v4();
+        let nearest = nearest_in_pbrt_v4(material).filter(|_| v4);
+        let mut kind = nearest.as_ref().unwrap_or(material).kind.clone();
+        let (name, parameters) = kind.parameters(v4);
+        let mut body = format!("\"{name}\"");
+        for parameter in parameters {
+            body += &match parameter {
+                // pbrt-v4 has none, and the nearest that it has is smooth.
+                Parameter::Number("sigma", _) if v4 => continue,
+                Parameter::Colour(name, texture) | Parameter::Metal(name, texture) => {
+                    self.parameter(name, texture, false)?
+                }
+                Parameter::Number(name, texture) => self.parameter(name, texture, true)?,
+                Parameter::Index(eta) => self.parameter("eta", eta, true)?,
+                Parameter::Value(name, value) => format!(" \"float {name}\" [ {value} ]"),
+                Parameter::Rough(roughness) => self.roughness(roughness, v4)?,
+                Parameter::Parts([a, b]) => format!(" \"string materials\" [ \"m{a}\" \"m{b}\" ]"),
             };
         }
         let relief = self.relief(material)?;

@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token, TokenKind};
 use super::params::Params;
 use super::state::Target;
-use super::{Block, Loader, is_one_of, unknown};
+use super::{Block, Loader, is_one_of};
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::Placement;
@@ -19,6 +19,15 @@ const DIRECTIVES: &str = "\
     ObjectBegin ObjectEnd ObjectInstance Option PixelFilter ReverseOrientation \
     Rotate Sampler Scale Shape SurfaceIntegrator Texture Transform \
     TransformBegin TransformEnd TransformTimes Translate WorldBegin WorldEnd";
+
+/// What `Attribute` sets defaults of; none of media, which are left out.
+const TARGETS: &[(&str, Option<Target>)] = &[
+    ("shape", Some(Target::Shape)),
+    ("light", Some(Target::Light)),
+    ("material", Some(Target::Material)),
+    ("texture", Some(Target::Texture)),
+    ("medium", None),
+];
 
 const NO_MEDIA: &str = "participating media are not supported";
 const NO_MOTION: &str = "motion is not supported: transforms are those of the start";
@@ -87,18 +96,19 @@ impl Loader {
                     return Ok(());
                 }
                 let message = format!("colour space `{}` is not supported", shorten(&name));
-                self.warn_at(&params, ErrorKind::Unsupported, message, "read as `srgb`")
+                self.base
+                    .unsupported(message, "read as `srgb`", params.at())
             }
             "LightSource" => {
                 let (name, params) = self.named_params(lexer, token, "a light type")?;
                 let name = shorten(&name);
                 let what = "is no area light or linear light; it is left out";
                 let message = format!("light source `{name}` {what}");
-                self.warn_at(&params, ErrorKind::Unsupported, message, "left out")
+                self.base.unsupported(message, "left out", params.at())
             }
             "MakeNamedMedium" => {
                 let (_, params) = self.named_params(lexer, token, "a medium name")?;
-                self.warn_at(&params, ErrorKind::Unsupported, NO_MEDIA.into(), "left out")
+                self.base.unsupported(NO_MEDIA, "left out", params.at())
             }
             "MediumInterface" => {
                 self.name(lexer, token, "a medium name")?;
@@ -149,8 +159,8 @@ impl Loader {
         message: &str,
         label: &str,
     ) -> Result<()> {
-        let at = |e: SceneError, label: &str| e.at(lexer.source(), token.span, label);
-        self.base.warn(ErrorKind::Unsupported, message, label, &at)
+        let at = lexer.source().at(token.span);
+        self.base.unsupported(message, label, at)
     }
 
     fn open_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
@@ -226,7 +236,7 @@ impl Loader {
         if shapes.iter().any(|s| s.place.emission.is_some()) {
             let message = format!("object `{}` emits light", shorten(&name));
             let label = "its instances do so here, but not in pbrt";
-            self.warn_at(&params, ErrorKind::Suspicious, message, label)?;
+            self.base.suspicious(message, label, params.at())?;
         }
         for shape in shapes.iter() {
             let to_world = self.state.ctm * shape.place.to_world;
@@ -241,20 +251,8 @@ impl Loader {
 
     fn attribute(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "an attribute target")?;
-        let target = match name.as_str() {
-            "shape" => Target::Shape,
-            "light" => Target::Light,
-            "material" => Target::Material,
-            "texture" => Target::Texture,
-            "medium" => return Ok(()),
-            _ => {
-                return Err(unknown(
-                    &params,
-                    "attribute target",
-                    &name,
-                    "shape light material texture medium",
-                ));
-            }
+        let Some(target) = params.pick("attribute target", &name, TARGETS)? else {
+            return Ok(());
         };
         let (source, span) = (Arc::clone(&params.source), params.span);
         if self.state.add_defaults(target, params.list) {

@@ -26,7 +26,7 @@ impl Loader {
         let (name, mut params) = self.named_params(lexer, token, "area light")?;
         params.add_defaults(&self.state.defaults(Target::Light));
         if name != "diffuse" && name != "area" {
-            return Err(super::unknown(&params, "area light", &name, "diffuse"));
+            return Err(params.unknown("area light", &name, ["diffuse"]));
         }
         // Sample counts are the study's business.
         params.ignore(&["samples", "nsamples", "xsamples", "ysamples"]);
@@ -38,13 +38,15 @@ impl Loader {
         let two_sided = params.bool_or("twosided", false)?;
         if radiance.min_element() < 0.0 {
             let label = "must not be negative";
-            return Err(params.error(ErrorKind::OutOfRange, "negative radiance".into(), label));
+            return Err(params.error(ErrorKind::OutOfRange, "negative radiance", label));
         }
         self.warn_unused(&params)?;
         if radiance == DVec3::ZERO {
             self.state.emission = None;
-            let message = "an area light emits nothing".to_owned();
-            return self.warn_at(&params, ErrorKind::Suspicious, message, "radiance is zero");
+            let message = "an area light emits nothing";
+            return self
+                .base
+                .suspicious(message, "radiance is zero", params.at());
         }
         self.state.emission = Some(EmissionSpec {
             radiance,
@@ -61,7 +63,7 @@ impl Loader {
             return Ok(None);
         };
         let name = param.strings()[0].clone();
-        let Some(data) = self.base.image(&name, true, &param.at_value())? else {
+        let Some(data) = self.base.image(&name, true, param.at_value(0))? else {
             return Ok(None);
         };
         // How a view of the light filters it is ours to say: pbrt-v4 does not.
@@ -102,13 +104,7 @@ impl Loader {
         param: &Param,
         emits: bool,
     ) -> Result<DVec3> {
-        let wrong = |what: &str| {
-            let message = format!(
-                "parameter `{}` of {} takes {what}",
-                param.name, params.owner
-            );
-            Err(param.error(ErrorKind::BadParameter, message, "wrong number of values"))
-        };
+        let wrong = |what: &str| Err(params.wrong_count(param, format_args!("takes {what}")));
         match (param.ty, param.numbers()) {
             (Type::Rgb, &[r, g, b]) => Ok(DVec3::new(r, g, b)),
             (Type::Rgb, _) => wrong("3 values"),
@@ -120,7 +116,8 @@ impl Loader {
                 if !(1.0..=1e7).contains(&kelvin) {
                     let message = format!("a black body of {kelvin} K");
                     let label = "expected a temperature in kelvin";
-                    return Err(param.value_error(0, ErrorKind::OutOfRange, message, label));
+                    let at = param.at_value(0);
+                    return Err(at.error(ErrorKind::OutOfRange, message, label));
                 }
                 let unit_luminance = emits && rest.is_empty();
                 let scale = rest.first().copied().unwrap_or(1.0);
@@ -142,8 +139,7 @@ impl Loader {
                 }
                 _ => (0.5, "read as grey, 0.5"),
             };
-            let kind = ErrorKind::Unsupported;
-            self.base.warn(kind, message, label, &param.at())?;
+            self.base.unsupported(message, label, param.at())?;
             return Ok(DVec3::splat(value));
         }
         let numbers = param.numbers();
@@ -155,24 +151,20 @@ impl Loader {
                 params.owner,
                 numbers.len()
             );
-            return Err(param.error(ErrorKind::BadParameter, message, "expected pairs"));
+            return Err(param.bad(message, "expected pairs"));
         }
         if let Some(k) = samples.windows(2).position(|w| w[0].0 >= w[1].0) {
             let message = format!("the wavelengths of spectrum `{}` do not ascend", param.name);
-            return Err(param.value_error(
-                2 * k + 2,
-                ErrorKind::OutOfRange,
-                message,
-                "not greater than the one before",
-            ));
+            let at = param.at_value(2 * k + 2);
+            let label = "not greater than the one before";
+            return Err(at.error(ErrorKind::OutOfRange, message, label));
         }
         let message = format!(
             "spectrum `{}` of {} is reduced to linear RGB",
             param.name, params.owner
         );
-        let kind = ErrorKind::Suspicious;
         self.base
-            .warn(kind, message, "sampled spectrum", &param.at())?;
+            .suspicious(message, "sampled spectrum", param.at())?;
         let rgb = color::sampled_to_rgb(&samples);
         let luminance = rgb.dot(LUMINANCE);
         Ok(if emits && luminance > 0.0 {

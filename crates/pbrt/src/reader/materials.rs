@@ -3,12 +3,13 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
-use super::{Loader, is_one_of, unknown};
+use super::textures::{COLOUR, NUMBER};
+use super::{Loader, is_one_of};
 use crate::color;
 use linelit_assembly::{ErrorKind, Result, nearest, shorten};
 use linelit_geometry::DVec3;
 use linelit_scene::{
-    BumpMap, ImageTexture, Material, MaterialKind, NormalMap, Remap, Roughness, Texture,
+    BumpMap, ImageTexture, Material, MaterialKind, NormalMap, Parameter, Remap, Roughness, Texture,
 };
 use std::sync::Arc;
 
@@ -21,6 +22,78 @@ const MATERIALS: &str = "\
     diffusetransmission disney fourier glass hair interface kdsubsurface matte \
     measured metal mirror mix none phong plastic substrate subsurface \
     thindielectric translucent uber";
+
+/// Those of pbrt-v4, whose roughness and names of parameters are its own.
+const OF_V4: &str = "coateddiffuse conductor dielectric diffuse diffusetransmission thindielectric";
+
+/// A model by its type, with the values that pbrt gives it; `None` of those that are not drawn.
+fn with_defaults(kind: &str) -> Option<MaterialKind> {
+    let number = Texture::number;
+    let remap = if is_one_of(kind, OF_V4) {
+        Remap::V4
+    } else {
+        Remap::V3
+    };
+    let rough = |value| Roughness::isotropic(value, remap);
+    Some(match kind {
+        "matte" | "diffuse" => MaterialKind::Matte {
+            kd: number(0.5),
+            sigma: number(0.0),
+        },
+        "plastic" => MaterialKind::Plastic {
+            kd: number(0.25),
+            ks: number(0.25),
+            roughness: rough(0.1),
+        },
+        "metal" | "conductor" => MaterialKind::Conductor {
+            eta: number(1.0),
+            k: number(1.0),
+            roughness: rough(if kind == "metal" { 0.01 } else { 0.0 }),
+        },
+        "substrate" => MaterialKind::Substrate {
+            kd: number(0.5),
+            ks: number(0.5),
+            roughness: rough(0.1),
+        },
+        "uber" => MaterialKind::Uber {
+            kd: number(0.25),
+            ks: number(0.25),
+            kr: number(0.0),
+            kt: number(0.0),
+            roughness: rough(0.1),
+            eta: number(1.5),
+            opacity: number(1.0),
+        },
+        "mirror" => MaterialKind::Mirror { kr: number(0.9) },
+        "glass" | "dielectric" | "thindielectric" => MaterialKind::Dielectric {
+            kr: number(1.0),
+            kt: number(1.0),
+            eta: number(1.5),
+            roughness: rough(0.0),
+            thin: kind == "thindielectric",
+        },
+        "coateddiffuse" => MaterialKind::CoatedDiffuse {
+            reflectance: number(0.5),
+            roughness: rough(0.0),
+            eta: number(1.5),
+            thickness: 0.01,
+        },
+        "diffusetransmission" => MaterialKind::DiffuseTransmission {
+            reflectance: number(0.25),
+            transmittance: number(0.25),
+        },
+        "mix" => MaterialKind::Mix {
+            materials: [0; 2],
+            amount: number(0.5),
+        },
+        "phong" => MaterialKind::Phong {
+            kd: number(0.5),
+            ks: number(0.5),
+            exponent: number(10.0),
+        },
+        _ => return None,
+    })
+}
 
 impl Loader {
     /// `Material "matte" …`
@@ -54,13 +127,9 @@ impl Loader {
         }
         let names = self.materials.keys().map(String::as_str);
         let message = format!("unknown material `{}`", shorten(name));
-        Err(params
-            .error(
-                ErrorKind::UnknownName,
-                message,
-                "not defined by `MakeNamedMaterial`",
-            )
-            .suggest(nearest(name, names)))
+        let label = "not defined by `MakeNamedMaterial`";
+        let error = params.error(ErrorKind::UnknownName, message, label);
+        Err(error.suggest(nearest(name, names)))
     }
 
     /// Adds a material to the scene; `None` for `interface`, which is no surface.
@@ -68,10 +137,7 @@ impl Loader {
         if ["", "none", "interface"].contains(&kind) {
             return Ok(None);
         }
-        let built = match self.v3_material(kind, params)? {
-            Some(built) => built,
-            None => self.v4_material(kind, params)?,
-        };
+        let built = self.model(kind, params)?;
         let bump = self.bump(params)?;
         let normal_map = self.normal_map(params)?;
         self.warn_unused(params)?;
@@ -83,12 +149,8 @@ impl Loader {
         };
         if !material.is_drawn_in_full() {
             let message = format!("material `{kind}` is drawn in part");
-            self.warn_at(
-                params,
-                ErrorKind::Unsupported,
-                message,
-                "without its coat or what shines through it",
-            )?;
+            let label = "without its coat or what shines through it";
+            self.base.unsupported(message, label, params.at())?;
         }
         Ok(Some(self.base.builder.add_material(material)))
     }
@@ -96,7 +158,7 @@ impl Loader {
     /// v3's `bumpmap` or v4's `displacement`.
     fn bump(&mut self, params: &Params) -> Result<Option<BumpMap>> {
         for (name, as_v3) in [("bumpmap", true), ("displacement", false)] {
-            if params.find(name, &[Type::Texture, Type::Float])?.is_some() {
+            if params.find(name, NUMBER)?.is_some() {
                 let height = self.texture_param(params, name, Texture::number(0.0), true)?;
                 return Ok(Some(BumpMap { height, as_v3 }));
             }
@@ -110,203 +172,125 @@ impl Loader {
             return Ok(None);
         };
         let name = param.strings()[0].clone();
-        let data = self.base.image(&name, false, &param.at_value())?;
+        let data = self.base.image(&name, false, param.at_value(0))?;
         Ok(data.map(|data| NormalMap {
             texture: Texture::Image(Arc::new(ImageTexture::new(data, name))),
             scale: 1.0,
         }))
     }
 
-    fn colour(&mut self, params: &Params, name: &'static str, default: f64) -> Result<Texture> {
-        self.texture_param(params, name, Texture::number(default), false)
+    /// The model of a type, with the parameters that are given.
+    fn model(&mut self, kind: &str, params: &Params) -> Result<MaterialKind> {
+        let Some(mut model) = with_defaults(kind) else {
+            return self.unsupported_material(kind, params);
+        };
+        if let MaterialKind::Conductor { roughness, .. } = &model
+            && params.has("reflectance")
+        {
+            model = MaterialKind::ColoredConductor {
+                reflectance: Texture::number(0.5),
+                roughness: roughness.clone(),
+            };
+        }
+        // What a coat holds and how often its inside is sampled are not drawn.
+        if matches!(model, MaterialKind::CoatedDiffuse { .. }) {
+            params.ignore(&["maxdepth", "nsamples", "g", "albedo"]);
+        }
+        for parameter in model.parameters(is_one_of(kind, OF_V4)).1 {
+            match parameter {
+                Parameter::Colour(name, texture) => {
+                    *texture = self.texture_param(params, name, texture.clone(), false)?;
+                }
+                Parameter::Number(name, texture) => {
+                    *texture = self.texture_param(params, name, texture.clone(), true)?;
+                }
+                Parameter::Value(name, value) => *value = params.float_or(name, *value)?,
+                Parameter::Index(eta) => *eta = self.index_of_refraction(params)?,
+                Parameter::Metal(name, texture) => *texture = self.metal(params, name)?,
+                Parameter::Rough(roughness) => self.roughness(params, roughness)?,
+                Parameter::Parts(parts) => *parts = self.parts(params)?,
+            }
+        }
+        if let MaterialKind::DiffuseTransmission {
+            reflectance,
+            transmittance,
+        } = &mut model
+        {
+            let scale = Arc::new(Texture::number(params.float_or("scale", 1.0)?));
+            for texture in [reflectance, transmittance] {
+                *texture = Texture::Product(Arc::new(texture.clone()), Arc::clone(&scale));
+            }
+        }
+        Ok(model)
     }
 
-    fn number(&mut self, params: &Params, name: &'static str, default: f64) -> Result<Texture> {
-        self.texture_param(params, name, Texture::number(default), true)
+    /// A material that linelit does not draw.
+    fn unsupported_material(&mut self, kind: &str, params: &Params) -> Result<MaterialKind> {
+        if !is_one_of(kind, MATERIALS) {
+            return Err(params.unknown("material", kind, MATERIALS.split(' ')));
+        }
+        let message = format!("material `{kind}` is not supported");
+        let label = "replaced by its diffuse colour, or grey";
+        self.base.unsupported(message, label, params.at())?;
+        let mut names = ["Kd", "reflectance", "color"].into_iter();
+        let given = names.find(|name| params.has(name)).unwrap_or("Kd");
+        let kd = self.texture_param(params, given, Texture::number(0.5), false)?;
+        params.ignore_all();
+        let sigma = Texture::number(0.0);
+        Ok(MaterialKind::Matte { kd, sigma })
     }
 
     /// `roughness`, or `uroughness` and `vroughness`.
-    fn roughness(&mut self, params: &Params, default: f64, remap: Remap) -> Result<Roughness> {
-        let both = self.number(params, "roughness", default)?;
-        Ok(Roughness {
-            u: self.texture_param(params, "uroughness", both.clone(), true)?,
-            v: self.texture_param(params, "vroughness", both, true)?,
-            remap: if params.bool_or("remaproughness", true)? {
-                remap
-            } else {
-                Remap::None
-            },
-        })
+    fn roughness(&mut self, params: &Params, roughness: &mut Roughness) -> Result<()> {
+        let both = self.texture_param(params, "roughness", roughness.u.clone(), true)?;
+        roughness.u = self.texture_param(params, "uroughness", both.clone(), true)?;
+        roughness.v = self.texture_param(params, "vroughness", both, true)?;
+        if !params.bool_or("remaproughness", true)? {
+            roughness.remap = Remap::None;
+        }
+        Ok(())
     }
 
     /// v3's `index` or `eta`.
     fn index_of_refraction(&mut self, params: &Params) -> Result<Texture> {
-        let index = self.number(params, "index", 1.5)?;
+        let index = self.texture_param(params, "index", Texture::number(1.5), true)?;
         let named = params.find("eta", &[Type::Float, Type::Texture, Type::Spectrum])?;
         if named.is_some_and(|p| p.ty == Type::Spectrum) {
-            let message = "a spectral index of refraction is not supported".to_owned();
-            self.warn_at(params, ErrorKind::Unsupported, message, "read as 1.5")?;
+            let message = "a spectral index of refraction is not supported";
+            self.base.unsupported(message, "read as 1.5", params.at())?;
             return Ok(Texture::number(1.5));
         }
         self.texture_param(params, "eta", index, true)
     }
 
-    /// The materials of pbrt-v3, and our `phong`.
-    fn v3_material(&mut self, kind: &str, params: &Params) -> Result<Option<MaterialKind>> {
-        Ok(Some(match kind {
-            "matte" => MaterialKind::Matte {
-                kd: self.colour(params, "Kd", 0.5)?,
-                sigma: self.number(params, "sigma", 0.0)?,
-            },
-            "plastic" => MaterialKind::Plastic {
-                kd: self.colour(params, "Kd", 0.25)?,
-                ks: self.colour(params, "Ks", 0.25)?,
-                roughness: self.roughness(params, 0.1, Remap::V3)?,
-            },
-            "metal" => self.conductor(params, 0.01, Remap::V3)?,
-            "substrate" => MaterialKind::Substrate {
-                kd: self.colour(params, "Kd", 0.5)?,
-                ks: self.colour(params, "Ks", 0.5)?,
-                roughness: self.roughness(params, 0.1, Remap::V3)?,
-            },
-            "uber" => MaterialKind::Uber {
-                kd: self.colour(params, "Kd", 0.25)?,
-                ks: self.colour(params, "Ks", 0.25)?,
-                kr: self.colour(params, "Kr", 0.0)?,
-                kt: self.colour(params, "Kt", 0.0)?,
-                roughness: self.roughness(params, 0.1, Remap::V3)?,
-                eta: self.index_of_refraction(params)?,
-                opacity: self.colour(params, "opacity", 1.0)?,
-            },
-            "mirror" => MaterialKind::Mirror {
-                kr: self.colour(params, "Kr", 0.9)?,
-            },
-            "glass" => MaterialKind::Dielectric {
-                kr: self.colour(params, "Kr", 1.0)?,
-                kt: self.colour(params, "Kt", 1.0)?,
-                eta: self.index_of_refraction(params)?,
-                roughness: self.roughness(params, 0.0, Remap::V3)?,
-                thin: false,
-            },
-            "phong" => MaterialKind::Phong {
-                kd: self.colour(params, "Kd", 0.5)?,
-                ks: self.colour(params, "Ks", 0.5)?,
-                exponent: self.number(params, "exponent", 10.0)?,
-            },
-            "mix" => self.mix(params)?,
-            _ => return Ok(None),
-        }))
-    }
-
-    /// The materials of pbrt-v4, and those that neither linelit draws.
-    fn v4_material(&mut self, kind: &str, params: &Params) -> Result<MaterialKind> {
-        Ok(match kind {
-            "diffuse" => MaterialKind::Matte {
-                kd: self.colour(params, "reflectance", 0.5)?,
-                sigma: self.number(params, "sigma", 0.0)?,
-            },
-            "conductor" => self.conductor(params, 0.0, Remap::V4)?,
-            "dielectric" | "thindielectric" => MaterialKind::Dielectric {
-                kr: Texture::number(1.0),
-                kt: Texture::number(1.0),
-                eta: self.index_of_refraction(params)?,
-                roughness: self.roughness(params, 0.0, Remap::V4)?,
-                thin: kind == "thindielectric",
-            },
-            "coateddiffuse" => {
-                params.ignore(&["maxdepth", "nsamples", "g", "albedo"]);
-                MaterialKind::CoatedDiffuse {
-                    reflectance: self.colour(params, "reflectance", 0.5)?,
-                    roughness: self.roughness(params, 0.0, Remap::V4)?,
-                    eta: self.index_of_refraction(params)?,
-                    thickness: params.float_or("thickness", 0.01)?,
-                }
-            }
-            "diffusetransmission" => {
-                let scale = params.float_or("scale", 1.0)?;
-                let scaled = |t| Texture::Product(Arc::new(t), Arc::new(Texture::number(scale)));
-                MaterialKind::DiffuseTransmission {
-                    reflectance: scaled(self.colour(params, "reflectance", 0.25)?),
-                    transmittance: scaled(self.colour(params, "transmittance", 0.25)?),
-                }
-            }
-            _ if is_one_of(kind, MATERIALS) => {
-                let message = format!("material `{kind}` is not supported");
-                self.warn_at(
-                    params,
-                    ErrorKind::Unsupported,
-                    message,
-                    "replaced by its diffuse colour, or grey",
-                )?;
-                let given = ["Kd", "reflectance", "color"]
-                    .into_iter()
-                    .find(|n| params.list.iter().any(|p| p.name == *n));
-                let kd = self.colour(params, given.unwrap_or("Kd"), 0.5)?;
-                params.ignore_all();
-                MaterialKind::Matte {
-                    kd,
-                    sigma: Texture::number(0.0),
-                }
-            }
-            _ => return Err(unknown(params, "material", kind, MATERIALS)),
-        })
-    }
-
-    /// A conductor by its index of refraction (default: copper), a named metal, or a colour.
-    fn conductor(&mut self, params: &Params, roughness: f64, remap: Remap) -> Result<MaterialKind> {
-        let roughness = self.roughness(params, roughness, remap)?;
-        if params.list.iter().any(|p| p.name == "reflectance") {
-            return Ok(MaterialKind::ColoredConductor {
-                reflectance: self.colour(params, "reflectance", 0.5)?,
-                roughness,
-            });
-        }
-        let (mut eta, mut k) = color::named_metal("metal-Cu").unwrap_or((DVec3::ONE, DVec3::ONE));
-        let types = [
-            Type::Spectrum,
-            Type::Rgb,
-            Type::Xyz,
-            Type::Float,
-            Type::Texture,
-            Type::Blackbody,
-        ];
-        let mut named = [false; 2];
-        for (slot, (name, suffix)) in [("eta", "-eta"), ("k", "-k")].into_iter().enumerate() {
-            let Some(param) = params.find(name, &types)? else {
-                named[slot] = true;
-                continue;
-            };
-            let metal = param.strings().first().and_then(|s| s.strip_suffix(suffix));
-            if let Some((e, ks)) = metal.and_then(color::named_metal) {
-                named[slot] = true;
-                if slot == 0 { eta = e } else { k = ks }
-            }
-        }
-        let mut texture = |name: &'static str, is_named: bool, value: DVec3| {
-            if is_named {
-                return Ok(Texture::Constant(value));
-            }
-            self.texture_param(params, name, Texture::Constant(value), false)
+    /// `eta` or `k` of a conductor: a colour, or a named metal's; copper's if it is not given.
+    fn metal(&mut self, params: &Params, name: &'static str) -> Result<Texture> {
+        let given = params.find(name, COLOUR)?.and_then(|p| p.strings().first());
+        let metal = match given {
+            Some(value) => value
+                .strip_suffix(name)
+                .and_then(|metal| metal.strip_suffix('-')),
+            None => Some("metal-Cu"),
         };
-        Ok(MaterialKind::Conductor {
-            eta: texture("eta", named[0], eta)?,
-            k: texture("k", named[1], k)?,
-            roughness,
-        })
+        let of_metal = metal.and_then(color::named_metal);
+        let of_metal = of_metal.map(|(eta, k)| if name == "eta" { eta } else { k });
+        match of_metal {
+            Some(value) if given.is_some() => Ok(Texture::Constant(value)),
+            value => {
+                let default = Texture::Constant(value.unwrap_or(DVec3::ONE));
+                self.texture_param(params, name, default, false)
+            }
+        }
     }
 
     /// v3: `namedmaterial1` has the share `amount`; v4: `materials`, the second has it.
-    fn mix(&mut self, params: &Params) -> Result<MaterialKind> {
+    fn parts(&mut self, params: &Params) -> Result<[u32; 2]> {
         let names: [String; 2] = match params.find("materials", &[Type::String])? {
             Some(param) => match param.strings() {
                 [a, b] => [a.clone(), b.clone()],
                 _ => {
                     let message = format!("`materials` of {} takes two names", params.owner);
-                    return Err(param.error(
-                        ErrorKind::BadParameter,
-                        message,
-                        "expected two names",
-                    ));
+                    return Err(param.bad(message, "expected two names"));
                 }
             },
             None => {
@@ -315,7 +299,6 @@ impl Loader {
                 [second.to_owned(), first.to_owned()]
             }
         };
-        let amount = self.colour(params, "amount", 0.5)?;
         let mut materials = [0; 2];
         for (slot, name) in materials.iter_mut().zip(&names) {
             *slot = self.material_index(params, name)?.unwrap_or(0);
@@ -324,13 +307,10 @@ impl Loader {
         let cost: usize = materials.iter().map(|m| self.mix_cost(*m)).sum();
         if cost > MOST_PARTS {
             let message = format!("{} is nested too deeply", params.owner);
-            return Err(params.error(
-                ErrorKind::Limit,
-                message,
-                &format!("more than {MOST_PARTS} parts"),
-            ));
+            let label = format!("more than {MOST_PARTS} parts");
+            return Err(params.error(ErrorKind::Limit, message, &label));
         }
-        Ok(MaterialKind::Mix { materials, amount })
+        Ok(materials)
     }
 
     fn mix_cost(&self, material: u32) -> usize {

@@ -17,7 +17,7 @@ mod view;
 
 use lexer::{Lexer, Token, TokenKind};
 use linelit_assembly::{
-    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span, nearest, shorten,
+    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span, shorten,
 };
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
@@ -121,12 +121,9 @@ impl Loader {
         while let Some(token) = lexer.next()? {
             if token.kind != TokenKind::Word {
                 let text = shorten(&source.text(token.span));
-                return Err(source.error(
-                    ErrorKind::Syntax,
-                    format!("unexpected `{text}`"),
-                    token.span,
-                    "expected a directive",
-                ));
+                let message = format!("unexpected `{text}`");
+                let at = source.at(token.span);
+                return Err(at.error(ErrorKind::Syntax, message, "expected a directive"));
             }
             self.directive(&mut lexer, token)?;
         }
@@ -137,15 +134,10 @@ impl Loader {
     fn finish(mut self, source: &Source) -> Result<Loaded> {
         if let Some(block) = self.stack.last() {
             let end = block.opener.replace("Begin", "End");
-            return Err(block
-                .source
-                .error(
-                    ErrorKind::Nesting,
-                    format!("`{}` is never closed", block.opener),
-                    block.span,
-                    "opened here",
-                )
-                .help(format!("add `{end}`")));
+            let message = format!("`{}` is never closed", block.opener);
+            let at = block.source.at(block.span);
+            let error = at.error(ErrorKind::Nesting, message, "opened here");
+            return Err(error.help(format!("add `{end}`")));
         }
         let view = std::mem::take(&mut self.view);
         let (camera, film) = view.finish(&mut self.base.warnings, source)?;
@@ -163,12 +155,8 @@ impl Loader {
             _ => {
                 let word = lexer.source().text(directive.span);
                 let message = format!("`{word}` has no name");
-                Err(lexer.error(
-                    ErrorKind::Syntax,
-                    message,
-                    directive.span,
-                    format!("expected {what} in quotes behind it"),
-                ))
+                let label = format!("expected {what} in quotes behind it");
+                Err(lexer.error(ErrorKind::Syntax, message, directive.span, label))
             }
         }
     }
@@ -194,29 +182,18 @@ impl Loader {
     fn warn_unused(&mut self, params: &Params) -> Result<()> {
         for (param, near) in params.unused() {
             let message = format!("{} has no parameter `{}`", params.owner, param.name);
-            let at = |e, label: &str| param.at()(e, label).suggest(near);
+            let place = |e: SceneError| e.at(param.at(), "ignored").suggest(near);
             let kind = ErrorKind::UnknownName;
-            self.base.warn(kind, message, "ignored", &at)?;
+            self.base.warnings.warn(kind, message, place)?;
         }
         Ok(())
-    }
-
-    /// Warns about something at a directive.
-    fn warn_at(
-        &mut self,
-        params: &Params,
-        kind: ErrorKind,
-        message: String,
-        label: &str,
-    ) -> Result<()> {
-        self.base.warn(kind, message, label, &params.at())
     }
 
     fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {
         let (name, token) = self.name(lexer, directive, "a file name")?;
         let outer = Arc::clone(lexer.source());
-        let fail =
-            |kind, message: String, label: &str| Err(outer.error(kind, message, token.span, label));
+        let at = outer.at(token.span);
+        let fail = |kind, message: String, label: &str| Err(at.error(kind, message, label));
         if self.includes.len() > MAX_INCLUDES {
             let message = format!("files are included more than {MAX_INCLUDES} deep");
             return fail(ErrorKind::Limit, message, "one too many");
@@ -226,8 +203,7 @@ impl Loader {
             let message = format!("more than {MAX_INCLUDES_IN_ALL} files are included");
             return fail(ErrorKind::Limit, message, "one too many");
         }
-        let at = |e: SceneError, label: &str| e.at(&outer, token.span, label);
-        let file = self.base.open_unpacked(&name, &at)?;
+        let file = self.base.open_unpacked(&name, at)?;
         if self.includes.contains(&file.whole) {
             let message = format!("`{name}` includes itself");
             return fail(ErrorKind::Recursion, message, "already open");
@@ -254,12 +230,4 @@ impl Loader {
 /// Whether a name is one of those in a list with blanks between.
 fn is_one_of(name: &str, list: &str) -> bool {
     list.split(' ').any(|known| known == name)
-}
-
-/// The error for a name that nobody defined; `known` are names with blanks between.
-fn unknown(params: &Params, what: &str, name: &str, known: &str) -> SceneError {
-    let name = shorten(name);
-    let message = format!("unknown {what} `{name}`");
-    let error = params.error(ErrorKind::UnknownName, message, "");
-    error.suggest(nearest(&name, known.split(' ')))
 }

@@ -1,8 +1,9 @@
 //! Typed parameter lists: `"float radius" [ 2 ] "rgb L" [ 1 1 1 ]`.
 
 use super::lexer::{Lexer, Token, TokenKind};
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
+use linelit_assembly::{ErrorKind, Location, Result, SceneError, Source, Span, nearest, shorten};
 use std::cell::{Cell, RefCell};
+use std::fmt;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -25,18 +26,19 @@ pub(crate) enum Type {
     Texture,
 }
 
+/// Their names; of two the first is that of messages.
 const TYPES: &[(&str, Type)] = &[
     ("bool", Type::Bool),
     ("integer", Type::Integer),
     ("float", Type::Float),
     ("point2", Type::Point2),
     ("vector2", Type::Vector2),
-    ("point3", Type::Point3),
     ("point", Type::Point3),
-    ("vector3", Type::Vector3),
+    ("point3", Type::Point3),
     ("vector", Type::Vector3),
-    ("normal3", Type::Normal),
+    ("vector3", Type::Vector3),
     ("normal", Type::Normal),
+    ("normal3", Type::Normal),
     ("rgb", Type::Rgb),
     ("color", Type::Rgb),
     ("xyz", Type::Xyz),
@@ -50,23 +52,9 @@ const TYPES: &[(&str, Type)] = &[
 const MAX_PARAMETERS: usize = 500;
 
 impl Type {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Bool => "bool",
-            Self::Integer => "integer",
-            Self::Float => "float",
-            Self::Point2 => "point2",
-            Self::Vector2 => "vector2",
-            Self::Point3 => "point",
-            Self::Vector3 => "vector",
-            Self::Normal => "normal",
-            Self::Rgb => "rgb",
-            Self::Xyz => "xyz",
-            Self::Blackbody => "blackbody",
-            Self::Spectrum => "spectrum",
-            Self::String => "string",
-            Self::Texture => "texture",
-        }
+    fn name(self) -> &'static str {
+        let named = TYPES.iter().find(|(_, ty)| *ty == self);
+        named.map_or("", |(name, _)| name)
     }
 
     /// Numbers per element.
@@ -102,20 +90,19 @@ pub(crate) struct Param {
 }
 
 impl Param {
-    /// An error that points at the declaration.
-    pub(crate) fn error(&self, kind: ErrorKind, message: String, label: &str) -> SceneError {
-        self.source.error(kind, message, self.span, label)
+    /// The declaration, to point at.
+    pub(crate) fn at(&self) -> Location<'_> {
+        self.source.at(self.span)
     }
 
-    /// Points at the declaration.
-    pub(crate) fn at(&self) -> impl Fn(SceneError, &str) -> SceneError {
-        |e: SceneError, label: &str| e.at(&self.source, self.span, label)
+    /// The `k`-th value, to point at.
+    pub(crate) fn at_value(&self, k: usize) -> Location<'_> {
+        self.source.at(self.value_span(k))
     }
 
-    /// Points at the first value.
-    pub(crate) fn at_value(&self) -> impl Fn(SceneError, &str) -> SceneError {
-        let span = self.value_span(0);
-        move |e: SceneError, label: &str| e.at(&self.source, span, label)
+    /// A value that is not one for this parameter.
+    pub(crate) fn bad(&self, message: impl Into<String>, label: &str) -> SceneError {
+        self.at().error(ErrorKind::BadParameter, message, label)
     }
 
     /// The place of the `k`-th value, found by reading the values again.
@@ -135,17 +122,6 @@ impl Param {
             seen += 1;
         }
         self.span
-    }
-
-    /// An error that points at the `k`-th value.
-    pub(crate) fn value_error(
-        &self,
-        k: usize,
-        kind: ErrorKind,
-        message: String,
-        label: &str,
-    ) -> SceneError {
-        self.source.error(kind, message, self.value_span(k), label)
     }
 
     pub(crate) fn numbers(&self) -> &[f64] {
@@ -190,15 +166,13 @@ impl Params {
                 .iter()
                 .any(|p| p.name == param.name && p.ty == param.ty)
             {
-                return Err(param.error(
-                    ErrorKind::BadParameter,
-                    format!("parameter `{}` is given twice", param.name),
-                    "second time",
-                ));
+                let message = format!("parameter `{}` is given twice", param.name);
+                return Err(param.bad(message, "second time"));
             }
             if list.len() >= MAX_PARAMETERS {
                 let message = format!("more than {MAX_PARAMETERS} parameters");
-                return Err(param.error(ErrorKind::Limit, message, "one too many"));
+                let at = param.at();
+                return Err(at.error(ErrorKind::Limit, message, "one too many"));
             }
             list.push(Rc::new(param));
         }
@@ -211,20 +185,34 @@ impl Params {
         })
     }
 
-    /// Points at the directive.
-    pub(crate) fn at(&self) -> impl Fn(SceneError, &str) -> SceneError {
-        |e: SceneError, label: &str| e.at(&self.source, self.span, label)
+    /// The directive, to point at.
+    pub(crate) fn at(&self) -> Location<'_> {
+        self.source.at(self.span)
     }
 
     /// An error that points at the directive.
-    pub(crate) fn error(&self, kind: ErrorKind, message: String, label: &str) -> SceneError {
-        self.source.error(kind, message, self.span, label)
+    pub(crate) fn error(
+        &self,
+        kind: ErrorKind,
+        message: impl Into<String>,
+        label: &str,
+    ) -> SceneError {
+        self.at().error(kind, message, label)
+    }
+
+    /// The parameter of that name, whatever its type.
+    pub(crate) fn named(&self, name: &str) -> Option<&Param> {
+        self.list.iter().map(|p| &**p).find(|p| p.name == name)
+    }
+
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.named(name).is_some()
     }
 
     /// Adds those of `defaults` that are not given.
     pub(crate) fn add_defaults(&mut self, defaults: &[Rc<Param>]) {
         for param in defaults {
-            if !self.list.iter().any(|p| p.name == param.name) {
+            if !self.has(&param.name) {
                 param.used.set(true);
                 self.list.push(Rc::clone(param));
             }
@@ -234,7 +222,7 @@ impl Params {
     /// The parameter of that name, which must have one of the types.
     pub(crate) fn find(&self, name: &'static str, types: &[Type]) -> Result<Option<&Param>> {
         self.asked.borrow_mut().push(name);
-        let Some(param) = self.list.iter().map(|p| &**p).find(|p| p.name == name) else {
+        let Some(param) = self.named(name) else {
             return Ok(None);
         };
         param.used.set(true);
@@ -248,7 +236,7 @@ impl Params {
             param.ty.name(),
             expected.join(" or ")
         );
-        Err(param.error(ErrorKind::BadParameter, message, "wrong type"))
+        Err(param.bad(message, "wrong type"))
     }
 
     fn single<'a>(&'a self, name: &'static str, types: &[Type]) -> Result<Option<&'a Param>> {
@@ -264,12 +252,14 @@ impl Params {
         if count == arity {
             return Ok(Some(param));
         }
-        let message = format!(
-            "parameter `{name}` of {} takes {arity} value{}, got {count}",
-            self.owner,
-            if arity == 1 { "" } else { "s" }
-        );
-        Err(param.error(ErrorKind::BadParameter, message, "wrong number of values"))
+        let values = if arity == 1 { "value" } else { "values" };
+        Err(self.wrong_count(param, format!("takes {arity} {values}, got {count}")))
+    }
+
+    /// A parameter with another number of values than it takes.
+    pub(crate) fn wrong_count(&self, param: &Param, what: impl fmt::Display) -> SceneError {
+        let message = format!("parameter `{}` of {} {what}", param.name, self.owner);
+        param.bad(message, "wrong number of values")
     }
 
     pub(crate) fn float(&self, name: &'static str) -> Result<Option<f64>> {
@@ -287,15 +277,18 @@ impl Params {
         if value > 0.0 {
             return Ok(value);
         }
-        let param = self.list.iter().find(|p| p.name == name);
-        let message = format!(
-            "parameter `{name}` of {} must be positive, not {value}",
-            self.owner
-        );
-        Err(match param {
-            Some(p) => p.value_error(0, ErrorKind::OutOfRange, message, "must be greater than 0"),
-            None => self.error(ErrorKind::OutOfRange, message, ""),
-        })
+        let owner = &self.owner;
+        let message = format!("parameter `{name}` of {owner} must be positive, not {value}");
+        Err(self.range_error(&[name], message, "must be greater than 0"))
+    }
+
+    /// A number that is out of its range, at the first that is given of some parameters.
+    pub(crate) fn range_error(&self, names: &[&str], message: String, label: &str) -> SceneError {
+        let given = self.list.iter().find(|p| names.contains(&p.name.as_str()));
+        match given {
+            Some(p) => p.at_value(0).error(ErrorKind::OutOfRange, message, label),
+            None => self.error(ErrorKind::OutOfRange, message, label),
+        }
     }
 
     pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i32>> {
@@ -320,6 +313,40 @@ impl Params {
         Ok(param.map(|p| p.strings()[0].as_str()))
     }
 
+    /// What one of some words stands for.
+    pub(crate) fn choice<T: Copy>(
+        &self,
+        name: &'static str,
+        what: &str,
+        words: &[(&str, T)],
+    ) -> Result<Option<T>> {
+        let word = self.string(name)?;
+        word.map(|word| self.pick(what, word, words)).transpose()
+    }
+
+    /// What a word of the directive stands for.
+    pub(crate) fn pick<T: Copy>(&self, what: &str, word: &str, words: &[(&str, T)]) -> Result<T> {
+        let found = words.iter().find(|(known, _)| *known == word);
+        let unknown = || self.unknown(what, word, words.iter().map(|(known, _)| *known));
+        found.map(|(_, value)| *value).ok_or_else(unknown)
+    }
+
+    /// The error for a name that nobody defined.
+    pub(crate) fn unknown<'a>(
+        &self,
+        what: &str,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+    ) -> SceneError {
+        let name = shorten(name);
+        let error = self.error(
+            ErrorKind::UnknownName,
+            format!("unknown {what} `{name}`"),
+            "",
+        );
+        error.suggest(nearest(&name, known))
+    }
+
     /// A parameter that holds one string.
     pub(crate) fn text(&self, name: &'static str) -> Result<Option<&Param>> {
         self.single(name, &[Type::String])
@@ -340,11 +367,8 @@ impl Params {
         if count % arity == 0 {
             return Ok(Some(param));
         }
-        let message = format!(
-            "parameter `{name}` of {} has {count} numbers, which is not a multiple of {arity}",
-            self.owner
-        );
-        Err(param.error(ErrorKind::BadParameter, message, "wrong number of values"))
+        let what = format!("has {count} numbers, which is not a multiple of {arity}");
+        Err(self.wrong_count(param, what))
     }
 
     /// As many numbers as asked for, or none.
@@ -356,28 +380,18 @@ impl Params {
         let Some(param) = self.find(name, types)? else {
             return Ok(None);
         };
-        match <[f64; N]>::try_from(param.numbers()) {
-            Ok(values) => Ok(Some(values)),
-            Err(_) => {
-                let count = param.numbers().len();
-                let message = format!(
-                    "parameter `{name}` of {} takes {N} values, got {count}",
-                    self.owner
-                );
-                Err(param.error(ErrorKind::BadParameter, message, "wrong number of values"))
-            }
-        }
+        let count = param.numbers().len();
+        let values = <[f64; N]>::try_from(param.numbers());
+        let wrong = |_| self.wrong_count(param, format!("takes {N} values, got {count}"));
+        values.map(Some).map_err(wrong)
     }
 
     /// Something that has to be there.
     pub(crate) fn require<T>(&self, name: &'static str, value: Option<T>) -> Result<T> {
         value.ok_or_else(|| {
             let message = format!("{} needs a parameter `{name}`", self.owner);
-            let error = self.error(
-                ErrorKind::MissingParameter,
-                message,
-                &format!("`{name}` is required"),
-            );
+            let label = format!("`{name}` is required");
+            let error = self.error(ErrorKind::MissingParameter, message, &label);
             let unused = self.list.iter().filter(|p| !p.used.get());
             match nearest(name, unused.map(|p| p.name.as_str())) {
                 Some(near) => error.help(format!("it has `{near}`; was that meant?")),
@@ -389,13 +403,9 @@ impl Params {
     /// Marks parameters as seen that mean nothing to us and do not change the scene.
     pub(crate) fn ignore(&self, names: &[&'static str]) {
         self.asked.borrow_mut().extend(names);
-        for param in self
-            .list
-            .iter()
-            .filter(|p| names.contains(&p.name.as_str()))
-        {
-            param.used.set(true);
-        }
+        let ignored = |p: &&Rc<Param>| names.contains(&p.name.as_str());
+        let ignored = self.list.iter().filter(ignored);
+        ignored.for_each(|p| p.used.set(true));
     }
 
     /// Marks all parameters as seen, those of something that is left out.

@@ -3,7 +3,8 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
-use super::{Geometry, Loader, ObjectShape, is_one_of, unknown};
+use super::textures::NUMBER;
+use super::{Geometry, Loader, ObjectShape, is_one_of};
 use crate::tessellate;
 use linelit_assembly::{ErrorKind, Result, Source, ply};
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
@@ -30,7 +31,7 @@ impl Loader {
         self.shapes += 1;
         if is_one_of(&name, UNSUPPORTED) {
             let message = format!("shape `{name}` is not supported");
-            return self.warn_at(&params, ErrorKind::Unsupported, message, "left out");
+            return self.base.unsupported(message, "left out", params.at());
         }
         let Some(geometry) = self.geometry(&name, &params)? else {
             return Ok(());
@@ -38,8 +39,10 @@ impl Loader {
         self.warn_about_alpha(&params)?;
         self.warn_unused(&params)?;
         let Some(material) = self.state.material.or(self.state.emission.map(|_| 0)) else {
-            let message = "a shape with the material `interface` is left out".to_owned();
-            return self.warn_at(&params, ErrorKind::Unsupported, message, "has no surface");
+            let message = "a shape with the material `interface` is left out";
+            return self
+                .base
+                .unsupported(message, "has no surface", params.at());
         };
         let place = Placement {
             to_world: self.state.ctm,
@@ -66,13 +69,13 @@ impl Loader {
             "sphere" | "disk" | "cylinder" => self.round(name, params)?,
             "line" => return line(params).map(Some),
             _ => {
-                let known = format!("{SHAPES} {UNSUPPORTED}");
-                return Err(unknown(params, "shape", name, &known));
+                let known = SHAPES.split(' ').chain(UNSUPPORTED.split(' '));
+                return Err(params.unknown("shape", name, known));
             }
         };
         if mesh.triangles.is_empty() {
             let message = format!("{} has no triangles", params.owner);
-            self.warn_at(params, ErrorKind::Suspicious, message, "empty mesh")?;
+            self.base.suspicious(message, "empty mesh", params.at())?;
             return Ok(None);
         }
         Ok(Some(Geometry::Mesh(Rc::new(mesh))))
@@ -90,14 +93,14 @@ impl Loader {
             Geometry::Line(p0, p1) => return self.place_line(params, [*p0, *p1], place),
         };
         let owner = &params.owner;
-        self.base.place(mesh, place, owner, &params.at())?;
+        self.base.place(mesh, place, owner, params.at())?;
         let split = place.emission.is_some_and(|e| e.power.is_some())
             && !mesh.one_shape
             && mesh.triangles.len() > 1;
         if split {
             let message = "the `power` of an area light goes to each triangle of its mesh";
             let label = format!("{} triangles, as in pbrt-v4", mesh.triangles.len());
-            self.warn_at(params, ErrorKind::Suspicious, message.to_owned(), &label)?;
+            self.base.suspicious(message, &label, params.at())?;
         }
         Ok(())
     }
@@ -105,29 +108,24 @@ impl Loader {
     fn place_line(&mut self, params: &Params, ends: [DVec3; 2], place: &Placement) -> Result<()> {
         let [p0, p1] = ends.map(|p| place.to_world.transform_point3(p));
         let Some(emission) = place.emission else {
-            let message = "a line without `AreaLightSource` is nothing".to_owned();
-            return self.warn_at(params, ErrorKind::Suspicious, message, "left out");
+            let message = "a line without `AreaLightSource` is nothing";
+            return self.base.suspicious(message, "left out", params.at());
         };
         if emission.map.is_some() {
-            let message = "a line has no place for an image".to_owned();
+            let message = "a line has no place for an image";
             let label = "emits as a white one";
-            self.warn_at(params, ErrorKind::Suspicious, message, label)?;
+            self.base.suspicious(message, label, params.at())?;
         }
-        self.base.place_line([p0, p1], &emission, &params.at())
+        self.base.place_line([p0, p1], &emission, params.at())
     }
 
     fn warn_about_alpha(&mut self, params: &Params) -> Result<()> {
         for name in ["alpha", "shadowalpha"] {
-            let types = [Type::Float, Type::Texture];
-            let Some(param) = params.find(name, &types)? else {
-                continue;
-            };
-            if param.numbers() == [1.0] {
-                continue;
+            let param = params.find(name, NUMBER)?;
+            if let Some(param) = param.filter(|param| param.numbers() != [1.0]) {
+                let message = format!("`{name}` is not supported: shapes are opaque");
+                self.base.unsupported(message, "ignored", param.at())?;
             }
-            let message = format!("`{name}` is not supported: shapes are opaque");
-            let kind = ErrorKind::Unsupported;
-            self.base.warn(kind, message, "ignored", &param.at())?;
         }
         Ok(())
     }
@@ -207,18 +205,18 @@ impl Loader {
             param.name, params.owner
         );
         let kind = ErrorKind::BadMesh;
-        self.base.warn(kind, message, "ignored", &param.at())
+        self.base.warn(kind, message, "ignored", param.at())
     }
 
     fn ply_mesh(&mut self, params: &Params) -> Result<MeshData> {
         let param = params.require("filename", params.text("filename")?)?;
         let file = self
             .base
-            .open_unpacked(&param.strings()[0], &param.at_value())?;
+            .open_unpacked(&param.strings()[0], param.at_value(0))?;
         let source = Source::new(file.path, file.bytes);
         if params.find("displacement", &[Type::Texture])?.is_some() {
-            let message = "displacement is not supported".to_owned();
-            self.warn_at(params, ErrorKind::Unsupported, message, "ignored")?;
+            let message = "displacement is not supported";
+            self.base.unsupported(message, "ignored", params.at())?;
         }
         params.ignore(&["edgelength"]);
         // What pbrt does not read from these files either is not worth a warning.
@@ -307,7 +305,7 @@ impl Loader {
         if emissive {
             let message = format!("an emissive {name} is drawn with flat facets");
             let label = format!("{} triangles", mesh.triangles.len());
-            self.warn_at(params, ErrorKind::Suspicious, message, &label)?;
+            self.base.suspicious(message, &label, params.at())?;
         }
         Ok(mesh)
     }
@@ -327,7 +325,7 @@ fn checked_indices(params: &Params, param: &Param, count: usize) -> Result<Vec<u
         }
         let message = format!("index {i} of {} is out of range", params.owner);
         let label = format!("there are {count} vertices");
-        Err(param.value_error(k, ErrorKind::BadMesh, message, &label))
+        Err(param.at_value(k).error(ErrorKind::BadMesh, message, &label))
     });
     indices.collect()
 }

@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
 use super::state::Target;
-use super::{Loader, is_one_of, unknown};
+use super::{Loader, is_one_of};
 use linelit_assembly::{ErrorKind, Result, nearest, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
@@ -17,6 +17,19 @@ const UNSUPPORTED: &str = "bilerp directionmix dots fbm marble ptex uv windy wri
 
 const TEXTURES: &str = "checkerboard constant imagemap mix scale";
 
+/// The types that a number over a surface may have.
+pub(super) const NUMBER: &[Type] = &[Type::Float, Type::Texture];
+
+/// The types that a colour over a surface may have.
+pub(super) const COLOUR: &[Type] = &[
+    Type::Rgb,
+    Type::Xyz,
+    Type::Blackbody,
+    Type::Spectrum,
+    Type::Float,
+    Type::Texture,
+];
+
 impl Loader {
     /// `Texture "name" "spectrum" "imagemap" …`
     pub(super) fn texture(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
@@ -24,18 +37,8 @@ impl Loader {
         let (value_type, _) = self.name(lexer, token, "a texture's type")?;
         let (class, mut params) = self.named_params(lexer, token, "texture")?;
         params.add_defaults(&self.state.defaults(Target::Texture));
-        let is_number = match value_type.as_str() {
-            "float" => true,
-            "spectrum" | "color" => false,
-            _ => {
-                return Err(unknown(
-                    &params,
-                    "texture type",
-                    &value_type,
-                    "float spectrum color",
-                ));
-            }
-        };
+        let types = [("float", true), ("spectrum", false), ("color", false)];
+        let is_number = params.pick("texture type", &value_type, &types)?;
         let texture = self.build_texture(&class, &params, is_number)?;
         if texture.cost() > MAX_COST {
             let message = format!("texture `{}` is nested too deeply", shorten(&name));
@@ -63,13 +66,14 @@ impl Loader {
             "imagemap" => self.image_map(params, is_number),
             _ if is_one_of(class, UNSUPPORTED) => {
                 let message = format!("texture `{class}` is not supported");
-                self.warn_at(params, ErrorKind::Unsupported, message, "replaced by 0.5")?;
+                self.base
+                    .unsupported(message, "replaced by 0.5", params.at())?;
                 params.ignore_all();
                 Ok(Texture::number(0.5))
             }
             _ => {
-                let known = format!("{TEXTURES} {UNSUPPORTED}");
-                Err(unknown(params, "texture", class, &known))
+                let known = TEXTURES.split(' ').chain(UNSUPPORTED.split(' '));
+                Err(params.unknown("texture", class, known))
             }
         }
     }
@@ -92,26 +96,16 @@ impl Loader {
         let even = self.texture_param(params, "tex1", Texture::number(1.0), is_number)?;
         let odd = self.texture_param(params, "tex2", Texture::number(0.0), is_number)?;
         if params.integer("dimension")?.unwrap_or(2) != 2 {
-            let message = "checkerboards in space are not supported".to_owned();
+            let message = "checkerboards in space are not supported";
             let label = "drawn over u and v";
-            self.warn_at(params, ErrorKind::Unsupported, message, label)?;
+            self.base.unsupported(message, label, params.at())?;
         }
         // v3's; v4 always averages.
-        let filtered = match params.string("aamode")? {
-            None | Some("closedform") => true,
-            Some("none") => false,
-            Some(other) => {
-                return Err(unknown(
-                    params,
-                    "antialiasing mode",
-                    other,
-                    "closedform none",
-                ));
-            }
-        };
+        let modes = [("closedform", true), ("none", false)];
+        let filtered = params.choice("aamode", "antialiasing mode", &modes)?;
         Ok(Texture::Checkerboard {
             mapping: self.mapping(params)?,
-            filtered,
+            filtered: filtered.unwrap_or(true),
             even: Arc::new(even),
             odd: Arc::new(odd),
         })
@@ -134,7 +128,8 @@ impl Loader {
             None | Some("uv") => {}
             Some(other) => {
                 let message = format!("texture mapping `{}` is not supported", shorten(other));
-                self.warn_at(params, ErrorKind::Unsupported, message, "mapped by u and v")?;
+                self.base
+                    .unsupported(message, "mapped by u and v", params.at())?;
                 params.ignore(&["v1", "v2"]);
             }
         }
@@ -146,19 +141,28 @@ impl Loader {
         let name = param.strings()[0].clone();
         let mapping = self.mapping(params)?;
         let filter = self.texture_filter(params)?;
-        let wrap = self.wrap(params, "wrap", Wrap::Repeat)?;
-        let wrap = [wrap, self.wrap(params, "vwrap", wrap)?];
+        // What lies beyond the edges; `vwrap` and `mirror` are ours.
+        let wraps = [
+            ("repeat", Wrap::Repeat),
+            ("black", Wrap::Black),
+            ("clamp", Wrap::Clamp),
+            ("mirror", Wrap::Mirror),
+        ];
+        let wrap = |name| params.choice(name, "wrap mode", &wraps);
+        let across = wrap("wrap")?.unwrap_or(Wrap::Repeat);
+        let wrap = [across, wrap("vwrap")?.unwrap_or(across)];
         // v3: gamma; v4: encoding. Files of eight bits are sRGB unless said otherwise.
         let srgb = params.bool_or("gamma", true)?
             && params.string("encoding")?.is_none_or(|e| e == "sRGB");
         let scale = params.float_or("scale", 1.0)?;
         let invert = params.bool_or("invert", false)?;
+        let at = param.at_value(0);
         let data = if is_number {
-            self.base.luminance(&name, srgb, &param.at_value())
+            self.base.luminance(&name, srgb, at)?
         } else {
-            self.base.image(&name, srgb, &param.at_value())
+            self.base.image(&name, srgb, at)?
         };
-        let Some(data) = data? else {
+        let Some(data) = data else {
             return Ok(Texture::number(0.5 * scale));
         };
         Ok(Texture::Image(Arc::new(ImageTexture {
@@ -183,45 +187,22 @@ impl Loader {
             max_anisotropy = TextureFilter::MAX_ANISOTROPY;
             let message = format!("`maxanisotropy` above {max_anisotropy} is not supported");
             let label = format!("taken as {max_anisotropy}");
-            self.warn_at(params, ErrorKind::Unsupported, message, &label)?;
+            self.base.unsupported(message, &label, params.at())?;
         }
         let ellipses = TextureFilter::Ewa { max_anisotropy };
         let is_trilinear = params.bool_or("trilinear", false)?;
-        Ok(match params.string("filter")? {
-            Some("point") => TextureFilter::Point,
-            Some("bilinear") => TextureFilter::Bilinear,
-            Some("trilinear") => TextureFilter::Trilinear,
-            Some("ewa" | "EWA") => ellipses,
-            Some(other) => {
-                return Err(unknown(
-                    params,
-                    "texture filter",
-                    other,
-                    "point bilinear trilinear ewa",
-                ));
-            }
+        let filters = [
+            ("point", TextureFilter::Point),
+            ("bilinear", TextureFilter::Bilinear),
+            ("trilinear", TextureFilter::Trilinear),
+            ("ewa", ellipses),
+            ("EWA", ellipses),
+        ];
+        Ok(match params.choice("filter", "texture filter", &filters)? {
+            Some(filter) => filter,
             None if is_trilinear => TextureFilter::Trilinear,
             None if self.view.is_v4 => TextureFilter::Bilinear,
             None => ellipses,
-        })
-    }
-
-    /// What lies beyond the edges; `vwrap` and `mirror` are ours.
-    fn wrap(&self, params: &Params, name: &'static str, default: Wrap) -> Result<Wrap> {
-        Ok(match params.string(name)? {
-            None => default,
-            Some("repeat") => Wrap::Repeat,
-            Some("black") => Wrap::Black,
-            Some("clamp") => Wrap::Clamp,
-            Some("mirror") => Wrap::Mirror,
-            Some(other) => {
-                return Err(unknown(
-                    params,
-                    "wrap mode",
-                    other,
-                    "repeat black clamp mirror",
-                ));
-            }
         })
     }
 
@@ -233,18 +214,7 @@ impl Loader {
         default: Texture,
         is_number: bool,
     ) -> Result<Texture> {
-        let types: &[Type] = if is_number {
-            &[Type::Float, Type::Texture]
-        } else {
-            &[
-                Type::Rgb,
-                Type::Xyz,
-                Type::Blackbody,
-                Type::Spectrum,
-                Type::Float,
-                Type::Texture,
-            ]
-        };
+        let types = if is_number { NUMBER } else { COLOUR };
         let Some(param) = params.find(name, types)? else {
             return Ok(default);
         };
@@ -259,7 +229,8 @@ impl Loader {
         let value = self.spectrum_value(params, param, false)?;
         if param.ty != Type::Spectrum && value.min_element() < 0.0 {
             let message = format!("negative `{name}` of {}", params.owner);
-            return Err(param.error(ErrorKind::OutOfRange, message, "must not be negative"));
+            let at = param.at();
+            return Err(at.error(ErrorKind::OutOfRange, message, "must not be negative"));
         }
         Ok(Texture::Constant(value))
     }
@@ -296,7 +267,7 @@ impl Loader {
         };
         let [texture] = param.strings() else {
             let message = format!("parameter `{name}` of {} takes one texture", params.owner);
-            return Err(param.error(ErrorKind::BadParameter, message, "wrong number of values"));
+            return Err(param.bad(message, "wrong number of values"));
         };
         if let Some(found) = self.textures.get(&(is_number, texture.clone())) {
             return Ok((**found).clone());
@@ -315,7 +286,8 @@ impl Loader {
         if self.textures.contains_key(&(!is_number, texture.clone())) {
             message.push_str(": there is one of that name, but of the other type");
         }
-        let error = param.value_error(0, ErrorKind::UnknownName, message, "not defined");
+        let at = param.at_value(0);
+        let error = at.error(ErrorKind::UnknownName, message, "not defined");
         Err(error.suggest(nearest(texture, names)))
     }
 }

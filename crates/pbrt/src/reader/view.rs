@@ -1,9 +1,9 @@
 //! Camera, film and filter.
 
+use super::Loader;
 use super::lexer::{Lexer, Token};
 use super::params::{Params, Type};
-use super::{Loader, is_one_of, unknown};
-use linelit_assembly::{ErrorKind, Result, SceneError, Source, Warnings};
+use linelit_assembly::{ErrorKind, Result, Source, Warnings};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Camera, FilmSettings, Filter, FilterKind, Projection};
 
@@ -71,7 +71,7 @@ impl Loader {
         let determinant = self.state.ctm.matrix3.determinant();
         let camera_to_world = self.state.ctm.inverse();
         if determinant == 0.0 || !camera_to_world.is_finite() {
-            let message = "the camera's transform cannot be inverted".to_owned();
+            let message = "the camera's transform cannot be inverted";
             return Err(params.error(ErrorKind::BadTransform, message, ""));
         }
         self.coordinate_systems
@@ -81,12 +81,9 @@ impl Loader {
         if let Some([x0, x1, y0, y1]) = screen_window
             && (x0 >= x1 || y0 >= y1)
         {
-            let message = "the screen window is empty".to_owned();
-            return Err(params.error(
-                ErrorKind::OutOfRange,
-                message,
-                "expected x_min < x_max, y_min < y_max",
-            ));
+            let message = "the screen window is empty";
+            let label = "expected x_min < x_max, y_min < y_max";
+            return Err(params.error(ErrorKind::OutOfRange, message, label));
         }
         let frame_aspect_ratio = match params.float("frameaspectratio")? {
             Some(_) => Some(params.positive_or("frameaspectratio", 1.0)?),
@@ -94,13 +91,9 @@ impl Loader {
         };
         let projection = self.projection(&name, &params)?;
         if params.float_or("lensradius", 0.0)? > 0.0 {
-            let message = "depth of field is not supported".to_owned();
-            self.warn_at(
-                &params,
-                ErrorKind::Unsupported,
-                message,
-                "everything is in focus",
-            )?;
+            let message = "depth of field is not supported";
+            self.base
+                .unsupported(message, "everything is in focus", params.at())?;
         }
         params.ignore(&["focaldistance"]);
         self.warn_unused(&params)?;
@@ -125,41 +118,28 @@ impl Loader {
                     return Ok(Projection::Perspective { fov_degrees });
                 }
                 let message = format!("a field of view of {fov_degrees} degrees");
-                let param = params
-                    .list
-                    .iter()
-                    .find(|p| p.name == "fov" || p.name == "halffov");
                 let label = "expected an angle between 0 and 180 degrees";
-                Err(match param {
-                    Some(p) => p.value_error(0, ErrorKind::OutOfRange, message, label),
-                    None => params.error(ErrorKind::OutOfRange, message, label),
-                })
+                Err(params.range_error(&["fov", "halffov"], message, label))
             }
             "orthographic" => Ok(Projection::Orthographic),
             "environment" => Ok(Projection::Spherical { z_up: false }),
             "spherical" => match params.string("mapping")? {
                 Some("equirectangular") => Ok(Projection::Spherical { z_up: true }),
-                _ => Err(params
-                    .error(
-                        ErrorKind::Unsupported,
-                        "the equal-area mapping of spherical cameras is not supported".into(),
-                        "",
-                    )
-                    .help("add \"string mapping\" \"equirectangular\"")),
+                _ => {
+                    let message = "the equal-area mapping of spherical cameras is not supported";
+                    let error = params.error(ErrorKind::Unsupported, message, "");
+                    Err(error.help("add \"string mapping\" \"equirectangular\""))
+                }
             },
-            "realistic" => Err(params
-                .error(
-                    ErrorKind::Unsupported,
-                    "realistic cameras are not supported".into(),
-                    "",
-                )
-                .help("use a `perspective` camera")),
-            _ => Err(unknown(
-                params,
-                "camera",
-                name,
-                "perspective orthographic environment spherical realistic",
-            )),
+            "realistic" => {
+                let message = "realistic cameras are not supported";
+                let error = params.error(ErrorKind::Unsupported, message, "");
+                Err(error.help("use a `perspective` camera"))
+            }
+            _ => {
+                let known = "perspective orthographic environment spherical realistic";
+                Err(params.unknown("camera", name, known.split(' ')))
+            }
         }
     }
 
@@ -167,36 +147,31 @@ impl Loader {
         if !self.in_world {
             return Ok(());
         }
-        Err(params.error(
-            ErrorKind::Nesting,
-            format!("`{word}` behind `WorldBegin`"),
-            "belongs before the world",
-        ))
+        let message = format!("`{word}` behind `WorldBegin`");
+        Err(params.error(ErrorKind::Nesting, message, "belongs before the world"))
     }
 
     /// `Film "image" …`, `Film "rgb" …`
     pub(super) fn film(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "film")?;
         self.before_world(&params, "Film")?;
-        let known = "image rgb gbuffer spectral";
-        if !is_one_of(&name, known) {
-            return Err(unknown(&params, "film", &name, known));
-        }
+        // pbrt-v3's only film is `image`; its default size differs from v4's.
+        let v4 = [1280, 720];
+        let films = [
+            ("image", [640, 480]),
+            ("rgb", v4),
+            ("gbuffer", v4),
+            ("spectral", v4),
+        ];
+        let default = params.pick("film", &name, &films)?;
+        self.view.is_v4 = default == v4;
         let of_sensors = "scale diagonal maxsampleluminance sensor iso exposuretime whitebalance \
                           maxcomponentvalue savefp16 coordinatesystem nbuckets lambdamin lambdamax";
         of_sensors
             .split(' ')
             .for_each(|name| params.ignore(&[name]));
-
-        // pbrt-v3's only film is `image`; its default size differs from v4's.
-        self.view.is_v4 = name != "image";
-        let default = if self.view.is_v4 {
-            [1280, 720]
-        } else {
-            [640, 480]
-        };
-        let width = self.side(&params, "xresolution", default[0])?;
-        let height = self.side(&params, "yresolution", default[1])?;
+        let width = side(&params, "xresolution", default[0])?;
+        let height = side(&params, "yresolution", default[1])?;
         if i64::from(width) * i64::from(height) > MAX_PIXELS {
             let message = format!("a film of {width} x {height} pixels");
             return Err(params.error(ErrorKind::Limit, message, "too many pixels"));
@@ -211,7 +186,7 @@ impl Loader {
         }
         let [x0, x1, y0, y1] = film.crop;
         if x0 >= x1 || y0 >= y1 {
-            let message = "the crop window is empty".to_owned();
+            let message = "the crop window is empty";
             return Err(params.error(ErrorKind::OutOfRange, message, "no pixel is left"));
         }
         self.warn_unused(&params)?;
@@ -219,39 +194,18 @@ impl Loader {
         Ok(())
     }
 
-    fn side(&mut self, params: &Params, name: &'static str, default: i32) -> Result<i32> {
-        let side = params.integer(name)?.unwrap_or(default);
-        if (1..=MAX_SIDE).contains(&side) {
-            return Ok(side);
-        }
-        let message = format!("a film with `{name}` {side}");
-        let label = format!("expected 1 to {MAX_SIDE} pixels");
-        let param = params.list.iter().find(|p| p.name == name);
-        Err(param.map_or_else(
-            || SceneError::new(ErrorKind::OutOfRange, message.clone()),
-            |p| p.value_error(0, ErrorKind::OutOfRange, message.clone(), &label),
-        ))
-    }
-
     /// `PixelFilter "box" …`
     pub(super) fn pixel_filter(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "filter")?;
         self.before_world(&params, "PixelFilter")?;
-        let (kind, default) = match name.as_str() {
-            "box" => (FilterKind::Box, 0.5),
-            "triangle" => (FilterKind::Triangle, 2.0),
-            "gaussian" => (FilterKind::Gaussian, 1.5),
-            "mitchell" => (FilterKind::Mitchell, 2.0),
-            "sinc" => (FilterKind::Sinc, 4.0),
-            _ => {
-                return Err(unknown(
-                    &params,
-                    "filter",
-                    &name,
-                    "box triangle gaussian mitchell sinc",
-                ));
-            }
-        };
+        let filters = [
+            ("box", (FilterKind::Box, 0.5)),
+            ("triangle", (FilterKind::Triangle, 2.0)),
+            ("gaussian", (FilterKind::Gaussian, 1.5)),
+            ("mitchell", (FilterKind::Mitchell, 2.0)),
+            ("sinc", (FilterKind::Sinc, 4.0)),
+        ];
+        let (kind, default) = params.pick("filter", &name, &filters)?;
         params.ignore(&["alpha", "sigma", "B", "C", "tau"]);
         let mut radius = [default; 2];
         for (slot, names) in radius
@@ -268,20 +222,24 @@ impl Loader {
     }
 }
 
+/// The pixels along a side of the film.
+fn side(params: &Params, name: &'static str, default: i32) -> Result<i32> {
+    let side = params.integer(name)?.unwrap_or(default);
+    if (1..=MAX_SIDE).contains(&side) {
+        return Ok(side);
+    }
+    let message = format!("a film with `{name}` {side}");
+    let label = format!("expected 1 to {MAX_SIDE} pixels");
+    Err(params.range_error(&[name], message, &label))
+}
+
 /// pbrt's `cropwindow`, fractions of the film, as pixels: `ceil` of both ends.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped to the film before the cast"
-)]
-fn crop_window([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> [u32; 4] {
-    let pixel = |t: f64, n: u32| (t.clamp(0.0, 1.0) * f64::from(n)).ceil() as u32;
-    [
-        pixel(x0.min(x1), width),
-        pixel(x0.max(x1), width),
-        pixel(y0.min(y1), height),
-        pixel(y0.max(y1), height),
-    ]
+fn crop_window([x0, x1, y0, y1]: [f64; 4], size: [u32; 2]) -> [u32; 4] {
+    let ends = [x0.min(x1), x0.max(x1), y0.min(y1), y0.max(y1)];
+    let [width, height] = size.map(f64::from);
+    let sides = [width, width, height, height];
+    let pixels = [0, 1, 2, 3].map(|k| (ends[k].clamp(0.0, 1.0) * sides[k]).ceil());
+    pixel_bounds(pixels, size)
 }
 
 #[allow(

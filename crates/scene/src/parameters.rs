@@ -1,0 +1,131 @@
+//! The parameters of materials under the names that scene files have for them: one table by which
+//! materials are read and written, and their textures found.
+
+use crate::material::{MaterialKind, Remap, Roughness};
+use crate::texture::Texture;
+
+/// A parameter of a material, to be read into or written from.
+#[derive(Debug)]
+pub enum Parameter<'a> {
+    /// A colour.
+    Colour(&'static str, &'a mut Texture),
+    /// A number.
+    Number(&'static str, &'a mut Texture),
+    /// A number that is the same everywhere.
+    Value(&'static str, &'a mut f64),
+    /// `eta` of a dielectric, pbrt-v3's `index`.
+    Index(&'a mut Texture),
+    /// `eta` or `k` of a conductor: a colour, or a metal's by its name.
+    Metal(&'static str, &'a mut Texture),
+    /// `uroughness`, `vroughness` and `remaproughness`.
+    Rough(&'a mut Roughness),
+    /// The two parts of a mixture, by their names.
+    Parts(&'a mut [u32; 2]),
+}
+use Parameter::{Colour, Index, Metal, Number, Parts, Rough, Value};
+
+/// Matches a material with a table: of each model its fields, and its type in pbrt text with the
+/// parameters, where some condition holds or else.
+macro_rules! table {
+    ($kind:expr; $($model:ident($($field:ident),+):
+        $(if $when:expr => $other:literal [$($p:ident($($k:literal,)? $f:ident)),+],)*
+        $name:literal [$($parameter:ident($($key:literal,)? $value:ident)),+];)+) => {
+        match $kind {
+            $(MaterialKind::$model { $($field),+ } => {
+                $(if $when {
+                    return ($other, vec![$($p($($k,)? $f)),+]);
+                })*
+                ($name, vec![$($parameter($($key,)? $value)),+])
+            })+
+        }
+    };
+}
+
+impl MaterialKind {
+    /// The model's type in pbrt text and its parameters: under the names of pbrt-v4 (`v4`; of the
+    /// models that it has), or of pbrt-v3 and linelit.
+    ///
+    /// ```
+    /// use linelit_geometry::DVec3;
+    /// use linelit_scene::Material;
+    ///
+    /// let mut grey = Material::matte("grey", DVec3::splat(0.5));
+    /// let (name, parameters) = grey.kind.parameters(true);
+    /// assert_eq!((name, parameters.len()), ("diffuse", 2));
+    /// ```
+    pub fn parameters(&mut self, v4: bool) -> (&'static str, Vec<Parameter<'_>>) {
+        table! { self;
+            Matte(kd, sigma):
+                if v4 => "diffuse" [Colour("reflectance", kd), Number("sigma", sigma)],
+                "matte" [Colour("Kd", kd), Number("sigma", sigma)];
+            Plastic(kd, ks, roughness):
+                "plastic" [Colour("Kd", kd), Colour("Ks", ks), Rough(roughness)];
+            Substrate(kd, ks, roughness):
+                "substrate" [Colour("Kd", kd), Colour("Ks", ks), Rough(roughness)];
+            Conductor(eta, k, roughness):
+                if v4 => "conductor" [Metal("eta", eta), Metal("k", k), Rough(roughness)],
+                "metal" [Metal("eta", eta), Metal("k", k), Rough(roughness)];
+            ColoredConductor(reflectance, roughness):
+                "conductor" [Colour("reflectance", reflectance), Rough(roughness)];
+            Uber(kd, ks, kr, kt, roughness, eta, opacity):
+                "uber" [Colour("Kd", kd), Colour("Ks", ks), Colour("Kr", kr), Colour("Kt", kt),
+                    Colour("opacity", opacity), Index(eta), Rough(roughness)];
+            Mirror(kr): "mirror" [Colour("Kr", kr)];
+            Dielectric(kr, kt, eta, roughness, thin):
+                if *thin && v4 => "thindielectric" [Index(eta)],
+                if *thin => "thindielectric" [Colour("Kr", kr), Colour("Kt", kt), Index(eta)],
+                if v4 => "dielectric" [Index(eta), Rough(roughness)],
+                "glass" [Colour("Kr", kr), Colour("Kt", kt), Index(eta), Rough(roughness)];
+            CoatedDiffuse(reflectance, roughness, eta, thickness):
+                "coateddiffuse" [Colour("reflectance", reflectance), Index(eta), Rough(roughness),
+                    Value("thickness", thickness)];
+            DiffuseTransmission(reflectance, transmittance):
+                "diffusetransmission" [Colour("reflectance", reflectance),
+                    Colour("transmittance", transmittance)];
+            // pbrt-v4 mixes by a number, pbrt-v3 by a colour.
+            Mix(materials, amount):
+                if v4 => "mix" [Parts(materials), Number("amount", amount)],
+                "mix" [Parts(materials), Colour("amount", amount)];
+            Phong(kd, ks, exponent):
+                "phong" [Colour("Kd", kd), Colour("Ks", ks), Number("exponent", exponent)];
+        }
+    }
+
+    /// The model's name in pbrt-v3 or linelit; of those that only pbrt-v4 has, there.
+    pub fn name(&self) -> &'static str {
+        self.clone().parameters(false).0
+    }
+
+    /// Whether its type in pbrt text is one that only pbrt-v4 has.
+    pub fn is_of_v4(&self) -> bool {
+        match self {
+            Self::CoatedDiffuse { .. }
+            | Self::ColoredConductor { .. }
+            | Self::DiffuseTransmission { .. }
+            | Self::Dielectric { thin: true, .. } => true,
+            Self::Conductor { roughness, .. } => roughness.remap != Remap::V3,
+            Self::Dielectric { roughness, .. } => roughness.remap == Remap::V4,
+            Self::Matte { .. }
+            | Self::Plastic { .. }
+            | Self::Substrate { .. }
+            | Self::Uber { .. }
+            | Self::Mirror { .. }
+            | Self::Mix { .. }
+            | Self::Phong { .. } => false,
+        }
+    }
+
+    /// The textures of all parameters.
+    pub(crate) fn textures(&self) -> Vec<Texture> {
+        let mut kind = self.clone();
+        let mut all = Vec::new();
+        for parameter in kind.parameters(false).1 {
+            match parameter {
+                Colour(_, t) | Number(_, t) | Metal(_, t) | Index(t) => all.push(t.clone()),
+                Rough(roughness) => all.extend([roughness.u.clone(), roughness.v.clone()]),
+                Value(..) | Parts(_) => {}
+            }
+        }
+        all
+    }
+}
