@@ -48,6 +48,24 @@ fn settings(estimator: &str, sampler: SamplerKind, samples: u32, seed: u64) -> R
     })
 }
 
+/// The pictures of Fig. 1: caption, estimator, samples.
+const VARIANTS: [(&str, &str, u32); 8] = [
+    ("clipped solid angle, 1 sample", CLIPPED, 1),
+    ("projected solid angle, 1 sample", "point-linear", 1),
+    ("clipped solid angle, 2 samples", CLIPPED, 2),
+    ("projected solid angle, 2 samples", "point-linear", 2),
+    ("projected + LTC, balance", BALANCE, 1),
+    ("projected + LTC, weighted balance", WEIGHTED, 1),
+    ("projected + LTC, optimal", OPTIMAL, 1),
+    ("projected + LTC, clamped optimal", LTC, 1),
+];
+
+const CLIPPED: &str = "point-linear[technique=clipped-solid-angle]";
+const LTC: &str = "point-linear[technique=ltc]";
+const BALANCE: &str = "point-linear[technique=ltc,mis=balance]";
+const WEIGHTED: &str = "point-linear[technique=ltc,mis=weighted-balance]";
+const OPTIMAL: &str = "point-linear[technique=ltc,mis=optimal]";
+
 /// Fig. 1: clipped solid angle, projected solid angle, and projected solid angle with LTC by
 /// clamped optimal MIS; one sample each.
 ///
@@ -63,49 +81,10 @@ pub(super) fn figure_1(context: &Context<'_>) -> Result<PictureStudy> {
             frostbite(p, puddle)
         })
     };
-    let reference = render(&settings(
-        "point-linear[technique=ltc]",
-        SamplerKind::UniformJitter,
-        MANY,
-        99,
-    )?);
-    let variants = [
-        (
-            "clipped solid angle, 1 sample",
-            "point-linear[technique=clipped-solid-angle]",
-            1,
-        ),
-        ("projected solid angle, 1 sample", "point-linear", 1),
-        (
-            "clipped solid angle, 2 samples",
-            "point-linear[technique=clipped-solid-angle]",
-            2,
-        ),
-        ("projected solid angle, 2 samples", "point-linear", 2),
-        (
-            "projected + LTC, balance",
-            "point-linear[technique=ltc,mis=balance]",
-            1,
-        ),
-        (
-            "projected + LTC, weighted balance",
-            "point-linear[technique=ltc,mis=weighted-balance]",
-            1,
-        ),
-        (
-            "projected + LTC, optimal",
-            "point-linear[technique=ltc,mis=optimal]",
-            1,
-        ),
-        (
-            "projected + LTC, clamped optimal",
-            "point-linear[technique=ltc]",
-            1,
-        ),
-    ];
+    let reference = render(&settings(LTC, SamplerKind::UniformJitter, MANY, 99)?);
     let mut pictures = Vec::new();
     let mut rows = Vec::new();
-    for (what, estimator, samples) in variants {
+    for (what, estimator, samples) in VARIANTS {
         let image = render(&settings(
             estimator,
             SamplerKind::BlueNoise,
@@ -150,8 +129,7 @@ pub(super) fn figure_7(context: &Context<'_>) -> Result<PictureStudy> {
             frostbite(p, |q| q.normal.y > 0.99)
         })
     };
-    let name = "point-linear[technique=ltc]";
-    let reference = render(&settings(name, SamplerKind::UniformJitter, MANY, 99)?);
+    let reference = render(&settings(LTC, SamplerKind::UniformJitter, MANY, 99)?);
     let patterns = [
         ("(a) independent, white", SamplerKind::Independent),
         ("(b) independent, blue", SamplerKind::BlueNoiseIndependent),
@@ -161,7 +139,7 @@ pub(super) fn figure_7(context: &Context<'_>) -> Result<PictureStudy> {
     let (mut pictures, mut rows) = (Vec::new(), Vec::new());
     for (what, sampler) in patterns {
         let trials: Vec<Image> = (0..4)
-            .map(|k| Ok(render(&settings(name, sampler, 3, context.seed + k)?)))
+            .map(|k| Ok(render(&settings(LTC, sampler, 3, context.seed + k)?)))
             .collect::<Result<_>>()?;
         let mean = |f: &dyn Fn(&Image) -> f64| {
             (trials.iter().map(|i| f(i).powi(2)).sum::<f64>() / trials.len() as f64).sqrt()

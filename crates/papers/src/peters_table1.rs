@@ -166,6 +166,13 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
         black_box(s.sample(u));
     };
     out.push(entry("ltc", None, input, new, one, Some(batch)));
+    out.extend(projected(light, input));
+    out.extend(quads(input));
+    out
+}
+
+/// Projected solid angle to the error of Newton-bisection, and in single precision.
+fn projected<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> [Entry<'a>; 2] {
     let coarse = move |x: DVec3, n: DVec3| {
         let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
         let edge = light.vector().to_array();
@@ -174,7 +181,7 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
     let one = |s: &ProjectedLine<f64>, u: f64| {
         black_box(s.sample_coarse(u));
     };
-    out.push(entry(COARSE, None, input, coarse, one, None));
+    let coarse = entry(COARSE, None, input, coarse, one, None);
     let narrow = |v: DVec3| v.as_vec3().to_array();
     let single = move |x: DVec3, n: DVec3| {
         ProjectedLine::new(narrow(light.p0 - x), narrow(light.p1 - x), narrow(n))
@@ -187,9 +194,7 @@ fn entries<'a>(light: &'a Segment, input: (&'a [(DVec3, DVec3)], &'a [f64])) -> 
         black_box(s.sample(u as f32));
     };
     let name = "projected-solid-angle, f32";
-    out.push(entry(name, None, input, single, one, None));
-    out.extend(quads(input));
-    out
+    [coarse, entry(name, None, input, single, one, None)]
 }
 
 /// The paper's last rows: a rectangle by solid angle and by projected solid angle.

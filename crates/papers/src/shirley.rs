@@ -344,37 +344,10 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
         .flat_map(|y| across().map(move |x| [x, y]))
         .collect();
     let targets = Targets::find(&renderer, &grid);
-    // α by an estimate is drawn anew for each trial, so that it needs trials; of the others the
-    // samples of a trial are independent, too, and α costs once.
-    let spread = |choice| -> Result<f64> {
-        let (samples, trials) = match choice {
-            LightChoice::Estimate => (1, 32),
-            _ => (128, 8),
-        };
-        let settings = settings(choice, samples, 1, context.seed)?;
-        let cell = Cell {
-            settings,
-            samples,
-            seed: context.seed,
-            trials,
-        };
-        let run = run_cell(&targets, cell);
-        let n = f64::from(trials);
-        let variance = |i: usize| {
-            let values = run.trials_of(i);
-            let mean = values.iter().copied().sum::<DVec3>() / n;
-            let squares = values.iter().map(|v| (*v - mean).length_squared());
-            squares.sum::<f64>() / (3.0 * (n - 1.0))
-        };
-        let points = targets.points.len();
-        #[allow(clippy::cast_precision_loss, reason = "small")]
-        let mean = (0..points).map(variance).sum::<f64>() / points as f64;
-        Ok((mean * f64::from(samples)).sqrt())
-    };
-    let ideal = spread(LightChoice::Exact)?;
+    let ideal = deviation(&targets, LightChoice::Exact, context.seed)?;
     let mut own = Vec::new();
     for choice in CHOICES {
-        let deviation = spread(choice)?;
+        let deviation = deviation(&targets, choice, context.seed)?;
         let values = [("RMSE", deviation), ("over ideal", deviation / ideal)];
         own.push(Row::new(format!("10,000 luminaires: {choice}"), &values));
     }
@@ -405,6 +378,35 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     )];
     rows.extend(own);
     Ok(section("Ten thousand luminaires", lead, pictures, tables))
+}
+
+/// Standard deviation of one ray a point.
+///
+/// α by an estimate is drawn anew for each trial, so that it needs trials; of the others the samples
+/// of a trial are independent, too, and α costs once.
+fn deviation(targets: &Targets<'_>, choice: LightChoice, seed: u64) -> Result<f64> {
+    let (samples, trials) = match choice {
+        LightChoice::Estimate => (1, 32),
+        _ => (128, 8),
+    };
+    let cell = Cell {
+        settings: settings(choice, samples, 1, seed)?,
+        samples,
+        seed,
+        trials,
+    };
+    let run = run_cell(targets, cell);
+    let n = f64::from(trials);
+    let variance = |i: usize| {
+        let values = run.trials_of(i);
+        let mean = values.iter().copied().sum::<DVec3>() / n;
+        let squares = values.iter().map(|v| (*v - mean).length_squared());
+        squares.sum::<f64>() / (3.0 * (n - 1.0))
+    };
+    let points = targets.points.len();
+    #[allow(clippy::cast_precision_loss, reason = "small")]
+    let mean = (0..points).map(variance).sum::<f64>() / points as f64;
+    Ok((mean * f64::from(samples)).sqrt())
 }
 
 /// Time of a pick by the number of lights.

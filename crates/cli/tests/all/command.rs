@@ -4,65 +4,33 @@ use crate::common::{folder, linelit, path, text};
 
 #[test]
 fn usage_errors_exit_with_two() {
-    for arguments in [
-        &[
-            "render",
-            "plates",
-            "-o",
-            "x.exr",
-            "--light-estimator",
-            "point-bsdf",
-        ][..],
-        &[
-            "render",
-            "plates",
-            "-o",
-            "x.exr",
-            "--light-estimator",
-            "0=lines",
-        ],
-        &["rendr"],
-        &["render", "cornell-box"],
-        &["render", "cornell-box", "-o", "x.exr", "--samples", "0"],
-        &[
-            "render",
-            "cornell-box",
-            "-o",
-            "x.exr",
-            "--estimator",
-            "lines",
-        ],
-        &["render", "cornell-box", "-o", "x.exr", "--crop", "0,2,0,1"],
-        &["converge", "--pixels", "0x0"],
-        &["render", "cornell-box", "-o", "x.jpg"],
-        &["convert", "cornell-box", "-o", "x.obj"],
-        &[
-            "render",
-            "cornell-box",
-            "-o",
-            "x.exr",
-            "--threads",
-            "1000000",
-        ],
-        &["converge", "--threads", "4294967295"],
-        &["converge", "--samples", "0,4"],
-        &["converge", "--samples", "4,1"],
-        &["converge", "--samples", "1,99999999"],
-        &["converge", "--trials", "1"],
-        &["converge", "--time-budget", "0"],
-        &["converge", "--time-budget", "nan"],
-        &["converge", "default", "shirley"],
-        &["converge", "shirley", "cornell-box"],
-        &["converge", "salesin-fig9"],
-        &["converge", "salesin-fig5", "plates", "strips"],
+    for line in [
+        "render plates -o x.exr --light-estimator point-bsdf",
+        "render plates -o x.exr --light-estimator 0=lines",
+        "rendr",
+        "render cornell-box",
+        "render cornell-box -o x.exr --samples 0",
+        "render cornell-box -o x.exr --estimator lines",
+        "render cornell-box -o x.exr --crop 0,2,0,1",
+        "converge --pixels 0x0",
+        "render cornell-box -o x.jpg",
+        "convert cornell-box -o x.obj",
+        "render cornell-box -o x.exr --threads 1000000",
+        "converge --threads 4294967295",
+        "converge --samples 0,4",
+        "converge --samples 4,1",
+        "converge --samples 1,99999999",
+        "converge --trials 1",
+        "converge --time-budget 0",
+        "converge --time-budget nan",
+        "converge default shirley",
+        "converge shirley cornell-box",
+        "converge salesin-fig9",
+        "converge salesin-fig5 plates strips",
     ] {
-        let output = linelit(arguments);
-        assert_eq!(
-            output.status.code(),
-            Some(2),
-            "{arguments:?}: {}",
-            text(&output.stderr)
-        );
+        let output = linelit(&line.split_ascii_whitespace().collect::<Vec<_>>());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}: {said}");
         assert!(output.stdout.is_empty());
     }
 }

@@ -53,19 +53,7 @@ fn main() -> ExitCode {
     let mut report = Report::default();
     let folder = Path::new(folder);
     let only = arguments.iter().find_map(|a| a.strip_prefix("--only="));
-    // One group after the other: a million samples of each function need not be kept at once.
-    let groups: [(Group, usize); 9] = [
-        (accuracy::lines, 112_000),
-        (accuracy::polygons, 144_000),
-        (lobe_rows::phong_lines, 100_000),
-        (lobe_rows::gaussians, 100_000),
-        (lobe_rows::cosine_lobes, 112_000),
-        (lobe_rows::quadratures, 126_000),
-        (lobe_rows::phong_polygons, 112_000),
-        (solid_rows::solid_angles, 112_000),
-        (solid_rows::ltc, 144_000),
-    ];
-    for (index, (group, count)) in groups.into_iter().enumerate() {
+    for (index, (group, count)) in GROUPS.into_iter().enumerate() {
         if only.is_some_and(|only| only != index.to_string()) {
             continue;
         }
@@ -103,6 +91,20 @@ fn main() -> ExitCode {
 
 /// Rows of some functions with so many inputs each.
 type Group = fn(usize) -> Vec<Row>;
+
+/// The functions and their numbers of inputs, one group after the other: a million samples of each
+/// function need not be kept at once.
+const GROUPS: [(Group, usize); 9] = [
+    (accuracy::lines, 112_000),
+    (accuracy::polygons, 144_000),
+    (lobe_rows::phong_lines, 100_000),
+    (lobe_rows::gaussians, 100_000),
+    (lobe_rows::cosine_lobes, 112_000),
+    (lobe_rows::quadratures, 126_000),
+    (lobe_rows::phong_polygons, 112_000),
+    (solid_rows::solid_angles, 112_000),
+    (solid_rows::ltc, 144_000),
+];
 
 /// What is known so far.
 #[derive(Default)]

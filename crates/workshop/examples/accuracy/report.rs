@@ -51,52 +51,15 @@ fn cell(x: f64) -> String {
 /// Error over condition, log–log, in thirds of a decade: the worst of ours, the median and the
 /// worst of the printed form.
 pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
-    const BINS: usize = 48;
     let (width, height) = (640.0, 400.0);
-    let mut ours = [f64::NAN; BINS];
-    let mut printed = [f64::NAN; BINS];
-    let mut typical = [f64::NAN; BINS];
-    let mut all = vec![Vec::new(); BINS];
-    for sample in rows
-        .iter()
-        .filter(|r| r.function == function)
-        .flat_map(|r| &r.samples)
-    {
-        let decade = sample.condition.log10().clamp(0.0, 15.9);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "0 to 47"
-        )]
-        let bin = (decade * 3.0) as usize;
-        ours[bin] = ours[bin].max(sample.ours);
-        printed[bin] = printed[bin].max(sample.printed.min(1e4));
-        if !sample.printed.is_nan() {
-            all[bin].push(sample.printed.min(1e4));
-        }
-    }
-    for (median, errors) in typical.iter_mut().zip(&mut all) {
-        errors.sort_by(f64::total_cmp);
-        *median = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
-    }
+    let [ours, printed, typical] = binned(function, rows);
     let x = |bin: f64| 60.0 + bin / 48.0 * (width - 80.0);
     let y = |error: f64| 20.0 + (4.0 - error.max(1e-18).log10()) / 22.0 * (height - 70.0);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"12\">\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n"
     );
-    let condition = match function.split("::").next() {
-        Some("phong" | "cosine_lobe" | "quadrature") => {
-            "(k + 1)/sin δ, δ the angle between the ends' directions"
-        }
-        Some("spherical_gaussian") => "(λ + 1)/sin δ, δ the angle between the ends' directions",
-        Some("phong_polygon") => "1/min(Ω, 2π/(k + 2))",
-        _ if function == "solid_angle::sphere" => "distance²/radius²",
-        _ if function == "solid_angle::sphere_projected" => "distance²/radius²",
-        _ if function == "ltc::Ltc::polygon" => "1/(mapped Ω × distance/height)",
-        Some("polygon" | "solid_angle") => "1/Ω",
-        _ => "1/sin δ, δ the angle between the ends' directions",
-    };
+    let condition = condition(function);
     for decade in (-18..=4).step_by(2) {
         let py = y(10f64.powi(decade));
         writeln!(svg, "<path d=\"M60 {py:.1}H{:.0}\" stroke=\"#ddd\"/><text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">1e{decade}</text>", width - 20.0, py + 4.0).expect("text");
@@ -129,4 +92,54 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
     }
     writeln!(svg, "<text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{function}: relative error over condition ({condition})</text>\n</svg>", width / 2.0, height - 12.0).expect("text");
     svg
+}
+
+/// Bins of the condition, three to a decade.
+const BINS: usize = 48;
+
+/// By condition, the worst of ours, the worst and the median of the printed form.
+fn binned(function: &str, rows: &[Row]) -> [[f64; BINS]; 3] {
+    let mut ours = [f64::NAN; BINS];
+    let mut printed = [f64::NAN; BINS];
+    let mut typical = [f64::NAN; BINS];
+    let mut all = vec![Vec::new(); BINS];
+    for sample in rows
+        .iter()
+        .filter(|r| r.function == function)
+        .flat_map(|r| &r.samples)
+    {
+        let decade = sample.condition.log10().clamp(0.0, 15.9);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0 to 47"
+        )]
+        let bin = (decade * 3.0) as usize;
+        ours[bin] = ours[bin].max(sample.ours);
+        printed[bin] = printed[bin].max(sample.printed.min(1e4));
+        if !sample.printed.is_nan() {
+            all[bin].push(sample.printed.min(1e4));
+        }
+    }
+    for (median, errors) in typical.iter_mut().zip(&mut all) {
+        errors.sort_by(f64::total_cmp);
+        *median = errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN);
+    }
+    [ours, printed, typical]
+}
+
+/// The condition number of a function, in words.
+fn condition(function: &str) -> &'static str {
+    match function.split("::").next() {
+        Some("phong" | "cosine_lobe" | "quadrature") => {
+            "(k + 1)/sin δ, δ the angle between the ends' directions"
+        }
+        Some("spherical_gaussian") => "(λ + 1)/sin δ, δ the angle between the ends' directions",
+        Some("phong_polygon") => "1/min(Ω, 2π/(k + 2))",
+        _ if function == "solid_angle::sphere" => "distance²/radius²",
+        _ if function == "solid_angle::sphere_projected" => "distance²/radius²",
+        _ if function == "ltc::Ltc::polygon" => "1/(mapped Ω × distance/height)",
+        Some("polygon" | "solid_angle") => "1/Ω",
+        _ => "1/sin δ, δ the angle between the ends' directions",
+    }
 }

@@ -80,11 +80,11 @@ pub(super) fn judge(
     #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let confidence = (1.0 - ALPHA).powf(1.0 / (3.0 * total as f64));
     let t = quantile(confidence, NOISE_REPLICATES - 1);
+    let variance = |p: usize| ours.variance[p] / ours.replicates + theirs.variance[p] * noise;
     let differs = |p: &usize| {
-        let variance = ours.variance[*p] / ours.replicates + theirs.variance[*p] * noise;
         // Both hold f32 geometry and pixels: 1e-5 of the value is what a grazing cosine makes of
         // their rounding.
-        let allowed = variance.map(f64::sqrt) * t + value(*p).abs() * 1e-5 + DVec3::splat(1e-7);
+        let allowed = variance(*p).map(f64::sqrt) * t + value(*p).abs() * 1e-5 + DVec3::splat(1e-7);
         (ours.mean[*p] - value(*p)).abs().cmpgt(allowed).any()
     };
     let outliers: Vec<usize> = pixels.iter().copied().filter(differs).collect();
@@ -107,45 +107,30 @@ pub(super) fn judge(
     let decide = to_decide.len() <= BRUTE_PIXELS;
     for p in to_decide {
         let spread = (ours.variance[p] / ours.replicates).map(f64::sqrt);
-        let is_wrong = || {
-            brute_force_decides(
-                renderer,
-                entry,
-                coordinates(p),
-                [ours.mean[p], value(p)],
-                spread,
-            )
-        };
-        if decide && is_wrong() {
-            row.wrong.push(coordinates(p));
+        let (pixel, values) = (coordinates(p), [ours.mean[p], value(p)]);
+        if decide && brute_force_decides(renderer, entry, pixel, values, spread) {
+            row.wrong.push(pixel);
         } else {
-            row.unexplained.push(coordinates(p));
+            row.unexplained.push(pixel);
         }
     }
     let left_out = |p: &usize| outliers.contains(p) && !row.unexplained.contains(&coordinates(*p));
     pixels.retain(|p| !left_out(p));
-    let variance: f64 = pixels
-        .iter()
-        .map(|&p| {
-            let both = ours.variance[p] / ours.replicates + theirs.variance[p] * noise;
-            // Channels see the same samples: their errors add up.
-            both.map(f64::sqrt).element_sum().powi(2)
-        })
-        .sum();
+    // Channels see the same samples: their errors add up.
+    let square = |&p: &usize| variance(p).map(f64::sqrt).element_sum().powi(2);
+    let total_variance: f64 = pixels.iter().map(square).sum();
     let sum: f64 = pixels.iter().map(|&p| value(p).element_sum()).sum();
-    row.ratio_error = variance.sqrt() / sum;
+    row.ratio_error = total_variance.sqrt() / sum;
     fill(&mut row, &pixels, all, |p| (ours.mean[p], value(p)));
-    let shown = |p: DVec3| {
-        #[allow(clippy::cast_possible_truncation, reason = "a picture")]
-        p.to_array().map(|c| c as f32)
+    #[allow(clippy::cast_possible_truncation, reason = "a picture")]
+    let shown = |p: &DVec3| p.to_array().map(|c| c as f32);
+    let ours = Image {
+        rgb: ours.mean.iter().map(shown).collect(),
+        ..Image::new(reference.width, reference.height)
     };
-    let mut picture = Image::new(reference.width, reference.height);
-    for (to, from) in picture.rgb.iter_mut().zip(&ours.mean) {
-        *to = shown(*from);
-    }
     Comparison {
         row,
-        ours: picture,
+        ours,
         reference,
     }
 }

@@ -200,14 +200,9 @@ fn time(
         result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
     }
     result.counters = scratch.counters;
-    let hits = rays
-        .iter()
-        .filter(|r| occluders.any_hit(r, &work.exclude, &mut scratch))
-        .count();
     #[allow(clippy::cast_precision_loss, reason = "a count")]
-    {
-        result.hit_share = hits as f64 / rays.len() as f64;
-    }
+    let share = |hits: usize| hits as f64 / rays.len() as f64;
+    result.hit_share = share(trace_rays(occluders, work, &rays, &mut scratch));
     result
 }
 

@@ -56,7 +56,7 @@ fn measure(
     let build = start.elapsed().as_secs_f64();
     let bare = args.only.is_some() || args.verify.is_some();
     let rivals = (!bare).then(|| Rivals::build(&scene.positions, &scene.triangles));
-    let side = if args.quick { 24 } else { 48 };
+    let (side, rounds) = if args.quick { (24, 7) } else { (48, 15) };
     let bytes = occluders.memory() as f64 / occluders.triangle_count().max(1) as f64;
     if !args.json {
         writeln!(
@@ -68,21 +68,13 @@ fn measure(
         )?;
     }
     let all = shading_points(&occluders, &scene.view(side * 4 / 3, side), OFFSET);
-    let linear = scene.lights.last().map(|(_, light)| across(light));
-    let linear = linear.map(|ends| ("linear".to_owned(), ends.to_vec()));
-    for (name, light) in scene.lights.iter().chain(&linear) {
-        if args.light_name.as_ref().is_some_and(|only| only != name) {
-            continue;
-        }
-        let (u, v) = match (&light[..], scene.lights.last()) {
-            // Seen from where the light that it crosses is.
-            ([_, _], Some((_, area))) => (area[1] - area[0], area[2] - area[0]),
-            _ => (light[1] - light[0], light[2] - light[0]),
-        };
-        let normal = u.cross(v);
-        // Not those in the light's plane.
-        let off = |p: &DVec3| normal.dot(*p - light[0]).abs() > 1e-4 * normal.length();
-        let points: Vec<DVec3> = all.iter().copied().filter(off).collect();
+    let across = |(_, light): &(String, Vec<DVec3>)| ("linear".to_owned(), across(light).into());
+    let linear = scene.lights.last().map(across);
+    let only = args.light_name.as_ref();
+    let lights = scene.lights.iter().chain(&linear);
+    for (name, light) in lights.filter(|light| only.is_none_or(|only| *only == light.0)) {
+        let crossed = scene.lights.last().map(|(_, area)| &area[..]);
+        let points = beside(light, crossed, &all);
         let Some(corners) = LightCorners::new(light) else {
             continue;
         };
@@ -98,16 +90,9 @@ fn measure(
             continue;
         }
         if let Some(least) = args.verify {
-            let v = verify(&occluders, &work, least);
-            writeln!(
-                out,
-                "  {name}: {} lines ({} of dense shafts) against brute force: largest difference \
-                 of a visible fraction {:.1e}, {} misclassified",
-                v.lines, v.dense, v.largest, v.misclassified
-            )?;
+            writeln!(out, "  {name}: {}", verify(&occluders, &work, least))?;
             continue;
         }
-        let rounds = if args.quick { 7 } else { 15 };
         // A linear light has one line.
         let lines = if light.len() == 2 { &[1] } else { &LINES[..] };
         let mut t = time(&occluders, rivals.as_ref(), &work, lines, rounds);
@@ -127,6 +112,15 @@ fn measure(
         }
     }
     Ok(())
+}
+
+/// The points that do not lie in a light's plane; of a linear light, in that of the light that it
+/// crosses.
+fn beside(light: &[DVec3], crossed: Option<&[DVec3]>, points: &[DVec3]) -> Vec<DVec3> {
+    let polygon = crossed.filter(|_| light.len() == 2).unwrap_or(light);
+    let normal = (polygon[1] - polygon[0]).cross(polygon[2] - polygon[0]);
+    let off = |p: &DVec3| normal.dot(*p - light[0]).abs() > 1e-4 * normal.length();
+    points.iter().copied().filter(off).collect()
 }
 
 /// A linear light along the middle of a light.

@@ -14,13 +14,24 @@ const LINES: u32 = 48;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Verified {
     /// Lines compared.
-    pub(super) lines: usize,
+    lines: usize,
     /// Lines of dense shafts among them.
-    pub(super) dense: usize,
+    dense: usize,
     /// The largest difference of a line's visible fraction.
-    pub(super) largest: f64,
+    largest: f64,
     /// Lines that one of the two finds wholly visible or wholly hidden, and the other not.
-    pub(super) misclassified: usize,
+    misclassified: usize,
+}
+
+impl std::fmt::Display for Verified {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} lines ({} of dense shafts) against brute force: largest difference of a visible \
+             fraction {:.1e}, {} misclassified",
+            self.lines, self.dense, self.largest, self.misclassified
+        )
+    }
 }
 
 /// Compares at least `least` lines from points all over the view, 48 a point.
