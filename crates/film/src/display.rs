@@ -73,7 +73,6 @@ impl Exposure {
             clippy::cast_possible_truncation,
             reason = "an index, below the length"
         )]
-        #[allow(clippy::cast_sign_loss, reason = "the quantile is clamped to [0, 1]")]
         let index = (quantile.clamp(0.0, 1.0) * last as f64).round() as usize;
         let white = f64::from(peaks[index.min(last)]);
         Self {
@@ -94,7 +93,6 @@ pub(crate) fn to_byte(encoded: f64) -> u8 {
         clippy::cast_possible_truncation,
         reason = "rounding to 8 bits is the purpose"
     )]
-    #[allow(clippy::cast_sign_loss, reason = "clamped to [0, 255]")]
     let byte = (encoded.clamp(0.0, 1.0) * 255.0).round() as u8;
     byte
 }
@@ -252,7 +250,6 @@ pub fn heat_colour(position: f64) -> [u8; 3] {
     ];
     let along = position.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
     #[allow(clippy::cast_possible_truncation, reason = "clamped to the stops")]
-    #[allow(clippy::cast_sign_loss, reason = "clamped to the stops")]
     let index = (along as usize).min(STOPS.len() - 2);
     let fraction = along - index as f64;
     let mix = |k: usize| STOPS[index][k] + fraction * (STOPS[index + 1][k] - STOPS[index][k]);

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use crate::image::area;
-use crate::{FilmError, FormatError, Image, MomentImage, openexr};
+use crate::{FilmError, FormatError, Image, MomentImage, Moments, openexr};
 
 /// The values of one channel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,6 +120,8 @@ pub struct Document {
 /// The layer that holds moments bit for bit, see [`Document::add_moments`].
 const STATE: &str = "moments";
 const STATE_NAMES: [&str; 7] = ["n", "meanR", "meanG", "meanB", "m2R", "m2G", "m2B"];
+/// Names and shifts of the two words of a 64-bit number.
+const WORDS: [(&str, u32); 2] = [("Hi", 32), ("Lo", 0)];
 
 impl Document {
     /// A document without layers.
@@ -214,16 +216,11 @@ impl Document {
         self.add_image("variance", &film.variance_image())?;
         let mut channels = Vec::with_capacity(2 * STATE_NAMES.len());
         for (index, name) in STATE_NAMES.into_iter().enumerate() {
-            let words = || {
-                film.pixels()
-                    .iter()
-                    .map(|pixel| openexr::state_word(pixel, index))
-            };
-            for (part, shift) in [("Hi", 32), ("Lo", 0)] {
-                let values = words().map(|word| low_word(word >> shift)).collect();
+            for (part, shift) in WORDS {
+                let word = |pixel: &Moments| low_word(pixel.bits()[index] >> shift);
                 channels.push(Channel {
                     name: format!("{name}{part}"),
-                    samples: Samples::Count(values),
+                    samples: Samples::Count(film.pixels().iter().map(word).collect()),
                 });
             }
         }
@@ -235,24 +232,22 @@ impl Document {
     #[must_use]
     pub fn moments(&self) -> Option<MomentImage> {
         let layer = self.layer(STATE)?;
-        let mut columns: Vec<(&[u32], &[u32])> = Vec::with_capacity(STATE_NAMES.len());
-        for name in STATE_NAMES {
-            let high = layer.channel(&format!("{name}Hi"))?;
-            let low = layer.channel(&format!("{name}Lo"))?;
-            let (Samples::Count(high), Samples::Count(low)) = (high, low) else {
-                return None;
-            };
-            columns.push((high, low));
-        }
-        let pixels = (0..area(self.width, self.height))
-            .map(|pixel| {
-                let word = |index: usize| {
-                    let (high, low) = columns.get(index)?;
-                    Some((u64::from(*high.get(pixel)?) << 32) | u64::from(*low.get(pixel)?))
+        let mut pixels = vec![[0; STATE_NAMES.len()]; area(self.width, self.height)];
+        for (index, name) in STATE_NAMES.into_iter().enumerate() {
+            for (part, shift) in WORDS {
+                let words = layer.channel(&format!("{name}{part}"))?;
+                let Samples::Count(words) = words else {
+                    return None;
                 };
-                openexr::moments_from_words(word)
-            })
-            .collect::<Option<Vec<_>>>()?;
+                if words.len() != pixels.len() {
+                    return None;
+                }
+                for (bits, word) in pixels.iter_mut().zip(words) {
+                    bits[index] |= u64::from(*word) << shift;
+                }
+            }
+        }
+        let pixels = pixels.into_iter().map(Moments::from_bits).collect();
         MomentImage::from_pixels(self.width, self.height, pixels)
     }
 

@@ -61,6 +61,22 @@ impl Moments {
         self.count = total;
     }
 
+    /// Count, means and M2 as bits, for files.
+    pub(crate) fn bits(&self) -> [u64; 7] {
+        let ([a, b, c], [d, e, f]) = (self.mean, self.m2);
+        let [a, b, c, d, e, f] = [a, b, c, d, e, f].map(f64::to_bits);
+        [self.count, a, b, c, d, e, f]
+    }
+
+    /// The inverse of [`Moments::bits`].
+    pub(crate) fn from_bits([count, a, b, c, d, e, f]: [u64; 7]) -> Self {
+        Self {
+            count,
+            mean: [a, b, c].map(f64::from_bits),
+            m2: [d, e, f].map(f64::from_bits),
+        }
+    }
+
     /// Unbiased variance of one value, M2/(n − 1); NaN below two values, which say nothing of it.
     #[must_use]
     pub fn variance(&self) -> [f64; 3] {

@@ -11,7 +11,7 @@ use exr::prelude::{ReadChannels as _, ReadLayers as _, SmallVec, WritableImage a
 
 use crate::document::{Channel, Document, Layer, Placement, Samples};
 use crate::header_order;
-use crate::{FilmError, FormatError, Moments};
+use crate::{FilmError, FormatError};
 
 const PREFIX: &str = "linelit:";
 pub(crate) const FORMAT: &str = "OpenEXR";
@@ -250,22 +250,4 @@ fn decode_samples(samples: &FlatSamples) -> Samples {
         FlatSamples::F32(values) => Samples::Float(values.clone()),
         FlatSamples::U32(values) => Samples::Count(values.clone()),
     }
-}
-
-/// Number `index` of a pixel's state as 64 bits: count, three means, three M2.
-pub(crate) fn state_word(moments: &Moments, index: usize) -> u64 {
-    match index {
-        0 => moments.count,
-        1..=3 => moments.mean[index - 1].to_bits(),
-        _ => moments.m2[index - 4].to_bits(),
-    }
-}
-
-pub(crate) fn moments_from_words(word: impl Fn(usize) -> Option<u64>) -> Option<Moments> {
-    let real = |index: usize| word(index).map(f64::from_bits);
-    Some(Moments {
-        count: word(0)?,
-        mean: [real(1)?, real(2)?, real(3)?],
-        m2: [real(4)?, real(5)?, real(6)?],
-    })
 }

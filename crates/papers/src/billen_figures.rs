@@ -42,9 +42,6 @@ const MANY: u32 = 256;
 const COUNTED: u32 = 64;
 
 /// Renders all figures.
-///
-/// # Errors
-/// If a built-in scene cannot be loaded.
 pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
     let orientations = [
         ("fixed direction", "line-analytic[orientation=fixed:0]"),
@@ -236,7 +233,6 @@ fn pieces((scene_name, scene): &(&'static str, Scene), context: &Context<'_>) ->
         workspace.take_counts();
         let _ = renderer.direct(&settings, &point, pixel, 0, workspace);
         let counts = workspace.take_counts();
-        #[allow(clippy::cast_precision_loss, reason = "counts fit 53 bits")]
         let mean = counts.segments.pieces as f64 / (counts.segments.lines.max(1)) as f64;
         DVec3::splat(mean)
     };

@@ -9,7 +9,7 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_study::engine::{CELL_SECONDS, Cell, run_cell};
 use linelit_study::report::{Cell as TableCell, Report, Section, Table};
-use serde::Serialize;
+use serde_json::{Value, json};
 
 /// Lines at each shading point, as in the paper.
 const LINES: u32 = 1024;
@@ -66,44 +66,62 @@ const fn paper(ours: &'static str, theirs: &'static str, columns: [f64; 3]) -> P
 }
 
 /// One row of our table.
-#[derive(Clone, Debug, Serialize)]
 struct Row {
-    /// Our scene.
-    scene: String,
+    paper: &'static Paper,
     /// Shading points.
     points: usize,
     /// Line samples.
     lines: u64,
     /// Processor seconds.
     seconds: f64,
-    /// Their standard deviation over passes, of which they are the mean.
+    /// Standard deviation of the seconds over passes, of which they are the mean.
     seconds_error: f64,
-    /// Nanoseconds per line.
-    ns_per_line: f64,
     /// Box tests, millions.
-    box_tests_m: f64,
+    boxes: f64,
     /// Triangle tests, millions.
-    triangle_tests_m: f64,
-    /// Box tests, millions per second.
-    box_rate_m: f64,
-    /// Triangle tests, millions per second.
-    triangle_rate_m: f64,
-    /// The paper's scene.
-    paper_scene: &'static str,
-    /// The paper's seconds.
-    paper_seconds: f64,
-    /// The paper's box tests, millions per second.
-    paper_box_rate_m: f64,
-    /// The paper's triangle tests, millions per second.
-    paper_triangle_rate_m: f64,
-    /// The paper's box tests for each triangle test.
-    paper_boxes_per_triangle: f64,
+    triangles: f64,
+}
+
+impl Row {
+    fn ns_per_line(&self) -> f64 {
+        let millions = self.lines as f64 * 1e-6;
+        1e3 * self.seconds / millions.max(1e-6)
+    }
+
+    /// Millions of box and triangle tests in a second: ours, the paper's.
+    fn rates(&self) -> [f64; 4] {
+        let (seconds, paper) = (self.seconds, self.paper);
+        [
+            self.boxes / seconds,
+            self.triangles / seconds,
+            paper.boxes / paper.seconds,
+            paper.triangles / paper.seconds,
+        ]
+    }
+
+    fn json(&self) -> Value {
+        let [box_rate, triangle_rate, paper_box_rate, paper_triangle_rate] = self.rates();
+        json!({
+            "scene": self.paper.ours,
+            "points": self.points,
+            "lines": self.lines,
+            "seconds": self.seconds,
+            "seconds_error": self.seconds_error,
+            "ns_per_line": self.ns_per_line(),
+            "box_tests_m": self.boxes,
+            "triangle_tests_m": self.triangles,
+            "box_rate_m": box_rate,
+            "triangle_rate_m": triangle_rate,
+            "paper_scene": self.paper.theirs,
+            "paper_seconds": self.paper.seconds,
+            "paper_box_rate_m": paper_box_rate,
+            "paper_triangle_rate_m": paper_triangle_rate,
+            "paper_boxes_per_triangle": self.paper.boxes / self.paper.triangles,
+        })
+    }
 }
 
 /// Runs the table.
-///
-/// # Errors
-/// If a built-in scene cannot be loaded.
 pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
     // All scenes are opened before the first is measured.
     let open = |paper: &'static Paper| -> Result<(&'static Paper, Scene)> {
@@ -118,7 +136,7 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
         report: report(&rows),
         files: vec![("billen-table1.txt".to_owned(), text(&rows).into_bytes())],
         text: text(&rows),
-        rows: serde_json::to_value(&rows)?,
+        rows: rows.iter().map(Row::json).collect(),
     })
 }
 
@@ -128,23 +146,22 @@ fn report(rows: &[Row]) -> Report {
                    M triangles/s,paper: scene,paper: seconds,paper: M boxes/s,paper: M triangles/s";
     let number = |v: f64| TableCell::number(format!("{v:.1}"));
     let row = |r: &Row| {
+        let spread = format!("± {:.3}, standard deviation of two runs", r.seconds_error);
+        let rates = r.rates();
         vec![
-            TableCell::text(r.scene.clone()),
+            TableCell::text(r.paper.ours),
             TableCell::number(r.points.to_string()),
             TableCell::number(r.lines.to_string()),
-            TableCell::number(format!("{:.3}", r.seconds)).hover(format!(
-                "± {:.3}, standard deviation of two runs",
-                r.seconds_error
-            )),
-            number(r.ns_per_line),
-            number(r.box_tests_m),
-            number(r.triangle_tests_m),
-            number(r.box_rate_m),
-            number(r.triangle_rate_m),
-            TableCell::text(r.paper_scene),
-            number(r.paper_seconds),
-            number(r.paper_box_rate_m),
-            number(r.paper_triangle_rate_m),
+            TableCell::number(format!("{:.3}", r.seconds)).hover(spread),
+            number(r.ns_per_line()),
+            number(r.boxes),
+            number(r.triangles),
+            number(rates[0]),
+            number(rates[1]),
+            TableCell::text(r.paper.theirs),
+            number(r.paper.seconds),
+            number(rates[2]),
+            number(rates[3]),
         ]
     };
     let caption =
@@ -166,7 +183,7 @@ fn report(rows: &[Row]) -> Report {
     Report::new(title, Vec::new(), vec![section])
 }
 
-fn row(paper: &Paper, mut scene: Scene, context: &Context<'_>) -> Row {
+fn row(paper: &'static Paper, mut scene: Scene, context: &Context<'_>) -> Row {
     let [width, height] = context.size([SIZE; 2]);
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);
@@ -186,29 +203,15 @@ fn row(paper: &Paper, mut scene: Scene, context: &Context<'_>) -> Row {
     let mut run = run_cell(&targets, cell);
     // A second time at least: one says nothing of its error.
     while !run.time_again(&targets, CELL_SECONDS) {}
-    let seconds = run.times.seconds();
-    #[allow(clippy::cast_precision_loss, reason = "counts fit 53 bits")]
     let millions = |n: u64| n as f64 * 1e-6;
-    let (boxes, triangles) = (
-        millions(run.counts.node_tests),
-        millions(run.counts.triangle_tests),
-    );
     Row {
-        scene: paper.ours.to_owned(),
+        paper,
         points: targets.points.len(),
         lines: run.counts.lines,
-        seconds,
+        seconds: run.times.seconds(),
         seconds_error: run.times.error(),
-        ns_per_line: 1e3 * seconds / millions(run.counts.lines).max(1e-6),
-        box_tests_m: boxes,
-        triangle_tests_m: triangles,
-        box_rate_m: boxes / seconds,
-        triangle_rate_m: triangles / seconds,
-        paper_scene: paper.theirs,
-        paper_seconds: paper.seconds,
-        paper_box_rate_m: paper.boxes / paper.seconds,
-        paper_triangle_rate_m: paper.triangles / paper.seconds,
-        paper_boxes_per_triangle: paper.boxes / paper.triangles,
+        boxes: millions(run.counts.node_tests),
+        triangles: millions(run.counts.triangle_tests),
     }
 }
 
@@ -234,22 +237,18 @@ fn text(rows: &[Row]) -> String {
         "M tri/s"
     );
     for r in rows {
+        let (ours, theirs) = (r.paper.ours, r.paper.theirs);
+        let [b, t, paper_b, paper_t] = r.rates();
         let _ = writeln!(
             out,
-            "{:<22} {:>7} {:>9} {:>9.3} {:>9.1} {:>11.3} {:>11.3} {:>9.1} {:>9.1}   paper: {:<21} {:>8.1} {:>8.1} {:>8.1}",
-            r.scene,
+            "{ours:<22} {:>7} {:>9} {:>9.3} {:>9.1} {:>11.3} {:>11.3} {b:>9.1} {t:>9.1}   paper: {theirs:<21} {:>8.1} {paper_b:>8.1} {paper_t:>8.1}",
             r.points,
             r.lines,
             r.seconds,
-            r.ns_per_line,
-            r.box_tests_m,
-            r.triangle_tests_m,
-            r.box_rate_m,
-            r.triangle_rate_m,
-            r.paper_scene,
-            r.paper_seconds,
-            r.paper_box_rate_m,
-            r.paper_triangle_rate_m
+            r.ns_per_line(),
+            r.boxes,
+            r.triangles,
+            r.paper.seconds,
         );
     }
     out

@@ -47,9 +47,6 @@ fn source(technique: LinearTechnique) -> &'static str {
 }
 
 /// Fig. 6: every technique with one sample a pixel, against the closed form over what is visible.
-///
-/// # Errors
-/// If the scene cannot be loaded.
 pub(super) fn figure_6(context: &Context<'_>) -> Result<PictureStudy> {
     let mut scene = context.library.load(SCENE)?.scene;
     let size = context.size([SIZE; 2]);
@@ -85,7 +82,6 @@ pub(super) fn figure_6(context: &Context<'_>) -> Result<PictureStudy> {
             ],
         ));
     }
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let share = 100.0 * lit.iter().filter(|l| **l).count() as f64 / lit.len() as f64;
     let columns = [
         "RMSE",
@@ -166,9 +162,6 @@ fn clear_error(images: &[Image], exact: &Image, marked: &[bool]) -> (f64, f64) {
 
 /// Fig. 4: backward errors of single precision, as printed and ours, alone and times the
 /// brightness.
-///
-/// # Errors
-/// If the scene cannot be loaded.
 pub(super) fn figure_4(context: &Context<'_>) -> Result<PictureStudy> {
     let mut scene = context.library.load(SCENE)?.scene;
     let size = context.size([SIZE; 2]);

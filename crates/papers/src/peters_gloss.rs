@@ -68,9 +68,6 @@ const OPTIMAL: &str = "point-linear[technique=ltc,mis=optimal]";
 
 /// Fig. 1: clipped solid angle, projected solid angle, and projected solid angle with LTC by
 /// clamped optimal MIS; one sample each.
-///
-/// # Errors
-/// If the scene cannot be loaded.
 pub(super) fn figure_1(context: &Context<'_>) -> Result<PictureStudy> {
     let mut scene = context.library.load("colonnade-line")?.scene;
     let size = context.size(SIZE);
@@ -116,9 +113,6 @@ pub(super) fn figure_1(context: &Context<'_>) -> Result<PictureStudy> {
 
 /// Fig. 7: white and blue noise, independent and jittered uniformly, three samples of each
 /// technique.
-///
-/// # Errors
-/// If the scene cannot be loaded.
 pub(super) fn figure_7(context: &Context<'_>) -> Result<PictureStudy> {
     let size = context.size([224; 2]);
     let mut scene = context.library.load("cornell-box-line")?.scene;

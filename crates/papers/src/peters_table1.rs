@@ -90,9 +90,6 @@ fn entry<'a, S: 'a>(
 }
 
 /// Runs the table.
-///
-/// # Errors
-/// None; the signature is that of the other studies.
 pub(super) fn table_1(context: &Context<'_>) -> Result<PictureStudy> {
     let points = receivers();
     let numbers: Vec<f64> = (0..POINTS)
@@ -108,7 +105,6 @@ pub(super) fn table_1(context: &Context<'_>) -> Result<PictureStudy> {
                 start.elapsed().as_secs_f64() * 1e9
             };
             let taken = POINTS.div_ceil(STRIDE) * SAMPLES;
-            #[allow(clippy::cast_precision_loss, reason = "small")]
             let (lights, samples) = (POINTS as f64, taken as f64);
             entry.least[0] = entry.least[0].min(time(&mut entry.lights) / lights);
             entry.least[1] = entry.least[1].min(time(&mut entry.scalar) / samples);

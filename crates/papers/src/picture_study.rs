@@ -166,7 +166,6 @@ pub(crate) fn rmse(a: &Image, b: &Image) -> f64 {
             .sum()
     };
     let sum: f64 = a.rgb.iter().zip(&b.rgb).map(square).sum();
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let n = 3.0 * a.rgb.len() as f64;
     (sum / n).sqrt()
 }
@@ -185,7 +184,6 @@ pub(crate) fn blurred_rmse(a: &Image, b: &Image, sigma: f64) -> f64 {
     let across = blur(&error, w, h, sigma, 1);
     let both = blur(&across, w, h, sigma, w);
     let sum: f64 = both.iter().flatten().map(|e| e * e).sum();
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let n = 3.0 * both.len() as f64;
     (sum / n).sqrt()
 }

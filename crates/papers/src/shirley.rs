@@ -31,9 +31,6 @@ const SHARP: u32 = 1024;
 const RAYS: u32 = 100;
 
 /// Everything of the paper, and the light tree.
-///
-/// # Errors
-/// If a scene cannot be read.
 pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
     let mut sections = Vec::new();
     let mut rows = Vec::new();
@@ -91,6 +88,18 @@ fn pixels(renderer: &Renderer<'_>, settings: &Settings, progress: &ProgressBar) 
     scene_study::render(renderer, settings, window, progress).0
 }
 
+/// Whole pixels, lit by one sample of the lights that are chosen, or several.
+fn picture(
+    renderer: &Renderer<'_>,
+    context: &Context<'_>,
+    choice: LightChoice,
+    samples: u32,
+    rays: u32,
+) -> Result<Image> {
+    let settings = settings(choice, samples, rays, context.seed)?;
+    Ok(pixels(renderer, &settings, context.progress))
+}
+
 /// The exact light of the pixels' centres: enough lines of each luminaire.
 fn exact(renderer: &Renderer<'_>, samples: u32, progress: &ProgressBar) -> Result<Image> {
     let settings = Settings {
@@ -119,16 +128,11 @@ fn all_or_one(
     let (mut pictures, mut own) = (Vec::new(), Vec::new());
     for (rays, reference) in [(1, &centre), (RAYS, &smooth)] {
         for (choice, shadows) in [(LightChoice::All, lights), (LightChoice::Estimate, 1)] {
-            let image = pixels(
-                &renderer,
-                &settings(choice, 1, rays, context.seed)?,
-                context.progress,
-            );
+            let image = picture(&renderer, context, choice, 1, rays)?;
             let error = rmse(&image, reference);
             let caption =
                 format!("{rays} rays a pixel, {shadows} shadow rays each: RMSE {error:.4}");
             pictures.push(exposed(&image, reference, &caption)?);
-            #[allow(clippy::cast_precision_loss, reason = "small")]
             let total = (shadows * rays as usize) as f64;
             let values = [("RMSE", error), ("shadow rays a pixel", total)];
             own.push(Row::new(format!("{name}: {rays} rays, {choice}"), &values));
@@ -160,21 +164,12 @@ fn alphas(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<S
     let reference = exact(&renderer, LINES, context.progress)?;
     let mut pictures = Vec::new();
     for choice in CHOICES {
-        let image = pixels(
-            &renderer,
-            &settings(choice, 1, 1, context.seed)?,
-            context.progress,
-        );
+        let image = picture(&renderer, context, choice, 1, 1)?;
         let error = rmse(&image, &reference);
-        pictures.push(exposed(
-            &image,
-            &reference,
-            &format!("α by {choice}: RMSE {error:.4}"),
-        )?);
-        rows.push(Row::new(
-            format!("Fig. 9: {choice}, 1 ray"),
-            &[("RMSE", error)],
-        ));
+        let caption = format!("α by {choice}: RMSE {error:.4}");
+        pictures.push(exposed(&image, &reference, &caption)?);
+        let name = format!("Fig. 9: {choice}, 1 ray");
+        rows.push(Row::new(name, &[("RMSE", error)]));
     }
     let mut series = Vec::new();
     for choice in CHOICES {
@@ -184,14 +179,8 @@ fn alphas(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<S
             .collect::<Result<_>>()?;
         series.push(line(choice.to_string(), points));
     }
-    let all = vec![error_at(
-        &renderer,
-        LightChoice::All,
-        1,
-        &reference,
-        context,
-    )?];
-    series.push(line("a ray for each".to_owned(), all));
+    let all = error_at(&renderer, LightChoice::All, 1, &reference, context)?;
+    series.push(line("a ray for each".to_owned(), vec![all]));
     let lead = "Left: α = 1/32. With α by what each luminaire would give unshadowed, one ray to the union \
                 is far less noisy.";
     let mut out = section("Fig. 9", lead, pictures, Vec::new());
@@ -231,12 +220,8 @@ fn error_at(
     reference: &Image,
     context: &Context<'_>,
 ) -> Result<PlotPoint> {
-    let image = pixels(
-        renderer,
-        &settings(choice, samples, 1, context.seed + 5)?,
-        context.progress,
-    );
-    #[allow(clippy::cast_precision_loss, reason = "small")]
+    let settings = settings(choice, samples, 1, context.seed + 5)?;
+    let image = pixels(renderer, &settings, context.progress);
     let rays = if choice == LightChoice::All {
         renderer.plan().lights().len() as f64
     } else {
@@ -260,23 +245,15 @@ fn bands(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Se
         LightChoice::Estimate,
         LightChoice::Tree,
     ] {
-        let image = pixels(
-            &renderer,
-            &settings(choice, 1024, 1, context.seed)?,
-            context.progress,
-        );
+        let image = picture(&renderer, context, choice, 1024, 1)?;
         // Light that is lost: pixels that are dark, or less than half as bright, though noise at
         // 1024 samples is a few percent.
         let lost = |(p, q): &(&[f32; 3], &[f32; 3])| q[0] > 1e-3 && p[0] < 0.5 * q[0];
         let count = image.rgb.iter().zip(&reference.rgb).filter(lost).count();
         let mean = |i: &Image| i.rgb.iter().map(|p| f64::from(p[0])).sum::<f64>();
         let missing = 1.0 - mean(&image) / mean(&reference);
-        pictures.push(exposed(
-            &image,
-            &reference,
-            &format!("α by {choice}, 1024 rays: {count} pixels have lost light"),
-        )?);
-        #[allow(clippy::cast_precision_loss, reason = "small")]
+        let caption = format!("α by {choice}, 1024 rays: {count} pixels have lost light");
+        pictures.push(exposed(&image, &reference, &caption)?);
         let values = [
             ("pixels that lost light", count as f64),
             ("light missing in all", missing),
@@ -316,15 +293,10 @@ fn balls(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     ] {
         let image = shade(estimator, 1, context.seed)?;
         let error = rmse(&image, &reference);
-        pictures.push(exposed(
-            &image,
-            &reference,
-            &format!("{what}: RMSE {error:.4}"),
-        )?);
-        own.push(Row::new(
-            format!("Figs. 2-3: {what}, 1 ray"),
-            &[("RMSE", error)],
-        ));
+        let caption = format!("{what}: RMSE {error:.4}");
+        pictures.push(exposed(&image, &reference, &caption)?);
+        let name = format!("Figs. 2-3: {what}, 1 ray");
+        own.push(Row::new(name, &[("RMSE", error)]));
     }
     let lead = "A sphere by points uniform on all of its area, on the part that is seen, and in solid angle.";
     let tables = vec![table("One ray a pixel.", &["RMSE"], &own)];
@@ -382,8 +354,8 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
 
 /// Standard deviation of one ray a point.
 ///
-/// α by an estimate is drawn anew for each trial, so that it needs trials; of the others the samples
-/// of a trial are independent, too, and α costs once.
+/// α by an estimate is drawn anew for each trial, so that it needs trials; of the others the
+/// samples of a trial are independent, too, and α costs once.
 fn deviation(targets: &Targets<'_>, choice: LightChoice, seed: u64) -> Result<f64> {
     let (samples, trials) = match choice {
         LightChoice::Estimate => (1, 32),
@@ -404,7 +376,6 @@ fn deviation(targets: &Targets<'_>, choice: LightChoice, seed: u64) -> Result<f6
         squares.sum::<f64>() / (3.0 * (n - 1.0))
     };
     let points = targets.points.len();
-    #[allow(clippy::cast_precision_loss, reason = "small")]
     let mean = (0..points).map(variance).sum::<f64>() / points as f64;
     Ok((mean * f64::from(samples)).sqrt())
 }
@@ -427,7 +398,6 @@ fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
         for _ in 0..40 {
             let start = Instant::now();
             for (i, x) in points.iter().enumerate() {
-                #[allow(clippy::cast_precision_loss, reason = "small")]
                 let u = (i as f64 * 0.381_966).fract();
                 black_box(tree.pick(|i| &lights[i], black_box(*x), DVec3::Y, u));
             }

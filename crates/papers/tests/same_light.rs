@@ -92,7 +92,6 @@ fn agree_with(scene_name: &str, side: u32, points: u32, others: &[(&str, u32)]) 
             mean_theirs += b;
             variance += va + vb;
         }
-        #[allow(clippy::cast_precision_loss, reason = "few points")]
         let share = 1.0 - failed as f64 / targets.points.len() as f64;
         assert!(
             share >= PASS_SHARE,

@@ -24,7 +24,6 @@ pub(crate) struct Halton {
 
 impl Halton {
     #[inline]
-    #[expect(clippy::cast_precision_loss, reason = "3^21 has 34 bits")]
     pub(crate) fn new(key: u64, count: u32) -> Self {
         let (mut digits, mut power) = (0, 1_u64);
         while power < u64::from(count) {
@@ -58,10 +57,6 @@ impl Halton {
     /// Digit by digit; the state is a hash of the digits so far and picks one of the six affine
     /// maps a·d + b mod 3.
     #[inline]
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "the integer is below 3^21 < 2^34"
-    )]
     fn base_3(&self, index: u32) -> f64 {
         let mut state = mix(self.scramble[1] ^ 3);
         let mut rest = index;

@@ -66,10 +66,6 @@ pub(crate) const fn word(key: u64, counter: u64) -> u64 {
 /// ```
 #[inline]
 #[must_use]
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "53 bits fit f64's significand exactly"
-)]
 pub const fn unit_f64(word: u64) -> f64 {
     (word >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }

@@ -44,11 +44,7 @@ pub fn split(u: f64, shares: &[f64]) -> Option<(usize, f64)> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "bins are small"
-    )]
+    #![allow(clippy::cast_possible_truncation, reason = "bins are small")]
     use super::*;
     use crate::{Sampler, SamplerKind};
     use linelit_testkit::chi2::chi2_test;

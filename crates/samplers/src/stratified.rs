@@ -144,11 +144,7 @@ impl UniformJitter {
 
     /// With a given offset in [0, 1)², for example from a blue-noise tile.
     #[inline]
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the offset is in [0, 1)"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "the offset is in [0, 1)")]
     pub(crate) fn with_offset(key: u64, count: u32, offset: [f64; 2]) -> Self {
         let second = ((offset[1] * (1_u64 << 53) as f64) as u64) << 11;
         Self {

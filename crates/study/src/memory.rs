@@ -79,7 +79,6 @@ pub fn kib(text: &str, key: &str) -> Option<u64> {
 #[must_use]
 pub fn size(bytes: u64) -> String {
     const UNITS: [&str; 6] = ["KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
-    #[allow(clippy::cast_precision_loss, reason = "for people")]
     let mut number = bytes as f64 / 1024.0;
     let mut unit = 0;
     while number >= 1000.0 && unit + 1 < UNITS.len() {

@@ -142,7 +142,6 @@ fn slope(
 /// Explanation of an order that is weaker than the paper's: slopes at the ends of the curve.
 fn remark(points: &[SlopePoint], fit: &Order) -> String {
     let deviation = |p: &SlopePoint| {
-        #[allow(clippy::cast_precision_loss, reason = "few trials")]
         let n = p.trial_variances.len() as f64;
         0.5 * (p.trial_variances.iter().sum::<f64>() / n).ln()
     };

@@ -13,39 +13,12 @@ use serde_json::Value;
 use crate::stats::slopes::Order;
 
 /// The columns of `results.csv`, in order.
-pub const RESULT_COLUMNS: [&str; 19] = [
-    "scene",
-    "pixels",
-    "estimator",
-    "sampler",
-    "samples",
-    "trials",
-    "mse",
-    "mse_stderr",
-    "mrse",
-    "bias",
-    "bias_stderr",
-    "cpu_seconds",
-    "cpu_error",
-    "wall_seconds",
-    "rays",
-    "line_queries",
-    "node_tests",
-    "triangle_tests",
-    "intervals",
-];
+pub const RESULT_COLUMNS: &str = "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,\
+    bias,bias_stderr,cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,\
+    intervals";
 
 /// The columns of `slopes.csv`, in order.
-pub const SLOPE_COLUMNS: [&str; 8] = [
-    "scene",
-    "estimator",
-    "sampler",
-    "n_min",
-    "n_max",
-    "order",
-    "ci_low",
-    "ci_high",
-];
+pub const SLOPE_COLUMNS: &str = "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high";
 
 /// One estimator with one sampler and number of samples on one scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -240,8 +213,8 @@ impl StudyRecord {
     /// As [`StudyRecord::to_json`].
     pub fn tables(&self) -> Result<[(&'static str, String); 3], FilmError> {
         Ok([
-            ("results.csv", csv(&RESULT_COLUMNS, &self.rows)?),
-            ("slopes.csv", csv(&SLOPE_COLUMNS, &self.slopes)?),
+            ("results.csv", csv(RESULT_COLUMNS, &self.rows)?),
+            ("slopes.csv", csv(SLOPE_COLUMNS, &self.slopes)?),
             ("results.json", self.to_json()?),
         ])
     }
@@ -300,11 +273,14 @@ impl StudyRecord {
 }
 
 /// Some columns of rows, as CSV.
-fn csv<T: Serialize>(columns: &[&str], rows: &[T]) -> Result<String, FilmError> {
-    let mut text = columns.join(",") + "\n";
+fn csv<T: Serialize>(columns: &str, rows: &[T]) -> Result<String, FilmError> {
+    let mut text = columns.to_owned() + "\n";
     for row in rows {
         let row = serde_json::to_value(row).map_err(invalid)?;
-        let fields: Vec<String> = columns.iter().map(|column| field(&row[column])).collect();
+        let fields: Vec<String> = columns
+            .split(',')
+            .map(|column| field(&row[column]))
+            .collect();
         text += &(fields.join(",") + "\n");
     }
     Ok(text)
@@ -407,7 +383,7 @@ mod tests {
 
     #[test]
     fn the_columns_are_the_contract() {
-        let text = csv(&RESULT_COLUMNS, &[row()]).unwrap();
+        let text = csv(RESULT_COLUMNS, &[row()]).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(
             lines[0],
@@ -426,7 +402,7 @@ mod tests {
             ..SlopeRow::default()
         };
         assert_eq!(
-            csv(&SLOPE_COLUMNS, &[slope]).unwrap(),
+            csv(SLOPE_COLUMNS, &[slope]).unwrap(),
             "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high\n\"a\"\"b\",,,4,0,-1.5,0,0\n"
         );
     }
@@ -463,10 +439,10 @@ mod tests {
         assert_eq!(value["rows"][0]["rays"], u64::MAX);
         assert!(value["rows"][0]["bias_stderr"].is_null());
         assert_eq!(value["slopes"][0]["paper_source"], "Fig. 9");
-        for column in RESULT_COLUMNS {
+        for column in RESULT_COLUMNS.split(',') {
             assert!(value["rows"][0].get(column).is_some(), "{column}");
         }
-        for column in SLOPE_COLUMNS {
+        for column in SLOPE_COLUMNS.split(',') {
             assert!(value["slopes"][0].get(column).is_some(), "{column}");
         }
     }

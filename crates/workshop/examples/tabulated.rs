@@ -27,7 +27,6 @@ impl Table {
         let rule = gauss_legendre(16);
         let (mut sum, mut last, mut nodes) = (0.0, 0.0, Vec::new());
         for i in 0..=size {
-            #[allow(clippy::cast_precision_loss, reason = "small")]
             let u = FRAC_PI_2 * (i as f64 / size as f64).powi(4);
             sum += rule.integrate(last, u, |x| x.cos().powf(k));
             nodes.push([u, sum, u.cos().max(0.0).powf(k)]);
@@ -38,14 +37,9 @@ impl Table {
 
     /// C(u) for |u| ≤ π/2: linear between entries, or by Hermite's cubic.
     fn at<const CUBIC: bool>(&self, u: f64) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "small")]
         let cells = (self.nodes.len() - 1) as f64;
         let s = (u.abs() * (1.0 / FRAC_PI_2)).sqrt().sqrt() * cells;
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "an index"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "an index")]
         let i = (s as usize).min(self.nodes.len() - 2);
         let ([u0, c0, d0], [u1, c1, d1]) = (self.nodes[i], self.nodes[i + 1]);
         let width = u1 - u0;

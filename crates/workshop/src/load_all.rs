@@ -53,9 +53,6 @@ struct Counts {
 }
 
 /// Loads and renders every scene file below a folder; prints a line per file.
-///
-/// # Errors
-/// If a file fails (see the module), or there is none.
 pub(crate) fn run(args: &LoadAllArgs, out: &mut Output) -> Result<()> {
     if args.one {
         writeln!(out, "{}", serde_json::to_string(&attempt(&args.dir))?)?;
@@ -154,7 +151,6 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
     let coarse = (pixels * scene.lights.len()).div_ceil(MAX_PAIRS).max(1);
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "at most the side of the picture"
     )]
     let side = |n: u32| (f64::from(n) / (coarse as f64).sqrt()).ceil().max(1.0) as u32;

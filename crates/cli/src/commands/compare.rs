@@ -24,9 +24,6 @@ pub(super) struct Comparison {
 
 /// Compares two EXR or PFM files of one size. A name may end in `:LAYER` to choose a layer of an
 /// EXR file (a file whose own name ends so is found first).
-///
-/// # Errors
-/// When a file cannot be read, has no such layer, or the sizes differ.
 pub(super) fn run(picture: &Path, reference: &Path) -> Result<Comparison, FilmError> {
     let (ours, our_metadata) = read(picture)?;
     let (theirs, their_metadata) = read(reference)?;

@@ -229,7 +229,6 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     )
 }
 
-#[allow(clippy::cast_precision_loss, reason = "for people")]
 fn mebibytes(bytes: usize) -> f64 {
     bytes as f64 / f64::from(1u32 << 20)
 }

@@ -85,11 +85,7 @@ fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Tile {
 
 /// The pixels of a range of fractions, at least one (pbrt: rounded up at both ends).
 fn span(lo: f64, hi: f64, size: u32) -> (u32, u32) {
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "fractions of a u32"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "fractions of a u32")]
     let pixel = |f: f64| ((f64::from(size) * f).ceil() as u32).min(size);
     let first = pixel(lo).min(size - 1);
     (first, pixel(hi).max(first + 1))

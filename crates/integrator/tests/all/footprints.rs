@@ -55,7 +55,7 @@ proptest! {
         let renderer = Renderer::new(&scene);
         let mut workspace = Workspace::new();
         let pixel = place.map(|p| {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a pixel")]
+            #[allow(clippy::cast_possible_truncation, reason = "a pixel")]
             let pixel = (p * f64::from(PIXELS)) as u32;
             pixel
         });

@@ -91,7 +91,6 @@ fn picture(
 /// The samples that fit into the seconds, by the times that [`PROBES`] took.
 #[allow(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "clamped to the range first"
 )]
 fn fitting(seconds: f64, [few, many]: [f64; 2]) -> u32 {

@@ -3,11 +3,7 @@
 //!
 //! `cargo run -p linelit-samplers --example blue_noise_tile --
 //! crates/samplers/src/blue_noise_64.bin`
-#![allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    reason = "sizes are at most 64×64"
-)]
+#![allow(clippy::cast_possible_truncation, reason = "sizes are at most 64×64")]
 
 mod void_and_cluster;
 

@@ -1,9 +1,5 @@
 //! The blue-noise tile: made again bit for bit, a permutation of its ranks, and blue.
-#![allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    reason = "sizes are at most 64×64"
-)]
+#![allow(clippy::cast_possible_truncation, reason = "sizes are at most 64×64")]
 
 use linelit_samplers::{Sampler, SamplerKind, blue_noise_rank};
 use std::f64::consts::TAU;

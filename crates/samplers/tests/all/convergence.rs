@@ -1,6 +1,5 @@
 //! How fast errors fall: exact variances where theory gives them, slopes where it gives rates (the
 //! table of variance exponents in the crate's README).
-#![allow(clippy::cast_precision_loss, reason = "sample counts are small")]
 
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_testkit::chi2::sidak;

@@ -35,12 +35,7 @@ impl CpuClock {
 #[cfg(unix)]
 fn thread_seconds(_: Instant) -> f64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    #[allow(
-        clippy::cast_precision_loss,
-        reason = "nanoseconds of a run fit 53 bits"
-    )]
-    let seconds = time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9;
-    seconds
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
 #[cfg(not(unix))]

@@ -130,7 +130,6 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
             }
         }
     }
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let count = problem.integrals() as f64;
     let scale = power.max(f64::MIN_POSITIVE) * f64::from(what.rounds);
     let mut lanes = lanes.into_iter();

@@ -135,7 +135,6 @@ const fn trial_seed(first: u64, trial: u32) -> u64 {
 fn times_into(seconds: f64, one: f64) -> u32 {
     #[allow(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "saturates, and is positive"
     )]
     let times = (seconds / one.max(1e-9)).ceil() as u32;

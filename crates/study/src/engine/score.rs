@@ -56,7 +56,6 @@ impl TrialSums {
     }
 
     fn add(&mut self, values: &[DVec3], want: DVec3) {
-        #[allow(clippy::cast_precision_loss, reason = "trials fit 53 bits")]
         let n = values.len() as f64;
         let mean = values.iter().copied().sum::<DVec3>() / n;
         for (trial, value) in values.iter().enumerate() {
@@ -70,7 +69,6 @@ impl TrialSums {
     }
 
     fn finish(self, pixels: usize) -> Score {
-        #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
         let scale = 1.0 / (3.0 * pixels as f64);
         let scaled = |v: Vec<f64>| v.into_iter().map(|x| x * scale).collect::<Vec<f64>>();
         let (trial_mse, trial_bias, trial_variance) =

@@ -191,7 +191,6 @@ fn resampled_slopes(points: &[&SlopePoint], bootstrap: &Bootstrap) -> Vec<f64> {
 fn quantile(sorted: &[f64], q: f64) -> f64 {
     let along = q.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
     #[allow(clippy::cast_possible_truncation, reason = "an index below the length")]
-    #[allow(clippy::cast_sign_loss, reason = "the quantile is clamped to [0, 1]")]
     let below = along as usize;
     let above = (below + 1).min(sorted.len() - 1);
     sorted[below] + (along - below as f64) * (sorted[above] - sorted[below])

@@ -81,7 +81,6 @@ pub(crate) fn plot(function: &str, rows: &[Row]) -> String {
         let mut path = String::new();
         for (bin, value) in values.iter().enumerate().filter(|(_, v)| !v.is_nan()) {
             let command = if path.is_empty() { 'M' } else { 'L' };
-            #[allow(clippy::cast_precision_loss, reason = "small")]
             let px = x(bin as f64 + 0.5);
             write!(path, "{command}{px:.1} {:.1}", y(*value)).expect("text");
         }
@@ -109,11 +108,7 @@ fn binned(function: &str, rows: &[Row]) -> [[f64; BINS]; 3] {
         .flat_map(|r| &r.samples)
     {
         let decade = sample.condition.log10().clamp(0.0, 15.9);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "0 to 47"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "0 to 47")]
         let bin = (decade * 3.0) as usize;
         ours[bin] = ours[bin].max(sample.ours);
         printed[bin] = printed[bin].max(sample.printed.min(1e4));

@@ -139,9 +139,7 @@ fn measure(targets: &Targets<'_>, mix: &Estimator, samples: u32, rounds: u32) ->
             counts[k] += workspace.take_counts();
         }
     }
-    #[allow(clippy::cast_precision_loss, reason = "counts fit 53 bits")]
     let per_point = |n: u64| n as f64 / (targets.points.len() as f64 * f64::from(rounds));
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let points = targets.points.len() as f64;
     Cost {
         time: least.map(|chunks| chunks.iter().sum::<f64>() * 1e6 / points),

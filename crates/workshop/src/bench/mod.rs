@@ -8,9 +8,6 @@ use anyhow::Result;
 use linelit_cli::output::Output;
 
 /// Runs a benchmark.
-///
-/// # Errors
-/// If a scene cannot be read.
 pub(crate) fn run(what: &Bench, out: &mut Output) -> Result<()> {
     match what {
         Bench::EqualTime(args) => equal_time::run(args, out),

@@ -18,7 +18,7 @@ const ALPHA: f64 = 0.01;
 const PASS_SHARE: f64 = 0.9975;
 
 /// One row of the table.
-#[derive(Debug, serde::Serialize)]
+#[derive(Debug, Default, serde::Serialize)]
 pub(super) struct Row {
     pub(super) name: &'static str,
     pub(super) estimator: &'static str,
@@ -77,7 +77,6 @@ pub(super) fn judge(
     let noise = (theirs.samples / entry.samples).powf(1.5);
     // Sidak over pixels and channels. The spread is estimated from the replicates of the points,
     // so the score follows Student's distribution.
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let confidence = (1.0 - ALPHA).powf(1.0 / (3.0 * total as f64));
     let t = quantile(confidence, NOISE_REPLICATES - 1);
     let variance = |p: usize| ours.variance[p] / ours.replicates + theirs.variance[p] * noise;
@@ -207,19 +206,7 @@ fn empty_row(entry: &Entry, pixels: usize) -> Row {
         name: entry.name,
         estimator: entry.ours.estimator,
         pixels,
-        mean: 0.0,
-        reference_mean: 0.0,
-        mean_ratio: 0.0,
-        ratio_error: 0.0,
-        mean_ratio_of_all: 0.0,
-        mrse: 0.0,
-        passing: 0.0,
-        unexplained: Vec::new(),
-        edges: Vec::new(),
-        horizon: Vec::new(),
-        lights: Vec::new(),
-        wrong: Vec::new(),
-        ok: false,
+        ..Row::default()
     }
 }
 
@@ -234,7 +221,6 @@ fn ratio(pixels: &[usize], values: impl Fn(usize) -> (DVec3, DVec3)) -> f64 {
 
 /// The numbers over the pixels that are not left out.
 fn fill(row: &mut Row, pixels: &[usize], all: f64, values: impl Fn(usize) -> (DVec3, DVec3)) {
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let (count, total) = (3.0 * pixels.len() as f64, row.pixels as f64);
     for &p in pixels {
         let (got, want) = values(p);
@@ -242,7 +228,6 @@ fn fill(row: &mut Row, pixels: &[usize], all: f64, values: impl Fn(usize) -> (DV
         row.reference_mean += want.element_sum() / count;
         row.mrse += ((got - want) * (got - want) / (want * want + 1e-6)).element_sum() / count;
     }
-    #[allow(clippy::cast_precision_loss, reason = "pixels fit 53 bits")]
     let failing = row.unexplained.len() as f64;
     row.passing = 1.0 - failing / total;
     row.mean_ratio = ratio(pixels, values);

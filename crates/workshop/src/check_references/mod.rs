@@ -143,9 +143,6 @@ const ENTRIES: [Entry; 6] = [
 ];
 
 /// Renders every scene that has a reference below the folder and compares.
-///
-/// # Errors
-/// If nothing is found, something cannot be read, or a comparison fails.
 pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
     let folder = args.out.as_deref().map(OutputFolder::open).transpose()?;
     let mut all = Vec::new();

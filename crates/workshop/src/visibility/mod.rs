@@ -106,12 +106,7 @@ struct Fastest {
     chunk: usize,
 }
 
-#[allow(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "counts"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "counts")]
 impl Fastest {
     /// Times `f` on every chunk of `0..count`.
     fn round(&mut self, count: usize, mut f: impl FnMut(Range<usize>)) {
@@ -200,9 +195,8 @@ fn time(
         result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
     }
     result.counters = scratch.counters;
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
-    let share = |hits: usize| hits as f64 / rays.len() as f64;
-    result.hit_share = share(trace_rays(occluders, work, &rays, &mut scratch));
+    let hits = trace_rays(occluders, work, &rays, &mut scratch);
+    result.hit_share = hits as f64 / rays.len() as f64;
     result
 }
 
@@ -257,10 +251,7 @@ fn trace_lines(
         let mut shaft = occluders.shaft(query, scratch);
         match shaft.class() {
             ShaftClass::Empty => {
-                #[allow(clippy::cast_precision_loss, reason = "few lines")]
-                {
-                    sum += lines.len() as f64;
-                }
+                sum += lines.len() as f64;
             }
             ShaftClass::Blocked => {}
             ShaftClass::Partial => {
@@ -271,7 +262,6 @@ fn trace_lines(
             }
         }
     }
-    #[allow(clippy::cast_precision_loss, reason = "a count")]
     let count = (work.points.len() * lines.len()) as f64;
     sum / count
 }

@@ -25,9 +25,6 @@ const SCENES: [&str; 3] = [
 const OFFSET: f64 = 2e-5;
 
 /// Measures what rays and lines cost on one scene or on all.
-///
-/// # Errors
-/// If a scene cannot be read.
 pub(crate) fn run(args: &VisibilityArgs, out: &mut Output) -> Result<()> {
     let names = match &args.scene {
         Some(name) => vec![name.as_str()],
@@ -44,7 +41,6 @@ pub(crate) fn run(args: &VisibilityArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-#[allow(clippy::cast_precision_loss, reason = "counts")]
 fn measure(
     scene: &VisibilityScene,
     args: &VisibilityArgs,
@@ -133,7 +129,6 @@ fn across(light: &[DVec3]) -> [DVec3; 2] {
 }
 
 /// One light's part of the table.
-#[allow(clippy::cast_precision_loss, reason = "counts")]
 fn table(light: &str, points: usize, t: &Timings) -> String {
     let c = &t.counters;
     let share = |n: u64| 100.0 * n as f64 / c.shafts.max(1) as f64;
