@@ -389,14 +389,8 @@ where
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let items = split_outside_brackets(text);
-        let parsed: Result<Vec<T>, String> = items
-            .iter()
-            .map(|t| {
-                t.trim()
-                    .parse::<T>()
-                    .map_err(|e| format!("`{}`: {e}", t.trim()))
-            })
+        let parsed: Result<Vec<T>, String> = split_outside_brackets(text)
+            .map(|t| t.parse::<T>().map_err(|e| format!("`{t}`: {e}")))
             .collect();
         match parsed? {
             list if list.is_empty() => Err("the list is empty".to_owned()),
@@ -405,24 +399,13 @@ where
     }
 }
 
-fn split_outside_brackets(text: &str) -> Vec<&str> {
-    let mut depth = 0u32;
-    let mut start = 0;
-    let mut out = Vec::new();
-    for (i, c) in text.char_indices() {
-        match c {
-            '[' => depth += 1,
-            ']' => depth = depth.saturating_sub(1),
-            ',' if depth == 0 => {
-                out.push(&text[start..i]);
-                start = i + 1;
-            }
-            _ => {}
-        }
-    }
-    out.push(&text[start..]);
-    out.retain(|t| !t.trim().is_empty());
-    out
+fn split_outside_brackets(text: &str) -> impl Iterator<Item = &str> {
+    let mut depth = 0i32;
+    let comma = move |c: char| {
+        depth += i32::from(c == '[') - i32::from(c == ']');
+        c == ',' && depth == 0
+    };
+    text.split(comma).map(str::trim).filter(|t| !t.is_empty())
 }
 
 #[cfg(test)]

@@ -101,8 +101,16 @@ struct Lane<'a, S> {
 }
 
 /// Runs all entries in alternation on this thread.
+///
+/// # Panics
+/// If the known values are not one for each integral.
 #[must_use]
 pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curve<P::Settings>> {
+    assert_eq!(
+        what.truth.len(),
+        problem.integrals(),
+        "a value per integral"
+    );
     let mut workspace = P::Workspace::default();
     let power: f64 = what.truth.iter().map(|v| v.length_squared()).sum();
     let mut lanes = Vec::new();

@@ -34,6 +34,9 @@ impl Reference {
 
 /// The reference of a problem. A computed one takes `samples` to a replicate, until the error of
 /// the replicates' mean is below `target` or `limit` has passed; at least one round is run.
+///
+/// # Panics
+/// If known values are not one for each integral.
 #[must_use]
 pub fn reference<P: Problem>(
     problem: &P,
@@ -44,7 +47,10 @@ pub fn reference<P: Problem>(
 ) -> Reference {
     let start = Instant::now();
     let method = match truth {
-        Truth::Known(values) => return Reference::known(values.clone()),
+        Truth::Known(values) => {
+            assert_eq!(values.len(), problem.integrals(), "a value per integral");
+            return Reference::known(values.clone());
+        }
         Truth::Computed(method) => method,
     };
     let mut rounds = Vec::new();

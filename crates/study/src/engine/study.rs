@@ -83,6 +83,9 @@ pub struct CellResult {
 ///
 /// Only times depend on how many those are. `begun` is called for each method and number of
 /// samples, for those who show progress.
+///
+/// # Panics
+/// If known values are not one for each integral.
 pub fn measure<P: Problem>(
     problem: &P,
     truth: &Truth<P::Settings>,

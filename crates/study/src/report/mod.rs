@@ -215,22 +215,10 @@ pub fn scientific(value: f64) -> String {
     let Some((mantissa, exponent)) = text.split_once('e') else {
         return text;
     };
+    let digit = |d: u32| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(d as usize);
     let superscript: String = exponent
         .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '0' => '⁰',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            '4' => '⁴',
-            '5' => '⁵',
-            '6' => '⁶',
-            '7' => '⁷',
-            '8' => '⁸',
-            '9' => '⁹',
-            other => other,
-        })
+        .map(|c| c.to_digit(10).and_then(digit).unwrap_or('⁻'))
         .collect();
     format!("{}·10{superscript}", mantissa.replace('-', "−"))
 }
