@@ -371,29 +371,16 @@ impl<T: Real> Inversion<T> {
         (second, self.refine(end, start, target))
     }
 
-    /// Steps from the start until one is small.
+    /// [`Inversion::steps_to`] the precision.
     #[cold]
     #[inline(never)]
-    fn refine(&self, end: &End<T>, mut at: Angle<T>, target: T) -> Angle<T> {
-        for _ in 0..T::STEPS {
-            let [_, step] = end.steps(&at, target);
-            let step = self.advance(&mut at, step);
-            let room = at.v.at_most(self.delta - at.v);
-            if step.abs() <= T::CLOSE * room {
-                break;
-            }
-        }
-        at
+    fn refine(&self, end: &End<T>, start: Angle<T>, target: T) -> Angle<T> {
+        self.steps_to(end, start, target, T::CLOSE)
     }
 
-    /// The angle from the end that it says, in steps until one is below the fraction `close` of the
-    /// distance to the nearer end.
-    #[inline]
-    fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> (bool, Angle<T>) {
-        let (second, xi) = nearer(xi.unit());
-        let end = &self.ends[usize::from(second)];
-        let target = xi * self.total;
-        let mut at = end.start(xi, &view.solid_angle_end(second));
+    /// Steps until one is below the fraction `close` of the distance to the nearer end.
+    #[inline(always)]
+    fn steps_to(&self, end: &End<T>, mut at: Angle<T>, target: T, close: T) -> Angle<T> {
         for _ in 0..T::STEPS {
             let [_, step] = end.steps(&at, target);
             let step = self.advance(&mut at, step);
@@ -402,7 +389,16 @@ impl<T: Real> Inversion<T> {
                 break;
             }
         }
-        (second, at)
+        at
+    }
+
+    /// The angle from the end that it says, by [`Inversion::steps_to`].
+    #[inline]
+    fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> (bool, Angle<T>) {
+        let (second, xi) = nearer(xi.unit());
+        let end = &self.ends[usize::from(second)];
+        let start = end.start(xi, &view.solid_angle_end(second));
+        (second, self.steps_to(end, start, xi * self.total, close))
     }
 
     #[inline]

@@ -121,13 +121,16 @@ impl<T: Real> LineView<T> {
     /// What depends on the clipped ends. The edge and the cross product p0 × p1 of the whole line
     /// come with their lengths.
     #[inline(always)]
-    fn finish(part: Kept<T>, (edge, whole): (V3<T>, T), (x, area): (V3<T>, T)) -> Option<Self> {
-        let Kept {
+    fn finish(
+        Kept {
             ends: [p0, p1],
             range,
             kept,
             height,
-        } = part;
+        }: Kept<T>,
+        (edge, whole): (V3<T>, T),
+        (x, area): (V3<T>, T),
+    ) -> Option<Self> {
         let (l, cross) = (whole * kept, area * kept);
         let (per_length, per_area) = (T::ONE / whole, T::ONE / area);
         let h = area * per_length;
@@ -150,19 +153,12 @@ impl<T: Real> LineView<T> {
         } else {
             sine[1] - sine[0]
         };
-        // Both distances, sin δ and the least sum of [`LineView::arc_point`], sin δ/r, by their
-        // reciprocals: a comparison that NaN fails.
         let inverse_sine = product * per_area / kept;
-        let least_sum = inverse_sine * r[0].at_least(r[1]);
-        let smallest = T::LEAST
-            * inverse[0]
-                .at_least(inverse[1])
-                .at_least(inverse_sine)
-                .at_least(least_sum);
+        let held = are_numbers(r, inverse, inverse_sine);
         let sines = sine[0].abs() <= T::from_f64(2.0) && sine[1].abs() <= T::from_f64(2.0);
         // An edge between these ends, to a factor.
         let fits = l <= T::from_f64(2.0) * (r[0] + r[1]);
-        if !(sine_range.is_usable() && smallest < T::ONE && sines && fits && h.has_square()) {
+        if !(sine_range.is_usable() && held && sines && fits && h.has_square()) {
             return None;
         }
         let foot_inside = sine[0] < T::ZERO && sine[1] > T::ZERO;
@@ -478,6 +474,19 @@ impl<T: Real> LineView<T> {
             point: scale(direction, self.sin_delta * inverse),
         }
     }
+}
+
+/// Whether both distances, sin δ and the least sum of [`LineView::arc_point`], sin δ/r, are numbers
+/// of full digits: by their reciprocals, a comparison that NaN fails.
+#[inline(always)]
+fn are_numbers<T: Real>(r: [T; 2], inverse: [T; 2], inverse_sine: T) -> bool {
+    let least_sum = inverse_sine * r[0].at_least(r[1]);
+    let smallest = T::LEAST
+        * inverse[0]
+            .at_least(inverse[1])
+            .at_least(inverse_sine)
+            .at_least(least_sum);
+    smallest < T::ONE
 }
 
 /// 1 − sin φ and 1 + sin φ at both ends, each relatively accurate.
