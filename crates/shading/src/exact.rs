@@ -1,6 +1,5 @@
 //! Dot and cross products that pay for exactness only where it is needed.
 
-use crate::span::power_of_two_unit;
 use linelit_geometry::double::{self, vector};
 use linelit_geometry::{DVec3, finite::nonnegative, predicates};
 
@@ -55,28 +54,13 @@ pub(crate) fn length(v: DVec3) -> f64 {
 #[cold]
 #[inline(never)]
 fn extreme_length(v: DVec3) -> f64 {
-    power_of_two_unit(v.abs().max_element())
-        .map_or(0.0, |unit| nonnegative((v * unit).length() / unit))
+    nonnegative(predicates::length(v))
 }
 
-/// v/|v|, also where the squares of its components are beyond the range of numbers; zero for zero
-/// and for what is no number.
+/// v/|v|; zero for zero and for what is no number.
 #[inline(always)]
 pub(crate) fn direction(v: DVec3) -> DVec3 {
-    let square = v.length_squared();
-    if square > 1e-280 && square < 1e280 {
-        v.normalize_or_zero()
-    } else {
-        extreme_direction(v)
-    }
-}
-
-#[cold]
-#[inline(never)]
-fn extreme_direction(v: DVec3) -> DVec3 {
-    power_of_two_unit(v.abs().max_element())
-        .filter(|_| v.is_finite())
-        .map_or(DVec3::ZERO, |unit| (v * unit).normalize_or_zero())
+    predicates::normalize(v).unwrap_or(DVec3::ZERO)
 }
 
 /// k·q at the point q of the line through a and b where m·q = 0, for m·a and m·b of unlike sign:

@@ -58,18 +58,10 @@ pub fn ribbon(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
         return nonnegative(segment.integrate::<true>(k) * segment.inverse_distance());
     }
-    ribbon_robust([a, b, up, lobe], k)
-}
-
-#[inline(never)]
-fn ribbon_robust(points: [Point; 4], k: f64) -> f64 {
-    let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
-        return 0.0;
-    };
-    // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
-    let fan = fan.with_constant();
-    nonnegative(integrate(&fan, axis, k) * fan.unit * fan.unit)
+    robust([a, b, up, lobe], k, |fan, axis| {
+        // The emitter's cosine divided by its height is 1/|p|: one at the points themselves.
+        integrate(&fan.with_constant(), axis, k) * fan.unit * fan.unit
+    })
 }
 
 /// `2 h ∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(4+k) dt` along a thin cylinder, 1/length: for each unit of
@@ -81,18 +73,10 @@ pub fn cylinder(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
         return nonnegative(2.0 * segment.integrate::<true>(k));
     }
-    cylinder_robust([a, b, up, lobe], k)
-}
-
-#[inline(never)]
-fn cylinder_robust(points: [Point; 4], k: f64) -> f64 {
-    let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
-        return 0.0;
-    };
-    let fan = fan.with_constant();
-    let twice_distance = 2.0 * fan.sine / fan.reach();
-    nonnegative(integrate(&fan, axis, k) * twice_distance * fan.unit)
+    robust([a, b, up, lobe], k, |fan, axis| {
+        let twice_distance = 2.0 * fan.sine / fan.reach();
+        integrate(&fan.with_constant(), axis, k) * twice_distance * fan.unit
+    })
 }
 
 /// `∫ max(0, n·p) max(0, R·p)ᵏ/|p|^(3+k) dt` along a line of isotropic points, 1/length: for each
@@ -104,16 +88,17 @@ pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
     if let Some(segment) = fast_lobe::measure(a, b, up, lobe, k) {
         return nonnegative(segment.integrate::<false>(k) * segment.inverse_distance());
     }
-    point_line_robust([a, b, up, lobe], k)
+    robust([a, b, up, lobe], k, |fan, axis| {
+        integrate(&fan, axis, k) * fan.unit
+    })
 }
 
+/// `of` the segment's fan and the axis, where there is any.
 #[inline(never)]
-fn point_line_robust(points: [Point; 4], k: f64) -> f64 {
+fn robust(points: [Point; 4], k: f64, of: impl FnOnce(Fan<2>, DVec3) -> f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
-        return 0.0;
-    };
-    nonnegative(integrate(&fan, axis, k) * fan.unit)
+    let fan = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0);
+    fan.map_or(0.0, |fan| nonnegative(of(fan, axis)))
 }
 
 /// `∫ max(0, n·p) max(0, m·p) max(0, R·p)ᵏ/|p|^(4+k) dt` for any vector m, 1/length: a ribbon whose

@@ -157,7 +157,8 @@ impl Horizons {
         if left.count < 3 {
             return 0.0;
         }
-        self.triangles(&given, &left.vertices[..left.count], part)
+        let left = Left::new(self, &given, &left.vertices[..left.count]);
+        left.map_or(0.0, |left| left.triangles().map(part).sum())
     }
 
     /// mₖ.
@@ -288,102 +289,128 @@ impl Horizons {
             }
         }
     }
+}
 
-    /// A part as triangles from that corner from which the diagonals are farthest from half a turn.
-    fn triangles(
-        &self,
-        given: &Given,
-        vertices: &[Vertex],
-        mut part: impl FnMut(Triangle) -> f64,
-    ) -> f64 {
-        let count = vertices.len();
+/// A part that is left, with its corners as unit vectors.
+struct Left<'a> {
+    horizons: &'a Horizons,
+    given: &'a Given,
+    vertices: &'a [Vertex],
+    units: [Corner; MOST],
+    lengths: [f64; MOST],
+}
+
+impl<'a> Left<'a> {
+    /// `None` with a corner at the shading point.
+    fn new(horizons: &'a Horizons, given: &'a Given, vertices: &'a [Vertex]) -> Option<Self> {
         let mut units = [vertices[0].corner; MOST];
         let mut lengths = [0.0; MOST];
         for (i, vertex) in vertices.iter().enumerate() {
             lengths[i] = length(vertex.corner.at);
-            units[i] = vertex.corner.over(lengths[i]).at_most(self.most);
+            units[i] = vertex.corner.over(lengths[i]).at_most(horizons.most);
         }
-        if !lengths[..count].iter().all(|r| *r > 0.0) {
-            return 0.0;
+        let some = lengths[..vertices.len()].iter().all(|r| *r > 0.0);
+        some.then_some(Self {
+            horizons,
+            given,
+            vertices,
+            units,
+            lengths,
+        })
+    }
+
+    /// The cross product of a corner and the next one.
+    fn side(&self, i: usize) -> DVec3 {
+        let j = (i + 1) % self.vertices.len();
+        let (a, b) = (self.lengths[i], self.lengths[j]);
+        let (from, to) = (&self.vertices[i], &self.vertices[j]);
+        let turn = Horizons::turn(self.given, from, to, a.min(b));
+        let normal = match from.side {
+            Side::Edge(k) => self.given.edges[k],
+            Side::Horizon(h) => self.horizons.normals[h],
+        };
+        normal / a.max(b) * turn
+    }
+
+    /// The height over a side of the corner i.
+    fn height(&self, side: usize, i: usize) -> f64 {
+        match self.vertices[side].side {
+            Side::Edge(k) => self.given.volume * self.vertices[i].weights[k] / self.lengths[i],
+            Side::Horizon(h) => self.units[i].values[h],
         }
-        let side = |i: usize| {
-            let j = (i + 1) % count;
-            let (a, b) = (lengths[i], lengths[j]);
-            let turn = Self::turn(given, &vertices[i], &vertices[j], a.min(b));
-            let normal = match vertices[i].side {
-                Side::Edge(k) => given.edges[k],
-                Side::Horizon(h) => self.normals[h],
-            };
-            normal / a.max(b) * turn
-        };
-        // Over a side, of the corner i.
-        let height = |side: usize, i: usize| match vertices[side].side {
-            Side::Edge(k) => given.volume * vertices[i].weights[k] / lengths[i],
-            Side::Horizon(h) => units[i].values[h],
-        };
-        let diagonal = |i: usize, j: usize| {
-            let [p, q] = [i, j].map(|v| units[v].at);
-            if p.dot(q) > NEARLY_STRAIGHT {
-                return predicates::cross(p, q);
+    }
+
+    /// The cross product of two corners that are not neighbours.
+    fn diagonal(&self, i: usize, j: usize) -> DVec3 {
+        let [p, q] = [i, j].map(|v| self.units[v].at);
+        if p.dot(q) > NEARLY_STRAIGHT {
+            return predicates::cross(p, q);
+        }
+        // Of the next corner and the one before, j is a sum with these weights, but for i itself.
+        let count = self.vertices.len();
+        let (next, before) = ((i + 1) % count, (i + count - 1) % count);
+        let one = self.side(i) * (self.height(before, j) / self.height(before, next));
+        let other = self.side(before) * (self.height(i, j) / self.height(i, before));
+        let sum = one - other;
+        if length(sum) > CANCELLED * (length(one) + length(other)) {
+            return sum;
+        }
+        let [p, q] = [i, j].map(|v| self.place(&self.vertices[v]));
+        let [r, s] = [p, q].map(|v| length(double::rounded(v)));
+        double::rounded(double::cross(p, q)) / r / s
+    }
+
+    /// The triangles from that corner from which the diagonals are farthest from half a turn.
+    fn triangles(&self) -> impl Iterator<Item = Triangle> {
+        let count = self.vertices.len();
+        let apex = best_apex(&self.units[..count]);
+        (1..count - 1).map(move |step| self.triangle(apex, step))
+    }
+
+    /// The triangle of the apex, the corner so many steps after it and the next one.
+    fn triangle(&self, apex: usize, step: usize) -> Triangle {
+        let count = self.vertices.len();
+        let at = [0, step, step + 1].map(|t| (apex + t) % count);
+        let is_side = [true, step + 2 == count, step == 1];
+        let sides = [0, 1, 2].map(|i| {
+            let (from, to) = (at[(i + 1) % 3], at[(i + 2) % 3]);
+            if is_side[i] {
+                self.side(from)
+            } else {
+                self.diagonal(from, to)
             }
-            // Of the next corner and the one before, j is a sum with these weights, but for i
-            // itself.
-            let (next, before) = ((i + 1) % count, (i + count - 1) % count);
-            let one = side(i) * (height(before, j) / height(before, next));
-            let other = side(before) * (height(i, j) / height(i, before));
-            let sum = one - other;
-            if length(sum) > CANCELLED * (length(one) + length(other)) {
-                return sum;
+        });
+        // By the longest side of the part, which is the farthest from what underflows.
+        let longer = |best: usize, i: usize| {
+            if is_side[i] && length(sides[i]) > length(sides[best]) {
+                i
+            } else {
+                best
             }
-            let [p, q] = [i, j].map(|v| self.place(given, &vertices[v]));
-            let [r, s] = [p, q].map(|v| length(double::rounded(v)));
-            double::rounded(double::cross(p, q)) / r / s
         };
-        let apex = best_apex(&units[..count]);
-        let mut sum = 0.0;
-        for step in 1..count - 1 {
-            let at = [0, step, step + 1].map(|t| (apex + t) % count);
-            let is_side = [true, step + 2 == count, step == 1];
-            let sides = [0, 1, 2].map(|i| {
-                let (from, to) = (at[(i + 1) % 3], at[(i + 2) % 3]);
-                if is_side[i] {
-                    side(from)
-                } else {
-                    diagonal(from, to)
-                }
-            });
-            // By the longest side of the part, which is the farthest from what underflows.
-            let longer = |best: usize, i: usize| {
-                if is_side[i] && length(sides[i]) > length(sides[best]) {
-                    i
-                } else {
-                    best
-                }
-            };
-            let base = (1..3).fold(0, longer);
-            let [a, b, c] = [base, base + 1, base + 2].map(|i| at[i % 3]);
-            let turn = Self::turn(given, &vertices[b], &vertices[c], lengths[b]) / lengths[c];
-            sum += part(Triangle {
-                corners: at.map(|i| units[i]),
-                sides,
-                volume: [height(b, a), turn],
-            });
+        let base = (1..3).fold(0, longer);
+        let [a, b, c] = [base, base + 1, base + 2].map(|i| at[i % 3]);
+        let (from, to) = (&self.vertices[b], &self.vertices[c]);
+        let turn = Horizons::turn(self.given, from, to, self.lengths[b]) / self.lengths[c];
+        Triangle {
+            corners: at.map(|i| self.units[i]),
+            sides,
+            volume: [self.height(b, a), turn],
         }
-        sum
     }
 
     /// Where a vertex is, scaled to about length one.
-    fn place(&self, given: &Given, vertex: &Vertex) -> Doubles<3> {
+    fn place(&self, vertex: &Vertex) -> Doubles<3> {
         let at = match vertex.origin {
             Origin::Given => vector(vertex.corner.at),
-            Origin::Both(sign) => self.both.map(|c| c * Double::from(sign)),
+            Origin::Both(sign) => self.horizons.both.map(|c| c * Double::from(sign)),
             Origin::Cut {
                 edge,
                 horizon,
                 span,
             } => {
-                let [a, b] = [1, 2].map(|t| vector(given.corners[(edge + t) % 3].at));
-                let normal = vector(self.normals[horizon] * span.signum());
+                let [a, b] = [1, 2].map(|t| vector(self.given.corners[(edge + t) % 3].at));
+                let normal = vector(self.horizons.normals[horizon] * span.signum());
                 double::cross(normal, double::cross(a, b))
             }
         };
