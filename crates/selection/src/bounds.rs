@@ -43,6 +43,75 @@ pub(crate) struct LightBounds {
 /// The largest power of one light.
 const POWER: f64 = 1e280;
 
+/// Where one light is and whereto it shines.
+struct Extent {
+    bounds: (DVec3, DVec3),
+    mean: DVec3,
+    variance: f64,
+    /// Axis and half angle of the cone of normals, and the mean normal.
+    sides: (DVec3, f64, DVec3),
+}
+
+impl Extent {
+    fn of(light: &Light) -> Self {
+        const AROUND: (DVec3, f64, DVec3) = (DVec3::Z, PI, DVec3::ZERO);
+        let sides = |normal: DVec3, two_sided: bool| {
+            if two_sided {
+                (normal, PI, DVec3::ZERO)
+            } else {
+                (normal, 0.0, normal)
+            }
+        };
+        match light {
+            Light::Area(l) => {
+                let vertices = l.polygon.vertices();
+                let mean = l.polygon.centroid();
+                // A triangle's second moment is 1/12 of the sum of its corners'; near enough for
+                // any polygon.
+                let spread: f64 = vertices.iter().map(|v| (*v - mean).length_squared()).sum();
+                Self {
+                    bounds: bounds_of(vertices),
+                    mean,
+                    variance: spread / 12.0,
+                    sides: sides(l.polygon.normal(), l.emission.two_sided),
+                }
+            }
+            Light::Linear(l) => Self {
+                bounds: bounds_of(&[l.segment.p0, l.segment.p1]),
+                mean: l.segment.at(0.5),
+                variance: l.segment.vector().length_squared() / 12.0,
+                sides: AROUND,
+            },
+            Light::Sphere(l) => {
+                let (mean, r) = (l.sphere.center, DVec3::splat(l.sphere.radius));
+                Self {
+                    bounds: (mean - r, mean + r),
+                    mean,
+                    variance: l.sphere.radius * l.sphere.radius,
+                    sides: AROUND,
+                }
+            }
+            Light::Disk(l) => {
+                let (mean, n) = (l.disk.center, l.disk.normal);
+                // √(1 − n²) by axis, without its cancellation.
+                let r = DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * l.disk.radius;
+                Self {
+                    bounds: (mean - r, mean + r),
+                    mean,
+                    variance: 0.5 * l.disk.radius * l.disk.radius,
+                    sides: sides(n, l.emission.two_sided),
+                }
+            }
+        }
+    }
+}
+
+fn bounds_of(points: &[DVec3]) -> (DVec3, DVec3) {
+    let nothing = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let with = |(lo, hi): (DVec3, DVec3), p: &DVec3| (lo.min(*p), hi.max(*p));
+    points.iter().fold(nothing, with)
+}
+
 impl LightBounds {
     /// One light; `None` if it emits nothing. Powers above [`POWER`] count as that, so that those
     /// of groups are finite.
@@ -51,59 +120,12 @@ impl LightBounds {
         if power.is_nan() || power <= 0.0 {
             return None;
         }
-        let power = power.min(POWER);
-        let around = |points: &[DVec3]| {
-            points
-                .iter()
-                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |b, p| {
-                    (b.0.min(*p), b.1.max(*p))
-                })
-        };
-        let one_side = |normal: DVec3, two_sided: bool| {
-            if two_sided {
-                (normal, PI, DVec3::ZERO)
-            } else {
-                (normal, 0.0, normal)
-            }
-        };
-        let ((lo, hi), mean, variance, (axis, spread, normal)) = match light {
-            Light::Area(l) => {
-                let vertices = l.polygon.vertices();
-                let c = l.polygon.centroid();
-                // A triangle's second moment is 1/12 of the sum of its corners'; near enough for
-                // any polygon.
-                let spread: f64 = vertices.iter().map(|v| (*v - c).length_squared()).sum();
-                let sides = one_side(l.polygon.normal(), l.emission.two_sided);
-                (around(vertices), c, spread / 12.0, sides)
-            }
-            Light::Linear(l) => {
-                let ends = [l.segment.p0, l.segment.p1];
-                let variance = l.segment.vector().length_squared() / 12.0;
-                (
-                    around(&ends),
-                    l.segment.at(0.5),
-                    variance,
-                    (DVec3::Z, PI, DVec3::ZERO),
-                )
-            }
-            Light::Sphere(l) => {
-                let (c, r) = (l.sphere.center, DVec3::splat(l.sphere.radius));
-                let variance = l.sphere.radius * l.sphere.radius;
-                ((c - r, c + r), c, variance, (DVec3::Z, PI, DVec3::ZERO))
-            }
-            Light::Disk(l) => {
-                let n = l.disk.normal;
-                // √(1 − n²) by axis, without its cancellation.
-                let r = DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * l.disk.radius;
-                let (c, variance) = (l.disk.center, 0.5 * l.disk.radius * l.disk.radius);
-                (
-                    (c - r, c + r),
-                    c,
-                    variance,
-                    one_side(n, l.emission.two_sided),
-                )
-            }
-        };
+        let Extent {
+            bounds: (lo, hi),
+            mean,
+            variance,
+            sides: (axis, spread, normal),
+        } = Extent::of(light);
         Some(Self {
             lo,
             hi,
@@ -113,7 +135,7 @@ impl LightBounds {
             cone: spread.sin_cos(),
             around: matches!(light, Light::Linear(_) | Light::Sphere(_)),
             round: matches!(light, Light::Sphere(_) | Light::Disk(_)),
-            power,
+            power: power.min(POWER),
             mean,
             variance,
             normal,

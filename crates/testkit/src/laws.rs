@@ -189,7 +189,6 @@ impl Laws {
             told => told.to_vec(),
         };
         let bins = borders.len() - 1;
-        let resolution = self.resolution.unwrap_or(self.round_trip * (high - low));
         let mut histogram = vec![0_u64; bins];
         let mut rng = SplitMix64::new(self.seed);
         let mut worst = 0.0_f64;
@@ -202,38 +201,12 @@ impl Laws {
                 ));
             }
             histogram[borders[1..bins].partition_point(|b| *b <= x)] += 1;
-            let density = pdf(x);
-            if density <= 0.0 || !density.is_finite() {
-                return self.broken(format!("sample({u:?}) = {x:?} has pdf {density:?}"));
-            }
-            let Some(back) = invert(x) else {
-                return self.broken(format!("invert({x:?}) finds nothing, yet it was sampled"));
-            };
-            let allowed = self.round_trip + resolution * density;
-            let error = (back - u).abs();
-            if error > allowed || !(0.0..=1.0).contains(&back) {
-                return self.broken(format!(
-                    "invert(sample({u:?}) = {x:?}) = {back:?}, off by more than {allowed:.1e}"
-                ));
-            }
-            worst = worst.max(error);
+            worst = worst.max(self.trip(u, x, pdf(x), invert(x), high - low)?);
         }
-        let (mut expected, mut integral, mut error) = (Vec::with_capacity(bins), 0.0, 0.0);
-        for bin in borders.windows(2) {
-            let mut cuts = bin.to_vec();
-            let inside = |k: &&f64| **k > bin[0] && **k < bin[1];
-            cuts.extend(self.kinks.iter().filter(inside));
-            cuts.sort_by(f64::total_cmp);
-            let mut mass = 0.0;
-            for cut in cuts.windows(2) {
-                let part = gauss_kronrod(&mut pdf, cut[0], cut[1], 1e-10);
-                mass += part.value;
-                error += part.error;
-            }
-            expected.push(mass * self.samples as f64);
-            integral += mass;
-        }
+        let (masses, error) = self.masses(&borders, pdf);
+        let integral = masses.iter().sum();
         self.normalised(integral, error, self.mass)?;
+        let expected: Vec<f64> = masses.iter().map(|m| m * self.samples as f64).collect();
         let chi2 = self.fits(&histogram, &expected, |i| {
             format!("{:.4}", 0.5 * (borders[i] + borders[i + 1]))
         })?;
@@ -243,6 +216,50 @@ impl Laws {
             integral_error: error,
             round_trip: worst,
         })
+    }
+
+    /// How far the inverse of a sample is from its number.
+    fn trip(
+        &self,
+        u: f64,
+        x: f64,
+        density: f64,
+        back: Option<f64>,
+        extent: f64,
+    ) -> Result<f64, Broken> {
+        if density <= 0.0 || !density.is_finite() {
+            return self.broken(format!("sample({u:?}) = {x:?} has pdf {density:?}"));
+        }
+        let Some(back) = back else {
+            return self.broken(format!("invert({x:?}) finds nothing, yet it was sampled"));
+        };
+        let resolution = self.resolution.unwrap_or(self.round_trip * extent);
+        let allowed = self.round_trip + resolution * density;
+        let error = (back - u).abs();
+        if error > allowed || !(0.0..=1.0).contains(&back) {
+            return self.broken(format!(
+                "invert(sample({u:?}) = {x:?}) = {back:?}, off by more than {allowed:.1e}"
+            ));
+        }
+        Ok(error)
+    }
+
+    /// The integrals of the pdf over the bins, and their estimated error together.
+    fn masses(&self, borders: &[f64], mut pdf: impl FnMut(f64) -> f64) -> (Vec<f64>, f64) {
+        let mut error = 0.0;
+        let mass = |bin: &[f64]| {
+            let mut cuts = bin.to_vec();
+            let inside = |k: &&f64| **k > bin[0] && **k < bin[1];
+            cuts.extend(self.kinks.iter().filter(inside));
+            cuts.sort_by(f64::total_cmp);
+            let part = |cut: &[f64]| {
+                let part = gauss_kronrod(&mut pdf, cut[0], cut[1], 1e-10);
+                error += part.error;
+                part.value
+            };
+            cuts.windows(2).map(part).sum()
+        };
+        (borders.windows(2).map(mass).collect(), error)
     }
 
     /// The χ² test of counts against what the pdf expects; `place` names a cell.
