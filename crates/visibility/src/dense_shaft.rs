@@ -318,6 +318,7 @@ pub(crate) struct DenseQuery {
 }
 
 /// The visible pieces of the few lines in `scratch.lines`, in the coordinates of `frame`.
+#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 fn dense_kernel<S: Simd>(
     s: S,

@@ -184,6 +184,7 @@ pub(crate) fn project<S: Simd>(
 /// Projects up to eight triangles from `start` on and tells which are left (a bit each), or `None`
 /// if one of them hides the light as a whole. Unless `SEPARATE`, few of those that miss the light
 /// are dropped.
+#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
     s: S,

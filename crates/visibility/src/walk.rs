@@ -77,6 +77,7 @@ impl Query<'_> {
 
 /// Finds what is between a point of the world and `scratch.light`: the images of up to `limit`
 /// triangles are in `scratch.flat` then.
+#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 fn find_kernel<S: Simd>(
     s: S,
