@@ -52,12 +52,18 @@ impl InSpace for SplitMix64 {
         DVec3::from([(); 3].map(|()| self.in_range(-half, half)))
     }
 
+    // Not `unit_vector` and `below`: tests name seeds of what they found.
     fn direction(&mut self) -> DVec3 {
-        self.unit_vector().into()
+        loop {
+            let v = self.in_cube(1.0);
+            if v.length_squared() <= 1.0 && v.length_squared() > 1e-4 {
+                return v.normalize();
+            }
+        }
     }
 
     fn index(&mut self, n: usize) -> usize {
-        usize::try_from(self.below(n as u64)).unwrap()
+        usize::try_from(self.next_u64() % n as u64).unwrap()
     }
 }
 
