@@ -78,27 +78,35 @@ fn per_sample<T, R>(
     });
 }
 
+/// Sixteen samples at once.
+fn batch<T>(
+    g: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    new: impl Fn(DVec3, DVec3) -> Option<T>,
+    fill: impl Fn(&T, &[f64], &mut [LinearSample]),
+) {
+    let points = receivers().into_iter();
+    let ready: Vec<T> = points.filter_map(|(x, n)| new(x, n)).collect();
+    let u = &golden_numbers(POINTS)[..16];
+    g.throughput(Throughput::Elements(16 * ready.len() as u64));
+    g.bench_function(format!("{name}/batch of 16"), |b| {
+        let mut out = [LinearSample::default(); 16];
+        b.iter(|| {
+            for s in &ready {
+                fill(s, black_box(u), &mut out);
+                black_box(&out);
+            }
+        });
+    });
+}
+
 fn linear(c: &mut Criterion) {
     let mut g = c.benchmark_group("linear");
     let light = Segment::new(DVec3::new(-1.0, 0.2, 1.0), DVec3::new(1.5, -0.3, 1.3));
     for technique in LinearTechnique::ALL {
         let new = |x, n| LinearSampler::new(technique, &light, x, n);
         both(&mut g, technique.name(), new, |s, u, _| s.sample(u));
-        let ready: Vec<_> = receivers()
-            .into_iter()
-            .filter_map(|(x, n)| new(x, n))
-            .collect();
-        let u = &golden_numbers(POINTS)[..16];
-        g.throughput(Throughput::Elements(16 * ready.len() as u64));
-        g.bench_function(format!("{}/batch of 16", technique.name()), |b| {
-            let mut out = [LinearSample::default(); 16];
-            b.iter(|| {
-                for s in &ready {
-                    s.sample_into(black_box(u), &mut out);
-                    black_box(&out);
-                }
-            });
-        });
+        batch(&mut g, technique.name(), new, LinearSampler::sample_into);
     }
     let m = DMat3::from_cols(
         DVec3::new(0.3, 0.0, 0.1),
@@ -107,21 +115,7 @@ fn linear(c: &mut Criterion) {
     );
     let ltc = |x, n| LtcSampler::new(&light, x, n, m);
     both(&mut g, "ltc", ltc, |s, u, _| s.sample(u));
-    let ready: Vec<_> = receivers()
-        .into_iter()
-        .filter_map(|(x, n)| ltc(x, n))
-        .collect();
-    let u = &golden_numbers(POINTS)[..16];
-    g.throughput(Throughput::Elements(16 * ready.len() as u64));
-    g.bench_function("ltc/batch of 16", |b| {
-        let mut out = [LinearSample::default(); 16];
-        b.iter(|| {
-            for s in &ready {
-                s.sample_into(black_box(u), &mut out);
-                black_box(&out);
-            }
-        });
-    });
+    batch(&mut g, "ltc", ltc, LtcSampler::sample_into);
     let coarse = |x: DVec3, n: DVec3| {
         let ends = [light.p0 - x, light.p1 - x].map(|p| p.to_array());
         let edge = light.vector().to_array();

@@ -274,6 +274,17 @@ fn transformed_cosines(source: &mut Source, wrong: &mut Wrong) {
     wrong.colour("CosineLobe::polygon", lobe.polygon(&frame, w, &points));
 }
 
+fn layers([tangent, kd, ks]: [DVec3; 3], parts: [Lobe; 5]) -> Layers {
+    let mut layers = Layers::new(tangent);
+    layers.set_tangent(tangent);
+    layers.add_diffuse(kd);
+    for lobe in parts {
+        assert!(layers.add(ks, lobe), "five of eight");
+    }
+    let _ = (layers.diffuse(), layers.is_black(), layers.lobes().count());
+    layers
+}
+
 fn reflection(source: &mut Source, wrong: &mut Wrong) {
     let [wi, wo, n, kd, ks, tangent] = source.vectors();
     let u = [source.number(), source.number()];
@@ -323,9 +334,6 @@ fn reflection(source: &mut Source, wrong: &mut Wrong) {
     wrong.colour("Frostbite", frostbite.value(wi, wo));
     let metal = Frostbite::from_base_color(kd, a, b);
     wrong.colour("Frostbite", metal.value(wi, wo));
-    let mut layers = Layers::new(tangent);
-    layers.set_tangent(tangent);
-    layers.add_diffuse(kd);
     let parts = [
         Lobe::OrenNayar(rough),
         Lobe::Phong(phong),
@@ -333,14 +341,10 @@ fn reflection(source: &mut Source, wrong: &mut Wrong) {
         Lobe::Substrate(substrate),
         Lobe::Frostbite(frostbite),
     ];
-    for lobe in parts {
-        assert!(layers.add(ks, lobe), "five of eight");
-    }
-    let _ = (layers.diffuse(), layers.is_black(), layers.lobes().count());
     let all = [
         Bsdf::Lambert(lambert),
         Bsdf::Phong(lambert, phong),
-        Bsdf::from(layers),
+        Bsdf::from(layers([tangent, kd, ks], parts)),
     ];
     for bsdf in all {
         let _ = bsdf.is_black();

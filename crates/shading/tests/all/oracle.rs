@@ -154,13 +154,9 @@ fn apply(m: &Rows, p: &V) -> V {
     [dot(&m[0], p), dot(&m[1], p), dot(&m[2], p)]
 }
 
-/// A linearly transformed cosine over a polygon, both in the surface's frame (z up), times π; and
-/// the mapped polygon's solid angle times distance over height and times distance × perimeter over
-/// area, which the error is relative to.
-pub(crate) fn ltc_polygon(columns: [[f64; 3]; 3], vertices: &[[f64; 3]]) -> (Dd, f64) {
-    let m = inverse(columns);
+/// What of a polygon has z ≥ 0.
+fn above(points: &[V]) -> Vec<V> {
     let zero = dd(0.0);
-    let points: Vec<V> = vertices.iter().map(|v| vector::<Dd>(*v)).collect();
     let mut above: Vec<V> = Vec::new();
     for (i, a) in points.iter().enumerate() {
         let b = &points[(i + 1) % points.len()];
@@ -171,19 +167,19 @@ pub(crate) fn ltc_polygon(columns: [[f64; 3]; 3], vertices: &[[f64; 3]]) -> (Dd,
             above.push([0, 1, 2].map(|j| (a[j] * b[2] - b[j] * a[2]) / (b[2] - a[2])));
         }
     }
-    let mapped: Vec<V> = above.iter().map(|p| apply(&m, p)).collect();
+    above
+}
+
+/// A linearly transformed cosine over a polygon, both in the surface's frame (z up), times π; and
+/// the mapped polygon's solid angle times distance over height and times distance × perimeter over
+/// area, which the error is relative to.
+pub(crate) fn ltc_polygon(columns: [[f64; 3]; 3], vertices: &[[f64; 3]]) -> (Dd, f64) {
+    let m = inverse(columns);
+    let zero = dd(0.0);
+    let points: Vec<V> = vertices.iter().map(|v| vector::<Dd>(*v)).collect();
+    let mapped: Vec<V> = above(&points).iter().map(|p| apply(&m, p)).collect();
     // The cosine has a horizon of its own.
-    let mut above: Vec<V> = Vec::new();
-    for (i, a) in mapped.iter().enumerate() {
-        let b = &mapped[(i + 1) % mapped.len()];
-        if a[2] >= zero {
-            above.push(*a);
-        }
-        if (a[2] > zero && b[2] < zero) || (a[2] < zero && b[2] > zero) {
-            above.push([0, 1, 2].map(|j| (a[j] * b[2] - b[j] * a[2]) / (b[2] - a[2])));
-        }
-    }
-    let mapped = above;
+    let mapped = above(&mapped);
     if mapped.len() < 3 {
         return (zero, 0.0);
     }

@@ -122,12 +122,20 @@ fn map(rng: &mut SplitMix64) -> DMat3 {
 /// the mapped solid angle times what is written at [`oracle::ltc_polygon`], along lines relative to
 /// the value over the sine of the mapped angle.
 pub(crate) fn ltc(count: usize) -> Vec<Row> {
+    let mut rows = ltc_polygons(count);
+    rows.extend(ltc_lines(count));
+    rows
+}
+
+/// The map's own frame.
+const OWN: Frame = Frame {
+    x: DVec3::X,
+    y: DVec3::Y,
+    z: DVec3::Z,
+};
+
+fn ltc_polygons(count: usize) -> Vec<Row> {
     let mut rows = Vec::new();
-    let frame = Frame {
-        x: DVec3::X,
-        y: DVec3::Y,
-        z: DVec3::Z,
-    };
     for domain in POLYGON_DOMAINS {
         let mut rng = SplitMix64::new(9);
         let mut samples = Vec::new();
@@ -143,7 +151,7 @@ pub(crate) fn ltc(count: usize) -> Vec<Row> {
             if !(scale > 0.0 && scale.is_finite()) {
                 continue;
             }
-            let got = Ltc::new(m, PI).polygon(&frame, &local);
+            let got = Ltc::new(m, PI).polygon(&OWN, &local);
             let inverse = m.inverse();
             let mapped: Vec<DVec3> = local.iter().map(|v| inverse * *v).collect();
             samples.push(Sample {
@@ -159,6 +167,11 @@ pub(crate) fn ltc(count: usize) -> Vec<Row> {
             goal: POLYGON_GOAL,
         });
     }
+    rows
+}
+
+fn ltc_lines(count: usize) -> Vec<Row> {
+    let mut rows = Vec::new();
     // Through the line and nearly perpendicular to it, the rounding of the inverse map decides
     // whether the mapped ends are above the horizon.
     for domain in LINE_DOMAINS
@@ -177,7 +190,7 @@ pub(crate) fn ltc(count: usize) -> Vec<Row> {
             if sine(a, b) < 1e-12 || want.to_f64() < 1e-280 || !scale.is_finite() {
                 continue;
             }
-            let got = Ltc::new(m, PI).line(&frame, a, b);
+            let got = Ltc::new(m, PI).line(&OWN, a, b);
             let inverse = m.inverse();
             let side = a.cross(b).normalize_or_zero();
             let width = (m.transpose() * side).length();

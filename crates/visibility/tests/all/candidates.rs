@@ -1,11 +1,12 @@
 //! The triangles that a shaft names are those that matter: all of them, each once.
 
-use crate::common::{InSpace, chord, light, soup};
-use linelit_geometry::DVec3;
+use crate::common::{InSpace, Mesh, chord, light, soup};
+use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
     LightCorners, Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
 };
+use std::ops::Range;
 
 /// Of the stream 11 in the run 20261121.
 const FOUND: u64 = 0x8c77_4ee7_c48c_46d0;
@@ -20,6 +21,64 @@ fn candidates_are_all_that_hides_anything() {
 #[test]
 fn candidates_far_from_the_origin() {
     candidates(FOUND);
+}
+
+/// Candidates are named once, and their corners are as they were given, far from the origin too: to
+/// the bit, in any order.
+fn are_given(mesh: &Mesh, exclude: &Range<u32>, ids: &[u32], corners: &[[DVec3; 3]]) {
+    assert_eq!(ids.len(), corners.len());
+    for (&id, corners) in ids.iter().zip(corners) {
+        assert!(!exclude.contains(&id));
+        let given = mesh.corners(id as usize);
+        assert!(
+            corners.iter().all(|v| given.contains(v)),
+            "{given:?} {corners:?}"
+        );
+    }
+    let mut once = ids.to_vec();
+    once.sort_unstable();
+    once.dedup();
+    assert_eq!(once.len(), ids.len());
+}
+
+fn length(parts: &[Interval]) -> f64 {
+    parts.iter().map(|i| i.hi - i.lo).sum()
+}
+
+/// How many places there are that rounding may move.
+#[allow(clippy::cast_precision_loss, reason = "a few")]
+fn ends(parts: &[Interval]) -> f64 {
+    (2 * parts.len() + 2) as f64
+}
+
+/// By how much rounding may change the visible fraction of a line.
+///
+/// The sweep takes lines to lie in the plane of the light's corners, which rounded ends do to four
+/// roundings of their largest coordinate: each may move by so much, and the fraction by its
+/// gradient; and where on its image in the plane a place of the line is, changes by a quarter of
+/// the difference of the ends' heights over the plane, relative to the shading point's. Sides may
+/// reach 4096 lengths of the light beyond it, where they are cut, and are rounded there.
+fn rounding(mesh: &Mesh, few: &[[u32; 3]], point: DVec3, light: &[DVec3], line: &Segment) -> f64 {
+    let visible = |line: &Segment| brute::visible(&mesh.positions, few, point, line, &(0..0));
+    let parts = visible(line);
+    let step = 4.0 * f64::EPSILON * line.p0.abs().max(line.p1.abs()).max_element();
+    let moved: f64 = (0..6)
+        .map(|k| {
+            let mut other = *line;
+            let end = if k < 3 { &mut other.p0 } else { &mut other.p1 };
+            end[k % 3] += step;
+            (length(&visible(&other)) - length(&parts)).abs()
+        })
+        .sum();
+    let ends = ends(&parts);
+    let tilt = if light.len() > 2 {
+        let n = (light[1] - light[0]).cross(light[2] - light[0]).normalize();
+        let height = n.dot(light[0] - point).abs();
+        0.25 * ends * (2.0 * 3f64.sqrt() * step) / height
+    } else {
+        0.0
+    };
+    4.0 * 4096.0 * f64::EPSILON * ends + moved + tilt
 }
 
 fn candidates(seed: u64) {
@@ -51,21 +110,7 @@ fn candidates(seed: u64) {
             continue;
         };
         let ids: Vec<u32> = ids.collect();
-        let corners: Vec<_> = corners.collect();
-        assert_eq!(ids.len(), corners.len());
-        for (&id, corners) in ids.iter().zip(&corners) {
-            assert!(!exclude.contains(&id));
-            // As they were given, far from the origin too: to the bit, in any order of corners.
-            let given = mesh.corners(id as usize);
-            assert!(
-                corners.iter().all(|v| given.contains(v)),
-                "{given:?} {corners:?}"
-            );
-        }
-        let mut once = ids.clone();
-        once.sort_unstable();
-        once.dedup();
-        assert_eq!(once.len(), ids.len());
+        are_given(&mesh, &exclude, &ids, &corners.collect::<Vec<_>>());
         assert!(ids.len() <= shaft.candidates());
         match shaft.class() {
             ShaftClass::Partial => {
@@ -88,42 +133,11 @@ fn candidates(seed: u64) {
         for (i, line) in lines.iter().enumerate() {
             let all = brute::visible(&mesh.positions, &mesh.triangles, point, line, &exclude);
             let some = brute::visible(&mesh.positions, &few, point, line, &(0..0));
-            let length = |v: &[linelit_geometry::intervals::Interval]| -> f64 {
-                v.iter().map(|i| i.hi - i.lo).sum()
-            };
-            #[allow(clippy::cast_precision_loss, reason = "a few")]
-            let ends = (2 * some.len() + 2) as f64;
+            let ends = ends(&some);
             assert!((length(&all) - length(&some)).abs() <= 1e-12 * ends);
-            // The sweep takes lines to lie in the plane of the light's corners, which rounded ends
-            // do to four roundings of their largest coordinate: each may move by so much, and the
-            // fraction by its gradient; and where on its image in the plane a place of the line is,
-            // changes by a quarter of the difference of the ends' heights over the plane, relative
-            // to the shading point's.
-            let step = 4.0 * f64::EPSILON * line.p0.abs().max(line.p1.abs()).max_element();
-            let moved: f64 = (0..6)
-                .map(|k| {
-                    let mut other = *line;
-                    let end = if k < 3 { &mut other.p0 } else { &mut other.p1 };
-                    end[k % 3] += step;
-                    let parts = brute::visible(&mesh.positions, &few, point, &other, &(0..0));
-                    (length(&parts) - length(&some)).abs()
-                })
-                .sum();
-            let tilt = if light.len() > 2 {
-                let n = (light[1] - light[0]).cross(light[2] - light[0]).normalize();
-                let height = n.dot(light[0] - point).abs();
-                0.25 * ends * (2.0 * 3f64.sqrt() * step) / height
-            } else {
-                0.0
-            };
+            let allowed = rounding(&mesh, &few, point, &light, line);
             let off = (length(&some) - out.fraction(i)).abs();
-            // Sides may reach 4096 lengths of the light beyond it, where they are cut, and are
-            // rounded there.
-            let noise = 4.0 * 4096.0 * f64::EPSILON * ends;
-            assert!(
-                off <= noise + moved + tilt,
-                "case {case} line {i}: {off:e} {moved:e} {tilt:e}"
-            );
+            assert!(off <= allowed, "case {case} line {i}: {off:e} {allowed:e}");
             if off > 1e-11 {
                 // Whose fault it is, 77 digits know: brute force keeps twelve.
                 let exact = length(&exact::visible(&mesh.positions, &few, point, line));
