@@ -128,15 +128,15 @@ impl Corners {
     /// The part of a polygon with `(p − x)·normal ≥ 0`.
     fn above(polygon: &ConvexPolygon, frame: &PlaneFrame, x: DVec3, normal: DVec3) -> Self {
         let normal = double::vector(normal);
-        let seen = |p: DVec3| {
+        let place = |p: DVec3| {
             let side = double::dot(normal, double::difference(p, x));
             (Self::coordinates(frame, p, x), side)
         };
         let mut out = Self::NONE;
         let vertices = polygon.vertices();
         for (i, &p) in vertices.iter().enumerate() {
-            let (a, sa) = seen(p);
-            let (b, sb) = seen(vertices[(i + 1) % vertices.len()]);
+            let (a, sa) = place(p);
+            let (b, sb) = place(vertices[(i + 1) % vertices.len()]);
             if sa.hi() >= 0.0 {
                 out.push(a);
             }

@@ -61,11 +61,11 @@ pub(crate) fn past_all(
     line: &Segment,
     exclude: &Range<u32>,
 ) -> Option<PastAll> {
-    let seen = line.relative_to(point);
-    let largest = seen.p0.abs().max(seen.p1.abs()).max_element();
+    let relative = line.relative_to(point);
+    let largest = relative.p0.abs().max(relative.p1.abs()).max_element();
     // By a power of two: nothing is rounded, and nothing near one overflows.
     let unit = largest.log2().floor().exp2().recip();
-    let scaled = Segment::new(seen.p0 * unit, seen.p1 * unit);
+    let scaled = Segment::new(relative.p0 * unit, relative.p1 * unit);
     let reach = bounds::reach(occluders, point - occluders.origin) * unit;
     let shadow = ShadowTriangle::new(DVec3::ZERO, &scaled)?.with_reach(reach);
     let mut set = IntervalTree::full();

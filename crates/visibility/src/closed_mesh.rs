@@ -347,11 +347,11 @@ impl<'a> BackfaceFilter<'a> {
         let mesh = &self.meshes[index];
         let lo = DVec3::from(mesh.lo.map(f64::from)) - self.margin;
         let hi = DVec3::from(mesh.hi.map(f64::from)) + self.margin;
-        let apart = |from: DVec3, to: DVec3| !(from.cmple(hi).all() && lo.cmple(to).all());
+        let is_clear = |from: DVec3, to: DVec3| !(from.cmple(hi).all() && lo.cmple(to).all());
         // A mesh of which triangles are excluded is not closed.
         let (start, count) = self.exclude;
         let whole = count == 0 || mesh.last < start || mesh.first >= start.saturating_add(count);
-        let clear = whole && apart(self.point, self.point) && apart(self.lo, self.hi);
+        let clear = whole && is_clear(self.point, self.point) && is_clear(self.lo, self.hi);
         self.clear_of.known[index] = self.clear_of.shaft << 1 | u32::from(clear);
         clear
     }

@@ -104,7 +104,7 @@ pub(crate) struct Covered {
     low: [[f32; 8]; BLOCKS],
     high: [[f32; 8]; BLOCKS],
     /// How many of a line's kept intervals are recorded.
-    seen: [[u32; 8]; BLOCKS],
+    recorded: [[u32; 8]; BLOCKS],
     /// Blocks in use.
     blocks: usize,
 }
@@ -134,7 +134,7 @@ impl Covered {
     fn start(&mut self, lines: &Lines) {
         self.blocks = lines.blocks.len();
         self.open = [[0; 8]; BLOCKS];
-        self.seen = [[0; 8]; BLOCKS];
+        self.recorded = [[0; 8]; BLOCKS];
         self.low = [[f32::INFINITY; 8]; BLOCKS];
         self.high = [[f32::NEG_INFINITY; 8]; BLOCKS];
         for line in 0..lines.count.min(GROUP) {
@@ -186,7 +186,7 @@ impl Covered {
         for (k, block) in lines.blocks.iter_mut().enumerate().take(BLOCKS) {
             if slots.most(k) >= CROWDED {
                 slots.unite(s, k, block);
-                self.seen[k] = [0; 8];
+                self.recorded[k] = [0; 8];
             }
             let first = s.dload(&block.run_lo) * end + half;
             let first = s.dmin(s.dmax(first, zero), end) + base;
@@ -204,14 +204,14 @@ impl Covered {
                 *open &= !bins;
             }
             let counts = slots.counts(k);
-            if self.seen[k] != *counts {
+            if self.recorded[k] != *counts {
                 for (lane, &count) in counts.iter().enumerate() {
-                    for kept in self.seen[k][lane]..count {
+                    for kept in self.recorded[k][lane]..count {
                         let (low, high) = slots.kept(k, lane, kept as usize);
                         self.open[k][lane] &= !filled(low, high);
                     }
                 }
-                self.seen[k] = *counts;
+                self.recorded[k] = *counts;
             }
             for bins in &self.open[k] {
                 open |= bins;

@@ -168,15 +168,15 @@ impl Slots {
             // Nothing starts at infinity; a line's running interval may be nothing, too.
             let there = s.dlt(lo[k], infinite);
             let joins = s.dle(lo[k], run_hi);
-            let apart = there & (!joins);
+            let disjoint = there & (!joins);
             let longer = s.dmax(hi[k], run_hi);
             let (old_lo, old_hi) = (run_lo, run_hi);
             run_hi = s.select(there & joins, run_hi, longer);
-            run_hi = s.select(apart, run_hi, hi[k]);
-            run_lo = s.select(apart, run_lo, lo[k]);
-            let apart = s.bits(apart);
-            if apart != 0 {
-                self.push_lanes(s, index, apart, old_lo, old_hi);
+            run_hi = s.select(disjoint, run_hi, hi[k]);
+            run_lo = s.select(disjoint, run_lo, lo[k]);
+            let disjoint = s.bits(disjoint);
+            if disjoint != 0 {
+                self.push_lanes(s, index, disjoint, old_lo, old_hi);
             }
         }
         s.dstore(run_lo, &mut block.run_lo);

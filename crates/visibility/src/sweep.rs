@@ -158,16 +158,16 @@ fn sweep_block<S: Simd>(
             let hit = crossed & on_line;
             let touches = s.dle(lo, run_hi) & s.dle(run_lo, hi);
             let joins = hit & (touches | s.dlt(run_hi, run_lo));
-            let apart = hit & (!joins);
+            let disjoint = hit & (!joins);
             let (old_lo, old_hi) = (run_lo, run_hi);
-            // Where it joins: the union; where it lies apart: it replaces the run, which is kept.
+            // Where it joins: the union; where it is disjoint: it replaces the run, kept.
             run_lo = s.select(joins, run_lo, s.dmin(lo, run_lo));
             run_hi = s.select(joins, run_hi, s.dmax(hi, run_hi));
-            run_lo = s.select(apart, run_lo, lo);
-            run_hi = s.select(apart, run_hi, hi);
-            let apart = s.bits(apart);
-            if apart != 0 {
-                slots.push_lanes(s, index, apart, old_lo, old_hi);
+            run_lo = s.select(disjoint, run_lo, lo);
+            run_hi = s.select(disjoint, run_hi, hi);
+            let disjoint = s.bits(disjoint);
+            if disjoint != 0 {
+                slots.push_lanes(s, index, disjoint, old_lo, old_hi);
             }
         }
     }

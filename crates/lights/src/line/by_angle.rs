@@ -535,14 +535,14 @@ impl AngularLines {
         visible: &[Interval],
         xi: f64,
     ) -> PointSample<SolidAngle> {
-        let Some((part, thin, place, seen)) = self.choose(line.offset, visible, fraction(xi))
+        let Some((part, thin, place, total)) = self.choose(line.offset, visible, fraction(xi))
         else {
             return PointSample::none(line.segment.p0);
         };
         let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
         let t = part.lo + (part.hi - part.lo) * lambda;
         let point = line.segment.at(t);
-        let measures = self.line_measure(line.offset, line.pdf, seen);
+        let measures = self.line_measure(line.offset, line.pdf, total);
         PointSample::at(point, self.joint_value(point, &measures))
     }
 
@@ -562,8 +562,8 @@ impl AngularLines {
             self.interval(offset, within(part))
                 .map_or(0.0, |t| t.measure())
         };
-        let seen: f64 = visible.iter().map(measure).sum();
-        let (mut rest, mut chosen) = (xi * seen, None);
+        let total: f64 = visible.iter().map(measure).sum();
+        let (mut rest, mut chosen) = (xi * total, None);
         for part in visible {
             let w = measure(part);
             if w > 0.0 {
@@ -575,7 +575,7 @@ impl AngularLines {
             }
         }
         let (part, place) = chosen?;
-        Some((part, self.interval(offset, part)?, place, seen))
+        Some((part, self.interval(offset, part)?, place, total))
     }
 
     /// The joint density per solid angle of any point of the light, given the visible intervals of
@@ -586,9 +586,8 @@ impl AngularLines {
         let Some((offset, t)) = self.locate(point) else {
             return Pdf::ZERO;
         };
-        let seen = is_visible(t, visible);
         match self.visible_measure(offset, visible) {
-            Some(total) if seen => self.joint_value(point, &total),
+            Some(total) if is_visible(t, visible) => self.joint_value(point, &total),
             _ => Pdf::ZERO,
         }
     }
@@ -639,12 +638,12 @@ impl AngularLines {
     }
 
     fn visible_measure(&self, offset: f64, visible: &[Interval]) -> Option<LineMeasure> {
-        let seen: f64 = visible
+        let total: f64 = visible
             .iter()
             .filter_map(|part| self.interval(offset, within(part)))
             .map(|thin| thin.measure())
             .sum();
-        (seen > 0.0).then(|| self.line_measure(offset, self.pdf(offset), seen))
+        (total > 0.0).then(|| self.line_measure(offset, self.pdf(offset), total))
     }
 
     /// The measures of a line, the whole one's from its marginal density.

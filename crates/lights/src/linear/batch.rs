@@ -95,11 +95,11 @@ impl Batch {
 #[inline(never)]
 fn start(arc: &Inversion<f64>, view: &LineView<f64>, xi: &Column, n: usize) -> Angles {
     let (n, arc) = (n.min(BLOCK), *arc);
-    let seen = [false, true].map(|second| view.solid_angle_end(second));
+    let ends = [false, true].map(|second| view.solid_angle_end(second));
     let mut out = Angles::default();
     for i in 0..n {
         let (second, xi) = nearer(xi[i]);
-        let at = End::select(second, &arc.ends).start(xi, &SolidAngleEnd::select(second, &seen));
+        let at = End::select(second, &arc.ends).start(xi, &SolidAngleEnd::select(second, &ends));
         out.v[i] = at.v;
         out.s[i] = at.s;
         out.c[i] = at.c;

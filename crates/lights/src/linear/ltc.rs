@@ -2,7 +2,7 @@
 
 use super::batch::{BLOCK, Batch};
 use super::projected::ProjectedLine;
-use super::{LinearSample, seen};
+use super::{LinearSample, view_from};
 use crate::density::{Pdf, ThinSolidAngle};
 use crate::linear::precision::Real;
 use core::f64::consts::PI;
@@ -49,7 +49,7 @@ impl LtcSampler {
         if !inverse.is_finite() {
             return None;
         }
-        let view = seen(light, x, Some(normal))?;
+        let view = view_from(light, x, Some(normal))?;
         let (p0, p1) = view.ends();
         let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));
         let edge = p1 - p0;

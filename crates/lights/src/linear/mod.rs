@@ -138,7 +138,7 @@ impl LinearSampler {
     ) -> Option<Self> {
         use LinearTechnique as T;
         let clip = !matches!(technique, T::Area | T::SolidAngle);
-        let view = seen(light, x, clip.then_some(normal))?;
+        let view = view_from(light, x, clip.then_some(normal))?;
         let kind = match technique {
             T::Area => Kind::Area,
             T::SolidAngle | T::ClippedSolidAngle => Kind::SolidAngle,
@@ -170,7 +170,7 @@ impl LinearSampler {
         normal: DVec3,
         tolerance: f64,
     ) -> Option<Self> {
-        let view = seen(light, x, Some(normal))?;
+        let view = view_from(light, x, Some(normal))?;
         let integral = LineIntegral::new(&view, normal, tolerance)?;
         Some(Self {
             density: 1.0 / integral.projected_solid_angle(),
@@ -307,7 +307,7 @@ impl LinearSampler {
 
 /// A segment relative to `x`, with its edge formed before the subtraction.
 #[inline(always)]
-pub(crate) fn seen(light: &Segment, x: DVec3, normal: Option<DVec3>) -> Option<LineView<f64>> {
+pub(crate) fn view_from(light: &Segment, x: DVec3, normal: Option<DVec3>) -> Option<LineView<f64>> {
     let (p0, p1) = (light.p0 - x, light.p1 - x);
     LineView::with_edge(
         p0.to_array(),

@@ -5,7 +5,7 @@
 )]
 
 use super::projected::ProjectedLine;
-use super::{LinearSample, seen};
+use super::{LinearSample, view_from};
 use crate::density::{Pdf, ThinSolidAngle};
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Segment, predicates};
@@ -110,7 +110,7 @@ impl<'p> ProfiledLine<'p> {
         let piece = self
             .light
             .piece(self.profile.edge(i), self.profile.edge(i + 1));
-        let view = seen(&piece, self.x, Some(self.normal))?;
+        let view = view_from(&piece, self.x, Some(self.normal))?;
         ProjectedLine::of(view)
     }
 

@@ -48,7 +48,7 @@ pub struct SolidAngleSampler {
 }
 
 /// One triangle of a polygon's fan, seen from `x`.
-fn seen(polygon: &ConvexPolygon, x: DVec3, i: usize) -> SphericalTriangle {
+fn from_point(polygon: &ConvexPolygon, x: DVec3, i: usize) -> SphericalTriangle {
     let [a, b, c] = fan::triangle(polygon.vertices(), i);
     let edges = [b - a, c - b, a - c];
     let normal = predicates::cross(edges[0], -edges[2]);
@@ -64,7 +64,7 @@ impl SolidAngleSampler {
         let mut kept = [SphericalTriangle::default(); KEPT];
         let mut pieces = Pieces::default();
         for i in 0..polygon.vertices().len() - 2 {
-            let triangle = seen(polygon, x, i);
+            let triangle = from_point(polygon, x, i);
             pieces.push(triangle.solid_angle());
             if let Some(kept) = kept.get_mut(i) {
                 *kept = triangle;
@@ -83,7 +83,7 @@ impl SolidAngleSampler {
     fn of_triangle<T>(&self, i: usize, ask: impl Fn(&SphericalTriangle) -> T) -> T {
         match self.kept.get(i) {
             Some(kept) => ask(kept),
-            None => ask(&seen(&self.polygon, self.x, i)),
+            None => ask(&from_point(&self.polygon, self.x, i)),
         }
     }
 

@@ -154,22 +154,6 @@ fn apply(m: &Rows, p: &V) -> V {
     [dot(&m[0], p), dot(&m[1], p), dot(&m[2], p)]
 }
 
-/// What of a polygon has z ≥ 0.
-fn above(points: &[V]) -> Vec<V> {
-    let zero = dd(0.0);
-    let mut above: Vec<V> = Vec::new();
-    for (i, a) in points.iter().enumerate() {
-        let b = &points[(i + 1) % points.len()];
-        if a[2] >= zero {
-            above.push(*a);
-        }
-        if (a[2] > zero && b[2] < zero) || (a[2] < zero && b[2] > zero) {
-            above.push([0, 1, 2].map(|j| (a[j] * b[2] - b[j] * a[2]) / (b[2] - a[2])));
-        }
-    }
-    above
-}
-
 /// A linearly transformed cosine over a polygon, both in the surface's frame (z up), times π; and
 /// the mapped polygon's solid angle times distance over height and times distance × perimeter over
 /// area, which the error is relative to.
@@ -177,9 +161,10 @@ pub(crate) fn ltc_polygon(columns: [[f64; 3]; 3], vertices: &[[f64; 3]]) -> (Dd,
     let m = inverse(columns);
     let zero = dd(0.0);
     let points: Vec<V> = vertices.iter().map(|v| vector::<Dd>(*v)).collect();
-    let mapped: Vec<V> = above(&points).iter().map(|p| apply(&m, p)).collect();
+    let up = vector::<Dd>([0.0, 0.0, 1.0]);
+    let mapped: Vec<V> = above(&points, &up).iter().map(|p| apply(&m, p)).collect();
     // The cosine has a horizon of its own.
-    let mapped = above(&mapped);
+    let mapped = above(&mapped, &up);
     if mapped.len() < 3 {
         return (zero, 0.0);
     }
@@ -196,7 +181,7 @@ pub(crate) fn ltc_polygon(columns: [[f64; 3]; 3], vertices: &[[f64; 3]]) -> (Dd,
         .iter()
         .map(|p| length(p).to_f64())
         .fold(f64::INFINITY, f64::min);
-    let value = lambert(&mapped, &vector::<Dd>([0.0, 0.0, 1.0]));
+    let value = lambert(&mapped, &up);
     // Rounding the mapped vertices moves the edges by ε times the distance.
     let count = mapped.len();
     let around: f64 = (0..count)
