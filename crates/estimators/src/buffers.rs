@@ -12,6 +12,13 @@ use linelit_visibility::{Scratch, VisibleLines};
 pub struct Buffers {
     /// What rays and shafts keep, with their counters.
     pub scratch: Scratch,
+    /// What is left to use while a shaft holds the scratch.
+    pub samples: SampleBuffers,
+}
+
+/// Memory for samples, and what is counted of them.
+#[derive(Debug, Default)]
+pub struct SampleBuffers {
     /// What was skipped and what was done.
     pub plan: PlanCounters,
     /// Lines and their visible pieces.

@@ -1,5 +1,6 @@
 //! Light in closed form: along the visible parts of a line, and over a whole light.
 
+use crate::light::even_emission;
 use crate::line_sum::Along;
 use crate::{EmissionTexture, PlanCounters, Query, ShadingPoint};
 use linelit_bsdf::{ClosedForm, Phong, Reflection};
@@ -51,12 +52,7 @@ impl Pieces {
         point: &ShadingPoint<R>,
         reflection: &ClosedForm,
     ) -> DVec3 {
-        // The height over the light's plane, −m·q: the same all over the light.
-        let height = light
-            .polygon
-            .normal()
-            .dot(point.position - light.polygon.vertices()[0]);
-        let emitted = light.emission.towards(height);
+        let (emitted, height) = even_emission(light, point.position);
         if emitted == DVec3::ZERO {
             return DVec3::ZERO;
         }
@@ -81,11 +77,7 @@ pub(crate) fn whole_light<R>(
     reflection: &ClosedForm,
     tolerance: f64,
 ) -> DVec3 {
-    let height = light
-        .polygon
-        .normal()
-        .dot(point.position - light.polygon.vertices()[0]);
-    let emitted = light.emission.towards(height);
+    let (emitted, _) = even_emission(light, point.position);
     let clipped = if point.normal == point.geometric_normal {
         Some(light.polygon)
     } else {

@@ -3,82 +3,67 @@
 use std::fmt;
 use std::ops::AddAssign;
 
-/// How often what was skipped.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PlanCounters {
-    /// Shading points estimated.
-    pub points: u64,
-    /// Shading points whose material reflects nothing: no light was looked at.
-    pub black_materials: u64,
-    /// Pairs of shading point and light that were looked at.
-    pub point_lights: u64,
-    /// Pairs dropped because the light faces away.
-    pub facing_away: u64,
-    /// Pairs dropped because the light is below the horizon.
-    pub below_horizon: u64,
-    /// Pairs with nothing between point and light: no visibility was sampled.
-    pub unoccluded: u64,
-    /// Pairs where the light is wholly hidden: nothing was sampled.
-    pub hidden: u64,
-    /// Pairs where the light was integrated in closed form without any sample.
-    pub closed_form: u64,
-    /// Pairs in penumbra whose visible part was integrated in closed form.
-    pub exact_penumbrae: u64,
-    /// Pairs in penumbra that `exact` handed to line samples.
-    pub exact_fallbacks: u64,
-    /// Line samples that are wholly hidden.
-    pub hidden_lines: u64,
-    /// Lines asked for their density at a point of another technique.
-    pub density_lines: u64,
+/// Counters that add up, each with what reports call it.
+macro_rules! counters {
+    ($(#[$outer:meta])* $name:ident { $($(#[$doc:meta])* $counter:ident: $text:literal,)+ }) => {
+        $(#[$outer])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub struct $name {
+            $($(#[$doc])* pub $counter: u64,)+
+        }
+
+        impl $name {
+            /// Names and values, for reports.
+            pub fn rows(&self) -> impl Iterator<Item = (&'static str, u64)> {
+                [$(($text, self.$counter)),+].into_iter()
+            }
+        }
+
+        impl AddAssign for $name {
+            fn add_assign(&mut self, other: Self) {
+                $(self.$counter += other.$counter;)+
+            }
+        }
+    };
 }
 
-impl PlanCounters {
-    /// Names and values, for reports.
-    #[must_use]
-    pub fn rows(&self) -> [(&'static str, u64); 12] {
-        [
-            ("shading points", self.points),
-            ("points on black materials, skipped", self.black_materials),
-            ("(point, light) pairs", self.point_lights),
-            ("pairs skipped: light faces away", self.facing_away),
-            ("pairs skipped: light below the horizon", self.below_horizon),
-            (
-                "pairs without any occluder: no visibility sampled",
-                self.unoccluded,
-            ),
-            (
-                "pairs with the light wholly hidden: nothing sampled",
-                self.hidden,
-            ),
-            ("pairs in closed form: no samples", self.closed_form),
-            ("penumbra pairs in closed form", self.exact_penumbrae),
-            (
-                "penumbra pairs handed by exact to lines",
-                self.exact_fallbacks,
-            ),
-            ("line samples wholly hidden", self.hidden_lines),
-            (
-                "lines through points of other techniques, for their density",
-                self.density_lines,
-            ),
-        ]
+counters! {
+    /// How often what was skipped.
+    PlanCounters {
+        /// Shading points estimated.
+        points: "shading points",
+        /// Shading points whose material reflects nothing: no light was looked at.
+        black_materials: "points on black materials, skipped",
+        /// Pairs of shading point and light that were looked at.
+        point_lights: "(point, light) pairs",
+        /// Pairs dropped because the light faces away.
+        facing_away: "pairs skipped: light faces away",
+        /// Pairs dropped because the light is below the horizon.
+        below_horizon: "pairs skipped: light below the horizon",
+        /// Pairs with nothing between point and light: no visibility was sampled.
+        unoccluded: "pairs without any occluder: no visibility sampled",
+        /// Pairs where the light is wholly hidden: nothing was sampled.
+        hidden: "pairs with the light wholly hidden: nothing sampled",
+        /// Pairs where the light was integrated in closed form without any sample.
+        closed_form: "pairs in closed form: no samples",
+        /// Pairs in penumbra whose visible part was integrated in closed form.
+        exact_penumbrae: "penumbra pairs in closed form",
+        /// Pairs in penumbra that `exact` handed to line samples.
+        exact_fallbacks: "penumbra pairs handed by exact to lines",
+        /// Line samples that are wholly hidden.
+        hidden_lines: "line samples wholly hidden",
+        /// Lines asked for their density at a point of another technique.
+        density_lines: "lines through points of other techniques, for their density",
     }
 }
 
-impl AddAssign for PlanCounters {
-    fn add_assign(&mut self, other: Self) {
-        self.points += other.points;
-        self.black_materials += other.black_materials;
-        self.point_lights += other.point_lights;
-        self.facing_away += other.facing_away;
-        self.below_horizon += other.below_horizon;
-        self.unoccluded += other.unoccluded;
-        self.hidden += other.hidden;
-        self.closed_form += other.closed_form;
-        self.exact_penumbrae += other.exact_penumbrae;
-        self.exact_fallbacks += other.exact_fallbacks;
-        self.hidden_lines += other.hidden_lines;
-        self.density_lines += other.density_lines;
+counters! {
+    /// How many pieces line samples were cut into (Billen & Dutré 2016, Fig. 5).
+    SegmentCounters {
+        /// Line samples asked.
+        lines: "lines",
+        /// Visible pieces found.
+        pieces: "visible pieces of lines",
     }
 }
 
@@ -88,21 +73,5 @@ impl fmt::Display for PlanCounters {
             writeln!(f, "{value:>14}  {name}")?;
         }
         Ok(())
-    }
-}
-
-/// How many pieces line samples were cut into (Billen & Dutré 2016, Fig. 5).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SegmentCounters {
-    /// Line samples asked.
-    pub lines: u64,
-    /// Visible pieces found.
-    pub pieces: u64,
-}
-
-impl AddAssign for SegmentCounters {
-    fn add_assign(&mut self, other: Self) {
-        self.lines += other.lines;
-        self.pieces += other.pieces;
     }
 }

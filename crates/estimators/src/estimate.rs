@@ -2,13 +2,14 @@
 
 use crate::line_sum::{self, Along};
 use crate::strategy::{self, Strategy};
+use crate::techniques::point_techniques;
+use crate::techniques::points::PointDensity;
 use crate::{
-    Buffers, EmissionTexture, Integration, LinearOptions, PointBy, Query, Technique, combination,
-    linear, point_sum, round,
+    Buffers, EmissionTexture, LinearOptions, PointBy, Query, Technique, combination, linear,
+    point_sum,
 };
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
-use linelit_lights::linear::LinearTechnique;
 use linelit_lights::{AreaLight, Light, LinearLight};
 
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
@@ -20,15 +21,22 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     buffers: &mut Buffers,
 ) -> DVec3 {
+    let (x, n) = (query.point.position, query.point.normal);
     match query.light.light {
-        Light::Area(light) => area(query, light, buffers),
-        Light::Linear(light) => line(query, light, buffers),
-        Light::Sphere(light) => round::sphere(query, light, of_round(query), buffers),
-        Light::Disk(light) => round::disk(query, light, of_round(query), buffers),
+        Light::Area(light) => on_area(query, light, buffers),
+        Light::Linear(light) => on_line(query, light, buffers),
+        Light::Sphere(light) => point_techniques! { dispatch [on_curves(query), technique => {
+            let source = technique.on_sphere(&light.sphere, x, n);
+            point_sum::on_surface_by_rays(query, &light.sphere, source, buffers)
+        }] },
+        Light::Disk(light) => point_techniques! { dispatch [on_curves(query), technique => {
+            let source = technique.on_disk(&light.disk, x, n);
+            point_sum::on_surface_by_rays(query, &light.disk, source, buffers)
+        }] },
     }
 }
 
-fn area<R: Reflection, T: EmissionTexture>(
+fn on_area<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     buffers: &mut Buffers,
@@ -41,32 +49,22 @@ fn area<R: Reflection, T: EmissionTexture>(
         }
         Some(Technique::Points(points)) => point_sum::by_rays(query, area, points.by, buffers),
         Some(Technique::Lines(lines)) => match lines.integration {
-            Integration::Points => line_sum::lines(query, area, lines, Along::Point, buffers),
-            Integration::Analytic => {
-                line_sum::lines(query, area, lines, Along::best(query), buffers)
-            }
-            Integration::Exact(options) => strategy::exact(query, area, options, buffers),
-            Integration::Cheapest => strategy::hybrid(query, area, buffers),
+            None => line_sum::lines(query, area, lines, Along::Point, buffers),
+            Some(integration) => integration.light(query, area, lines, buffers),
         },
     }
 }
 
 /// A linear light has no surface that a direction of the BSDF could meet: lines and combinations
 /// take the closed form along all of it, where there is one.
-fn line<R: Reflection, T: EmissionTexture>(
+fn on_line<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     light: &LinearLight,
     buffers: &mut Buffers,
 ) -> DVec3 {
-    let technique = LinearOptions::Technique;
     let options = match query.estimator.alone() {
-        Some(Technique::Points(points)) => match points.by {
-            PointBy::Area | PointBy::VisibleArea | PointBy::Texture => {
-                technique(LinearTechnique::Area)
-            }
-            PointBy::SolidAngle => technique(LinearTechnique::ClippedSolidAngle),
-            PointBy::ProjectedSolidAngle | PointBy::Bsdf => LinearOptions::default(),
-            PointBy::Linear(options) => options,
+        Some(Technique::Points(points)) => point_techniques! { dispatch
+            [points.by, technique => technique.on_linear()]
         },
         Some(Technique::Lines(_)) | None => match query.point.bsdf.closed_form() {
             Some(reflection) => return linear::whole(query, light, &reflection, buffers),
@@ -77,7 +75,7 @@ fn line<R: Reflection, T: EmissionTexture>(
 }
 
 /// The density of points on spheres and disks: lines and combinations take the solid angle.
-fn of_round<R, T>(query: &Query<'_, R, T>) -> PointBy {
+fn on_curves<R, T>(query: &Query<'_, R, T>) -> PointBy {
     match query.estimator.alone() {
         Some(Technique::Points(points)) if !points.in_shaft => points.by,
         Some(Technique::Points(_) | Technique::Lines(_)) | None => PointBy::SolidAngle,

@@ -8,7 +8,6 @@ mod combination;
 mod counters;
 mod estimate;
 mod estimator;
-mod exact;
 mod light;
 mod line_sum;
 mod linear;
@@ -17,22 +16,24 @@ mod point;
 mod point_sum;
 mod query;
 mod reference;
-mod round;
 mod strategy;
 pub mod streams;
+mod techniques;
 mod text;
 
-pub use buffers::Buffers;
+pub use buffers::{Buffers, SampleBuffers};
 pub use counters::{PlanCounters, SegmentCounters};
 pub use estimate::estimate;
-pub use estimator::{
-    Estimator, ExactOptions, Integration, LineBy, LineDirection, LinearHeuristic, LinearOptions,
-    Lines, MOST_TECHNIQUES, Optimal, Part, Pieces, PointBy, Points, Smoothing, Technique, Weights,
-};
+pub use estimator::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Weights};
 pub use light::{EmissionTexture, LightSource, NoTexture};
 pub use occlusion::{OcclusionProbe, OcclusionStats};
 pub use point::ShadingPoint;
 pub use query::{Queries, Query};
 pub use reference::brute_force;
 pub use streams::{RandomNumbers, Stream};
-pub use text::{ESTIMATOR_NAMES, ParseEstimatorError};
+pub use techniques::integrals::exact::ExactOptions;
+pub use techniques::lines::{LineDirection, Lines, Pieces};
+pub use techniques::points::Points;
+pub use techniques::points::linear::{LinearHeuristic, LinearOptions};
+pub use techniques::{Integration, LineBy, PointBy, Technique};
+pub use text::ParseEstimatorError;

@@ -1,9 +1,13 @@
 //! A light among its surroundings, and what it emits.
 
+use crate::techniques::points::{DrawPoints, LightPoint};
 use crate::{OcclusionStats, PlanCounters, ShadingPoint};
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaLight, ImportanceImage, Light, TexturedSampler};
+use linelit_lights::{
+    AreaLight, AreaSampler, Disk, Emission, ImportanceImage, Light, Sphere, TexturedSampler,
+};
+use linelit_spheres::{DiskArea, SphereCap};
 use std::ops::Range;
 
 /// Emission that varies over an area light, and what points are drawn in proportion to.
@@ -71,15 +75,21 @@ impl<'a> LightSource<'a> {
 }
 
 impl<T: EmissionTexture> LightSource<'_, T> {
-    /// The radiance that the area light sends from one of its points against the unit direction
-    /// `w`, W/(m²·sr).
+    /// What the light sends from one of its points against the direction to it: radiance,
+    /// W/(m²·sr), of a linear light times its radius, W/(m·sr).
     #[inline]
-    pub(crate) fn emitted(&self, area: &AreaLight, on_light: DVec3, w: DVec3) -> DVec3 {
-        let side = -area.polygon.normal().dot(w);
-        let even = area.emission.towards(side);
-        match self.texture {
-            Some(texture) if even != DVec3::ZERO => texture.radiance(on_light),
-            Some(_) | None => even,
+    pub(crate) fn emitted(&self, at: &LightPoint) -> DVec3 {
+        match self.light {
+            Light::Area(area) => {
+                let even = area.emission.towards(at.cos_light);
+                match self.texture {
+                    Some(texture) if even != DVec3::ZERO => texture.radiance(at.point),
+                    Some(_) | None => even,
+                }
+            }
+            Light::Linear(line) => line.radiance_radius,
+            Light::Sphere(light) => Emission::one_sided(light.radiance).towards(at.cos_light),
+            Light::Disk(light) => light.emission.towards(at.cos_light),
         }
     }
 
@@ -112,7 +122,12 @@ impl<T: EmissionTexture> LightSource<'_, T> {
                 above_horizon(point, &[line.segment.p0, line.segment.p1], counters)
             }
             // Their samplers ask for the horizon themselves.
-            Light::Sphere(_) | Light::Disk(_) => true,
+            Light::Sphere(light) => {
+                let outside = light.sphere.center.distance(point.position) > light.sphere.radius;
+                counters.facing_away += u64::from(!outside);
+                outside
+            }
+            Light::Disk(_) => true,
         }
     }
 }
@@ -135,4 +150,87 @@ fn above_horizon<R>(
         counters.below_horizon += 1;
     }
     above
+}
+
+/// What an area light without a texture sends to `x`, and the height of `x` over the light's plane,
+/// positive on the side of the normal.
+pub(crate) fn even_emission(light: &AreaLight, x: DVec3) -> (DVec3, f64) {
+    let height = light.polygon.normal().dot(x - light.polygon.vertices()[0]);
+    (light.emission.towards(height), height)
+}
+
+/// The surface of a light.
+pub(crate) trait Shape: Sized {
+    /// The unit normal at one of its points, on the side that emits.
+    fn normal(&self, point: DVec3) -> DVec3;
+
+    /// Where a ray from outside meets it first.
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3>;
+
+    /// Points uniform on its area.
+    fn by_area(&self) -> impl DrawPoints<Self>;
+}
+
+impl Shape for ConvexPolygon {
+    #[inline]
+    fn normal(&self, _: DVec3) -> DVec3 {
+        self.normal()
+    }
+
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
+        let (vertices, n) = (self.vertices(), self.normal());
+        let hit = on_plane(vertices[0], n, x, direction)?;
+        let next = vertices.iter().cycle().skip(1);
+        let inside = |(a, b): (&DVec3, &DVec3)| n.dot((*b - *a).cross(hit - *a)) >= 0.0;
+        vertices.iter().zip(next).all(inside).then_some(hit)
+    }
+
+    fn by_area(&self) -> impl DrawPoints<Self> {
+        AreaSampler::new(self)
+    }
+}
+
+impl Shape for Disk {
+    #[inline]
+    fn normal(&self, _: DVec3) -> DVec3 {
+        self.normal
+    }
+
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
+        let hit = on_plane(self.center, self.normal, x, direction)?;
+        (hit.distance(self.center) <= self.radius).then_some(hit)
+    }
+
+    fn by_area(&self) -> impl DrawPoints<Self> {
+        DiskArea::new(self)
+    }
+}
+
+impl Shape for Sphere {
+    #[inline]
+    fn normal(&self, point: DVec3) -> DVec3 {
+        self.normal(point)
+    }
+
+    fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
+        let to_center = self.center - x;
+        let along = to_center.dot(direction);
+        // The distance of the ray from the centre, without the cancellation of d² − along².
+        let across = (to_center - direction * along).length();
+        if along <= 0.0 || across > self.radius {
+            return None;
+        }
+        let inside = ((self.radius - across) * (self.radius + across)).sqrt();
+        (along > inside).then(|| x + direction * (along - inside))
+    }
+
+    fn by_area(&self) -> impl DrawPoints<Self> {
+        SphereCap::whole(self)
+    }
+}
+
+/// Where a ray meets a plane ahead of it.
+fn on_plane(on_it: DVec3, normal: DVec3, x: DVec3, direction: DVec3) -> Option<DVec3> {
+    let t = normal.dot(on_it - x) / normal.dot(direction);
+    (t > 0.0 && t.is_finite()).then(|| x + direction * t)
 }

@@ -1,14 +1,14 @@
 //! Line samples: the visibility of a whole segment at once.
 
-use crate::closed_form::Pieces;
+use crate::closed_form::{Pieces, without_samples};
+use crate::techniques::points::LightPoint;
 use crate::{
-    Buffers, EmissionTexture, LineDirection, Lines, PlanCounters, Query, SegmentCounters,
-    ShadingPoint, Stream,
+    Buffers, EmissionTexture, LineDirection, Lines, Query, SampleBuffers, SegmentCounters, Stream,
 };
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample, LineSampler};
-use linelit_visibility::{Shaft, VisibleLines};
+use linelit_visibility::Shaft;
 use std::f64::consts::PI;
 
 /// Which integral is taken along the visible parts.
@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 pub(crate) enum Along {
     /// The closed form (Billen & Dutré 2016, section 5.3).
     Analytic(ClosedForm),
-    /// One point, uniform in the visible length (Salesin & Jarosz 2019, eqs. 14–15).
+    /// A point, uniform in the visible length (Salesin & Jarosz 2019, eqs. 14–15).
     Point,
 }
 
@@ -31,58 +31,51 @@ impl Along {
 /// The line samples of one query.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draws {
-    /// The lines, those of positive density.
+    /// The lines, those of positive density, with a random number each that picks a point of it.
+    samples: Vec<(LineSample, f64)>,
+    /// The same lines.
     pub lines: Vec<Segment>,
-    /// Reciprocal densities of their offsets.
-    pub weights: Vec<f64>,
-    /// Random numbers that pick places along them, where the samples are two-dimensional.
-    pub places: Vec<f64>,
     /// What is visible of them.
     pieces: Pieces,
 }
 
 impl Draws {
-    fn push(&mut self, sample: &LineSample, place: f64) {
-        if sample.pdf.is_positive() {
-            self.lines.push(sample.segment);
-            self.weights.push(1.0 / sample.pdf.value());
-            self.places.push(place);
-        }
-    }
-
-    /// Draws all line samples of the query.
+    /// Draws all line samples of the query. Gives what draws points on any of them.
     pub(crate) fn draw<R, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
         area: &AreaLight,
         options: &Lines,
         along: Along,
-    ) {
+    ) -> LineSampler {
         self.lines.clear();
-        self.weights.clear();
-        self.places.clear();
+        self.samples.clear();
         let numbers = query.numbers();
         let angles = query
             .numbers
             .independent(Stream::Orientation, query.samples);
-        let common = match options.direction {
-            LineDirection::Fixed(fraction) => Some(fraction * PI),
-            LineDirection::Parallel | LineDirection::Spread(_) => Some(angles.get_1d(0) * PI),
-            LineDirection::UniformPerLine => None,
-        };
-        let make = |angle: f64| LineSampler::new(&area.polygon, angle, options.offset);
-        let shared = common.map(make);
+        let family = |fraction: f64| LineSampler::new(&area.polygon, fraction * PI, options.offset);
+        let mut lines = family(match options.direction {
+            LineDirection::Fixed(fraction) => fraction,
+            LineDirection::Parallel | LineDirection::Spread(_) | LineDirection::UniformPerLine => {
+                angles.get_1d(0)
+            }
+        });
         for i in 0..query.samples {
-            let (u, place) = match along {
-                Along::Point => numbers.get_2d(i).into(),
-                Along::Analytic(_) => (numbers.get_1d(i), 0.0),
+            if i > 0 && options.direction == LineDirection::UniformPerLine {
+                lines = family(angles.get_1d(i));
+            }
+            let [u, v] = match along {
+                Along::Point => numbers.get_2d(i),
+                Along::Analytic(_) => [numbers.get_1d(i), 0.0],
             };
-            let sample = match &shared {
-                Some(sampler) => sampler.sample(u),
-                None => make(angles.get_1d(i) * PI).sample(u),
-            };
-            self.push(&sample, place);
+            let sample = lines.sample(u);
+            if sample.pdf.is_positive() {
+                self.lines.push(sample.segment);
+                self.samples.push((sample, v));
+            }
         }
+        lines
     }
 }
 
@@ -97,25 +90,20 @@ pub(crate) struct Gathered {
     pub hidden: u64,
 }
 
-/// Sums over the drawn lines of a light what their visible parts send; `visible` tells the parts of
-/// a line.
+/// Sums over the lines that `family` and its like drew on a light what their visible parts send;
+/// `visible` tells the parts of a line.
 pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     along: Along,
+    family: &LineSampler,
     draws: &mut Draws,
     visible: impl Fn(usize) -> &'v [Interval],
 ) -> Gathered {
     let mut out = Gathered::default();
     let point = query.point;
-    let Draws {
-        lines,
-        weights,
-        places,
-        pieces,
-    } = draws;
-    pieces.clear();
-    for (i, line) in lines.iter().enumerate() {
+    draws.pieces.clear();
+    for (i, (line, v)) in draws.samples.iter().enumerate() {
         let parts = visible(i);
         out.segments.lines += 1;
         out.segments.pieces += parts.len() as u64;
@@ -124,25 +112,23 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
             continue;
         }
         match along {
-            Along::Analytic(_) => pieces.add(point, line, parts, weights[i]),
+            Along::Analytic(_) => {
+                let weight = 1.0 / line.pdf.value();
+                draws.pieces.add(point, &line.segment, parts, weight);
+            }
             Along::Point => {
-                let emitted = |on_light, w| query.light.emitted(area, on_light, w);
-                out.sum += one_point(area, emitted, point, line, parts, places[i]) * weights[i];
+                let on_light = family.point(line, parts, *v).point;
+                let at = LightPoint::new(on_light, point.position, &area.polygon);
+                let visible: f64 = parts.iter().map(Interval::length).sum();
+                let integral = at.cos_light.abs() / at.square * visible * line.segment.length();
+                out.sum += query.unshadowed(&at) * integral * (1.0 / line.pdf.value());
             }
         }
     }
     if let Along::Analytic(reflection) = &along {
-        out.sum = pieces.light(area, point, reflection);
+        out.sum = draws.pieces.light(area, point, reflection);
     }
     out
-}
-
-/// Where lines are kept and counted.
-pub(crate) struct LineBuffers<'a> {
-    pub draws: &'a mut Draws,
-    pub visible: &'a mut VisibleLines,
-    pub plan: &'a mut PlanCounters,
-    pub segments: &'a mut SegmentCounters,
 }
 
 /// The mean over lines, all of them in one query to a shaft.
@@ -152,19 +138,14 @@ pub(crate) fn in_shaft<R: Reflection, T: EmissionTexture>(
     options: &Lines,
     along: Along,
     shaft: &mut Shaft<'_>,
-    buffers: LineBuffers<'_>,
+    buffers: &mut SampleBuffers,
 ) -> DVec3 {
-    let LineBuffers {
-        draws,
-        visible,
-        plan,
-        segments,
-    } = buffers;
-    draws.draw(query, area, options, along);
+    let SampleBuffers { draws, visible, .. } = buffers;
+    let family = draws.draw(query, area, options, along);
     shaft.visible(&draws.lines, visible);
-    let gathered = gather(query, area, along, draws, |i| visible.line(i));
-    *segments += gathered.segments;
-    plan.hidden_lines += gathered.hidden;
+    let gathered = gather(query, area, along, &family, draws, |i| visible.line(i));
+    buffers.segments += gathered.segments;
+    buffers.plan.hidden_lines += gathered.hidden;
     gathered.sum / f64::from(query.samples)
 }
 
@@ -176,56 +157,12 @@ pub(crate) fn lines<R: Reflection, T: EmissionTexture>(
     along: Along,
     buffers: &mut Buffers,
 ) -> DVec3 {
-    let Buffers {
-        scratch,
-        visible,
-        draws,
-        plan,
-        segments,
-        ..
-    } = buffers;
+    let Buffers { scratch, samples } = buffers;
     let mut shaft = query.occluders.shaft(query.shaft(area), scratch);
     if query.skip
-        && let Some(value) =
-            crate::closed_form::without_samples(query, area, shaft.class(), along, plan)
+        && let Some(value) = without_samples(query, area, shaft.class(), along, &mut samples.plan)
     {
         return value;
     }
-    let buffers = LineBuffers {
-        draws,
-        visible,
-        plan,
-        segments,
-    };
-    in_shaft(query, area, options, along, &mut shaft, buffers)
-}
-
-/// L f_r cos θ cos θ'/r² × visible length, at the point of the visible parts that `v` picks.
-fn one_point<R: Reflection>(
-    area: &AreaLight,
-    emitted: impl Fn(DVec3, DVec3) -> DVec3,
-    point: &ShadingPoint<R>,
-    line: &Segment,
-    parts: &[Interval],
-    v: f64,
-) -> DVec3 {
-    let total: f64 = parts.iter().map(Interval::length).sum();
-    let on_light = line.at(place(parts, v * total));
-    let to_light = on_light - point.position;
-    let square = to_light.length_squared();
-    let w = to_light / square.sqrt();
-    let cos_light = area.polygon.normal().dot(w).abs();
-    let value = point.reflected(emitted(on_light, w), w);
-    value * (cos_light / square * total * line.length())
-}
-
-/// The parameter that has `length` of the visible parts before it.
-fn place(parts: &[Interval], mut length: f64) -> f64 {
-    for part in parts {
-        if length <= part.length() {
-            return part.lo + length;
-        }
-        length -= part.length();
-    }
-    parts.last().map_or(0.0, |p| p.hi)
+    in_shaft(query, area, options, along, &mut shaft, samples)
 }

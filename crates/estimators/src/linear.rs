@@ -5,7 +5,7 @@
 
 use crate::{
     Buffers, EmissionTexture, LinearHeuristic, LinearOptions, Query, ShadingPoint, Stream,
-    closed_form,
+    closed_form, point_sum,
 };
 use linelit_bsdf::{ClosedForm, GlossyLobe, Phong, Reflection};
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
@@ -31,8 +31,8 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
 ) -> DVec3 {
     match options {
-        LinearOptions::Technique(technique) => by_one(query, linear, technique, buffers),
-        LinearOptions::Ltc(heuristic) => by_two(query, linear, heuristic, buffers),
+        LinearOptions::Technique(technique) => by_technique(query, linear, technique, buffers),
+        LinearOptions::Ltc(heuristic) => by_pair(query, linear, heuristic, buffers),
     }
 }
 
@@ -49,16 +49,17 @@ pub(crate) fn whole<R: Reflection, T: EmissionTexture>(
         light: (&ends).into(),
         exclude: query.light.triangles.clone(),
     };
-    let mut shaft = query.occluders.shaft(asked, &mut buffers.scratch);
-    shaft.visible(&[linear.segment], &mut buffers.visible);
-    let parts = buffers.visible.line(0);
-    buffers.segments.lines += 1;
-    buffers.segments.pieces += parts.len() as u64;
+    let Buffers { scratch, samples } = buffers;
+    let mut shaft = query.occluders.shaft(asked, scratch);
+    shaft.visible(&[linear.segment], &mut samples.visible);
+    let parts = samples.visible.line(0);
+    samples.segments.lines += 1;
+    samples.segments.pieces += parts.len() as u64;
     closed_form::linear(linear, query.point, reflection, parts)
 }
 
 /// One technique.
-fn by_one<R: Reflection, T: EmissionTexture>(
+fn by_technique<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     linear: &LinearLight,
     technique: LinearTechnique,
@@ -68,31 +69,26 @@ fn by_one<R: Reflection, T: EmissionTexture>(
     let Some(sampler) = LinearSampler::new(technique, &linear.segment, x, n) else {
         return DVec3::ZERO;
     };
-    let (set, count) = (query.numbers(), query.samples);
-    let mut sum = DVec3::ZERO;
+    let (set, count, emitted) = (query.numbers(), query.samples, linear.radiance_radius);
     let (mut numbers, mut samples) = ([0.0; BATCH], [LinearSample::default(); BATCH]);
-    for first in (0..count).step_by(BATCH) {
-        let some = numbers.len().min((count - first) as usize);
-        for (slot, i) in numbers[..some].iter_mut().zip(first..) {
-            *slot = set.get_1d(i);
-        }
-        let taken = &mut samples[..some];
-        sampler.sample_into(&numbers[..some], taken);
-        for sample in taken {
-            let value = query
-                .point
-                .reflected(linear.radiance_radius, sample.direction);
-            let pdf = sample.pdf.value();
-            if pdf > 0.0 && value != DVec3::ZERO && query.is_free(sample.offset, buffers) {
-                sum += value * (1.0 / pdf);
+    let draw = |i: u32| {
+        let in_batch = i as usize % BATCH;
+        if in_batch == 0 {
+            let size = BATCH.min((count - i) as usize);
+            for (slot, i) in numbers[..size].iter_mut().zip(i..) {
+                *slot = set.get_1d(i);
             }
+            sampler.sample_into(&numbers[..size], &mut samples[..size]);
         }
-    }
-    sum / f64::from(count)
+        let sample = &samples[in_batch];
+        let value = query.point.reflected(emitted, sample.direction);
+        Some((value, sample.pdf.value(), sample.offset))
+    };
+    point_sum::mean(count, draw, |to_light| query.is_free(*to_light, buffers))
 }
 
 /// As many diffuse samples as glossy ones, weighted.
-fn by_two<R: Reflection, T: EmissionTexture>(
+fn by_pair<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     linear: &LinearLight,
     heuristic: LinearHeuristic,
@@ -100,12 +96,13 @@ fn by_two<R: Reflection, T: EmissionTexture>(
 ) -> DVec3 {
     let technique = LinearTechnique::ProjectedSolidAngle;
     let Some(glossy) = Lobe::new(query.point, &linear.segment) else {
-        return by_one(query, linear, technique, buffers);
+        return by_technique(query, linear, technique, buffers);
     };
     let (x, n) = (query.point.position, query.point.normal);
     let Some(flat) = LinearSampler::new(technique, &linear.segment, x, n) else {
         return DVec3::ZERO;
     };
+    let emitted = linear.radiance_radius;
     let albedo = query
         .point
         .bsdf
@@ -115,8 +112,8 @@ fn by_two<R: Reflection, T: EmissionTexture>(
         heuristic,
         count: f64::from(query.samples),
         parts: [
-            linear.radiance_radius * albedo * (FRAC_1_PI * flat.irradiance()),
-            linear.radiance_radius * glossy.reflected,
+            emitted * albedo * (FRAC_1_PI * flat.irradiance()),
+            emitted * glossy.reflected,
         ],
     };
     let sets = [Stream::Samples, Stream::Glossy].map(|s| query.numbers.points(s, query.samples));
@@ -129,9 +126,7 @@ fn by_two<R: Reflection, T: EmissionTexture>(
             [flat.pdf(b.t).value(), b.pdf.value()],
         ];
         for (k, sample) in [a, b].iter().enumerate() {
-            let value = query
-                .point
-                .reflected(linear.radiance_radius, sample.direction);
+            let value = query.point.reflected(emitted, sample.direction);
             let free = value != DVec3::ZERO && query.is_free(sample.offset, buffers);
             let value = if free { value } else { DVec3::ZERO };
             sum += pair.contribution(value, densities[k], k);
@@ -214,9 +209,9 @@ impl Lobe {
 fn ggx<R>(roughness: f64, f0: DVec3, point: &ShadingPoint<R>, line: &Segment) -> (DMat3, DVec3) {
     let frame = Frame::from_normal_and_tangent(point.normal, point.outgoing);
     let cosine = point.normal.dot(point.outgoing);
-    // With F0 = ½ both lobes have half their albedo.
-    let halves = GgxLobes::new(roughness, cosine, 0.5);
-    let [flat, grazing] = halves.lobes();
+    // With F0 = ½ each lobe has one half of its albedo.
+    let lobes = GgxLobes::new(roughness, cosine, 0.5);
+    let [flat, grazing] = lobes.lobes();
     let [a, b] = [flat, grazing].map(|l| 2.0 * l.line(&frame, line.p0, line.p1));
     let f0_mean = f0.element_sum() / 3.0;
     let lobe = if f0_mean * a >= (1.0 - f0_mean) * b {

@@ -64,7 +64,7 @@ impl OcclusionProbe {
         self.shafts += 1;
         self.dense += u32::from(shaft.is_dense());
         if let Some(images) = shaft.images() {
-            let penumbra = &mut buffers.penumbra;
+            let penumbra = &mut buffers.samples.penumbra;
             penumbra.boundary(images.light(), images.triangles());
             self.candidates += shaft.candidates();
             self.edges += penumbra.edge_count();

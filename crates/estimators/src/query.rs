@@ -1,13 +1,16 @@
 //! One shading point and one light: what an estimator works on.
 
+use crate::techniques::points::LightPoint;
 use crate::{
     Buffers, EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Stream,
     closed_form,
 };
+use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_lights::AreaLight;
 use linelit_samplers::SampleSet;
-use linelit_visibility::{Occluders, Ray, ShaftQuery};
+use linelit_visibility::{Occluders, Ray, Scratch, ShaftQuery};
+use std::ops::Range;
 
 /// One shading point and one light, and how the light from one to the other is estimated.
 #[derive(Debug)]
@@ -80,9 +83,9 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
         Self { samples, ..self }
     }
 
-    /// With `each` samples in place of one.
-    pub(crate) const fn times(self, each: u32) -> Self {
-        self.with_samples(self.samples.saturating_mul(each))
+    /// With so many samples in place of one.
+    pub(crate) const fn times(self, factor: u32) -> Self {
+        self.with_samples(self.samples.saturating_mul(factor))
     }
 
     /// With closed forms of another relative accuracy.
@@ -104,21 +107,37 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
         }
     }
 
-    /// Whether nothing stands between the shading point and a point of the light; one ray.
-    pub(crate) fn sees(&self, on_light: DVec3, buffers: &mut Buffers) -> bool {
-        self.is_free(on_light - self.point.position, buffers)
+    /// What the point of the light sends to the viewer if nothing stands between, per solid angle:
+    /// L f_r cos θ.
+    #[inline]
+    pub(crate) fn unshadowed(&self, at: &LightPoint) -> DVec3
+    where
+        R: Reflection,
+    {
+        self.point.reflected(self.light.emitted(at), at.direction)
     }
 
     /// Whether nothing stands before a point of the light, given relative to the shading point.
     pub(crate) fn is_free(&self, to_light: DVec3, buffers: &mut Buffers) -> bool {
-        let ray = Ray {
-            origin: self.point.position,
-            direction: to_light,
-            t_min: 0.0,
-            t_max: 1.0 - LIGHT_MARGIN,
-        };
-        !self
-            .occluders
-            .any_hit(&ray, &self.light.triangles, &mut buffers.scratch)
+        let (x, own) = (self.point.position, &self.light.triangles);
+        is_free(self.occluders, x, to_light, own, &mut buffers.scratch)
     }
+}
+
+/// Whether nothing but the light's own triangles stands between `x` and a point of the light, given
+/// relative to `x`; one ray.
+pub(crate) fn is_free(
+    occluders: &Occluders,
+    x: DVec3,
+    to_light: DVec3,
+    own: &Range<u32>,
+    scratch: &mut Scratch,
+) -> bool {
+    let ray = Ray {
+        origin: x,
+        direction: to_light,
+        t_min: 0.0,
+        t_max: 1.0 - LIGHT_MARGIN,
+    };
+    !occluders.any_hit(&ray, own, scratch)
 }

@@ -1,10 +1,9 @@
-//! `hybrid` and `exact`: estimators that look into the shaft before they choose what to do. Where
-//! the numbers come from: `docs/decisions/007-what-hybrid-asks.md`.
+//! Looking into the shaft towards a light before it is chosen what to do.
 
 use crate::closed_form::without_samples;
-use crate::exact::visible_light;
-use crate::line_sum::{self, Along, LineBuffers};
-use crate::{Buffers, EmissionTexture, ExactOptions, Lines, PointBy, Query, point_sum};
+use crate::line_sum::{self, Along};
+use crate::techniques::integrals::exact::visible_light;
+use crate::{Buffers, EmissionTexture, Lines, PointBy, Query, point_sum};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
@@ -23,149 +22,11 @@ pub(crate) enum Strategy {
     Rays,
 }
 
-/// Below this many lines a shaft query costs more than it saves: shadow rays, or points that share
-/// the shaft.
-const FEW_LINES: u32 = 4;
-
-/// Rays that take about as long as a line where `FEW_LINES` decides.
-const RAYS_FOR_A_LINE: u32 = 2;
-
-/// What a shaft may hold on average, for each line after the first, to be asked for in place of
-/// rays.
-const CANDIDATES_FOR_A_LINE: f64 = 24.0;
-
-/// Points that share a shaft in place of a line where `FEW_LINES` decides.
-const POINTS_FOR_A_LINE: u32 = 4;
-
-/// `FEW_LINES` towards a light that is densely occluded, and for a dense shaft.
-const FEW_LINES_IF_DENSE: u32 = 17;
-
 /// Rays that take about as long as a line where `FEW_LINES_IF_DENSE` decides.
 const RAYS_FOR_A_LINE_IF_DENSE: u32 = 4;
 
-/// Points that share a shaft in place of a line towards densely occluded lights.
-pub(crate) const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
-
-/// Where the solid angle of a piece of the light differs by no more than this from corner to
-/// corner, points uniform on the area are as good as points uniform in the solid angle, and cost
-/// two thirds.
-const FLAT: f64 = 16.0;
-
-/// Lines that take as long as the closed form, for each candidate and for each edge that bounds
-/// what candidates hide: measured.
-const LINES_FOR_A_CANDIDATE: f64 = 0.6;
-const LINES_FOR_AN_EDGE: f64 = 1.4;
-
-/// What `LINES_FOR_AN_EDGE` grows by where the surface has a lobe, before a light that is narrow
-/// for the lobe, and before a wide one.
-const LINES_FOR_A_NARROW_LOBE: f64 = 2.0;
-const LINES_FOR_A_WIDE_LOBE: f64 = 80.0;
-
-/// A light is wide for a lobe from this many times its width, 1/√(k + 1), on.
-const WIDE_FOR_LOBES: f64 = 3.0;
-
-/// The closed form past occluders where few enough triangles are in between; elsewhere lines.
-pub(crate) fn exact<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    area: &AreaLight,
-    options: ExactOptions,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    let query = query.with_tolerance(options.tolerance);
-    through_shaft(&query, area, buffers, |shaft| {
-        let few = shaft.candidates() <= options.limit as usize && !shaft.is_dense();
-        if few {
-            Strategy::Exact
-        } else {
-            Strategy::Lines
-        }
-    })
-}
-
-/// Rays where looking for everything in between does not pay; else what the shaft suggests.
-pub(crate) fn hybrid<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    area: &AreaLight,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    let (lines, occlusion) = (query.samples, &query.light.occlusion);
-    if occlusion.dense && lines < FEW_LINES {
-        return rays(query, area, buffers);
-    }
-    if occlusion.dense && lines < FEW_LINES_IF_DENSE {
-        let points = Strategy::Points(cheap_points(query, area));
-        let query = query.times(POINTS_FOR_A_LINE_IF_DENSE);
-        return through_shaft(&query, area, buffers, |_| points);
-    }
-    let affordable = CANDIDATES_FOR_A_LINE * f64::from(lines - 1);
-    if lines < FEW_LINES && occlusion.candidates < affordable {
-        let query = query.times(POINTS_FOR_A_LINE);
-        return through_shaft(&query, area, buffers, |_| Strategy::Points(PointBy::Area));
-    }
-    if lines < FEW_LINES {
-        return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, PointBy::Area, buffers);
-    }
-    let for_an_edge = lines_for_an_edge(query, area);
-    through_shaft(query, area, buffers, |shaft| {
-        choose_strategy(shaft, occlusion.edges, for_an_edge, lines)
-    })
-}
-
-/// What to do about a partly hidden light, by what the shaft and the number of lines say.
-fn choose_strategy(shaft: &Shaft<'_>, edges: f64, for_an_edge: f64, lines: u32) -> Strategy {
-    if shaft.is_dense() {
-        return if lines < FEW_LINES_IF_DENSE {
-            Strategy::Rays
-        } else {
-            Strategy::Lines
-        };
-    }
-    let each = LINES_FOR_A_CANDIDATE + for_an_edge * edges;
-    #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
-    let lines_of_exact = each * shaft.candidates() as f64;
-    if lines_of_exact <= f64::from(lines) {
-        Strategy::Exact
-    } else {
-        Strategy::Lines
-    }
-}
-
-/// Lines that take as long as an edge in the closed form.
-fn lines_for_an_edge<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) -> f64 {
-    let reflection = query.point.bsdf.closed_form();
-    let Some(phong) = reflection.and_then(|reflection| reflection.lobe) else {
-        return LINES_FOR_AN_EDGE;
-    };
-    let (vertices, x) = (area.polygon.vertices(), query.point.position);
-    let first = (vertices[0] - x).normalize_or_zero();
-    let chord = |v: &DVec3| first.distance((*v - x).normalize_or_zero());
-    let size = vertices.iter().map(chord).fold(0.0, f64::max);
-    let for_a_lobe = if size * (phong.exponent + 1.0).sqrt() < WIDE_FOR_LOBES {
-        LINES_FOR_A_NARROW_LOBE
-    } else {
-        LINES_FOR_A_WIDE_LOBE
-    };
-    LINES_FOR_AN_EDGE + for_a_lobe
-}
-
-/// The density of points that reaches an error first.
-fn cheap_points<R, T>(query: &Query<'_, R, T>, area: &AreaLight) -> PointBy {
-    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-    for corner in area.polygon.vertices() {
-        let to_corner = *corner - query.point.position;
-        let square = to_corner.length_squared();
-        let density = area.polygon.normal().dot(to_corner).abs() / (square * square.sqrt());
-        (least, most) = (least.min(density), most.max(density));
-    }
-    if most <= FLAT * least {
-        PointBy::Area
-    } else {
-        PointBy::SolidAngle
-    }
-}
-
 /// Rays in place of lines towards densely occluded lights.
-fn rays<R: Reflection, T: EmissionTexture>(
+pub(crate) fn rays<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     buffers: &mut Buffers,
@@ -185,18 +46,10 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
     choose: impl FnOnce(&Shaft<'_>) -> Strategy,
 ) -> DVec3 {
-    let Buffers {
-        scratch,
-        plan,
-        penumbra,
-        draws,
-        visible,
-        segments,
-        ..
-    } = buffers;
+    let Buffers { scratch, samples } = &mut *buffers;
     let mut shaft = query.occluders.shaft(query.shaft(area), scratch);
     let along = Along::best(query);
-    if let Some(value) = without_samples(query, area, shaft.class(), along, plan) {
+    if let Some(value) = without_samples(query, area, shaft.class(), along, &mut samples.plan) {
         return value;
     }
     let strategy = choose(&shaft);
@@ -204,22 +57,16 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
         && let Along::Analytic(reflection) = along
         && let Some(images) = shaft.images()
     {
-        plan.exact_penumbrae += 1;
-        let tolerance = query.tolerance;
+        samples.plan.exact_penumbrae += 1;
+        let (penumbra, tolerance) = (&mut samples.penumbra, query.tolerance);
         return visible_light(area, query.point, &reflection, &images, penumbra, tolerance);
     }
     match strategy {
         Strategy::Points(by) => point_sum::in_shaft(query, area, by, &mut shaft),
         Strategy::Rays => rays(query, area, buffers),
         Strategy::Exact | Strategy::Lines => {
-            plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);
-            let buffers = LineBuffers {
-                draws,
-                visible,
-                plan,
-                segments,
-            };
-            line_sum::in_shaft(query, area, &Lines::AREA, along, &mut shaft, buffers)
+            samples.plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);
+            line_sum::in_shaft(query, area, &Lines::AREA, along, &mut shaft, samples)
         }
     }
 }

@@ -31,7 +31,7 @@ pub enum Stream {
     Orientation,
     /// Glossy samples of a linear light, beside its diffuse ones: dimension 1.
     Glossy,
-    /// Samples of a technique in a combination, by its place: dimensions 2 to 9.
+    /// Samples of a technique in a combination, by its index: dimensions 2 to 9.
     Technique(u32),
 }
 

@@ -4,87 +4,9 @@
 //! `key=value,…` in brackets. The option `mis` may stand with any technique and is one for all;
 //! that of `point-linear` is its own.
 
-use crate::{
-    Estimator, ExactOptions, Integration, LineBy, LineDirection, LinearHeuristic, LinearOptions,
-    Lines, MOST_TECHNIQUES, Optimal, Part, Pieces, PointBy, Points, Smoothing, Technique, Weights,
-};
-use linelit_lights::OffsetDensity;
-use linelit_lights::linear::LinearTechnique;
-use std::f64::consts::PI;
+use crate::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Technique, Weights};
 use std::fmt;
 use std::str::FromStr;
-
-/// The techniques with their default options: what a name stands for.
-const TECHNIQUES: [Technique; 15] = {
-    const fn points(by: PointBy) -> Technique {
-        Technique::Points(Points::by(by))
-    }
-    const fn lines(by: LineBy) -> Technique {
-        Technique::Lines(Lines::by(by))
-    }
-    const fn integrated(integration: Integration) -> Technique {
-        Technique::Lines(Lines::integrated(integration))
-    }
-    [
-        points(PointBy::Area),
-        points(PointBy::VisibleArea),
-        points(PointBy::SolidAngle),
-        points(PointBy::ProjectedSolidAngle),
-        points(PointBy::Texture),
-        points(PointBy::Bsdf),
-        points(PointBy::Linear(LinearOptions::Technique(
-            LinearTechnique::ProjectedSolidAngle,
-        ))),
-        lines(LineBy::Area),
-        lines(LineBy::SolidAngle),
-        lines(LineBy::Warped),
-        lines(LineBy::Projected),
-        lines(LineBy::Texture),
-        integrated(Integration::Analytic),
-        integrated(Integration::Exact(ExactOptions::DEFAULT)),
-        integrated(Integration::Cheapest),
-    ]
-};
-
-/// Names of techniques without options, as the command line lists them.
-pub const ESTIMATOR_NAMES: [&str; TECHNIQUES.len()] = {
-    let mut names = [""; TECHNIQUES.len()];
-    let mut i = 0;
-    while i < names.len() {
-        names[i] = TECHNIQUES[i].name();
-        i += 1;
-    }
-    names
-};
-
-impl Technique {
-    /// The name, whatever the options.
-    const fn name(&self) -> &'static str {
-        match self {
-            Self::Points(points) => match points.by {
-                PointBy::Area => "point-area",
-                PointBy::VisibleArea => "point-visible-area",
-                PointBy::SolidAngle => "point-solid-angle",
-                PointBy::ProjectedSolidAngle => "point-projected-solid-angle",
-                PointBy::Texture => "point-texture",
-                PointBy::Bsdf => "point-bsdf",
-                PointBy::Linear(_) => "point-linear",
-            },
-            Self::Lines(lines) => match lines.integration {
-                Integration::Points => match lines.by {
-                    LineBy::Area => "line-area",
-                    LineBy::SolidAngle => "line-solid-angle",
-                    LineBy::Warped => "line-warped",
-                    LineBy::Projected => "line-projected",
-                    LineBy::Texture => "line-texture",
-                },
-                Integration::Analytic => "line-analytic",
-                Integration::Exact(_) => "exact",
-                Integration::Cheapest => "hybrid",
-            },
-        }
-    }
-}
 
 /// The weights and their names.
 const WEIGHTS: [(&str, Weights); 9] = [
@@ -98,12 +20,6 @@ const WEIGHTS: [(&str, Weights); 9] = [
     ("clamped-optimal", Weights::Optimal(Optimal::Clamped)),
     ("unoccluded", Weights::Unoccluded),
 ];
-
-/// The most points that a piece of a line gets.
-const MOST_POINTS: u8 = 64;
-
-/// Peters' ν.
-const NU: f64 = 0.5;
 
 /// Why a text names no estimator.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,9 +35,9 @@ impl fmt::Display for ParseEstimatorError {
 
 impl std::error::Error for ParseEstimatorError {}
 
-type Result<T> = std::result::Result<T, ParseEstimatorError>;
+pub(crate) type Result<T> = std::result::Result<T, ParseEstimatorError>;
 
-fn error<T>(message: impl Into<String>) -> Result<T> {
+pub(crate) fn error<T>(message: impl Into<String>) -> Result<T> {
     Err(ParseEstimatorError {
         message: message.into(),
     })
@@ -153,8 +69,7 @@ impl FromStr for Estimator {
         if let Some(estimator) = Self::new(&parts, weights) {
             return Ok(estimator);
         }
-        let each = |p: &Part| matches!(p.technique, Technique::Lines(l) if l.direction == LineDirection::UniformPerLine);
-        if parts.iter().any(each) {
+        if parts.iter().any(|p| p.technique.must_stand_alone()) {
             return error(
                 "orientation `uniform` has no density to combine by; expected parallel, fixed:FRACTION or spread:COUNT",
             );
@@ -209,121 +124,114 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
         },
     };
     let name = name.trim();
-    let Some(technique) = TECHNIQUES.into_iter().find(|t| t.name() == name) else {
+    let Some(technique) = Technique::all().find(|t| t.name() == name) else {
+        let names: Vec<&str> = Technique::all().map(|t| t.name()).collect();
         return error(format!(
             "unknown estimator `{name}`; expected one of {}",
-            ESTIMATOR_NAMES.join(", ")
+            names.join(", ")
         ));
     };
-    let technique = match technique {
-        Technique::Points(points) => {
-            Technique::Points(point_options(points, name, options, shared)?)
+    let mut options = Options::new(name, options);
+    let technique: Technique = match technique {
+        Technique::Points(points) => points.read(&mut options)?.into(),
+        Technique::Lines(lines) => {
+            let (lines, weighted) = lines.read(&mut options)?;
+            shared.weighted |= weighted;
+            lines.into()
         }
-        Technique::Lines(lines) => Technique::Lines(line_options(lines, name, options, shared)?),
     };
+    if let Some(weights) = options.take("mis").filter(|_| !technique.has_own_mis()) {
+        shared.weigh(weights)?;
+    }
+    options.done()?;
     Ok(Part { technique, share })
 }
 
-/// Keys and values of `key=value,…`.
-fn pairs(options: &str) -> impl Iterator<Item = (&str, &str)> {
-    let options = options.split(',').map(str::trim);
-    options
-        .filter(|o| !o.is_empty())
-        .map(|o| o.split_once('=').unwrap_or((o, "")))
+/// A technique's own options.
+pub(crate) trait OwnOptions: Sized {
+    /// With the options that a text says.
+    fn read(self, options: &mut Options<'_>) -> Result<Self>;
+
+    /// Those that are not the default, as `key=value`.
+    fn write(self, out: &mut Vec<String>);
 }
 
-fn point_options(
-    mut points: Points,
-    name: &str,
-    options: &str,
-    shared: &mut Shared,
-) -> Result<Points> {
-    if let PointBy::Linear(_) = points.by {
-        points.by = PointBy::Linear(linear_options(options)?);
-        return Ok(points);
-    }
-    let has_shaft = matches!(points.by, PointBy::Area | PointBy::SolidAngle);
-    for (key, value) in pairs(options) {
-        match (key, value) {
-            ("mis", _) => shared.weigh(value)?,
-            ("visibility", "rays") if has_shaft => points.in_shaft = false,
-            ("visibility", "shaft") if has_shaft => points.in_shaft = true,
-            ("visibility", _) if has_shaft => {
-                return error(format!("visibility `{value}`; expected rays or shaft"));
-            }
-            _ if has_shaft => return no_option(name, key, "visibility or mis"),
-            _ => return no_option(name, key, "mis"),
+/// The options in the brackets of one technique, until they are read.
+pub(crate) struct Options<'a> {
+    technique: &'a str,
+    unread: Vec<(&'a str, &'a str)>,
+    /// The keys that there are.
+    keys: Vec<&'static str>,
+}
+
+impl<'a> Options<'a> {
+    /// Of `key=value,…`.
+    fn new(technique: &'a str, text: &'a str) -> Self {
+        let options = text.split(',').map(str::trim).filter(|o| !o.is_empty());
+        Self {
+            technique,
+            unread: options
+                .map(|o| o.split_once('=').unwrap_or((o, "")))
+                .collect(),
+            keys: Vec::new(),
         }
     }
-    Ok(points)
-}
 
-fn line_options(mut lines: Lines, name: &str, options: &str, shared: &mut Shared) -> Result<Lines> {
-    let by_area = lines.measure() == LineBy::Area;
-    for (key, value) in pairs(options) {
-        match (key, &mut lines.integration) {
-            ("mis", _) => shared.weigh(value)?,
-            ("tolerance", Integration::Exact(exact)) => {
-                exact.tolerance = match value.parse() {
-                    Ok(t) if (1e-10..=1e-3).contains(&t) => t,
-                    _ => return error(format!("tolerance `{value}`; expected 1e-10 to 1e-3")),
-                };
-            }
-            ("limit", Integration::Exact(exact)) => {
-                exact.limit = match value.parse() {
-                    Ok(limit) => limit,
-                    Err(_) => {
-                        return error(format!("limit `{value}`; expected a number of triangles"));
-                    }
-                };
-            }
-            ("orientation", _) => {
-                lines.direction = direction(value)?;
-                shared.weighted |= matches!(lines.direction, LineDirection::Spread(_));
-            }
-            ("offset", _) if by_area => {
-                lines.offset = match value {
-                    "uniform" => OffsetDensity::Uniform,
-                    "length" => OffsetDensity::Length,
-                    _ => return error(format!("offset `{value}`; expected uniform or length")),
-                };
-            }
-            ("pieces", _) => {
-                shared.weighted = true;
-                lines.pieces = match value {
-                    "one" => Pieces::One,
-                    "each" => Pieces::Each,
-                    _ => return error(format!("pieces `{value}`; expected one or each")),
-                };
-            }
-            ("points", _) => {
-                shared.weighted = true;
-                lines.points = match value.parse() {
-                    Ok(points @ 1..=MOST_POINTS) => points,
-                    _ => {
-                        return error(format!(
-                            "points `{value}`; expected a whole number from 1 to {MOST_POINTS}"
-                        ));
-                    }
-                };
-            }
-            (_, Integration::Exact(_)) => {
-                let own = "tolerance, limit, orientation, offset, pieces, points or mis";
-                return no_option(name, key, own);
-            }
-            _ if by_area => {
-                return no_option(name, key, "orientation, offset, pieces, points or mis");
-            }
-            _ => return no_option(name, key, "orientation, pieces, points or mis"),
+    /// The value of an option, the last if it is said again.
+    pub(crate) fn take(&mut self, key: &'static str) -> Option<&'a str> {
+        if !self.keys.contains(&key) {
+            self.keys.push(key);
         }
+        let value = self.unread.iter().rfind(|(k, _)| *k == key)?.1;
+        self.unread.retain(|(k, _)| *k != key);
+        Some(value)
     }
-    Ok(lines)
-}
 
-fn no_option<T>(name: &str, key: &str, expected: &str) -> Result<T> {
-    error(format!(
-        "`{name}` has no option `{key}`; expected {expected}"
-    ))
+    /// Sets an option to what `read` makes of its value, if it is said, and tells whether it is;
+    /// where `read` makes nothing of it, an error says what was expected.
+    pub(crate) fn read<V>(
+        &mut self,
+        key: &'static str,
+        expected: &str,
+        read: impl Fn(&str) -> Option<V>,
+        option: &mut V,
+    ) -> Result<bool> {
+        let Some(value) = self.take(key) else {
+            return Ok(false);
+        };
+        let Some(read) = read(value) else {
+            return error(format!("{key} `{value}`; expected {expected}"));
+        };
+        *option = read;
+        Ok(true)
+    }
+
+    /// [`read`](Self::read) for an option that is one of a few.
+    pub(crate) fn choose<V: Copy, const N: usize>(
+        &mut self,
+        key: &'static str,
+        choices: [(&str, V); N],
+        option: &mut V,
+    ) -> Result<bool> {
+        let named = |text: &str| choices.iter().find(|(name, _)| *name == text);
+        let expected = choices.map(|(name, _)| name).join(" or ");
+        self.read(key, &expected, |text| named(text).map(|(_, v)| *v), option)
+    }
+
+    /// That all have been read.
+    fn done(self) -> Result<()> {
+        let Some((key, _)) = self.unread.first() else {
+            return Ok(());
+        };
+        let expected = match &self.keys[..] {
+            [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+            only => only.concat(),
+        };
+        error(format!(
+            "`{}` has no option `{key}`; expected {expected}",
+            self.technique
+        ))
+    }
 }
 
 impl Shared {
@@ -349,100 +257,17 @@ fn weights_name(weights: Weights) -> Option<&'static str> {
     found.map(|(name, _)| *name)
 }
 
-fn direction(value: &str) -> Result<LineDirection> {
-    let most = MOST_TECHNIQUES;
-    let found = match value.split_once(':') {
-        None if value == "parallel" => Some(LineDirection::Parallel),
-        None if value == "uniform" => Some(LineDirection::UniformPerLine),
-        Some(("spread", count)) => match count.parse() {
-            Ok(count) if (1..=most).contains(&usize::from(count)) => {
-                Some(LineDirection::Spread(count))
-            }
-            _ => None,
-        },
-        _ => fixed(value).map(LineDirection::Fixed),
-    };
-    match found {
-        Some(direction) => Ok(direction),
-        None => error(format!(
-            "orientation `{value}`; expected parallel, uniform, fixed:FRACTION (of a half turn) or spread:COUNT (at most {most})"
-        )),
-    }
-}
-
-/// The fraction of a half turn in `fixed:FRACTION`, 0 if it is not said; `None` for anything else,
-/// and for fractions so large that there is no number for the angle.
-fn fixed(value: &str) -> Option<f64> {
-    let fraction: f64 = match value.strip_prefix("fixed")? {
-        "" => 0.0,
-        rest => rest.strip_prefix(':')?.parse().ok()?,
-    };
-    (fraction * PI).is_finite().then_some(fraction)
-}
-
-/// What stands in the brackets of `point-linear[…]`.
-fn linear_options(options: &str) -> Result<LinearOptions> {
-    let (mut technique, mut mis, mut nu) = (None, None, None);
-    for (key, value) in pairs(options) {
-        match key {
-            "technique" => technique = Some(value),
-            "mis" => mis = Some(value),
-            "nu" => {
-                nu = match value.parse() {
-                    Ok(nu) if (0.0..=1.0).contains(&nu) => Some(nu),
-                    _ => return error(format!("nu `{value}`; expected 0 to 1")),
-                };
-            }
-            _ => return no_option("point-linear", key, "technique, mis or nu"),
-        }
-    }
-    if technique == Some("ltc") {
-        return linear_heuristic(mis, nu).map(LinearOptions::Ltc);
-    }
-    if mis.is_some() || nu.is_some() {
-        return error("`mis` and `nu` weigh the two techniques of `technique=ltc`");
-    }
-    let Some(name) = technique else {
-        return Ok(LinearOptions::default());
-    };
-    match LinearTechnique::ALL.into_iter().find(|t| t.name() == name) {
-        Some(found) => Ok(LinearOptions::Technique(found)),
-        None => {
-            let names = LinearTechnique::ALL.map(LinearTechnique::name).join(", ");
-            error(format!("technique `{name}`; expected {names} or ltc"))
-        }
-    }
-}
-
-fn linear_heuristic(mis: Option<&str>, nu: Option<f64>) -> Result<LinearHeuristic> {
-    Ok(match mis {
-        None | Some("clamped-optimal") => LinearHeuristic::ClampedOptimal(nu.unwrap_or(NU)),
-        Some("optimal") => LinearHeuristic::Optimal(nu.unwrap_or(NU)),
-        Some("balance") if nu.is_none() => LinearHeuristic::Balance,
-        Some("weighted-balance") if nu.is_none() => LinearHeuristic::WeightedBalance,
-        Some(name @ ("balance" | "weighted-balance")) => {
-            return error(format!("`mis={name}` knows no nu"));
-        }
-        Some(name) => {
-            return error(format!(
-                "mis `{name}`; expected balance, weighted-balance, optimal or clamped-optimal"
-            ));
-        }
-    })
-}
-
 impl fmt::Display for Estimator {
     /// What is the default is left out; `mis` stands with the last technique that can say it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut words: Vec<(&Part, Vec<String>)> =
-            self.parts().map(|p| (p, options(&p.technique))).collect();
+        let mut words: Vec<(&Part, Vec<String>)> = self.parts().map(with_options).collect();
         let implied = match &words[..] {
             [(only, _)] if only.technique.can_stand_alone() => Weights::Alone,
             _ => Weights::Balance,
         };
-        let linear = |p: &Part| matches!(p.technique, Technique::Points(p) if matches!(p.by, PointBy::Linear(_)));
+        let says_weights = |(p, _): &&mut (&Part, _)| !p.technique.has_own_mis();
         if let Some(name) = weights_name(self.weights()).filter(|_| self.weights() != implied)
-            && let Some((_, last)) = words.iter_mut().rev().find(|(p, _)| !linear(p))
+            && let Some((_, last)) = words.iter_mut().rev().find(says_weights)
         {
             last.push(format!("mis={name}"));
         }
@@ -460,60 +285,12 @@ impl fmt::Display for Estimator {
     }
 }
 
-/// The options of a technique that are not the default.
-fn options(technique: &Technique) -> Vec<String> {
+/// A part, and the options of its technique that are not the default.
+fn with_options(part: &Part) -> (&Part, Vec<String>) {
     let mut out = Vec::new();
-    let lines = match technique {
-        Technique::Points(points) => {
-            if let PointBy::Linear(linear) = points.by {
-                linear_texts(linear, &mut out);
-            } else if points.in_shaft {
-                out.push("visibility=shaft".to_owned());
-            }
-            return out;
-        }
-        Technique::Lines(lines) => lines,
-    };
-    if let Integration::Exact(exact) = lines.integration {
-        let default = ExactOptions::DEFAULT;
-        if exact.tolerance.to_bits() != default.tolerance.to_bits() {
-            out.push(format!("tolerance={:e}", exact.tolerance));
-        }
-        if exact.limit != default.limit {
-            out.push(format!("limit={}", exact.limit));
-        }
+    match part.technique {
+        Technique::Points(points) => points.write(&mut out),
+        Technique::Lines(lines) => lines.write(&mut out),
     }
-    match lines.direction {
-        LineDirection::Parallel => {}
-        LineDirection::Fixed(fraction) => out.push(format!("orientation=fixed:{fraction}")),
-        LineDirection::UniformPerLine => out.push("orientation=uniform".to_owned()),
-        LineDirection::Spread(count) => out.push(format!("orientation=spread:{count}")),
-    }
-    if lines.offset == OffsetDensity::Uniform && lines.measure() == LineBy::Area {
-        out.push("offset=uniform".to_owned());
-    }
-    if lines.pieces == Pieces::One {
-        out.push("pieces=one".to_owned());
-    }
-    if lines.points != 1 {
-        out.push(format!("points={}", lines.points));
-    }
-    out
-}
-
-fn linear_texts(options: LinearOptions, out: &mut Vec<String>) {
-    let (mis, nu) = match options {
-        LinearOptions::Technique(LinearTechnique::ProjectedSolidAngle) => return,
-        LinearOptions::Technique(technique) => {
-            return out.push(format!("technique={}", technique.name()));
-        }
-        LinearOptions::Ltc(LinearHeuristic::Balance) => (Some("balance"), None),
-        LinearOptions::Ltc(LinearHeuristic::WeightedBalance) => (Some("weighted-balance"), None),
-        LinearOptions::Ltc(LinearHeuristic::Optimal(nu)) => (Some("optimal"), Some(nu)),
-        LinearOptions::Ltc(LinearHeuristic::ClampedOptimal(nu)) => (None, Some(nu)),
-    };
-    out.push("technique=ltc".to_owned());
-    out.extend(mis.map(|mis| format!("mis={mis}")));
-    let nu = nu.filter(|nu| (nu - NU).abs() > 0.0);
-    out.extend(nu.map(|nu| format!("nu={nu}")));
+    (part, out)
 }

@@ -44,7 +44,7 @@ mod settings;
 mod workspace;
 
 pub use linelit_estimators::{
-    ESTIMATOR_NAMES, Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SegmentCounters,
+    Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SegmentCounters,
 };
 pub use plan::{Plan, PlannedLight, PlannedTexture};
 pub use point::{SURFACE_OFFSET, ShadingPoint};

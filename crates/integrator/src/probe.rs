@@ -34,7 +34,7 @@ pub(crate) fn occlusion(renderer: &Renderer<'_>) -> Vec<OcclusionStats> {
                 continue;
             };
             let source = light.source();
-            if source.reaches(&point, &mut buffers.plan) {
+            if source.reaches(&point, &mut buffers.samples.plan) {
                 probe.look(renderer.occluders(), &source, area, point.position, buffers);
             }
         }

@@ -282,9 +282,9 @@ impl<'s> Renderer<'s> {
         repetition: u32,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        workspace.buffers.plan.points += 1;
+        workspace.buffers.samples.plan.points += 1;
         if settings.skip && point.bsdf.is_black() {
-            workspace.buffers.plan.black_materials += 1;
+            workspace.buffers.samples.plan.black_materials += 1;
             return DVec3::ZERO;
         }
         let lights = self.plan.lights_of(settings.spheres);
@@ -322,7 +322,7 @@ impl<'s> Renderer<'s> {
     ) -> DVec3 {
         let source = light.source();
         let buffers = &mut workspace.buffers;
-        if settings.skip && !source.reaches(point, &mut buffers.plan) {
+        if settings.skip && !source.reaches(point, &mut buffers.samples.plan) {
             return DVec3::ZERO;
         }
         let total = u32::try_from(self.scene.lights.len()).unwrap_or(u32::MAX);

@@ -44,9 +44,9 @@ impl Workspace {
     /// The counts so far; starts again from zero.
     pub fn take_counts(&mut self) -> Counts {
         Counts {
-            plan: std::mem::take(&mut self.buffers.plan),
+            plan: std::mem::take(&mut self.buffers.samples.plan),
             visibility: std::mem::take(&mut self.buffers.scratch.counters),
-            segments: std::mem::take(&mut self.buffers.segments),
+            segments: std::mem::take(&mut self.buffers.samples.segments),
         }
     }
 }

@@ -142,6 +142,33 @@ impl<M: Measure> Pdf<M> {
     }
 }
 
+/// A measure of points on a surface, as a shading point sees them.
+pub trait SurfaceMeasure: Measure {
+    /// Whether a density of this measure knows nothing of distance and cosine.
+    const IS_LOCAL: bool;
+
+    /// The density per solid angle at the shading point: see [`Pdf::<Area>::to_solid_angle`].
+    fn to_solid_angle(pdf: Pdf<Self>, distance_squared: f64, cos_light: f64) -> Pdf<SolidAngle>;
+}
+
+impl SurfaceMeasure for Area {
+    const IS_LOCAL: bool = true;
+
+    #[inline]
+    fn to_solid_angle(pdf: Pdf<Self>, distance_squared: f64, cos_light: f64) -> Pdf<SolidAngle> {
+        pdf.to_solid_angle(distance_squared, cos_light)
+    }
+}
+
+impl SurfaceMeasure for SolidAngle {
+    const IS_LOCAL: bool = false;
+
+    #[inline]
+    fn to_solid_angle(pdf: Pdf<Self>, _: f64, _: f64) -> Pdf<SolidAngle> {
+        pdf
+    }
+}
+
 impl Pdf<Area> {
     /// Area → solid angle: `p_ω = p_A r²/|cos θ'|` with `distance_squared` = r² and `cos_light` =
     /// cos θ', the cosine between the light's normal and the direction (its sign does not matter).

@@ -38,7 +38,8 @@ mod polygon;
 mod technique;
 
 pub use density::{
-    Area, Length, Measure, Offset, Pdf, ProjectedSolidAngle, SolidAngle, ThinSolidAngle,
+    Area, Length, Measure, Offset, Pdf, ProjectedSolidAngle, SolidAngle, SurfaceMeasure,
+    ThinSolidAngle,
 };
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
 pub use light::{AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight};

@@ -20,7 +20,7 @@
 //! assert!((u - 0.5).abs() < 1e-15 && (v - 0.5).abs() < 1e-15);
 //! ```
 
-use crate::density::{Area, Measure, Offset, Pdf, SolidAngle, ThinSolidAngle};
+use crate::density::{Area, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
 use crate::linear::{LinearSample, LinearSampler, LtcSampler, ProfiledLine};
 use crate::{
     AngularLines, AreaSampler, LineSample, LineSampler, PointSample, ProxySampler,
@@ -37,7 +37,7 @@ use linelit_geometry::{DVec3, ParallelLines};
 pub trait PointTechnique {
     /// What densities refer to: [`Area`] of the light (1/m²), or [`SolidAngle`] at the shading
     /// point (1/sr).
-    type Measure: Measure;
+    type Measure: SurfaceMeasure;
 
     /// A point of the light from two random numbers in [0, 1), with its density.
     ///
@@ -70,7 +70,7 @@ pub trait PointTechnique {
 pub trait LineTechnique {
     /// What the densities of points on lines refer to: [`Area`] of the light (1/m²), or
     /// [`SolidAngle`] at the shading point (1/sr).
-    type Measure: Measure;
+    type Measure: SurfaceMeasure;
 
     /// All lines of the technique's direction: offsets, and where each line begins and ends.
     fn lines(&self) -> &ParallelLines;

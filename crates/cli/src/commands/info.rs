@@ -95,7 +95,7 @@ fn look(scene: &mut Scene) -> PlanInfo {
     PlanInfo {
         dark_lights: renderer.plan().dark_lights(),
         pixels: [side, side],
-        counts: counts.plan.rows().into_iter().collect(),
+        counts: counts.plan.rows().collect(),
     }
 }
 

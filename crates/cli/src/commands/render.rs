@@ -157,8 +157,7 @@ fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> s
     let plan: serde_json::Map<_, _> = counts
         .plan
         .rows()
-        .iter()
-        .map(|(k, v)| ((*k).to_owned(), (*v).into()))
+        .map(|(k, v)| (k.to_owned(), v.into()))
         .collect();
     serde_json::json!({
         "scene": args.scene,

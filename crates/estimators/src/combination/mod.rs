@@ -7,23 +7,23 @@
 
 mod optimal;
 mod prepared;
+mod smooth;
 mod visibility;
 
-use crate::line_sum::{self, Along};
-use crate::point_sum::meets;
-use crate::strategy::{self, POINTS_FOR_A_LINE_IF_DENSE};
+use crate::techniques::lines::LineFamily;
+use crate::techniques::points::{LightPoint, PointSource, Polygon};
 use crate::{
-    Buffers, EmissionTexture, Estimator, Integration, LightSource, Lines, MOST_TECHNIQUES, Pieces,
-    PlanCounters, Query, SegmentCounters, ShadingPoint, Smoothing, Stream, Weights,
+    Buffers, EmissionTexture, Estimator, MOST_TECHNIQUES, Pieces, Query, SampleBuffers,
+    ShadingPoint, Stream, Weights,
 };
 use linelit_bsdf::Reflection;
-use linelit_geometry::{ConvexPolygon, DVec2, DVec3, ParallelLines, Segment, intervals::Interval};
+use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
 use linelit_mis::{Heuristic, smoothing};
-use linelit_visibility::{ShaftClass, ShaftQuery, VisibleLines};
-use optimal::Half;
-use prepared::{LightPart, LightPoint, LineFamily, PreparedTechnique, Source, allot, through};
-use std::f64::consts::FRAC_PI_2;
+use linelit_visibility::{ShaftClass, ShaftQuery};
+use optimal::Round;
+use prepared::{PreparedTechnique, Source, allot};
+use smooth::{Smooth, parameter, piece_of};
 use visibility::Visibility;
 
 /// The memory of combinations.
@@ -77,48 +77,12 @@ struct Sample {
 
 /// What is read while samples of a combination are drawn and weighted, and what is counted.
 struct Combination<'a, 's, R, T> {
-    light: &'a LightSource<'a, T>,
-    area: &'a AreaLight,
-    point: &'a ShadingPoint<R>,
+    query: &'a Query<'a, R, T>,
+    light: &'a ConvexPolygon,
     visibility: Visibility<'s>,
-    visible: &'a mut VisibleLines,
     smoothing: Option<Smooth>,
-    plan: &'a mut PlanCounters,
-    segments: &'a mut SegmentCounters,
-}
-
-/// What is hidden of a line, as a share of it, to be smoothed with a fixed width. Ends of visible
-/// parts are good to some 1e-12, and what rounding hides at the end of one line may be visible on
-/// the line through the same point that another technique asks for: weights would no longer sum to
-/// one.
-const LEAST_GAP: f64 = 1e-9;
-
-/// What smoothing needs to know of the light.
-struct Smooth {
-    kind: Smoothing,
-    width: f64,
-    light: ConvexPolygon,
-}
-
-impl Smooth {
-    fn new(kind: Smoothing, light: ConvexPolygon) -> Self {
-        Self {
-            kind,
-            width: 0.5 * smaller_side(&light),
-            light,
-        }
-    }
-
-    /// The factor for the borders of the light: eq. 23 with all edges in place of u and v.
-    fn border(&self, point: DVec3) -> f64 {
-        let vertices = self.light.vertices();
-        let next = vertices.iter().cycle().skip(1);
-        let factor = |(a, b): (&DVec3, &DVec3)| {
-            let inwards = self.light.normal().cross((*b - *a).normalize_or_zero());
-            smoothing::edge(inwards.dot(point - *a), self.width)
-        };
-        vertices.iter().zip(next).map(factor).product()
-    }
+    /// But for their `combination`, which is in use.
+    buffers: &'a mut SampleBuffers,
 }
 
 /// All techniques of the combination, weighted: Σ_s Σ_k w_s f/(N_s p_s) (Salesin & Jarosz 2019,
@@ -129,136 +93,74 @@ pub(crate) fn combined<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
 ) -> DVec3 {
     let estimator = query.estimator;
-    if let Some((lines, samples)) = estimator.closed(query.samples)
+    // One technique alone, which leaves nothing for the others.
+    if let Some((lines, integration, samples)) = estimator.closed(query.samples)
         && query.light.closed_form(query.point).is_some()
     {
-        return in_closed_form(&query.with_samples(samples), area, lines, buffers);
+        return integration.light(&query.with_samples(samples), area, &lines, buffers);
     }
     let Some(polygon) = above_horizon(area, query.point) else {
         return DVec3::ZERO;
     };
-    let mut part = LightPart {
-        dense: false,
+    let part = Polygon {
         turn: area.polygon.plane_frame().turn_from(&polygon.plane_frame()),
         polygon,
         texture: query.light.texture,
+        position: query.point.position,
+        normal: query.point.normal,
     };
     let asked = ShaftQuery {
         point: query.point.position,
         light: (&part.polygon).into(),
         exclude: query.light.triangles.clone(),
     };
-    let Buffers {
-        scratch,
-        visible,
-        plan,
-        segments,
-        combination: buffers,
-        ..
-    } = buffers;
-    let mut work = Combination {
-        light: query.light,
-        area,
-        point: query.point,
+    let Buffers { scratch, samples } = buffers;
+    let mut own = std::mem::take(&mut samples.combination).emptied();
+    let mut combination = Combination {
+        query,
+        light: &area.polygon,
         visibility: Visibility::new(query.occluders, query.queries, asked, scratch),
-        visible,
-        smoothing: match estimator.weights() {
-            Weights::Smooth(kind) => Some(Smooth::new(kind, part.polygon)),
-            Weights::Alone
-            | Weights::Balance
-            | Weights::Power
-            | Weights::Maximum
-            | Weights::Average
-            | Weights::Optimal(_)
-            | Weights::Unoccluded => None,
-        },
-        plan,
-        segments,
+        smoothing: Smooth::new(estimator.weights(), &part.polygon),
+        buffers: samples,
     };
-    match work.visibility.class() {
+    match combination.visibility.class() {
         ShaftClass::Blocked => {
-            work.plan.hidden += 1;
+            combination.buffers.plan.hidden += 1;
             return DVec3::ZERO;
         }
-        ShaftClass::Empty => work.plan.unoccluded += 1,
+        ShaftClass::Empty => combination.buffers.plan.unoccluded += 1,
         ShaftClass::Partial => {}
     }
-    part.dense = work.visibility.is_dense() && estimator.has_cheapest();
-    let count = if part.dense {
-        query.samples.saturating_mul(POINTS_FOR_A_LINE_IF_DENSE)
-    } else {
-        query.samples
+    let points_for_a_line = match combination.visibility.is_dense() {
+        true => estimator.points_if_dense(),
+        false => None,
     };
+    let count = query.samples.saturating_mul(points_for_a_line.unwrap_or(1));
     let random = query.numbers.independent(Stream::Orientation, 2 + MOST);
     let u = |k| random.get_1d(k);
-    let mut own = std::mem::take(buffers).emptied();
-    let (rounds, each) = match estimator.weights() {
-        Weights::Optimal(_) if count > 1 => (2, 0.5 * f64::from(count)),
-        _ => (1, f64::from(count)),
+    let rounds = match estimator.weights() {
+        Weights::Optimal(_) if count > 1 => 2,
+        _ => 1,
     };
-    PreparedTechnique::all(estimator, each, &part, query.point, u, &mut own.techniques);
+    let expected = f64::from(count) / f64::from(rounds);
+    let dense = points_for_a_line.is_some();
+    PreparedTechnique::all(estimator, expected, &part, dense, u, &mut own.techniques);
     for round in 0..rounds {
-        let half = (round > 0).then_some(own.samples.len());
-        own.first_round = half;
-        allot(
-            &mut own.techniques,
-            if half.is_some() { u(1 + MOST) } else { u(0) },
-        );
-        draw(query, &mut work, round, &mut own);
+        if round > 0 {
+            own.first_round = Some(own.samples.len());
+        }
+        allot(&mut own.techniques, u([0, 1 + MOST][round as usize]));
+        combination.draw(round as usize, &mut own);
     }
     if estimator.weights() == Weights::Unoccluded {
-        work.densities_unoccluded(&mut own);
+        combination.densities_unoccluded(&mut own);
     } else {
-        work.densities(&mut own);
+        combination.densities(&mut own);
     }
-    work.smooth_across(&mut own);
+    combination.smooth_across(&mut own);
     let sum = sum(estimator, &own);
-    *buffers = own.emptied();
+    samples.combination = own.emptied();
     sum
-}
-
-/// Where the material has a closed form: one technique alone, which leaves nothing for the others.
-fn in_closed_form<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    area: &AreaLight,
-    lines: Lines,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    match lines.integration {
-        Integration::Cheapest => strategy::hybrid(query, area, buffers),
-        Integration::Exact(options) => strategy::exact(query, area, options, buffers),
-        Integration::Analytic | Integration::Points => {
-            line_sum::lines(query, area, &lines, Along::best(query), buffers)
-        }
-    }
-}
-
-/// Draws the samples of all techniques; those of two rounds are independent.
-fn draw<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    work: &mut Combination<'_, '_, R, T>,
-    round: usize,
-    buffers: &mut CombinationBuffers<'_>,
-) {
-    let mut numbers = query.numbers;
-    numbers.seed ^= [0, OTHER_SEED][round];
-    for index in 0..buffers.techniques.len() {
-        let count = buffers.techniques[index].count;
-        if count == 0 {
-            continue;
-        }
-        let stream = Stream::Technique(u32::try_from(index).unwrap_or(0));
-        let set = numbers.points(stream, count);
-        let hits = if matches!(buffers.techniques[index].source, Source::Line(..)) {
-            work.draw_lines(index, buffers, |i| set.get_2d(i))
-        } else {
-            let (technique, before) = (&buffers.techniques[index], buffers.samples.len());
-            let draw = |i| work.draw_point(index, technique, set.get_2d(i));
-            buffers.samples.extend((0..count).filter_map(draw));
-            buffers.samples.len() - before
-        };
-        buffers.misses[round][index] = count as usize - hits;
-    }
 }
 
 /// What tells the seed of the second round from that of the first.
@@ -278,21 +180,33 @@ fn above_horizon<R>(area: &AreaLight, point: &ShadingPoint<R>) -> Option<ConvexP
     }
 }
 
-/// The smaller extent of a polygon along and across its first edge.
-fn smaller_side(polygon: &ConvexPolygon) -> f64 {
-    let frame = polygon.plane_frame();
-    let places = polygon.vertices().iter().map(|v| frame.to_plane(*v));
-    let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
-    (high - low).min_element()
-}
-
 impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
+    /// Draws the samples of all techniques; those of two rounds are independent.
+    fn draw(&mut self, round: usize, buffers: &mut CombinationBuffers<'_>) {
+        let mut numbers = self.query.numbers;
+        numbers.seed ^= [0, OTHER_SEED][round];
+        for (index, stream) in (0..buffers.techniques.len()).zip(0..) {
+            let count = buffers.techniques[index].count;
+            if count == 0 {
+                continue;
+            }
+            let set = numbers.points(Stream::Technique(stream), count);
+            let hits = match &buffers.techniques[index].source {
+                Source::Lines(..) => self.draw_lines(index, buffers, |i| set.get_2d(i)),
+                Source::Points(source) => {
+                    let before = buffers.samples.len();
+                    let draw = |i| self.draw_point(index, source, set.get_2d(i));
+                    buffers.samples.extend((0..count).filter_map(draw));
+                    buffers.samples.len() - before
+                }
+            };
+            buffers.misses[round][index] = count as usize - hits;
+        }
+    }
+
     /// A sample of technique `technique`, if it carries light.
     fn sample(&self, technique: usize, at: LightPoint, density: f64) -> Option<Sample> {
-        let emitted = self.light.emitted(self.area, at.point, at.direction);
-        let value = self.point.reflected(emitted, at.direction);
+        let value = self.query.unshadowed(&at);
         if value == DVec3::ZERO || !(density > 0.0 && density.is_finite()) {
             return None;
         }
@@ -304,51 +218,22 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
             value,
             density,
             densities,
-            smooth: match &self.smoothing {
-                Some(smooth) => smooth.border(at.point),
-                None => 1.0,
-            },
+            smooth: self.smoothing.as_ref().map_or(1.0, |s| s.border(at.point)),
         })
-    }
-
-    fn light_point(&self, point: DVec3) -> LightPoint {
-        LightPoint::new(point, self.point.position, &self.area.polygon)
     }
 
     /// One sample of a point technique, if it carries light and is visible.
     fn draw_point(
         &mut self,
         index: usize,
-        technique: &PreparedTechnique<'_>,
+        source: &PointSource<'_>,
         u: [f64; 2],
     ) -> Option<Sample> {
-        let on_light = match &technique.source {
-            Source::Area(sampler) => sampler.sample(u).point,
-            Source::SolidAngle(sampler) => sampler.sample(u).point,
-            Source::Projected(lines) => {
-                let line = lines.sample(u[0]);
-                lines.point(&line, &[Interval::UNIT], u[1]).point
-            }
-            Source::Texture(sampler, beside) => {
-                let on_plane = sampler.sample(u).point;
-                match beside {
-                    Some(light) => {
-                        meets(light, self.point.position, on_plane - self.point.position)?
-                    }
-                    None => on_plane,
-                }
-            }
-            Source::Bsdf => {
-                let (point, n) = (self.point, self.point.normal);
-                let w = point.bsdf.sample(u, point.outgoing, n)?;
-                meets(&self.area.polygon, point.position, w)?
-            }
-            Source::Line(..) => return None,
-        };
-        let at = self.light_point(on_light);
-        let density = technique.point_density(&at, self.point);
-        let sample = self.sample(index, at, density)?;
-        self.visibility.point_visible(on_light).then_some(sample)
+        let point = self.query.point;
+        let (drawn, _) = source.draw(u, self.light, point)?;
+        let at = LightPoint::new(drawn.point, point.position, self.light);
+        let sample = self.sample(index, at, source.density(&at, point))?;
+        self.visibility.point_visible(at.point).then_some(sample)
     }
 
     /// The samples of a line technique: all its lines in one query, then points on what is visible.
@@ -367,28 +252,29 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
             samples,
             ..
         } = buffers;
-        let Source::Line(lines, pieces) = &techniques[index].source else {
+        let Source::Lines(lines, pieces) = &techniques[index].source else {
             return hits;
         };
-        let each = techniques[index].each;
+        let points = techniques[index].points;
         drawn.clear();
         drawn.extend((0..techniques[index].count).map(|i| lines.sample(u(i)[0])));
         segments.clear();
         segments.extend(drawn.iter().map(|line| line.segment));
-        self.visibility.visible(segments, self.visible);
+        self.visibility.visible(segments, &mut self.buffers.visible);
         for (i, line) in (0u32..).zip(drawn.iter()) {
-            let parts = self.visible.line(i as usize);
-            self.segments.lines += 1;
-            self.segments.pieces += parts.len() as u64;
-            self.plan.hidden_lines += u64::from(parts.is_empty());
+            let parts = self.buffers.visible.line(i as usize);
+            self.buffers.segments.lines += 1;
+            self.buffers.segments.pieces += parts.len() as u64;
+            self.buffers.plan.hidden_lines += u64::from(parts.is_empty());
             if !line.pdf.is_positive() {
                 continue;
             }
-            let (place, before) = (u(i)[1], samples.len());
+            let (v, before) = (u(i)[1], samples.len());
             let mut draw = |part: &[Interval]| {
-                for k in 0..each {
-                    let place = (f64::from(k) + place) / f64::from(each);
-                    let (at, density) = lines.point(line, part, place, |p| self.light_point(p));
+                for k in 0..points {
+                    let v = (f64::from(k) + v) / f64::from(points);
+                    let x = self.query.point.position;
+                    let (at, density) = lines.point(line, part, v, x, self.light);
                     if let Some(mut sample) = self.sample(index, at, density) {
                         sample.smooth *= self.smooth_factor(&at, &line.segment, parts);
                         samples.push(sample);
@@ -419,11 +305,14 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
             return;
         }
         for (index, technique) in techniques.iter().enumerate() {
-            let others = samples.iter_mut().filter(|s| s.technique != index);
-            let Source::Line(lines, pieces) = &technique.source else {
-                others
-                    .for_each(|s| s.densities[index] = technique.point_density(&s.at, self.point));
-                continue;
+            let (lines, pieces) = match &technique.source {
+                Source::Lines(lines, pieces) => (lines, *pieces),
+                Source::Points(source) => {
+                    for sample in samples.iter_mut().filter(|s| s.technique != index) {
+                        sample.densities[index] = source.density(&sample.at, self.query.point);
+                    }
+                    continue;
+                }
             };
             owners.clear();
             segments.clear();
@@ -433,13 +322,13 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
                     segments.push(lines.through(sample.at.point));
                 }
             }
-            self.visibility.visible(segments, self.visible);
-            self.plan.density_lines += owners.len() as u64;
+            self.visibility.visible(segments, &mut self.buffers.visible);
+            self.buffers.plan.density_lines += owners.len() as u64;
             for (i, &owner) in owners.iter().enumerate() {
-                let parts = self.visible.line(i);
+                let parts = self.buffers.visible.line(i);
                 let sample = &mut samples[owner];
                 sample.smooth *= self.smooth_factor(&sample.at, &segments[i], parts);
-                sample.densities[index] = line_density(lines, *pieces, sample, &segments[i], parts);
+                sample.densities[index] = line_density(lines, pieces, sample, &segments[i], parts);
             }
         }
     }
@@ -457,83 +346,28 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
         for (index, technique) in techniques.iter().enumerate() {
             for sample in samples.iter_mut() {
                 sample.densities[index] = match &technique.source {
-                    Source::Line(lines, _) => lines.density(&sample.at, &[Interval::UNIT]),
-                    _ if sample.technique == index => continue,
-                    _ => technique.point_density(&sample.at, self.point),
+                    Source::Lines(lines, _) => lines.density(&sample.at, &[Interval::UNIT]),
+                    Source::Points(_) if sample.technique == index => continue,
+                    Source::Points(source) => source.density(&sample.at, self.query.point),
                 };
             }
         }
-    }
-
-    /// Where all lines have one direction, smooths along the other, too: one more line through each
-    /// sample.
-    fn smooth_across(&mut self, buffers: &mut CombinationBuffers<'_>) {
-        let CombinationBuffers {
-            techniques,
-            segments,
-            samples,
-            ..
-        } = buffers;
-        let lines = |s: &PreparedTechnique<'_>| match &s.source {
-            Source::Line(lines, _) => Some(lines.direction()),
-            _ => None,
-        };
-        let mut directions = techniques.iter().filter_map(lines);
-        let (Some(smooth), Some(first), None) =
-            (&self.smoothing, directions.next(), directions.next())
-        else {
-            return;
-        };
-        let along = smooth.light.plane_frame().axes;
-        let angle = along.y.dot(first).atan2(along.x.dot(first)) + FRAC_PI_2;
-        let across = ParallelLines::new(&smooth.light, angle);
-        segments.clear();
-        segments.extend(samples.iter().map(|s| through(&across, s.at.point)));
-        self.visibility.visible(segments, self.visible);
-        self.plan.density_lines += segments.len() as u64;
-        for (i, sample) in samples.iter_mut().enumerate() {
-            sample.smooth *= self.smooth_factor(&sample.at, &segments[i], self.visible.line(i));
-        }
-    }
-
-    /// The smoothing factor of points at the ends of visible parts, along one line direction: 1
-    /// unless asked for.
-    fn smooth_factor(&self, at: &LightPoint, line: &Segment, parts: &[Interval]) -> f64 {
-        let Some(Smooth { kind, width, .. }) = &self.smoothing else {
-            return 1.0;
-        };
-        let (t, length) = (parameter(line, at.point), line.length());
-        let Some(k) = piece_of(t, parts) else {
-            return 1.0;
-        };
-        let part = parts[k];
-        let before = k.checked_sub(1).map_or(0.0, |j| parts[j].hi);
-        let after = parts.get(k + 1).map_or(1.0, |p| p.lo);
-        let gap = |hidden: f64| match kind {
-            Smoothing::Fixed if hidden > LEAST_GAP => f64::INFINITY,
-            _ => hidden * length,
-        };
-        let (lo, hi) = (part.lo * length, part.hi * length);
-        let gaps = (gap(part.lo - before), gap(after - part.hi));
-        smoothing::visible_interval(t * length, lo, hi, gaps.0, gaps.1, *width)
     }
 }
 
 /// The weighted sum.
 fn sum(estimator: &Estimator, buffers: &CombinationBuffers<'_>) -> DVec3 {
     let count = buffers.techniques.len();
-    let mut expected = [0.0; MOST_TECHNIQUES];
-    for (to, technique) in expected.iter_mut().zip(&buffers.techniques) {
-        *to = technique.expected;
-    }
+    let of = |i: usize| buffers.techniques.get(i).map_or(0.0, |t| t.expected);
+    let expected: [f64; MOST_TECHNIQUES] = std::array::from_fn(of);
     let ns = &expected[..count];
     if let Weights::Optimal(kind) = estimator.weights()
-        && let Some(half) = buffers.first_round
+        && let Some(count) = buffers.first_round
     {
-        let (first, second) = buffers.samples.split_at(half);
+        let (first, second) = buffers.samples.split_at(count);
         let [a, b] = &buffers.misses;
-        let half = |samples, misses| Half { samples, misses };
-        return optimal::sum(kind, &expected, [half(first, a), half(second, b)]);
+        let round = |samples, misses| Round { samples, misses };
+        return optimal::sum(kind, &expected, [round(first, a), round(second, b)]);
     }
     let mut sum = DVec3::ZERO;
     for sample in &buffers.samples {
@@ -548,7 +382,7 @@ fn sum(estimator: &Estimator, buffers: &CombinationBuffers<'_>) -> DVec3 {
             Weights::Smooth(_) => {
                 let mut factors = [1.0; MOST_TECHNIQUES];
                 for (factor, technique) in factors.iter_mut().zip(&buffers.techniques) {
-                    if !matches!(technique.source, Source::Line(..)) {
+                    if matches!(technique.source, Source::Points(_)) {
                         *factor = sample.smooth;
                     }
                 }
@@ -573,23 +407,4 @@ fn line_density(
         Pieces::Each => piece_of(parameter(line, sample.at.point), parts)
             .map_or(0.0, |k| lines.density(&sample.at, &parts[k..=k])),
     }
-}
-
-/// The parameter in [0, 1] of a point on a line.
-fn parameter(line: &Segment, point: DVec3) -> f64 {
-    let along = line.vector();
-    let square = along.length_squared();
-    if square > 0.0 {
-        ((point - line.p0).dot(along) / square).clamp(0.0, 1.0)
-    } else {
-        0.5
-    }
-}
-
-/// The visible part that holds a parameter, whose rounding may have put it beyond an end.
-fn piece_of(t: f64, parts: &[Interval]) -> Option<usize> {
-    let slack = 16.0 * f64::EPSILON;
-    parts
-        .iter()
-        .position(|part| t >= part.lo - slack && t <= part.hi + slack)
 }

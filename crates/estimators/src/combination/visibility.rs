@@ -1,8 +1,9 @@
 //! What a combination knows of visibility: from one shaft, or by a traversal for each question.
 
 use crate::Queries;
-use linelit_geometry::{DVec3, LIGHT_MARGIN, Segment};
-use linelit_visibility::{Occluders, Ray, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines};
+use crate::query::is_free;
+use linelit_geometry::{DVec3, Segment};
+use linelit_visibility::{Occluders, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines};
 use std::ops::Range;
 
 /// Answers for one shading point and one light.
@@ -10,15 +11,12 @@ pub(super) enum Visibility<'a> {
     /// One shaft answers everything.
     OneShaft(Shaft<'a>),
     /// Each line and each point has a traversal of its own, as published.
-    SeparateRays(SeparateRays<'a>),
-}
-
-/// Traversals for single questions.
-pub(super) struct SeparateRays<'a> {
-    occluders: &'a Occluders,
-    scratch: &'a mut Scratch,
-    point: DVec3,
-    exclude: Range<u32>,
+    SeparateRays {
+        occluders: &'a Occluders,
+        scratch: &'a mut Scratch,
+        point: DVec3,
+        own: Range<u32>,
+    },
 }
 
 impl<'a> Visibility<'a> {
@@ -31,12 +29,12 @@ impl<'a> Visibility<'a> {
     ) -> Self {
         match queries {
             Queries::OneShaft => Self::OneShaft(occluders.shaft(query, scratch)),
-            Queries::SeparateRays => Self::SeparateRays(SeparateRays {
+            Queries::SeparateRays => Self::SeparateRays {
                 occluders,
                 scratch,
                 point: query.point,
-                exclude: query.exclude,
-            }),
+                own: query.exclude,
+            },
         }
     }
 
@@ -44,7 +42,7 @@ impl<'a> Visibility<'a> {
     pub(super) fn class(&self) -> ShaftClass {
         match self {
             Self::OneShaft(shaft) => shaft.class(),
-            Self::SeparateRays(_) => ShaftClass::Partial,
+            Self::SeparateRays { .. } => ShaftClass::Partial,
         }
     }
 
@@ -55,9 +53,14 @@ impl<'a> Visibility<'a> {
 
     /// The visible parts of lines on the light.
     pub(super) fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
-        let rays = match self {
+        let (occluders, scratch, point, own) = match self {
             Self::OneShaft(shaft) => return shaft.visible(lines, out),
-            Self::SeparateRays(rays) => rays,
+            Self::SeparateRays {
+                occluders,
+                scratch,
+                point,
+                own,
+            } => (occluders, scratch, *point, own),
         };
         out.clear();
         let mut one = VisibleLines::new();
@@ -65,11 +68,11 @@ impl<'a> Visibility<'a> {
             // The shaft towards a line is a triangle: less to search than towards the whole light.
             let ends = [line.p0, line.p1];
             let query = ShaftQuery {
-                point: rays.point,
+                point,
                 light: (&ends).into(),
-                exclude: rays.exclude.clone(),
+                exclude: own.clone(),
             };
-            let mut shaft = rays.occluders.shaft(query, rays.scratch);
+            let mut shaft = occluders.shaft(query, scratch);
             shaft.visible(std::slice::from_ref(line), &mut one);
             out.append(&one);
         }
@@ -79,21 +82,12 @@ impl<'a> Visibility<'a> {
     pub(super) fn point_visible(&mut self, on_light: DVec3) -> bool {
         match self {
             Self::OneShaft(shaft) => shaft.point_visible(on_light),
-            Self::SeparateRays(rays) => {
-                let ray = Ray {
-                    origin: rays.point,
-                    direction: on_light - rays.point,
-                    t_min: 0.0,
-                    t_max: 1.0 - LIGHT_MARGIN,
-                };
-                let SeparateRays {
-                    occluders,
-                    scratch,
-                    exclude,
-                    ..
-                } = rays;
-                !occluders.any_hit(&ray, exclude, scratch)
-            }
+            Self::SeparateRays {
+                occluders,
+                scratch,
+                point,
+                own,
+            } => is_free(occluders, *point, on_light - *point, own, scratch),
         }
     }
 }

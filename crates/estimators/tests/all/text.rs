@@ -23,45 +23,36 @@ fn linear() -> impl Strategy<Value = LinearOptions> {
     ]
 }
 
-fn points() -> impl Strategy<Value = Technique> {
-    let shaft =
-        |by| any::<bool>().prop_map(move |in_shaft| Technique::Points(Points { by, in_shaft }));
-    let rays = |by| Just(Technique::Points(Points::by(by)));
-    prop_oneof![
-        shaft(PointBy::Area),
-        shaft(PointBy::SolidAngle),
-        rays(PointBy::VisibleArea),
-        rays(PointBy::ProjectedSolidAngle),
-        rays(PointBy::Texture),
-        rays(PointBy::Bsdf),
-        linear().prop_map(|options| Technique::Points(Points::by(PointBy::Linear(options)))),
-    ]
+/// Any technique of the table, with any options that have a say.
+fn technique() -> BoxedStrategy<Technique> {
+    let all: Vec<Technique> = Technique::all().collect();
+    let any_options = |technique| match technique {
+        Technique::Points(points) => with_options(points).boxed(),
+        Technique::Lines(lines) => with_line_options(lines).boxed(),
+    };
+    prop::sample::select(all).prop_flat_map(any_options).boxed()
 }
 
-/// Lines whose every field has a say: a measure where they are not integrated in closed form, a
-/// density of offsets where the measure is area.
-fn lines() -> impl Strategy<Value = Technique> {
+fn with_options(points: Points) -> impl Strategy<Value = Technique> {
+    let has_visibility = matches!(points.by, PointBy::Area | PointBy::SolidAngle);
+    (linear(), any::<bool>()).prop_map(move |(options, shaft)| {
+        let by = match points.by {
+            PointBy::Linear(_) => PointBy::Linear(options),
+            other => other,
+        };
+        let in_shaft = shaft && has_visibility;
+        Points { by, in_shaft }.into()
+    })
+}
+
+/// A measure counts where lines are not integrated in closed form, a density of offsets where the
+/// measure is area.
+fn with_line_options(lines: Lines) -> impl Strategy<Value = Technique> {
     let exact = (-10.0..=-3.0f64, any::<u32>()).prop_map(|(digits, limit)| ExactOptions {
         tolerance: 10f64.powf(digits).clamp(1e-10, 1e-3),
         limit,
     });
-    let what = prop_oneof![
-        prop::sample::select(vec![
-            LineBy::Area,
-            LineBy::SolidAngle,
-            LineBy::Warped,
-            LineBy::Projected,
-            LineBy::Texture,
-        ])
-        .prop_map(Lines::by),
-        prop_oneof![
-            Just(Integration::Analytic),
-            Just(Integration::Cheapest),
-            Just(Integration::Exact(ExactOptions::DEFAULT)),
-            exact.prop_map(Integration::Exact),
-        ]
-        .prop_map(Lines::integrated),
-    ];
+    let exact = prop_oneof![Just(ExactOptions::default()), exact];
     let direction = prop_oneof![
         Just(LineDirection::Parallel),
         Just(LineDirection::UniformPerLine),
@@ -70,14 +61,18 @@ fn lines() -> impl Strategy<Value = Technique> {
     ];
     let pieces = prop::sample::select(vec![Pieces::One, Pieces::Each]);
     let points = prop_oneof![Just(1u8), 1..=64u8];
-    (what, direction, any::<bool>(), pieces, points).prop_map(
-        |(lines, direction, uniform, pieces, points)| {
-            let by_area = lines.by == LineBy::Area;
-            let offset = match uniform && by_area {
+    (exact, direction, any::<bool>(), pieces, points).prop_map(
+        move |(exact, direction, uniform, pieces, points)| {
+            let integration = lines.integration.map(|integration| match integration {
+                Integration::Exact(_) => Integration::Exact(exact),
+                other => other,
+            });
+            let offset = match uniform && lines.by == LineBy::Area {
                 true => OffsetDensity::Uniform,
                 false => OffsetDensity::Length,
             };
             Technique::Lines(Lines {
+                integration,
                 direction,
                 offset,
                 pieces,
@@ -102,8 +97,7 @@ fn estimator() -> impl Strategy<Value = Estimator> {
         Weights::Unoccluded,
     ]);
     let share = prop_oneof![Just(1), 1..=u32::MAX];
-    let part = (prop_oneof![points(), lines()], share)
-        .prop_map(|(technique, share)| Part { technique, share });
+    let part = (technique(), share).prop_map(|(technique, share)| Part { technique, share });
     let parts = prop_oneof![
         prop::collection::vec(part.clone(), 1),
         prop::collection::vec(part, 1..=8)
@@ -123,6 +117,20 @@ proptest! {
     fn any_estimator_prints_and_parses(estimator in estimator()) {
         let text = estimator.to_string();
         prop_assert_eq!(text.parse(), Ok(estimator), "{}", text);
+    }
+}
+
+/// A name parses to its row of the table, no two rows share one, and the page describes each.
+#[test]
+fn every_technique_has_a_name_and_is_described() {
+    let page = include_str!("../../../../docs/estimators.md");
+    let mut names = Vec::new();
+    for technique in Technique::all() {
+        let name = technique.name();
+        assert_eq!(name.parse(), Ok(Estimator::from(technique)), "{name}");
+        assert!(!names.contains(&name), "{name} twice");
+        assert!(page.contains(&format!("| `{name}` |")), "{name}: no row");
+        names.push(name);
     }
 }
 

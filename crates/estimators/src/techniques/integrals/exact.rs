@@ -1,7 +1,11 @@
-//! Light in closed form past occluders: soft shadows without noise.
+//! `exact`: light in closed form past occluders, soft shadows without noise.
 
-use crate::{ShadingPoint, closed_form};
-use linelit_bsdf::ClosedForm;
+use super::Integral;
+use crate::light::even_emission;
+use crate::strategy::{Strategy, through_shaft};
+use crate::text::{Options, OwnOptions, Result};
+use crate::{Buffers, EmissionTexture, Lines, Query, ShadingPoint, closed_form};
+use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::AreaLight;
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
@@ -14,6 +18,67 @@ const WIDE: f64 = 1e-4;
 
 /// Room for the light's corners after a clip, even if rounding has it cross each second side.
 const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
+
+/// How exact [`Integration::Exact`](crate::Integration::Exact) is, and where it gives up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExactOptions {
+    /// The accuracy asked for, relative to the light unshadowed: 1e-3 to 1e-10.
+    pub tolerance: f64,
+    /// Past more triangles in between than this, lines take over.
+    pub limit: u32,
+}
+
+impl Default for ExactOptions {
+    /// Accurate to 1e-6, past 224 triangles.
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            limit: 224,
+        }
+    }
+}
+
+impl Integral for ExactOptions {
+    const NAME: &'static str = "exact";
+
+    /// The closed form past occluders where few enough triangles are in between; elsewhere lines.
+    fn light<R: Reflection, T: EmissionTexture>(
+        self,
+        query: &Query<'_, R, T>,
+        area: &AreaLight,
+        _: &Lines,
+        buffers: &mut Buffers,
+    ) -> DVec3 {
+        let query = query.with_tolerance(self.tolerance);
+        through_shaft(&query, area, buffers, |shaft| {
+            if shaft.candidates() <= self.limit as usize && !shaft.is_dense() {
+                Strategy::Exact
+            } else {
+                Strategy::Lines
+            }
+        })
+    }
+}
+
+impl OwnOptions for ExactOptions {
+    fn read(mut self, options: &mut Options<'_>) -> Result<Self> {
+        let accuracy = |text: &str| text.parse().ok().filter(|t| (1e-10..=1e-3).contains(t));
+        options.read("tolerance", "1e-10 to 1e-3", accuracy, &mut self.tolerance)?;
+        let number = |text: &str| text.parse().ok();
+        options.read("limit", "a number of triangles", number, &mut self.limit)?;
+        Ok(self)
+    }
+
+    fn write(self, out: &mut Vec<String>) {
+        let default = Self::default();
+        if self.tolerance.to_bits() != default.tolerance.to_bits() {
+            out.push(format!("tolerance={:e}", self.tolerance));
+        }
+        if self.limit != default.limit {
+            out.push(format!("limit={}", self.limit));
+        }
+    }
+}
 
 /// The light over what a shading point sees of an area light past triangles.
 ///
@@ -32,11 +97,7 @@ pub(crate) fn visible_light<R>(
     penumbra: &mut Penumbra,
     tolerance: f64,
 ) -> DVec3 {
-    let height = area
-        .polygon
-        .normal()
-        .dot(point.position - area.polygon.vertices()[0]);
-    let emitted = area.emission.towards(height);
+    let (emitted, _) = even_emission(area, point.position);
     let mut corners = [[0.0; 2]; CORNERS];
     let light = above_surface(point, images, &mut corners);
     if light.len() < 3 || emitted == DVec3::ZERO {
@@ -45,23 +106,23 @@ pub(crate) fn visible_light<R>(
     let apex = light[0];
     let pieces = penumbra.boundary(light, images.triangles());
     let [origin, along_p, along_q] = images.axes();
-    let place = |p: Point| origin + along_p * p[0] + along_q * p[1];
+    let in_space = |p: Point| origin + along_p * p[0] + along_q * p[1];
     if reflection.lobe.is_none()
-        && light.iter().all(|&p| point.normal.dot(place(p)) > 0.0)
+        && light.iter().all(|&p| point.normal.dot(in_space(p)) > 0.0)
         && along_p.length_squared().min(along_q.length_squared()) > WIDE * origin.length_squared()
     {
-        let term = |p: &BoundaryEdge| polygon::edge(place(p.from), place(p.to), point.normal);
+        let term = |p: &BoundaryEdge| polygon::edge(in_space(p.from), in_space(p.to), point.normal);
         let sum: f64 = pieces.iter().map(term).sum();
         return emitted * reflection.diffuse.value() * (0.5 * sum.abs());
     }
-    let top = place(apex);
+    let top = in_space(apex);
     let mut sum = DVec3::ZERO;
     for piece in pieces {
         let u = [piece.from[0] - apex[0], piece.from[1] - apex[1]];
         let v = [piece.to[0] - apex[0], piece.to[1] - apex[1]];
         let turn = u[0] * v[1] - u[1] * v[0];
         if turn != 0.0 {
-            let triangle = [top, place(piece.from), place(piece.to)];
+            let triangle = [top, in_space(piece.from), in_space(piece.to)];
             sum += closed_form::convex(&triangle, point, reflection, tolerance) * turn.signum();
         }
     }

@@ -1,0 +1,135 @@
+//! Weights without steps: densities of points smoothed at the borders of the light and of its
+//! visible parts (Salesin & Jarosz 2019, section 4.3).
+
+use super::prepared::{PreparedTechnique, Source};
+use super::{Combination, CombinationBuffers};
+use crate::techniques::lines::through;
+use crate::techniques::points::LightPoint;
+use crate::{EmissionTexture, Smoothing, Weights};
+use linelit_bsdf::Reflection;
+use linelit_geometry::{ConvexPolygon, DVec2, DVec3, ParallelLines, Segment, intervals::Interval};
+use linelit_mis::smoothing;
+use std::f64::consts::FRAC_PI_2;
+
+/// What is hidden of a line, as a share of it, to be smoothed with a fixed width. Ends of visible
+/// parts are good to some 1e-12, and what rounding hides at the end of one line may be visible on
+/// the line through the same point that another technique asks for: weights would no longer sum to
+/// one.
+const LEAST_GAP: f64 = 1e-9;
+
+/// What smoothing needs to know of the light.
+pub(super) struct Smooth {
+    kind: Smoothing,
+    width: f64,
+    light: ConvexPolygon,
+}
+
+impl Smooth {
+    /// `None` where weights are not smoothed.
+    pub(super) fn new(weights: Weights, light: &ConvexPolygon) -> Option<Self> {
+        let Weights::Smooth(kind) = weights else {
+            return None;
+        };
+        Some(Self {
+            kind,
+            width: 0.5 * smaller_side(light),
+            light: *light,
+        })
+    }
+
+    /// The factor for the borders of the light: eq. 23 with all edges in place of u and v.
+    pub(super) fn border(&self, point: DVec3) -> f64 {
+        let vertices = self.light.vertices();
+        let next = vertices.iter().cycle().skip(1);
+        let factor = |(a, b): (&DVec3, &DVec3)| {
+            let inwards = self.light.normal().cross((*b - *a).normalize_or_zero());
+            smoothing::edge(inwards.dot(point - *a), self.width)
+        };
+        vertices.iter().zip(next).map(factor).product()
+    }
+}
+
+/// The smaller extent of a polygon along and across its first edge.
+fn smaller_side(polygon: &ConvexPolygon) -> f64 {
+    let frame = polygon.plane_frame();
+    let corners = polygon.vertices().iter().map(|v| frame.to_plane(*v));
+    let (low, high) = corners.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    (high - low).min_element()
+}
+
+impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
+    /// Where all lines have one direction, smooths along the other, too: one more line through each
+    /// sample.
+    pub(super) fn smooth_across(&mut self, buffers: &mut CombinationBuffers<'_>) {
+        let CombinationBuffers {
+            techniques,
+            segments,
+            samples,
+            ..
+        } = buffers;
+        let lines = |s: &PreparedTechnique<'_>| match &s.source {
+            Source::Lines(lines, _) => Some(lines.parallel().direction()),
+            Source::Points(_) => None,
+        };
+        let mut directions = techniques.iter().filter_map(lines);
+        let (Some(smooth), Some(first), None) =
+            (&self.smoothing, directions.next(), directions.next())
+        else {
+            return;
+        };
+        let along = smooth.light.plane_frame().axes;
+        let angle = along.y.dot(first).atan2(along.x.dot(first)) + FRAC_PI_2;
+        let across = ParallelLines::new(&smooth.light, angle);
+        segments.clear();
+        segments.extend(samples.iter().map(|s| through(&across, s.at.point)));
+        self.visibility.visible(segments, &mut self.buffers.visible);
+        self.buffers.plan.density_lines += segments.len() as u64;
+        for (i, sample) in samples.iter_mut().enumerate() {
+            sample.smooth *=
+                self.smooth_factor(&sample.at, &segments[i], self.buffers.visible.line(i));
+        }
+    }
+
+    /// The smoothing factor of points at the ends of visible parts, along one line direction: 1
+    /// unless asked for.
+    pub(super) fn smooth_factor(&self, at: &LightPoint, line: &Segment, parts: &[Interval]) -> f64 {
+        let Some(Smooth { kind, width, .. }) = &self.smoothing else {
+            return 1.0;
+        };
+        let (t, length) = (parameter(line, at.point), line.length());
+        let Some(k) = piece_of(t, parts) else {
+            return 1.0;
+        };
+        let part = parts[k];
+        let before = k.checked_sub(1).map_or(0.0, |j| parts[j].hi);
+        let after = parts.get(k + 1).map_or(1.0, |p| p.lo);
+        let gap = |hidden: f64| match kind {
+            Smoothing::Fixed if hidden > LEAST_GAP => f64::INFINITY,
+            _ => hidden * length,
+        };
+        let (lo, hi) = (part.lo * length, part.hi * length);
+        let gaps = (gap(part.lo - before), gap(after - part.hi));
+        smoothing::visible_interval(t * length, lo, hi, gaps.0, gaps.1, *width)
+    }
+}
+
+/// The parameter in [0, 1] of a point on a line.
+pub(super) fn parameter(line: &Segment, point: DVec3) -> f64 {
+    let along = line.vector();
+    let square = along.length_squared();
+    if square > 0.0 {
+        ((point - line.p0).dot(along) / square).clamp(0.0, 1.0)
+    } else {
+        0.5
+    }
+}
+
+/// The visible part that holds a parameter, whose rounding may have put it beyond an end.
+pub(super) fn piece_of(t: f64, parts: &[Interval]) -> Option<usize> {
+    let slack = 16.0 * f64::EPSILON;
+    parts
+        .iter()
+        .position(|part| t >= part.lo - slack && t <= part.hi + slack)
+}

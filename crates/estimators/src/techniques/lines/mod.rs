@@ -1,0 +1,307 @@
+//! Techniques of lines: what each draws from on a polygon.
+//!
+//! On lights that are no polygon all of them do the same: a linear light is one line, taken in
+//! closed form where the reflection has one and else by points; spheres and disks get points by
+//! solid angle.
+
+pub(crate) mod area;
+pub(crate) mod projected;
+pub(crate) mod solid_angle;
+pub(crate) mod texture;
+pub(crate) mod warped;
+
+use super::points::{LightPoint, Polygon};
+use crate::techniques::line_techniques;
+use crate::text::{Options, Result};
+use crate::{EmissionTexture, Integration, LineBy, MOST_TECHNIQUES};
+use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
+use linelit_lights::{LineSample, LineTechnique, OffsetDensity};
+use std::f64::consts::PI;
+
+/// Lines on area lights, and what is done with their visible parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lines {
+    /// The measure in which lines, and points on them, are uniform; where they are integrated in
+    /// closed form, area whatever this says.
+    pub by: LineBy,
+    /// How light is integrated over what is visible; by a point of it unless said.
+    pub integration: Option<Integration>,
+    /// Direction of the lines.
+    pub direction: LineDirection,
+    /// Density of the offsets of lines by [`LineBy::Area`].
+    pub offset: OffsetDensity,
+    /// Where points are drawn in a combination.
+    pub pieces: Pieces,
+    /// How many there, evenly spread from a random first one; 1 with optimal weights. They cost
+    /// less than the line where visibility does.
+    pub points: u8,
+}
+
+/// The directions of the lines of one technique.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LineDirection {
+    /// This fraction of a half turn from the light's first edge.
+    Fixed(f64),
+    /// One random direction for each shading point.
+    Parallel,
+    /// A direction for each line, which brings back the rate N^-1/2. Only for a technique that
+    /// stands alone.
+    UniformPerLine,
+    /// So many directions, evenly spread from a random first one, each a technique of its own: the
+    /// continuum of directions by the balance heuristic over those drawn (stochastic MIS, West et
+    /// al. 2020). As every direction covers the whole light, each draw of directions is unbiased by
+    /// itself.
+    Spread(u8),
+}
+
+/// Where on a line points are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pieces {
+    /// On all visible pieces, in proportion to their measure, as published.
+    One,
+    /// In each visible piece, all at the same place within their piece: the estimate then stays
+    /// smooth where a piece appears or ends, which one point that jumps between pieces is not.
+    Each,
+}
+
+impl Lines {
+    /// Lines uniform in the area, a point of what is visible of each.
+    pub const AREA: Self = Self::by(LineBy::Area);
+
+    /// Lines of a measure with points of their visible parts, one random direction for each shading
+    /// point (what Billen & Dutré prefer), offsets in proportion to length.
+    #[must_use]
+    pub const fn by(by: LineBy) -> Self {
+        Self {
+            by,
+            integration: None,
+            direction: LineDirection::Parallel,
+            offset: OffsetDensity::Length,
+            pieces: Pieces::Each,
+            points: 1,
+        }
+    }
+
+    /// Lines uniform in the area, integrated in closed form.
+    #[must_use]
+    pub const fn integrated(integration: Integration) -> Self {
+        Self {
+            integration: Some(integration),
+            ..Self::AREA
+        }
+    }
+
+    /// The measure that counts.
+    pub(crate) fn measure(&self) -> LineBy {
+        match self.integration {
+            None => self.by,
+            Some(_) => LineBy::Area,
+        }
+    }
+
+    /// Whether it can do without weights: by area, a point on each line if not integrated.
+    pub(crate) fn can_stand_alone(&self) -> bool {
+        self.measure() == LineBy::Area
+            && self.pieces == Pieces::Each
+            && self.points == 1
+            && !matches!(self.direction, LineDirection::Spread(_))
+    }
+
+    /// With the options that a text says, and whether one was said that only weighted techniques
+    /// have.
+    pub(crate) fn read(mut self, options: &mut Options<'_>) -> Result<(Self, bool)> {
+        match self.integration {
+            None => self.by = self.by.read(options)?,
+            Some(integration) => self.integration = Some(integration.read(options)?),
+        }
+        options.read("orientation", DIRECTIONS, direction, &mut self.direction)?;
+        if self.measure() == LineBy::Area {
+            options.choose("offset", OFFSETS, &mut self.offset)?;
+        }
+        let pieces = options.choose("pieces", PIECES, &mut self.pieces)?;
+        let count = |text: &str| text.parse().ok().filter(|k| (1..=MOST_POINTS).contains(k));
+        let points = options.read("points", POINTS, count, &mut self.points)?;
+        let spread = matches!(self.direction, LineDirection::Spread(_));
+        Ok((self, pieces || points || spread))
+    }
+
+    /// The options that are not the default, as `key=value`.
+    pub(crate) fn write(self, out: &mut Vec<String>) {
+        match self.integration {
+            None => self.by.write(out),
+            Some(integration) => integration.write(out),
+        }
+        match self.direction {
+            LineDirection::Parallel => {}
+            LineDirection::Fixed(fraction) => out.push(format!("orientation=fixed:{fraction}")),
+            LineDirection::UniformPerLine => out.push("orientation=uniform".to_owned()),
+            LineDirection::Spread(count) => out.push(format!("orientation=spread:{count}")),
+        }
+        if self.offset == OffsetDensity::Uniform && self.measure() == LineBy::Area {
+            out.push("offset=uniform".to_owned());
+        }
+        if self.pieces == Pieces::One {
+            out.push("pieces=one".to_owned());
+        }
+        if self.points != 1 {
+            out.push(format!("points={}", self.points));
+        }
+    }
+}
+
+/// The most points that a piece of a line gets.
+const MOST_POINTS: u8 = 64;
+
+/// What `points` may be.
+const POINTS: &str = "a whole number from 1 to 64";
+
+/// What `offset` may be.
+const OFFSETS: [(&str, OffsetDensity); 2] = [
+    ("uniform", OffsetDensity::Uniform),
+    ("length", OffsetDensity::Length),
+];
+
+/// What `pieces` may be.
+const PIECES: [(&str, Pieces); 2] = [("one", Pieces::One), ("each", Pieces::Each)];
+
+/// What `orientation` may be.
+const DIRECTIONS: &str =
+    "parallel, uniform, fixed:FRACTION (of a half turn) or spread:COUNT (at most 8)";
+
+fn direction(value: &str) -> Option<LineDirection> {
+    match value.split_once(':') {
+        None if value == "parallel" => Some(LineDirection::Parallel),
+        None if value == "uniform" => Some(LineDirection::UniformPerLine),
+        Some(("spread", count)) => {
+            let count = count.parse().ok()?;
+            let fits = (1..=MOST_TECHNIQUES).contains(&usize::from(count));
+            fits.then_some(LineDirection::Spread(count))
+        }
+        _ => fixed(value).map(LineDirection::Fixed),
+    }
+}
+
+/// The fraction of a half turn in `fixed:FRACTION`, 0 if it is not said; `None` for anything else,
+/// and for fractions so large that there is no number for the angle.
+fn fixed(value: &str) -> Option<f64> {
+    let fraction: f64 = match value.strip_prefix("fixed")? {
+        "" => 0.0,
+        rest => rest.strip_prefix(':')?.parse().ok()?,
+    };
+    (fraction * PI).is_finite().then_some(fraction)
+}
+
+/// A measure of lines on polygons: all there is to know about one technique.
+pub(crate) trait LineMeasure: Copy + Default {
+    /// The name in texts.
+    const NAME: &'static str;
+
+    /// What draws lines in one estimate; `'t` is the life of a texture.
+    type OnPolygon<'t>: LineTechnique;
+
+    /// On the part of a light above the horizon, in a direction; `None` is lines by area.
+    fn on_polygon<'t, T: EmissionTexture>(
+        self,
+        part: &Polygon<'t, T>,
+        setup: LineSetup,
+    ) -> Option<Self::OnPolygon<'t>>;
+
+    /// The direction, in half turns from the light's first edge, of line technique `k` of a spread
+    /// of `count` whose first was drawn as `first`, in [0, 1).
+    fn spread(self, first: f64, k: u8, count: u8) -> f64 {
+        first + f64::from(k) / f64::from(count)
+    }
+}
+
+/// Parallel lines on a light, but for the density of their offsets by measures other than area.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LineSetup {
+    /// In half turns from the first edge of the whole light, as it was asked for or drawn.
+    pub fraction: f64,
+    /// In radians from the first edge of the part.
+    pub angle: f64,
+    /// Whether the direction was asked for, not drawn.
+    pub fixed: bool,
+    /// The density of offsets by area.
+    pub offset: OffsetDensity,
+}
+
+impl LineBy {
+    /// The direction, in half turns from the light's first edge, of one line technique of a spread.
+    pub(crate) fn spread(self, first: f64, k: u8, count: u8) -> f64 {
+        line_techniques! { dispatch [self, technique => technique.spread(first, k, count)] }
+    }
+}
+
+line_techniques! { sources [
+    /// Lines of one direction, ready for a shading point.
+    LineFamily
+] }
+
+/// The same of whichever lines they are.
+macro_rules! of {
+    ($family:expr, $lines:ident => $code:expr) => {
+        line_techniques! { with_source [$family, LineFamily, $lines => $code] }
+    };
+}
+
+impl<'t> LineFamily<'t> {
+    /// Lines in a direction that is a fraction of a half turn from the light's first edge.
+    pub(crate) fn new<T: EmissionTexture>(
+        lines: &Lines,
+        part: &Polygon<'t, T>,
+        fraction: f64,
+    ) -> Self {
+        let setup = LineSetup {
+            fraction,
+            angle: fraction * PI + part.turn,
+            fixed: matches!(lines.direction, LineDirection::Fixed(_)),
+            offset: lines.offset,
+        };
+        let family = line_techniques! { prepare
+            [lines.measure(), LineFamily, technique => technique.on_polygon(part, setup)]
+        };
+        family.unwrap_or_else(|| Self::Area(area::lines(&part.polygon, setup)))
+    }
+
+    pub(crate) fn parallel(&self) -> &ParallelLines {
+        of!(self, lines => lines.lines())
+    }
+
+    pub(crate) fn sample(&self, u: f64) -> LineSample {
+        of!(self, lines => lines.sample(u))
+    }
+
+    /// A point of the visible parts of a line, and its density per solid angle: the joint one.
+    pub(crate) fn point(
+        &self,
+        line: &LineSample,
+        visible: &[Interval],
+        u: f64,
+        x: DVec3,
+        light: &ConvexPolygon,
+    ) -> (LightPoint, f64) {
+        of!(self, lines => {
+            let sample = lines.point(line, visible, u);
+            let at = LightPoint::new(sample.point, x, light);
+            (at, at.density(sample.pdf))
+        })
+    }
+
+    /// The line through a point of the light.
+    pub(crate) fn through(&self, point: DVec3) -> Segment {
+        through(self.parallel(), point)
+    }
+
+    /// The joint density per solid angle at a point whose line has these visible parts.
+    pub(crate) fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64 {
+        of!(self, lines => at.density(lines.joint_pdf(at.point, visible)))
+    }
+}
+
+/// The line of a family through a point of the light.
+pub(crate) fn through(lines: &ParallelLines, point: DVec3) -> Segment {
+    let (a, b) = lines.range();
+    let (offset, _) = lines.coordinates(point);
+    lines.segment(offset.clamp(a, b)).unwrap_or_default()
+}

@@ -1,0 +1,24 @@
+//! `line-solid-angle`: lines, and points on them, uniform in solid angle.
+
+use super::{LineMeasure, LineSetup};
+use crate::EmissionTexture;
+use crate::techniques::points::Polygon;
+use linelit_lights::AngularLines;
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SolidAngle;
+
+impl LineMeasure for SolidAngle {
+    const NAME: &'static str = "line-solid-angle";
+
+    type OnPolygon<'t> = AngularLines;
+
+    fn on_polygon<T: EmissionTexture>(
+        self,
+        part: &Polygon<'_, T>,
+        setup: LineSetup,
+    ) -> Option<AngularLines> {
+        let lines = AngularLines::by_solid_angle(&part.polygon, setup.angle, part.position);
+        Some(lines)
+    }
+}

@@ -1,0 +1,34 @@
+//! `point-area`: points uniform on the area.
+
+use super::{DrawPoints, PointDensity, Polygon};
+use crate::light::Shape;
+use crate::{EmissionTexture, LinearOptions};
+use linelit_geometry::DVec3;
+use linelit_lights::linear::LinearTechnique;
+use linelit_lights::{AreaSampler, Disk, Sphere};
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Area;
+
+impl PointDensity for Area {
+    const NAME: &'static str = "point-area";
+    const HAS_VISIBILITY: bool = true;
+
+    type OnPolygon<'t> = AreaSampler;
+
+    fn on_polygon<T: EmissionTexture>(self, light: &Polygon<'_, T>) -> Option<AreaSampler> {
+        Some(AreaSampler::new(&light.polygon))
+    }
+
+    fn on_sphere(self, sphere: &Sphere, _: DVec3, _: DVec3) -> Option<impl DrawPoints<Sphere>> {
+        Some(sphere.by_area())
+    }
+
+    fn on_disk(self, disk: &Disk, _: DVec3, _: DVec3) -> Option<impl DrawPoints<Disk>> {
+        Some(disk.by_area())
+    }
+
+    fn on_linear(self) -> LinearOptions {
+        LinearOptions::Technique(LinearTechnique::Area)
+    }
+}

@@ -1,0 +1,29 @@
+//! `point-projected-solid-angle`: points uniform in the projected solid angle.
+
+use super::{DrawPoints, PointDensity, Polygon};
+use crate::EmissionTexture;
+use linelit_geometry::DVec3;
+use linelit_lights::{AngularLines, PointsOnLines, Sphere};
+use linelit_spheres::SphereProjected;
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ProjectedSolidAngle;
+
+impl PointDensity for ProjectedSolidAngle {
+    const NAME: &'static str = "point-projected-solid-angle";
+
+    type OnPolygon<'t> = PointsOnLines<AngularLines>;
+
+    fn on_polygon<T: EmissionTexture>(
+        self,
+        light: &Polygon<'_, T>,
+    ) -> Option<PointsOnLines<AngularLines>> {
+        let (x, n) = (light.position, light.normal);
+        let lines = AngularLines::by_projected_solid_angle(&light.polygon, 0.0, x, n);
+        Some(PointsOnLines(lines))
+    }
+
+    fn on_sphere(self, sphere: &Sphere, x: DVec3, n: DVec3) -> Option<impl DrawPoints<Sphere>> {
+        SphereProjected::new(sphere, x, n)
+    }
+}

@@ -1,0 +1,29 @@
+//! `point-visible-area`: points uniform on the part that faces the shading point.
+
+use super::area::Area;
+use super::{DrawPoints, PointDensity, Polygon};
+use crate::{EmissionTexture, LinearOptions};
+use linelit_geometry::DVec3;
+use linelit_lights::{AreaSampler, Sphere};
+use linelit_spheres::SphereCap;
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct VisibleArea;
+
+impl PointDensity for VisibleArea {
+    const NAME: &'static str = "point-visible-area";
+
+    type OnPolygon<'t> = AreaSampler;
+
+    fn on_polygon<T: EmissionTexture>(self, light: &Polygon<'_, T>) -> Option<AreaSampler> {
+        Area.on_polygon(light)
+    }
+
+    fn on_sphere(self, sphere: &Sphere, x: DVec3, _: DVec3) -> Option<impl DrawPoints<Sphere>> {
+        Some(SphereCap::visible(sphere, x))
+    }
+
+    fn on_linear(self) -> LinearOptions {
+        Area.on_linear()
+    }
+}
