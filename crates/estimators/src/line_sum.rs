@@ -7,7 +7,7 @@ use crate::{
 };
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
-use linelit_lights::{AreaLight, LineSample, LineSampler};
+use linelit_lights::{AreaLight, LineSample, LineSampler, LineTechnique};
 use linelit_visibility::Shaft;
 use std::f64::consts::PI;
 

@@ -9,8 +9,8 @@ use crate::{
 };
 use linelit_bsdf::{ClosedForm, GlossyLobe, Phong, Reflection};
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
-use linelit_lights::LinearLight;
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
+use linelit_lights::{LinearLight, LinearPointTechnique};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
 use linelit_shading::ltc::GgxLobes;
 use linelit_shading::phong;

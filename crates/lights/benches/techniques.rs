@@ -11,8 +11,8 @@ use linelit_lights::linear::{
     LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
 };
 use linelit_lights::{
-    AngularLines, AreaSampler, ImportanceImage, LineSampler, OffsetDensity, ProxySampler,
-    SolidAngleSampler, TexturedLines, TexturedSampler,
+    AngularLines, AreaSampler, ImportanceImage, LineSampler, LineTechnique, LinearPointTechnique,
+    OffsetDensity, PointTechnique, ProxySampler, SolidAngleSampler, TexturedLines, TexturedSampler,
 };
 use linelit_testkit::rng::golden_numbers;
 use std::hint::black_box;

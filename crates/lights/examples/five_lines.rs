@@ -3,7 +3,7 @@
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
-use linelit_lights::{AngularLines, SolidAngleSampler};
+use linelit_lights::{AngularLines, PointTechnique, SolidAngleSampler};
 
 fn main() -> Result<(), PolygonError> {
     let lamp = ConvexPolygon::parallelogram(DVec3::new(0.5, 0.0, 2.0), DVec3::X, DVec3::Y)?;

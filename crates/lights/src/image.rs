@@ -4,6 +4,7 @@
     reason = "tables of a textured light, built with it"
 )]
 
+use crate::PointTechnique;
 use crate::density::{Area, Pdf};
 use crate::polygon::area::PointSample;
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
@@ -265,14 +266,6 @@ impl<'i> TexturedSampler<'i> {
         })
     }
 
-    /// A point from two random numbers in [0, 1).
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
-        let uv = self.image.sample(u);
-        let point = self.origin + self.edges[0] * uv[0] + self.edges[1] * uv[1];
-        PointSample::at(point, Pdf::new(self.image.density(uv) / self.area))
-    }
-
     /// Texture coordinates of a point of the light's plane.
     #[must_use]
     pub fn coordinates(&self, point: DVec3) -> [f64; 2] {
@@ -281,16 +274,22 @@ impl<'i> TexturedSampler<'i> {
         let over = |x: DVec3, y: DVec3| predicates::cross(x, y).dot(self.normal) / self.area;
         [over(p, b), over(a, p)]
     }
+}
 
-    /// The density at a point, which is taken to lie on the light.
-    #[must_use]
-    pub fn pdf(&self, point: DVec3) -> Pdf<Area> {
+impl PointTechnique for TexturedSampler<'_> {
+    type Measure = Area;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+        let uv = self.image.sample(u);
+        let point = self.origin + self.edges[0] * uv[0] + self.edges[1] * uv[1];
+        PointSample::at(point, Pdf::new(self.image.density(uv) / self.area))
+    }
+
+    fn pdf(&self, point: DVec3) -> Pdf<Area> {
         Pdf::new(self.image.density(self.coordinates(point)) / self.area)
     }
 
-    /// The random numbers that give `point`; `None` where the image is black.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         self.image.invert(self.coordinates(point))
     }
 }

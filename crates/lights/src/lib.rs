@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use linelit_geometry::{ConvexPolygon, DVec3};
-//! use linelit_lights::{AreaSampler, SolidAngleSampler};
+//! use linelit_lights::{AreaSampler, PointTechnique, SolidAngleSampler};
 //!
 //! let corner = DVec3::new(0.0, 0.0, 3.0);
 //! let light = ConvexPolygon::parallelogram(corner, DVec3::X, DVec3::Y).unwrap();

@@ -3,8 +3,7 @@
 //! A technique is one way to sample one light for one shading point, ready for use: whatever it
 //! needs besides random numbers (the shading point, a normal, an image) its constructor has taken,
 //! and where it can give no sample its constructor says so, or its densities are zero. Code that
-//! works for any technique is generic over [`PointTechnique`] or [`LineTechnique`]; the types have
-//! the same methods themselves, so that code for one of them needs no trait in scope.
+//! works for any technique is generic over [`PointTechnique`] or [`LineTechnique`].
 //!
 //! ```
 //! use linelit_geometry::{ConvexPolygon, DVec3};
@@ -20,12 +19,11 @@
 //! assert!((u - 0.5).abs() < 1e-15 && (v - 0.5).abs() < 1e-15);
 //! ```
 
-use crate::density::{Area, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
-use crate::linear::{LinearSample, LinearSampler, LtcSampler, ProfiledLine};
-use crate::{
-    AngularLines, AreaSampler, LineSample, LineSampler, PointSample, ProxySampler,
-    SolidAngleSampler, TexturedLines, TexturedSampler,
-};
+use crate::density::{Offset, Pdf, SurfaceMeasure, ThinSolidAngle};
+use crate::linear::LinearSample;
+#[cfg(doc)]
+use crate::{AngularLines, Area, SolidAngle};
+use crate::{LineSample, PointSample};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, ParallelLines};
 
@@ -153,91 +151,3 @@ impl<L: LineTechnique> PointTechnique for PointsOnLines<L> {
         self.0.invert_point(point, &[Interval::UNIT])
     }
 }
-
-/// The traits by the types' own methods of the same names.
-macro_rules! techniques {
-    (points: $($point:ty => $measure:ty),+ $(,)?) => {$(
-        impl PointTechnique for $point {
-            type Measure = $measure;
-            #[inline]
-            fn sample(&self, u: [f64; 2]) -> PointSample<$measure> {
-                self.sample(u)
-            }
-            #[inline]
-            fn pdf(&self, point: DVec3) -> Pdf<$measure> {
-                self.pdf(point)
-            }
-            #[inline]
-            fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
-                self.invert(point)
-            }
-        }
-    )+};
-    (lines: $($lines:ty => $measure:ty),+ $(,)?) => {$(
-        impl LineTechnique for $lines {
-            type Measure = $measure;
-            #[inline]
-            fn lines(&self) -> &ParallelLines {
-                self.lines()
-            }
-            #[inline]
-            fn sample(&self, u: f64) -> LineSample {
-                self.sample(u)
-            }
-            #[inline]
-            fn pdf(&self, offset: f64) -> Pdf<Offset> {
-                self.pdf(offset)
-            }
-            #[inline]
-            fn invert(&self, offset: f64) -> Option<f64> {
-                self.invert(offset)
-            }
-            #[inline]
-            fn point(
-                &self,
-                line: &LineSample,
-                visible: &[Interval],
-                u: f64,
-            ) -> PointSample<$measure> {
-                self.point(line, visible, u)
-            }
-            #[inline]
-            fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<$measure> {
-                self.joint_pdf(point, visible)
-            }
-            #[inline]
-            fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
-                self.invert_point(point, visible)
-            }
-        }
-    )+};
-    (linear: $($points:ty),+ $(,)?) => {$(
-        impl LinearPointTechnique for $points {
-            #[inline]
-            fn sample(&self, u: f64) -> LinearSample {
-                self.sample(u)
-            }
-            #[inline]
-            fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
-                self.pdf(t)
-            }
-            #[inline]
-            fn invert(&self, t: f64) -> Option<f64> {
-                self.invert(t)
-            }
-        }
-    )+};
-}
-
-techniques! { points:
-    AreaSampler => Area,
-    SolidAngleSampler => SolidAngle,
-    ProxySampler => SolidAngle,
-    TexturedSampler<'_> => Area,
-}
-techniques! { lines:
-    LineSampler => Area,
-    AngularLines => SolidAngle,
-    TexturedLines<'_> => Area,
-}
-techniques! { linear: LinearSampler, LtcSampler, ProfiledLine<'_> }

@@ -7,7 +7,9 @@ use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
 use linelit_lights::linear::{
     LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
 };
-use linelit_lights::{AngularLines, SolidAngleSampler};
+use linelit_lights::{
+    AngularLines, LineTechnique, LinearPointTechnique, PointTechnique, SolidAngleSampler,
+};
 use std::hint::black_box;
 use std::rc::Rc;
 use std::time::Instant;

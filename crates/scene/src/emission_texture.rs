@@ -171,6 +171,7 @@ mod tests {
     use super::*;
     use crate::{ImageData, ImageTexture, PlaneUv, Texture, TextureFilter, UvMapping, Wrap};
     use linelit_geometry::DVec2;
+    use linelit_lights::PointTechnique;
     use std::sync::Arc;
 
     /// An image that is white in its first pixels and black in the others, repeated over the unit

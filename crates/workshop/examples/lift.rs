@@ -13,7 +13,7 @@ use linelit_film::Image;
 use linelit_formats::LoadOptions;
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
-use linelit_lights::{AreaLight, AreaSampler, Light};
+use linelit_lights::{AreaLight, AreaSampler, Light, PointTechnique};
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_visibility::{Ray, Scratch};
 use std::path::Path;

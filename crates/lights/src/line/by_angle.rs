@@ -17,6 +17,7 @@
 
 mod close;
 
+use crate::LineTechnique;
 use crate::density::{Offset, Pdf, SolidAngle};
 use crate::line::by_length::{LineSample, is_visible, locate, within};
 use crate::line::piece::{Angles, Line, Piece, Warp};
@@ -75,7 +76,7 @@ const MOST_STEPS: u32 = 64;
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
-/// use linelit_lights::AngularLines;
+/// use linelit_lights::{AngularLines, LineTechnique};
 /// let light = ConvexPolygon::triangle(
 ///     DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.5, 2.0), DVec3::new(0.0, 1.0, 2.0)).unwrap();
 /// let (x, n) = (DVec3::ZERO, DVec3::new(0.6, 0.0, 0.8));
@@ -250,12 +251,6 @@ impl AngularLines {
         }
     }
 
-    /// The parametrisation by lines: of the part above the horizon for the projected measure.
-    #[must_use]
-    pub const fn lines(&self) -> &ParallelLines {
-        &self.lines
-    }
-
     fn piece<const CLOSE: bool>(&self, k: usize) -> Piece<CLOSE> {
         let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
         let piece = Piece {
@@ -337,47 +332,6 @@ impl AngularLines {
             }
             Some(_) => self.thin(line).map_or(0.0, |t| t.measure()),
         }
-    }
-
-    /// A line from one random number in [0, 1); density 0 where there is nothing to sample.
-    #[must_use]
-    pub fn sample(&self, xi: f64) -> LineSample {
-        let nothing = LineSample {
-            segment: Segment::default(),
-            offset: self.lines.range().0,
-            pdf: Pdf::ZERO,
-        };
-        if !self.pieces.is_usable() {
-            return nothing;
-        }
-        let (k, place) = self.pieces.pick(xi);
-        let knots = self.lines.knots();
-        let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
-        let (offset, pdf) = if self.marginal == Marginal::Warped {
-            let warp = self.warp(&self.piece(k));
-            let t = sample_linear(place, warp.first, warp.last);
-            let offset = at(fraction(warp.angles.fraction(t * warp.angles.end)));
-            (offset, self.warped_pdf(offset, warp.at(t)))
-        } else {
-            let whole = self.pieces.weight(k);
-            let offset = if self.close {
-                self.close_offset(k, place, whole)
-            } else {
-                at(fraction(self.find::<false>(
-                    &self.piece(k),
-                    place * whole,
-                    whole,
-                )))
-            };
-            (offset, self.pdf(offset))
-        };
-        self.lines
-            .segment(offset)
-            .map_or(nothing, |segment| LineSample {
-                segment,
-                offset,
-                pdf,
-            })
     }
 
     /// The marginal on a piece that is linear in the angle.
@@ -481,71 +435,6 @@ impl AngularLines {
         s
     }
 
-    /// The marginal density of the line at `offset`: `S z/(z² + u²)/Ω`, or with the ribbon integral
-    /// in place of S.
-    #[must_use]
-    pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
-        let Some(line) = self.line_at(offset).filter(|_| self.pieces.is_usable()) else {
-            return Pdf::ZERO;
-        };
-        if self.marginal == Marginal::Warped {
-            let k = self.piece_at(offset);
-            let warp = self.warp(&self.piece(k));
-            let t = warp.place(offset - self.lines.knots()[k], self.z);
-            return self.warped_pdf(offset, warp.at(t));
-        }
-        let ribbon = self.thin_measure(line) * self.z / (2.0 * line.u.hypot(self.z));
-        Pdf::new(ribbon / self.total())
-    }
-
-    /// The random number that gives the line at `offset`; `None` outside the light.
-    #[must_use]
-    pub fn invert(&self, offset: f64) -> Option<f64> {
-        let knots = self.lines.knots();
-        let (a, b) = self.lines.range();
-        if !(a..=b).contains(&offset) || !self.pieces.is_usable() {
-            return None;
-        }
-        let k = self.piece_at(offset);
-        if self.marginal == Marginal::Warped {
-            let warp = self.warp(&self.piece(k));
-            let t = warp.place(offset - knots[k], self.z);
-            let below = t * (warp.first + 0.5 * t * (warp.last - warp.first));
-            let place = 2.0 * below / (warp.first + warp.last);
-            return Some(self.pieces.unpick(k, fraction(place)));
-        }
-        let whole = self.pieces.weight(k);
-        let place = if self.close {
-            self.close_place(k, offset, whole)
-        } else {
-            let s = (offset - knots[k]) / (knots[k + 1] - knots[k]);
-            let below = self.measure(&self.piece::<false>(k).part(fraction(s), self.z));
-            fraction(below / whole)
-        };
-        Some(self.pieces.unpick(k, place))
-    }
-
-    /// A point of the visible part of a line that [`AngularLines::sample`] gave, uniform in the
-    /// measure; `visible` holds the visible intervals of the line's parameter in [0, 1] and `xi` is
-    /// a random number in [0, 1). Density 0 if nothing is visible.
-    #[must_use]
-    pub fn point(
-        &self,
-        line: &LineSample,
-        visible: &[Interval],
-        xi: f64,
-    ) -> PointSample<SolidAngle> {
-        let Some((part, thin, place, total)) = self.choose(line.offset, visible, fraction(xi))
-        else {
-            return PointSample::none(line.segment.p0);
-        };
-        let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
-        let t = part.lo + (part.hi - part.lo) * lambda;
-        let point = line.segment.at(t);
-        let measures = self.line_measure(line.offset, line.pdf, total);
-        PointSample::at(point, self.joint_value(point, &measures))
-    }
-
     /// The visible interval that `xi` falls into, the place in it, and the measure of all of them.
     fn choose(
         &self,
@@ -576,42 +465,6 @@ impl AngularLines {
         }
         let (part, place) = chosen?;
         Some((part, self.interval(offset, part)?, place, total))
-    }
-
-    /// The joint density per solid angle of any point of the light, given the visible intervals of
-    /// the line through it (of the parameter in [0, 1] along [`ParallelLines::segment`]); zero
-    /// where the point is hidden (eq. 19).
-    #[must_use]
-    pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<SolidAngle> {
-        let Some((offset, t)) = self.locate(point) else {
-            return Pdf::ZERO;
-        };
-        match self.visible_measure(offset, visible) {
-            Some(total) if is_visible(t, visible) => self.joint_value(point, &total),
-            _ => Pdf::ZERO,
-        }
-    }
-
-    /// The random number that gives a visible point of its line; with [`AngularLines::invert`] of
-    /// its offset the inverse of the whole map. `None` where the point is hidden.
-    #[must_use]
-    pub fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
-        let (offset, t) = self.locate(point)?;
-        let total = self.visible_measure(offset, visible)?.visible;
-        let mut below = 0.0;
-        for part in visible.iter().map(within) {
-            let Some(thin) = self.interval(offset, part) else {
-                continue;
-            };
-            if t <= part.hi {
-                let lambda = fraction((t - part.lo) / (part.hi - part.lo));
-                let lambda = thin.view().clipped_fraction(lambda)?;
-                let u = (below + thin.invert(lambda) * thin.measure()) / total;
-                return Some([self.invert(offset)?, below_one(u)]);
-            }
-            below += thin.measure();
-        }
-        None
     }
 
     /// Offset and line parameter of a point of the light; `None` outside it. Both are clamped by
@@ -667,6 +520,133 @@ impl AngularLines {
                 Pdf::new(density * world.dot(p) / p.length())
             }
         }
+    }
+}
+
+impl LineTechnique for AngularLines {
+    type Measure = SolidAngle;
+
+    fn lines(&self) -> &ParallelLines {
+        &self.lines
+    }
+
+    fn sample(&self, xi: f64) -> LineSample {
+        let nothing = LineSample {
+            segment: Segment::default(),
+            offset: self.lines.range().0,
+            pdf: Pdf::ZERO,
+        };
+        if !self.pieces.is_usable() {
+            return nothing;
+        }
+        let (k, place) = self.pieces.pick(xi);
+        let knots = self.lines.knots();
+        let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
+        let (offset, pdf) = if self.marginal == Marginal::Warped {
+            let warp = self.warp(&self.piece(k));
+            let t = sample_linear(place, warp.first, warp.last);
+            let offset = at(fraction(warp.angles.fraction(t * warp.angles.end)));
+            (offset, self.warped_pdf(offset, warp.at(t)))
+        } else {
+            let whole = self.pieces.weight(k);
+            let offset = if self.close {
+                self.close_offset(k, place, whole)
+            } else {
+                at(fraction(self.find::<false>(
+                    &self.piece(k),
+                    place * whole,
+                    whole,
+                )))
+            };
+            (offset, self.pdf(offset))
+        };
+        self.lines
+            .segment(offset)
+            .map_or(nothing, |segment| LineSample {
+                segment,
+                offset,
+                pdf,
+            })
+    }
+
+    fn pdf(&self, offset: f64) -> Pdf<Offset> {
+        let Some(line) = self.line_at(offset).filter(|_| self.pieces.is_usable()) else {
+            return Pdf::ZERO;
+        };
+        if self.marginal == Marginal::Warped {
+            let k = self.piece_at(offset);
+            let warp = self.warp(&self.piece(k));
+            let t = warp.place(offset - self.lines.knots()[k], self.z);
+            return self.warped_pdf(offset, warp.at(t));
+        }
+        let ribbon = self.thin_measure(line) * self.z / (2.0 * line.u.hypot(self.z));
+        Pdf::new(ribbon / self.total())
+    }
+
+    fn invert(&self, offset: f64) -> Option<f64> {
+        let knots = self.lines.knots();
+        let (a, b) = self.lines.range();
+        if !(a..=b).contains(&offset) || !self.pieces.is_usable() {
+            return None;
+        }
+        let k = self.piece_at(offset);
+        if self.marginal == Marginal::Warped {
+            let warp = self.warp(&self.piece(k));
+            let t = warp.place(offset - knots[k], self.z);
+            let below = t * (warp.first + 0.5 * t * (warp.last - warp.first));
+            let place = 2.0 * below / (warp.first + warp.last);
+            return Some(self.pieces.unpick(k, fraction(place)));
+        }
+        let whole = self.pieces.weight(k);
+        let place = if self.close {
+            self.close_place(k, offset, whole)
+        } else {
+            let s = (offset - knots[k]) / (knots[k + 1] - knots[k]);
+            let below = self.measure(&self.piece::<false>(k).part(fraction(s), self.z));
+            fraction(below / whole)
+        };
+        Some(self.pieces.unpick(k, place))
+    }
+
+    fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<SolidAngle> {
+        let Some((part, thin, place, total)) = self.choose(line.offset, visible, fraction(xi))
+        else {
+            return PointSample::none(line.segment.p0);
+        };
+        let lambda = thin.view().whole_fraction(thin.sample(place).lambda);
+        let t = part.lo + (part.hi - part.lo) * lambda;
+        let point = line.segment.at(t);
+        let measures = self.line_measure(line.offset, line.pdf, total);
+        PointSample::at(point, self.joint_value(point, &measures))
+    }
+
+    fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<SolidAngle> {
+        let Some((offset, t)) = self.locate(point) else {
+            return Pdf::ZERO;
+        };
+        match self.visible_measure(offset, visible) {
+            Some(total) if is_visible(t, visible) => self.joint_value(point, &total),
+            _ => Pdf::ZERO,
+        }
+    }
+
+    fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
+        let (offset, t) = self.locate(point)?;
+        let total = self.visible_measure(offset, visible)?.visible;
+        let mut below = 0.0;
+        for part in visible.iter().map(within) {
+            let Some(thin) = self.interval(offset, part) else {
+                continue;
+            };
+            if t <= part.hi {
+                let lambda = fraction((t - part.lo) / (part.hi - part.lo));
+                let lambda = thin.view().clipped_fraction(lambda)?;
+                let u = (below + thin.invert(lambda) * thin.measure()) / total;
+                return Some([self.invert(offset)?, below_one(u)]);
+            }
+            below += thin.measure();
+        }
+        None
     }
 }
 

@@ -1,5 +1,6 @@
 //! Line samples of a polygon: orientation × offset density (Billen & Dutré 2016, §4 and §5.1).
 
+use crate::LineTechnique;
 use crate::density::{Area, Length, Offset, Pdf};
 use crate::pieces::sample_linear;
 use crate::polygon::area::PointSample;
@@ -64,7 +65,7 @@ pub struct LineSample {
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
-/// use linelit_lights::{LineSampler, OffsetDensity};
+/// use linelit_lights::{LineSampler, LineTechnique, OffsetDensity};
 /// let light = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
 /// // Lines along the first edge: their length shrinks from 1 to 0, so that half of them lie
 /// // below 1 − √½.
@@ -100,12 +101,6 @@ impl LineSampler {
         out
     }
 
-    /// The parametrisation of the light by lines.
-    #[must_use]
-    pub const fn lines(&self) -> &ParallelLines {
-        &self.lines
-    }
-
     /// Width and end lengths of the piece below knot `k`.
     fn piece(&self, k: usize) -> (f64, f64, f64) {
         let (u, lo, hi) = (self.lines.knots(), self.lines.lower(), self.lines.upper());
@@ -117,9 +112,35 @@ impl LineSampler {
         self.cumulative[self.lines.knots().len() - 1]
     }
 
-    /// A line from one random number in [0, 1).
-    #[must_use]
-    pub fn sample(&self, u: f64) -> LineSample {
+    fn by_length(&self, u: f64) -> f64 {
+        let knots = self.lines.knots();
+        let target = u * self.area();
+        let last = knots.len() - 1;
+        let Some(k) = (1..=last).find(|&k| target < self.cumulative[k] || k == last) else {
+            return knots[0];
+        };
+        let (w, l0, l1) = self.piece(k);
+        let whole = self.cumulative[k] - self.cumulative[k - 1];
+        if whole <= 0.0 {
+            return knots[k - 1];
+        }
+        let xi = fraction((target - self.cumulative[k - 1]) / whole);
+        at_most(knots[k - 1] + w * sample_linear(xi, l0, l1), knots[k])
+    }
+
+    fn joint(offset: Pdf<Offset>, visible_length: f64) -> Pdf<Area> {
+        offset.joint(Pdf::<Length>::new(1.0 / visible_length))
+    }
+}
+
+impl LineTechnique for LineSampler {
+    type Measure = Area;
+
+    fn lines(&self) -> &ParallelLines {
+        &self.lines
+    }
+
+    fn sample(&self, u: f64) -> LineSample {
         let (a, b) = self.lines.range();
         let u = fraction(u);
         let offset = match self.density {
@@ -143,25 +164,7 @@ impl LineSampler {
         }
     }
 
-    fn by_length(&self, u: f64) -> f64 {
-        let knots = self.lines.knots();
-        let target = u * self.area();
-        let last = knots.len() - 1;
-        let Some(k) = (1..=last).find(|&k| target < self.cumulative[k] || k == last) else {
-            return knots[0];
-        };
-        let (w, l0, l1) = self.piece(k);
-        let whole = self.cumulative[k] - self.cumulative[k - 1];
-        if whole <= 0.0 {
-            return knots[k - 1];
-        }
-        let xi = fraction((target - self.cumulative[k - 1]) / whole);
-        at_most(knots[k - 1] + w * sample_linear(xi, l0, l1), knots[k])
-    }
-
-    /// The density of the line at `offset`; zero outside the light.
-    #[must_use]
-    pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
+    fn pdf(&self, offset: f64) -> Pdf<Offset> {
         let (a, b) = self.lines.range();
         match self.density {
             OffsetDensity::Uniform if (a..=b).contains(&offset) => Pdf::new(1.0 / (b - a)),
@@ -170,9 +173,7 @@ impl LineSampler {
         }
     }
 
-    /// The random number that gives the line at `offset`; `None` where the density is zero.
-    #[must_use]
-    pub fn invert(&self, offset: f64) -> Option<f64> {
+    fn invert(&self, offset: f64) -> Option<f64> {
         let (a, b) = self.lines.range();
         if !(a..=b).contains(&offset) || !self.pdf(offset).is_positive() {
             return None;
@@ -192,15 +193,7 @@ impl LineSampler {
         Some(below_one(u))
     }
 
-    /// A point of the visible part of a line, uniform in length: the conditional that makes a line
-    /// sample a point sample and importance-samples the visibility (Salesin & Jarosz 2019, eqs.
-    /// 12–15).
-    ///
-    /// `visible` holds the visible intervals of the line's parameter in [0, 1], `xi` is a random
-    /// number in [0, 1). The density is the joint one, `p_u/Σ visible length`, per area; 0 if
-    /// nothing is visible.
-    #[must_use]
-    pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
+    fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
         let (t, total) = if let [part] = visible {
             let part = within(part);
             let total = part.length();
@@ -216,14 +209,7 @@ impl LineSampler {
         }
     }
 
-    fn joint(offset: Pdf<Offset>, visible_length: f64) -> Pdf<Area> {
-        offset.joint(Pdf::<Length>::new(1.0 / visible_length))
-    }
-
-    /// The joint density per area of any point of the light, given the visible intervals of the
-    /// line through it; zero where the point is hidden or outside the light.
-    #[must_use]
-    pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Area> {
+    fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Area> {
         match locate(&self.lines, point) {
             Some((u, t)) if is_visible(t, visible) => {
                 Self::joint(self.pdf(u), self.lines.length(u) * measure(visible))
@@ -232,9 +218,7 @@ impl LineSampler {
         }
     }
 
-    /// The random numbers of offset and place that give a visible point; `None` where it is hidden.
-    #[must_use]
-    pub fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
+    fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
         let (u, t) = locate(&self.lines, point).filter(|(_, t)| is_visible(*t, visible))?;
         let below: f64 = visible
             .iter()

@@ -6,6 +6,7 @@
     reason = "tables of a textured light and a direction, built with it"
 )]
 
+use crate::LineTechnique;
 use crate::density::{Area, Length, Offset, Pdf};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};
 use crate::line::by_length::{LineSample, is_visible, locate, within};
@@ -33,7 +34,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates}
 /// ```
 /// use linelit_geometry::intervals::Interval;
 /// use linelit_geometry::{ConvexPolygon, DVec3};
-/// use linelit_lights::{ImportanceImage, TextureAxis, TexturedLines};
+/// use linelit_lights::{ImportanceImage, LineTechnique, TextureAxis, TexturedLines};
 /// let light = ConvexPolygon::parallelogram(DVec3::ZERO, 2.0 * DVec3::X, DVec3::Y).unwrap();
 /// // The upper row is three times as bright as the lower.
 /// let image = ImportanceImage::new(2, 2, &[1.0, 1.0, 1.0, 5.0]).unwrap();
@@ -116,12 +117,6 @@ impl<'i> TexturedLines<'i> {
         Self::new(polygon, image, angle)
     }
 
-    /// The parametrisation of the light by lines.
-    #[must_use]
-    pub const fn lines(&self) -> &ParallelLines {
-        &self.lines
-    }
-
     fn width(&self) -> f64 {
         let (a, b) = self.lines.range();
         b - a
@@ -139,10 +134,46 @@ impl<'i> TexturedLines<'i> {
         )
     }
 
-    /// A line from one random number in [0, 1).
-    #[must_use]
     #[allow(clippy::cast_precision_loss, reason = "few strips")]
-    pub fn sample(&self, u: f64) -> LineSample {
+    fn strip_density(&self, k: usize) -> Pdf<Offset> {
+        let count = self.strip_count();
+        let mass = self.strips[k + 1] - self.strips[k];
+        Pdf::new(mass / self.strips[count] * (count as f64 / self.width()))
+    }
+
+    fn joint(offset: Pdf<Offset>, value: f64, mass: f64) -> Pdf<Area> {
+        offset.joint(Pdf::<Length>::new(value / mass))
+    }
+
+    fn track(&self, segment: &Segment, offset: f64) -> Track<'i> {
+        let [from, to] = [segment.p0, segment.p1].map(|p| self.texture.coordinates(p));
+        let edge = self.edge.map(|(axis, against)| {
+            let k = self.strip(offset).0;
+            let j = if against {
+                self.strip_count() - 1 - k
+            } else {
+                k
+            };
+            (axis, j)
+        });
+        Track {
+            image: self.image,
+            from,
+            to,
+            edge,
+        }
+    }
+}
+
+impl LineTechnique for TexturedLines<'_> {
+    type Measure = Area;
+
+    fn lines(&self) -> &ParallelLines {
+        &self.lines
+    }
+
+    #[allow(clippy::cast_precision_loss, reason = "few strips")]
+    fn sample(&self, u: f64) -> LineSample {
         let (k, place) = pick(&self.strips, u);
         let (a, b) = self.lines.range();
         let offset = (a + (k as f64 + place) / self.strip_count() as f64 * (b - a)).min(b);
@@ -154,17 +185,7 @@ impl<'i> TexturedLines<'i> {
         }
     }
 
-    #[allow(clippy::cast_precision_loss, reason = "few strips")]
-    fn strip_density(&self, k: usize) -> Pdf<Offset> {
-        let count = self.strip_count();
-        let mass = self.strips[k + 1] - self.strips[k];
-        Pdf::new(mass / self.strips[count] * (count as f64 / self.width()))
-    }
-
-    /// Density of the line at `offset`; zero outside the light and where the image is black along
-    /// the strip.
-    #[must_use]
-    pub fn pdf(&self, offset: f64) -> Pdf<Offset> {
+    fn pdf(&self, offset: f64) -> Pdf<Offset> {
         let (a, b) = self.lines.range();
         if (a..=b).contains(&offset) {
             self.strip_density(self.strip(offset).0)
@@ -173,20 +194,14 @@ impl<'i> TexturedLines<'i> {
         }
     }
 
-    /// The random number that gives the line at `offset`; `None` where the density is zero.
-    #[must_use]
-    pub fn invert(&self, offset: f64) -> Option<f64> {
+    fn invert(&self, offset: f64) -> Option<f64> {
         self.pdf(offset).is_positive().then(|| {
             let (k, place) = self.strip(offset);
             unpick(&self.strips, k, place)
         })
     }
 
-    /// A point of the visible part of a line in proportion to the image: as
-    /// [`LineSampler::point`](crate::LineSampler::point), with the texture. The density is the
-    /// joint one, per area; 0 if nothing that is visible emits.
-    #[must_use]
-    pub fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
+    fn point(&self, line: &LineSample, visible: &[Interval], xi: f64) -> PointSample<Area> {
         let track = self.track(&line.segment, line.offset);
         let total = track.mass(visible);
         let mut rest = fraction(xi) * total;
@@ -212,14 +227,7 @@ impl<'i> TexturedLines<'i> {
         }
     }
 
-    fn joint(offset: Pdf<Offset>, value: f64, mass: f64) -> Pdf<Area> {
-        offset.joint(Pdf::<Length>::new(value / mass))
-    }
-
-    /// The joint density per area of any point of the light, given the visible intervals of the
-    /// line through it; zero where the point is hidden, black or outside the light.
-    #[must_use]
-    pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Area> {
+    fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<Area> {
         let Some((u, t)) = locate(&self.lines, point).filter(|(_, t)| is_visible(*t, visible))
         else {
             return Pdf::ZERO;
@@ -232,10 +240,7 @@ impl<'i> TexturedLines<'i> {
         Self::joint(self.pdf(u), track.value(t), mass)
     }
 
-    /// The random numbers of offset and place that give a visible point; `None` where it is hidden
-    /// or black.
-    #[must_use]
-    pub fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
+    fn invert_point(&self, point: DVec3, visible: &[Interval]) -> Option<[f64; 2]> {
         let (u, t) = locate(&self.lines, point).filter(|(_, t)| is_visible(*t, visible))?;
         let track = self.track(&self.lines.segment(u)?, u);
         let below: f64 = visible
@@ -246,25 +251,6 @@ impl<'i> TexturedLines<'i> {
         let total = track.mass(visible);
         let xi = below_one(below / total);
         (track.value(t) > 0.0 && total > 0.0).then_some([self.invert(u)?, xi])
-    }
-
-    fn track(&self, segment: &Segment, offset: f64) -> Track<'i> {
-        let [from, to] = [segment.p0, segment.p1].map(|p| self.texture.coordinates(p));
-        let edge = self.edge.map(|(axis, against)| {
-            let k = self.strip(offset).0;
-            let j = if against {
-                self.strip_count() - 1 - k
-            } else {
-                k
-            };
-            (axis, j)
-        });
-        Track {
-            image: self.image,
-            from,
-            to,
-            edge,
-        }
     }
 }
 

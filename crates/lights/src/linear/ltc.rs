@@ -3,6 +3,7 @@
 use super::batch::{BLOCK, Batch};
 use super::projected::ProjectedLine;
 use super::{LinearSample, view_from};
+use crate::LinearPointTechnique;
 use crate::density::{Pdf, ThinSolidAngle};
 use crate::linear::precision::Real;
 use core::f64::consts::PI;
@@ -79,13 +80,6 @@ impl LtcSampler {
         self.line.projected_solid_angle() / (PI * self.factor)
     }
 
-    /// A point from one random number in [0, 1).
-    #[must_use]
-    pub fn sample(&self, xi: f64) -> LinearSample {
-        let (arc, cosine) = self.line.sample_with_cosine(xi);
-        self.at(arc.lambda, cosine)
-    }
-
     /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both
     /// holds; the same numbers to rounding as [`LtcSampler::sample`] gives, and cheaper each.
     pub fn sample_into(&self, xi: &[f64], out: &mut [LinearSample]) {
@@ -113,23 +107,6 @@ impl LtcSampler {
         }
     }
 
-    /// The density at the fraction `t` of the whole light; zero where the LTC vanishes.
-    #[must_use]
-    pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
-        self.locate(t).map_or(Pdf::ZERO, |(place, lambda)| {
-            let direction = (self.start + self.edge * place).normalize_or_zero();
-            self.pdf_in(direction, self.line.view().cosine(lambda))
-        })
-    }
-
-    /// The random number that gives the fraction `t` of the whole light; `None` where the LTC
-    /// vanishes.
-    #[must_use]
-    pub fn invert(&self, t: f64) -> Option<f64> {
-        let (_, lambda) = self.locate(t)?;
-        Some(below_one(self.line.invert(lambda)))
-    }
-
     /// Place above the surface's horizon and place in cosine space.
     fn locate(&self, t: f64) -> Option<(f64, f64)> {
         let [a, b] = self.above;
@@ -143,5 +120,24 @@ impl LtcSampler {
     fn pdf_in(&self, direction: DVec3, cosine: f64) -> Pdf<ThinSolidAngle> {
         let stretch = (self.inverse * direction).length();
         Pdf::new(cosine * self.density / (stretch * stretch * stretch))
+    }
+}
+
+impl LinearPointTechnique for LtcSampler {
+    fn sample(&self, xi: f64) -> LinearSample {
+        let (arc, cosine) = self.line.sample_with_cosine(xi);
+        self.at(arc.lambda, cosine)
+    }
+
+    fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
+        self.locate(t).map_or(Pdf::ZERO, |(place, lambda)| {
+            let direction = (self.start + self.edge * place).normalize_or_zero();
+            self.pdf_in(direction, self.line.view().cosine(lambda))
+        })
+    }
+
+    fn invert(&self, t: f64) -> Option<f64> {
+        let (_, lambda) = self.locate(t)?;
+        Some(below_one(self.line.invert(lambda)))
     }
 }

@@ -22,6 +22,7 @@ pub use profile::{AlongProfile, ProfiledLine, across_lambert};
 pub use projected::ProjectedLine;
 pub use view::{ArcPoint, LineView};
 
+use crate::LinearPointTechnique;
 use crate::density::{Length, Pdf, ThinSolidAngle};
 use crate::linear::precision::Real;
 use batch::{BLOCK, Batch};
@@ -103,6 +104,7 @@ enum Kind {
 ///
 /// ```
 /// use linelit_geometry::{DVec3, Segment};
+/// use linelit_lights::LinearPointTechnique;
 /// use linelit_lights::linear::{LinearSampler, LinearTechnique};
 /// let tube = Segment::new(DVec3::new(-1.0, 0.5, 1.0), DVec3::new(2.0, 0.5, 1.5));
 /// let (x, n) = (DVec3::ZERO, DVec3::Z);
@@ -198,28 +200,6 @@ impl LinearSampler {
         }
     }
 
-    /// A point from one random number in [0, 1).
-    #[must_use]
-    pub fn sample(&self, xi: f64) -> LinearSample {
-        match &self.kind {
-            Kind::Area => self.at_place(xi),
-            Kind::SolidAngle => {
-                let arc = self.view.sample_solid_angle(xi);
-                self.at_arc(&arc, Pdf::new(self.density))
-            }
-            Kind::Warped(w) => {
-                let warped = w.sample(xi);
-                let arc = self.view.sample_solid_angle(warped);
-                self.at_arc(&arc, Pdf::new(w.pdf(warped) * self.density))
-            }
-            Kind::Bisection(integral) => self.at_place(integral.sample(xi)),
-            Kind::Projected(p) => {
-                let (arc, cosine) = p.sample_with_cosine(&self.view, xi);
-                self.at_arc(&arc, Pdf::new(cosine * self.density))
-            }
-        }
-    }
-
     /// Fills `out` with the samples of the random numbers `xi`, as many as the shorter of both
     /// holds. The same numbers to rounding as [`LinearSampler::sample`] gives, and cheaper each for
     /// the projected solid angle.
@@ -247,14 +227,6 @@ impl LinearSampler {
         }
     }
 
-    /// The density at the fraction `t` of the whole light; zero where the technique never goes.
-    #[must_use]
-    pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
-        self.view
-            .clipped_fraction(t)
-            .map_or(Pdf::ZERO, |lambda| self.pdf_at(lambda))
-    }
-
     fn pdf_at(&self, lambda: f64) -> Pdf<ThinSolidAngle> {
         match &self.kind {
             Kind::Area => Pdf::<Length>::new(self.density)
@@ -268,21 +240,6 @@ impl LinearSampler {
                 Pdf::new(self.view.cosine(lambda) * self.density)
             }
         }
-    }
-
-    /// The random number that gives the fraction `t` of the whole light; `None` where the technique
-    /// never goes.
-    #[must_use]
-    pub fn invert(&self, t: f64) -> Option<f64> {
-        let lambda = self.view.clipped_fraction(t)?;
-        let xi = match &self.kind {
-            Kind::Area => lambda,
-            Kind::SolidAngle => self.view.invert_solid_angle(lambda),
-            Kind::Warped(w) => w.cdf(self.view.invert_solid_angle(lambda)),
-            Kind::Bisection(integral) => integral.cdf(lambda),
-            Kind::Projected(p) => p.cdf(self.view.angle_of(lambda)),
-        };
-        Some(below_one(xi))
     }
 
     fn at_place(&self, lambda: f64) -> LinearSample {
@@ -302,6 +259,46 @@ impl LinearSampler {
             direction: DVec3::from(arc.direction),
             pdf,
         }
+    }
+}
+
+impl LinearPointTechnique for LinearSampler {
+    fn sample(&self, xi: f64) -> LinearSample {
+        match &self.kind {
+            Kind::Area => self.at_place(xi),
+            Kind::SolidAngle => {
+                let arc = self.view.sample_solid_angle(xi);
+                self.at_arc(&arc, Pdf::new(self.density))
+            }
+            Kind::Warped(w) => {
+                let warped = w.sample(xi);
+                let arc = self.view.sample_solid_angle(warped);
+                self.at_arc(&arc, Pdf::new(w.pdf(warped) * self.density))
+            }
+            Kind::Bisection(integral) => self.at_place(integral.sample(xi)),
+            Kind::Projected(p) => {
+                let (arc, cosine) = p.sample_with_cosine(&self.view, xi);
+                self.at_arc(&arc, Pdf::new(cosine * self.density))
+            }
+        }
+    }
+
+    fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
+        self.view
+            .clipped_fraction(t)
+            .map_or(Pdf::ZERO, |lambda| self.pdf_at(lambda))
+    }
+
+    fn invert(&self, t: f64) -> Option<f64> {
+        let lambda = self.view.clipped_fraction(t)?;
+        let xi = match &self.kind {
+            Kind::Area => lambda,
+            Kind::SolidAngle => self.view.invert_solid_angle(lambda),
+            Kind::Warped(w) => w.cdf(self.view.invert_solid_angle(lambda)),
+            Kind::Bisection(integral) => integral.cdf(lambda),
+            Kind::Projected(p) => p.cdf(self.view.angle_of(lambda)),
+        };
+        Some(below_one(xi))
     }
 }
 

@@ -6,6 +6,7 @@
 
 use super::projected::ProjectedLine;
 use super::{LinearSample, view_from};
+use crate::LinearPointTechnique;
 use crate::density::{Pdf, ThinSolidAngle};
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Segment, predicates};
@@ -124,9 +125,24 @@ impl<'p> ProfiledLine<'p> {
         }
     }
 
-    /// A point from one random number in [0, 1).
-    #[must_use]
-    pub fn sample(&self, xi: f64) -> LinearSample {
+    fn sample_cell(&self, i: usize, xi: f64) -> LinearSample {
+        let Some(line) = self.cell(i) else {
+            return LinearSample::default();
+        };
+        let arc = line.sample(xi);
+        let (a, b) = (self.profile.edge(i), self.profile.edge(i + 1));
+        let place = line.view().whole_fraction(arc.lambda);
+        LinearSample {
+            t: a * (1.0 - place) + b * place,
+            offset: DVec3::from(arc.point),
+            direction: DVec3::from(arc.direction),
+            pdf: Pdf::new(line.view().cosine(arc.lambda) * self.profile.values[i] / self.total),
+        }
+    }
+}
+
+impl LinearPointTechnique for ProfiledLine<'_> {
+    fn sample(&self, xi: f64) -> LinearSample {
         let mut rest = fraction(xi) * self.total;
         let mut last = 0;
         for i in 0..self.profile.values.len() {
@@ -142,24 +158,7 @@ impl<'p> ProfiledLine<'p> {
         self.sample_cell(last, BELOW_ONE)
     }
 
-    fn sample_cell(&self, i: usize, xi: f64) -> LinearSample {
-        let Some(line) = self.cell(i) else {
-            return LinearSample::default();
-        };
-        let arc = line.sample(xi);
-        let (a, b) = (self.profile.edge(i), self.profile.edge(i + 1));
-        let place = line.view().whole_fraction(arc.lambda);
-        LinearSample {
-            t: a * (1.0 - place) + b * place,
-            offset: DVec3::from(arc.point),
-            direction: DVec3::from(arc.direction),
-            pdf: Pdf::new(line.view().cosine(arc.lambda) * self.profile.values[i] / self.total),
-        }
-    }
-
-    /// The density at the fraction `t` of the light.
-    #[must_use]
-    pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
+    fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {
         if !(0.0..=1.0).contains(&t) {
             return Pdf::ZERO;
         }
@@ -168,10 +167,7 @@ impl<'p> ProfiledLine<'p> {
         Pdf::new(cosine * self.profile.at(t) / self.total)
     }
 
-    /// The random number that gives the fraction `t`; `None` where nothing emits or below the
-    /// horizon.
-    #[must_use]
-    pub fn invert(&self, t: f64) -> Option<f64> {
+    fn invert(&self, t: f64) -> Option<f64> {
         if !(0.0..=1.0).contains(&t) {
             return None;
         }

@@ -1,5 +1,6 @@
 //! Uniform by area: the classic point technique.
 
+use crate::PointTechnique;
 use crate::density::{Area, Measure, Pdf};
 use crate::pieces::Pieces;
 use crate::polygon::fan;
@@ -46,7 +47,7 @@ impl<M: Measure> PointSample<M> {
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
-/// use linelit_lights::AreaSampler;
+/// use linelit_lights::{AreaSampler, PointTechnique};
 /// let light = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y).unwrap();
 /// let sampler = AreaSampler::new(&light);
 /// let sample = sampler.sample([0.25, 0.5]);
@@ -76,10 +77,12 @@ impl AreaSampler {
             parallelogram: polygon.as_parallelogram(),
         }
     }
+}
 
-    /// A point from two random numbers in [0, 1).
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+impl PointTechnique for AreaSampler {
+    type Measure = Area;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let u = u.map(fraction);
         let point = if let Some((o, a, b)) = self.parallelogram {
             o + a * u[0] + b * u[1]
@@ -94,15 +97,11 @@ impl AreaSampler {
         }
     }
 
-    /// The density at a point, which is taken to lie on the light: 1/A.
-    #[must_use]
-    pub fn pdf(&self, _point: DVec3) -> Pdf<Area> {
+    fn pdf(&self, _point: DVec3) -> Pdf<Area> {
         Pdf::new(1.0 / self.polygon.area())
     }
 
-    /// The random numbers that give `point`; `None` outside the polygon.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         let place = fan::locate(&self.polygon, point)?;
         let u = if let Some((o, a, b)) = self.parallelogram {
             let p = point - o;

@@ -1,5 +1,6 @@
 //! Shirley & Wang's imaginary triangle at unit distance.
 
+use crate::PointTechnique;
 use crate::density::{Pdf, SolidAngle};
 use crate::pieces::Pieces;
 use crate::polygon::area::PointSample;
@@ -79,10 +80,12 @@ impl ProxySampler {
             pieces: Pieces::new(areas),
         }
     }
+}
 
-    /// A point from two random numbers in [0, 1).
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+impl PointTechnique for ProxySampler {
+    type Measure = SolidAngle;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         let vertices = self.polygon.vertices();
         if !self.pieces.is_usable() {
             return PointSample::none(vertices[0]);
@@ -101,9 +104,7 @@ impl ProxySampler {
         PointSample::at(point, Pdf::new(density))
     }
 
-    /// The density at a point of the light; zero outside it.
-    #[must_use]
-    pub fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+    fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
         fan::locate(&self.polygon, point).map_or(Pdf::ZERO, |at| {
             let proxy = Proxy::new(&self.polygon, self.x, at.triangle);
             let density = proxy.density(barycentric(&at), (point - self.x).length());
@@ -111,9 +112,7 @@ impl ProxySampler {
         })
     }
 
-    /// The random numbers that give `point`; `None` outside the light.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         let at = fan::locate(&self.polygon, point).filter(|_| self.pieces.is_usable())?;
         let proxy = Proxy::new(&self.polygon, self.x, at.triangle);
         let w = barycentric(&at);

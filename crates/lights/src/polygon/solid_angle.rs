@@ -1,5 +1,6 @@
 //! Uniform by solid angle on any convex polygon.
 
+use crate::PointTechnique;
 use crate::density::{Pdf, SolidAngle};
 use crate::pieces::Pieces;
 use crate::polygon::area::PointSample;
@@ -28,7 +29,7 @@ const KEPT: usize = 2;
 ///
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
-/// use linelit_lights::SolidAngleSampler;
+/// use linelit_lights::{PointTechnique, SolidAngleSampler};
 /// // One face of a cube seen from the cube's centre: 4π/6.
 /// let corner = DVec3::new(-1.0, -1.0, 1.0);
 /// let face = ConvexPolygon::parallelogram(corner, 2.0 * DVec3::X, 2.0 * DVec3::Y).unwrap();
@@ -94,10 +95,12 @@ impl SolidAngleSampler {
         // may face either way, they add up to more.
         self.pieces.total().min(TAU)
     }
+}
 
-    /// A point from two random numbers in [0, 1); density 0 where Ω = 0.
-    #[must_use]
-    pub fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
+impl PointTechnique for SolidAngleSampler {
+    type Measure = SolidAngle;
+
+    fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         let vertices = self.polygon.vertices();
         if !self.pdf.is_positive() {
             return PointSample::none(vertices[0]);
@@ -110,15 +113,11 @@ impl SolidAngleSampler {
         }
     }
 
-    /// The density at a point, which is taken to lie on the light: 1/Ω.
-    #[must_use]
-    pub fn pdf(&self, _point: DVec3) -> Pdf<SolidAngle> {
+    fn pdf(&self, _point: DVec3) -> Pdf<SolidAngle> {
         self.pdf
     }
 
-    /// The random numbers that give `point`; `None` outside the polygon or where Ω = 0.
-    #[must_use]
-    pub fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         if !self.pdf.is_positive() {
             return None;
         }

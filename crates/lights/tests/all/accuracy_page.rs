@@ -3,7 +3,7 @@
 use crate::{accuracy, precise};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::AngularLines;
+use linelit_lights::{AngularLines, LineTechnique};
 
 #[test]
 fn no_row_of_the_accuracy_table_is_worse() {

@@ -10,10 +10,11 @@ use linelit_lights::linear::{
 };
 use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Disk, DiskLight, Emission, ImportanceImage, Length,
-    Light, LineSample, LineSampler, LineTechnique, LinearLight, Measure, Offset, OffsetDensity,
-    Orientation, Pdf, Pieces, PointSample, PointTechnique, PointsOnLines, ProjectedSolidAngle,
-    ProxySampler, Real, SolidAngle, SolidAngleSampler, Sphere, SphereLight, TextureAxis,
-    TexturedLines, TexturedSampler, ThinSolidAngle, sample_linear, triangle_solid_angle,
+    Light, LineSample, LineSampler, LineTechnique, LinearLight, LinearPointTechnique, Measure,
+    Offset, OffsetDensity, Orientation, Pdf, Pieces, PointSample, PointTechnique, PointsOnLines,
+    ProjectedSolidAngle, ProxySampler, Real, SolidAngle, SolidAngleSampler, Sphere, SphereLight,
+    TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle, sample_linear,
+    triangle_solid_angle,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{

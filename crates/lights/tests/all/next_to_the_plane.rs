@@ -2,7 +2,7 @@
 
 use crate::precise;
 use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
-use linelit_lights::AngularLines;
+use linelit_lights::{AngularLines, LineTechnique};
 use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::unit_vector;
 use proptest::prelude::*;

@@ -5,7 +5,7 @@
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::linear::ProjectedLine;
-use linelit_lights::{AngularLines, SolidAngleSampler};
+use linelit_lights::{AngularLines, LineTechnique, SolidAngleSampler};
 use linelit_testkit::vectors::{Case, Vectors};
 
 const EPS: f64 = f64::EPSILON;

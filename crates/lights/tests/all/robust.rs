@@ -4,8 +4,8 @@ use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Segment};
 use linelit_lights::linear::{LinearSampler, LinearTechnique, LtcSampler, ProjectedLine};
 use linelit_lights::{
-    AngularLines, AreaSampler, ImportanceImage, LineSampler, OffsetDensity, ProxySampler,
-    SolidAngleSampler, triangle_solid_angle,
+    AngularLines, AreaSampler, ImportanceImage, LineSampler, LineTechnique, LinearPointTechnique,
+    OffsetDensity, PointTechnique, ProxySampler, SolidAngleSampler, triangle_solid_angle,
 };
 use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::{finite, unit_interval, unit_vector};

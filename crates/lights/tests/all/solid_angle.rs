@@ -2,7 +2,7 @@
 //! through the inverse.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AngularLines, SolidAngleSampler};
+use linelit_lights::{AngularLines, LineTechnique, PointTechnique, SolidAngleSampler};
 use linelit_testkit::assert_close;
 
 /// A rectangle with its corner over x: Ω = atan(a b/(d √(a² + b² + d²))).

@@ -2,7 +2,9 @@
 
 use linelit_geometry::ConvexPolygon;
 use linelit_geometry::intervals::Interval;
-use linelit_lights::{ImportanceImage, TextureAxis, TexturedLines, TexturedSampler};
+use linelit_lights::{
+    ImportanceImage, LineTechnique, PointTechnique, TextureAxis, TexturedLines, TexturedSampler,
+};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::rng::SplitMix64;
 

@@ -6,7 +6,7 @@ use crate::light::Shape;
 use crate::{EmissionTexture, LinearOptions, ShadingPoint};
 use linelit_bsdf::Reflection;
 use linelit_geometry::ConvexPolygon;
-use linelit_lights::TexturedSampler;
+use linelit_lights::{PointTechnique, TexturedSampler};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Texture;
