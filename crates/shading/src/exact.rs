@@ -71,9 +71,8 @@ pub(crate) fn direction(v: DVec3) -> DVec3 {
 #[cold]
 #[inline(never)]
 pub(crate) fn value_at_crossing(k: DVec3, m: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let [a, b] = [a, b].map(vector);
-    let [ka, kb] = [a, b].map(|p| double::dot(vector(k), p));
-    let [ma, mb] = [a, b].map(|p| double::dot(vector(m), p));
+    let (ka, kb) = (double::dot_of(k, a), double::dot_of(k, b));
+    let (ma, mb) = (double::dot_of(m, a), double::dot_of(m, b));
     (ka * mb - kb * ma).hi() / (mb.hi() - ma.hi())
 }
 

@@ -2,8 +2,8 @@
 //! lobe.
 
 use crate::exact::dot;
-use linelit_geometry::DVec3;
-use linelit_geometry::double::{self, vector};
+use linelit_geometry::double::{self, Double};
+use linelit_geometry::{DVec3, predicates};
 
 /// A segment relative to the shading point, clipped to `k·p ≥ 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,8 +83,9 @@ pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec
     if 64.0 * sum.length_squared() > a.length_squared() + b.length_squared() {
         return sum;
     }
-    let across = double::cross(vector(p0), vector(p1));
-    double::rounded(double::cross(vector(k), across)) / span
+    let across = double::cross_of(p0, p1);
+    let rest = DVec3::from(across.map(Double::lo));
+    (predicates::cross(k, double::rounded(across)) + k.cross(rest)) / span
 }
 
 #[cfg(test)]

@@ -89,16 +89,18 @@ pub fn point_line(p0: DVec3, p1: DVec3, n: DVec3, axis: DVec3, k: f64) -> f64 {
         return nonnegative(segment.integrate::<false>(k) * segment.inverse_distance());
     }
     robust([a, b, up, lobe], k, |fan, axis| {
-        integrate(&fan, axis, k) * fan.unit
+        integrate(fan, axis, k) * fan.unit
     })
 }
 
 /// `of` the segment's fan and the axis, where there is any.
 #[inline(never)]
-fn robust(points: [Point; 4], k: f64, of: impl FnOnce(Fan<2>, DVec3) -> f64) -> f64 {
+fn robust(points: [Point; 4], k: f64, of: impl FnOnce(&Fan<2>, DVec3) -> f64) -> f64 {
     let [p0, p1, n, axis] = points.map(DVec3::from_array);
-    let fan = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0);
-    fan.map_or(0.0, |fan| nonnegative(of(fan, axis)))
+    let Some(fan) = Fan::new(p0, p1, &[n, axis]).filter(|_| k >= 0.0) else {
+        return 0.0;
+    };
+    nonnegative(of(&fan, axis))
 }
 
 /// `∫ max(0, n·p) max(0, m·p) max(0, R·p)ᵏ/|p|^(4+k) dt` for any vector m, 1/length: a ribbon whose

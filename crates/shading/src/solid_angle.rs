@@ -165,8 +165,7 @@ pub fn sphere_projected(centre: DVec3, radius: f64, n: DVec3) -> f64 {
 
 /// |centre|² − radius², to 2 ε of itself or nearly.
 fn excess(centre: DVec3, radius: f64) -> f64 {
-    let centre = double::vector(centre);
-    (double::dot(centre, centre) - Double::product(radius, radius)).hi()
+    (double::dot_of(centre, centre) - Double::product(radius, radius)).hi()
 }
 
 /// atan u − u for |u| ≤ 1/4: 13 terms of its series, to 1e-17 of u³.

@@ -109,6 +109,8 @@ proptest! {
             let all = [Double::product(a[k], b[k]), Double::difference(a[k], b[k])];
             prop_assert_eq!(all.map(|d| d.hi().to_bits()), [a[k] * b[k], a[k] - b[k]].map(f64::to_bits));
         }
+        let products = Double::diff_of_products(a.x, b.y, a.y, b.x);
+        let _ = (products.hi(), products.lo(), double::dot_of(a, b), double::cross_of(a, b));
         let normal = double::cross(double::difference(a, c), double::difference(b, c));
         let _ = (double::rounded(normal), double::dot(normal, double::vector(c)).hi());
     }

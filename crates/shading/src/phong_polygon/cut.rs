@@ -103,7 +103,7 @@ impl Horizons {
     pub(super) fn new(n: DVec3, w: DVec3) -> Self {
         Self {
             normals: [n, w],
-            both: double::cross(vector(n), vector(w)),
+            both: double::cross_of(n, w),
             most: [n.length(), w.length()],
         }
     }
@@ -177,7 +177,7 @@ impl Horizons {
     #[cold]
     #[inline(never)]
     fn accurate_minor(&self, a: DVec3, b: DVec3) -> f64 {
-        double::dot(self.both, double::cross(vector(a), vector(b))).hi()
+        double::dot(self.both, double::cross_of(a, b)).hi()
     }
 
     /// What of a part is above a horizon.
@@ -409,9 +409,9 @@ impl<'a> Left<'a> {
                 horizon,
                 span,
             } => {
-                let [a, b] = [1, 2].map(|t| vector(self.given.corners[(edge + t) % 3].at));
+                let [a, b] = [1, 2].map(|t| self.given.corners[(edge + t) % 3].at);
                 let normal = vector(self.horizons.normals[horizon] * span.signum());
-                double::cross(normal, double::cross(a, b))
+                double::cross(normal, double::cross_of(a, b))
             }
         };
         let largest = double::rounded(at).abs().max_element();
