@@ -35,6 +35,8 @@ mod line;
 pub mod linear;
 mod pieces;
 mod polygon;
+#[cfg(feature = "rand")]
+mod random;
 mod technique;
 
 pub use density::{
@@ -52,6 +54,8 @@ pub use polygon::area::{AreaSampler, PointSample};
 pub use polygon::proxy::ProxySampler;
 pub use polygon::solid_angle::SolidAngleSampler;
 pub use polygon::triangle::triangle_solid_angle;
+#[cfg(feature = "rand")]
+pub use random::Random;
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
 
 /// The README's example is a test.
