@@ -27,10 +27,14 @@ impl Reflection for Chalk {
     }
 }
 
-/// Triangles of one's own that emit.
+/// Triangles of one's own that emit. All corners are numbers of `f32`, as those of scenes are.
 fn lights() -> [Light; 2] {
     [0.0, 2.0].map(|x| {
-        let corners = [(-0.8, -0.5, 2.0), (0.1, 0.9, 1.6), (0.7, -0.4, 2.2)];
+        let corners = [
+            (-0.75, -0.5, 2.0),
+            (0.125, 0.875, 1.625),
+            (0.75, -0.375, 2.25),
+        ];
         let [a, b, c] = corners.map(|p| DVec3::from(p) + DVec3::X * x);
         let polygon = ConvexPolygon::triangle(a, b, c).expect("three corners");
         let emission = Emission::one_sided(DVec3::new(8.0, 6.0, 4.0));
@@ -40,9 +44,13 @@ fn lights() -> [Light; 2] {
 
 /// Radiance from the point `x` of a floor below them and below a triangle, to a viewer overhead.
 pub(crate) fn radiance(x: DVec3, estimator: &str, samples: u32, seed: u64) -> DVec3 {
-    let corners = [[-0.6, -0.2, 1.0], [0.5, -0.2, 1.1], [0.1, 0.6, 0.7]];
+    let corners = [
+        [-0.625, -0.25, 1.0],
+        [0.5, -0.25, 1.125],
+        [0.125, 0.625, 0.75],
+    ];
     let occluders = Occluders::build(&corners, &[[0, 1, 2]]);
-    let bsdf = Chalk(DVec3::new(0.7, 0.5, 0.3));
+    let bsdf = Chalk(DVec3::new(0.75, 0.5, 0.25));
     let point = ShadingPoint::new(x, DVec3::Z, DVec3::Z, bsdf);
     let estimator = estimator.parse().expect("an estimator");
     let mut buffers = Buffers::default();
