@@ -3,11 +3,9 @@
 use crate::args::ConvertArgs;
 use crate::output::note;
 use anyhow::Result;
-use linelit_bsdf::Reflection;
 use linelit_film::{ByteImage, FilmError, encode_tga, write_atomically, write_atomically_with};
-use linelit_formats::{ExportOptions, LoadOptions};
-use linelit_geometry::{DVec3, Frame};
-use linelit_integrator::{Renderer, Workspace};
+use linelit_formats::ExportOptions;
+use linelit_integrator::{LightChoice, Renderer, Settings, Workspace};
 use linelit_lights::Light;
 use linelit_scene::{ImageData, ImageTexture, Material, Scene};
 use std::cell::RefCell;
@@ -23,7 +21,7 @@ use std::sync::Arc;
 pub fn run(args: &ConvertArgs) -> Result<()> {
     // Before the work, lest that be lost.
     linelit_film::check_writable(&args.output)?;
-    let scene = args.read.library().load(&args.scene)?.scene;
+    let mut scene = args.read.library().load(&args.scene)?.scene;
     let images = Images {
         from: parent(&linelit_scenes::locate(&args.scene)?),
         to: &args.output,
@@ -41,120 +39,82 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
         images.write().map_err(io::Error::other)
     })?;
     say_what_is_lost(&scene, &options);
-    if !options.extensions
-        && let Some(change) = Change::largest(&scene)
-    {
-        note(format_args!("{change}"));
+    if !options.extensions {
+        say_what_changes(&mut scene);
     }
     Ok(())
 }
 
-/// Change of albedo by the replacement of a material.
-struct Change {
-    /// Materials that are replaced.
-    count: usize,
-    name: String,
-    kinds: [&'static str; 2],
-    /// Share of light from all directions alike that they reflect.
-    albedos: [f64; 2],
+/// Says how much brighter or darker the picture becomes by the materials that pbrt-v4 does not
+/// have, when linelit reads the nearest that it has instead.
+fn say_what_changes(scene: &mut Scene) {
+    let nearest =
+        |m: &Material| linelit_formats::nearest_in_pbrt_v4(m).unwrap_or_else(|| m.clone());
+    let replaced = |m: &&Material| linelit_formats::nearest_in_pbrt_v4(m).is_some();
+    let mut changed = scene.materials.iter().filter(replaced);
+    let Some(first) = changed.next() else {
+        return;
+    };
+    let others = match changed.count() {
+        0 => String::new(),
+        count => format!(", and {count} others"),
+    };
+    let [ours, theirs] = [first.kind.name(), nearest(first).kind.name()];
+    let what = format!(
+        "`{}` is written as `{theirs}` in place of `{ours}`{others}",
+        first.name
+    );
+    let before = brightness(scene);
+    scene.materials = scene.materials.iter().map(nearest).collect();
+    let after = brightness(scene);
+    let change = if before > 0.0 {
+        format!("{:+.1} %", 100.0 * (after / before - 1.0))
+    } else {
+        format!("{before} to {after:.3}")
+    };
+    note(format_args!(
+        "warning: pbrt-v4 does not have all materials: {what}; read back by linelit, the mean of \
+         the picture changes by {change} (--extensions writes materials as they are)"
+    ));
 }
 
-impl Change {
-    /// The material that its replacement changes most, of those that pbrt-v4 does not have.
-    fn largest(scene: &Scene) -> Option<Self> {
-        let replaced = scene.materials.iter().zip(0_u32..);
-        let replaced =
-            replaced.filter_map(|(m, k)| Some((m, k, linelit_formats::nearest_in_pbrt_v4(m)?)));
-        let changes = replaced.map(|(material, k, nearest)| {
-            let mut materials = scene.materials.clone();
-            let before = albedo(&materials, k);
-            materials[k as usize] = nearest.clone();
-            Self {
-                count: 0,
-                name: material.name.clone(),
-                kinds: [material.kind.name(), nearest.kind.name()],
-                albedos: [before, albedo(&materials, k)],
-            }
-        });
-        let mut changes: Vec<Self> = changes.collect();
-        let count = changes.len();
-        changes.sort_by(|a, b| b.ratio().abs().total_cmp(&a.ratio().abs()));
-        let largest = changes.into_iter().next()?;
-        Some(Self { count, ..largest })
-    }
-
-    /// The logarithm of the ratio of the albedos.
-    fn ratio(&self) -> f64 {
-        let [before, after] = self.albedos.map(|a| a.max(1e-6));
-        (after / before).ln()
-    }
-}
-
-impl std::fmt::Display for Change {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [before, after] = self.albedos;
-        let [ours, theirs] = self.kinds;
-        let several = if self.count == 1 {
-            "material is"
+/// The mean of a small picture of direct light, as `render` makes it, without lights in view; good
+/// to a percent where materials are compared, as both pictures have the same samples.
+fn brightness(scene: &mut Scene) -> f64 {
+    /// Pixels along the longer side.
+    const SIDE: f64 = 64.0;
+    /// Lights from which on each point samples some of them.
+    const MANY: usize = 16;
+    let [width, height] = [scene.film.width, scene.film.height].map(f64::from);
+    let scale = SIDE / width.max(height);
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at most the number of pixels along the longer side"
+    )]
+    let [width, height] = [width, height].map(|n| (n * scale).round().max(1.0) as u32);
+    scene.set_resolution(width, height);
+    let few = scene.lights.len() < MANY;
+    let settings = Settings {
+        lights: if few {
+            LightChoice::All
         } else {
-            "materials are"
-        };
-        let percent = 100.0 * self.ratio().exp_m1();
-        write!(
-            f,
-            "warning: {} {several} written as the nearest that pbrt-v4 has; read back by linelit, `{}` reflects \
-             {after:.3} of the light as `{theirs}` where it reflects {before:.3} as `{ours}` ({percent:+.0} %; \
-             --extensions writes it as it is)",
-            self.count, self.name
-        )
-    }
-}
-
-/// What a material reflects, in the mean over the channels, of light from all directions alike (its
-/// bihemispherical reflectance), where the texture coordinates are ½: 32 × 8 × 8 directions drawn
-/// by the material itself, good to about a percent.
-fn albedo(materials: &[Material], material: u32) -> f64 {
-    const VIEWS: u32 = 32;
-    const DRAWN: u32 = 8;
-    let text = "Camera \"orthographic\" WorldBegin Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ] \
-                \"point3 P\" [ -1 -1 1 1 -1 1 1 1 1 -1 1 1 ] \"point2 uv\" [ 0 0 1 0 1 1 0 1 ]";
-    let Ok(probe) = linelit_formats::from_pbrt_str(text, "probe", &LoadOptions::default()) else {
-        return 0.0;
+            LightChoice::Tree
+        },
+        show_lights: false,
+        bounces: 8,
+        ..Settings::default()
     };
-    let mut probe = probe.scene;
-    probe.materials = materials.to_vec();
-    probe.meshes[0].material = material;
-    probe.set_resolution(1, 1);
-    let renderer = Renderer::new(&probe);
-    let Some(point) = renderer.shading_point([0, 0], &mut Workspace::new()) else {
-        return 0.0;
-    };
-    let frame = Frame::from_normal(point.normal);
-    let middle = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
-    let mut sum = DVec3::ZERO;
-    for view in 0..VIEWS {
-        // By the cosine.
-        let cosine = (1.0 - middle(view, VIEWS)).sqrt();
-        let sine = (1.0 - cosine * cosine).sqrt();
-        let outgoing = frame.x * sine + point.normal * cosine;
-        for u in 0..DRAWN {
-            for v in 0..DRAWN {
-                let drawn = [middle(u, DRAWN), middle(v, DRAWN)];
-                let Some(wi) = point.bsdf.sample(drawn, outgoing, point.normal) else {
-                    continue;
-                };
-                let density = point.bsdf.pdf(wi, outgoing, point.normal);
-                let cosine = point.cosine(wi);
-                if density > 0.0 && cosine > 0.0 {
-                    let value = point.bsdf.eval(wi, outgoing, point.normal);
-                    sum += value * (cosine / density);
-                }
-            }
+    let renderer = Renderer::new(scene);
+    let mut workspace = Workspace::new();
+    let mut sum = 0.0;
+    for y in 0..height {
+        for x in 0..width {
+            let pixel = renderer.pixel(&settings, [x, y], &mut workspace);
+            sum += pixel.element_sum();
         }
     }
-    let reflected = sum / f64::from(VIEWS * DRAWN * DRAWN);
-    let mirrored: DVec3 = point.bounces.iter().map(|b| b.weight).sum();
-    (reflected + mirrored).element_sum() / 3.0
+    sum / (3.0 * f64::from(width) * f64::from(height))
 }
 
 fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
@@ -187,7 +147,7 @@ fn parent(path: &Path) -> PathBuf {
 
 /// Names of images in the new file.
 struct Images<'a> {
-    /// Folder that the old names are relative to.
+    /// Where the old names start.
     from: PathBuf,
     /// The new file.
     to: &'a Path,
