@@ -109,7 +109,7 @@ impl Assembly {
     }
 
     /// Adds a mesh to the scene; `what` it is, for messages.
-    pub fn place(
+    pub fn add_mesh(
         &mut self,
         mesh: &MeshData,
         place: &Placement,
@@ -151,7 +151,7 @@ impl Assembly {
     }
 
     /// Adds a linear light between two points of the world.
-    pub fn place_line(
+    pub fn add_line(
         &mut self,
         [p0, p1]: [DVec3; 2],
         spec: &EmissionSpec,

@@ -112,7 +112,7 @@ pub enum MaterialKind {
         kd: Texture,
         /// Factor on the glossy lobe.
         ks: Texture,
-        /// Of the glossy lobe.
+        /// Roughness of the glossy lobe.
         roughness: Roughness,
     },
     /// v3 `metal`, v4 `conductor`: microfacets of a conductor.
@@ -121,14 +121,14 @@ pub enum MaterialKind {
         eta: Texture,
         /// Absorption coefficient.
         k: Texture,
-        /// Of the microfacets.
+        /// Roughness of the microfacets.
         roughness: Roughness,
     },
     /// v4 `conductor` with a colour: microfacets with Schlick's Fresnel term of this reflectance.
     ColoredConductor {
         /// Reflectance at normal incidence.
         reflectance: Texture,
-        /// Of the microfacets.
+        /// Roughness of the microfacets.
         roughness: Roughness,
     },
     /// v3 `substrate`: Ashikhmin and Shirley's diffuse base under a glossy coat.
@@ -137,7 +137,7 @@ pub enum MaterialKind {
         kd: Texture,
         /// Reflectance of the coat at normal incidence.
         ks: Texture,
-        /// Of the coat.
+        /// Roughness of the coat.
         roughness: Roughness,
     },
     /// v3 `uber`.
@@ -150,7 +150,7 @@ pub enum MaterialKind {
         kr: Texture,
         /// Specular transmittance.
         kt: Texture,
-        /// Of the glossy lobe.
+        /// Roughness of the glossy lobe.
         roughness: Roughness,
         /// Index of refraction.
         eta: Texture,
@@ -170,20 +170,20 @@ pub enum MaterialKind {
         kt: Texture,
         /// Index of refraction.
         eta: Texture,
-        /// Zero: smooth.
+        /// Roughness of the interface; zero: smooth.
         roughness: Roughness,
         /// A sheet without thickness: transmission goes straight on.
         thin: bool,
     },
     /// v4 `coateddiffuse`: Lambert under a rough dielectric.
     CoatedDiffuse {
-        /// Of the base.
+        /// Diffuse reflectance of the base.
         reflectance: Texture,
-        /// Of the coat.
+        /// Roughness of the coat.
         roughness: Roughness,
         /// Index of refraction of the coat.
         eta: Texture,
-        /// Of the coat.
+        /// Thickness of the coat.
         thickness: f64,
     },
     /// v4 `diffusetransmission`.

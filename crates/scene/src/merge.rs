@@ -56,21 +56,21 @@ impl Facet {
 pub(crate) fn merge<E>(
     facets: &[Facet],
     same: impl Fn(usize, usize) -> bool,
-    mut each: impl FnMut(Group) -> Result<(), E>,
+    mut add: impl FnMut(Group) -> Result<(), E>,
 ) -> Result<(), E> {
     let mesh = Topology::new(facets);
     for patch in mesh.patches(facets, &same) {
         if let [alone] = patch[..] {
-            each(single(facets, alone))?;
+            add(single(facets, alone))?;
         } else if let Some(polygon) = mesh.union(facets, &patch) {
-            each(Group {
+            add(Group {
                 polygon: Ok(polygon),
                 facets: patch,
             })?;
         } else {
             mesh.greedy(facets, patch)
                 .into_iter()
-                .try_for_each(&mut each)?;
+                .try_for_each(&mut add)?;
         }
     }
     Ok(())

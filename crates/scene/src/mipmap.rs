@@ -7,7 +7,7 @@
 
 use crate::footprint::Footprint;
 use crate::image::ImageData;
-use crate::texture::{Wrap, place};
+use crate::texture::{Wrap, wrapped};
 use linelit_geometry::{DVec2, DVec3};
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -246,7 +246,7 @@ impl Taps {
             }
         });
         let sum: f64 = weights.iter().sum();
-        let pixels = at.map(|(pixel, _)| place(wrap, pixel, from));
+        let pixels = at.map(|(pixel, _)| wrapped(wrap, pixel, from));
         Self {
             pixels: pixels.map(|pixel| pixel.unwrap_or(0)),
             weights: [0, 1, 2, 3].map(|k| match pixels[k] {
@@ -457,7 +457,7 @@ impl Mipmap<'_> {
     /// A texel of a level, or what lies beyond its edges.
     fn texel(&self, level: usize, x: f64, y: f64) -> DVec3 {
         let [w, h] = self.size(level);
-        match (place(self.wrap[0], x, w), place(self.wrap[1], y, h)) {
+        match (wrapped(self.wrap[0], x, w), wrapped(self.wrap[1], y, h)) {
             (Some(x), Some(y)) => self.pyramid.texel(self.image, level, x, y),
             _ => DVec3::ZERO,
         }

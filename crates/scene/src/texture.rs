@@ -277,7 +277,7 @@ impl ImageTexture {
             // Pixel centres are at half-integers; rows count from the top.
             let x = at.uv.x * f64::from(w) - 0.5;
             let y = (1.0 - at.uv.y) * f64::from(h) - 0.5;
-            let pixel = |x, y| match (place(self.wrap[0], x, w), place(self.wrap[1], y, h)) {
+            let pixel = |x, y| match (wrapped(self.wrap[0], x, w), wrapped(self.wrap[1], y, h)) {
                 (Some(i), Some(j)) => self.data.pixel(i, j),
                 _ => DVec3::ZERO,
             };
@@ -331,9 +331,9 @@ fn mean_of_wave(x: f64, r: f64) -> f64 {
     clippy::cast_sign_loss,
     reason = "wrapped into [0, n) before the cast"
 )]
-pub(crate) fn place(wrap: Wrap, i: f64, n: u32) -> Option<u32> {
+pub(crate) fn wrapped(wrap: Wrap, i: f64, n: u32) -> Option<u32> {
     let n = f64::from(n);
-    let wrapped = match wrap {
+    let index = match wrap {
         Wrap::Repeat => i.rem_euclid(n),
         Wrap::Mirror => {
             let k = i.rem_euclid(2.0 * n);
@@ -343,7 +343,7 @@ pub(crate) fn place(wrap: Wrap, i: f64, n: u32) -> Option<u32> {
         Wrap::Black if (0.0..n).contains(&i) => i,
         Wrap::Black => return None,
     };
-    Some(wrapped.min(n - 1.0) as u32)
+    Some(index.min(n - 1.0) as u32)
 }
 
 #[cfg(test)]
@@ -352,7 +352,7 @@ mod tests {
 
     #[test]
     fn images_go_on_as_told() {
-        let at = |wrap, list: [i32; 6]| list.map(|i| place(wrap, f64::from(i), 3));
+        let at = |wrap, list: [i32; 6]| list.map(|i| wrapped(wrap, f64::from(i), 3));
         let list = [-4, -1, 0, 2, 3, 7];
         let some = |list: [u32; 6]| list.map(Some);
         assert_eq!(at(Wrap::Repeat, list), some([2, 2, 0, 2, 0, 1]));

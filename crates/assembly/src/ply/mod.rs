@@ -29,7 +29,7 @@ pub fn load(source: &Source, path: Option<&Path>, options: &LoadOptions) -> Resu
     }
     let has_shapes = !mesh.triangles.is_empty();
     let place = Placement::default();
-    base.place(&mesh, &place, "the mesh", source.whole())?;
+    base.add_mesh(&mesh, &place, "the mesh", source.whole())?;
     base.finish(source.name(), has_shapes, None, FilmSettings::default())
 }
 

@@ -61,13 +61,13 @@ impl<'a> Reader<'a> {
                         emission,
                         ..Placement::default()
                     };
-                    self.base.place(mesh, &placement, "the mesh", at)?;
+                    self.base.add_mesh(mesh, &placement, "the mesh", at)?;
                 }
                 Shape::Lines(lines) => match emission {
                     Some(spec) => {
                         for line in lines {
                             let ends = line.map(|p| to_world.transform_point3(p));
-                            self.base.place_line(ends, &spec, at)?;
+                            self.base.add_line(ends, &spec, at)?;
                         }
                     }
                     None => {

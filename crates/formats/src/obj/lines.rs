@@ -10,7 +10,8 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The text behind the keyword, without the blanks around it: a name may hold blanks.
+    /// The text behind the keyword, without the blanks around it: a name may hold blanks. Its place
+    /// is the keyword's if there is none.
     pub(super) fn rest(&self, source: &Source) -> (String, Span) {
         match self.words.as_slice() {
             [_, first, .., last] => {
@@ -18,7 +19,7 @@ impl Line {
                 (source.text(span), span)
             }
             [_, only] => (source.text(*only), *only),
-            _ => (String::new(), Span::new(self.span.end, self.span.end)),
+            _ => (String::new(), self.span),
         }
     }
 }

@@ -50,7 +50,7 @@ pub(crate) fn load(
         let (material, emission) = group.material;
         if let Some(spec) = emission.filter(|_| group.is_line) {
             for ends in model.mesh.indices.as_chunks::<2>().0 {
-                base.place_line(ends.map(|k| position(&model.mesh, k)), &spec, at)?;
+                base.add_line(ends.map(|k| position(&model.mesh, k)), &spec, at)?;
             }
             continue;
         }
@@ -61,7 +61,7 @@ pub(crate) fn load(
             ..Placement::default()
         };
         if !mesh.triangles.is_empty() {
-            base.place(&mesh, &place, "the mesh from here", at)?;
+            base.add_mesh(&mesh, &place, "the mesh from here", at)?;
         }
     }
     let shapes = statements.shapes > 0;

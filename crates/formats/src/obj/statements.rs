@@ -168,8 +168,8 @@ impl<'a> Statements<'a> {
             }
             b"f" | b"fo" => self.face(line.span, rest)?,
             b"l" => self.polyline(keyword, rest)?,
-            b"usemtl" => self.use_material(keyword, line.rest(source))?,
-            b"mtllib" => self.name_libraries(keyword, line)?,
+            b"usemtl" => self.use_material(line.rest(source))?,
+            b"mtllib" => self.name_libraries(line)?,
             _ => self.other(keyword)?,
         }
         Ok(())
@@ -353,7 +353,7 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    fn use_material(&mut self, keyword: Span, (name, span): (String, Span)) -> Result<()> {
+    fn use_material(&mut self, (name, span): (String, Span)) -> Result<()> {
         let source = self.source;
         self.is_open = false;
         let found = self.materials.get(&name).copied();
@@ -361,15 +361,10 @@ impl<'a> Statements<'a> {
         if found.is_none() {
             let shown = shorten(&name);
             let message = format!("unknown material `{shown}`");
-            let place = if span.start == span.end {
-                keyword
-            } else {
-                span
-            };
             let names = self.materials.keys().map(String::as_str);
             // Called for the first warning of a name only: suggestions take time.
             let place = |e: SceneError| {
-                let error = e.at(source.at(place), "replaced by grey, 0.5");
+                let error = e.at(source.at(span), "replaced by grey, 0.5");
                 error.suggest(nearest(&name, names))
             };
             let warnings = &mut self.base.warnings;
@@ -379,7 +374,7 @@ impl<'a> Statements<'a> {
     }
 
     /// `mtllib a.mtl b.mtl` names two libraries, or one whose name holds a blank.
-    fn name_libraries(&mut self, keyword: Span, line: &Line) -> Result<()> {
+    fn name_libraries(&mut self, line: &Line) -> Result<()> {
         let source = self.source;
         let (whole, span) = line.rest(source);
         if line.words.len() > 2 && !self.base.has_file(&whole) {
@@ -388,12 +383,7 @@ impl<'a> Statements<'a> {
             }
             return Ok(());
         }
-        let place = if span.start == span.end {
-            keyword
-        } else {
-            span
-        };
-        self.library(place, &whole)
+        self.library(span, &whole)
     }
 
     fn library(&mut self, place: Span, name: &str) -> Result<()> {

@@ -266,7 +266,8 @@ impl Writer<'_> {
                     "AttributeBegin\nAreaLightSource \"diffuse\"{emission}"
                 )?;
             }
-            self.triangles(mesh, start, end)?;
+            self.shape(mesh, start, end)?;
+            writeln!(self.text)?;
             if light.is_some() {
                 writeln!(self.text, "AttributeEnd")?;
             }
@@ -331,11 +332,6 @@ impl Writer<'_> {
         Ok(out)
     }
 
-    fn triangles(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
-        self.shape(mesh, start, end)?;
-        writeln!(self.text)
-    }
-
     /// A shape of some triangles, without the end of its line.
     fn shape(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
         let scene = self.scene;
@@ -351,24 +347,27 @@ impl Writer<'_> {
                 write!(self.text, " {number}")?;
             }
         }
-        write!(self.text, " ] \"point3 P\" [")?;
-        for i in &vertices {
-            let [x, y, z] = scene.positions[*i];
-            write!(self.text, " {x} {y} {z}")?;
-        }
+        write!(self.text, " ]")?;
+        self.list("point3 P", &scene.positions, &vertices)?;
         if mesh.has_normals {
-            write!(self.text, " ] \"normal N\" [")?;
-            for i in &vertices {
-                let [x, y, z] = scene.normals[*i];
-                write!(self.text, " {x} {y} {z}")?;
-            }
+            self.list("normal N", &scene.normals, &vertices)?;
         }
         if mesh.has_uvs {
-            write!(self.text, " ] \"point2 uv\" [")?;
-            for i in &vertices {
-                let [u, v] = scene.uvs[*i];
-                write!(self.text, " {u} {v}")?;
-            }
+            self.list("point2 uv", &scene.uvs, &vertices)?;
+        }
+        Ok(())
+    }
+
+    /// A parameter of the numbers that some vertices have.
+    fn list<const N: usize>(
+        &mut self,
+        parameter: &str,
+        of_vertices: &[[f32; N]],
+        vertices: &[usize],
+    ) -> fmt::Result {
+        write!(self.text, " \"{parameter}\" [")?;
+        for number in vertices.iter().flat_map(|i| of_vertices[*i]) {
+            write!(self.text, " {number}")?;
         }
         write!(self.text, " ]")
     }

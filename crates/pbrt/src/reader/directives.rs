@@ -244,7 +244,7 @@ impl Loader {
                 to_world,
                 ..shape.place
             };
-            self.place(&params, &shape.geometry, &place)?;
+            self.add_shape(&params, &shape.geometry, &place)?;
         }
         Ok(())
     }

@@ -55,7 +55,7 @@ impl Loader {
                 shapes.push(ObjectShape { geometry, place });
                 Ok(())
             }
-            None => self.place(&params, &geometry, &place),
+            None => self.add_shape(&params, &geometry, &place),
         }
     }
 
@@ -66,7 +66,7 @@ impl Loader {
             "plymesh" => self.ply_mesh(params)?,
             "bilinearmesh" => self.bilinear_mesh(params)?,
             "quad" => quad(params)?,
-            "sphere" | "disk" | "cylinder" => self.round(name, params)?,
+            "sphere" | "disk" | "cylinder" => self.round_shape(name, params)?,
             "line" => return line(params).map(Some),
             _ => {
                 let known = SHAPES.split(' ').chain(UNSUPPORTED.split(' '));
@@ -81,8 +81,8 @@ impl Loader {
         Ok(Some(Geometry::Mesh(Rc::new(mesh))))
     }
 
-    /// Puts a shape into the world.
-    pub(super) fn place(
+    /// Adds a shape to the scene.
+    pub(super) fn add_shape(
         &mut self,
         params: &Params,
         geometry: &Geometry,
@@ -90,10 +90,10 @@ impl Loader {
     ) -> Result<()> {
         let mesh = match geometry {
             Geometry::Mesh(mesh) => mesh,
-            Geometry::Line(p0, p1) => return self.place_line(params, [*p0, *p1], place),
+            Geometry::Line(p0, p1) => return self.add_line(params, [*p0, *p1], place),
         };
         let owner = &params.owner;
-        self.base.place(mesh, place, owner, params.at())?;
+        self.base.add_mesh(mesh, place, owner, params.at())?;
         let split = place.emission.is_some_and(|e| e.power.is_some())
             && !mesh.one_shape
             && mesh.triangles.len() > 1;
@@ -105,7 +105,7 @@ impl Loader {
         Ok(())
     }
 
-    fn place_line(&mut self, params: &Params, ends: [DVec3; 2], place: &Placement) -> Result<()> {
+    fn add_line(&mut self, params: &Params, ends: [DVec3; 2], place: &Placement) -> Result<()> {
         let [p0, p1] = ends.map(|p| place.to_world.transform_point3(p));
         let Some(emission) = place.emission else {
             let message = "a line without `AreaLightSource` is nothing";
@@ -116,7 +116,7 @@ impl Loader {
             let label = "emits as a white one";
             self.base.suspicious(message, label, params.at())?;
         }
-        self.base.place_line([p0, p1], &emission, params.at())
+        self.base.add_line([p0, p1], &emission, params.at())
     }
 
     fn warn_about_alpha(&mut self, params: &Params) -> Result<()> {
@@ -264,7 +264,7 @@ impl Loader {
         Ok(mesh)
     }
 
-    fn round(&mut self, name: &str, params: &Params) -> Result<MeshData> {
+    fn round_shape(&mut self, name: &str, params: &Params) -> Result<MeshData> {
         let radius = params.positive_or("radius", 1.0)?;
         let phi = params.positive_or("phimax", 360.0)?.min(360.0).to_radians();
         let emissive = self.state.emission.is_some();
