@@ -199,6 +199,22 @@ impl Sink {
         Ok(())
     }
 
+    /// A face of three corners, as little-endian bytes; false if one is out of range.
+    fn triangle(&mut self, corners: &[[u8; 4]]) -> bool {
+        let count = self.vertex_count;
+        let index = |k: usize| u32::from_le_bytes(corners[k]);
+        let triangle = [index(0), index(1), index(2)];
+        // What is negative is beyond 2^31 here, which would be an error as well.
+        let fits = triangle
+            .iter()
+            .all(|i| (*i as usize) < count && *i < 1 << 31);
+        if fits {
+            self.faces += 1;
+            self.mesh.triangles.push(triangle);
+        }
+        fits
+    }
+
     fn face(&mut self, indices: &[f64]) -> RowResult {
         let (number, count) = (self.faces, self.vertex_count);
         self.faces += 1;

@@ -44,7 +44,11 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
         }
         let role = sink.role(i);
         sink.reserve(role, count.min(left / least + 1));
+        let is_plain = numbers.is_plain(role, element);
         for row in 0..count {
+            if is_plain && numbers.plain(role, element, &mut values, sink) {
+                continue;
+            }
             let start = numbers.next_start();
             let wanted = (role == Role::Face).then_some(sink.indices);
             match numbers.row(element, wanted, &mut values, &mut list) {
@@ -65,6 +69,51 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
 }
 
 impl Numbers<'_> {
+    /// Whether rows are what most files have: vertices of little-endian `float`s alone, faces of
+    /// one list of `int`s behind a `uchar`.
+    fn is_plain(&self, role: Role, element: &Element) -> bool {
+        let scalars = |p: &Property| p.length.is_none() && p.item == Scalar::F32;
+        let corners = |p: &Property| (p.length, p.item) == (Some(Scalar::U8), Scalar::I32);
+        let properties = &element.properties;
+        self.format == Format::Little
+            && match role {
+                Role::Vertex => properties.iter().all(scalars),
+                Role::Face => properties.len() == 1 && corners(&properties[0]),
+                Role::Skip => false,
+            }
+    }
+
+    /// Takes a row of such an element at once, twice as fast as number by number; false, and
+    /// nothing is taken, of a polygon and of what is wrong.
+    #[inline]
+    fn plain(
+        &mut self,
+        role: Role,
+        element: &Element,
+        values: &mut Vec<f64>,
+        sink: &mut Sink,
+    ) -> bool {
+        let rest = &self.source.bytes()[self.at..];
+        let size = if role == Role::Face {
+            let corners = rest.first_chunk::<13>().filter(|row| row[0] == 3);
+            let taken = corners.is_some_and(|row| sink.triangle(row[1..].as_chunks::<4>().0));
+            if taken { 13 } else { 0 }
+        } else {
+            let row = rest.get(..4 * element.properties.len()).unwrap_or_default();
+            let numbers = row.as_chunks::<4>().0.iter();
+            values.clear();
+            values.extend(numbers.map(|bytes| f64::from(f32::from_le_bytes(*bytes))));
+            let is_whole = values.len() == element.properties.len();
+            if is_whole && sink.vertex(values).is_ok() {
+                row.len()
+            } else {
+                0
+            }
+        };
+        self.at += size;
+        size > 0
+    }
+
     /// One row: its numbers with a zero for each list, and the list that is wanted.
     fn row(
         &mut self,
