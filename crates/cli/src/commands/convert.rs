@@ -64,17 +64,21 @@ fn say_what_changes(scene: &mut Scene) {
         "`{}` is written as `{theirs}` in place of `{ours}`{others}",
         first.name
     );
+    // As `render` lights it.
+    if scene.lights.is_empty() {
+        linelit_formats::add_framing_light(scene);
+    }
     let before = brightness(scene);
     scene.materials = scene.materials.iter().map(nearest).collect();
     let after = brightness(scene);
     let change = if before > 0.0 {
-        format!("{:+.1} %", 100.0 * (after / before - 1.0))
+        format!("by {:+.1} %", 100.0 * (after / before - 1.0))
     } else {
-        format!("{before} to {after:.3}")
+        format!("from {before} to {after:.3}")
     };
     note(format_args!(
         "warning: pbrt-v4 does not have all materials: {what}; read back by linelit, the mean of \
-         the picture changes by {change} (--extensions writes materials as they are)"
+         the picture changes {change} (--extensions writes materials as they are)"
     ));
 }
 
