@@ -179,19 +179,20 @@ impl ConvexPolygon {
     fn check_convex(&self, tolerance: f64) -> Result<(), PolygonError> {
         let n = self.count;
         for i in 0..n {
-            let (a, b, c) = (
-                self.vertices[i],
-                self.vertices[(i + 1) % n],
-                self.vertices[(i + 2) % n],
-            );
-            let (e, g) = (b - a, c - a);
-            // The height of c over the edge, positive inside.
-            let turn = predicates::cross(e, g).dot(self.normal);
-            if turn < -tolerance * (e.length() + g.length()) {
-                return Err(PolygonError::NotConvex((i + 1) % n));
+            let (a, b) = (self.vertices[i], self.vertices[(i + 1) % n]);
+            let e = b - a;
+            // All others, not the next alone: an outline may go far out and back within the
+            // tolerance.
+            for j in 2..n {
+                let g = self.vertices[(i + j) % n] - a;
+                // The height over the edge, positive inside.
+                let turn = predicates::cross(e, g).dot(self.normal);
+                if turn < -tolerance * (e.length() + g.length()) {
+                    return Err(PolygonError::NotConvex((i + j - 1) % n));
+                }
             }
         }
-        // A star passes the local test; a convex polygon winds round once.
+        // What winds round twice passes; a convex polygon does so once.
         if self.total_turn() > 1.5 * std::f64::consts::TAU {
             return Err(PolygonError::NotConvex(0));
         }
@@ -427,6 +428,18 @@ mod tests {
         let star = [star[0], star[2], star[4], star[1], star[3]];
         assert!(matches!(
             ConvexPolygon::try_new(&star),
+            Err(E::NotConvex(_))
+        ));
+        // A sliver with a spike four times as long, no wider than the tolerance: found by hostile
+        // properties, its centroid outside.
+        let spike = [
+            DVec3::new(1.220_703_125e-4, -0.015_625, 0.0),
+            DVec3::new(0.0, 128.0, 2.441_406_25e-4),
+            z,
+            DVec3::new(32.0, 1.0, 0.001_953_125),
+        ];
+        assert!(matches!(
+            ConvexPolygon::try_new(&spike),
             Err(E::NotConvex(_))
         ));
     }
