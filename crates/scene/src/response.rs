@@ -99,9 +99,7 @@ impl Builder<'_> {
                 self.phong(scale, ks.evaluate(at), exponent.evaluate_number(at));
             }
             MaterialKind::Plastic { kd, ks, roughness } => {
-                self.layers.add_diffuse(scale * colour(kd));
-                let fresnel = Fresnel::Dielectric { eta: 1.0 / 1.5 };
-                self.reflector(scale * colour(ks), roughness, fresnel);
+                self.plastic([kd, ks].map(|t| scale * colour(t)), roughness);
             }
             MaterialKind::Substrate { kd, ks, roughness } => {
                 self.substrate(scale, colour(kd), colour(ks), roughness);
@@ -111,10 +109,10 @@ impl Builder<'_> {
                 self.reflector(scale, roughness, Fresnel::Conductor { eta, k });
             }
             MaterialKind::ColoredConductor {
-                reflectance,
+                reflectance: f0,
                 roughness,
             } => {
-                let (f0, f90) = (colour(reflectance), 1.0);
+                let (f0, f90) = (colour(f0), 1.0);
                 self.reflector(scale, roughness, Fresnel::Schlick { f0, f90 });
             }
             MaterialKind::Uber {
@@ -129,7 +127,7 @@ impl Builder<'_> {
                 let opaque = colour(opacity);
                 self.straight_on(scale * (DVec3::ONE - opaque));
                 let colours = [kd, ks, kr, kt].map(|t| scale * opaque * colour(t));
-                self.uber(colours, roughness, eta.evaluate_number(at));
+                self.uber(colours, roughness, eta);
             }
             MaterialKind::Mirror { kr } => self.mirror(scale * colour(kr)),
             MaterialKind::Dielectric {
@@ -140,8 +138,7 @@ impl Builder<'_> {
                 thin,
             } => {
                 let colours = [kr, kt].map(|t| scale * colour(t));
-                let roughness = (!thin).then_some(roughness);
-                self.glass(colours, eta.evaluate_number(at), roughness);
+                self.glass(colours, eta, (!thin).then_some(roughness));
             }
             // Their diffuse part only: see `Material::is_drawn_in_full`.
             MaterialKind::CoatedDiffuse { .. } | MaterialKind::DiffuseTransmission { .. } => {
@@ -162,6 +159,12 @@ impl Builder<'_> {
         }
     }
 
+    /// Diffuse under pbrt's glossy coat of plastic: colours are `Kd` and `Ks`.
+    fn plastic(&mut self, [kd, ks]: [DVec3; 2], roughness: &Roughness) {
+        self.layers.add_diffuse(kd);
+        self.reflector(ks, roughness, Fresnel::Dielectric { eta: 1.0 / 1.5 });
+    }
+
     fn substrate(&mut self, scale: DVec3, diffuse: DVec3, specular: DVec3, roughness: &Roughness) {
         let facets = self.facets(roughness);
         if diffuse != DVec3::ZERO || specular != DVec3::ZERO {
@@ -175,8 +178,8 @@ impl Builder<'_> {
     }
 
     /// Diffuse and glossy reflection with a smooth interface: colours are `Kd`, `Ks`, `Kr`, `Kt`.
-    fn uber(&mut self, [kd, ks, kr, kt]: [DVec3; 4], roughness: &Roughness, eta: f64) {
-        let eta = index_of_refraction(eta);
+    fn uber(&mut self, [kd, ks, kr, kt]: [DVec3; 4], roughness: &Roughness, eta: &Texture) {
+        let eta = index_of_refraction(eta.evaluate_number(self.at));
         self.layers.add_diffuse(kd);
         self.reflector(ks, roughness, Fresnel::Dielectric { eta });
         self.dielectric(kr, kt, eta);
@@ -189,8 +192,8 @@ impl Builder<'_> {
 
     /// A smooth or rough interface, or a sheet, which has no roughness; of a rough interface, light
     /// from behind is not asked for.
-    fn glass(&mut self, [kr, kt]: [DVec3; 2], eta: f64, roughness: Option<&Roughness>) {
-        let eta = index_of_refraction(eta);
+    fn glass(&mut self, [kr, kt]: [DVec3; 2], eta: &Texture, roughness: Option<&Roughness>) {
+        let eta = index_of_refraction(eta.evaluate_number(self.at));
         let Some(roughness) = roughness else {
             return self.thin(kr, kt, eta);
         };

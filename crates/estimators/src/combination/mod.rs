@@ -131,33 +131,7 @@ pub(crate) fn combined<R: Reflection, T: EmissionTexture>(
         ShaftClass::Empty => combination.buffers.plan.unoccluded += 1,
         ShaftClass::Partial => {}
     }
-    let points_for_a_line = match combination.visibility.is_dense() {
-        true => estimator.points_if_dense(),
-        false => None,
-    };
-    let count = query.samples.saturating_mul(points_for_a_line.unwrap_or(1));
-    let random = query.numbers.independent(Stream::Orientation, 2 + MOST);
-    let u = |k| random.get_1d(k);
-    let rounds = match estimator.weights() {
-        Weights::Optimal(_) if count > 1 => 2,
-        _ => 1,
-    };
-    let expected = f64::from(count) / f64::from(rounds);
-    let dense = points_for_a_line.is_some();
-    PreparedTechnique::all(estimator, expected, &part, dense, u, &mut own.techniques);
-    for round in 0..rounds {
-        if round > 0 {
-            own.first_round = Some(own.samples.len());
-        }
-        allot(&mut own.techniques, u([0, 1 + MOST][round as usize]));
-        combination.draw(round as usize, &mut own);
-    }
-    if estimator.weights() == Weights::Unoccluded {
-        combination.densities_unoccluded(&mut own);
-    } else {
-        combination.densities(&mut own);
-    }
-    combination.smooth_across(&mut own);
+    combination.gather(&part, &mut own);
     let sum = sum(estimator, &own);
     samples.combination = own.emptied();
     sum
@@ -181,6 +155,45 @@ fn above_horizon<R>(area: &AreaLight, point: &ShadingPoint<R>) -> Option<ConvexP
 }
 
 impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
+    /// Samples of all techniques with all their densities: in two rounds for the optimal
+    /// heuristic, each of which gives the other its coefficients.
+    fn gather<'t>(&mut self, part: &Polygon<'t, T>, own: &mut CombinationBuffers<'t>) {
+        let estimator = self.query.estimator;
+        let points_for_a_line = match self.visibility.is_dense() {
+            true => estimator.points_if_dense(),
+            false => None,
+        };
+        let count = self
+            .query
+            .samples
+            .saturating_mul(points_for_a_line.unwrap_or(1));
+        let random = self
+            .query
+            .numbers
+            .independent(Stream::Orientation, 2 + MOST);
+        let u = |k| random.get_1d(k);
+        let rounds = match estimator.weights() {
+            Weights::Optimal(_) if count > 1 => 2,
+            _ => 1,
+        };
+        let expected = f64::from(count) / f64::from(rounds);
+        let dense = points_for_a_line.is_some();
+        PreparedTechnique::all(estimator, expected, part, dense, u, &mut own.techniques);
+        for round in 0..rounds {
+            if round > 0 {
+                own.first_round = Some(own.samples.len());
+            }
+            allot(&mut own.techniques, u([0, 1 + MOST][round as usize]));
+            self.draw(round as usize, own);
+        }
+        if estimator.weights() == Weights::Unoccluded {
+            self.densities_unoccluded(own);
+        } else {
+            self.densities(own);
+        }
+        self.smooth_across(own);
+    }
+
     /// Draws the samples of all techniques; those of two rounds are independent.
     fn draw(&mut self, round: usize, buffers: &mut CombinationBuffers<'_>) {
         let mut numbers = self.query.numbers;

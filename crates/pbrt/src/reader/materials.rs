@@ -26,15 +26,19 @@ const MATERIALS: &str = "\
 /// Those of pbrt-v4, whose roughness and names of parameters are its own.
 const OF_V4: &str = "coateddiffuse conductor dielectric diffuse diffusetransmission thindielectric";
 
-/// A model by its type, with the values that pbrt gives it; `None` of those that are not drawn.
-fn with_defaults(kind: &str) -> Option<MaterialKind> {
-    let number = Texture::number;
-    let remap = if is_one_of(kind, OF_V4) {
+/// How a model's roughness becomes the width of its microfacets, in the version that it is of.
+fn remap(kind: &str) -> Remap {
+    if is_one_of(kind, OF_V4) {
         Remap::V4
     } else {
         Remap::V3
-    };
-    let rough = |value| Roughness::isotropic(value, remap);
+    }
+}
+
+/// A model by its type, with the values that pbrt gives it; `None` of those that are not drawn.
+fn with_defaults(kind: &str) -> Option<MaterialKind> {
+    let number = Texture::number;
+    let rough = |value| Roughness::isotropic(value, remap(kind));
     Some(match kind {
         "matte" | "diffuse" => MaterialKind::Matte {
             kd: number(0.5),

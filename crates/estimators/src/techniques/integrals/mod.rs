@@ -23,6 +23,9 @@ pub(crate) trait Integral: Copy + Default {
 
     /// The light of the query, whose samples are lines, as [`estimate`](crate::estimate) gives it:
     /// alone, and in a combination where the reflection has a closed form.
+    ///
+    /// A shaft is best asked for by [`through_shaft`](crate::strategy::through_shaft), which skips
+    /// and counts lights that are hidden or seen as a whole.
     fn light<R: Reflection, T: EmissionTexture>(
         self,
         query: &Query<'_, R, T>,
