@@ -37,3 +37,9 @@ pub use techniques::points::Points;
 pub use techniques::points::linear::{LinearHeuristic, LinearOptions};
 pub use techniques::{Integration, LineBy, PointBy, Technique};
 pub use text::ParseEstimatorError;
+
+// What queries are made of, so that one dependency is enough.
+pub use {
+    linelit_bsdf as bsdf, linelit_geometry as geometry, linelit_lights as lights,
+    linelit_samplers as samplers, linelit_visibility as visibility,
+};

@@ -1,11 +1,10 @@
 //! Direct light in a renderer that knows nothing of linelit's scenes, in 60 lines.
 
-use linelit_bsdf::Reflection;
+use linelit_estimators::bsdf::Reflection;
+use linelit_estimators::geometry::{ConvexPolygon, DVec3, Frame};
+use linelit_estimators::lights::{AreaLight, Emission, Light};
 use linelit_estimators::{Buffers, LightSource, Query, RandomNumbers, ShadingPoint, estimate};
-use linelit_geometry::{ConvexPolygon, DVec3, Frame};
-use linelit_lights::{AreaLight, Emission, Light};
-use linelit_samplers::SamplerKind;
-use linelit_visibility::Occluders;
+use linelit_estimators::{samplers::SamplerKind, visibility::Occluders};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// A BSDF of one's own: diffuse, with three methods and no closed form.
@@ -44,11 +43,7 @@ fn lights() -> [Light; 2] {
 
 /// Radiance from the point `x` of a floor below them and below a triangle, to a viewer overhead.
 pub(crate) fn radiance(x: DVec3, estimator: &str, samples: u32, seed: u64) -> DVec3 {
-    let corners = [
-        [-0.625, -0.25, 1.0],
-        [0.5, -0.25, 1.125],
-        [0.125, 0.625, 0.75],
-    ];
+    let corners = [[-0.5, -0.25, 1.0], [0.5, -0.25, 1.0], [0.125, 0.5, 0.75]];
     let occluders = Occluders::build(&corners, &[[0, 1, 2]]);
     let bsdf = Chalk(DVec3::new(0.75, 0.5, 0.25));
     let point = ShadingPoint::new(x, DVec3::Z, DVec3::Z, bsdf);

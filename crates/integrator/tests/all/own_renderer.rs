@@ -16,7 +16,7 @@ Film "image" "integer xresolution" [ 4 ] "integer yresolution" [ 4 ]
 WorldBegin
 Material "matte" "rgb Kd" [ 0.75 0.5 0.25 ]
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point3 P" [ -9 -9 0  9 -9 0  9 9 0  -9 9 0 ]
-Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ -0.625 -0.25 1  0.5 -0.25 1.125  0.125 0.625 0.75 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ -0.5 -0.25 1  0.5 -0.25 1  0.125 0.5 0.75 ]
 AttributeBegin
 AreaLightSource "diffuse" "rgb L" [ 8 6 4 ]
 Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ -0.75 -0.5 2  0.125 0.875 1.625  0.75 -0.375 2.25 ]
