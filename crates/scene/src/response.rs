@@ -95,8 +95,7 @@ impl Builder<'_> {
                 self.matte(scale, colour(kd), sigma.evaluate_number(at));
             }
             MaterialKind::Phong { kd, ks, exponent } => {
-                self.layers.add_diffuse(scale * colour(kd));
-                self.phong(scale, ks.evaluate(at), exponent.evaluate_number(at));
+                self.phong(scale, [colour(kd), ks.evaluate(at)], exponent);
             }
             MaterialKind::Plastic { kd, ks, roughness } => {
                 self.plastic([kd, ks].map(|t| scale * colour(t)), roughness);
@@ -124,10 +123,8 @@ impl Builder<'_> {
                 eta,
                 opacity,
             } => {
-                let opaque = colour(opacity);
-                self.straight_on(scale * (DVec3::ONE - opaque));
-                let colours = [kd, ks, kr, kt].map(|t| scale * opaque * colour(t));
-                self.uber(colours, roughness, eta);
+                self.straight_on(scale * (DVec3::ONE - colour(opacity)));
+                self.uber(scale * colour(opacity), [kd, ks, kr, kt], roughness, eta);
             }
             MaterialKind::Mirror { kr } => self.mirror(scale * colour(kr)),
             MaterialKind::Dielectric {
@@ -142,8 +139,8 @@ impl Builder<'_> {
             }
             // Their diffuse part only: see `Material::is_drawn_in_full`.
             MaterialKind::CoatedDiffuse { .. } | MaterialKind::DiffuseTransmission { .. } => {
-                let albedo = self.scene.diffuse_reflectance(index, at);
-                self.layers.add_diffuse(scale * albedo);
+                self.layers
+                    .add_diffuse(scale * self.scene.diffuse_reflectance(index, at));
             }
         }
     }
@@ -178,15 +175,18 @@ impl Builder<'_> {
     }
 
     /// Diffuse and glossy reflection with a smooth interface: colours are `Kd`, `Ks`, `Kr`, `Kt`.
-    fn uber(&mut self, [kd, ks, kr, kt]: [DVec3; 4], roughness: &Roughness, eta: &Texture) {
+    fn uber(&mut self, scale: DVec3, colours: [&Texture; 4], roughness: &Roughness, eta: &Texture) {
+        let colour = |t: &Texture| scale * t.evaluate(self.at).clamp(DVec3::ZERO, DVec3::ONE);
+        let [kd, ks, kr, kt] = colours.map(colour);
         let eta = index_of_refraction(eta.evaluate_number(self.at));
         self.layers.add_diffuse(kd);
         self.reflector(ks, roughness, Fresnel::Dielectric { eta });
         self.dielectric(kr, kt, eta);
     }
 
-    fn phong(&mut self, scale: DVec3, specular: DVec3, exponent: f64) {
-        let exponent = exponent.max(0.0);
+    fn phong(&mut self, scale: DVec3, [diffuse, specular]: [DVec3; 2], exponent: &Texture) {
+        self.layers.add_diffuse(scale * diffuse);
+        let exponent = exponent.evaluate_number(self.at).max(0.0);
         self.lobe(scale, Lobe::Phong(Phong { specular, exponent }));
     }
 

@@ -135,6 +135,7 @@ fn every_technique_has_a_name_and_is_described() {
 }
 
 #[test]
+#[allow(clippy::too_many_lines, reason = "a list of texts")]
 fn texts_round_trip() {
     let texts = [
         "point-area",

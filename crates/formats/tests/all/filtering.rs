@@ -397,6 +397,7 @@ fn ellipses_are_gaussian_means_of_waves() {
 
 /// What a file asks for, by its version: pbrt-v4's films are not pbrt-v3's.
 #[test]
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn files_say_how_to_filter() {
     let text = |film: &str, parameters: &str| {
         format!(

@@ -313,6 +313,7 @@ fn compressed_meshes_and_parts_are_unpacked() {
 }
 
 #[test]
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn polygons_and_byte_orders_of_ply() {
     let header = |format: &str| {
         format!(

@@ -38,6 +38,7 @@ fn pentagon(center: DVec3, size: f64) -> ConvexPolygon {
     ConvexPolygon::try_new(&points).expect("a polygon")
 }
 
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn cases() -> Vec<Case> {
     let up = DVec3::Z;
     let case = |name, polygon, x, n| Case {

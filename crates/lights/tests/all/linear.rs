@@ -346,6 +346,7 @@ fn ltc_obeys_the_laws_long() {
     ltc_fits(1_000_000);
 }
 
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn ltc_fits(samples: u32) {
     let matrices = [
         DMat3::IDENTITY,

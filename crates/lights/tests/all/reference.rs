@@ -191,6 +191,7 @@ pub(crate) fn polygons(file: &str) -> Rows {
 }
 
 /// Lines by solid angle: `f_solid_angle_lines.json`.
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 pub(crate) fn solid_angle_lines(file: &str) -> Rows {
     let mut worst = Rows::new(&["omega", "offset", "backward", "pdf", "y"]);
     for case in &cases(file) {

@@ -188,6 +188,7 @@ fn line_samplers<'i>(
     out
 }
 
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn lines_fit(samples: u32) {
     let (values, image) = (values(), image());
     let total: f64 = values.iter().sum();

@@ -285,6 +285,7 @@ fn layers([tangent, kd, ks]: [DVec3; 3], parts: [Lobe; 5]) -> Layers {
     layers
 }
 
+#[allow(clippy::too_many_lines, reason = "one function after the other")]
 fn reflection(source: &mut Source, wrong: &mut Wrong) {
     let [wi, wo, n, kd, ks, tangent] = source.vectors();
     let u = [source.number(), source.number()];

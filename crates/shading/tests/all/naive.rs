@@ -160,6 +160,7 @@ pub(crate) fn cylinder_solid_angle(p0: DVec3, p1: DVec3) -> f64 {
 }
 
 /// Arvo 1995: the double-axis moment by its recursions (integer exponents).
+#[allow(clippy::too_many_lines, reason = "one recursion, as published")]
 pub(crate) fn phong_polygon(vertices: &[DVec3], n: DVec3, w: DVec3, k: u32) -> f64 {
     let mut polygon = vertices.to_vec();
     for plane in [n, w] {

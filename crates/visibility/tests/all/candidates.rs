@@ -81,6 +81,7 @@ fn rounding(mesh: &Mesh, few: &[[u32; 3]], point: DVec3, light: &[DVec3], line: 
     4.0 * 4096.0 * f64::EPSILON * ends + moved + tilt
 }
 
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn candidates(seed: u64) {
     let mut rng = SplitMix64::new(seed);
     let mut scratch = Scratch::new();

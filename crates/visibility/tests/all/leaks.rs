@@ -16,6 +16,7 @@ const PLACES: [(DVec3, f64); 4] = [
 
 /// Looks at lights outside from points inside until `pairs` pairs of a line and an edge of the
 /// surface have been tried.
+#[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn look_out(seed: u64, pairs: u64) {
     let mut rng = linelit_testkit::cases::rng(seed);
     let mut scratch = Scratch::new();
