@@ -290,7 +290,15 @@ impl Material {
             MaterialKind::Dielectric { roughness, .. } => [&roughness.u, &roughness.v]
                 .iter()
                 .all(|r| r.as_constant() == Some(DVec3::ZERO)),
-            _ => true,
+            MaterialKind::Matte { .. }
+            | MaterialKind::Plastic { .. }
+            | MaterialKind::Substrate { .. }
+            | MaterialKind::Conductor { .. }
+            | MaterialKind::ColoredConductor { .. }
+            | MaterialKind::Uber { .. }
+            | MaterialKind::Mirror { .. }
+            | MaterialKind::Mix { .. }
+            | MaterialKind::Phong { .. } => true,
         }
     }
 }

@@ -24,71 +24,74 @@ pub enum Parameter<'a> {
 }
 use Parameter::{Colour, Index, Metal, Number, Parts, Rough, Value};
 
-/// Matches a material with a table: of each model its fields, and its type in pbrt text with the
-/// parameters, where some condition holds or else.
+/// Makes, of a table with each model's fields, its type in pbrt text and the parameters where some
+/// condition holds or else, the list of types and what gives the parameters.
 macro_rules! table {
-    ($kind:expr; $($model:ident($($field:ident),+):
+    ($self:ident, $v4:ident; $($model:ident($($field:ident),+):
         $(if $when:expr => $other:literal [$($p:ident($($k:literal,)? $f:ident)),+],)*
         $name:literal [$($parameter:ident($($key:literal,)? $value:ident)),+];)+) => {
-        match $kind {
-            $(MaterialKind::$model { $($field),+ } => {
-                $(if $when {
-                    return ($other, vec![$($p($($k,)? $f)),+]);
-                })*
-                ($name, vec![$($parameter($($key,)? $value)),+])
-            })+
+        /// The types of all models in pbrt text; some more than once.
+        pub const NAMES: &[&str] = &[$($($other,)* $name),+];
+
+        /// The model's type in pbrt text and its parameters: under the names of pbrt-v4 (`v4`; of
+        /// the models that it has), or of pbrt-v3 and linelit.
+        ///
+        /// ```
+        /// use linelit_geometry::DVec3;
+        /// use linelit_scene::Material;
+        ///
+        /// let mut grey = Material::matte("grey", DVec3::splat(0.5));
+        /// let (name, parameters) = grey.kind.parameters(true);
+        /// assert_eq!((name, parameters.len()), ("diffuse", 2));
+        /// ```
+        pub fn parameters(&mut $self, $v4: bool) -> (&'static str, Vec<Parameter<'_>>) {
+            match $self {
+                $(Self::$model { $($field),+ } => {
+                    $(if $when {
+                        return ($other, vec![$($p($($k,)? $f)),+]);
+                    })*
+                    ($name, vec![$($parameter($($key,)? $value)),+])
+                })+
+            }
         }
     };
 }
 
 impl MaterialKind {
-    /// The model's type in pbrt text and its parameters: under the names of pbrt-v4 (`v4`; of the
-    /// models that it has), or of pbrt-v3 and linelit.
-    ///
-    /// ```
-    /// use linelit_geometry::DVec3;
-    /// use linelit_scene::Material;
-    ///
-    /// let mut grey = Material::matte("grey", DVec3::splat(0.5));
-    /// let (name, parameters) = grey.kind.parameters(true);
-    /// assert_eq!((name, parameters.len()), ("diffuse", 2));
-    /// ```
-    pub fn parameters(&mut self, v4: bool) -> (&'static str, Vec<Parameter<'_>>) {
-        table! { self;
-            Matte(kd, sigma):
-                if v4 => "diffuse" [Colour("reflectance", kd), Number("sigma", sigma)],
-                "matte" [Colour("Kd", kd), Number("sigma", sigma)];
-            Plastic(kd, ks, roughness):
-                "plastic" [Colour("Kd", kd), Colour("Ks", ks), Rough(roughness)];
-            Substrate(kd, ks, roughness):
-                "substrate" [Colour("Kd", kd), Colour("Ks", ks), Rough(roughness)];
-            Conductor(eta, k, roughness):
-                if v4 => "conductor" [Metal("eta", eta), Metal("k", k), Rough(roughness)],
-                "metal" [Metal("eta", eta), Metal("k", k), Rough(roughness)];
-            ColoredConductor(reflectance, roughness):
-                "conductor" [Colour("reflectance", reflectance), Rough(roughness)];
-            Uber(kd, ks, kr, kt, roughness, eta, opacity):
-                "uber" [Colour("Kd", kd), Colour("Ks", ks), Colour("Kr", kr), Colour("Kt", kt),
-                    Colour("opacity", opacity), Index(eta), Rough(roughness)];
-            Mirror(kr): "mirror" [Colour("Kr", kr)];
-            Dielectric(kr, kt, eta, roughness, thin):
-                if *thin && v4 => "thindielectric" [Index(eta)],
-                if *thin => "thindielectric" [Colour("Kr", kr), Colour("Kt", kt), Index(eta)],
-                if v4 => "dielectric" [Index(eta), Rough(roughness)],
-                "glass" [Colour("Kr", kr), Colour("Kt", kt), Index(eta), Rough(roughness)];
-            CoatedDiffuse(reflectance, roughness, eta, thickness):
-                "coateddiffuse" [Colour("reflectance", reflectance), Index(eta), Rough(roughness),
-                    Value("thickness", thickness)];
-            DiffuseTransmission(reflectance, transmittance):
-                "diffusetransmission" [Colour("reflectance", reflectance),
-                    Colour("transmittance", transmittance)];
-            // pbrt-v4 mixes by a number, pbrt-v3 by a colour.
-            Mix(materials, amount):
-                if v4 => "mix" [Parts(materials), Number("amount", amount)],
-                "mix" [Parts(materials), Colour("amount", amount)];
-            Phong(kd, ks, exponent):
-                "phong" [Colour("Kd", kd), Colour("Ks", ks), Number("exponent", exponent)];
-        }
+    table! { self, v4;
+        Matte(kd, sigma):
+            if v4 => "diffuse" [Colour("reflectance", kd), Number("sigma", sigma)],
+            "matte" [Colour("Kd", kd), Number("sigma", sigma)];
+        Plastic(kd, ks, roughness):
+            "plastic" [Colour("Kd", kd), Colour("Ks", ks), Rough(roughness)];
+        Substrate(kd, ks, roughness):
+            "substrate" [Colour("Kd", kd), Colour("Ks", ks), Rough(roughness)];
+        Conductor(eta, k, roughness):
+            if v4 => "conductor" [Metal("eta", eta), Metal("k", k), Rough(roughness)],
+            "metal" [Metal("eta", eta), Metal("k", k), Rough(roughness)];
+        ColoredConductor(reflectance, roughness):
+            "conductor" [Colour("reflectance", reflectance), Rough(roughness)];
+        Uber(kd, ks, kr, kt, roughness, eta, opacity):
+            "uber" [Colour("Kd", kd), Colour("Ks", ks), Colour("Kr", kr), Colour("Kt", kt),
+                Colour("opacity", opacity), Index(eta), Rough(roughness)];
+        Mirror(kr): "mirror" [Colour("Kr", kr)];
+        Dielectric(kr, kt, eta, roughness, thin):
+            if *thin && v4 => "thindielectric" [Index(eta)],
+            if *thin => "thindielectric" [Colour("Kr", kr), Colour("Kt", kt), Index(eta)],
+            if v4 => "dielectric" [Index(eta), Rough(roughness)],
+            "glass" [Colour("Kr", kr), Colour("Kt", kt), Index(eta), Rough(roughness)];
+        CoatedDiffuse(reflectance, roughness, eta, thickness):
+            "coateddiffuse" [Colour("reflectance", reflectance), Index(eta), Rough(roughness),
+                Value("thickness", thickness)];
+        DiffuseTransmission(reflectance, transmittance):
+            "diffusetransmission" [Colour("reflectance", reflectance),
+                Colour("transmittance", transmittance)];
+        // pbrt-v4 mixes by a number, pbrt-v3 by a colour.
+        Mix(materials, amount):
+            if v4 => "mix" [Parts(materials), Number("amount", amount)],
+            "mix" [Parts(materials), Colour("amount", amount)];
+        Phong(kd, ks, exponent):
+            "phong" [Colour("Kd", kd), Colour("Ks", ks), Number("exponent", exponent)];
     }
 
     /// The model's name in pbrt-v3 or linelit; of those that only pbrt-v4 has, there.
