@@ -36,7 +36,10 @@ pub struct Part {
 /// How the techniques of an estimator are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weights {
-    /// Not at all: one technique on the whole light, a point on each line.
+    /// Not at all: one technique, whose samples on the whole light count as value over density, a
+    /// point in each visible piece of a line. Not for [`PointBy::Texture`], lines by measures other
+    /// than area, [`LineDirection::Spread`], [`Lines::points`] above one and
+    /// [`Pieces::One`](crate::Pieces::One), which are [`Weights::Balance`] by themselves.
     Alone,
     /// The balance heuristic, in proportion to N p (Veach & Guibas 1995). Of a single technique: it
     /// draws on the part of the light above the horizon, as in any combination.
@@ -101,8 +104,8 @@ impl<T: Into<Technique>> From<T> for Estimator {
 
 impl Estimator {
     /// Techniques with their shares, weighted. `None` for no part, more than [`MOST_TECHNIQUES`], a
-    /// share of zero, [`Weights::Alone`] for anything but one technique that can do without
-    /// weights, [`LineDirection::UniformPerLine`] with any other weights, and weights that have no
+    /// share of zero, [`Weights::Alone`] for several techniques or one that it is not
+    /// for, [`LineDirection::UniformPerLine`] with any other weights, and weights that have no
     /// text: of [`PointBy::Linear`] alone, or of several of them but balanced.
     #[must_use]
     pub fn new(parts: &[Part], weights: Weights) -> Option<Self> {

@@ -210,9 +210,13 @@ line_techniques! { enumeration [
 integrations! { enumeration [
     /// How light is integrated over what lines find visible, in place of points of it.
     ///
-    /// All need a reflection with a closed form; where there is none, or the light has a texture,
-    /// they take points. In a combination they stand alone where there is one, with their share of
-    /// the samples: they integrate over the BSDF, too, so that nothing is left for others to add.
+    /// Alone, each says itself what it does where the reflection has no closed form, or the light
+    /// has a texture: these take points, of lines or of the light.
+    ///
+    /// In a combination they stand alone where there is a closed form, the first of them with the
+    /// share of all: they integrate over the BSDF, too, so that nothing is left for others to add.
+    /// Where there is none, each becomes `line-area` ([`LineBy::Area`], a point of what is visible
+    /// of each line), but for [`Integration::Cheapest`] before a shaft too dense to keep.
 ] }
 
 /// One way to estimate the light of a light.
@@ -276,7 +280,8 @@ impl Technique {
         }
     }
 
-    /// Whether it can do without weights: it draws on the whole light, by its first stream.
+    /// Whether its samples need no weights as an estimator's only technique: it then draws on the
+    /// whole light, by its first stream. Any other is a combination of one.
     pub(crate) fn can_stand_alone(&self) -> bool {
         match self {
             Self::Points(points) => point_techniques! { constant [points.by, STANDS_ALONE] },

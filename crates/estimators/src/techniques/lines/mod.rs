@@ -99,7 +99,9 @@ impl Lines {
         }
     }
 
-    /// Whether it can do without weights: by area, a point on each line if not integrated.
+    /// Whether its samples need no weights as an estimator's only technique, which is then
+    /// [`Weights::Alone`](crate::Weights::Alone): by area, one direction at a time, and a point in
+    /// each visible piece. Any other is a combination of one.
     pub(crate) fn can_stand_alone(&self) -> bool {
         self.measure() == LineBy::Area
             && self.pieces == Pieces::Each
@@ -192,6 +194,10 @@ fn fixed(value: &str) -> Option<f64> {
 }
 
 /// A measure of lines on polygons: all there is to know about one technique.
+///
+/// Options are those of [`Lines`], the same for all, but that [`Lines::read`] gives `offset` to
+/// lines by area only; and only these may stand alone ([`Lines::can_stand_alone`]): any other
+/// measure draws as part of a combination, though of one.
 pub(crate) trait LineMeasure: Copy + Default {
     /// The name in texts.
     const NAME: &'static str;
@@ -216,13 +222,15 @@ pub(crate) trait LineMeasure: Copy + Default {
 /// Parallel lines on a light, but for the density of their offsets by measures other than area.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LineSetup {
-    /// In half turns from the first edge of the whole light, as it was asked for or drawn.
+    /// The direction in half turns from the first edge of the whole light, as it was asked for or
+    /// drawn: for what is laid out on that light, such as its texture.
     pub fraction: f64,
-    /// In radians from the first edge of the part.
+    /// The same direction in radians from the first edge of the part: for what is set up with the
+    /// part's polygon.
     pub angle: f64,
     /// Whether the direction was asked for, not drawn.
     pub fixed: bool,
-    /// The density of offsets by area.
+    /// The density of offsets by area, which is what the option says.
     pub offset: OffsetDensity,
 }
 

@@ -74,7 +74,8 @@ pub(crate) trait PointDensity: Copy + Default {
     /// The name in texts.
     const NAME: &'static str;
 
-    /// Whether it can do without weights: see [`Weights::Alone`](crate::Weights::Alone).
+    /// Whether its samples need no weights as an estimator's only technique: see
+    /// [`Weights::Alone`](crate::Weights::Alone). One that does is then a combination of one.
     const STANDS_ALONE: bool = true;
 
     /// Whether it has the option `visibility`: alone, its points may share a shaft.
@@ -114,7 +115,8 @@ pub(crate) trait PointDensity: Copy + Default {
 /// A polygon to draw from, the light or the part of it above the horizons, and who looks at it.
 pub(crate) struct Polygon<'t, T> {
     pub polygon: ConvexPolygon,
-    /// What angles on the whole light are ahead of those on this part.
+    /// Radians from the first edge of this part to that of the whole light, counter-clockwise about
+    /// the normal: added to a direction's angle from the latter, it gives that from the former.
     pub turn: f64,
     /// The texture of the whole light.
     pub texture: Option<&'t T>,
