@@ -38,7 +38,8 @@ impl StudyRecord {
     }
 
     /// Adds the results on one scene: a row for each measurement, and an order for each method,
-    /// beside the papers'. `pixels` says which were looked at.
+    /// beside the papers'. `pixels` names the integrals that were looked at, for the column of that
+    /// name in `results.csv`.
     pub fn add<S>(
         &mut self,
         mut scene: SceneRecord,

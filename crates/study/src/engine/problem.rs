@@ -1,5 +1,7 @@
 //! What a study measures, told by whoever brings it: integrals, and ways to estimate them.
 
+#[cfg(doc)]
+use super::Design;
 use linelit_geometry::DVec3;
 use std::ops::AddAssign;
 
@@ -85,6 +87,7 @@ pub struct Method<S> {
 pub enum Truth<S> {
     /// The integrals, one by one.
     Known(Vec<DVec3>),
-    /// The mean of many estimates by this method; its `trials` make one round.
+    /// The mean of many estimates by this method: rounds of `trials` estimates of each integral,
+    /// until the error of their mean is small enough or [`Design::reference_limit`] has passed.
     Computed(Method<S>),
 }

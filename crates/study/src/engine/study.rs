@@ -81,8 +81,8 @@ pub struct CellResult {
 /// Measures all methods on a problem, on the threads of the rayon pool that it is called in. The
 /// error of a computed reference is below a tenth of the smallest variance found, if it can be.
 ///
-/// Only times depend on how many those are. `begun` is called for each method and number of
-/// samples, for those who show progress.
+/// Only times depend on how many those are. `begun` is called once for each method and number of
+/// samples, before they are measured or left out: for those who show progress.
 ///
 /// # Panics
 /// If known values are not one for each integral.
