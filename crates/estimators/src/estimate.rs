@@ -27,11 +27,11 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         Light::Linear(light) => on_line(query, light, buffers),
         Light::Sphere(light) => point_techniques! { dispatch [on_curves(query), technique => {
             let source = technique.on_sphere(&light.sphere, x, n);
-            point_sum::on_surface_by_rays(query, &light.sphere, source, buffers)
+            point_sum::on_surface_by_rays(query, &light.sphere, &source, buffers)
         }] },
         Light::Disk(light) => point_techniques! { dispatch [on_curves(query), technique => {
             let source = technique.on_disk(&light.disk, x, n);
-            point_sum::on_surface_by_rays(query, &light.disk, source, buffers)
+            point_sum::on_surface_by_rays(query, &light.disk, &source, buffers)
         }] },
     }
 }

@@ -32,11 +32,11 @@ pub(crate) fn mean<P>(
 fn on_surface<R: Reflection, T: EmissionTexture, S: Shape>(
     query: &Query<'_, R, T>,
     surface: &S,
-    source: Option<impl DrawPoints<S>>,
+    source: &Option<impl DrawPoints<S>>,
     visible: impl FnMut(&LightPoint) -> bool,
 ) -> DVec3 {
     match source {
-        Some(source) => mean_of(query, surface, &source, visible),
+        Some(source) => mean_of(query, surface, source, visible),
         None => mean_of(query, surface, &surface.by_area(), visible),
     }
 }
@@ -59,7 +59,7 @@ fn mean_of<R: Reflection, T: EmissionTexture, S: Shape>(
 pub(crate) fn on_surface_by_rays<R: Reflection, T: EmissionTexture, S: Shape>(
     query: &Query<'_, R, T>,
     surface: &S,
-    source: Option<impl DrawPoints<S>>,
+    source: &Option<impl DrawPoints<S>>,
     buffers: &mut Buffers,
 ) -> DVec3 {
     on_surface(query, surface, source, |at| {
@@ -95,13 +95,13 @@ fn on_polygon<R: Reflection, T: EmissionTexture>(
     visible: impl FnMut(&LightPoint) -> bool,
 ) -> DVec3 {
     let whole = Polygon {
-        polygon: area.polygon,
+        polygon: &area.polygon,
         turn: 0.0,
         texture: query.light.texture,
         position: query.point.position,
         normal: query.point.normal,
     };
     point_techniques! { dispatch [by, technique => {
-        on_surface(query, &area.polygon, technique.on_polygon(&whole), visible)
+        on_surface(query, &area.polygon, &technique.on_polygon(&whole), visible)
     }] }
 }

@@ -104,14 +104,14 @@ pub(crate) fn combined<R: Reflection, T: EmissionTexture>(
     };
     let part = Polygon {
         turn: area.polygon.plane_frame().turn_from(&polygon.plane_frame()),
-        polygon,
+        polygon: &polygon,
         texture: query.light.texture,
         position: query.point.position,
         normal: query.point.normal,
     };
     let asked = ShaftQuery {
         point: query.point.position,
-        light: (&part.polygon).into(),
+        light: part.polygon.into(),
         exclude: query.light.triangles.clone(),
     };
     let Buffers { scratch, samples } = buffers;
@@ -120,7 +120,7 @@ pub(crate) fn combined<R: Reflection, T: EmissionTexture>(
         query,
         light: &area.polygon,
         visibility: Visibility::new(query.occluders, query.queries, asked, scratch),
-        smoothing: Smooth::new(estimator.weights(), &part.polygon),
+        smoothing: Smooth::new(estimator.weights(), part.polygon),
         buffers: samples,
     };
     match combination.visibility.class() {

@@ -19,7 +19,7 @@ impl LineMeasure for Area {
         part: &Polygon<'_, T>,
         setup: LineSetup,
     ) -> Option<LineSampler> {
-        Some(lines(&part.polygon, setup))
+        Some(lines(part.polygon, setup))
     }
 }
 

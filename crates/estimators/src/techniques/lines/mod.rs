@@ -269,7 +269,7 @@ impl<'t> LineFamily<'t> {
         let family = line_techniques! { prepare
             [lines.measure(), LineFamily, technique => technique.on_polygon(part, setup)]
         };
-        family.unwrap_or_else(|| Self::Area(area::lines(&part.polygon, setup)))
+        family.unwrap_or_else(|| Self::Area(area::lines(part.polygon, setup)))
     }
 
     pub(crate) fn parallel(&self) -> &ParallelLines {

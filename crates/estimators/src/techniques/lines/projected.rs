@@ -19,7 +19,7 @@ impl LineMeasure for Projected {
         setup: LineSetup,
     ) -> Option<AngularLines> {
         let (x, n) = (part.position, part.normal);
-        let lines = AngularLines::by_projected_solid_angle(&part.polygon, setup.angle, x, n);
+        let lines = AngularLines::by_projected_solid_angle(part.polygon, setup.angle, x, n);
         Some(lines)
     }
 }

@@ -18,7 +18,7 @@ impl LineMeasure for SolidAngle {
         part: &Polygon<'_, T>,
         setup: LineSetup,
     ) -> Option<AngularLines> {
-        let lines = AngularLines::by_solid_angle(&part.polygon, setup.angle, part.position);
+        let lines = AngularLines::by_solid_angle(part.polygon, setup.angle, part.position);
         Some(lines)
     }
 }

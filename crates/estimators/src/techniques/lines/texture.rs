@@ -20,9 +20,9 @@ impl LineMeasure for Texture {
         part: &Polygon<'t, T>,
         setup: LineSetup,
     ) -> Option<TexturedLines<'t>> {
-        let image = part.texture?.over(&part.polygon)?;
+        let image = part.texture?.over(part.polygon)?;
         if setup.fixed {
-            return TexturedLines::new(&part.polygon, image, setup.fraction * PI);
+            return TexturedLines::new(part.polygon, image, setup.fraction * PI);
         }
         let across = (2.0 * setup.fraction).rem_euclid(2.0) >= 1.0;
         let axis = if across {
@@ -30,7 +30,7 @@ impl LineMeasure for Texture {
         } else {
             TextureAxis::U
         };
-        TexturedLines::along(&part.polygon, image, axis)
+        TexturedLines::along(part.polygon, image, axis)
     }
 
     /// Along one edge and the other, in turn.

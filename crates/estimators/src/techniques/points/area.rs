@@ -17,7 +17,7 @@ impl PointDensity for Area {
     type OnPolygon<'t> = AreaSampler;
 
     fn on_polygon<T: EmissionTexture>(self, light: &Polygon<'_, T>) -> Option<AreaSampler> {
-        Some(AreaSampler::new(&light.polygon))
+        Some(AreaSampler::new(light.polygon))
     }
 
     fn on_sphere(self, sphere: &Sphere, _: DVec3, _: DVec3) -> Option<impl DrawPoints<Sphere>> {

@@ -114,7 +114,7 @@ pub(crate) trait PointDensity: Copy + Default {
 
 /// A polygon to draw from, the light or the part of it above the horizons, and who looks at it.
 pub(crate) struct Polygon<'t, T> {
-    pub polygon: ConvexPolygon,
+    pub polygon: &'t ConvexPolygon,
     /// Radians from the first edge of this part to that of the whole light, counter-clockwise about
     /// the normal: added to a direction's angle from the latter, it gives that from the former.
     pub turn: f64,
@@ -214,7 +214,7 @@ impl<'t> PointSource<'t> {
         let source = point_techniques! { prepare
             [by, PointSource, technique => technique.on_polygon(light)]
         };
-        source.unwrap_or_else(|| Self::Area(AreaSampler::new(&light.polygon)))
+        source.unwrap_or_else(|| Self::Area(AreaSampler::new(light.polygon)))
     }
 
     pub(crate) fn draw<R: Reflection>(

@@ -19,7 +19,7 @@ impl PointDensity for ProjectedSolidAngle {
         light: &Polygon<'_, T>,
     ) -> Option<PointsOnLines<AngularLines>> {
         let (x, n) = (light.position, light.normal);
-        let lines = AngularLines::by_projected_solid_angle(&light.polygon, 0.0, x, n);
+        let lines = AngularLines::by_projected_solid_angle(light.polygon, 0.0, x, n);
         Some(PointsOnLines(lines))
     }
 

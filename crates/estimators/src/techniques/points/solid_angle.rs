@@ -15,7 +15,7 @@ impl PointDensity for SolidAngle {
     type OnPolygon<'t> = SolidAngleSampler;
 
     fn on_polygon<T: EmissionTexture>(self, light: &Polygon<'_, T>) -> Option<SolidAngleSampler> {
-        Some(SolidAngleSampler::new(&light.polygon, light.position))
+        Some(SolidAngleSampler::new(light.polygon, light.position))
     }
 
     fn on_linear(self) -> LinearOptions {

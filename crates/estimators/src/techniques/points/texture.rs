@@ -24,7 +24,7 @@ impl PointDensity for Texture {
         let texture = light.texture?;
         Some(TexturedPoints {
             sampler: texture.points()?,
-            light: (!texture.fits()).then_some(light.polygon),
+            light: (!texture.fits()).then_some(*light.polygon),
         })
     }
 
