@@ -1,7 +1,7 @@
 //! A sum of reflections.
 
-use crate::lobe::Model;
-use crate::{Lobe, about, numbers};
+use crate::lobe::{Model, by_cosine};
+use crate::{Lobe, numbers};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
@@ -124,8 +124,7 @@ impl Layers {
         let mut rest = u[0];
         let rescaled = |rest: f64, share: f64| [(rest / share).min(crate::ONE_MINUS), u[1]];
         if rest < choice.diffuse || self.count == 0 {
-            let [v, turn] = rescaled(rest, choice.diffuse);
-            let wi = about(DVec3::Z, (1.0 - v).sqrt(), turn);
+            let wi = by_cosine(rescaled(rest, choice.diffuse));
             return numbers(frame.to_world(wi));
         }
         rest -= choice.diffuse;
@@ -162,32 +161,32 @@ impl Layers {
         )
     }
 
-    /// In proportion to about what each reflects, with an even part; `None` for black.
+    /// In proportion to about what each reflects, with an even part for all that are drawn by: also
+    /// for lobes that say they reflect about nothing. `None` for black.
     fn choice(&self, wo: DVec3) -> Option<Choice> {
         let mut diffuse = self.diffuse.element_sum();
-        let mut lobes = [0.0; Self::MAX];
-        for ((scale, lobe), share) in self.lobes().zip(&mut lobes) {
-            let [flat, glossy] = lobe.shares(wo);
-            diffuse += (scale * flat).element_sum();
-            *share = (scale * glossy).element_sum();
+        let mut lobes = [(0.0, false); Self::MAX];
+        for ((scale, lobe), (share, drawn)) in self.lobes().zip(&mut lobes) {
+            let [flat, glossy] = lobe.shares(wo).map(|part| (scale * part).element_sum());
+            diffuse += flat;
+            *share = glossy;
+            *drawn = glossy > 0.0 || flat <= 0.0;
         }
-        let total = diffuse + lobes.iter().sum::<f64>();
-        let used = lobes.iter().chain([&diffuse]).filter(|s| **s > 0.0);
-        #[allow(clippy::cast_precision_loss, reason = "at most nine")]
-        let even = EVEN / used.count() as f64;
-        if !(total > 0.0) {
+        let total = diffuse + lobes.iter().map(|(share, _)| share).sum::<f64>();
+        let used = lobes.iter().filter(|(_, drawn)| *drawn).count() + usize::from(diffuse > 0.0);
+        if used == 0 || total.is_nan() {
             return None;
         }
-        let probability = |share: f64| {
-            if share > 0.0 {
-                (1.0 - EVEN) * share / total + even
-            } else {
-                0.0
-            }
+        #[allow(clippy::cast_precision_loss, reason = "at most nine")]
+        let used = used as f64;
+        let probability = |share: f64, drawn: bool| match drawn {
+            false => 0.0,
+            true if total > 0.0 => (1.0 - EVEN) * share / total + EVEN / used,
+            true => 1.0 / used,
         };
         Some(Choice {
-            diffuse: probability(diffuse),
-            lobes: lobes.map(probability),
+            diffuse: probability(diffuse, diffuse > 0.0),
+            lobes: lobes.map(|(share, drawn)| probability(share, drawn)),
         })
     }
 }

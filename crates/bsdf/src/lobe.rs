@@ -3,33 +3,56 @@
 use crate::microfacet::TrowbridgeReitz;
 use crate::{Frostbite, GlossyLobe, OrenNayar, Phong, Reflector, Substrate};
 use linelit_geometry::DVec3;
+use std::f64::consts::FRAC_1_PI;
 
 /// What a model of reflection answers, in the local frame of the surface (normal +z).
+///
+/// [`value`](Self::value), [`shares`](Self::shares) and [`is_black`](Self::is_black) make a model
+/// that every technique renders without bias; the rest takes noise away.
+///
+/// ω_i is drawn by one of two ways, as often as [`shares`](Self::shares) says: by the cosine about
+/// the normal, or by [`sample`](Self::sample). A model that overrides one of `sample` and
+/// [`pdf`](Self::pdf) has to override the other.
 pub(crate) trait Model {
     /// f(ω_i, ω_o), 1/sr; zero below the surface.
     fn value(&self, wi: DVec3, wo: DVec3) -> DVec3;
 
-    /// About how much of the light from ω_o is reflected diffusely and about the mirror direction,
-    /// channel by channel: how often each is to be sampled.
+    /// About the albedo for light from ω_o, by channel, in two parts: what is drawn by the cosine
+    /// about the normal, and all that is not, which is drawn by [`sample`](Self::sample).
+    ///
+    /// Only their ratio to each other, and to other lobes', matters. A part of zero is never drawn
+    /// by; of a model that says zero twice though it is not black, the second is drawn seldom.
     fn shares(&self, wo: DVec3) -> [DVec3; 2];
 
-    /// The microfacets by whose visible normals the part about the mirror direction is sampled, if
-    /// it has some.
+    /// The microfacets by whose visible normals the second of [`shares`](Self::shares) is drawn,
+    /// unless `sample` and `pdf` are overridden.
     fn facets(&self) -> Option<TrowbridgeReitz> {
         None
     }
 
-    /// Draws ω_i for the part about the mirror direction.
+    /// Draws ω_i for the second of [`shares`](Self::shares): by the visible normals of
+    /// [`facets`](Self::facets); without facets, by the cosine about the normal. `None` for a
+    /// sample that is lost, where the model reflects nothing.
     fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<DVec3> {
-        self.facets()?.sample(wo, u)
+        match self.facets() {
+            Some(facets) => facets.sample(wo, u),
+            None => Some(by_cosine(u)),
+        }
     }
 
-    /// The density of [`sample`](Self::sample), per solid angle.
+    /// The density of [`sample`](Self::sample) alone, per solid angle: without facets
+    /// max(0, cos)/π. It integrates to one, less the share of samples that are lost, and is
+    /// positive wherever [`value`](Self::value) is, unless the first of [`shares`](Self::shares) is
+    /// positive.
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.facets().map_or(0.0, |facets| facets.pdf(wi, wo))
+        match self.facets() {
+            Some(facets) => facets.pdf(wi, wo),
+            None => wi.z.max(0.0) * FRAC_1_PI,
+        }
     }
 
-    /// The albedo of the diffuse part, by channel.
+    /// About the albedo of the part that is nearly diffuse, by channel. Weighs how lights are
+    /// chosen and how segments are sampled, so it changes noise only.
     fn diffuse_albedo(&self) -> DVec3 {
         DVec3::ZERO
     }
@@ -41,6 +64,11 @@ pub(crate) trait Model {
 
     /// Whether it reflects nothing.
     fn is_black(&self) -> bool;
+}
+
+/// Draws a direction by the cosine about the normal: its density is max(0, cos)/π.
+pub(crate) fn by_cosine([v, turn]: [f64; 2]) -> DVec3 {
+    crate::about(DVec3::Z, (1.0 - v).sqrt(), turn)
 }
 
 /// The enumeration of models, and its answers, which are those of the model that it holds.
@@ -92,4 +120,45 @@ lobes! {
     Substrate,
     /// Frostbite's standard material.
     Frostbite,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_testkit::{quadrature::cubature, rng::SplitMix64, ztest::Welford};
+    use std::f64::consts::TAU;
+
+    /// f = k cos_i cos_o: the least that a model can say.
+    struct Least(f64);
+
+    impl Model for Least {
+        fn value(&self, wi: DVec3, wo: DVec3) -> DVec3 {
+            DVec3::splat(self.0 * wi.z.max(0.0) * wo.z.max(0.0))
+        }
+
+        fn shares(&self, _: DVec3) -> [DVec3; 2] {
+            [DVec3::ZERO, DVec3::splat(self.0)]
+        }
+
+        fn is_black(&self) -> bool {
+            false
+        }
+    }
+
+    /// What overrides nothing is no black: its samples give its albedo k cos_o 2π/3.
+    #[test]
+    fn a_model_that_overrides_nothing_is_drawn_without_bias() {
+        let (model, wo) = (Least(0.4), DVec3::new(0.6, 0.0, 0.8));
+        let mut random = SplitMix64::new(21);
+        let draws = (0..100_000).map(|_| {
+            let u = [random.next_f64(), random.next_f64()];
+            let wi = model.sample(wo, u).expect("a direction");
+            model.value(wi, wo).x * wi.z / model.pdf(wi, wo)
+        });
+        let z = draws.collect::<Welford>().z_score(0.4 * 0.8 * TAU / 3.0);
+        assert!(z.abs() < 4.0, "{z}");
+        let density = |z: f64, turn: f64| model.pdf(crate::about(DVec3::Z, z, turn), wo) * TAU;
+        let whole = cubature(density, [-1.0, 1.0], [0.0, 1.0], 1e-7, 12).value;
+        assert!((whole - 1.0).abs() < 1e-6, "{whole}");
+    }
 }
