@@ -1,5 +1,4 @@
-//! Estimators on a renderer of one's own, and their texts.
+//! Estimators against each other, and their texts.
 
-mod own_renderer;
-mod renderer;
+mod agreement;
 mod text;

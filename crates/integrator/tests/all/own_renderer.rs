@@ -1,7 +1,6 @@
-//! The renderer that the tests of `linelit-estimators` build without a scene gives the light of
-//! this one, on the same scene from a file.
+//! A renderer of one's own, which knows no scene, gives the light of this one on the same scene
+//! from a file.
 
-#[path = "../../../estimators/tests/all/renderer.rs"]
 mod renderer;
 
 use linelit_formats::{LoadOptions, from_pbrt_str};
