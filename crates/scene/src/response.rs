@@ -123,8 +123,7 @@ impl Builder<'_> {
                 eta,
                 opacity,
             } => {
-                self.straight_on(scale * (DVec3::ONE - colour(opacity)));
-                self.uber(scale * colour(opacity), [kd, ks, kr, kt], roughness, eta);
+                self.uber(scale, [kd, ks, kr, kt, opacity], roughness, eta);
             }
             MaterialKind::Mirror { kr } => self.mirror(scale * colour(kr)),
             MaterialKind::Dielectric {
@@ -174,14 +173,17 @@ impl Builder<'_> {
         }
     }
 
-    /// Diffuse and glossy reflection with a smooth interface: colours are `Kd`, `Ks`, `Kr`, `Kt`.
-    fn uber(&mut self, scale: DVec3, colours: [&Texture; 4], roughness: &Roughness, eta: &Texture) {
-        let colour = |t: &Texture| scale * t.evaluate(self.at).clamp(DVec3::ZERO, DVec3::ONE);
-        let [kd, ks, kr, kt] = colours.map(colour);
+    /// Diffuse and glossy reflection with a smooth interface: colours are `Kd`, `Ks`, `Kr`, `Kt`
+    /// and `opacity`, without which the view goes straight on.
+    fn uber(&mut self, scale: DVec3, colours: [&Texture; 5], roughness: &Roughness, eta: &Texture) {
+        let colour = |t: &Texture| t.evaluate(self.at).clamp(DVec3::ZERO, DVec3::ONE);
+        let [kd, ks, kr, kt, opaque] = colours.map(colour);
+        self.straight_on(scale * (DVec3::ONE - opaque));
+        let scale = scale * opaque;
         let eta = index_of_refraction(eta.evaluate_number(self.at));
-        self.layers.add_diffuse(kd);
-        self.reflector(ks, roughness, Fresnel::Dielectric { eta });
-        self.dielectric(kr, kt, eta);
+        self.layers.add_diffuse(scale * kd);
+        self.reflector(scale * ks, roughness, Fresnel::Dielectric { eta });
+        self.dielectric(scale * kr, scale * kt, eta);
     }
 
     fn phong(&mut self, scale: DVec3, [diffuse, specular]: [DVec3; 2], exponent: &Texture) {

@@ -39,8 +39,8 @@ pub(crate) fn area_vector(a: DVec3, b: DVec3) -> DVec3 {
     }
 }
 
-/// |v|, also where the squares of its components are beyond the range of numbers; zero for what is no
-/// number.
+/// The length of v, also where the squares of its components are beyond the range of numbers; zero
+/// for what is no number.
 #[inline(always)]
 pub(crate) fn length(v: DVec3) -> f64 {
     let length = v.length();

@@ -203,6 +203,7 @@ pub(super) fn layout(house: &House) -> Vec<String> {
     let wide = |line: &str| {
         let text = line.trim_start();
         let row = text.starts_with("//! |") || text.starts_with("/// |");
+        let row = row && text.ends_with('|');
         text.starts_with("//") && !row && line.chars().count() > 100
     };
     let mut problems = Vec::new();
