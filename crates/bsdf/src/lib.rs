@@ -23,7 +23,7 @@ pub use lambert::{Lambert, OrenNayar};
 pub use layers::Layers;
 pub use lobe::Lobe;
 pub use phong::Phong;
-pub use reflection::{ClosedForm, GlossyLobe, Reflection};
+pub use reflection::{ClosedForm, ClosedLobe, GlossyLobe, Reflection};
 pub use reflector::Reflector;
 pub use substrate::Substrate;
 
@@ -145,17 +145,11 @@ impl Reflection for Bsdf {
         }
     }
 
-    fn closed_form(&self) -> Option<ClosedForm> {
+    fn closed_form(&self) -> Option<ClosedForm<'_>> {
         match self {
-            Self::Lambert(diffuse) => Some(ClosedForm {
-                diffuse: *diffuse,
-                lobe: None,
-            }),
-            Self::Phong(diffuse, lobe) => Some(ClosedForm {
-                diffuse: *diffuse,
-                lobe: Some(*lobe),
-            }),
-            Self::Layers(_) => None,
+            Self::Lambert(diffuse) => Some(ClosedForm::new(*diffuse, &[])),
+            Self::Phong(diffuse, lobe) => Some(ClosedForm::phong(*diffuse, lobe)),
+            Self::Layers(layers) => ClosedForm::layers(layers),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What an estimator asks of the reflection at a shading point.
 
-use crate::{Lambert, Phong};
+use crate::{Lambert, Layers, Lobe, Phong};
 use linelit_geometry::DVec3;
 
 /// The reflection of a surface at one point: implement it for a BSDF of your own, and every
@@ -32,7 +32,7 @@ pub trait Reflection {
 
     /// The reflection as a sum whose integrals over lines and polygons are known; `None`, the
     /// default, for any other.
-    fn closed_form(&self) -> Option<ClosedForm> {
+    fn closed_form(&self) -> Option<ClosedForm<'_>> {
         None
     }
 
@@ -49,13 +49,113 @@ pub trait Reflection {
     }
 }
 
-/// A reflection that integrals in closed form know: f = k_d/π + k_s (k + 2)/(2π) max(0, ω_i·R)ᵏ.
+/// A reflection that integrals in closed form know: diffuse, and any number of lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClosedForm {
+pub struct ClosedForm<'a> {
     /// The diffuse part.
     pub diffuse: Lambert,
-    /// The lobe about the mirror direction, if there is one.
-    pub lobe: Option<Phong>,
+    lobes: Lobes<'a>,
+}
+
+/// Where the lobes of a [`ClosedForm`] are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Lobes<'a> {
+    Phong(&'a Phong),
+    /// All of them are Phong's.
+    Layers(&'a Layers),
+    Own(&'a [ClosedLobe]),
+}
+
+/// One lobe of a reflection whose integral along a line is known: a function of the direction ω to
+/// the light alone, the viewer being where it is, on the part of it above the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClosedLobe {
+    /// scale · max(0, axis·ω)ᵏ: Phong's, and Lafortune's about any direction. Known over polygons,
+    /// too.
+    Power {
+        /// By channel, 1/sr.
+        scale: DVec3,
+        /// The unit vector in the world where the lobe is largest.
+        axis: DVec3,
+        /// k ≥ 0.
+        exponent: f64,
+    },
+    /// A spherical Gaussian, scale · exp(λ(axis·ω − 1)).
+    Gaussian {
+        /// By channel, 1/sr.
+        scale: DVec3,
+        /// The unit vector in the world where the lobe is largest.
+        axis: DVec3,
+        /// λ ≥ 0.
+        sharpness: f64,
+    },
+}
+
+impl ClosedLobe {
+    /// What the lobe's function of the direction is multiplied with, by channel, 1/sr.
+    #[must_use]
+    pub const fn scale(&self) -> DVec3 {
+        match self {
+            Self::Power { scale, .. } | Self::Gaussian { scale, .. } => *scale,
+        }
+    }
+}
+
+impl<'a> ClosedForm<'a> {
+    /// A diffuse part and lobes, which may be none.
+    #[must_use]
+    pub const fn new(diffuse: Lambert, lobes: &'a [ClosedLobe]) -> Self {
+        let lobes = Lobes::Own(lobes);
+        Self { diffuse, lobes }
+    }
+
+    /// Diffuse and Phong's lobe.
+    #[must_use]
+    pub const fn phong(diffuse: Lambert, lobe: &'a Phong) -> Self {
+        let lobes = Lobes::Phong(lobe);
+        Self { diffuse, lobes }
+    }
+
+    /// `None` unless all lobes are Phong's.
+    pub(crate) fn layers(layers: &'a Layers) -> Option<Self> {
+        let closed = |(_, lobe): (DVec3, &Lobe)| matches!(lobe, Lobe::Phong(_));
+        layers.lobes().all(closed).then_some(Self {
+            diffuse: Lambert {
+                albedo: layers.diffuse(),
+            },
+            lobes: Lobes::Layers(layers),
+        })
+    }
+
+    /// The lobes for a direction to the viewer and a normal.
+    pub fn lobes(self, wo: DVec3, n: DVec3) -> impl Iterator<Item = ClosedLobe> + 'a {
+        let phong = move |scale: DVec3, lobe: &Phong, axis: DVec3| ClosedLobe::Power {
+            scale: scale * lobe.scale(),
+            axis,
+            exponent: lobe.exponent,
+        };
+        let at = move |i: usize| match self.lobes {
+            Lobes::Phong(lobe) => (i == 0).then(|| phong(DVec3::ONE, lobe, Phong::axis(wo, n))),
+            Lobes::Layers(layers) => match layers.lobes().nth(i)? {
+                // Layers mirror a viewer below the horizon above it.
+                (scale, Lobe::Phong(lobe)) if n.dot(wo) < 0.0 => Some(phong(scale, lobe, -wo)),
+                (scale, Lobe::Phong(lobe)) => Some(phong(scale, lobe, Phong::axis(wo, n))),
+                _ => None,
+            },
+            Lobes::Own(lobes) => lobes.get(i).copied(),
+        };
+        (0..).map_while(at)
+    }
+
+    /// Whether there is no lobe.
+    #[must_use]
+    pub fn is_diffuse(&self) -> bool {
+        match self.lobes {
+            Lobes::Phong(_) => false,
+            Lobes::Layers(layers) => layers.lobes().next().is_none(),
+            Lobes::Own(lobes) => lobes.is_empty(),
+        }
+    }
 }
 
 /// A glossy lobe with a known linear transformation from the cosine.

@@ -3,10 +3,12 @@
 use crate::light::even_emission;
 use crate::line_sum::Along;
 use crate::{EmissionTexture, PlanCounters, Query, ShadingPoint};
-use linelit_bsdf::{ClosedForm, Phong, Reflection};
+use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LinearLight};
-use linelit_shading::{batch, cylinder, horizon, phong, phong_polygon, polygon};
+use linelit_shading::{
+    batch, cylinder, horizon, phong, phong_polygon, polygon, spherical_gaussian,
+};
 use linelit_visibility::ShaftClass;
 
 /// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no
@@ -50,7 +52,7 @@ impl Pieces {
         &mut self,
         light: &AreaLight,
         point: &ShadingPoint<R>,
-        reflection: &ClosedForm,
+        reflection: &ClosedForm<'_>,
     ) -> DVec3 {
         let (emitted, height) = even_emission(light, point.position);
         if emitted == DVec3::ZERO {
@@ -60,23 +62,34 @@ impl Pieces {
         self.values.resize(self.pieces.len(), 0.0);
         batch::ribbons(&self.pieces, n, &mut self.values);
         let weighted = self.values.iter().zip(&self.weights).map(|(v, w)| v * w);
-        let (flat, mut glossy) = (weighted.sum(), 0.0);
-        if let Some((axis, k)) = lobe(point, reflection) {
+        let mut reflected = reflection.diffuse.value() * weighted.sum::<f64>();
+        for lobe in reflection.lobes(point.outgoing, n) {
+            let mut sum = 0.0;
             for (piece, weight) in self.pieces.iter().zip(&self.weights) {
-                glossy += phong::ribbon(piece.p0, piece.p1, n, axis, k) * weight;
+                sum += weight
+                    * match lobe {
+                        ClosedLobe::Power { axis, exponent, .. } => {
+                            phong::ribbon(piece.p0, piece.p1, n, axis, exponent)
+                        }
+                        ClosedLobe::Gaussian {
+                            axis, sharpness, ..
+                        } => spherical_gaussian::ribbon(piece.p0, piece.p1, n, axis, sharpness),
+                    };
             }
+            reflected += lobe.scale() * sum;
         }
-        emitted * reflected(reflection, flat, glossy) * height.abs()
+        emitted * reflected * height.abs()
     }
 }
 
-/// Light of the whole area light with nothing in between, to a tolerance as for [`convex`].
+/// Light of the whole area light with nothing in between, to a tolerance as for [`convex`]; `None`
+/// as there.
 pub(crate) fn whole_light<R>(
     light: &AreaLight,
     point: &ShadingPoint<R>,
-    reflection: &ClosedForm,
+    reflection: &ClosedForm<'_>,
     tolerance: f64,
-) -> DVec3 {
+) -> Option<DVec3> {
     let (emitted, _) = even_emission(light, point.position);
     let clipped = if point.normal == point.geometric_normal {
         Some(light.polygon)
@@ -84,7 +97,7 @@ pub(crate) fn whole_light<R>(
         light.polygon.clip(point.position, point.geometric_normal)
     };
     let Some(polygon) = clipped else {
-        return DVec3::ZERO;
+        return Some(DVec3::ZERO);
     };
     let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
     let vertices = polygon.vertices();
@@ -92,23 +105,33 @@ pub(crate) fn whole_light<R>(
         *to = *from - point.position;
     }
     let relative = &relative[..vertices.len()];
-    emitted * convex(relative, point, reflection, tolerance)
+    Some(emitted * convex(relative, point, reflection, tolerance)?)
 }
 
 /// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to
-/// what a diffuse surface of the lobe's albedo would reflect.
+/// what a diffuse surface of the lobe's albedo would reflect. `None` for lobes known along lines
+/// only.
 pub(crate) fn convex<R>(
     vertices: &[DVec3],
     point: &ShadingPoint<R>,
-    reflection: &ClosedForm,
+    reflection: &ClosedForm<'_>,
     tolerance: f64,
-) -> DVec3 {
-    let flat = polygon::irradiance(vertices, point.normal);
-    let glossy = lobe(point, reflection).map_or(0.0, |(axis, k)| {
+) -> Option<DVec3> {
+    let n = point.normal;
+    let mut sum = reflection.diffuse.value() * polygon::irradiance(vertices, n);
+    for lobe in reflection.lobes(point.outgoing, n) {
+        let ClosedLobe::Power {
+            scale,
+            axis,
+            exponent: k,
+        } = lobe
+        else {
+            return None;
+        };
         // The lobe's factor grows with k; its integral is small beside the irradiance then.
-        phong_polygon::irradiance_to(vertices, point.normal, axis, k, tolerance / (k + 2.0))
-    });
-    reflected(reflection, flat, glossy)
+        sum += scale * phong_polygon::irradiance_to(vertices, n, axis, k, tolerance / (k + 2.0));
+    }
+    Some(sum)
 }
 
 /// The light where the shaft's class says it all: nothing, or the whole light in closed form if
@@ -117,7 +140,7 @@ pub(crate) fn without_samples<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     class: ShaftClass,
-    along: Along,
+    along: Along<'_>,
     plan: &mut PlanCounters,
 ) -> Option<DVec3> {
     match class {
@@ -130,8 +153,9 @@ pub(crate) fn without_samples<R: Reflection, T: EmissionTexture>(
             let Along::Analytic(reflection) = along else {
                 return None;
             };
-            plan.closed_form += 1;
-            Some(whole_light(area, query.point, &reflection, query.tolerance))
+            let whole = whole_light(area, query.point, &reflection, query.tolerance);
+            plan.closed_form += u64::from(whole.is_some());
+            whole
         }
         ShaftClass::Partial => None,
     }
@@ -141,21 +165,30 @@ pub(crate) fn without_samples<R: Reflection, T: EmissionTexture>(
 pub(crate) fn linear<R>(
     light: &LinearLight,
     point: &ShadingPoint<R>,
-    reflection: &ClosedForm,
+    reflection: &ClosedForm<'_>,
     parts: &[Interval],
 ) -> DVec3 {
-    let (mut flat, mut glossy) = (0.0, 0.0);
-    let lobe = lobe(point, reflection);
+    let n = point.normal;
+    let mut sum = DVec3::ZERO;
     for piece in parts
         .iter()
         .filter_map(|part| above_surface(point, &light.segment, *part))
     {
-        flat += cylinder::irradiance(piece.p0, piece.p1, point.normal);
-        if let Some((axis, k)) = lobe {
-            glossy += phong::cylinder(piece.p0, piece.p1, point.normal, axis, k);
+        let (p0, p1) = (piece.p0, piece.p1);
+        sum += reflection.diffuse.value() * cylinder::irradiance(p0, p1, n);
+        for lobe in reflection.lobes(point.outgoing, n) {
+            let whole = match lobe {
+                ClosedLobe::Power { axis, exponent, .. } => {
+                    phong::cylinder(p0, p1, n, axis, exponent)
+                }
+                ClosedLobe::Gaussian {
+                    axis, sharpness, ..
+                } => spherical_gaussian::cylinder(p0, p1, n, axis, sharpness),
+            };
+            sum += lobe.scale() * whole;
         }
     }
-    light.radiance_radius * reflected(reflection, flat, glossy)
+    light.radiance_radius * sum
 }
 
 /// A visible part, relative to the shading point; with an interpolated normal, clipped to the
@@ -167,19 +200,4 @@ fn above_surface<R>(point: &ShadingPoint<R>, line: &Segment, part: Interval) -> 
     }
     horizon::clip_segment(piece.p0, piece.p1, point.geometric_normal)
         .map(|clipped| Segment::new(clipped.p0, clipped.p1))
-}
-
-/// Axis and exponent of the reflection's lobe, if it has one.
-fn lobe<R>(point: &ShadingPoint<R>, reflection: &ClosedForm) -> Option<(DVec3, f64)> {
-    let phong = reflection.lobe?;
-    Some((Phong::axis(point.outgoing, point.normal), phong.exponent))
-}
-
-/// What the reflection makes of the diffuse and the lobe's integral.
-fn reflected(reflection: &ClosedForm, flat: f64, glossy: f64) -> DVec3 {
-    let diffuse = reflection.diffuse.value() * flat;
-    match reflection.lobe {
-        None => diffuse,
-        Some(phong) => diffuse + phong.scale() * glossy,
-    }
 }

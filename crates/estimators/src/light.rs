@@ -95,7 +95,10 @@ impl<T: EmissionTexture> LightSource<'_, T> {
 
     /// The reflection of a point where the light's integral over it has a closed form along a line
     /// and over a polygon.
-    pub(crate) fn closed_form<R: Reflection>(&self, point: &ShadingPoint<R>) -> Option<ClosedForm> {
+    pub(crate) fn closed_form<'p, R: Reflection>(
+        &self,
+        point: &'p ShadingPoint<R>,
+    ) -> Option<ClosedForm<'p>> {
         match self.texture {
             None => point.bsdf.closed_form(),
             Some(_) => None,

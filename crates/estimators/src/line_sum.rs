@@ -13,16 +13,16 @@ use std::f64::consts::PI;
 
 /// Which integral is taken along the visible parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Along {
+pub(crate) enum Along<'p> {
     /// The closed form (Billen & Dutré 2016, section 5.3).
-    Analytic(ClosedForm),
+    Analytic(ClosedForm<'p>),
     /// A point, uniform in the visible length (Salesin & Jarosz 2019, eqs. 14–15).
     Point,
 }
 
-impl Along {
+impl<'p> Along<'p> {
     /// The closed form where there is one; elsewhere a point.
-    pub(crate) fn best<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>) -> Self {
+    pub(crate) fn best<R: Reflection, T: EmissionTexture>(query: &Query<'p, R, T>) -> Self {
         let closed = query.light.closed_form(query.point);
         closed.map_or(Self::Point, Self::Analytic)
     }
@@ -46,7 +46,7 @@ impl Draws {
         query: &Query<'_, R, T>,
         area: &AreaLight,
         options: &Lines,
-        along: Along,
+        along: Along<'_>,
     ) -> LineSampler {
         self.lines.clear();
         self.samples.clear();
@@ -95,7 +95,7 @@ pub(crate) struct Gathered {
 pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
-    along: Along,
+    along: Along<'_>,
     family: &LineSampler,
     draws: &mut Draws,
     visible: impl Fn(usize) -> &'v [Interval],
@@ -136,7 +136,7 @@ pub(crate) fn in_shaft<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     options: &Lines,
-    along: Along,
+    along: Along<'_>,
     shaft: &mut Shaft<'_>,
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
@@ -154,7 +154,7 @@ pub(crate) fn lines<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     options: &Lines,
-    along: Along,
+    along: Along<'_>,
     buffers: &mut Buffers,
 ) -> DVec3 {
     let Buffers { scratch, samples } = buffers;

@@ -40,7 +40,7 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
 pub(crate) fn whole<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     linear: &LinearLight,
-    reflection: &ClosedForm,
+    reflection: &ClosedForm<'_>,
     buffers: &mut Buffers,
 ) -> DVec3 {
     let ends = [linear.segment.p0, linear.segment.p1];

@@ -56,10 +56,12 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     if strategy == Strategy::Exact
         && let Along::Analytic(reflection) = along
         && let Some(images) = shaft.images()
+        && let (penumbra, tolerance) = (&mut samples.penumbra, query.tolerance)
+        && let Some(value) =
+            visible_light(area, query.point, &reflection, &images, penumbra, tolerance)
     {
         samples.plan.exact_penumbrae += 1;
-        let (penumbra, tolerance) = (&mut samples.penumbra, query.tolerance);
-        return visible_light(area, query.point, &reflection, &images, penumbra, tolerance);
+        return value;
     }
     match strategy {
         Strategy::Points(by) => point_sum::in_shaft(query, area, by, &mut shaft),

@@ -1,6 +1,6 @@
 //! Every technique there is gives the same light, alone and combined.
 
-use linelit_bsdf::{Bsdf, Lambert, Phong, Reflection};
+use linelit_bsdf::{Bsdf, ClosedForm, ClosedLobe, Lambert, Layers, Lobe, Phong, Reflection};
 use linelit_estimators::{Buffers, EmissionTexture, LightSource, OcclusionStats, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, Technique, estimate};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
@@ -26,6 +26,39 @@ impl Reflection for Opaque {
 
     fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
         self.0.pdf(wi, wo, n)
+    }
+}
+
+/// A sum of lobes about any directions, drawn by the cosine.
+struct Lobes(Lambert, Vec<ClosedLobe>);
+
+impl Reflection for Lobes {
+    fn eval(&self, wi: DVec3, _: DVec3, _: DVec3) -> DVec3 {
+        let value = |lobe: &ClosedLobe| match lobe {
+            ClosedLobe::Power {
+                scale,
+                axis,
+                exponent,
+            } => *scale * axis.dot(wi).max(0.0).powf(*exponent),
+            ClosedLobe::Gaussian {
+                scale,
+                axis,
+                sharpness,
+            } => *scale * (sharpness * (axis.dot(wi) - 1.0)).exp(),
+        };
+        self.0.value() + self.1.iter().map(value).sum::<DVec3>()
+    }
+
+    fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
+        Bsdf::Lambert(self.0).sample(u, wo, n)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
+        Bsdf::Lambert(self.0).pdf(wi, wo, n)
+    }
+
+    fn closed_form(&self) -> Option<ClosedForm<'_>> {
+        Some(ClosedForm::new(self.0, &self.1))
     }
 }
 
@@ -156,4 +189,26 @@ fn every_technique_gives_the_same_light() {
     hold(DVec3::X * 0.125, DVec3::Z, glossy);
     hold(DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
     hold(DVec3::ZERO, tilted, glossy);
+    let mut layers = Layers::default();
+    layers.add_diffuse(albedo);
+    for exponent in [4.0, 40.0] {
+        let specular = DVec3::splat(0.25);
+        let lobe = Lobe::Phong(Phong { specular, exponent });
+        assert!(layers.add(DVec3::ONE, lobe));
+    }
+    hold(DVec3::X * 0.25, DVec3::Z, Bsdf::Layers(layers));
+    let scale = DVec3::splat(0.25);
+    let lobes = vec![
+        ClosedLobe::Power {
+            scale,
+            axis: DVec3::new(0.0, 0.28, 0.96),
+            exponent: 8.0,
+        },
+        ClosedLobe::Gaussian {
+            scale,
+            axis: DVec3::new(0.28, 0.0, 0.96),
+            sharpness: 20.0,
+        },
+    ];
+    hold(DVec3::X * 0.25, DVec3::Z, Lobes(matte, lobes));
 }

@@ -88,32 +88,33 @@ impl OwnOptions for ExactOptions {
 /// to the integral over the visible part, since they add up to it as sets.
 ///
 /// On diffuse surfaces there is no error but rounding, 1e-12 of the light unshadowed whatever
-/// `tolerance` was asked for; on glossy ones the closed forms over triangles keep it.
+/// `tolerance` was asked for; on glossy ones the closed forms over triangles keep it. `None` for
+/// lobes known along lines only.
 pub(crate) fn visible_light<R>(
     area: &AreaLight,
     point: &ShadingPoint<R>,
-    reflection: &ClosedForm,
+    reflection: &ClosedForm<'_>,
     images: &Images<'_>,
     penumbra: &mut Penumbra,
     tolerance: f64,
-) -> DVec3 {
+) -> Option<DVec3> {
     let (emitted, _) = even_emission(area, point.position);
     let mut corners = [[0.0; 2]; CORNERS];
     let light = above_surface(point, images, &mut corners);
     if light.len() < 3 || emitted == DVec3::ZERO {
-        return DVec3::ZERO;
+        return Some(DVec3::ZERO);
     }
     let apex = light[0];
     let pieces = penumbra.boundary(light, images.triangles());
     let [origin, along_p, along_q] = images.axes();
     let in_space = |p: Point| origin + along_p * p[0] + along_q * p[1];
-    if reflection.lobe.is_none()
+    if reflection.is_diffuse()
         && light.iter().all(|&p| point.normal.dot(in_space(p)) > 0.0)
         && along_p.length_squared().min(along_q.length_squared()) > WIDE * origin.length_squared()
     {
         let term = |p: &BoundaryEdge| polygon::edge(in_space(p.from), in_space(p.to), point.normal);
         let sum: f64 = pieces.iter().map(term).sum();
-        return emitted * reflection.diffuse.value() * (0.5 * sum.abs());
+        return Some(emitted * reflection.diffuse.value() * (0.5 * sum.abs()));
     }
     let top = in_space(apex);
     let mut sum = DVec3::ZERO;
@@ -123,10 +124,10 @@ pub(crate) fn visible_light<R>(
         let turn = u[0] * v[1] - u[1] * v[0];
         if turn != 0.0 {
             let triangle = [top, in_space(piece.from), in_space(piece.to)];
-            sum += closed_form::convex(&triangle, point, reflection, tolerance) * turn.signum();
+            sum += closed_form::convex(&triangle, point, reflection, tolerance)? * turn.signum();
         }
     }
-    emitted * sum.max(DVec3::ZERO)
+    Some(emitted * sum.max(DVec3::ZERO))
 }
 
 /// The light's corners in its plane; with an interpolated normal, of the part above the surface's

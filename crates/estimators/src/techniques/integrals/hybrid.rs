@@ -4,7 +4,7 @@
 use super::Integral;
 use crate::strategy::{Strategy, rays, through_shaft};
 use crate::{Buffers, EmissionTexture, Lines, PointBy, Query, point_sum};
-use linelit_bsdf::Reflection;
+use linelit_bsdf::{ClosedLobe, Reflection};
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
 use linelit_visibility::Shaft;
@@ -107,20 +107,26 @@ fn choose_strategy(shaft: &Shaft<'_>, edges: f64, for_an_edge: f64, lines: u32) 
 
 /// Lines that take as long as an edge in the closed form.
 fn lines_for_an_edge<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) -> f64 {
-    let reflection = query.point.bsdf.closed_form();
-    let Some(phong) = reflection.and_then(|reflection| reflection.lobe) else {
+    let point = query.point;
+    let Some(reflection) = point.bsdf.closed_form() else {
         return LINES_FOR_AN_EDGE;
     };
-    let (vertices, x) = (area.polygon.vertices(), query.point.position);
+    let (vertices, x) = (area.polygon.vertices(), point.position);
     let first = (vertices[0] - x).normalize_or_zero();
     let chord = |v: &DVec3| first.distance((*v - x).normalize_or_zero());
-    let size = vertices.iter().map(chord).fold(0.0, f64::max);
-    let for_a_lobe = if size * (phong.exponent + 1.0).sqrt() < WIDE_FOR_LOBES {
-        LINES_FOR_A_NARROW_LOBE
-    } else {
-        LINES_FOR_A_WIDE_LOBE
+    let for_a_lobe = |lobe: ClosedLobe| {
+        let ClosedLobe::Power { exponent, .. } = lobe else {
+            return LINES_FOR_A_NARROW_LOBE;
+        };
+        let size = vertices.iter().map(chord).fold(0.0, f64::max);
+        if size * (exponent + 1.0).sqrt() < WIDE_FOR_LOBES {
+            LINES_FOR_A_NARROW_LOBE
+        } else {
+            LINES_FOR_A_WIDE_LOBE
+        }
     };
-    LINES_FOR_AN_EDGE + for_a_lobe
+    let lobes = reflection.lobes(point.outgoing, point.normal);
+    LINES_FOR_AN_EDGE + lobes.map(for_a_lobe).sum::<f64>()
 }
 
 /// The density of points that reaches an error first.
