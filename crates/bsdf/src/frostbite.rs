@@ -2,7 +2,7 @@
 
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
-use crate::{Fresnel, GlossyLobe};
+use crate::{Fresnel, TransformedCosine};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative_vector};
 use std::f64::consts::FRAC_1_PI;
@@ -65,8 +65,7 @@ impl Frostbite {
         let r = self.roughness;
         let f90 = 0.5 * r + 2.0 * r * cosine * cosine;
         let scatter = |c: f64| 1.0 + (f90 - 1.0) * schlick(c);
-        let renormalised = 1.0 - r * (0.51 / 1.51);
-        let flat = scatter(wi.z) * scatter(wo.z) * renormalised * FRAC_1_PI;
+        let flat = scatter(wi.z) * scatter(wo.z) * renormalised(r) * FRAC_1_PI;
         let glossy = self.fresnel().at(cosine) * self.facets.reflection(h, wi, wo);
         nonnegative_vector(self.diffuse * flat + glossy)
     }
@@ -78,6 +77,11 @@ impl Frostbite {
             f90: 1.0,
         }
     }
+}
+
+/// 1 − r + r/1.51.
+fn renormalised(r: f64) -> f64 {
+    1.0 - r * (0.51 / 1.51)
 }
 
 impl Model for Frostbite {
@@ -93,16 +97,16 @@ impl Model for Frostbite {
         Some(self.facets)
     }
 
-    fn diffuse_albedo(&self) -> DVec3 {
-        self.diffuse
-    }
-
-    fn glossy(&self, scale: DVec3) -> Option<GlossyLobe> {
-        Some(GlossyLobe::Ggx {
-            scale,
-            roughness: self.roughness(),
-            f0: self.f0,
-        })
+    /// The diffuse part with the mean of (ω_i·h)² = (1 + ω_i·ω_o)/2 over the cosine in F90, and
+    /// ∫ s(cos_i) cos_i/π = 1 + (F90 − 1)/21.
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+        let r = self.roughness;
+        let f90 = 0.5 * r + r * (1.0 + wo.z * (2.0 / 3.0));
+        let scatter = (1.0 + (f90 - 1.0) * schlick(wo.z)) * (1.0 + (f90 - 1.0) / 21.0);
+        (
+            self.diffuse * (scatter * renormalised(r)),
+            Some(self.facets.transformed_cosine(wo, &self.fresnel())),
+        )
     }
 
     /// It reflects at grazing directions whatever its colours.

@@ -1,9 +1,10 @@
 //! Diffuse reflection.
 
+use crate::TransformedCosine;
 use crate::lobe::Model;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 /// A diffuse surface: f = k_d/π.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,8 +78,14 @@ impl Model for OrenNayar {
         [self.albedo, DVec3::ZERO]
     }
 
-    fn diffuse_albedo(&self) -> DVec3 {
-        self.albedo
+    /// The albedo itself: with sin α tan β cos_i integrated below and beyond θ_o.
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+        let (cos, sin) = (wo.z, wo.x.hypot(wo.y));
+        let below = 0.5 * sin * (sin.atan2(cos) - sin * cos);
+        // tan (1 − sin³)/3 without the difference.
+        let beyond = sin * cos * (1.0 + sin + sin * sin) / (3.0 * (1.0 + sin));
+        let rise = self.b * (below + beyond) / FRAC_PI_2;
+        (self.albedo * (self.a + rise), None)
     }
 
     fn is_black(&self) -> bool {

@@ -1,7 +1,7 @@
 //! A sum of reflections.
 
 use crate::lobe::{Model, by_cosine};
-use crate::{Lobe, numbers};
+use crate::{Lobe, TransformedCosines, numbers};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
@@ -159,6 +159,21 @@ impl Layers {
                     sum + share * lobe.pdf(wi, wo)
                 }),
         )
+    }
+
+    /// The lobes of all layers; what is nearly diffuse of them is one cosine.
+    pub(crate) fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
+        let frame = self.frame(n);
+        let wo = above(frame.to_local(wo));
+        let mut sum = TransformedCosines::new(frame, self.diffuse);
+        for (scale, lobe) in self.lobes() {
+            let (diffuse, glossy) = lobe.cosines(wo);
+            sum.diffuse += scale * diffuse;
+            if let Some(glossy) = glossy {
+                sum.add(glossy.scaled(scale));
+            }
+        }
+        sum
     }
 
     /// In proportion to about what each reflects, with an even part for all that are drawn by: also

@@ -6,6 +6,8 @@
 
 mod fresnel;
 mod frostbite;
+mod ggx_cosine;
+mod ggx_table;
 mod lambert;
 mod layers;
 mod lobe;
@@ -16,6 +18,7 @@ mod reflector;
 mod substrate;
 #[cfg(test)]
 mod tests;
+mod transformed_cosine;
 
 pub use fresnel::Fresnel;
 pub use frostbite::Frostbite;
@@ -23,13 +26,13 @@ pub use lambert::{Lambert, OrenNayar};
 pub use layers::Layers;
 pub use lobe::Lobe;
 pub use phong::Phong;
-pub use reflection::{ClosedForm, ClosedLobe, GlossyLobe, Reflection};
+pub use reflection::{ClosedForm, ClosedLobe, Reflection};
 pub use reflector::Reflector;
 pub use substrate::Substrate;
+pub use transformed_cosine::{TransformedCosine, TransformedCosines};
 
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame};
-use lobe::Model;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Reflection of a surface, as what the estimators can do with it.
@@ -153,24 +156,13 @@ impl Reflection for Bsdf {
         }
     }
 
-    fn diffuse_albedo(&self) -> DVec3 {
+    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
         match self {
-            Self::Lambert(lambert) | Self::Phong(lambert, _) => lambert.albedo,
-            Self::Layers(layers) => layers.lobes().fold(layers.diffuse(), |sum, (scale, lobe)| {
-                sum + scale * lobe.diffuse_albedo()
-            }),
-        }
-    }
-
-    /// Of several, the first.
-    fn glossy_lobe(&self) -> Option<GlossyLobe> {
-        match self {
-            Self::Lambert(_) => None,
-            Self::Phong(_, lobe) => (lobe.specular != DVec3::ZERO).then_some(GlossyLobe::Phong {
-                scale: DVec3::ONE,
-                lobe: *lobe,
-            }),
-            Self::Layers(layers) => layers.lobes().find_map(|(scale, lobe)| lobe.glossy(scale)),
+            Self::Lambert(lambert) => ClosedForm::new(*lambert, &[]).transformed_cosines(wo, n),
+            Self::Phong(lambert, phong) => {
+                ClosedForm::phong(*lambert, phong).transformed_cosines(wo, n)
+            }
+            Self::Layers(layers) => layers.transformed_cosines(wo, n),
         }
     }
 }

@@ -1,14 +1,15 @@
 //! One rough lobe of a reflection, whichever its model.
 
 use crate::microfacet::TrowbridgeReitz;
-use crate::{Frostbite, GlossyLobe, OrenNayar, Phong, Reflector, Substrate};
+use crate::{Frostbite, OrenNayar, Phong, Reflector, Substrate, TransformedCosine};
 use linelit_geometry::DVec3;
 use std::f64::consts::FRAC_1_PI;
 
 /// What a model of reflection answers, in the local frame of the surface (normal +z).
 ///
-/// [`value`](Self::value), [`shares`](Self::shares) and [`is_black`](Self::is_black) make a model
-/// that every technique renders without bias; the rest takes noise away.
+/// [`value`](Self::value), [`shares`](Self::shares), [`cosines`](Self::cosines) and
+/// [`is_black`](Self::is_black) make a model that every technique renders without bias; the rest
+/// takes noise away.
 ///
 /// ω_i is drawn by one of two ways, as often as [`shares`](Self::shares) says: by the cosine about
 /// the normal, or by [`sample`](Self::sample). A model that overrides one of `sample` and
@@ -51,16 +52,10 @@ pub(crate) trait Model {
         }
     }
 
-    /// About the albedo of the part that is nearly diffuse, by channel. Weighs how lights are
-    /// chosen and how segments are sampled, so it changes noise only.
-    fn diffuse_albedo(&self) -> DVec3 {
-        DVec3::ZERO
-    }
-
-    /// The part about the mirror direction, if its transformation from the cosine is known.
-    fn glossy(&self, _scale: DVec3) -> Option<GlossyLobe> {
-        None
-    }
+    /// About f cos for light from ω_o as linearly transformed cosines, in two parts: the albedo, by
+    /// channel, of what is nearly diffuse, and the lobe about the mirror direction, if any.
+    /// Lights are sampled by it, so it changes noise only.
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>);
 
     /// Whether it reflects nothing.
     fn is_black(&self) -> bool;
@@ -86,8 +81,7 @@ macro_rules! lobes {
             fn facets() -> Option<TrowbridgeReitz>;
             fn sample(wo: DVec3, u: [f64; 2]) -> Option<DVec3>;
             fn pdf(wi: DVec3, wo: DVec3) -> f64;
-            fn diffuse_albedo() -> DVec3;
-            fn glossy(scale: DVec3) -> Option<GlossyLobe>;
+            fn cosines(wo: DVec3) -> (DVec3, Option<TransformedCosine>);
             fn is_black() -> bool;
         }
     };
@@ -138,6 +132,10 @@ mod tests {
 
         fn shares(&self, _: DVec3) -> [DVec3; 2] {
             [DVec3::ZERO, DVec3::splat(self.0)]
+        }
+
+        fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+            (DVec3::splat(self.0 * wo.z * TAU / 3.0), None)
         }
 
         fn is_black(&self) -> bool {

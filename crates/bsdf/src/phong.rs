@@ -1,9 +1,9 @@
 //! The modified Phong lobe.
 
-use crate::GlossyLobe;
 use crate::lobe::Model;
-use linelit_geometry::DVec3;
+use crate::{ClosedLobe, TransformedCosine};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
+use linelit_geometry::{DVec3, Frame};
 use std::f64::consts::TAU;
 
 /// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where
@@ -77,8 +77,14 @@ impl Model for Phong {
         self.pdf(mirrored(wo).dot(wi))
     }
 
-    fn glossy(&self, scale: DVec3) -> Option<GlossyLobe> {
-        Some(GlossyLobe::Phong { scale, lobe: *self })
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+        let lobe = ClosedLobe::Power {
+            scale: self.scale(),
+            axis: mirrored(wo),
+            exponent: self.exponent,
+        };
+        let frame = Frame::from_normal(DVec3::Z);
+        (DVec3::ZERO, Some(lobe.transformed_cosine(&frame)))
     }
 
     fn is_black(&self) -> bool {

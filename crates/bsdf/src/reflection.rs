@@ -1,7 +1,7 @@
 //! What an estimator asks of the reflection at a shading point.
 
-use crate::{Lambert, Layers, Lobe, Phong};
-use linelit_geometry::DVec3;
+use crate::{Lambert, Layers, Lobe, Phong, TransformedCosines};
+use linelit_geometry::{DVec3, Frame};
 
 /// The reflection of a surface at one point: implement it for a BSDF of your own, and every
 /// estimator works on it.
@@ -36,16 +36,14 @@ pub trait Reflection {
         None
     }
 
-    /// The albedo of the diffuse part, by channel: what combined samples of linear lights weigh
-    /// their diffuse share by (Peters 2021, section 4.2). Only the noise depends on it.
-    fn diffuse_albedo(&self) -> DVec3 {
-        self.closed_form().map_or(DVec3::ZERO, |c| c.diffuse.albedo)
-    }
-
-    /// A glossy lobe with a known linear transformation from the cosine, by which samples of
-    /// linear lights follow it; `None`, the default, leaves them to the diffuse technique.
-    fn glossy_lobe(&self) -> Option<GlossyLobe> {
-        None
+    /// About f cos for light from ω_o as a sum of linearly transformed cosines, by which lights are
+    /// sampled and samples weighed (Peters 2021, section 4). Only noise depends on it: the default
+    /// is the closed form's, and without one the cosine itself, as of a white diffuse surface.
+    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
+        self.closed_form().map_or_else(
+            || TransformedCosines::new(Frame::from_normal(n), DVec3::ONE),
+            |sum| sum.transformed_cosines(wo, n),
+        )
     }
 }
 
@@ -156,25 +154,4 @@ impl<'a> ClosedForm<'a> {
             Lobes::Own(lobes) => lobes.is_empty(),
         }
     }
-}
-
-/// A glossy lobe with a known linear transformation from the cosine.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GlossyLobe {
-    /// The modified Phong lobe.
-    Phong {
-        /// What the lobe is multiplied with, by channel.
-        scale: DVec3,
-        /// The lobe.
-        lobe: Phong,
-    },
-    /// GGX microfacets under Schlick's Fresnel term.
-    Ggx {
-        /// What the lobe is multiplied with, by channel.
-        scale: DVec3,
-        /// The linear roughness √α.
-        roughness: f64,
-        /// The reflectance at normal incidence, by channel.
-        f0: DVec3,
-    },
 }

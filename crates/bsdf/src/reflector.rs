@@ -1,8 +1,8 @@
 //! A rough mirror.
 
-use crate::Fresnel;
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half};
+use crate::{Fresnel, TransformedCosine};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
 
@@ -42,6 +42,11 @@ impl Model for Reflector {
 
     fn facets(&self) -> Option<TrowbridgeReitz> {
         Some(self.facets)
+    }
+
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+        let lobe = self.facets.transformed_cosine(wo, &self.fresnel);
+        (DVec3::ZERO, Some(lobe.scaled(self.reflectance)))
     }
 
     fn is_black(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
+use crate::{Fresnel, TransformedCosine};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
 use std::f64::consts::PI;
@@ -62,8 +63,15 @@ impl Model for Substrate {
         Some(self.facets)
     }
 
-    fn diffuse_albedo(&self) -> DVec3 {
-        self.diffuse
+    /// The base's albedo R_d (1 − R_s)(1 − (1 − cos_o/2)⁵), for ∫ 28/23 (1 − (1 − cos_i/2)⁵)
+    /// cos_i/π is one; and the coat as if it were masked, which it is not.
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+        let base = self.diffuse * (DVec3::ONE - self.specular) * through(wo.z);
+        let coat = Fresnel::Schlick {
+            f0: self.specular,
+            f90: 1.0,
+        };
+        (base, Some(self.facets.transformed_cosine(wo, &coat)))
     }
 
     /// A coat without reflectance at normal incidence still reflects at a grazing one.

@@ -1,6 +1,7 @@
 //! The laws that every reflection obeys.
 
 use super::*;
+use crate::lobe::Model;
 use crate::microfacet::TrowbridgeReitz;
 use linelit_testkit::{chi2, quadrature::cubature, rng::SplitMix64};
 

@@ -7,13 +7,12 @@ use crate::{
     Buffers, EmissionTexture, LinearHeuristic, LinearOptions, Query, ShadingPoint, Stream,
     closed_form, point_sum,
 };
-use linelit_bsdf::{ClosedForm, GlossyLobe, Phong, Reflection};
-use linelit_geometry::{DMat3, DVec3, Frame, Segment};
+use linelit_bsdf::{ClosedForm, Reflection, TransformedCosines};
+use linelit_geometry::finite::below_one;
+use linelit_geometry::{DMat3, DVec3, Segment};
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
 use linelit_lights::{LinearLight, LinearPointTechnique};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
-use linelit_shading::ltc::GgxLobes;
-use linelit_shading::phong;
 use linelit_visibility::ShaftQuery;
 use std::f64::consts::FRAC_1_PI;
 
@@ -95,19 +94,19 @@ fn by_pair<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
 ) -> DVec3 {
     let technique = LinearTechnique::ProjectedSolidAngle;
-    let Some(glossy) = Lobe::new(query.point, &linear.segment) else {
+    let (x, n) = (query.point.position, query.point.normal);
+    let cosines = query
+        .point
+        .bsdf
+        .transformed_cosines(query.point.outgoing, n);
+    let Some(glossy) = Glossy::new(&cosines, query.point, &linear.segment) else {
         return by_technique(query, linear, technique, buffers);
     };
-    let (x, n) = (query.point.position, query.point.normal);
     let Some(flat) = LinearSampler::new(technique, &linear.segment, x, n) else {
         return DVec3::ZERO;
     };
     let emitted = linear.radiance_radius;
-    let albedo = query
-        .point
-        .bsdf
-        .diffuse_albedo()
-        .max(DVec3::splat(LEAST_ALBEDO));
+    let albedo = cosines.diffuse.max(DVec3::splat(LEAST_ALBEDO));
     let pair = DiffuseGlossyPair {
         heuristic,
         count: f64::from(query.samples),
@@ -120,10 +119,10 @@ fn by_pair<R: Reflection, T: EmissionTexture>(
     let mut sum = DVec3::ZERO;
     for i in 0..query.samples {
         let a = flat.sample(sets[0].get_1d(i));
-        let b = glossy.sampler.sample(sets[1].get_1d(i));
+        let (b, density) = glossy.sample(sets[1].get_1d(i));
         let densities = [
-            [a.pdf.value(), glossy.sampler.pdf(a.t).value()],
-            [flat.pdf(b.t).value(), b.pdf.value()],
+            [a.pdf.value(), glossy.pdf(a.t)],
+            [flat.pdf(b.t).value(), density],
         ];
         for (k, sample) in [a, b].iter().enumerate() {
             let value = query.point.reflected(emitted, sample.direction);
@@ -172,61 +171,64 @@ impl DiffuseGlossyPair {
     }
 }
 
-/// The glossy part of a material, as the LTC technique sees it.
-struct Lobe {
-    sampler: LtcSampler,
-    /// What it reflects of a unit of radiance × radius, unshadowed.
+/// The lobes of a reflection over a linear light, drawn from as one technique.
+struct Glossy {
+    /// Each with its share of the samples.
+    first: (LtcSampler, f64),
+    others: [Option<(LtcSampler, f64)>; TransformedCosines::MAX],
+    /// What they reflect of a unit of radiance × radius, unshadowed.
     reflected: DVec3,
 }
 
-impl Lobe {
-    /// `None` if the reflection has no such lobe, or the line does not meet its cosine.
-    fn new<R: Reflection>(point: &ShadingPoint<R>, line: &Segment) -> Option<Self> {
-        let relative = line.relative_to(point.position);
-        let (map, reflected) = match point.bsdf.glossy_lobe()? {
-            GlossyLobe::Phong { scale, lobe } => {
-                let axis = Phong::axis(point.outgoing, point.normal);
-                let (p0, p1) = (relative.p0, relative.p1);
-                let whole = phong::cylinder(p0, p1, point.normal, axis, lobe.exponent);
-                (phong_map(axis, lobe.exponent), scale * lobe.scale() * whole)
+impl Glossy {
+    /// Shares in proportion to what each lobe reflects of the unshadowed light. `None` if there are
+    /// no lobes, or none reflects any of it.
+    fn new<R>(
+        cosines: &TransformedCosines,
+        point: &ShadingPoint<R>,
+        line: &Segment,
+    ) -> Option<Self> {
+        let frame = cosines.frame;
+        let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
+        let mut lobes = [None; TransformedCosines::MAX];
+        let mut reflected = DVec3::ZERO;
+        for (slot, lobe) in lobes.iter_mut().zip(cosines.lobes()) {
+            let map = to_world * lobe.map;
+            if let Some(sampler) = LtcSampler::new(line, point.position, point.normal, map) {
+                let part = lobe.albedo * sampler.integral();
+                reflected += part;
+                *slot = Some((sampler, part.element_sum())).filter(|(_, part)| *part > 0.0);
             }
-            GlossyLobe::Ggx {
-                scale,
-                roughness,
-                f0,
-            } => {
-                let (map, whole) = ggx(roughness, f0, point, &relative);
-                (map, scale * whole)
-            }
-        };
-        let sampler = LtcSampler::new(line, point.position, point.normal, map)?;
-        Some(Self { sampler, reflected })
+        }
+        let total = reflected.element_sum();
+        for (_, share) in lobes.iter_mut().flatten() {
+            *share /= total;
+        }
+        let first = lobes.iter_mut().find_map(Option::take)?;
+        total.is_finite().then_some(Self {
+            first,
+            others: lobes,
+            reflected,
+        })
     }
-}
 
-/// GGX as its two fitted lobes, of weights F0 and 1 − F0: the map of the one that gives more, and
-/// what both give.
-fn ggx<R>(roughness: f64, f0: DVec3, point: &ShadingPoint<R>, line: &Segment) -> (DMat3, DVec3) {
-    let frame = Frame::from_normal_and_tangent(point.normal, point.outgoing);
-    let cosine = point.normal.dot(point.outgoing);
-    // With F0 = ½ each lobe has one half of its albedo.
-    let lobes = GgxLobes::new(roughness, cosine, 0.5);
-    let [flat, grazing] = lobes.lobes();
-    let [a, b] = [flat, grazing].map(|l| 2.0 * l.line(&frame, line.p0, line.p1));
-    let f0_mean = f0.element_sum() / 3.0;
-    let lobe = if f0_mean * a >= (1.0 - f0_mean) * b {
-        flat
-    } else {
-        grazing
-    };
-    let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
-    (to_world * lobe.map(), f0 * a + (DVec3::ONE - f0) * b)
-}
+    /// Draws from one of the lobes, for the choice of which `xi` is split and rescaled; with the
+    /// density of all together.
+    fn sample(&self, mut xi: f64) -> (LinearSample, f64) {
+        let mut drawn = &self.first;
+        for next in self.others.iter().flatten() {
+            if xi < drawn.1 {
+                break;
+            }
+            xi -= drawn.1;
+            drawn = next;
+        }
+        let sample = drawn.0.sample(below_one(xi / drawn.1));
+        (sample, self.pdf(sample.t))
+    }
 
-/// A linear map from the cosine to a lobe as high as (k + 1)/(2π) cosᵏ about `axis`: across it, the
-/// cosine shrinks by √(2/(k + 1)). Where the lobes differ, the weights make up for it.
-fn phong_map(axis: DVec3, k: f64) -> DMat3 {
-    let frame = Frame::from_normal(axis);
-    let across = (2.0 / (k + 1.0)).sqrt().min(1.0);
-    DMat3::from_cols(frame.x * across, frame.y * across, frame.z)
+    fn pdf(&self, t: f64) -> f64 {
+        let lobes = std::iter::once(&self.first).chain(self.others.iter().flatten());
+        lobes.map(|(s, share)| share * s.pdf(t).value()).sum()
+    }
 }

@@ -16,7 +16,6 @@ pub mod horizon;
 mod kernels;
 mod lobe;
 pub mod ltc;
-mod ltc_table;
 pub mod phong;
 pub mod phong_polygon;
 pub mod point_line;

@@ -1,26 +1,16 @@
-//! Linearly transformed cosines: GGX reflection over a polygon and along a line, in closed form.
+//! Linearly transformed cosines over a polygon and along a line, in closed form.
 //!
 //! A linear map M takes the cosine lobe cos θ/π to a lobe shaped like a glossy reflection times the
 //! receiver's cosine; integrals over the lobe are Lambert integrals over the light mapped by M⁻¹.
-//! The maps are fitted by `cargo xtask fit-ltc`, over roughness and inclination, once for the lobe
-//! without Fresnel reflectance and once for its grazing part, whose sum with the weights F0 and 1 −
-//! F0 is the reflection.
-//!
-//! **Error**: that of the fit, not of the arithmetic: see [`FIT_ERROR`]. Another quadrature of the
-//! table as it is used (`cargo xtask fit-ltc --verify`) finds an L1 error of 0.01 to 0.05 where the
-//! view is 14° off the normal, 0.1 to 0.3 at 64°, and 0.13 to 0.58 at 84°: there GGX is cut off by
-//! the horizon, in the middle of its peak, which a transformed cosine cannot be.
+//! Which map fits which reflection is for `linelit-bsdf` to say.
 //!
 //! **Source**: Heitz, Dupuy, Hill & Neubelt 2016; for lines Heitz & Hill 2017 and Peters 2021, eq.
 //! 5.
 
-use crate::ltc_table::{SIZE, TABLE};
 use crate::{cylinder, horizon, polygon};
-use linelit_geometry::finite::{fraction, nonnegative};
+use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use std::f64::consts::PI;
-
-pub use crate::ltc_table::FIT_ERROR;
 
 /// A lobe: a linearly transformed cosine and the part of the light that it reflects.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,136 +85,33 @@ impl Ltc {
     }
 }
 
-/// Isotropic GGX reflection as two lobes: what is reflected whatever the angle (weight F0), and the
-/// rise towards grazing angles by Schlick's (1 − cos)⁵ (weight 1 − F0). So F0 needs no axis of the
-/// table and its dependence is exact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GgxLobes {
-    lobes: [Ltc; 2],
-}
-
-impl GgxLobes {
-    /// The fitted lobes: `roughness` from 0 to 1 (α = roughness²; below [`MIN_ROUGHNESS`] treated
-    /// like it), the cosine of the view direction, and the reflectance `f0` at normal incidence of
-    /// one channel.
-    ///
-    /// The local frame has z along the normal and x towards the viewer
-    /// ([`Frame::from_normal_and_tangent`] of the normal and ω_o).
-    ///
-    /// ```
-    /// use linelit_shading::ltc::GgxLobes;
-    /// let mirror = GgxLobes::new(0.3, 0.8, 1.0);
-    /// assert!(mirror.albedo() > 0.98 && mirror.albedo() < 1.0);
-    /// ```
-    #[must_use]
-    pub fn new(roughness: f64, cosine: f64, f0: f64) -> Self {
-        let (row, f0) = (lookup(roughness, cosine), fraction(f0));
-        let lobe = |entries: &[f64], albedo: f64| {
-            let to_world = DMat3::from_cols(
-                DVec3::new(entries[0], 0.0, entries[1]),
-                DVec3::new(0.0, entries[2], 0.0),
-                DVec3::new(entries[3], 0.0, 1.0),
-            );
-            Ltc::new(to_world, albedo)
-        };
-        Self {
-            lobes: [
-                lobe(&row[2..6], f0 * row[0]),
-                lobe(&row[6..10], (1.0 - f0) * row[1]),
-            ],
-        }
-    }
-
-    /// The lobes: of weight F0, and of weight 1 − F0.
-    #[must_use]
-    pub const fn lobes(&self) -> &[Ltc; 2] {
-        &self.lobes
-    }
-
-    /// The directional albedo.
-    #[must_use]
-    pub fn albedo(&self) -> f64 {
-        self.lobes[0].albedo + self.lobes[1].albedo
-    }
-
-    /// What stands for f cos, 1/sr, in a unit direction of the local frame.
-    #[must_use]
-    pub fn value(&self, w: DVec3) -> f64 {
-        nonnegative(self.lobes.iter().map(|l| l.albedo * l.density(w)).sum())
-    }
-
-    /// The radiance reflected for each unit of radiance of a polygon; see [`Ltc::polygon`].
-    #[must_use]
-    pub fn polygon(&self, frame: &Frame, vertices: &[DVec3]) -> f64 {
-        nonnegative(self.lobes.iter().map(|l| l.polygon(frame, vertices)).sum())
-    }
-
-    /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length; see
-    /// [`Ltc::line`].
-    #[must_use]
-    pub fn line(&self, frame: &Frame, p0: DVec3, p1: DVec3) -> f64 {
-        nonnegative(self.lobes.iter().map(|l| l.line(frame, p0, p1)).sum())
-    }
-}
-
-/// A row of the table: albedo without Fresnel, albedo of its grazing part, and four matrix entries
-/// of each (columns first: m00, m20, m11, m02, with m22 = 1), interpolated.
-fn lookup(roughness: f64, cosine: f64) -> [f64; 10] {
-    let cells = f64::from(u16::try_from(SIZE - 1).unwrap_or(1));
-    let place = |x: f64| {
-        let x = fraction(x) * cells;
-        let cell = x.floor().min(cells - 1.0);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "0 to SIZE − 2"
-        )]
-        let index = cell as usize;
-        (index, x - cell)
-    };
-    let (i, s) = place((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS));
-    let (j, t) = place((1.0 - fraction(cosine)).sqrt());
-    let at = |i: usize, j: usize, k: usize| f64::from(TABLE[i * SIZE + j][k]);
-    std::array::from_fn(|k| {
-        (at(i, j, k) * (1.0 - t) + at(i, j + 1, k) * t) * (1.0 - s)
-            + (at(i + 1, j, k) * (1.0 - t) + at(i + 1, j + 1, k) * t) * s
-    })
-}
-
-/// The smallest roughness of the table; smaller ones are treated like it.
-pub const MIN_ROUGHNESS: f64 = 0.1;
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linelit_bsdf::microfacet::TrowbridgeReitz;
-    use linelit_bsdf::{Fresnel, Reflector};
     use linelit_testkit::assert_close;
     use linelit_testkit::quadrature::gauss_legendre;
 
-    fn tilted(roughness: f64, cosine: f64, f0: f64) -> (GgxLobes, Frame) {
+    /// A lobe as wide as `width`, leaning from the viewer and up.
+    fn tilted(width: f64, skew: f64) -> (Ltc, Frame) {
         let n = DVec3::new(0.3, -0.2, 0.9).normalize();
-        let tangent = n.cross(DVec3::X).normalize();
-        let wo = n * cosine + tangent * (1.0 - cosine * cosine).sqrt();
-        (
-            GgxLobes::new(roughness, cosine, f0),
-            Frame::from_normal_and_tangent(n, wo),
-        )
+        let x = DVec3::new(1.3 * width, 0.0, 0.2 * width);
+        let map = DMat3::from_cols(x, DVec3::Y * width, DVec3::new(skew, 0.0, 1.0));
+        (Ltc::new(map, 0.7), Frame::from_normal(n))
     }
 
     /// The closed form over a light against 40 × 40 Gauss nodes of the density on it.
     #[test]
     fn polygon_is_the_integral_of_the_density() {
         let rule = gauss_legendre(40);
-        for (roughness, cosine) in [(0.3, 0.9), (0.5, 0.4), (1.0, 0.7)] {
-            let (ltc, frame) = tilted(roughness, cosine, 0.5);
+        for (width, skew) in [(0.2, -0.4), (0.4, -1.5), (0.9, 0.3)] {
+            let (ltc, frame) = tilted(width, skew);
             let (o, u, v) = (frame.z * 2.0 + frame.x * -0.5, frame.x * 0.7, frame.y * 0.6);
             let quad = [o, o + u, o + u + v, o + v];
             let normal = u.cross(v);
             let inside = |s: f64, t: f64| {
                 let p = o + u * s + v * t;
                 let r = p.length();
-                ltc.value(frame.to_local(p / r)) * normal.dot(p).abs() / (r * r * r)
+                ltc.albedo * ltc.density(frame.to_local(p / r)) * normal.dot(p).abs() / (r * r * r)
             };
             let want = rule.integrate_2d([0.0, 1.0], [0.0, 1.0], inside);
             assert_close!(
@@ -239,7 +126,7 @@ mod tests {
     /// A strip of width 2R facing the shading point, R → 0: the relative difference falls like R².
     #[test]
     fn line_is_the_limit_of_a_thin_strip() {
-        let (ltc, frame) = tilted(0.6, 0.5, 0.2);
+        let (ltc, frame) = tilted(0.4, -0.6);
         let (p0, p1) = (frame.z + frame.x * -0.8, frame.z * 1.5 + frame.y * 0.4);
         let side = p0.cross(p1).normalize();
         for radius in [1e-2, 1e-3, 1e-4] {
@@ -250,34 +137,6 @@ mod tests {
                 strip,
                 rel = 20.0 * radius * radius + 1e-10,
                 "second order in the width"
-            );
-        }
-    }
-
-    /// The lobe against GGX itself, over the hemisphere: within the published error of the fit.
-    #[test]
-    fn lobes_are_as_near_to_ggx_as_published() {
-        let rule = gauss_legendre(64);
-        for (roughness, cosine) in [(0.4, 0.95), (0.55, 0.5), (0.8, 0.3), (0.95, 0.8)] {
-            let ggx = Reflector {
-                reflectance: DVec3::ONE,
-                facets: TrowbridgeReitz::isotropic(roughness * roughness),
-                fresnel: Fresnel::Schlick {
-                    f0: DVec3::splat(0.3),
-                    f90: 1.0,
-                },
-            };
-            let ltc = GgxLobes::new(roughness, cosine, 0.3);
-            let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-            let gap = |z: f64, phi: f64| {
-                let r = (1.0 - z * z).sqrt();
-                let w = DVec3::new(r * phi.cos(), r * phi.sin(), z);
-                (ltc.value(w) - ggx.value(w, wo).x * z).abs()
-            };
-            let l1 = 2.0 / ltc.albedo() * rule.integrate_2d([0.0, 1.0], [0.0, PI], gap);
-            assert!(
-                l1 < FIT_ERROR,
-                "roughness {roughness} cosine {cosine}: {l1}"
             );
         }
     }

@@ -14,7 +14,7 @@ use linelit_bsdf::{
 };
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_shading::cosine_lobe::CosineLobe;
-use linelit_shading::ltc::{GgxLobes, Ltc};
+use linelit_shading::ltc::Ltc;
 use linelit_shading::quadrature::{self, Model};
 use linelit_shading::ribbon::{Sides, emitter, reflected};
 use linelit_shading::{
@@ -253,14 +253,6 @@ fn transformed_cosines(source: &mut Source, wrong: &mut Wrong) {
     wrong.light("Ltc::density", ltc.density(w));
     wrong.light("Ltc::polygon", ltc.polygon(&frame, &points));
     wrong.light("Ltc::line", ltc.line(&frame, points[0], points[1]));
-    let lobes = GgxLobes::new(source.number(), source.number(), source.number());
-    wrong.light("GgxLobes::albedo", lobes.albedo());
-    for lobe in lobes.lobes() {
-        wrong.light("GgxLobes::lobes", lobe.albedo);
-    }
-    wrong.light("GgxLobes::value", lobes.value(w));
-    wrong.light("GgxLobes::polygon", lobes.polygon(&frame, &points));
-    wrong.light("GgxLobes::line", lobes.line(&frame, points[0], points[1]));
     let lobe = CosineLobe {
         stretch: x,
         exponent: source.number(),
