@@ -2,7 +2,7 @@
 
 use crate::fan::Fan;
 use crate::gauss::{
-    FEW, FEW_NODES, FEW_WEIGHTS, NARROW, NODE, NODES, WEIGHT, atanh_ratio, atanh_ratio_narrow,
+    FEW_NODES, FEW_WEIGHTS, NARROW, NODE, NODES, WEIGHT, atanh_ratio, atanh_ratio_narrow,
     exp_bounded,
 };
 use linelit_geometry::finite::nonnegative;
@@ -239,21 +239,32 @@ impl<const COUNT: usize> Panel<COUNT> {
             + s * (end * end + 1.0) * self.factors[i][1]
     }
 
-    /// The factors at the node s of [0, 1] times its weight, and q.
+    /// The factors at a rule's nodes times the weights, and q; eight nodes to a register.
     #[inline(always)]
-    fn node<L: Lanes>(&self, l: L, s: L::D, weight: L::D) -> [L::D; 2] {
+    fn nodes<S: Simd, const N: usize>(&self, l: S, rule: [&[f64]; 2]) -> [[S::D; N]; 2] {
         let one = l.dsplat(1.0);
-        let t = s * self.half_tan;
-        // One division for two quotients.
-        let (round, fall) = (t * t + 1.0, one - t * self.slope);
-        let both = one / (round * fall);
-        let q = t * (t + self.slope) * round * both;
-        let inverse = fall * both;
-        let mut value = self.factor(l, 0, s) * inverse * inverse;
-        if COUNT == 2 {
-            value = value * (self.factor(l, 1, s) * inverse);
+        let [mut round, mut fall, mut both] = [[one; N]; 3];
+        let [nodes, weights] = rule.map(|numbers| numbers.as_chunks().0);
+        for i in 0..N {
+            let t = l.dload(&nodes[i]) * self.half_tan;
+            (round[i], fall[i]) = (t * t + 1.0, one - t * self.slope);
+            // One division for two quotients.
+            both[i] = one / (round[i] * fall[i]);
         }
-        [weight * value, q]
+        let both = l.abreast(both);
+        let mut result = [both; 2];
+        for i in 0..N {
+            let s = l.dload(&nodes[i]);
+            let t = s * self.half_tan;
+            let inverse = fall[i] * both[i];
+            let mut value = self.factor(l, 0, s) * inverse * inverse;
+            if COUNT == 2 {
+                value = value * (self.factor(l, 1, s) * inverse);
+            }
+            result[0][i] = l.dload(&weights[i]) * value;
+            result[1][i] = t * (t + self.slope) * round[i] * both[i];
+        }
+        result
     }
 
     /// The same with the library's functions, for wide panels (small exponents).
@@ -294,20 +305,15 @@ fn total(terms: &[f64; NODES]) -> f64 {
         + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
 }
 
-/// Eight of a rule's nodes.
-#[inline(always)]
-fn eight<S: Simd>(s: S, numbers: &[f64], i: usize) -> S::D {
-    s.dload(&numbers.as_chunks::<8>().0[i])
-}
-
 /// The sum of the full rule for [`Panel::sum`], in the order of [`total`].
 #[inline(always)]
 fn full_kernel<S: Simd, const COUNT: usize>(s: S, panel: &Panel<COUNT>, k: f64) -> f64 {
-    let mut terms = [s.dsplat(0.0); NODES / 8];
-    for (i, term) in terms.iter_mut().enumerate() {
-        let [value, q] = panel.node(s, eight(s, &NODE, i), eight(s, &WEIGHT, i));
-        let depth = q * (-2.0 * k) * atanh_ratio::<S>(q);
-        *term = value * exp_bounded::<S, false>(s, depth);
+    let [mut terms, mut depths] = panel.nodes::<S, 3>(s, [&NODE, &WEIGHT]);
+    for q in &mut depths {
+        *q = *q * (-2.0 * k) * atanh_ratio::<S>(*q);
+    }
+    for (term, depth) in terms.iter_mut().zip(s.abreast(depths)) {
+        *term = *term * exp_bounded::<S, false>(s, depth);
     }
     s.dsum(terms[0] + (terms[1] + terms[2]))
 }
@@ -320,16 +326,17 @@ fn short_kernel<S: Simd, const COUNT: usize, const SLIM: bool>(
     k: f64,
     offset: f64,
 ) -> f64 {
-    let mut terms = [s.dsplat(0.0); FEW / 8];
-    for (i, term) in terms.iter_mut().enumerate() {
-        let [value, q] = panel.node(s, eight(s, &FEW_NODES, i), eight(s, &FEW_WEIGHTS, i));
+    let [mut terms, mut depths] = panel.nodes::<S, 2>(s, [&FEW_NODES, &FEW_WEIGHTS]);
+    for q in &mut depths {
         let ratio = if SLIM {
-            atanh_ratio_narrow::<S>(q)
+            atanh_ratio_narrow::<S>(*q)
         } else {
-            atanh_ratio::<S>(q)
+            atanh_ratio::<S>(*q)
         };
-        let depth = q * (-2.0 * k) * ratio;
-        *term = value * exp_bounded::<S, true>(s, depth + offset);
+        *q = *q * (-2.0 * k) * ratio + offset;
+    }
+    for (term, depth) in terms.iter_mut().zip(s.abreast(depths)) {
+        *term = *term * exp_bounded::<S, true>(s, depth);
     }
     s.dsum(terms[0] + terms[1])
 }

@@ -140,6 +140,13 @@ pub trait Simd: Lanes {
     fn bits(self, a: Self::M) -> u8;
     /// As [`Simd::compress`].
     fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize);
+    /// The same numbers, at one point of the program: chains of operations that end in them stay
+    /// side by side, where a compiler would put one behind the other, further than the processor
+    /// looks ahead.
+    #[inline(always)]
+    fn abreast<const N: usize>(self, a: [Self::D; N]) -> [Self::D; N] {
+        a
+    }
     /// The sum of all lanes: of those four apart first, then of those one apart, then of the rest.
     fn dsum(self, a: Self::D) -> f64;
 }
