@@ -100,9 +100,9 @@ const ROWS: usize = 256;
 
 fn rows(model: Model, segments: &[Segment], n: DVec3, out: &mut [f64]) {
     let isa = Isa::best();
+    let mut store = [[0.0; ROWS]; 6];
     for (segments, out) in segments.chunks(ROWS).zip(out.chunks_mut(ROWS)) {
         let count = segments.len().min(out.len());
-        let mut store = [[0.0; ROWS]; 6];
         for (i, s) in segments.iter().take(count).enumerate() {
             let row = [s.p0.x, s.p0.y, s.p0.z, s.p1.x, s.p1.y, s.p1.z];
             for (column, x) in store.iter_mut().zip(row) {
@@ -113,7 +113,7 @@ fn rows(model: Model, segments: &[Segment], n: DVec3, out: &mut [f64]) {
     }
 }
 
-/// The first of a block of segments; the others are zero.
+/// The first of a block of segments; the others are any.
 fn padded<const N: usize>(
     model: Model,
     store: &[[f64; N]; 6],

@@ -119,11 +119,13 @@ impl<L: Lanes> Products<L> {
     fn weighted(&self, l: L, scale: L::D) -> (L::D, L::M) {
         let square = self.a * self.b;
         let product = l.dsqrt(square);
+        let lever = self.c0 * (self.b - self.dot) + self.c1 * (self.a - self.dot);
+        // The next segments start while these wait for their root.
+        let [product, lever, facing, scale] = l.abreast([product, lever, self.c0 + self.c1, scale]);
         let cos = self.dot / product;
         let [over, under] = l.polynomials(&LUNE, cos + 1.0);
-        let lever = self.c0 * (self.b - self.dot) + self.c1 * (self.a - self.dot);
         let below = product * under;
-        let sum = (self.c0 + self.c1) * below + lever * over;
+        let sum = facing * below + lever * over;
         let value = (scale * sum) / (square * below);
         (value, self.clear & l.dle(l.dsplat(LEAST_COSINE), cos))
     }

@@ -62,6 +62,14 @@ pub trait Lanes: Copy {
     /// 2ⁿ for integers −1022 ≤ n ≤ 1023, given as n + 1.5·2⁵².
     fn exp2(self, n: Self::D) -> Self::D;
 
+    /// The same numbers, at one point of the program: chains of operations that end in them stay
+    /// side by side, where a compiler would put one behind the other, further than the processor
+    /// looks ahead.
+    #[inline(always)]
+    fn abreast<const N: usize>(self, a: [Self::D; N]) -> [Self::D; N] {
+        a
+    }
+
     /// Two polynomials of degree seven at `s`: the coefficients of sᵏ are `c[k]`.
     ///
     /// Four terms are summed at a time, from the lowest: `(c₀ + c₁ s) + (c₂ + c₃ s) s²`.
@@ -140,13 +148,6 @@ pub trait Simd: Lanes {
     fn bits(self, a: Self::M) -> u8;
     /// As [`Simd::compress`].
     fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize);
-    /// The same numbers, at one point of the program: chains of operations that end in them stay
-    /// side by side, where a compiler would put one behind the other, further than the processor
-    /// looks ahead.
-    #[inline(always)]
-    fn abreast<const N: usize>(self, a: [Self::D; N]) -> [Self::D; N] {
-        a
-    }
     /// The sum of all lanes: of those four apart first, then of those one apart, then of the rest.
     fn dsum(self, a: Self::D) -> f64;
 }

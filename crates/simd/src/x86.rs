@@ -205,6 +205,14 @@ impl Lanes for Avx512 {
             F64x8(_mm512_castsi512_pd(_mm512_add_epi64(n, _mm512_set1_epi64(1023 << 52))))
         };
     }
+    #[inline(always)]
+    fn abreast<const N: usize>(self, mut a: [F64x8; N]) -> [F64x8; N] {
+        for i in 1..N {
+            // SAFETY: a token exists only where the instructions do.
+            [a[i - 1], a[i]] = unsafe { pair(a[i - 1], a[i]) };
+        }
+        a
+    }
 }
 
 impl Simd for Avx512 {
@@ -256,14 +264,6 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn bits(self, a: u8) -> u8 {
-        a
-    }
-    #[inline(always)]
-    fn abreast<const N: usize>(self, mut a: [F64x8; N]) -> [F64x8; N] {
-        for i in 1..N {
-            // SAFETY: a token exists only where the instructions do.
-            [a[i - 1], a[i]] = unsafe { pair(a[i - 1], a[i]) };
-        }
         a
     }
 }
