@@ -12,14 +12,16 @@ pub(crate) fn dot(a: DVec3, b: DVec3) -> f64 {
     if sum.abs() >= 0.125 * (p.x.abs() + p.y.abs() + p.z.abs()) {
         sum
     } else {
-        accurate_dot(a, b)
+        accurate_dot(a.x, a.y, a.z, b.x, b.y, b.z)
     }
 }
 
+/// Of bare numbers: for vectors passed by reference, every caller would copy its own, and stall
+/// where it reads in pairs what it has stored by halves.
 #[cold]
 #[inline(never)]
-fn accurate_dot(a: DVec3, b: DVec3) -> f64 {
-    predicates::dot(a, b)
+fn accurate_dot(ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64) -> f64 {
+    predicates::dot(DVec3::new(ax, ay, az), DVec3::new(bx, by, bz))
 }
 
 /// a × b for the ends of a segment: accurate relative to its length (30 ε).

@@ -34,7 +34,8 @@ pub struct ClippedSegment {
 #[must_use]
 pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {
     let (c0, c1) = (dot(k, p0), dot(k, p1));
-    if c0 >= 0.0 && c1 >= 0.0 && c0 + c1 > 0.0 && c0 + c1 < f64::INFINITY {
+    // Not `< INFINITY`: the compiler would look at the bits of the sum for both bounds.
+    if c0 >= 0.0 && c1 >= 0.0 && c0 + c1 > 0.0 && c0 + c1 <= f64::MAX {
         return Some(ClippedSegment {
             p0,
             p1,
