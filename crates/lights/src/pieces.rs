@@ -58,6 +58,7 @@ impl Pieces {
         self.total
     }
 
+    #[inline]
     pub(crate) fn weight(&self, i: usize) -> f64 {
         self.weight[i]
     }

@@ -27,41 +27,53 @@ pub struct ProxySampler {
     pieces: Pieces,
 }
 
-/// A proxy triangle: distances of the corners and `r³`-density without r³.
+/// A proxy triangle.
 #[derive(Clone, Copy)]
 struct Proxy {
+    /// The light's corners relative to x, their distances, and the edges from the first.
+    corners: [DVec3; 3],
     length: [f64; 3],
-    area: f64,
-    /// Determinant of the unit vectors: twice area times plane distance.
-    det: f64,
+    edges: [DVec3; 2],
 }
 
 impl Proxy {
+    #[inline(always)]
     fn new(polygon: &ConvexPolygon, x: DVec3, i: usize) -> Self {
-        let corners = fan::triangle(polygon.vertices(), i);
-        let [a, b, c] = corners.map(|p| p - x);
-        let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
-        let length = [
-            predicates::length(a),
-            predicates::length(b),
-            predicates::length(c),
-        ];
-        let [la, lb, lc] = length;
+        let [a, b, c] = fan::triangle(polygon.vertices(), i);
+        let corners = [a - x, b - x, c - x];
+        let length = predicates::length;
+        Self {
+            corners,
+            length: [length(corners[0]), length(corners[1]), length(corners[2])],
+            edges: [b - a, c - a],
+        }
+    }
+
+    /// The determinant of the unit vectors: twice area times plane distance.
+    #[inline(always)]
+    fn det(&self) -> f64 {
+        let [la, lb, lc] = self.length;
+        let [ab, ac] = self.edges;
+        predicates::dot(predicates::cross(ab, ac), self.corners[0]).abs() / (la * lb * lc)
+    }
+
+    fn area(&self) -> f64 {
+        let ([a, b, c], [la, lb, lc]) = (self.corners, self.length);
         // b̂ − â = (b − a)/|b| + a (1/|b| − 1/|a|), the last difference formed from the edge.
         let chord = |p: DVec3, edge: DVec3, l: f64| {
             let shorter = -edge.dot(a + p) / (la + l);
             edge / l + a * (shorter / (la * l))
         };
-        let area = 0.5 * predicates::length(predicates::cross(chord(b, ab, lb), chord(c, ac, lc)));
-        let det = predicates::dot(predicates::cross(ab, ac), a).abs() / (la * lb * lc);
-        Self { length, area, det }
+        let [ab, ac] = self.edges;
+        0.5 * predicates::length(predicates::cross(chord(b, ab, lb), chord(c, ac, lc)))
     }
 
     /// r³/(plane distance) at the point with these barycentric coordinates on the light.
-    fn density(&self, weights: [f64; 3], distance: f64) -> f64 {
+    #[inline(always)]
+    fn density(&self, area: f64, weights: [f64; 3], distance: f64) -> f64 {
         let stretch: f64 = weights.iter().zip(self.length).map(|(w, l)| w * l).sum();
         let r = distance / stretch;
-        r * r * r * 2.0 * self.area / self.det
+        r * r * r * 2.0 * area / self.det()
     }
 }
 
@@ -71,8 +83,9 @@ impl ProxySampler {
     pub fn new(polygon: &ConvexPolygon, x: DVec3) -> Self {
         let areas = (0..polygon.vertices().len() - 2).map(|i| {
             let proxy = Proxy::new(polygon, x, i);
-            let usable = proxy.det > 0.0 && proxy.area.is_finite();
-            if usable { proxy.area } else { 0.0 }
+            let area = proxy.area();
+            let usable = proxy.det() > 0.0 && area.is_finite();
+            if usable { area } else { 0.0 }
         });
         Self {
             polygon: *polygon,
@@ -100,14 +113,16 @@ impl PointTechnique for ProxySampler {
         let [a, b, c] = corners;
         let point = a + (b - a) * w[1] + (c - a) * w[2];
         let distance = (point - self.x).length();
-        let density = proxy.density(w, distance) / self.pieces.total();
+        let area = self.pieces.weight(triangle);
+        let density = proxy.density(area, w, distance) / self.pieces.total();
         PointSample::at(point, Pdf::new(density))
     }
 
     fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
         fan::locate(&self.polygon, point).map_or(Pdf::ZERO, |at| {
             let proxy = Proxy::new(&self.polygon, self.x, at.triangle);
-            let density = proxy.density(barycentric(&at), (point - self.x).length());
+            let area = self.pieces.weight(at.triangle);
+            let density = proxy.density(area, barycentric(&at), (point - self.x).length());
             Pdf::new(density / self.pieces.total())
         })
     }
