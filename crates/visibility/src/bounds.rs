@@ -47,13 +47,27 @@ pub(crate) struct ShaftBounds {
 /// The numbers of P, Q and W among the forms.
 const PQW: [usize; 3] = [5, 6, 7];
 
+/// A bit for each of them.
+const PQW_BITS: u8 = 0b1110_0000;
+
+/// Numbers that are normal in `f32` even times 2⁻²⁰, which rounding is bounded by, and finite even
+/// if a few of them are added up.
+const F32: [f64; 2] = [1e-30, 1e36];
+
+/// Places in units of the light: images of triangles as far as this are off by half of it.
+const LIGHTS: [f64; 2] = [1e-30, 1e15];
+
 #[allow(
     clippy::cast_possible_truncation,
     reason = "the bounds allow for the rounding"
 )]
 impl ShaftBounds {
     /// The shaft from `point` to a light between `lo` and `hi`, all in the hierarchy's
-    /// coordinates; the frame must [fit](LightFrame::fits) their [`size`].
+    /// coordinates.
+    ///
+    /// `None` if P, Q and W of everything in the scene would not say something: if their
+    /// coefficients and their rounding errors are not finite and normal numbers in `f32`, or they
+    /// are not known to less than the light is large in `f64`.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
         s: S,
@@ -62,9 +76,9 @@ impl ShaftBounds {
         (lo, hi): (DVec3, DVec3),
         frame: &LightFrame,
         exclude: (u32, u32),
-    ) -> Self {
-        let size = size(occluders, point, (lo, hi));
+    ) -> Option<Self> {
         let (lo, hi) = (lo.min(point), hi.max(point));
+        let size = lo.abs().max(hi.abs()).max_element().max(occluders.extent);
         let room = ROOM * size;
         let (k, j) = frame.shape.upper();
         let (p, q, w) = (frame.p, frame.q, frame.w);
@@ -107,6 +121,10 @@ impl ShaftBounds {
             s.store(s.min(n, s.splat(0.0)), &mut bounds.negative[axis]);
             s.store(s.max(n, s.splat(0.0)), &mut bounds.positive[axis]);
         }
+        let fit = within(s, sum, F32) & within(s, sum * size, LIGHTS);
+        if !fit & PQW_BITS != 0 {
+            return None;
+        }
         let sum = sum * room;
         s.store(s.narrow(sum), &mut bounds.room);
         let [rp, rq, rw] = [bounds.room[5], bounds.room[6], bounds.room[7]];
@@ -116,7 +134,7 @@ impl ShaftBounds {
         let planes = s.dload(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
         offset = offset + sum * planes;
         s.store(s.narrow(offset), &mut bounds.offset);
-        bounds
+        Some(bounds)
     }
 
     /// The boxes of a node that the shaft may meet.
@@ -348,17 +366,16 @@ impl ShaftBounds {
     }
 }
 
+/// Which numbers are from the first to the second of `range`.
+#[inline(always)]
+fn within<S: Simd>(s: S, x: S::D, range: [f64; 2]) -> u8 {
+    s.bits(s.dle(s.dsplat(range[0]), x) & s.dle(x, s.dsplat(range[1])))
+}
+
 /// How far the triangles may reach from a point.
 #[inline(always)]
 pub(crate) fn reach(occluders: &Occluders, point: DVec3) -> f64 {
     occluders.extent + point.abs().max_element()
-}
-
-/// The largest coordinate of a scene, a point and a light between `lo` and `hi`.
-#[inline(always)]
-pub(crate) fn size(occluders: &Occluders, point: DVec3, (lo, hi): (DVec3, DVec3)) -> f64 {
-    let (lo, hi) = (lo.min(point), hi.max(point));
-    lo.abs().max(hi.abs()).max_element().max(occluders.extent)
 }
 
 /// The plane through the shading point and two vertices: their cross product.

@@ -317,7 +317,8 @@ pub(crate) struct DenseQuery {
     pub(crate) exclude: (u32, u32),
 }
 
-/// The visible pieces of the few lines in `scratch.lines`, in the coordinates of `frame`.
+/// The visible pieces of the few lines in `scratch.lines`, in the coordinates of `frame`; false if
+/// there are no [bounds](ShaftBounds::new) in it.
 #[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 fn dense_kernel<S: Simd>(
@@ -327,7 +328,7 @@ fn dense_kernel<S: Simd>(
     frame: &LightFrame,
     scratch: &mut Scratch,
     out: &mut VisibleLines,
-) {
+) -> bool {
     let Scratch {
         counters,
         corners,
@@ -343,7 +344,10 @@ fn dense_kernel<S: Simd>(
     } = scratch;
     let point = query.point;
     let around = (query.lo, query.hi);
-    let bounds = &ShaftBounds::new(s, occluders, point, around, frame, query.exclude);
+    let bounds = ShaftBounds::new(s, occluders, point, around, frame, query.exclude);
+    let Some(bounds) = &bounds else {
+        return false;
+    };
     let meshes = occluders.hierarchy.meshes();
     let backfaces = &mut BackfaceFilter::new(meshes, clear_of, point, around, query.exclude);
     slots_per_line.reset(lines.count);
@@ -382,11 +386,11 @@ fn dense_kernel<S: Simd>(
             counters.candidates += flat.count as u64;
             if left.is_none() {
                 // One triangle before all the lines: nothing is visible.
-                return;
+                return true;
             }
             sweep::sweep_flat(s, flat, ready, lines, slots_per_line);
             if flat.count > 0 && covered.record(s, lines, slots_per_line) {
-                return;
+                return true;
             }
         }
         if next.is_none() {
@@ -394,9 +398,10 @@ fn dense_kernel<S: Simd>(
         }
     }
     merge::finish(s, lines, slots_per_line, pieces, out);
+    true
 }
 
 dispatch! {
     /// The visible pieces of the few lines of a dense shaft, on an instruction set.
-    pub(crate) fn dense = dense_kernel(occluders: &Occluders, query: &DenseQuery, frame: &LightFrame, scratch: &mut Scratch, out: &mut VisibleLines)
+    pub(crate) fn dense = dense_kernel(occluders: &Occluders, query: &DenseQuery, frame: &LightFrame, scratch: &mut Scratch, out: &mut VisibleLines) -> bool
 }

@@ -1,6 +1,6 @@
 //! The projective frame of a light as seen from a shading point.
 
-use linelit_geometry::{ConvexPolygon, DMat3, DVec3, point_margin};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, POINT_MARGIN, point_margin};
 
 /// The most corners of a light.
 const CORNERS: usize = ConvexPolygon::CAPACITY;
@@ -19,20 +19,13 @@ pub(crate) struct LightFrame {
     pub(crate) q: DVec3,
     pub(crate) w: DVec3,
     pub(crate) shape: Shape,
-    /// The light's corners in (p, q); two for a linear light.
+    /// The light's corners in (p, q), two for a linear light, and the last over and over.
     pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
-    /// W from which on triangles hide the light ([`point_margin`]).
+    /// W from which on triangles hide the light ([`point_margin`]), and 1 ÷ that.
     pub(crate) near: f64,
+    pub(crate) inverse_near: f64,
 }
-
-/// Numbers that are normal in `f32` even times 2⁻²⁰, which rounding is bounded by, and finite even
-/// if a few of them are added up.
-const F32: std::ops::RangeInclusive<f64> = 1e-30..=1e36;
-
-/// Places in units of the light: images of triangles as far
-/// as this are off by half of it.
-const LIGHTS: std::ops::RangeInclusive<f64> = 1e-30..=1e15;
 
 /// The height of a point above a light's plane, in units of its distance and the light's size, from
 /// which its frame is used: places have the rounding of the corners divided by it, 3e-15 of the
@@ -71,33 +64,39 @@ impl LightFrame {
         shape: Shape::Square,
         corners: [[0.0; 2]; CORNERS],
         corner_count: 0,
-        near: 0.0,
+        near: POINT_MARGIN,
+        inverse_near: 1.0 / POINT_MARGIN,
     };
 
-    /// Becomes the frame of a light seen from a point among occluders no farther from it than
-    /// `reach`, all of which have coordinates of at most `size`; false if there is none that bounds
-    /// could be computed in, and nothing may be concluded from it: the light is seen edge on, has
-    /// no area or length, is not finite, or beyond what `f32` holds in a scene of this size.
+    /// Becomes the frame of a light seen from a point, but for [`LightFrame::near`]; false if there
+    /// is none, and nothing may be concluded from it: the light is seen edge on, or has no area or
+    /// length.
     #[inline(always)]
-    pub(crate) fn set(&mut self, light: &Light, point: DVec3, reach: f64, size: f64) -> bool {
-        let found = match &light.kind {
+    pub(crate) fn set(&mut self, light: &Light, point: DVec3) -> bool {
+        match &light.kind {
             Kind::None => false,
             Kind::Line => self.set_line(light.corners[0] - point, light.corners[1] - point),
             Kind::Polygon(plane) => self.set_polygon(plane, point),
-        };
-        self.near = point_margin(reach, 1.0 / self.w.length());
-        found && self.fits(size)
+        }
     }
 
-    /// Whether P, Q and W of everything in a scene whose coordinates are at most `size` say
-    /// something: their coefficients and their rounding errors are finite and normal numbers in
-    /// `f32`, and they are known to less than the light is large in `f64`. False for what is not
-    /// finite.
+    /// Takes in that no occluder is farther than `reach` from the shading point.
     #[inline(always)]
-    pub(crate) fn fits(&self, size: f64) -> bool {
-        let sums = [self.p, self.q, self.w].map(|n| n.abs().element_sum());
-        sums.into_iter()
-            .all(|sum| F32.contains(&sum) && LIGHTS.contains(&(sum * size)))
+    pub(crate) fn set_near(&mut self, reach: f64) {
+        // Well within reach, as most lights are: what the margin is then, without its square root.
+        (self.near, self.inverse_near) = if reach * reach * self.w.length_squared() > 2.0 {
+            (POINT_MARGIN, 1.0 / POINT_MARGIN)
+        } else {
+            let near = point_margin(reach, 1.0 / self.w.length());
+            (near, 1.0 / near)
+        };
+    }
+
+    /// The light's corners, four at a time, the last as often as that takes.
+    #[inline(always)]
+    pub(crate) fn corners_by_four(&self) -> &[[[f64; 2]; 4]] {
+        let fours = self.corners.as_chunks().0;
+        &fours[..self.corner_count.div_ceil(4)]
     }
 
     fn set_line(&mut self, p0: DVec3, p1: DVec3) -> bool {
@@ -177,10 +176,12 @@ impl LightFrame {
             (across - self.w * (low[0] - room)) / (width + 2.0 * room)
         };
         let q = (forward - self.w * (low[1] - 1e-6 * length)) / (length * (1.0 + 2e-6));
-        let mut corners = [[0.0; 2]; CORNERS];
-        corners[1] = [0.0, 1.0];
-        corners[2] = [1.0, 1.0];
-        corners[3] = [1.0, 0.0];
+        let mut corners = [[0.0, 1.0]; CORNERS];
+        corners[0] = [0.0, 0.0];
+        if !single {
+            corners[2] = [1.0, 1.0];
+            corners[3] = [1.0, 0.0];
+        }
         Self {
             p,
             q,
@@ -189,6 +190,7 @@ impl LightFrame {
             corners,
             corner_count: if single { 2 } else { 4 },
             near: self.near,
+            inverse_near: self.inverse_near,
         }
     }
 }
@@ -307,8 +309,8 @@ impl Light {
         frame.corner_count = light.len();
         if light.len() == 2 {
             frame.shape = Shape::Line;
+            frame.corners = [[0.0, 1.0]; CORNERS];
             frame.corners[0] = [0.0, 0.0];
-            frame.corners[1] = [0.0, 1.0];
             self.kind = Kind::Line;
         } else {
             self.kind = polygon(light, frame);
@@ -347,8 +349,9 @@ fn polygon(light: &[DVec3], frame: &mut LightFrame) -> Kind {
     let ratio = normal.length_squared() / e1.cross(e2).dot(normal);
     let d1 = e2.cross(n2) * ratio;
     let d2 = n2.cross(e1) * ratio;
-    for (c, v) in frame.corners.iter_mut().zip(light) {
-        *c = [d1.dot(*v - origin), d2.dot(*v - origin)];
+    for (i, c) in frame.corners.iter_mut().enumerate() {
+        let from = light[i.min(count - 1)] - origin;
+        *c = [d1.dot(from), d2.dot(from)];
     }
     frame.shape = shape;
     Kind::Polygon(LightPlane {

@@ -35,6 +35,7 @@ impl VisibleLines {
     }
 
     /// The visible intervals of line `i`; none if it is hidden or there is no such line.
+    #[inline]
     #[must_use]
     pub fn line(&self, i: usize) -> &[Interval] {
         self.spans

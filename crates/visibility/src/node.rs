@@ -57,10 +57,16 @@ impl Child {
     #[inline(always)]
     pub(crate) fn index(self) -> usize {
         if self.is_leaf() {
-            ((self.0 & !Self::LEAF) >> 3) as usize
+            self.leaf_index()
         } else {
             self.0 as usize
         }
+    }
+
+    /// Index of what is known to be a leaf.
+    #[inline(always)]
+    pub(crate) fn leaf_index(self) -> usize {
+        ((self.0 & !Self::LEAF) >> 3) as usize
     }
 
     /// The names of a leaf's triangles: leaf × 8 + lane.

@@ -76,14 +76,16 @@ impl Corners {
         slots: &[u32; 8],
         meshes: Option<&[u32; 8]>,
     ) {
+        // Read once, and within bounds for the compiler, too.
+        let at = self.count.min(ROOM - 8);
         for (row, from) in self.rows.iter_mut().zip(&leaf.vertices) {
-            s.compress(maybe, s.load(from), row, self.count);
+            s.compress(maybe, s.load(from), row, at);
         }
-        s.pack(maybe, slots, &mut self.slots, self.count);
+        s.pack(maybe, slots, &mut self.slots, at);
         if let Some(meshes) = meshes {
-            s.pack(maybe, meshes, &mut self.meshes, self.count);
+            s.pack(maybe, meshes, &mut self.meshes, at);
         }
-        self.count += maybe.count_ones() as usize;
+        self.count = at + maybe.count_ones() as usize;
     }
 }
 
@@ -388,7 +390,7 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
     // The corners are in units of how far the triangle is: 1 ÷ its W.
     let (least, most) = over_corners(s, &own, frame);
     let near = det * (1.0 / (1.0 - LIGHT_MARGIN));
-    let far = det * (1.0 / frame.near);
+    let far = det * frame.inverse_near;
     covers = covers & s.dle(near, least - room);
     covers = covers & s.dle(most + room, far);
     (s.bits(clear & outside), s.bits(covers))
@@ -399,12 +401,14 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
 fn over_corners<S: Simd>(s: S, n: &Vertex<S>, frame: &LightFrame) -> (S::D, S::D) {
     let mut least = s.dsplat(f64::INFINITY);
     let mut most = s.dsplat(f64::NEG_INFINITY);
-    for corner in &frame.corners[..frame.corner_count] {
-        let p = n[0] * corner[0];
-        let q = n[1] * corner[1];
-        let value = p + q + n[2];
-        least = s.dmin(least, value);
-        most = s.dmax(most, value);
+    for four in frame.corners_by_four() {
+        for corner in four {
+            let p = n[0] * corner[0];
+            let q = n[1] * corner[1];
+            let value = p + q + n[2];
+            least = s.dmin(least, value);
+            most = s.dmax(most, value);
+        }
     }
     (least, most)
 }
@@ -501,10 +505,12 @@ fn misses_light<S: Simd>(
     for (v, w) in [(a, b), (b, c), (c, a)] {
         let (ex, ey) = (turn * (w[0] - v[0]), turn * (w[1] - v[1]));
         let mut most = s.dsplat(f64::NEG_INFINITY);
-        for corner in &frame.corners[..frame.corner_count] {
-            let (x, y) = (s.dsplat(corner[0]) - v[0], s.dsplat(corner[1]) - v[1]);
-            let side = cross::<S>(ex, ey, x, y);
-            most = s.dmax(most, side);
+        for four in frame.corners_by_four() {
+            for corner in four {
+                let (x, y) = (s.dsplat(corner[0]) - v[0], s.dsplat(corner[1]) - v[1]);
+                let side = cross::<S>(ex, ey, x, y);
+                most = s.dmax(most, side);
+            }
         }
         misses = misses | s.dlt(most, minus_room);
     }

@@ -71,7 +71,7 @@ impl Occluders {
         }
         let Range { start, end } = query.exclude;
         let exclude = (start, end.saturating_sub(start));
-        let found = walk::find(self.isa, self, query.point, exclude, DENSE, scratch);
+        let found = walk::find(self.isa, self, &query.point, exclude, DENSE, scratch);
         let (class, known) = match found {
             Found::All => (ShaftClass::Blocked, Known::All),
             Found::Few if scratch.flat.count == 0 => (ShaftClass::Empty, Known::All),
@@ -104,6 +104,7 @@ impl Occluders {
 
 impl Shaft<'_> {
     /// How much may be hidden.
+    #[inline]
     #[must_use]
     pub fn class(&self) -> ShaftClass {
         self.class
@@ -212,7 +213,7 @@ impl Shaft<'_> {
         let isa = self.occluders.isa;
         let dense = self.known == Known::Dense;
         let which = (first, dense);
-        let count = sweep::sweep(isa, self.point, &lines[first..], which, self.scratch, out);
+        let count = sweep::sweep(isa, &self.point, &lines[first..], which, self.scratch, out);
         if dense {
             self.visible_dense(lines, first, out);
         }
@@ -343,8 +344,7 @@ impl Shaft<'_> {
         let Self {
             occluders, scratch, ..
         } = self;
-        if around.fits(bounds::size(occluders, point, (lo, hi))) {
-            dense_shaft::dense(occluders.isa, occluders, &query, &around, scratch, out);
+        if dense_shaft::dense(occluders.isa, occluders, &query, &around, scratch, out) {
             return;
         }
         for k in few {

@@ -94,7 +94,7 @@ pub(crate) fn sweep_flat<S: Simd>(
 #[inline(always)]
 fn sweep_kernel<S: Simd>(
     s: S,
-    point: DVec3,
+    &point: &DVec3,
     lines: &[Segment],
     (first, dense): (usize, bool),
     scratch: &mut Scratch,
@@ -204,7 +204,7 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
 
 dispatch! {
     /// Places and answers lines on an instruction set.
-    pub(crate) fn sweep = sweep_kernel(point: DVec3, lines: &[Segment], which: (usize, bool), scratch: &mut Scratch, out: &mut VisibleLines) -> usize
+    pub(crate) fn sweep = sweep_kernel(point: &DVec3, lines: &[Segment], which: (usize, bool), scratch: &mut Scratch, out: &mut VisibleLines) -> usize
 }
 dispatch! {
     /// Whether the projected triangles hide a point, on an instruction set.

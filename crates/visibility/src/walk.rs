@@ -42,31 +42,19 @@ struct Query<'a> {
 }
 
 impl Query<'_> {
-    /// Sets the triangles of a leaf aside that may be in the shaft. `slots` and `meshes` tell which
-    /// they are.
+    /// Sets the triangles of a leaf aside that may be in the shaft.
     #[inline(always)]
-    fn look<S: Simd>(
-        &self,
-        s: S,
-        leaf: &Leaf,
-        used: u8,
-        (slots, meshes): (&[u32; 8], &[u32; 8]),
-        corners: &mut Corners,
-    ) -> Found {
+    fn look<S: Simd>(&self, s: S, leaf: &Leaf, child: Child, corners: &mut Corners) -> Found {
         let (maybe, around) = self.bounds.triangles(s, leaf);
-        let maybe = maybe & used;
+        let maybe = maybe & child.mask();
         let around = maybe & around;
         if around != 0 && around & project::hiding(s, leaf, self.point, self.frame) != 0 {
             return Found::All;
         }
         if maybe != 0 {
-            corners.add(
-                s,
-                leaf,
-                maybe,
-                slots,
-                self.backfaces.any().then_some(meshes),
-            );
+            let meshes = || self.backfaces.codes(child.leaf_index());
+            let meshes = self.backfaces.any().then(meshes);
+            corners.add(s, leaf, maybe, &child.slots(), meshes.as_ref());
             if corners.count > self.limit {
                 return Found::Many;
             }
@@ -82,7 +70,7 @@ impl Query<'_> {
 fn find_kernel<S: Simd>(
     s: S,
     occluders: &Occluders,
-    point: DVec3,
+    &point: &DVec3,
     exclude: (u32, u32),
     limit: usize,
     scratch: &mut Scratch,
@@ -103,16 +91,17 @@ fn find_kernel<S: Simd>(
     if hierarchy.nodes.is_empty() {
         return Found::Few;
     }
-    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
-    let relative = point - occluders.origin;
-    let reach = bounds::reach(occluders, relative);
-    let size = bounds::size(occluders, relative, around);
-    if !frame.set(light, point, reach, size) {
+    if !frame.set(light, point) {
         return Found::Unknown;
     }
-    let point = relative;
+    let point = point - occluders.origin;
+    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+    let Some(bounds) = ShaftBounds::new(s, occluders, point, around, frame, exclude) else {
+        return Found::Unknown;
+    };
+    frame.set_near(bounds::reach(occluders, point));
     let mut query = Query {
-        bounds: ShaftBounds::new(s, occluders, point, around, frame, exclude),
+        bounds,
         backfaces: BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude),
         point,
         frame,
@@ -153,9 +142,8 @@ fn find_kernel<S: Simd>(
         for &child in &leaves[..waiting] {
             let child = Child(child);
             counters.triangle_tests += u64::from(child.count());
-            let leaf = &hierarchy.leaves[child.index()];
-            let names = (&child.slots(), &query.backfaces.codes(child.index()));
-            let found = query.look(s, leaf, child.mask(), names, corners);
+            let leaf = &hierarchy.leaves[child.leaf_index()];
+            let found = query.look(s, leaf, child, corners);
             if found != Found::Few {
                 return found;
             }
@@ -171,5 +159,5 @@ fn find_kernel<S: Simd>(
 
 dispatch! {
     /// Finds what is in a shaft on an instruction set.
-    pub(crate) fn find = find_kernel(occluders: &Occluders, point: DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
+    pub(crate) fn find = find_kernel(occluders: &Occluders, point: &DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
 }
