@@ -33,6 +33,8 @@ pub(crate) struct ShaftBounds {
     room: [f32; 8],
     /// Rooms of W − Q and of the upper bound on p, and one and that of W.
     sums: [f32; 3],
+    /// Five times the rooms of P, Q and W; infinite where products of three such may overflow.
+    rooms: f32,
     /// Whether the light's own plane says more than the box.
     tilted: bool,
     /// Box around the shaft: lower corner, upper corner.
@@ -56,6 +58,9 @@ const F32: [f64; 2] = [1e-30, 1e36];
 
 /// Places in units of the light: images of triangles as far as this are off by half of it.
 const LIGHTS: [f64; 2] = [1e-30, 1e15];
+
+/// Of coordinates of up to twice as much, a sum of six products of three is finite in `f32`.
+const CUBES: [f64; 2] = [0.0, 4e11];
 
 #[allow(
     clippy::cast_possible_truncation,
@@ -94,6 +99,7 @@ impl ShaftBounds {
             offset: [0.0; 8],
             room: [0.0; 8],
             sums: [0.0; 3],
+            rooms: f32::INFINITY,
             tilted: {
                 let steepness = w.abs();
                 steepness.element_sum() > 1.01 * steepness.max_element()
@@ -121,20 +127,30 @@ impl ShaftBounds {
             s.store(s.min(n, s.splat(0.0)), &mut bounds.negative[axis]);
             s.store(s.max(n, s.splat(0.0)), &mut bounds.positive[axis]);
         }
-        let fit = within(s, sum, F32) & within(s, sum * size, LIGHTS);
+        let largest = sum * size;
+        let fit = within(s, sum, F32) & within(s, largest, LIGHTS);
         if !fit & PQW_BITS != 0 {
             return None;
         }
         let sum = sum * room;
         s.store(s.narrow(sum), &mut bounds.room);
-        let [rp, rq, rw] = [bounds.room[5], bounds.room[6], bounds.room[7]];
-        bounds.sums = [rw + rq, rw + rp + rq, 1.0 + rw];
+        bounds.sum_rooms(!within(s, largest, CUBES) & PQW_BITS == 0);
         // The light's plane is where W is one.
         let mut offset = s.dload(&[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]) - at_point;
         let planes = s.dload(&[1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
         offset = offset + sum * planes;
         s.store(s.narrow(offset), &mut bounds.offset);
         Some(bounds)
+    }
+
+    /// Adds up the rooms of P, Q and W, whose `cubes` are finite.
+    #[inline(always)]
+    fn sum_rooms(&mut self, cubes: bool) {
+        let [rp, rq, rw] = [self.room[5], self.room[6], self.room[7]];
+        self.sums = [rw + rq, rw + rp + rq, 1.0 + rw];
+        if cubes {
+            self.rooms = 5.0 * (rp + rq + rw);
+        }
     }
 
     /// The boxes of a node that the shaft may meet.
@@ -285,15 +301,12 @@ impl ShaftBounds {
         let reach = max3(s, largest(s, a), largest(s, b), largest(s, c));
         // A plane's coordinates are off by two coordinates times two rooms, its value at a corner
         // of the unit square by three of them, the determinant by that times three coordinates.
-        let rooms = self.room[PQW[0]] + self.room[PQW[1]] + self.room[PQW[2]];
-        let room = reach * (5.0 * rooms);
+        let room = reach * self.rooms;
         let (ab, bc, ca) = (plane(s, a, b), plane(s, b, c), plane(s, c, a));
         let det = s.fma(ab.0, c.0, s.fma(ab.1, c.1, ab.2 * c.2));
         let det_room = room * (reach * 3.0);
-        // Of products of three that do not overflow.
-        let finite = s.lt(reach, s.splat(1e12));
-        let left = finite & s.lt(det_room, det);
-        let right = finite & s.lt(det, zero - det_room);
+        let left = s.lt(det_room, det);
+        let right = s.lt(det, zero - det_room);
         let (x, y, z) = (
             self.over_light(s, ab),
             self.over_light(s, bc),

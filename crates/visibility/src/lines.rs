@@ -103,6 +103,23 @@ impl VisibleLines {
         self.intervals.resize(2 * least + 16, Interval::UNIT);
     }
 
+    /// Makes those of all lines that count visible as a whole; after [`VisibleLines::reset`].
+    #[inline]
+    pub(crate) fn put_all_whole(&mut self, counts: impl Iterator<Item = bool>) {
+        let most = self.spans.len();
+        if self.intervals.len() < most {
+            self.grow(most);
+        }
+        self.intervals[..most].fill(Interval::UNIT);
+        let mut end = 0;
+        for (span, counts) in self.spans.iter_mut().zip(counts) {
+            let start = end;
+            end += usize::from(counts);
+            *span = (start, end);
+        }
+        self.filled = end;
+    }
+
     /// Makes a line visible as a whole.
     pub(crate) fn put_whole(&mut self, line: usize) {
         self.put(line, std::iter::once((0.0, 1.0, true)));

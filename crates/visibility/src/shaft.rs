@@ -184,13 +184,7 @@ impl Shaft<'_> {
         self.scratch.counters.line_queries += lines.len() as u64;
         match (self.class, self.known) {
             (ShaftClass::Blocked, _) => {}
-            (ShaftClass::Empty, _) => {
-                for (i, line) in lines.iter().enumerate() {
-                    if has_length(line) {
-                        out.put_whole(i);
-                    }
-                }
-            }
+            (ShaftClass::Empty, _) => out.put_all_whole(lines.iter().map(has_length)),
             (ShaftClass::Partial, Known::Nothing) => {
                 for (i, line) in lines.iter().enumerate() {
                     if has_length(line) {
@@ -356,15 +350,16 @@ impl Shaft<'_> {
     /// Whether a point of the light is visible; a point that is not finite is not.
     pub fn point_visible(&mut self, light_point: DVec3) -> bool {
         self.scratch.counters.shaft_points += 1;
-        if !light_point.is_finite() {
-            return false;
-        }
         match (self.class, self.known) {
             (ShaftClass::Blocked, _) => false,
-            (ShaftClass::Empty, _) => true,
+            (ShaftClass::Empty, _) => light_point.is_finite(),
             (ShaftClass::Partial, Known::Dense | Known::Nothing) => self.ray_reaches(light_point),
             (ShaftClass::Partial, Known::All) => {
                 let at = self.scratch.frame.project(light_point - self.point);
+                // The image of what is not finite is not a number.
+                if at[0].is_nan() && !light_point.is_finite() {
+                    return false;
+                }
                 !sweep::hidden_point(self.occluders.isa, &self.scratch.flat, at)
             }
         }
@@ -372,6 +367,9 @@ impl Shaft<'_> {
 }
 
 /// Whether there is anything of a line to be seen.
+#[inline]
 fn has_length(line: &Segment) -> bool {
-    line.p0 != line.p1 && line.p0.is_finite() && line.p1.is_finite()
+    // Zero times what is not finite is not a number.
+    let nothing = line.p0 * 0.0 + line.p1 * 0.0;
+    (nothing == DVec3::ZERO) & (line.p0 != line.p1)
 }
