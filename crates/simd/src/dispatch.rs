@@ -15,7 +15,10 @@ macro_rules! dispatch {
         $vis fn $name $(<$(const $c: $ct),+>)? (isa: $crate::Isa, $($arg: $ty),*) $(-> $ret)? {
             use $crate::Simd as _;
             match isa {
-                $crate::Isa::Scalar => $kernel::<_ $($(, $c)+)?>($crate::Scalar, $($arg),*),
+                $crate::Isa::Scalar => $crate::Scalar.vectorize(
+                    #[inline(always)]
+                    move || $kernel::<_ $($(, $c)+)?>($crate::Scalar, $($arg),*)
+                ),
                 #[cfg(target_arch = "x86_64")]
                 $crate::Isa::Avx2(s) => s.vectorize(
                     #[inline(always)]

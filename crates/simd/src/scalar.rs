@@ -171,7 +171,12 @@ impl Simd for Scalar {
 
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
-        f()
+        // Apart, as code for instructions is: who chooses among them need not save its registers.
+        #[inline(never)]
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        inner(f)
     }
     #[inline(always)]
     fn prefetch<T>(self, _: &T) {}
