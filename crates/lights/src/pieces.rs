@@ -48,7 +48,7 @@ impl Pieces {
     #[inline]
     #[must_use]
     pub fn is_usable(&self) -> bool {
-        self.total > 0.0 && self.total < f64::INFINITY
+        self.total > 0.0 && self.total <= f64::MAX
     }
 
     /// The sum of the weights.
