@@ -48,9 +48,7 @@ impl Batch {
     ) {
         let n = numbers.len().min(BLOCK);
         let mut xi = [0.0; BLOCK];
-        for (xi, number) in xi[..n].iter_mut().zip(numbers) {
-            *xi = number.unit();
-        }
+        xi[..n].copy_from_slice(&numbers[..n]);
         let mut at = start(arc, view, &xi, n);
         for _ in 0..f64::STEPS {
             if advance(arc, &xi, n, &mut at, close) {

@@ -46,10 +46,8 @@ impl LtcSampler {
         if !(determinant.abs() > 0.0 && determinant.is_finite()) {
             return None;
         }
+        // An entry that is not finite makes a coordinate of both ends so, which no line has.
         let inverse = m.inverse();
-        if !inverse.is_finite() {
-            return None;
-        }
         let view = view_from(light, x, Some(normal))?;
         let (p0, p1) = view.ends();
         let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));

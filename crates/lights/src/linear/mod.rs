@@ -251,35 +251,26 @@ impl LinearSampler {
             pdf: self.pdf_at(lambda),
         }
     }
-
-    fn at_arc(&self, arc: &ArcPoint<f64>, pdf: Pdf<ThinSolidAngle>) -> LinearSample {
-        LinearSample {
-            t: self.view.whole_fraction(arc.lambda),
-            offset: DVec3::from(arc.point),
-            direction: DVec3::from(arc.direction),
-            pdf,
-        }
-    }
 }
 
 impl LinearPointTechnique for LinearSampler {
     fn sample(&self, xi: f64) -> LinearSample {
-        match &self.kind {
-            Kind::Area => self.at_place(xi),
-            Kind::SolidAngle => {
-                let arc = self.view.sample_solid_angle(xi);
-                self.at_arc(&arc, Pdf::new(self.density))
-            }
+        let ((second, s, c), per_density) = match &self.kind {
+            Kind::Area => return self.at_place(xi),
+            Kind::SolidAngle => (self.view.solid_angle_arc(xi), 1.0),
             Kind::Warped(w) => {
                 let warped = w.sample(xi);
-                let arc = self.view.sample_solid_angle(warped);
-                self.at_arc(&arc, Pdf::new(w.pdf(warped) * self.density))
+                (self.view.solid_angle_arc(warped), w.pdf(warped))
             }
-            Kind::Bisection(integral) => self.at_place(integral.sample(xi)),
-            Kind::Projected(p) => {
-                let (arc, cosine) = p.sample_with_cosine(&self.view, xi);
-                self.at_arc(&arc, Pdf::new(cosine * self.density))
-            }
+            Kind::Bisection(integral) => return self.at_place(integral.sample(xi)),
+            Kind::Projected(p) => p.arc_with_cosine(&self.view, xi),
+        };
+        let arc = self.view.arc_point(second, s, c);
+        LinearSample {
+            t: self.view.whole_fraction(arc.lambda),
+            offset: DVec3::from(arc.point),
+            direction: DVec3::from(arc.direction),
+            pdf: Pdf::new(per_density * self.density),
         }
     }
 

@@ -95,13 +95,13 @@ pub trait Real:
     /// Whether the number is positive and finite.
     #[inline]
     fn is_usable(self) -> bool {
-        self > Self::ZERO && self.to_f64() < f64::INFINITY
+        self > Self::ZERO && self.to_f64() <= f64::MAX
     }
 
     /// Whether the number is positive, and its square has been a number of full digits.
     #[inline]
     fn has_square(self) -> bool {
-        self > Self::LEAST && self.to_f64() < f64::INFINITY
+        self > Self::LEAST && self.to_f64() <= f64::MAX
     }
 
     /// The nearest number in [0, 1]; 0 for NaN.
@@ -344,14 +344,22 @@ pub(crate) fn length<T: Real>(a: V3<T>) -> T {
 #[inline(always)]
 pub(crate) fn cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     let plain = plain_cross(a, b);
+    if !T::PLAIN_CROSS {
+        return accurate_cross(a, b);
+    }
     // More than 30° apart the plain products round to 4 ε of the length.
-    if T::PLAIN_CROSS && dot(plain, plain) > T::from_f64(0.25) * (dot(a, a) * dot(b, b)) {
+    if dot(plain, plain) > T::from_f64(0.25) * (dot(a, a) * dot(b, b)) {
         return plain;
     }
-    accurate_cross(a, b)
+    nearly_parallel_cross(a, b)
 }
 
 #[inline(never)]
+fn nearly_parallel_cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
+    accurate_cross(a, b)
+}
+
+#[inline(always)]
 fn accurate_cross<T: Real>(a: V3<T>, b: V3<T>) -> V3<T> {
     let d = T::diff_of_products;
     [

@@ -231,7 +231,8 @@ impl<T: Real> ProjectedLine<T> {
 
     /// The sample and its cosine n·ω.
     pub(crate) fn sample_with_cosine(&self, xi: T) -> (ArcPoint<T>, T) {
-        self.arc.sample_with_cosine(&self.view, xi)
+        let ((second, s, c), cosine) = self.arc.arc_with_cosine(&self.view, xi);
+        (self.view.arc_point(second, s, c), cosine)
     }
 
     /// The sample to about the accuracy that the paper has after its two steps, and for less: steps
@@ -348,18 +349,21 @@ impl<T: Real> Inversion<T> {
         view.arc_point(second, at.s, at.c)
     }
 
-    /// The sample and its cosine n·ω.
-    #[inline]
-    pub(crate) fn sample_with_cosine(&self, view: &LineView<T>, xi: T) -> (ArcPoint<T>, T) {
-        let (second, at) = self.find(view, xi);
-        self.output(view, second, at.s, at.c)
+    /// The sample, by its end and sine and cosine of the angle from there, and its cosine n·ω.
+    #[inline(always)]
+    pub(crate) fn arc_with_cosine(&self, view: &LineView<T>, xi: T) -> ((bool, T, T), T) {
+        let (second, Angle { s, c, .. }) = self.find(view, xi);
+        // N(v) from both ends, all terms positive.
+        let [here, there] = self.ends[usize::from(second)].over_sine;
+        let cosine = here * view.sine_of_rest(s, c) + there * s;
+        ((second, s, c), cosine)
     }
 
     /// The angle from the end that it says, to the precision: two steps, more where the second was
     /// large.
     #[inline(always)]
     fn find(&self, view: &LineView<T>, xi: T) -> (bool, Angle<T>) {
-        let (second, xi) = nearer(xi.unit());
+        let (second, xi) = nearer(xi);
         let end = &self.ends[usize::from(second)];
         let target = xi * self.total;
         let start = end.start(xi, &view.solid_angle_end(second));
@@ -395,18 +399,10 @@ impl<T: Real> Inversion<T> {
     /// The angle from the end that it says, by [`Inversion::steps_to`].
     #[inline]
     fn find_to(&self, view: &LineView<T>, xi: T, close: T) -> (bool, Angle<T>) {
-        let (second, xi) = nearer(xi.unit());
+        let (second, xi) = nearer(xi);
         let end = &self.ends[usize::from(second)];
         let start = end.start(xi, &view.solid_angle_end(second));
         (second, self.steps_to(end, start, xi * self.total, close))
-    }
-
-    #[inline]
-    fn output(&self, view: &LineView<T>, second: bool, s: T, c: T) -> (ArcPoint<T>, T) {
-        // N(v) from both ends, all terms positive.
-        let [here, there] = self.ends[usize::from(second)].over_sine;
-        let cosine = here * view.sine_of_rest(s, c) + there * s;
-        (view.arc_point(second, s, c), cosine)
     }
 
     /// One step; how far it went.

@@ -82,6 +82,7 @@ impl<T: Real> LineView<T> {
     /// The end on the horizon is `(n × (p0 × p1))/(n·e)`, accurate relative to itself (Peters 2021,
     /// §3.2 clips too, by interpolation, whose absolute error matters when the crossing is close to
     /// the shading point).
+    #[inline(always)]
     #[must_use]
     pub fn clipped(p0: [T; 3], p1: [T; 3], normal: [T; 3]) -> Option<Self> {
         Self::build(p0, p1, sub(p1, p0), cross(p0, p1), Some(normal))
@@ -301,13 +302,20 @@ impl<T: Real> LineView<T> {
     /// trigonometry.
     #[must_use]
     pub fn sample_solid_angle(&self, xi: T) -> ArcPoint<T> {
-        let (second, xi) = nearer(xi.unit());
+        let (second, s, c) = self.solid_angle_arc(xi);
+        self.arc_point(second, s, c)
+    }
+
+    /// The end that the sample is measured from, sine and cosine of its angle from there.
+    #[inline(always)]
+    pub(crate) fn solid_angle_arc(&self, xi: T) -> (bool, T, T) {
+        let (second, xi) = nearer(xi);
         let (a, b) = self
             .solid_angle_end(second)
             .half_tangent([xi, T::ONE - xi, T::ONE]);
         let t = a / b;
         let q = T::ONE / (T::ONE + t * t);
-        self.arc_point(second, (t + t) * q, (T::ONE - t * t) * q)
+        (second, (t + t) * q, (T::ONE - t * t) * q)
     }
 
     /// What a solid-angle sample starts from at an end.
@@ -396,7 +404,7 @@ impl<T: Real> LineView<T> {
     /// 1/r interpolates like a direction, `1/r = (sin(δ−v)/r₀ + sin v/r₁)/sin δ`: all terms are
     /// positive. The ends are looked up by index: which of them is nearer is anybody's guess, and a
     /// branch on it would be mispredicted.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn arc_point(&self, second: bool, s: T, c: T) -> ArcPoint<T> {
         let (here, there) = (usize::from(second), usize::from(!second));
         let far = self.sine_of_rest(s, c);
@@ -543,10 +551,11 @@ impl<T: Real> SolidAngleEnd<T> {
 
 /// The end from which a sample is measured, and its random number from there: the end that has at
 /// most half of the sample space behind it, so that what is next to either end keeps its digits.
+/// Beyond [0, 1] it is the end's, and 0 for NaN.
 #[inline(always)]
 pub(crate) fn nearer<T: Real>(xi: T) -> (bool, T) {
     let rest = T::ONE - xi;
-    (rest < xi, rest.at_most(xi))
+    (rest < xi, rest.at_most(xi).at_least(T::ZERO))
 }
 
 /// The part of a line above the horizon of n; `None` if there is nothing.
