@@ -316,34 +316,35 @@ impl AngularLines {
     /// Its measure per radius.
     fn thin_measure(&self, line: Line) -> f64 {
         match self.marginal_normal() {
-            // The formula of LineView::solid_angle, without the rest of it.
-            None => {
-                let (y0, y1) = (line.lo, line.hi);
-                let h2 = line.u * line.u + self.z * self.z;
-                let (r0, r1) = ((y0 * y0 + h2).sqrt(), (y1 * y1 + h2).sqrt());
-                let (dot, product) = (y0 * y1 + h2, r0 * r1);
-                let range = if dot > 0.0 {
-                    h2 / product * (line.length / (product + dot)) * (r0 + r1)
-                } else {
-                    y1 / r1 - y0 / r0
-                };
-                let thin = 2.0 * range / h2.sqrt();
-                if thin.is_finite() { thin } else { 0.0 }
-            }
+            None => self.thin_solid_angle(line),
             Some(_) => self.thin(line).map_or(0.0, |t| t.measure()),
         }
     }
 
+    /// The formula of [`LineView::solid_angle`], without the rest of it.
+    #[inline(always)]
+    fn thin_solid_angle(&self, line: Line) -> f64 {
+        let (y0, y1) = (line.lo, line.hi);
+        let h2 = line.u * line.u + self.z * self.z;
+        let (r0, r1) = ((y0 * y0 + h2).sqrt(), (y1 * y1 + h2).sqrt());
+        let (dot, product) = (y0 * y1 + h2, r0 * r1);
+        let range = if dot > 0.0 {
+            h2 / product * (line.length / (product + dot)) * (r0 + r1)
+        } else {
+            y1 / r1 - y0 / r0
+        };
+        let thin = 2.0 * range / h2.sqrt();
+        if thin.is_finite() { thin } else { 0.0 }
+    }
+
     /// The marginal on a piece that is linear in the angle.
     fn warp(&self, piece: &Piece<false>) -> Warp {
-        let slope = |s: f64| {
-            let line = piece.at(s);
-            0.5 * line.u.hypot(self.z) * self.thin_measure(line)
-        };
+        let angles = Angles::new(piece.first.u, piece.width, self.z);
+        let [first, last] = angles.r;
         Warp {
-            angles: Angles::new(piece.first.u, piece.width, self.z),
-            first: slope(0.0),
-            last: slope(1.0),
+            first: 0.5 * first * self.thin_solid_angle(piece.at(0.0)),
+            last: 0.5 * last * self.thin_solid_angle(piece.at(1.0)),
+            angles,
         }
     }
 
@@ -361,6 +362,7 @@ impl AngularLines {
     }
 
     /// The fraction s of the piece's width that has the measure `target` of `whole` below it.
+    #[inline(never)]
     fn find<const CLOSE: bool>(&self, piece: &Piece<CLOSE>, target: f64, whole: f64) -> f64 {
         let z = self.z;
         let excess = |s: f64| self.measure(&piece.part(s, z)) - target;
