@@ -21,10 +21,7 @@ impl<M: Measure> PointSample<M> {
     #[inline(always)]
     #[must_use]
     pub fn at(point: DVec3, pdf: Pdf<M>) -> Self {
-        // Zero where all three are finite, NaN otherwise.
-        let rest = point * 0.0;
-        let finite = rest.x + rest.y + rest.z == 0.0;
-        let pdf = if finite { pdf } else { Pdf::ZERO };
+        let pdf = if point.is_finite() { pdf } else { Pdf::ZERO };
         Self { point, pdf }
     }
 
@@ -60,6 +57,7 @@ pub struct AreaSampler {
     polygon: ConvexPolygon,
     pieces: Pieces,
     parallelogram: Option<(DVec3, DVec3, DVec3)>,
+    density: Pdf<Area>,
 }
 
 impl AreaSampler {
@@ -75,6 +73,7 @@ impl AreaSampler {
             polygon: *polygon,
             pieces: Pieces::new(areas),
             parallelogram: polygon.as_parallelogram(),
+            density: Pdf::new(1.0 / polygon.area()),
         }
     }
 }
@@ -94,12 +93,12 @@ impl PointTechnique for AreaSampler {
         };
         PointSample {
             point,
-            pdf: self.pdf(point),
+            pdf: self.density,
         }
     }
 
     fn pdf(&self, _point: DVec3) -> Pdf<Area> {
-        Pdf::new(1.0 / self.polygon.area())
+        self.density
     }
 
     fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
