@@ -120,9 +120,20 @@ pub(crate) fn cell(x: f64, n: usize) -> (usize, f64) {
 /// The coordinate of a place in a cell, which [`cell`] finds in that cell again.
 #[allow(clippy::cast_precision_loss, reason = "image sizes are far below 2^53")]
 fn coordinate(i: usize, place: f64, n: usize) -> f64 {
-    let mut x = below_one((i as f64 + place) / n as f64);
-    // Quotient and product each round: next to a border the cell may be the neighbour's, which may
-    // be black. One or two steps bring it back.
+    let (cell_start, count) = (i as f64, n as f64);
+    let x = below_one((cell_start + place) / count);
+    let scaled = x * count;
+    if scaled >= cell_start && scaled < cell_start + 1.0 {
+        return x;
+    }
+    within_cell(x, i, n)
+}
+
+/// Quotient and product each round: next to a border the cell may be the neighbour's, which may be
+/// black. One or two steps bring it back.
+#[cold]
+#[inline(never)]
+fn within_cell(mut x: f64, i: usize, n: usize) -> f64 {
     while cell(x, n).0 > i {
         x = x.next_down();
     }
