@@ -19,13 +19,24 @@ use linelit_lights::{Area, Disk, Pdf, PointSample, PointTechnique};
 /// assert!((u[0] - 0.2).abs() < 1e-15 && (u[1] - 0.9).abs() < 1e-15);
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct DiskArea(Disk);
+pub struct DiskArea {
+    disk: Disk,
+    frame: Frame,
+    density: Pdf<Area>,
+}
 
 impl DiskArea {
     /// The per-light part.
     #[must_use]
-    pub const fn new(disk: &Disk) -> Self {
-        Self(*disk)
+    pub fn new(disk: &Disk) -> Self {
+        let frame = Frame::from_normal(disk.normal);
+        // If this is finite, so are all points.
+        let bound = disk.center.abs() + 2.0 * disk.radius.abs() + frame.x + frame.y;
+        Self {
+            disk: *disk,
+            frame,
+            density: PointSample::at(bound, Pdf::new(1.0 / disk.area())).pdf,
+        }
     }
 }
 
@@ -43,21 +54,23 @@ impl PointTechnique for DiskArea {
         } else {
             (0.0, (0.0, 1.0))
         };
-        let frame = Frame::from_normal(self.0.normal);
-        let point = self.0.center + (frame.x * c + frame.y * s) * (r * self.0.radius);
-        PointSample::at(point, self.pdf(self.0.center))
+        let across = self.frame.x * c + self.frame.y * s;
+        let point = self.disk.center + across * (r * self.disk.radius);
+        PointSample {
+            point,
+            pdf: self.density,
+        }
     }
 
     fn pdf(&self, _point: DVec3) -> Pdf<Area> {
-        Pdf::new(1.0 / self.0.area())
+        self.density
     }
 
     fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
-        let frame = Frame::from_normal(self.0.normal);
-        let v = (point - self.0.center) / self.0.radius;
-        let (x, y) = (v.dot(frame.x), v.dot(frame.y));
+        let v = (point - self.disk.center) / self.disk.radius;
+        let (x, y) = (v.dot(self.frame.x), v.dot(self.frame.y));
         let r = x.hypot(y);
-        let slack = 64.0 * f64::EPSILON * (1.0 + point.abs().max_element() / self.0.radius);
+        let slack = 64.0 * f64::EPSILON * (1.0 + point.abs().max_element() / self.disk.radius);
         if !(r <= 1.0 + slack && slack < f64::INFINITY) {
             return None;
         }

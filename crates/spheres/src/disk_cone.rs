@@ -125,6 +125,7 @@ impl DiskCone {
     }
 
     /// 1 − cos θ at the rim, and its direction across the axis.
+    #[inline(always)]
     fn reach(&self, (s, c): (f64, f64), p: f64) -> (f64, [f64; 2]) {
         let ([a, b], [sec_a, sec_b]) = (self.tan, self.sec);
         let across = [a * sec_b * c / p, b * sec_a * s / p];
@@ -141,6 +142,7 @@ impl DiskCone {
     }
 
     /// Where a direction meets the disk, kept on it against rounding at grazing directions.
+    #[inline(always)]
     fn hit(&self, direction: DVec3) -> DVec3 {
         let n = self.disk.normal;
         let to = self.disk.center - self.x;
@@ -210,15 +212,13 @@ impl DiskCone {
 impl PointTechnique for DiskCone {
     type Measure = SolidAngle;
 
-    #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         if !self.pieces.is_usable() {
             return PointSample::none(self.disk.center);
         }
-        let u = u.map(fraction);
         // The quarters that run backwards, so that the turn is continuous, mirror those that run
         // forwards.
-        let scaled = 4.0 * u[0];
+        let scaled = 4.0 * fraction(u[0]);
         let (within, [sx, sy]) = match scaled {
             t if t < 1.0 => (t, [1.0, 1.0]),
             t if t < 2.0 => (2.0 - t, [-1.0, 1.0]),
@@ -232,7 +232,7 @@ impl PointTechnique for DiskCone {
         let (s, c) = turn.sin_cos();
         let p = self.rim((s, c));
         let (k, across) = self.reach((s, c), p);
-        let m = u[1] * k;
+        let m = fraction(u[1]) * k;
         let sine = (m * (2.0 - m)).sqrt();
         let direction = self.axes[0] * (sine * sx * across[0])
             + self.axes[1] * (sine * sy * across[1])

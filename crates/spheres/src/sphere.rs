@@ -174,7 +174,7 @@ pub struct SphereCone {
     x: DVec3,
     frame: Frame,
     /// A power of two, and by it the distance of the centre and the radius, of which the larger is
-    /// about one.
+    /// of a size whose products are numbers.
     scale: f64,
     d: f64,
     r: f64,
@@ -188,7 +188,12 @@ impl SphereCone {
     #[must_use]
     pub fn new(sphere: &Sphere, x: DVec3) -> Self {
         let (d, frame) = seen_from(sphere, x);
-        let scale = power_of_two_over(d.max(sphere.radius));
+        let size = if d > sphere.radius { d } else { sphere.radius };
+        let scale = if size > 1e-30 && size < 1e30 {
+            1.0
+        } else {
+            power_of_two_over(size)
+        };
         let (d, r) = (d * scale, sphere.radius * scale);
         let k = if d >= r {
             let s = r / d;
