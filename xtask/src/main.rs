@@ -41,7 +41,8 @@ the workshop:
   load-all DIR              load and render every scene file below DIR
   fuzz [--minutes N] [--seed S]
                             mutated scenes of all formats for N minutes (30), on a new seed unless told
-  fit-ltc [--verify | FILE] fit linearly transformed cosines afresh and verify the table (or write FILE)
+  fit-ltc [tables | page]   fit linearly transformed cosines afresh and hold the tables and docs/accuracy-ltc.md
+                            to it, or write them
 
 exit status: 0 done, 1 failed, 2 usage";
 

@@ -105,7 +105,7 @@ impl Model for Frostbite {
         let scatter = (1.0 + (f90 - 1.0) * schlick(wo.z)) * (1.0 + (f90 - 1.0) / 21.0);
         (
             self.diffuse * (scatter * renormalised(r)),
-            Some(self.facets.transformed_cosine(wo, &self.fresnel())),
+            Some(self.facets.transformed_cosine(&self.fresnel(), wo)),
         )
     }
 

@@ -4,10 +4,9 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
+mod facet_cosine;
 mod fresnel;
 mod frostbite;
-mod ggx_cosine;
-mod ggx_table;
 mod lambert;
 mod layers;
 mod lobe;

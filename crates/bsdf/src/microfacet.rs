@@ -7,6 +7,8 @@
 //! Smith masking, anisotropy); Heitz 2018 (sampling of visible normals), in the form of Dupuy &
 //! Benyoub 2023 (a spherical cap); Schlick 1994.
 
+use crate::facet_cosine::MASKED;
+use crate::{Fresnel, TransformedCosine};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative};
 use std::f64::consts::{PI, TAU};
@@ -110,6 +112,13 @@ impl TrowbridgeReitz {
             return 0.0;
         };
         nonnegative(self.density(h) / (2.0 * (wo.z + self.reach(wo))))
+    }
+
+    /// D G F cos_i/(4 cos_i cos_o) for ω_o in the local frame, as a linearly transformed cosine
+    /// with the albedo for Fresnel's F; positive above the surface and zero below.
+    #[must_use]
+    pub fn transformed_cosine(&self, fresnel: &Fresnel, wo: DVec3) -> TransformedCosine {
+        MASKED.lobe(self, fresnel, wo)
     }
 
     /// Draws ω_i by reflecting ω_o at a visible normal; `None` where it falls below the surface

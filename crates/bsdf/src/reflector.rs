@@ -45,7 +45,7 @@ impl Model for Reflector {
     }
 
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
-        let lobe = self.facets.transformed_cosine(wo, &self.fresnel);
+        let lobe = self.facets.transformed_cosine(&self.fresnel, wo);
         (DVec3::ZERO, Some(lobe.scaled(self.reflectance)))
     }
 

@@ -1,5 +1,6 @@
 //! A diffuse base under a glossy coat.
 
+use crate::facet_cosine::UNMASKED;
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use crate::{Fresnel, TransformedCosine};
@@ -64,14 +65,14 @@ impl Model for Substrate {
     }
 
     /// The base's albedo R_d (1 − R_s)(1 − (1 − cos_o/2)⁵), for ∫ 28/23 (1 − (1 − cos_i/2)⁵)
-    /// cos_i/π is one; and the coat as if it were masked, which it is not.
+    /// cos_i/π is one; and the coat.
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
         let base = self.diffuse * (DVec3::ONE - self.specular) * through(wo.z);
         let coat = Fresnel::Schlick {
             f0: self.specular,
             f90: 1.0,
         };
-        (base, Some(self.facets.transformed_cosine(wo, &coat)))
+        (base, Some(UNMASKED.lobe(&self.facets, &coat, wo)))
     }
 
     /// A coat without reflectance at normal incidence still reflects at a grazing one.

@@ -1,6 +1,7 @@
 //! Reflections as sums of linearly transformed cosines.
 
 use crate::{ClosedForm, ClosedLobe, Layers};
+use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DMat3, DVec3, Frame};
 use std::f64::consts::{PI, TAU};
 
@@ -18,6 +19,16 @@ pub struct TransformedCosine {
 }
 
 impl TransformedCosine {
+    /// p(ω), the density of the lobe in a unit direction of the local frame, per solid angle; it
+    /// integrates to one over the sphere. Zero for a map without an inverse.
+    #[must_use]
+    pub fn density(&self, w: DVec3) -> f64 {
+        let inverse = self.map.inverse();
+        let c = inverse * w;
+        let r2 = c.length_squared();
+        nonnegative((c.z.max(0.0) / (r2 * r2)) * inverse.determinant().abs() / PI)
+    }
+
     /// The lobe of a reflection scaled by a colour.
     pub(crate) fn scaled(self, scale: DVec3) -> Self {
         Self {

@@ -28,7 +28,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 pub(crate) fn facets(roughness: f64, cosine: f64) -> Ltc {
     let wo = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let lobe =
-        TrowbridgeReitz::isotropic(roughness * roughness).transformed_cosine(wo, &Fresnel::Full);
+        TrowbridgeReitz::isotropic(roughness * roughness).transformed_cosine(&Fresnel::Full, wo);
     Ltc::new(lobe.map, lobe.albedo.x)
 }
 

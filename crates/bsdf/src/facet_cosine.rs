@@ -1,0 +1,155 @@
+//! Microfacet reflection as a linearly transformed cosine, by tables of fits.
+//!
+//! With α, and c and s the cosine and sine of ω_o, a cell (p, q, r) of the 64 × 64 over √α and
+//! c (1 + α)/(c + α) is the map
+//!
+//! ```text
+//! M = | α p/(c + α)²    0    −r s/(c + α) |
+//!     |      0         α q        0       |
+//!     |      0          0         1       |
+//! ```
+//!
+//! in the frame whose x axis lies towards the viewer. So p and q are 2 and r is 1 for a narrow
+//! lobe, which is a transformed cosine exactly; p and q are positive, hence every map between cells
+//! is invertible; and the third row makes the horizon of the lobe that of the surface, hence the
+//! density is positive above it and integrates to one there. Heitz et al. leave that entry free:
+//! their lobes fit a little better, but are zero on a part of the hemisphere.
+//!
+//! **Fit**: `cargo xtask fit-ltc` minimises the divergence ∫ g ln(g/p) dω of Kullback and Leibler
+//! from the reflection g = f cos/albedo. As what is drawn by p has the weight g/p, what is too
+//! little of it costs most; the difference to a power would let it be next to none in the tails,
+//! and the variance of g/p would sacrifice the peak at grazing angles to the tails. The error is
+//! in `docs/accuracy-ltc.md`.
+//!
+//! **Source**: Heitz, Dupuy, Hill & Neubelt 2016.
+#![allow(
+    clippy::disallowed_types,
+    reason = "the tables are kept in single precision"
+)]
+
+use crate::microfacet::TrowbridgeReitz;
+use crate::{Fresnel, TransformedCosine};
+use linelit_geometry::finite::fraction;
+use linelit_geometry::{DMat3, DVec3};
+
+/// Cells along each axis.
+const SIZE: usize = 64;
+
+/// The axis of α: beyond, lobes are taken for those at its end. pbrt-v3's roughness of one is 1.62.
+const ALPHAS: [f64; 2] = [TrowbridgeReitz::MIN_ALPHA, 1.69];
+
+/// The fits to one model: cells by α, then cosine, of single-precision numbers, little-endian.
+pub(crate) struct Fits {
+    /// p, q, r.
+    maps: &'static [u8; SIZE * SIZE * 12],
+    /// The albedo, and by how much 1 − ⟨(1 − ω_i·h)⁵⟩^⅕ exceeds c, the mean being over the lobe.
+    albedos: &'static [u8; SIZE * SIZE * 8],
+}
+
+/// D G/(4 cos_o): what a rough mirror reflects.
+pub(crate) static MASKED: Fits = Fits {
+    maps: include_bytes!("fits/masked.maps"),
+    albedos: include_bytes!("fits/masked.albedos"),
+};
+
+/// D cos_i/(4 ω_i·h max(cos_i, cos_o)): what the coat of a substrate reflects.
+pub(crate) static UNMASKED: Fits = Fits {
+    maps: include_bytes!("fits/unmasked.maps"),
+    albedos: include_bytes!("fits/unmasked.albedos"),
+};
+
+impl Fits {
+    /// The lobe of facets for ω_o in the local frame.
+    ///
+    /// The map is that of the shape without Fresnel's factor F. The albedo is that shape's times F
+    /// at the cosine 1 − ⟨(1 − ω_i·h)⁵⟩^⅕, the mean being over the shape: exact for Schlick's F.
+    ///
+    /// Facets of unlike widths have a spread of slopes Σ in the frame whose x axis lies towards the
+    /// viewer. In the plane of incidence, where the view is masked, the map is that of the width
+    /// √Σ₁₁; across it, that of √(det Σ/Σ₁₁), sheared so that slopes spread by Σ; the albedo is the
+    /// geometric mean of both widths'. The map is exact as α → 0.
+    pub(crate) fn lobe(
+        &self,
+        facets: &TrowbridgeReitz,
+        fresnel: &Fresnel,
+        wo: DVec3,
+    ) -> TransformedCosine {
+        let x = DVec3::new(wo.x, wo.y, 0.0).try_normalize();
+        let x = x.unwrap_or(DVec3::X);
+        let turn = DMat3::from_cols(x, DVec3::new(-x.y, x.x, 0.0), DVec3::Z);
+        let [a, b] = facets.alpha();
+        let within = (a * x.x).hypot(b * x.y);
+        let shear = (b + a) * (b - a) * x.x * x.y / within;
+        let (cosine, sine) = (fraction(wo.z), wo.x.hypot(wo.y));
+        let [flat, side] = [within, a * (b / within)].map(|width| {
+            let alpha = width.clamp(ALPHAS[0], ALPHAS[1]);
+            let place = Place::new(alpha, cosine);
+            Cell {
+                alpha,
+                map: place.read(self.maps),
+                view: place.read(self.albedos),
+            }
+        });
+        let ([p, _, r], [_, q, _]) = (flat.map, side.map);
+        let near = cosine + flat.alpha;
+        let map = DMat3::from_cols(
+            DVec3::new(flat.alpha * p / (near * near), q * shear, 0.0),
+            DVec3::Y * (q * side.alpha),
+            DVec3::new(-r * sine / near, 0.0, 1.0),
+        );
+        let effective = cosine + 0.5 * (flat.view[1] + side.view[1]);
+        TransformedCosine {
+            map: turn * map,
+            albedo: fresnel.at(effective) * (flat.view[0] * side.view[0]).sqrt(),
+        }
+    }
+}
+
+/// A cell of the tables.
+struct Cell {
+    alpha: f64,
+    map: [f64; 3],
+    view: [f64; 2],
+}
+
+/// A place in the tables: a cell, and how far it is to the next along both axes.
+struct Place {
+    cell: [usize; 2],
+    rest: [f64; 2],
+}
+
+impl Place {
+    fn new(alpha: f64, cosine: f64) -> Self {
+        let [least, most] = ALPHAS.map(f64::sqrt);
+        let axes = [
+            (alpha.sqrt() - least) / (most - least),
+            cosine * (1.0 + alpha) / (cosine + alpha),
+        ];
+        let cells = f64::from(u16::try_from(SIZE - 1).unwrap_or(1));
+        let at = axes.map(|x| fraction(x) * cells);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "0 to SIZE − 2"
+        )]
+        let cell = at.map(|x| x.min(cells - 1.0) as usize);
+        Self {
+            cell,
+            rest: [0, 1].map(|k| at[k] - f64::from(u16::try_from(cell[k]).unwrap_or(0))),
+        }
+    }
+
+    /// N numbers, interpolated.
+    fn read<const N: usize>(&self, table: &[u8]) -> [f64; N] {
+        let (numbers, _) = table.as_chunks::<4>();
+        let ([i, j], [s, t]) = (self.cell, self.rest);
+        std::array::from_fn(|k| {
+            let at = |i: usize, j: usize| {
+                let number = numbers.get((i * SIZE + j) * N + k);
+                number.map_or(0.0, |bytes| f64::from(f32::from_le_bytes(*bytes)))
+            };
+            (at(i, j) * (1.0 - t) + at(i, j + 1) * t) * (1.0 - s)
+                + (at(i + 1, j) * (1.0 - t) + at(i + 1, j + 1) * t) * s
+        })
+    }
+}

@@ -1,0 +1,277 @@
+//! Reflections as linearly transformed cosines: laws of the densities, albedos, and how far the
+//! fits are from what they stand for.
+
+mod fit_errors;
+
+use fit_errors::{alone, nodes, rows, view};
+use linelit_bsdf::microfacet::TrowbridgeReitz;
+use linelit_bsdf::{
+    Bsdf, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflection,
+    Substrate, TransformedCosine,
+};
+use linelit_geometry::{DVec3, Frame};
+use linelit_testkit::chi2::{chi2_test, sidak};
+use linelit_testkit::quadrature::cubature;
+use linelit_testkit::rng::SplitMix64;
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+/// The first inputs of each row: the page's worst is of more of the same.
+#[test]
+fn fits_are_as_near_as_the_page_says() {
+    let page = include_str!("../../../docs/accuracy-ltc.md");
+    let rows = rows(12);
+    assert!(rows.len() > 50);
+    for row in rows {
+        let line = page.lines().find(|line| line.starts_with(&row.key));
+        let line = line.unwrap_or_else(|| panic!("{}: not on the page", row.key));
+        let cells: Vec<f64> = line
+            .split('|')
+            .filter_map(|c| c.trim().parse().ok())
+            .collect();
+        let [_, _, worst, albedo] = cells[..] else {
+            panic!("{line}: four numbers")
+        };
+        // Half of the last digit printed.
+        let [_, ours, our_albedo] = row.errors.map(|e| e - 5.01e-4);
+        assert!(
+            ours <= worst && our_albedo <= albedo,
+            "{line}\n{}",
+            row.text()
+        );
+    }
+}
+
+/// Any facets and views: from mirrors to the roughest, from above to the horizon.
+fn any_lobe(random: &mut SplitMix64) -> (TrowbridgeReitz, DVec3, Vec<TransformedCosine>) {
+    let mut width = || 10f64.powf(-4.5 + 5.0 * random.next_f64());
+    let alpha = [width(), width()];
+    let facets = TrowbridgeReitz::new(alpha);
+    let cosine = [0.0, 1.0, random.next_f64(), random.next_f64().powi(8)];
+    let cosine = cosine[usize::try_from(random.below(4)).expect("small")];
+    let wo = view(cosine, TAU * random.next_f64());
+    let coat = Lobe::Substrate(Substrate {
+        diffuse: DVec3::ZERO,
+        specular: DVec3::splat(0.5),
+        facets,
+    });
+    let coat = alone(coat).transformed_cosines(wo, DVec3::Z);
+    let lobes = vec![
+        facets.transformed_cosine(&Fresnel::Full, wo),
+        coat.lobes()[0],
+    ];
+    (facets, wo, lobes)
+}
+
+/// Positive above the surface and zero below it, invertible, no more than all reflected by a masked
+/// lobe; and, since the map keeps heights, all of it is above.
+#[test]
+fn lobes_are_densities_above_the_surface() {
+    let mut random = SplitMix64::new(31);
+    for _ in 0..5000 {
+        let (facets, wo, lobes) = any_lobe(&mut random);
+        assert!(
+            lobes[0].albedo.max_element() <= 1.0 + 1e-6,
+            "{facets:?} {wo}"
+        );
+        for lobe in lobes {
+            let row = lobe.map.row(2);
+            assert!(
+                row.x.abs() + row.y.abs() <= 0.0 && row.z > 0.0,
+                "{facets:?} {wo}"
+            );
+            assert!(lobe.map.determinant() > 0.0, "{facets:?} {wo}");
+            assert!(lobe.albedo.is_finite() && lobe.albedo.min_element() >= 0.0);
+            let w = DVec3::from_array(random.unit_vector());
+            let p = lobe.density(w);
+            assert!(
+                p.is_finite() && (p > 0.0) == (w.z > 0.0),
+                "{facets:?} {wo} {w}: {p}"
+            );
+        }
+    }
+}
+
+/// χ² of M times directions drawn by the cosine against the density integrated in each cell, and
+/// what all cells together hold, for lobes that the cells resolve.
+#[test]
+fn the_map_draws_by_the_density() {
+    const CELLS: [u32; 2] = [16, 24];
+    const COUNT: u32 = 50_000;
+    let cases: Vec<_> = [[0.2, 0.2], [0.5, 0.5], [1.3, 1.3], [0.2, 0.7]]
+        .into_iter()
+        .flat_map(|alpha| [1.0, 0.6, 0.15].map(|cosine| (alpha, cosine)))
+        .collect();
+    let level = sidak(1e-3, cases.len());
+    for (k, (alpha, cosine)) in cases.into_iter().enumerate() {
+        let facets = TrowbridgeReitz::new(alpha);
+        let lobe = facets.transformed_cosine(&Fresnel::Full, view(cosine, 0.7));
+        let mut random = SplitMix64::new(50 + k as u64);
+        let mut observed = vec![0u64; (CELLS[0] * CELLS[1]) as usize];
+        for _ in 0..COUNT {
+            let z = random.next_f64().sqrt();
+            let w = (lobe.map * view(z, TAU * random.next_f64())).normalize();
+            let turn = (w.y.atan2(w.x) / TAU).rem_euclid(1.0);
+            let cell =
+                |v: f64, cells: u32| (0..cells - 1).filter(|i| edge(*i + 1, cells) <= v).count();
+            observed[cell(w.z, CELLS[0]) * CELLS[1] as usize + cell(turn, CELLS[1])] += 1;
+        }
+        let expected: Vec<f64> = (0..CELLS[0] * CELLS[1])
+            .map(|cell| {
+                let (i, j) = (cell / CELLS[1], cell % CELLS[1]);
+                let ranges = [
+                    [edge(i, CELLS[0]), edge(i + 1, CELLS[0])],
+                    [edge(j, CELLS[1]), edge(j + 1, CELLS[1])],
+                ];
+                let density = |z: f64, turn: f64| lobe.density(view(z, TAU * turn)) * TAU;
+                f64::from(COUNT) * cubature(density, ranges[0], ranges[1], 1e-7, 10).value
+            })
+            .collect();
+        // 384 cells, each to 1e-7 or as far as ten halvings go.
+        let whole = expected.iter().sum::<f64>() / f64::from(COUNT);
+        assert!((whole - 1.0).abs() < 1e-4, "{alpha:?} {cosine}: {whole}");
+        let test = chi2_test(&observed, &expected, 5.0);
+        assert!(test.p_value > level, "{alpha:?} {cosine}: {test:?}");
+    }
+}
+
+fn edge(i: u32, count: u32) -> f64 {
+    f64::from(i) / f64::from(count)
+}
+
+/// ∫ f cos dω by cubature: of what is wide.
+fn albedo(bsdf: &impl Reflection, wo: DVec3) -> f64 {
+    let light = |z: f64, turn: f64| bsdf.eval(view(z, TAU * turn), wo, DVec3::Z).x * z * TAU;
+    cubature(light, [0.0, 1.0], [0.0, 1.0], 1e-9, 14).value
+}
+
+/// What counts as the cosine itself has the albedo of the reflection: exactly of Oren and Nayar's
+/// and of a substrate's base, nearly of Frostbite's.
+#[test]
+fn diffuse_parts_have_their_albedos() {
+    let grey = DVec3::splat(0.6);
+    let black = DVec3::ZERO;
+    for cosine in [1.0, 0.8, 0.3, 0.02] {
+        let wo = view(cosine, 0.4);
+        let diffuse = |lobe: Lobe| alone(lobe).transformed_cosines(wo, DVec3::Z).diffuse.x;
+        let rough = Lobe::OrenNayar(OrenNayar::new(grey, 0.6));
+        let want = albedo(&alone(rough), wo);
+        // Two kinks in each variable, to which cubature comes as near as 2e-6.
+        assert!(
+            (diffuse(rough) / want - 1.0).abs() < 1e-5,
+            "{cosine}: {want}"
+        );
+        // The base is what the coat alone does not reflect.
+        let facets = TrowbridgeReitz::isotropic(0.3);
+        let specular = DVec3::splat(0.1);
+        let [with, without] = [grey, black].map(|diffuse| {
+            Lobe::Substrate(Substrate {
+                diffuse,
+                specular,
+                facets,
+            })
+        });
+        let want = albedo(&alone(with), wo) - albedo(&alone(without), wo);
+        assert!(
+            (diffuse(with) / want - 1.0).abs() < 1e-6,
+            "{cosine}: {want}"
+        );
+        for roughness in [0.5, 0.9] {
+            let [with, without] =
+                [grey, black].map(|c| Lobe::Frostbite(Frostbite::new(c, specular, roughness)));
+            let want = albedo(&alone(with), wo) - albedo(&alone(without), wo);
+            // F90 is taken at the mean of (ω_i·h)²: 4 % is what that costs at the horizon.
+            let error = diffuse(with) / want - 1.0;
+            assert!(error.abs() < 0.04, "{roughness} {cosine}: {error}");
+        }
+    }
+}
+
+/// The albedo of masked facets by quadrature, which falls short of one by what is reflected twice:
+/// the table is it, also between its nodes.
+#[test]
+fn albedos_are_those_of_a_white_furnace() {
+    let mut random = SplitMix64::new(8);
+    for _ in 0..200 {
+        let alpha = 10f64.powf(-3.0 + 3.2 * random.next_f64());
+        let (facets, wo) = (
+            TrowbridgeReitz::isotropic(alpha),
+            view(random.next_f64(), 0.0),
+        );
+        let furnace: f64 = nodes(facets, wo, 100)
+            .map(|(w, measure)| {
+                let h = (w + wo).normalize();
+                facets.reflection(h, w, wo) * w.z * measure
+            })
+            .sum();
+        let got = facets.transformed_cosine(&Fresnel::Full, wo).albedo.x;
+        assert!(
+            (got / furnace - 1.0).abs() < 0.02,
+            "{alpha} {wo}: {got} {furnace}"
+        );
+    }
+}
+
+/// Lobes with a closed form: as wide and as bright as they are, whichever way they come.
+#[test]
+fn closed_forms_are_their_lobes() {
+    let (n, wo) = (DVec3::Z, view(0.8, 0.3));
+    let lambert = Lambert {
+        albedo: DVec3::splat(0.3),
+    };
+    let phong = Phong {
+        specular: DVec3::splat(0.5),
+        exponent: 200.0,
+    };
+    let both = Bsdf::Phong(lambert, phong);
+    let mut layers = Layers::new(DVec3::X);
+    layers.add_diffuse(lambert.albedo);
+    assert!(layers.add(DVec3::ONE, Lobe::Phong(phong)));
+    for bsdf in [both, Bsdf::Layers(layers)] {
+        let cosines = bsdf.transformed_cosines(wo, n);
+        let [lobe] = cosines.lobes() else {
+            panic!("one lobe")
+        };
+        assert!((cosines.diffuse - lambert.albedo).length() < 1e-15);
+        let axis = cosines.frame.to_local(Phong::axis(wo, n));
+        // Of 201/(2π) both, and the albedo k_s cos but for what is below the horizon.
+        assert!((lobe.density(axis) / phong.pdf(1.0) - 1.0).abs() < 1e-12);
+        assert!((lobe.albedo.x / 0.4 - 1.0).abs() < 1e-12, "{}", lobe.albedo);
+    }
+    assert!(
+        Bsdf::Lambert(lambert)
+            .transformed_cosines(wo, n)
+            .lobes()
+            .is_empty()
+    );
+    let gaussian = [0.0, 1.0, 1e3].map(|sharpness| ClosedLobe::Gaussian {
+        scale: DVec3::ONE,
+        axis: DVec3::Z,
+        sharpness,
+    });
+    for lobe in gaussian {
+        let form = linelit_bsdf::ClosedForm::new(lambert, std::slice::from_ref(&lobe));
+        let cosines = form.transformed_cosines(wo, n);
+        assert!(cosines.lobes()[0].albedo.x > 0.0 && cosines.lobes()[0].density(DVec3::Z) > 0.0);
+    }
+}
+
+/// A model that says nothing is a white diffuse surface.
+#[test]
+fn foreign_models_are_the_cosine() {
+    struct Foreign;
+    impl Reflection for Foreign {
+        fn eval(&self, wi: DVec3, _: DVec3, n: DVec3) -> DVec3 {
+            DVec3::splat(wi.dot(n) * FRAC_1_PI)
+        }
+        fn sample(&self, _: [f64; 2], _: DVec3, n: DVec3) -> Option<DVec3> {
+            Some(n)
+        }
+        fn pdf(&self, _: DVec3, _: DVec3, _: DVec3) -> f64 {
+            1.0
+        }
+    }
+    let n = DVec3::new(0.6, 0.0, 0.8);
+    let cosines = Foreign.transformed_cosines(DVec3::Z, n);
+    assert!(cosines.lobes().is_empty() && cosines.diffuse == DVec3::ONE);
+    assert_eq!(cosines.frame, Frame::from_normal(n));
+}
