@@ -94,7 +94,8 @@ impl Roughness {
     }
 }
 
-/// The material models of pbrt-v3 and pbrt-v4 that linelit reads, and one of its own (`Phong`).
+/// The material models of pbrt-v3 and pbrt-v4 that linelit reads, and two of its own (`Phong`,
+/// `Frostbite`).
 ///
 /// Reflectances are linear RGB in [0, 1]; indices of refraction are relative to vacuum.
 #[derive(Clone, Debug)]
@@ -210,6 +211,16 @@ pub enum MaterialKind {
         /// e, any real number ≥ 0.
         exponent: Texture,
     },
+    /// Our own: Frostbite's standard material, Disney's diffuse reflection and a coat of
+    /// microfacets.
+    Frostbite {
+        /// Diffuse reflectance.
+        kd: Texture,
+        /// Reflectance of the coat at normal incidence.
+        ks: Texture,
+        /// Linear roughness, in [0, 1]: α is its square.
+        roughness: Texture,
+    },
 }
 
 impl Material {
@@ -247,7 +258,8 @@ impl Material {
             MaterialKind::Matte { kd, .. }
             | MaterialKind::Plastic { kd, .. }
             | MaterialKind::Substrate { kd, .. }
-            | MaterialKind::Phong { kd, .. } => kd.evaluate(at),
+            | MaterialKind::Phong { kd, .. }
+            | MaterialKind::Frostbite { kd, .. } => kd.evaluate(at),
             MaterialKind::Uber { kd, opacity, .. } => kd.evaluate(at) * opacity.evaluate(at),
             MaterialKind::CoatedDiffuse { reflectance, .. }
             | MaterialKind::DiffuseTransmission { reflectance, .. } => reflectance.evaluate(at),
@@ -298,7 +310,8 @@ impl Material {
             | MaterialKind::Uber { .. }
             | MaterialKind::Mirror { .. }
             | MaterialKind::Mix { .. }
-            | MaterialKind::Phong { .. } => true,
+            | MaterialKind::Phong { .. }
+            | MaterialKind::Frostbite { .. } => true,
         }
     }
 }

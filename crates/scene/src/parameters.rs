@@ -92,6 +92,8 @@ impl MaterialKind {
             "mix" [Parts(materials), Colour("amount", amount)];
         Phong(kd, ks, exponent):
             "phong" [Colour("Kd", kd), Colour("Ks", ks), Number("exponent", exponent)];
+        Frostbite(kd, ks, roughness):
+            "frostbite" [Colour("Kd", kd), Colour("Ks", ks), Number("roughness", roughness)];
     }
 
     /// The model's name in pbrt-v3 or linelit; of those that only pbrt-v4 has, there.
@@ -114,7 +116,8 @@ impl MaterialKind {
             | Self::Uber { .. }
             | Self::Mirror { .. }
             | Self::Mix { .. }
-            | Self::Phong { .. } => false,
+            | Self::Phong { .. }
+            | Self::Frostbite { .. } => false,
         }
     }
 

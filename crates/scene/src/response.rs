@@ -8,7 +8,9 @@
 use crate::differential::Change;
 use crate::{Footprint, MaterialKind, RayDifferential, Roughness, Scene, Surface, Texture};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
-use linelit_bsdf::{Bsdf, Fresnel, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate};
+use linelit_bsdf::{
+    Bsdf, Fresnel, Frostbite, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate,
+};
 use linelit_geometry::DVec3;
 
 /// A perfect reflection or refraction of the view.
@@ -91,11 +93,12 @@ impl Builder<'_> {
                 self.material(materials[0], scale * (DVec3::ONE - share));
                 self.material(materials[1], scale * share);
             }
-            MaterialKind::Matte { kd, sigma } => {
-                self.matte(scale, colour(kd), sigma.evaluate_number(at));
-            }
+            MaterialKind::Matte { kd, sigma } => self.matte(scale, colour(kd), sigma),
             MaterialKind::Phong { kd, ks, exponent } => {
                 self.phong(scale, [colour(kd), ks.evaluate(at)], exponent);
+            }
+            MaterialKind::Frostbite { kd, ks, roughness } => {
+                self.frostbite(scale, [kd, ks].map(colour), roughness);
             }
             MaterialKind::Plastic { kd, ks, roughness } => {
                 self.plastic([kd, ks].map(|t| scale * colour(t)), roughness);
@@ -145,8 +148,8 @@ impl Builder<'_> {
     }
 
     /// Roughness in degrees.
-    fn matte(&mut self, scale: DVec3, albedo: DVec3, sigma: f64) {
-        let degrees = sigma.clamp(0.0, 90.0);
+    fn matte(&mut self, scale: DVec3, albedo: DVec3, sigma: &Texture) {
+        let degrees = sigma.evaluate_number(self.at).clamp(0.0, 90.0);
         if degrees > 0.0 {
             let rough = OrenNayar::new(albedo, degrees.to_radians());
             self.lobe(scale, Lobe::OrenNayar(rough));
@@ -190,6 +193,11 @@ impl Builder<'_> {
         self.layers.add_diffuse(scale * diffuse);
         let exponent = exponent.evaluate_number(self.at).max(0.0);
         self.lobe(scale, Lobe::Phong(Phong { specular, exponent }));
+    }
+
+    fn frostbite(&mut self, scale: DVec3, [diffuse, f0]: [DVec3; 2], roughness: &Texture) {
+        let frostbite = Frostbite::new(diffuse, f0, roughness.evaluate_number(self.at));
+        self.lobe(scale, Lobe::Frostbite(frostbite));
     }
 
     /// A smooth or rough interface, or a sheet, which has no roughness; of a rough interface, light

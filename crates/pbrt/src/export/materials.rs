@@ -7,6 +7,7 @@ use linelit_scene::{
     TextureFilter, UvMapping, Wrap, index_of_refraction,
 };
 use std::fmt::{self, Write as _};
+use std::sync::Arc;
 
 /// The parameters of a filter.
 pub(super) fn filter(filter: TextureFilter) -> String {
@@ -30,13 +31,15 @@ fn coat_index(kind: &MaterialKind) -> f64 {
         MaterialKind::Uber { eta, .. } => eta
             .as_constant()
             .map_or(usual, |eta| index_of_refraction(eta.x)),
-        MaterialKind::Substrate { ks, .. } => match ks.as_constant() {
-            Some(ks) if ks.max_element() < 1.0 => {
-                let root = ks.element_sum().max(0.0).sqrt() / 3.0_f64.sqrt();
-                (1.0 + root) / (1.0 - root)
+        MaterialKind::Substrate { ks, .. } | MaterialKind::Frostbite { ks, .. } => {
+            match ks.as_constant() {
+                Some(ks) if ks.max_element() < 1.0 => {
+                    let root = ks.element_sum().max(0.0).sqrt() / 3.0_f64.sqrt();
+                    (1.0 + root) / (1.0 - root)
+                }
+                _ => usual,
             }
-            _ => usual,
-        },
+        }
         _ => usual,
     }
 }
@@ -57,6 +60,22 @@ pub fn nearest_in_pbrt_v4(material: &Material) -> Option<Material> {
             thickness: 0.01,
         },
         MaterialKind::Phong { kd, .. } => matte(kd),
+        MaterialKind::Frostbite { kd, roughness, .. } => {
+            let square = || {
+                let root = Arc::new(roughness.clone());
+                Texture::Product(Arc::clone(&root), root)
+            };
+            MaterialKind::CoatedDiffuse {
+                reflectance: kd.clone(),
+                roughness: Roughness {
+                    u: square(),
+                    v: square(),
+                    remap: Remap::None,
+                },
+                eta: Texture::number(coat_index(&material.kind)),
+                thickness: 0.01,
+            }
+        }
         MaterialKind::Mirror { kr } => MaterialKind::ColoredConductor {
             reflectance: kr.clone(),
             roughness: Roughness::isotropic(0.0, Remap::None),

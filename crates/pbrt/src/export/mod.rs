@@ -70,7 +70,8 @@ impl ExportOptions<'_> {
 /// [`ExportOptions::extensions`] reading it back gives the same scene, so that pictures are
 /// the same bit for bit; but of emission that is no image as pbrt has it
 /// ([`ExportOptions::writes`]) only the mean is written. Without, what pbrt-v4 does not have is the
-/// nearest thing, with a comment: `phong`, `substrate` and `plastic` as `coateddiffuse`.
+/// nearest thing, with a comment: of `phong` the diffuse part, for `substrate`, `plastic`, `uber`
+/// and `frostbite` a `coateddiffuse`.
 ///
 /// # Errors
 /// When writing fails.

@@ -34,6 +34,7 @@ fn remap(kind: &str) -> Remap {
 }
 
 /// A model by its type, with the values that pbrt gives it; `None` of those that are not drawn.
+#[allow(clippy::too_many_lines, reason = "a list")]
 fn with_defaults(kind: &str) -> Option<MaterialKind> {
     let number = Texture::number;
     let rough = |value| Roughness::isotropic(value, remap(kind));
@@ -92,6 +93,11 @@ fn with_defaults(kind: &str) -> Option<MaterialKind> {
             kd: number(0.5),
             ks: number(0.5),
             exponent: number(10.0),
+        },
+        "frostbite" => MaterialKind::Frostbite {
+            kd: number(0.5),
+            ks: number(0.04),
+            roughness: number(0.5),
         },
         _ => return None,
     })
