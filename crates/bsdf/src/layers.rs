@@ -1,9 +1,9 @@
 //! A sum of reflections.
 
 use crate::lobe::{Model, by_cosine};
-use crate::{Lobe, TransformedCosines, numbers};
+use crate::{Lobe, Peaks, TransformedCosines, numbers};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
-use linelit_geometry::{DVec3, Frame};
+use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::FRAC_1_PI;
 
 /// Of a sample's probability, what is shared evenly among the lobes: bounds the weight of a sample
@@ -114,6 +114,16 @@ impl Layers {
             self.lobes()
                 .fold(flat, |sum, (scale, lobe)| sum + scale * lobe.value(wi, wo)),
         )
+    }
+
+    /// Adds where along a segment, relative to the point, lobes are largest.
+    pub(crate) fn add_peaks(&self, line: &Segment, wo: DVec3, n: DVec3, peaks: &mut Peaks) {
+        let frame = self.frame(n);
+        let [p0, p1] = [line.p0, line.p1].map(|p| frame.to_local(p));
+        let (line, wo) = (Segment::new(p0, p1), above(frame.to_local(wo)));
+        for (_, lobe) in self.lobes() {
+            lobe.add_peaks(&line, wo, peaks);
+        }
     }
 
     /// Draws ω_i by one of the lobes, for the choice of which `u[0]` is split and rescaled.

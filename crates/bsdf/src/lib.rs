@@ -11,6 +11,7 @@ mod lambert;
 mod layers;
 mod lobe;
 pub mod microfacet;
+mod peaks;
 mod phong;
 mod reflection;
 mod reflector;
@@ -24,6 +25,7 @@ pub use frostbite::Frostbite;
 pub use lambert::{Lambert, OrenNayar};
 pub use layers::Layers;
 pub use lobe::Lobe;
+pub use peaks::Peaks;
 pub use phong::Phong;
 pub use reflection::{ClosedForm, ClosedLobe, Reflection};
 pub use reflector::Reflector;
@@ -31,7 +33,7 @@ pub use substrate::Substrate;
 pub use transformed_cosine::{TransformedCosine, TransformedCosines};
 
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
-use linelit_geometry::{DVec3, Frame};
+use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Reflection of a surface, as what the estimators can do with it.
@@ -153,6 +155,16 @@ impl Reflection for Bsdf {
             Self::Phong(diffuse, lobe) => Some(ClosedForm::phong(*diffuse, lobe)),
             Self::Layers(layers) => ClosedForm::layers(layers),
         }
+    }
+
+    fn peaks(&self, line: &Segment, wo: DVec3, n: DVec3) -> Option<Peaks> {
+        let mut peaks = Peaks::default();
+        match self {
+            Self::Lambert(_) => {}
+            Self::Phong(_, phong) => peaks.add_power(line, Phong::axis(wo, n), phong.exponent),
+            Self::Layers(layers) => layers.add_peaks(line, wo, n, &mut peaks),
+        }
+        Some(peaks)
     }
 
     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {

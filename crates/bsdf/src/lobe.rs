@@ -1,8 +1,9 @@
 //! One rough lobe of a reflection, whichever its model.
 
 use crate::microfacet::TrowbridgeReitz;
-use crate::{Frostbite, OrenNayar, Phong, Reflector, Substrate, TransformedCosine};
-use linelit_geometry::DVec3;
+use crate::peaks::ridges;
+use crate::{Frostbite, OrenNayar, Peaks, Phong, Reflector, Substrate, TransformedCosine};
+use linelit_geometry::{DVec3, Segment};
 use std::f64::consts::FRAC_1_PI;
 
 /// What a model of reflection answers, in the local frame of the surface (normal +z).
@@ -52,6 +53,14 @@ pub(crate) trait Model {
         }
     }
 
+    /// Adds where along a segment the model is much larger than elsewhere: by the
+    /// [`facets`](Self::facets) unless said.
+    fn add_peaks(&self, line: &Segment, wo: DVec3, peaks: &mut Peaks) {
+        if let Some(facets) = self.facets() {
+            ridges(line, wo, facets, peaks);
+        }
+    }
+
     /// About f cos for light from ω_o as linearly transformed cosines, in two parts: the albedo, by
     /// channel, of what is nearly diffuse, and the lobe about the mirror direction, if any.
     /// Lights are sampled by it, so it changes noise only.
@@ -81,6 +90,7 @@ macro_rules! lobes {
             fn facets() -> Option<TrowbridgeReitz>;
             fn sample(wo: DVec3, u: [f64; 2]) -> Option<DVec3>;
             fn pdf(wi: DVec3, wo: DVec3) -> f64;
+            fn add_peaks(line: &Segment, wo: DVec3, peaks: &mut Peaks) -> ();
             fn cosines(wo: DVec3) -> (DVec3, Option<TransformedCosine>);
             fn is_black() -> bool;
         }

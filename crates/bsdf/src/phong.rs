@@ -1,9 +1,9 @@
 //! The modified Phong lobe.
 
 use crate::lobe::Model;
-use crate::{ClosedLobe, TransformedCosine};
+use crate::{ClosedLobe, Peaks, TransformedCosine};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
-use linelit_geometry::{DVec3, Frame};
+use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::TAU;
 
 /// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where
@@ -75,6 +75,10 @@ impl Model for Phong {
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
         self.pdf(mirrored(wo).dot(wi))
+    }
+
+    fn add_peaks(&self, line: &Segment, wo: DVec3, peaks: &mut Peaks) {
+        peaks.add_power(line, mirrored(wo), self.exponent);
     }
 
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {

@@ -1,7 +1,7 @@
 //! What an estimator asks of the reflection at a shading point.
 
-use crate::{Lambert, Layers, Lobe, Phong, TransformedCosines};
-use linelit_geometry::{DVec3, Frame};
+use crate::{Lambert, Layers, Lobe, Peaks, Phong, TransformedCosines};
+use linelit_geometry::{DVec3, Frame, Segment};
 
 /// The reflection of a surface at one point: implement it for a BSDF of your own, and every
 /// estimator works on it.
@@ -33,6 +33,14 @@ pub trait Reflection {
     /// The reflection as a sum whose integrals over lines and polygons are known; `None`, the
     /// default, for any other.
     fn closed_form(&self) -> Option<ClosedForm<'_>> {
+        None
+    }
+
+    /// Where along a segment, given relative to the point, the reflection is largest: between those
+    /// places adaptive quadrature resolves it. `None`, the default, if that is not known:
+    /// estimators then take points of the segment.
+    fn peaks(&self, line: &Segment, wo: DVec3, n: DVec3) -> Option<Peaks> {
+        let _ = (line, wo, n);
         None
     }
 

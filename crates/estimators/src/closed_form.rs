@@ -7,13 +7,20 @@ use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LinearLight};
 use linelit_shading::{
-    batch, cylinder, horizon, phong, phong_polygon, polygon, spherical_gaussian,
+    batch, cylinder, horizon, phong, phong_polygon, polygon, quadrature, spherical_gaussian,
 };
 use linelit_visibility::ShaftClass;
 
 /// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no
 /// more.
 pub(crate) const TOLERANCE: f64 = 1e-8;
+
+/// What quadrature asks of its estimated error, relative, on each part between peaks. The estimate
+/// is that of a rule with half of the nodes: what is reached is some 1e-5.
+const QUADRATURE: f64 = 1e-3;
+
+/// The most evaluations of a reflection for each part between peaks.
+const EVALUATIONS: u32 = 2000;
 
 /// Visible pieces of the lines on an area light, relative to the shading point, to be integrated
 /// together.
@@ -186,6 +193,32 @@ pub(crate) fn linear<R>(
                 } => spherical_gaussian::cylinder(p0, p1, n, axis, sharpness),
             };
             sum += lobe.scale() * whole;
+        }
+    }
+    light.radiance_radius * sum
+}
+
+/// Light of the visible parts of a linear light for a reflection without a closed form, whose peaks
+/// are known.
+pub(crate) fn linear_by_quadrature<R: Reflection>(
+    light: &LinearLight,
+    point: &ShadingPoint<R>,
+    parts: &[Interval],
+) -> DVec3 {
+    let (n, wo) = (point.normal, point.outgoing);
+    let value = |w| point.bsdf.eval(w, wo, n);
+    let mut sum = DVec3::ZERO;
+    for piece in parts
+        .iter()
+        .filter_map(|part| above_surface(point, &light.segment, *part))
+    {
+        let peaks = point.bsdf.peaks(&piece, wo, n).unwrap_or_default();
+        let mut from = piece.p0;
+        for to in peaks.knots().map(|t| piece.at(t)) {
+            let model = quadrature::Model::Cylinder;
+            let part = quadrature::line(from, to, n, model, value, QUADRATURE, EVALUATIONS);
+            sum += part.value;
+            from = to;
         }
     }
     light.radiance_radius * sum

@@ -56,7 +56,8 @@ fn on_area<R: Reflection, T: EmissionTexture>(
 }
 
 /// A linear light has no surface that a direction of the BSDF could meet: lines and combinations
-/// take the closed form along all of it, where there is one.
+/// take the closed form or quadrature along all that is visible of it, but for reflections that say
+/// nothing of their peaks.
 fn on_line<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     light: &LinearLight,
@@ -66,8 +67,8 @@ fn on_line<R: Reflection, T: EmissionTexture>(
         Some(Technique::Points(points)) => point_techniques! { dispatch
             [points.by, technique => technique.on_linear()]
         },
-        Some(Technique::Lines(_)) | None => match query.point.bsdf.closed_form() {
-            Some(reflection) => return linear::whole(query, light, &reflection, buffers),
+        Some(Technique::Lines(_)) | None => match linear::whole(query, light, buffers) {
+            Some(value) => return value,
             None => LinearOptions::default(),
         },
     };

@@ -7,7 +7,7 @@ use crate::{
     Buffers, EmissionTexture, LinearHeuristic, LinearOptions, Query, ShadingPoint, Stream,
     closed_form, point_sum,
 };
-use linelit_bsdf::{ClosedForm, Reflection, TransformedCosines};
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{DMat3, DVec3, Segment};
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
@@ -35,16 +35,22 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     }
 }
 
-/// The light of the visible parts in closed form: one line query finds all there is to know.
+/// The light of the visible parts: one line query finds all there is to know. In closed form, or by
+/// quadrature where the peaks of the reflection are known; `None` for any other.
 pub(crate) fn whole<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     linear: &LinearLight,
-    reflection: &ClosedForm<'_>,
     buffers: &mut Buffers,
-) -> DVec3 {
+) -> Option<DVec3> {
+    let point = query.point;
+    let closed = point.bsdf.closed_form();
+    if closed.is_none() {
+        let line = linear.segment.relative_to(point.position);
+        point.bsdf.peaks(&line, point.outgoing, point.normal)?;
+    }
     let ends = [linear.segment.p0, linear.segment.p1];
     let asked = ShaftQuery {
-        point: query.point.position,
+        point: point.position,
         light: (&ends).into(),
         exclude: query.light.triangles.clone(),
     };
@@ -54,7 +60,10 @@ pub(crate) fn whole<R: Reflection, T: EmissionTexture>(
     let parts = samples.visible.line(0);
     samples.segments.lines += 1;
     samples.segments.pieces += parts.len() as u64;
-    closed_form::linear(linear, query.point, reflection, parts)
+    Some(match closed {
+        Some(reflection) => closed_form::linear(linear, point, &reflection, parts),
+        None => closed_form::linear_by_quadrature(linear, point, parts),
+    })
 }
 
 /// One technique.

@@ -1,6 +1,8 @@
 //! Every technique there is gives the same light, alone and combined.
 
-use linelit_bsdf::{Bsdf, ClosedForm, ClosedLobe, Lambert, Layers, Lobe, Phong, Reflection};
+use linelit_bsdf::microfacet::TrowbridgeReitz;
+use linelit_bsdf::{Bsdf, ClosedForm, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe};
+use linelit_bsdf::{Phong, Reflection, Reflector, Substrate};
 use linelit_estimators::{Buffers, EmissionTexture, LightSource, OcclusionStats, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, Technique, estimate};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
@@ -142,7 +144,7 @@ fn means<R: Reflection>(
 }
 
 /// Each technique alone and with points of the BSDF under two heuristics, on each kind of light,
-/// against points uniform on the area: z tests of 128 seeds, together with those of three more
+/// against points uniform on the area: z tests of 128 seeds, together with those of nine more
 /// calls at a level of 1e-4.
 fn hold<R: Reflection>(x: DVec3, n: DVec3, bsdf: R) {
     const MIXES: [&str; 3] = ["", "+point-bsdf", "+point-bsdf[mis=power]"];
@@ -153,7 +155,7 @@ fn hold<R: Reflection>(x: DVec3, n: DVec3, bsdf: R) {
     };
     let values = ImportanceImage::new(2, 2, &[1.0, 4.0, 2.0, 0.5]).expect("four");
     let image = Image(polygon, values);
-    let cells = 4 * (lights.len() + 1) * MIXES.len() * Technique::all().count();
+    let cells = 10 * (lights.len() + 1) * MIXES.len() * Technique::all().count();
     let bound = critical_z(sidak(1e-4, cells));
     let textured = (&lights[0], Some(&image));
     for light in lights.iter().map(|light| (light, None)).chain([textured]) {
@@ -170,6 +172,42 @@ fn hold<R: Reflection>(x: DVec3, n: DVec3, bsdf: R) {
             );
         }
     }
+}
+
+/// Lobes that materials have: two of Phong, plastic, rough metal along one direction, a coat, and
+/// Frostbite's.
+fn materials() -> [Vec<Lobe>; 5] {
+    let [quarter, f0] = [0.25, 0.04].map(DVec3::splat);
+    let phong = |exponent| {
+        let specular = quarter;
+        Lobe::Phong(Phong { specular, exponent })
+    };
+    let rough = |alpha, fresnel| {
+        let (reflectance, facets) = (DVec3::ONE, TrowbridgeReitz::new(alpha));
+        Lobe::Reflector(Reflector {
+            reflectance,
+            facets,
+            fresnel,
+        })
+    };
+    let coat = Substrate {
+        diffuse: quarter,
+        specular: f0,
+        facets: TrowbridgeReitz::isotropic(0.3),
+    };
+    [
+        vec![phong(4.0), phong(40.0)],
+        vec![rough([0.2; 2], Fresnel::Dielectric { eta: 1.5 })],
+        vec![rough(
+            [0.1, 0.4],
+            Fresnel::Schlick {
+                f0: quarter,
+                f90: 1.0,
+            },
+        )],
+        vec![Lobe::Substrate(coat)],
+        vec![Lobe::Frostbite(Frostbite::new(quarter, f0, 0.5))],
+    ]
 }
 
 /// Though the BSDF has no closed form, and where the horizon cuts the lights.
@@ -189,14 +227,14 @@ fn every_technique_gives_the_same_light() {
     hold(DVec3::X * 0.125, DVec3::Z, glossy);
     hold(DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
     hold(DVec3::ZERO, tilted, glossy);
-    let mut layers = Layers::default();
-    layers.add_diffuse(albedo);
-    for exponent in [4.0, 40.0] {
-        let specular = DVec3::splat(0.25);
-        let lobe = Lobe::Phong(Phong { specular, exponent });
-        assert!(layers.add(DVec3::ONE, lobe));
+    for lobes in materials() {
+        let mut layers = Layers::new(DVec3::new(0.6, 0.8, 0.0));
+        layers.add_diffuse(DVec3::splat(0.25));
+        for lobe in lobes {
+            assert!(layers.add(DVec3::ONE, lobe));
+        }
+        hold(DVec3::X * 0.25, DVec3::Z, Bsdf::Layers(layers));
     }
-    hold(DVec3::X * 0.25, DVec3::Z, Bsdf::Layers(layers));
     let scale = DVec3::splat(0.25);
     let lobes = vec![
         ClosedLobe::Power {

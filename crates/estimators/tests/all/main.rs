@@ -1,4 +1,5 @@
 //! Estimators against each other, and their texts.
 
 mod agreement;
+mod linear_lights;
 mod text;

@@ -1,8 +1,8 @@
 //! Techniques of lines: what each draws from on a polygon.
 //!
 //! On lights that are no polygon all of them do the same: a linear light is one line, taken in
-//! closed form where the reflection has one and else by points; spheres and disks get points by
-//! solid angle.
+//! closed form or by quadrature, and by points where nothing is known of the reflection; spheres
+//! and disks get points by solid angle.
 
 pub(crate) mod area;
 pub(crate) mod projected;
