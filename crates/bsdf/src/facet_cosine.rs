@@ -27,6 +27,7 @@
     reason = "the tables are kept in single precision"
 )]
 
+use crate::lobe::by_cosine;
 use crate::microfacet::TrowbridgeReitz;
 use crate::{Fresnel, TransformedCosine};
 use linelit_geometry::finite::fraction;
@@ -63,6 +64,7 @@ impl Fits {
     ///
     /// The map is that of the shape without Fresnel's factor F. The albedo is that shape's times F
     /// at the cosine 1 − ⟨(1 − ω_i·h)⁵⟩^⅕, the mean being over the shape: exact for Schlick's F.
+    /// Total reflection has no such cosine: F is then its mean at twelve directions of the lobe.
     ///
     /// Facets of unlike widths have a spread of slopes Σ in the frame whose x axis lies towards the
     /// viewer. In the plane of incidence, where the view is masked, the map is that of the width
@@ -97,12 +99,27 @@ impl Fits {
             DVec3::Y * (q * side.alpha),
             DVec3::new(-r * sine / near, 0.0, 1.0),
         );
-        let effective = cosine + 0.5 * (flat.view[1] + side.view[1]);
+        let map = turn * map;
+        let share = match fresnel {
+            Fresnel::Dielectric { eta } if *eta < 1.0 => mean(fresnel, map, wo),
+            _ => fresnel.at(cosine + 0.5 * (flat.view[1] + side.view[1])),
+        };
         TransformedCosine {
-            map: turn * map,
-            albedo: fresnel.at(effective) * (flat.view[0] * side.view[0]).sqrt(),
+            map,
+            albedo: share * (flat.view[0] * side.view[0]).sqrt(),
         }
     }
+}
+
+/// The mean of F at the midpoints of three by four equal parts of a lobe.
+fn mean(fresnel: &Fresnel, map: DMat3, wo: DVec3) -> DVec3 {
+    let share = |[v, turn]: [f64; 2]| {
+        let w = (map * by_cosine([v, turn])).normalize_or(DVec3::Z);
+        // The half-angle's cosine.
+        fresnel.at((0.5 + 0.5 * w.dot(wo)).max(0.0).sqrt())
+    };
+    let parts = [1.0, 3.0, 5.0].map(|v| [1.0, 3.0, 5.0, 7.0].map(|t| share([v / 6.0, t / 8.0])));
+    parts.iter().flatten().sum::<DVec3>() / 12.0
 }
 
 /// A cell of the tables.
