@@ -49,8 +49,25 @@ fn settings(estimator: &str, samples: u32, seed: u64) -> Settings {
 
 fn phong(text: &str) -> Scene {
     let floor = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
-    load(&text.replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, floor))
+    floor_of(text, floor)
 }
+
+fn floor_of(text: &str, material: &str) -> Scene {
+    load(&text.replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, material))
+}
+
+/// Materials with a lobe that no integral knows.
+const GLOSSY: [&str; 7] = [
+    r#"Material "plastic" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float roughness" [ 0.2 ] "bool remaproughness" [ "false" ]"#,
+    r#"Material "metal" "float roughness" [ 0.2 ] "bool remaproughness" [ "false" ]"#,
+    r#"Material "substrate" "rgb Kd" [ 0.2 0.1 0.3 ] "float uroughness" [ 0.2 ] "float vroughness" [ 0.2 ] "bool remaproughness" [ "false" ]"#,
+    r#"Material "substrate" "rgb Kd" [ 0 0 0 ] "float uroughness" [ 0.15 ] "float vroughness" [ 0.4 ] "bool remaproughness" [ "false" ]"#,
+    r#"Material "uber" "rgb Kd" [ 0.2 0.1 0.3 ] "float roughness" [ 0.3 ] "bool remaproughness" [ "false" ]"#,
+    r#"Material "frostbite" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.04 0.5 0.9 ] "float roughness" [ 0.4 ]"#,
+    r#"MakeNamedMaterial "a" "string type" "metal" "float roughness" [ 0.3 ]
+       MakeNamedMaterial "b" "string type" "plastic" "float roughness" [ 0.1 ]
+       Material "mix" "string namedmaterial1" "a" "string namedmaterial2" "b" "rgb amount" [ 0.3 0.5 0.7 ]"#,
+];
 
 /// The line and its radiance × radius.
 fn light(scene: &Scene) -> (Segment, DVec3) {
@@ -145,6 +162,24 @@ fn glossy_light_too() {
     for line in LINES {
         let scene = phong(&room_text(line, ""));
         by_quadrature(&scene, &TECHNIQUES[6..]);
+        by_quadrature(&scene, &WEIGHTED);
+    }
+}
+
+/// Lobes of every material are followed, without bias: none falls back to the diffuse technique.
+#[test]
+fn every_glossy_material_is_followed() {
+    for material in GLOSSY {
+        let scene = floor_of(&room_text(LINES[0], ""), material);
+        let renderer = Renderer::new(&scene);
+        let followed = points(&renderer)
+            .iter()
+            .filter(|(_, p)| {
+                let cosines = p.bsdf.transformed_cosines(p.outgoing, p.normal);
+                !cosines.lobes().is_empty()
+            })
+            .count();
+        assert!(followed > 50, "{followed} pixels of {material}");
         by_quadrature(&scene, &WEIGHTED);
     }
 }
