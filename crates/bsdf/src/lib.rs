@@ -167,14 +167,11 @@ impl Reflection for Bsdf {
         Some(peaks)
     }
 
-    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
-        match self {
-            Self::Lambert(lambert) => ClosedForm::new(*lambert, &[]).transformed_cosines(wo, n),
-            Self::Phong(lambert, phong) => {
-                ClosedForm::phong(*lambert, phong).transformed_cosines(wo, n)
-            }
+    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
+        Some(match self {
             Self::Layers(layers) => layers.transformed_cosines(wo, n),
-        }
+            Self::Lambert(_) | Self::Phong(..) => self.closed_form()?.transformed_cosines(wo, n),
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! What an estimator asks of the reflection at a shading point.
 
 use crate::{Lambert, Layers, Lobe, Peaks, Phong, TransformedCosines};
-use linelit_geometry::{DVec3, Frame, Segment};
+use linelit_geometry::{DVec3, Segment};
 
 /// The reflection of a surface at one point: implement it for a BSDF of your own, and every
 /// estimator works on it.
@@ -46,12 +46,9 @@ pub trait Reflection {
 
     /// About f cos for light from ω_o as a sum of linearly transformed cosines, by which lights are
     /// sampled and samples weighed (Peters 2021, section 4). Only noise depends on it: the default
-    /// is the closed form's, and without one the cosine itself, as of a white diffuse surface.
-    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
-        self.closed_form().map_or_else(
-            || TransformedCosines::new(Frame::from_normal(n), DVec3::ONE),
-            |sum| sum.transformed_cosines(wo, n),
-        )
+    /// is the closed form's; `None` if nothing is known.
+    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
+        Some(self.closed_form()?.transformed_cosines(wo, n))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::combination::CombinationBuffers;
 use crate::line_sum::Draws;
+use crate::transformed::Fit;
 use crate::{PlanCounters, SegmentCounters};
 use linelit_penumbra::Penumbra;
 use linelit_visibility::{Scratch, VisibleLines};
@@ -27,4 +28,5 @@ pub struct SampleBuffers {
     pub(crate) draws: Draws,
     pub(crate) combination: CombinationBuffers<'static>,
     pub(crate) penumbra: Penumbra,
+    pub(crate) fit: Fit,
 }

@@ -20,6 +20,7 @@ mod strategy;
 pub mod streams;
 mod techniques;
 mod text;
+mod transformed;
 
 pub use buffers::{Buffers, SampleBuffers};
 pub use counters::{PlanCounters, SegmentCounters};

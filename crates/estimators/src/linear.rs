@@ -108,14 +108,18 @@ fn by_pair<R: Reflection, T: EmissionTexture>(
         .point
         .bsdf
         .transformed_cosines(query.point.outgoing, n);
-    let Some(glossy) = Glossy::new(&cosines, query.point, &linear.segment) else {
+    let glossy = cosines.and_then(|c| {
+        let glossy = Glossy::new(&c, query.point, &linear.segment)?;
+        Some((c.diffuse, glossy))
+    });
+    let Some((diffuse, glossy)) = glossy else {
         return by_technique(query, linear, technique, buffers);
     };
     let Some(flat) = LinearSampler::new(technique, &linear.segment, x, n) else {
         return DVec3::ZERO;
     };
     let emitted = linear.radiance_radius;
-    let albedo = cosines.diffuse.max(DVec3::splat(LEAST_ALBEDO));
+    let albedo = diffuse.max(DVec3::splat(LEAST_ALBEDO));
     let pair = DiffuseGlossyPair {
         heuristic,
         count: f64::from(query.samples),

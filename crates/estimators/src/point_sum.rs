@@ -3,7 +3,7 @@
 use crate::light::Shape;
 use crate::techniques::point_techniques;
 use crate::techniques::points::{DrawPoints, LightPoint, PointDensity, Polygon};
-use crate::{Buffers, EmissionTexture, PointBy, Query};
+use crate::{Buffers, EmissionTexture, PointBy, Points, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
@@ -100,6 +100,7 @@ fn on_polygon<R: Reflection, T: EmissionTexture>(
         texture: query.light.texture,
         position: query.point.position,
         normal: query.point.normal,
+        cosines: query.cosines_for([&Points::by(by).into()]),
     };
     point_techniques! { dispatch [by, technique => {
         on_surface(query, &area.polygon, &technique.on_polygon(&whole), visible)

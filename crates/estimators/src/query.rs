@@ -3,9 +3,9 @@
 use crate::techniques::points::LightPoint;
 use crate::{
     Buffers, EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Stream,
-    closed_form,
+    Technique, closed_form,
 };
-use linelit_bsdf::Reflection;
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_lights::AreaLight;
 use linelit_samplers::SampleSet;
@@ -115,6 +115,22 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
         R: Reflection,
     {
         self.point.reflected(self.light.emitted(at), at.direction)
+    }
+
+    /// What the reflection looks like, if it is known and one of the techniques asks.
+    pub(crate) fn cosines_for<'b>(
+        &self,
+        techniques: impl IntoIterator<Item = &'b Technique>,
+    ) -> Option<TransformedCosines>
+    where
+        R: Reflection,
+    {
+        let (point, mut techniques) = (self.point, techniques.into_iter());
+        if techniques.any(Technique::asks_for_cosines) {
+            point.bsdf.transformed_cosines(point.outgoing, point.normal)
+        } else {
+            None
+        }
     }
 
     /// Whether nothing stands before a point of the light, given relative to the shading point.

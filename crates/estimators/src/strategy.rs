@@ -3,11 +3,13 @@
 use crate::closed_form::without_samples;
 use crate::line_sum::{self, Along};
 use crate::techniques::integrals::exact::visible_light;
-use crate::{Buffers, EmissionTexture, Lines, PointBy, Query, point_sum};
+use crate::{
+    Buffers, EmissionTexture, Lines, PointBy, Query, SampleBuffers, point_sum, transformed,
+};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
-use linelit_visibility::Shaft;
+use linelit_visibility::{Shaft, ShaftClass};
 
 /// What is done about a light that is partly hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +56,9 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     }
     let strategy = choose(&shaft);
     if strategy == Strategy::Exact
-        && let Along::Analytic(reflection) = along
-        && let Some(images) = shaft.images()
-        && let (penumbra, tolerance) = (&mut samples.penumbra, query.tolerance)
-        && let Some(value) =
-            visible_light(area, query.point, &reflection, &images, penumbra, tolerance)
+        && let Some(value) = exact(query, area, along, &mut shaft, samples)
     {
-        samples.plan.exact_penumbrae += 1;
+        samples.plan.exact_penumbrae += u64::from(shaft.class() == ShaftClass::Partial);
         return value;
     }
     match strategy {
@@ -70,5 +68,25 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
             samples.plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);
             line_sum::in_shaft(query, area, &Lines::AREA, along, &mut shaft, samples)
         }
+    }
+}
+
+/// What is visible in closed form, if it is known and the light has no texture: of the reflection,
+/// or of the transformed cosines that it looks like, with points for the difference.
+fn exact<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    along: Along<'_>,
+    shaft: &mut Shaft<'_>,
+    samples: &mut SampleBuffers,
+) -> Option<DVec3> {
+    match along {
+        Along::Analytic(reflection) => {
+            let (point, penumbra) = (query.point, &mut samples.penumbra);
+            let images = shaft.images()?;
+            visible_light(area, point, &reflection, &images, penumbra, query.tolerance)
+        }
+        Along::Point if query.light.texture.is_some() => None,
+        Along::Point => transformed::visible_light(query, area, shaft, samples),
     }
 }

@@ -53,6 +53,7 @@ pub use pieces::{Pieces, sample_linear};
 pub use polygon::area::{AreaSampler, PointSample};
 pub use polygon::proxy::ProxySampler;
 pub use polygon::solid_angle::SolidAngleSampler;
+pub use polygon::transformed::TransformedSampler;
 pub use polygon::triangle::triangle_solid_angle;
 #[cfg(feature = "rand")]
 pub use random::Random;

@@ -40,6 +40,12 @@ impl Ltc {
         self.to_world
     }
 
+    /// M⁻¹, to the cosine's space.
+    #[must_use]
+    pub const fn to_cosine(&self) -> DMat3 {
+        self.to_cosine
+    }
+
     /// The density of the lobe in a unit direction of the local frame, per solid angle; it
     /// integrates to one over the sphere. Times the albedo it stands for f cos. Zero for a map
     /// without an inverse.
@@ -57,12 +63,27 @@ impl Ltc {
     /// the horizon before the map (and to the cosine's own after).
     #[must_use]
     pub fn polygon(&self, frame: &Frame, vertices: &[DVec3]) -> f64 {
+        self.over(frame, vertices, polygon::irradiance)
+    }
+
+    /// [`polygon`](Self::polygon) with the absolute error of [`polygon::irradiance_by_edges`].
+    #[must_use]
+    pub fn polygon_by_edges(&self, frame: &Frame, vertices: &[DVec3]) -> f64 {
+        self.over(frame, vertices, polygon::irradiance_by_edges)
+    }
+
+    fn over(
+        &self,
+        frame: &Frame,
+        vertices: &[DVec3],
+        irradiance: impl Fn(&[DVec3], DVec3) -> f64,
+    ) -> f64 {
         let mut mapped = [DVec3::ZERO; ConvexPolygon::CAPACITY + 2];
         let count = polygon::clip_to_horizon(vertices, frame.z, &mut mapped);
         for v in &mut mapped[..count] {
             *v = self.to_cosine * frame.to_local(*v);
         }
-        nonnegative(self.albedo / PI * polygon::irradiance(&mapped[..count], DVec3::Z))
+        nonnegative(self.albedo / PI * irradiance(&mapped[..count], DVec3::Z))
     }
 
     /// The radiance reflected for each unit of radiance × radius of a thin cylinder, 1/length.

@@ -147,6 +147,18 @@ pub(crate) fn clip_with(
     count
 }
 
+/// [`irradiance`] by Lambert's sum over the edges as it stands: at a fifth of the time, with an
+/// absolute error of a few ε, not a relative one (1e-8 of a light a ten-thousandth of its distance
+/// wide). At most [`ConvexPolygon::CAPACITY`] vertices.
+#[must_use]
+pub fn irradiance_by_edges(vertices: &[DVec3], n: DVec3) -> f64 {
+    let mut above = [DVec3::ZERO; ConvexPolygon::CAPACITY + 2];
+    let count = clip_to_horizon(vertices, n, &mut above);
+    let next = above[..count].iter().cycle().skip(1);
+    let terms = above[..count].iter().zip(next);
+    nonnegative(0.5 * terms.map(|(a, b)| edge(*a, *b, n)).sum::<f64>().abs())
+}
+
 /// Clips to the horizon of `n` into `out`; the number of vertices left, 0 if `out` is too short.
 pub(crate) fn clip_to_horizon(vertices: &[DVec3], n: DVec3, out: &mut [DVec3]) -> usize {
     if vertices.len() < 3 || vertices.len() + 2 > out.len() {

@@ -92,7 +92,10 @@ pub(crate) fn nodes(
 /// ∫ |f cos/albedo − p| dω of the lobe, at most 2, and the relative error of its albedo; of green.
 pub(crate) fn errors((lobe, facets): (Lobe, TrowbridgeReitz), wo: DVec3, side: u32) -> [f64; 2] {
     let bsdf = alone(lobe);
-    let fitted = bsdf.transformed_cosines(wo, DVec3::Z).lobes()[0];
+    let fitted = bsdf
+        .transformed_cosines(wo, DVec3::Z)
+        .expect("known")
+        .lobes()[0];
     let seen = |w: DVec3| bsdf.eval(w, wo, DVec3::Z).y * w.z;
     let lit: Vec<_> = nodes(facets, wo, side)
         .map(|(w, measure)| (w, seen(w) * measure, measure))

@@ -108,6 +108,7 @@ pub(crate) fn combined<R: Reflection, T: EmissionTexture>(
         texture: query.light.texture,
         position: query.point.position,
         normal: query.point.normal,
+        cosines: query.cosines_for(estimator.parts().map(|part| &part.technique)),
     };
     let asked = ShaftQuery {
         point: query.point.position,

@@ -28,6 +28,9 @@ macro_rules! point_techniques {
             /// Uniform in the light's projected solid angle: no noise on diffuse surfaces that see
             /// all of the light. Disks as [`PointBy::Area`].
             ProjectedSolidAngle: projected::ProjectedSolidAngle,
+            /// By linearly transformed cosines that look like the reflection, and seldom uniform in
+            /// the solid angle. Spheres and disks as [`PointBy::SolidAngle`].
+            Ltc: ltc::Ltc,
             /// In proportion to the light's texture; uniform on the area of a light without one.
             Texture: texture::Texture,
             /// Directions drawn from the BSDF; those that meet the light count. A linear light is
@@ -258,6 +261,14 @@ impl Technique {
                 None => line_techniques! { constant [lines.by, NAME] },
                 Some(integral) => integrations! { constant [integral, NAME] },
             },
+        }
+    }
+
+    /// Whether it asks what the reflection looks like.
+    pub(crate) fn asks_for_cosines(&self) -> bool {
+        match self {
+            Self::Points(points) => point_techniques! { constant [points.by, ASKS_FOR_COSINES] },
+            Self::Lines(_) => false,
         }
     }
 

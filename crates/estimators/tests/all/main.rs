@@ -2,4 +2,5 @@
 
 mod agreement;
 mod linear_lights;
+mod penumbrae;
 mod text;

@@ -175,7 +175,10 @@ fn every_glossy_material_is_followed() {
         let followed = points(&renderer)
             .iter()
             .filter(|(_, p)| {
-                let cosines = p.bsdf.transformed_cosines(p.outgoing, p.normal);
+                let cosines = p
+                    .bsdf
+                    .transformed_cosines(p.outgoing, p.normal)
+                    .expect("known");
                 !cosines.lobes().is_empty()
             })
             .count();

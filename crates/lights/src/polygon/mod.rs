@@ -5,4 +5,5 @@ pub(crate) mod fan;
 pub(crate) mod proxy;
 pub(crate) mod solid_angle;
 pub(crate) mod spherical_triangle;
+pub(crate) mod transformed;
 pub(crate) mod triangle;

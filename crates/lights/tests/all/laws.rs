@@ -3,10 +3,10 @@
 //! and far-from-origin lights.
 
 use linelit_geometry::intervals::Interval;
-use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::{
     AngularLines, Area, AreaSampler, LineSampler, LineTechnique, Measure, OffsetDensity, Pdf,
-    PointTechnique, PointsOnLines, ProxySampler, SolidAngle, SolidAngleSampler,
+    PointTechnique, PointsOnLines, ProxySampler, SolidAngle, SolidAngleSampler, TransformedSampler,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::laws::Laws;
@@ -212,7 +212,7 @@ trait Law {
 }
 
 /// How many techniques [`hold`] goes through.
-const TECHNIQUES: usize = 7;
+const TECHNIQUES: usize = 8;
 
 /// Holds every point technique on a polygon to a law.
 fn hold(law: &impl Law, case: &Case) {
@@ -221,7 +221,12 @@ fn hold(law: &impl Law, case: &Case) {
     let solid = AngularLines::by_solid_angle(polygon, 0.7, *x);
     let warped = AngularLines::by_warped_solid_angle(polygon, 0.7, *x);
     let cosine = AngularLines::by_projected_solid_angle(polygon, 0.7, *x, *n);
+    let about = Frame::from_normal((polygon.centroid() - *x).normalize());
+    let leaning = about.z + about.x * 0.2;
+    let map = DMat3::from_cols(about.x * 0.4, about.y * 0.7, leaning);
+    let transformed = TransformedSampler::new(polygon, *x, map).expect("a polygon");
     law.hold("area", case, &AreaSampler::new(polygon));
+    law.hold("transformed solid angle", case, &transformed);
     law.hold("solid angle", case, &SolidAngleSampler::new(polygon, *x));
     law.hold("proxy", case, &ProxySampler::new(polygon, *x));
     law.hold("points on lines", case, &PointsOnLines(lines));
@@ -252,7 +257,9 @@ impl Law for Fits {
         // The warped density has kinks at the offsets of vertices, which do too; `offsets_fit`
         // integrates between them.
         let kinked = name == "warped solid-angle lines";
-        let tolerance = if cut || kinked { 1e-3 } else { 1e-8 };
+        // A narrow lobe over a light 40 times as wide as far: the rule is too coarse.
+        let narrow = name == "transformed solid angle" && case.name == "huge";
+        let tolerance = if cut || kinked || narrow { 1e-3 } else { 1e-8 };
         assert!(
             (mass - 1.0).abs() < tolerance,
             "{name} on {}: ∫ = {mass}",

@@ -226,6 +226,7 @@ fn over_polygons(source: &mut Source, wrong: &mut Wrong) {
     for count in [0, 1, 2, 3, 4, 6, 27] {
         let corners = &points[..count];
         wrong.light("polygon", polygon::irradiance(corners, n));
+        wrong.light("by edges", polygon::irradiance_by_edges(corners, n));
         wrong.light("solid_angle::polygon", solid_angle::polygon(corners));
         let lobe = phong_polygon::irradiance(corners, n, w, k);
         wrong.light("phong_polygon", lobe);
@@ -252,6 +253,10 @@ fn transformed_cosines(source: &mut Source, wrong: &mut Wrong) {
     let _ = ltc.map();
     wrong.light("Ltc::density", ltc.density(w));
     wrong.light("Ltc::polygon", ltc.polygon(&frame, &points));
+    wrong.light(
+        "Ltc::polygon_by_edges",
+        ltc.polygon_by_edges(&frame, &points),
+    );
     wrong.light("Ltc::line", ltc.line(&frame, points[0], points[1]));
     let lobe = CosineLobe {
         stretch: x,

@@ -17,7 +17,7 @@ use linelit_visibility::Images;
 const WIDE: f64 = 1e-4;
 
 /// Room for the light's corners after a clip, even if rounding has it cross each second side.
-const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
+pub(crate) const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
 
 /// How exact [`Integration::Exact`](crate::Integration::Exact) is, and where it gives up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,34 +100,92 @@ pub(crate) fn visible_light<R>(
 ) -> Option<DVec3> {
     let (emitted, _) = even_emission(area, point.position);
     let mut corners = [[0.0; 2]; CORNERS];
-    let light = above_surface(point, images, &mut corners);
-    if light.len() < 3 || emitted == DVec3::ZERO {
+    let seen = Seen::new(point, images, penumbra, &mut corners);
+    let Some(seen) = seen.filter(|_| emitted != DVec3::ZERO) else {
         return Some(DVec3::ZERO);
-    }
-    let apex = light[0];
-    let pieces = penumbra.boundary(light, images.triangles());
-    let [origin, along_p, along_q] = images.axes();
-    let in_space = |p: Point| origin + along_p * p[0] + along_q * p[1];
+    };
+    let n = point.normal;
     if reflection.is_diffuse()
-        && light.iter().all(|&p| point.normal.dot(in_space(p)) > 0.0)
-        && along_p.length_squared().min(along_q.length_squared()) > WIDE * origin.length_squared()
+        && let Some(flat) = seen.irradiance(|p| p, n, WIDE)
     {
-        let term = |p: &BoundaryEdge| polygon::edge(in_space(p.from), in_space(p.to), point.normal);
-        let sum: f64 = pieces.iter().map(term).sum();
-        return Some(emitted * reflection.diffuse.value() * (0.5 * sum.abs()));
+        return Some(emitted * reflection.diffuse.value() * flat);
     }
-    let top = in_space(apex);
-    let mut sum = DVec3::ZERO;
-    for piece in pieces {
-        let u = [piece.from[0] - apex[0], piece.from[1] - apex[1]];
-        let v = [piece.to[0] - apex[0], piece.to[1] - apex[1]];
-        let turn = u[0] * v[1] - u[1] * v[0];
-        if turn != 0.0 {
-            let triangle = [top, in_space(piece.from), in_space(piece.to)];
-            sum += closed_form::convex(&triangle, point, reflection, tolerance)? * turn.signum();
+    let sum =
+        seen.triangles(|triangle| closed_form::convex(triangle, point, reflection, tolerance));
+    Some(emitted * sum?.max(DVec3::ZERO))
+}
+
+/// What a shading point sees of an area light, by its boundary.
+pub(crate) struct Seen<'a> {
+    /// The light's corners above the surface, in its plane.
+    light: &'a [Point],
+    pieces: &'a [BoundaryEdge],
+    /// Where the plane's coordinates are zero, and their axes.
+    plane: [DVec3; 3],
+}
+
+impl<'a> Seen<'a> {
+    /// `None` if nothing of the light is above the surface.
+    pub(crate) fn new<R>(
+        point: &ShadingPoint<R>,
+        images: &Images<'_>,
+        penumbra: &'a mut Penumbra,
+        corners: &'a mut [Point; CORNERS],
+    ) -> Option<Self> {
+        let light = above_surface(point, images, corners);
+        (light.len() >= 3).then(|| Self {
+            light,
+            pieces: penumbra.boundary(light, images.triangles()),
+            plane: images.axes(),
+        })
+    }
+
+    /// A point of the light relative to the shading point.
+    fn in_space(&self, p: Point) -> DVec3 {
+        let [origin, along_p, along_q] = self.plane;
+        origin + along_p * p[0] + along_q * p[1]
+    }
+
+    /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` where the
+    /// mapped light is cut by the horizon, or the square of a side is less than `least` times that
+    /// of the distance: rounding is ε over it.
+    pub(crate) fn irradiance(
+        &self,
+        map: impl Fn(DVec3) -> DVec3,
+        n: DVec3,
+        least: f64,
+    ) -> Option<f64> {
+        let [origin, along_p, along_q] = self.plane;
+        let at = |p: Point| map(self.in_space(p));
+        let side = along_p.length_squared().min(along_q.length_squared());
+        let fits = side > least * origin.length_squared();
+        (fits && self.light.iter().all(|&p| n.dot(at(p)) > 0.0)).then(|| {
+            let term = |p: &BoundaryEdge| polygon::edge(at(p.from), at(p.to), n);
+            let sum: f64 = self.pieces.iter().map(term).sum();
+            0.5 * sum.abs()
+        })
+    }
+
+    /// The sum of an integral over triangles relative to the shading point, which with their signs
+    /// make up what is visible; `None` if it is for one of them.
+    pub(crate) fn triangles(
+        &self,
+        mut integral: impl FnMut(&[DVec3; 3]) -> Option<DVec3>,
+    ) -> Option<DVec3> {
+        let apex = self.light[0];
+        let top = self.in_space(apex);
+        let mut sum = DVec3::ZERO;
+        for piece in self.pieces {
+            let u = [piece.from[0] - apex[0], piece.from[1] - apex[1]];
+            let v = [piece.to[0] - apex[0], piece.to[1] - apex[1]];
+            let turn = u[0] * v[1] - u[1] * v[0];
+            if turn != 0.0 {
+                let triangle = [top, self.in_space(piece.from), self.in_space(piece.to)];
+                sum += integral(&triangle)? * turn.signum();
+            }
         }
+        Some(sum)
     }
-    Some(emitted * sum.max(DVec3::ZERO))
 }
 
 /// The light's corners in its plane; with an interpolated normal, of the part above the surface's

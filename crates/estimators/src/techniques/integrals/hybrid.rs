@@ -47,6 +47,10 @@ const LINES_FOR_A_WIDE_LOBE: f64 = 80.0;
 /// A light is wide for a lobe from this many times its width, 1/√(k + 1), on.
 const WIDE_FOR_LOBES: f64 = 3.0;
 
+/// What a shaft may hold on average where the closed form of transformed cosines, with points for
+/// what they leave out, beats lines and rays however few samples there are.
+const CANDIDATES_OF_FITS: f64 = 64.0;
+
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cheapest;
 
@@ -71,6 +75,18 @@ impl Integral for Cheapest {
             let query = query.times(POINTS_FOR_A_LINE_IF_DENSE);
             return through_shaft(&query, area, buffers, |_| points);
         }
+        if !occlusion.dense
+            && occlusion.candidates < CANDIDATES_OF_FITS
+            && looks_like_cosines(query)
+        {
+            return through_shaft(query, area, buffers, |shaft| {
+                if shaft.is_dense() {
+                    Strategy::Rays
+                } else {
+                    Strategy::Exact
+                }
+            });
+        }
         let affordable = CANDIDATES_FOR_A_LINE * f64::from(lines - 1);
         if lines < FEW_LINES && occlusion.candidates < affordable {
             let query = query.times(POINTS_FOR_A_LINE);
@@ -84,6 +100,14 @@ impl Integral for Cheapest {
             choose_strategy(shaft, occlusion.edges, for_an_edge, lines)
         })
     }
+}
+
+/// Whether the reflection has no closed form of its own, and is known by its transformed cosines.
+fn looks_like_cosines<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>) -> bool {
+    let (bsdf, wo, n) = (&query.point.bsdf, query.point.outgoing, query.point.normal);
+    query.light.texture.is_none()
+        && bsdf.closed_form().is_none()
+        && bsdf.transformed_cosines(wo, n).is_some()
 }
 
 /// What to do about a partly hidden light, by what the shaft and the number of lines say.

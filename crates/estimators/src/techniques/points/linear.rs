@@ -43,6 +43,13 @@ impl Default for LinearOptions {
 /// Peters' ν.
 const NU: f64 = 0.5;
 
+impl Default for LinearHeuristic {
+    /// Clamped optimal, expecting half of the light to be visible.
+    fn default() -> Self {
+        Self::ClampedOptimal(NU)
+    }
+}
+
 impl PointDensity for LinearOptions {
     const NAME: &'static str = "point-linear";
     const HAS_OWN_MIS: bool = true;

@@ -3,6 +3,7 @@
 pub(crate) mod area;
 pub(crate) mod bsdf;
 pub(crate) mod linear;
+pub(crate) mod ltc;
 pub(crate) mod projected;
 pub(crate) mod solid_angle;
 pub(crate) mod texture;
@@ -12,7 +13,7 @@ use crate::light::Shape;
 use crate::techniques::point_techniques;
 use crate::text::{Options, Result};
 use crate::{EmissionTexture, LinearOptions, PointBy, ShadingPoint};
-use linelit_bsdf::Reflection;
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaSampler, Disk, Pdf, PointTechnique, Sphere, SurfaceMeasure};
 use linelit_spheres::SphereCone;
@@ -81,6 +82,9 @@ pub(crate) trait PointDensity: Copy + Default {
     /// Whether it has the option `visibility`: alone, its points may share a shaft.
     const HAS_VISIBILITY: bool = false;
 
+    /// Whether it asks for [`Polygon::cosines`].
+    const ASKS_FOR_COSINES: bool = false;
+
     /// Whether the option `mis` is one of its own.
     const HAS_OWN_MIS: bool = false;
 
@@ -124,6 +128,8 @@ pub(crate) struct Polygon<'t, T> {
     pub position: DVec3,
     /// Its shading normal.
     pub normal: DVec3,
+    /// What it reflects, if that is known and a technique asks for it.
+    pub cosines: Option<TransformedCosines>,
 }
 
 /// A point of a light, and the direction from the shading point to it.
