@@ -299,14 +299,20 @@ impl AngularLines {
         }
     }
 
-    /// The thin line as seen, in the frame (along, across, towards the light).
-    fn thin(&self, line: Line) -> Option<Thin> {
-        let view = LineView::with_edge(
+    /// A line as seen, in the frame (along, across, towards the light).
+    #[inline(always)]
+    fn view(&self, line: Line, normal: Option<DVec3>) -> Option<LineView<f64>> {
+        LineView::with_edge(
             [line.lo, line.u, self.z],
             [line.hi, line.u, self.z],
             [line.length, 0.0, 0.0],
-            self.normal.map(|n| n.to_array()),
-        )?;
+            normal.map(|n| n.to_array()),
+        )
+    }
+
+    /// The thin line of that.
+    fn thin(&self, line: Line) -> Option<Thin> {
+        let view = self.view(line, self.normal)?;
         match self.normal {
             None => Some(Thin::Solid(view)),
             Some(_) => ProjectedLine::of(view).map(Thin::Projected),
@@ -317,8 +323,16 @@ impl AngularLines {
     fn thin_measure(&self, line: Line) -> f64 {
         match self.marginal_normal() {
             None => self.thin_solid_angle(line),
-            Some(_) => self.thin(line).map_or(0.0, |t| t.measure()),
+            Some(n) => self.thin_irradiance(line, n),
         }
+    }
+
+    /// [`ProjectedLine::projected_solid_angle`], without the rest of it.
+    #[inline(never)]
+    fn thin_irradiance(&self, line: Line, normal: DVec3) -> f64 {
+        self.view(line, Some(normal))
+            .and_then(ProjectedLine::of)
+            .map_or(0.0, |line| line.projected_solid_angle())
     }
 
     /// The formula of [`LineView::solid_angle`], without the rest of it.
