@@ -2,6 +2,7 @@
 
 use super::batch::{BLOCK, Batch};
 use super::projected::ProjectedLine;
+use super::view::LineView;
 use super::{LinearSample, view_from};
 use crate::LinearPointTechnique;
 use crate::density::{Pdf, ThinSolidAngle};
@@ -48,27 +49,30 @@ impl LtcSampler {
         }
         // An entry that is not finite makes a coordinate of both ends so, which no line has.
         let inverse = m.inverse();
-        let view = view_from(light, x, Some(normal))?;
-        let (p0, p1) = view.ends();
+        let world = view_from(light, x, Some(normal))?;
+        let (p0, p1) = world.ends();
         let (p0, p1) = (DVec3::from(p0), DVec3::from(p1));
         let edge = p1 - p0;
-        let world = linelit_geometry::predicates::cross(p0, edge);
+        let across = linelit_geometry::predicates::cross(p0, edge);
         // |Mᵀ (s × l₀)|/|s × l₀|; any multiple of s × l₀ will do.
-        let factor = (m.transpose() * world).length() / world.length();
+        let factor = (m.transpose() * across).length() / across.length();
         let to_cosine = |p: DVec3| (inverse * p).to_array();
         let z = [0.0, 0.0, 1.0];
-        let line = ProjectedLine::new(to_cosine(p0), to_cosine(p1), z)?;
+        // `ProjectedLine::new` in place: its arguments need not go through memory.
+        let view = LineView::clipped(to_cosine(p0), to_cosine(p1), z)?;
+        let line = ProjectedLine::of(view)?;
         let mut out = Self {
             line,
             start: p0,
             edge,
-            above: view.range(),
+            above: world.range(),
             inverse,
             factor,
             density: 0.0,
         };
-        out.density = 1.0 / (PI * determinant.abs() * out.integral());
-        (out.density.is_usable() && out.integral().is_usable()).then_some(out)
+        let integral = out.integral();
+        out.density = 1.0 / (PI * determinant.abs() * integral);
+        (out.density.is_usable() && integral.is_usable()).then_some(out)
     }
 
     /// `∫ p_M dω` over the light, per radius, in 1/m: the specular shading estimate for unit

@@ -49,6 +49,9 @@ pub trait Real:
     /// numbers by less than their precision, and the rounding of `f32`s themselves.
     const LEAST: Self;
 
+    /// The largest finite number.
+    const MAX: Self;
+
     /// √x.
     #[must_use]
     fn sqrt(self) -> Self;
@@ -95,13 +98,13 @@ pub trait Real:
     /// Whether the number is positive and finite.
     #[inline]
     fn is_usable(self) -> bool {
-        self > Self::ZERO && self.to_f64() <= f64::MAX
+        self > Self::ZERO && self <= Self::MAX
     }
 
     /// Whether the number is positive, and its square has been a number of full digits.
     #[inline]
     fn has_square(self) -> bool {
-        self > Self::LEAST && self.to_f64() <= f64::MAX
+        self > Self::LEAST && self <= Self::MAX
     }
 
     /// The nearest number in [0, 1]; 0 for NaN.
@@ -138,6 +141,7 @@ impl Real for f64 {
     const EPSILON: Self = f64::EPSILON;
     const STEPS: u32 = 6;
     const LEAST: Self = 1e-145;
+    const MAX: Self = f64::MAX;
     const CLOSE: Self = 5e-5;
     const PLAIN_CROSS: bool = true;
 
@@ -230,6 +234,7 @@ impl Real for f32 {
     const EPSILON: Self = f32::EPSILON;
     const STEPS: u32 = 4;
     const LEAST: Self = 1e-37;
+    const MAX: Self = f32::MAX;
     const CLOSE: Self = 9e-3;
     /// In `f64` they are exact and cheap.
     const PLAIN_CROSS: bool = false;
@@ -295,7 +300,14 @@ impl Real for f32 {
     #[inline]
     fn length(a: [Self; 3]) -> Self {
         let [x, y, z] = a.map(f64::from);
-        Self::from_f64((x * x + y * y + z * z).sqrt())
+        let square = x * x + y * y + z * z;
+        // The narrow root costs half of the wide one.
+        let narrow = Self::from_f64(square);
+        if narrow > Self::LEAST && narrow <= Self::MAX {
+            narrow.sqrt()
+        } else {
+            Self::from_f64(square.sqrt())
+        }
     }
     #[cold]
     #[inline(never)]

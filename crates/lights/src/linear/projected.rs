@@ -334,10 +334,11 @@ impl<T: Real> Inversion<T> {
             s: sin_delta,
             c: cos_delta,
         });
-        // Their quotient, the projected solid angle, and its reciprocal are numbers of full digits.
+        // Their quotient, the projected solid angle, and its reciprocal are numbers of full digits;
+        // h is one, so that the total is, too.
         let h = view.line_distance();
         let held = out.total * T::LEAST < h && h * T::LEAST < out.total;
-        (held && out.total.is_usable()).then_some(out)
+        held.then_some(out)
     }
 
     pub(crate) fn projected_solid_angle(&self, view: &LineView<T>) -> T {
