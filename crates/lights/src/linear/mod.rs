@@ -267,7 +267,8 @@ impl LinearPointTechnique for LinearSampler {
         };
         let arc = self.view.arc_point(second, s, c);
         LinearSample {
-            t: self.view.whole_fraction(arc.lambda),
+            // In [0, 1]: a quotient of two numbers ≥ 0 of which the second is the larger.
+            t: self.view.whole_fraction_of(arc.lambda),
             offset: DVec3::from(arc.point),
             direction: DVec3::from(arc.direction),
             pdf: Pdf::new(per_density * self.density),

@@ -287,7 +287,12 @@ impl<T: Real> LineView<T> {
     /// The fraction of the whole line at the place `lambda` of the clipped one.
     #[must_use]
     pub fn whole_fraction(&self, lambda: T) -> T {
-        let lambda = lambda.unit();
+        self.whole_fraction_of(lambda.unit())
+    }
+
+    /// [`LineView::whole_fraction`] of a place that is known to be in [0, 1].
+    #[inline(always)]
+    pub(crate) fn whole_fraction_of(&self, lambda: T) -> T {
         self.range[0] * (T::ONE - lambda) + self.range[1] * lambda
     }
 
