@@ -146,6 +146,12 @@ pub fn normalize(v: DVec3) -> Option<DVec3> {
     if squares_are_safe(square) {
         return Some(v * (1.0 / square.sqrt()));
     }
+    scaled_normalize(v)
+}
+
+#[cold]
+#[inline(never)]
+fn scaled_normalize(v: DVec3) -> Option<DVec3> {
     let largest = v.abs().max_element();
     if !(largest > 0.0 && v.is_finite()) {
         return None;

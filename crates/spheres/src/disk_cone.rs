@@ -46,6 +46,9 @@ const PIECES: usize = 8;
 pub struct DiskCone {
     disk: Disk,
     x: DVec3,
+    /// From x to the centre, and that along the disk's normal.
+    to: DVec3,
+    along: f64,
     /// Axes of the cone: along a, along b, and its own.
     axes: [DVec3; 3],
     /// Tangents of the half angles, and √(1 + tan²).
@@ -99,6 +102,8 @@ impl DiskCone {
         let mut out = Self {
             disk: *disk,
             x,
+            to,
+            along,
             axes: [beside, axis.cross(beside), axis],
             tan: [a, b],
             sec: [(1.0 + a * a).sqrt(), sec_b],
@@ -145,9 +150,7 @@ impl DiskCone {
     #[inline(always)]
     fn hit(&self, direction: DVec3) -> DVec3 {
         let n = self.disk.normal;
-        let to = self.disk.center - self.x;
-        let t = to.dot(n) / direction.dot(n);
-        let v = direction * t - to;
+        let v = direction * (self.along / direction.dot(n)) - self.to;
         // Twice: what rounding has left along n of a disk far away may be more than the disk.
         let v = v - n * v.dot(n);
         let v = v - n * v.dot(n);
@@ -218,14 +221,20 @@ impl PointTechnique for DiskCone {
         }
         // The quarters that run backwards, so that the turn is continuous, mirror those that run
         // forwards.
-        let scaled = 4.0 * fraction(u[0]);
+        let scaled = 4.0 * u[0];
         let (within, [sx, sy]) = match scaled {
             t if t < 1.0 => (t, [1.0, 1.0]),
             t if t < 2.0 => (2.0 - t, [-1.0, 1.0]),
             t if t < 3.0 => (t - 2.0, [-1.0, -1.0]),
             t => (4.0 - t, [1.0, -1.0]),
         };
-        let (piece, share) = self.pieces.pick(within.min(BELOW_ONE));
+        // `pick` takes what is below zero, as of numbers beyond [0, 1), and NaN as 0.
+        let within = if within > BELOW_ONE {
+            BELOW_ONE
+        } else {
+            within
+        };
+        let (piece, share) = self.pieces.pick(within);
         let place = sample_linear(share, self.density[piece], self.density[piece + 1]);
         #[allow(clippy::cast_precision_loss, reason = "few pieces")]
         let turn = (piece as f64 + place) * (FRAC_PI_2 / PIECES as f64);
