@@ -2,9 +2,12 @@
 
 use crate::combination::CombinationBuffers;
 use crate::line_sum::Draws;
+use crate::round::RoundSource;
+use crate::techniques::{lines::LineFamily, points::PointSource};
 use crate::transformed::Fit;
 use crate::{PlanCounters, SegmentCounters};
 use linelit_penumbra::Penumbra;
+use linelit_spheres::DiskChords;
 use linelit_visibility::{Scratch, VisibleLines};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on
@@ -26,7 +29,8 @@ pub struct SampleBuffers {
     pub segments: SegmentCounters,
     pub(crate) visible: VisibleLines,
     pub(crate) draws: Draws,
-    pub(crate) combination: CombinationBuffers<'static>,
+    pub(crate) combination: CombinationBuffers<PointSource<'static>, LineFamily<'static>>,
+    pub(crate) round: CombinationBuffers<RoundSource, DiskChords>,
     pub(crate) penumbra: Penumbra,
     pub(crate) fit: Fit,
 }

@@ -2,13 +2,15 @@
 
 use crate::light::even_emission;
 use crate::line_sum::Along;
+use crate::round::RoundView;
 use crate::{EmissionTexture, PlanCounters, Query, ShadingPoint};
 use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
-use linelit_lights::{AreaLight, LinearLight};
+use linelit_lights::{AreaLight, Disk, LinearLight};
 use linelit_shading::{
     batch, cylinder, horizon, phong, phong_polygon, polygon, quadrature, spherical_gaussian,
 };
+use linelit_spheres::{DiskCone, SphereProjected};
 use linelit_visibility::ShaftClass;
 
 /// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no
@@ -54,14 +56,14 @@ impl Pieces {
         }
     }
 
-    /// Σ weight × ∫ L f_r cos θ cos θ'/r² along the pieces.
+    /// Σ weight × ∫ L f_r cos θ cos θ'/r² along the pieces, of what a flat light sends to the
+    /// shading point and the height of that over its plane.
     pub(crate) fn light<R>(
         &mut self,
-        light: &AreaLight,
+        (emitted, height): (DVec3, f64),
         point: &ShadingPoint<R>,
         reflection: &ClosedForm<'_>,
     ) -> DVec3 {
-        let (emitted, height) = even_emission(light, point.position);
         if emitted == DVec3::ZERO {
             return DVec3::ZERO;
         }
@@ -113,6 +115,36 @@ pub(crate) fn whole_light<R>(
     }
     let relative = &relative[..vertices.len()];
     Some(emitted * convex(relative, point, reflection, tolerance)?)
+}
+
+/// Light of a whole round light with nothing in between, of what it sends to the shading point: a
+/// sphere, cut by the shading horizon or not, or a disk above it, on a diffuse surface; `None` for
+/// anything else.
+pub(crate) fn whole_round<R>(
+    view: &RoundView,
+    emitted: DVec3,
+    point: &ShadingPoint<R>,
+    reflection: &ClosedForm<'_>,
+) -> Option<DVec3> {
+    let (x, n) = (point.position, point.normal);
+    let above = |normal: DVec3| {
+        let Disk { center, radius, .. } = view.disk;
+        let rise = radius * normal.cross(view.disk.normal).length();
+        normal.dot(center - x) >= rise
+    };
+    if !reflection.is_diffuse() || (n != point.geometric_normal && !above(point.geometric_normal)) {
+        return None;
+    }
+    let projected = match &view.sphere {
+        Some(sphere) => {
+            SphereProjected::new(sphere, x, n).map_or(0.0, |s| s.projected_solid_angle())
+        }
+        None if above(n) => n
+            .dot(DiskCone::new(&view.disk, x).vector_irradiance())
+            .max(0.0),
+        None => return None,
+    };
+    Some(emitted * reflection.diffuse.value() * projected)
 }
 
 /// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to

@@ -50,6 +50,9 @@ counters! {
         exact_penumbrae: "penumbra pairs in closed form",
         /// Pairs in penumbra that `exact` handed to line samples.
         exact_fallbacks: "penumbra pairs handed by exact to lines",
+        /// Pairs of a point and a sphere that triangles reach into, or with too many in between to
+        /// tell: points by solid angle in place of lines, a shadow ray for each point.
+        spheres_by_rays: "pairs with a sphere that triangles may reach into: rays, no lines",
         /// Line samples that are wholly hidden.
         hidden_lines: "line samples wholly hidden",
         /// Lines asked for their density at a point of another technique.

@@ -25,14 +25,28 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     match query.light.light {
         Light::Area(light) => on_area(query, light, buffers),
         Light::Linear(light) => on_line(query, light, buffers),
-        Light::Sphere(light) => point_techniques! { dispatch [on_curves(query), technique => {
-            let source = technique.on_sphere(&light.sphere, x, n);
-            point_sum::on_surface_by_rays(query, &light.sphere, &source, buffers)
-        }] },
-        Light::Disk(light) => point_techniques! { dispatch [on_curves(query), technique => {
-            let source = technique.on_disk(&light.disk, x, n);
-            point_sum::on_surface_by_rays(query, &light.disk, &source, buffers)
-        }] },
+        Light::Sphere(light) => match by_rays(query) {
+            Some(by) => point_techniques! { dispatch [by, technique => {
+                let source = technique.on_sphere(&light.sphere, x, n);
+                point_sum::on_surface_by_rays(query, &light.sphere, &source, buffers)
+            }] },
+            None => combination::on_round(query, buffers),
+        },
+        Light::Disk(light) => match by_rays(query) {
+            Some(by) => point_techniques! { dispatch [by, technique => {
+                let source = technique.on_disk(&light.disk, x, n);
+                point_sum::on_surface_by_rays(query, &light.disk, &source, buffers)
+            }] },
+            None => combination::on_round(query, buffers),
+        },
+    }
+}
+
+/// The technique of points with a shadow ray each, if the estimator is that alone.
+fn by_rays<R, T>(query: &Query<'_, R, T>) -> Option<PointBy> {
+    match query.estimator.alone() {
+        Some(Technique::Points(points)) if !points.in_shaft => Some(points.by),
+        Some(Technique::Points(_) | Technique::Lines(_)) | None => None,
     }
 }
 
@@ -73,12 +87,4 @@ fn on_line<R: Reflection, T: EmissionTexture>(
         },
     };
     linear::points(query, light, options, buffers)
-}
-
-/// The density of points on spheres and disks: lines and combinations take the solid angle.
-fn on_curves<R, T>(query: &Query<'_, R, T>) -> PointBy {
-    match query.estimator.alone() {
-        Some(Technique::Points(points)) if !points.in_shaft => points.by,
-        Some(Technique::Points(_) | Technique::Lines(_)) | None => PointBy::SolidAngle,
-    }
 }

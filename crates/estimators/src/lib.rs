@@ -16,6 +16,7 @@ mod point;
 mod point_sum;
 mod query;
 mod reference;
+mod round;
 mod strategy;
 pub mod streams;
 mod techniques;

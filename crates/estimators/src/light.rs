@@ -124,13 +124,18 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             Light::Linear(line) => {
                 above_horizon(point, &[line.segment.p0, line.segment.p1], counters)
             }
-            // Their samplers ask for the horizon themselves.
+            // Samplers of round lights ask for the horizon themselves.
             Light::Sphere(light) => {
                 let outside = light.sphere.center.distance(point.position) > light.sphere.radius;
                 counters.facing_away += u64::from(!outside);
                 outside
             }
-            Light::Disk(_) => true,
+            Light::Disk(light) => {
+                let side = light.disk.normal.dot(point.position - light.disk.center);
+                let faces = side > 0.0 || (light.emission.two_sided && side < 0.0);
+                counters.facing_away += u64::from(!faces);
+                faces
+            }
         }
     }
 }
@@ -233,7 +238,7 @@ impl Shape for Sphere {
 }
 
 /// Where a ray meets a plane ahead of it.
-fn on_plane(on_it: DVec3, normal: DVec3, x: DVec3, direction: DVec3) -> Option<DVec3> {
+pub(crate) fn on_plane(on_it: DVec3, normal: DVec3, x: DVec3, direction: DVec3) -> Option<DVec3> {
     let t = normal.dot(on_it - x) / normal.dot(direction);
     (t > 0.0 && t.is_finite()).then(|| x + direction * t)
 }

@@ -1,6 +1,7 @@
 //! Line samples: the visibility of a whole segment at once.
 
 use crate::closed_form::{Pieces, without_samples};
+use crate::light::even_emission;
 use crate::techniques::points::LightPoint;
 use crate::{
     Buffers, EmissionTexture, LineDirection, Lines, Query, SampleBuffers, SegmentCounters, Stream,
@@ -36,7 +37,7 @@ pub(crate) struct Draws {
     /// The same lines.
     pub lines: Vec<Segment>,
     /// What is visible of them.
-    pieces: Pieces,
+    pub pieces: Pieces,
 }
 
 impl Draws {
@@ -126,7 +127,8 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
         }
     }
     if let Along::Analytic(reflection) = &along {
-        out.sum = draws.pieces.light(area, point, reflection);
+        let emission = even_emission(area, point.position);
+        out.sum = draws.pieces.light(emission, point, reflection);
     }
     out
 }

@@ -27,6 +27,43 @@ impl Triangle {
         predicates::cross(b - a, c - a)
     }
 
+    /// The point of the triangle, edges and corners included, that is nearest to `p`: within a few
+    /// ε of the sizes involved.
+    ///
+    /// By the signs of the projections on the edges at each corner (Ericson 2005, section 5.1.5).
+    /// Of a degenerate triangle, one of its points.
+    #[must_use]
+    pub fn nearest(&self, p: DVec3) -> DVec3 {
+        let [a, b, c] = self.vertices;
+        let (ab, ac) = (b - a, c - a);
+        let along = |from: DVec3| (ab.dot(p - from), ac.dot(p - from));
+        let [(b0, c0), (b1, c1), (b2, c2)] = [along(a), along(b), along(c)];
+        let on_edge = |from: DVec3, edge: DVec3| {
+            let square = edge.length_squared();
+            let t = if square > 0.0 {
+                (edge.dot(p - from) / square).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            from + edge * t
+        };
+        // Weights of the corners in the plane; where all are positive, the foot is inside.
+        let (wa, wb, wc) = (b1 * c2 - b2 * c1, b2 * c0 - b0 * c2, b0 * c1 - b1 * c0);
+        let sum = wa + wb + wc;
+        if wa > 0.0 && wb > 0.0 && wc > 0.0 && sum < f64::INFINITY {
+            return a + ab * (wb / sum) + ac * (wc / sum);
+        }
+        let edges = [on_edge(a, ab), on_edge(b, c - b), on_edge(c, a - c)];
+        let nearer = |x: DVec3, y: DVec3| {
+            if p.distance_squared(y) < p.distance_squared(x) {
+                y
+            } else {
+                x
+            }
+        };
+        nearer(nearer(edges[0], edges[1]), edges[2])
+    }
+
     /// Unit normal by the right-hand rule; zero for a degenerate triangle.
     #[must_use]
     pub fn normal(&self) -> DVec3 {
@@ -52,5 +89,30 @@ impl Triangle {
     pub fn centroid(&self) -> DVec3 {
         let [a, b, c] = self.vertices;
         a + ((b - a) + (c - a)) / 3.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = DVec3> {
+        prop::array::uniform3(-2.0..2.0f64).prop_map(DVec3::from)
+    }
+
+    proptest! {
+        /// On the triangle, no farther than any point of a fine grid on it, and no nearer than the
+        /// grid is fine.
+        #[test]
+        fn the_nearest_point_is_the_nearest(a in vector(), b in vector(), c in vector(), p in vector()) {
+            let triangle = Triangle::new(a, b, c);
+            let nearest = triangle.nearest(p);
+            let grid = (0..=40).flat_map(|i| (0..=40 - i).map(move |j| [i, j].map(|k| f64::from(k) / 40.0)));
+            let least = grid.map(|[s, t]| triangle.at(s, t).distance(p)).fold(f64::INFINITY, f64::min);
+            let found = nearest.distance(p);
+            let side = [b - a, c - a, c - b].map(DVec3::length).into_iter().fold(0.0, f64::max);
+            prop_assert!(found <= least + 1e-12 && found >= least - side / 40.0, "{found} {least}");
+        }
     }
 }

@@ -58,13 +58,11 @@ impl Default for Settings {
 /// Representation of an emissive sphere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spheres {
-    /// `facets`: its triangles, which are what the camera sees and what lines can be drawn on.
+    /// `facets`: its triangles, which are what the camera sees.
     #[default]
     Facets,
-    /// `exact`: the sphere itself, sampled by points whatever the estimator: by area
-    /// (`point-area`), by the area that is seen (`point-visible-area`), by directions of the BSDF
-    /// (`point-bsdf`), by solid angle (all others). Spheres that emit inwards or an image keep
-    /// their facets.
+    /// `exact`: the sphere itself. Spheres that emit inwards, on both sides or an image keep their
+    /// facets.
     Exact,
 }
 

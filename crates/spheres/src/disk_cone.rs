@@ -1,7 +1,7 @@
 //! Disks by solid angle: the elliptic cone of directions that meet them.
 
 use crate::disk::DiskArea;
-use core::f64::consts::FRAC_PI_2;
+use core::f64::consts::{FRAC_PI_2, PI};
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Frame, predicates};
 use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
@@ -117,6 +117,20 @@ impl DiskCone {
             out.pieces = Pieces::new((0..PIECES).map(|k| width * (density[k] + density[k + 1])));
         }
         out
+    }
+
+    /// `∫ ω dΩ` over the cone, in sr: the irradiance that the disk, of radiance one, gives a
+    /// surface of the unit normal n is n times this, if all of the disk is above its horizon.
+    ///
+    /// **Formula**: `π ab/(AB)` along the axis, about which the cone is symmetric in two planes.
+    /// Zero where the density of samples is. **Error**: a few ε times 1 + R/h.
+    #[must_use]
+    pub fn vector_irradiance(&self) -> DVec3 {
+        if !self.pieces.is_usable() {
+            return DVec3::ZERO;
+        }
+        let sines = (self.tan[0] / self.sec[0]) * (self.tan[1] / self.sec[1]);
+        self.axes[2] * (PI * sines)
     }
 
     /// p(s).

@@ -1,5 +1,5 @@
 //! Points on spheres and disks as lights: by area, by what is in view, by solid angle and by
-//! projected solid angle.
+//! projected solid angle; lines across disks.
 //!
 //! Each technique is a [`PointTechnique`]: it is set up once per light and shading point, and then
 //! takes any number of random numbers. It never allocates, never fails and never panics; what
@@ -21,11 +21,13 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
+mod chords;
 mod disk;
 mod disk_cone;
 mod projected;
 mod sphere;
 
+pub use chords::{ChordMeasure, DiskChords};
 pub use disk::DiskArea;
 pub use disk_cone::DiskCone;
 pub use projected::SphereProjected;

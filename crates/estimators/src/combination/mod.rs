@@ -5,17 +5,20 @@
 //! lines of different directions, points and BSDF samples, then combine by multiple importance
 //! sampling.
 
+mod domain;
 mod optimal;
 mod prepared;
+mod round;
 mod smooth;
 mod visibility;
 
-use crate::techniques::lines::LineFamily;
-use crate::techniques::points::{LightPoint, PointSource, Polygon};
+use crate::techniques::lines::DrawLines;
+use crate::techniques::points::{DrawPoints, LightPoint, Polygon};
 use crate::{
     Buffers, EmissionTexture, Estimator, MOST_TECHNIQUES, Pieces, Query, SampleBuffers,
     ShadingPoint, Stream, Weights,
 };
+use domain::Domain;
 use linelit_bsdf::Reflection;
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
@@ -23,13 +26,14 @@ use linelit_mis::{Heuristic, smoothing};
 use linelit_visibility::{ShaftClass, ShaftQuery};
 use optimal::Round;
 use prepared::{PreparedTechnique, Source, allot};
-use smooth::{Smooth, parameter, piece_of};
+pub(crate) use round::on_round;
+use smooth::{Bordered, Smooth, parameter, piece_of};
 use visibility::Visibility;
 
 /// The memory of combinations.
-#[derive(Debug, Default)]
-pub(crate) struct CombinationBuffers<'t> {
-    techniques: Vec<PreparedTechnique<'t>>,
+#[derive(Debug)]
+pub(crate) struct CombinationBuffers<P, L> {
+    techniques: Vec<PreparedTechnique<P, L>>,
     drawn: Vec<LineSample>,
     segments: Vec<Segment>,
     samples: Vec<Sample>,
@@ -41,9 +45,23 @@ pub(crate) struct CombinationBuffers<'t> {
     owners: Vec<usize>,
 }
 
-impl CombinationBuffers<'_> {
+impl<P, L> Default for CombinationBuffers<P, L> {
+    fn default() -> Self {
+        Self {
+            techniques: Vec::new(),
+            drawn: Vec::new(),
+            segments: Vec::new(),
+            samples: Vec::new(),
+            first_round: None,
+            misses: Default::default(),
+            owners: Vec::new(),
+        }
+    }
+}
+
+impl<P, L> CombinationBuffers<P, L> {
     /// The same memory without the techniques, which may borrow from another light.
-    fn emptied<'t>(self) -> CombinationBuffers<'t> {
+    fn emptied<Q, M>(self) -> CombinationBuffers<Q, M> {
         let (mut techniques, mut samples) = (self.techniques, self.samples);
         techniques.clear();
         samples.clear();
@@ -76,11 +94,11 @@ struct Sample {
 }
 
 /// What is read while samples of a combination are drawn and weighted, and what is counted.
-struct Combination<'a, 's, R, T> {
+struct Combination<'a, 's, R, T, S> {
     query: &'a Query<'a, R, T>,
-    light: &'a ConvexPolygon,
+    light: &'a S,
     visibility: Visibility<'s>,
-    smoothing: Option<Smooth>,
+    smoothing: Option<Smooth<S>>,
     /// But for their `combination`, which is in use.
     buffers: &'a mut SampleBuffers,
 }
@@ -155,10 +173,14 @@ fn above_horizon<R>(area: &AreaLight, point: &ShadingPoint<R>) -> Option<ConvexP
     }
 }
 
-impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
+impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S> {
     /// Samples of all techniques with all their densities: in two rounds for the optimal
     /// heuristic, each of which gives the other its coefficients.
-    fn gather<'t>(&mut self, part: &Polygon<'t, T>, own: &mut CombinationBuffers<'t>) {
+    fn gather<D: Domain<Surface = S>>(
+        &mut self,
+        part: &D,
+        own: &mut CombinationBuffers<D::Points, D::Lines>,
+    ) {
         let estimator = self.query.estimator;
         let points_for_a_line = match self.visibility.is_dense() {
             true => estimator.points_if_dense(),
@@ -196,7 +218,11 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
     }
 
     /// Draws the samples of all techniques; those of two rounds are independent.
-    fn draw(&mut self, round: usize, buffers: &mut CombinationBuffers<'_>) {
+    fn draw<P: DrawPoints<S>, L: DrawLines<S>>(
+        &mut self,
+        round: usize,
+        buffers: &mut CombinationBuffers<P, L>,
+    ) {
         let mut numbers = self.query.numbers;
         numbers.seed ^= [0, OTHER_SEED][round];
         for (index, stream) in (0..buffers.techniques.len()).zip(0..) {
@@ -240,22 +266,23 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
     fn draw_point(
         &mut self,
         index: usize,
-        source: &PointSource<'_>,
+        source: &impl DrawPoints<S>,
         u: [f64; 2],
     ) -> Option<Sample> {
         let point = self.query.point;
         let (drawn, _) = source.draw(u, self.light, point)?;
         let at = LightPoint::new(drawn.point, point.position, self.light);
         let sample = self.sample(index, at, source.density(&at, point))?;
-        self.visibility.point_visible(at.point).then_some(sample)
+        let target = self.light.target(&at);
+        self.visibility.point_visible(target).then_some(sample)
     }
 
     /// The samples of a line technique: all its lines in one query, then points on what is visible.
     /// Gives the number of lines that have any.
-    fn draw_lines(
+    fn draw_lines<P, L: DrawLines<S>>(
         &mut self,
         index: usize,
-        buffers: &mut CombinationBuffers<'_>,
+        buffers: &mut CombinationBuffers<P, L>,
         u: impl Fn(u32) -> [f64; 2],
     ) -> usize {
         let mut hits = 0;
@@ -307,7 +334,10 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
 
     /// The densities of all techniques at each other's samples: the lines through them are one
     /// more question to the same shaft.
-    fn densities(&mut self, buffers: &mut CombinationBuffers<'_>) {
+    fn densities<P: DrawPoints<S>, L: DrawLines<S>>(
+        &mut self,
+        buffers: &mut CombinationBuffers<P, L>,
+    ) {
         let CombinationBuffers {
             techniques,
             segments,
@@ -348,7 +378,10 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
     }
 
     /// The densities of all techniques at all samples, for lines as if nothing stood in between.
-    fn densities_unoccluded(&self, buffers: &mut CombinationBuffers<'_>) {
+    fn densities_unoccluded<P: DrawPoints<S>, L: DrawLines<S>>(
+        &self,
+        buffers: &mut CombinationBuffers<P, L>,
+    ) {
         let CombinationBuffers {
             techniques,
             samples,
@@ -370,7 +403,7 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
 }
 
 /// The weighted sum.
-fn sum(estimator: &Estimator, buffers: &CombinationBuffers<'_>) -> DVec3 {
+fn sum<P, L>(estimator: &Estimator, buffers: &CombinationBuffers<P, L>) -> DVec3 {
     let count = buffers.techniques.len();
     let of = |i: usize| buffers.techniques.get(i).map_or(0.0, |t| t.expected);
     let expected: [f64; MOST_TECHNIQUES] = std::array::from_fn(of);
@@ -409,8 +442,8 @@ fn sum(estimator: &Estimator, buffers: &CombinationBuffers<'_>) -> DVec3 {
 }
 
 /// The density of a line technique at a sample of another.
-fn line_density(
-    lines: &LineFamily<'_>,
+fn line_density<S>(
+    lines: &impl DrawLines<S>,
     pieces: Pieces,
     sample: &Sample,
     line: &Segment,

@@ -1,13 +1,12 @@
 //! One technique of a combination, made ready for a shading point and a light.
 
-use crate::techniques::lines::LineFamily;
-use crate::techniques::points::{PointSource, Polygon};
-use crate::{EmissionTexture, Estimator, LineDirection, Pieces, PointBy, Technique, Weights};
+use super::domain::Domain;
+use crate::{Estimator, LineDirection, Pieces, PointBy, Technique, Weights};
 
 /// A technique, the samples expected of it and the samples it gets.
 #[derive(Clone, Debug)]
-pub(super) struct PreparedTechnique<'t> {
-    pub source: Source<'t>,
+pub(super) struct PreparedTechnique<P, L> {
+    pub source: Source<P, L>,
     /// The expected number of samples N_i, which stands in weights and contributions; of a line
     /// technique, points on a piece.
     pub expected: f64,
@@ -23,18 +22,18 @@ pub(super) struct PreparedTechnique<'t> {
     clippy::large_enum_variant,
     reason = "a few of them live in a buffer that is used again"
 )]
-pub(super) enum Source<'t> {
-    Points(PointSource<'t>),
-    Lines(LineFamily<'t>, Pieces),
+pub(super) enum Source<P, L> {
+    Points(P),
+    Lines(L, Pieces),
 }
 
-impl<'t> PreparedTechnique<'t> {
+impl<P, L> PreparedTechnique<P, L> {
     /// The techniques of a combination with this many samples in the mean; `u(k)` are independent
     /// random numbers. `dense` says that too much stands in between to keep it.
-    pub(super) fn all<T: EmissionTexture>(
+    pub(super) fn all<D: Domain<Points = P, Lines = L>>(
         estimator: &Estimator,
         samples: f64,
-        part: &Polygon<'t, T>,
+        part: &D,
         dense: bool,
         u: impl Fn(u32) -> f64,
         out: &mut Vec<Self>,
@@ -53,7 +52,7 @@ impl<'t> PreparedTechnique<'t> {
             };
             let lines = match entry.technique {
                 Technique::Points(points) => {
-                    let source = PointSource::new(points.by, part);
+                    let source = part.points(points.by);
                     push(Source::Points(source), expected, 1);
                     continue;
                 }
@@ -64,15 +63,19 @@ impl<'t> PreparedTechnique<'t> {
                     .integration
                     .is_some_and(|i| i.points_if_dense().is_some())
             {
-                let source = PointSource::new(PointBy::Area, part);
+                let source = part.points(PointBy::Area);
                 push(Source::Points(source), expected, 1);
                 continue;
             }
             let optimal = matches!(estimator.weights(), Weights::Optimal(_));
             let points = if optimal { 1 } else { lines.points };
-            let mut push_lines = |fraction, expected| {
-                let family = LineFamily::new(&lines, part, fraction);
-                push(Source::Lines(family, lines.pieces), expected, points);
+            let mut push_lines = |fraction, expected| match part.lines(&lines, fraction) {
+                Some(family) => push(Source::Lines(family, lines.pieces), expected, points),
+                None => push(
+                    Source::Points(part.points(PointBy::SolidAngle)),
+                    expected,
+                    1,
+                ),
             };
             let count = match lines.direction {
                 LineDirection::Fixed(fraction) => {
@@ -91,7 +94,7 @@ impl<'t> PreparedTechnique<'t> {
 }
 
 /// Gives whole numbers of samples with the expected means: systematic rounding of the running sum.
-pub(super) fn allot(techniques: &mut [PreparedTechnique<'_>], u: f64) {
+pub(super) fn allot<P, L>(techniques: &mut [PreparedTechnique<P, L>], u: f64) {
     let (mut sum, mut given) = (u, 0.0);
     for technique in techniques {
         sum += technique.expected / f64::from(technique.points);

@@ -3,7 +3,9 @@
 
 use super::prepared::{PreparedTechnique, Source};
 use super::{Combination, CombinationBuffers};
-use crate::techniques::lines::through;
+use crate::light::Shape;
+use crate::round::RoundView;
+use crate::techniques::lines::{DrawLines, through};
 use crate::techniques::points::LightPoint;
 use crate::{EmissionTexture, Smoothing, Weights};
 use linelit_bsdf::Reflection;
@@ -17,60 +19,112 @@ use std::f64::consts::FRAC_PI_2;
 /// one.
 const LEAST_GAP: f64 = 1e-9;
 
-/// What smoothing needs to know of the light.
-pub(super) struct Smooth {
-    kind: Smoothing,
-    width: f64,
-    light: ConvexPolygon,
+/// A light's surface as combinations know it: its borders, and where shadow rays end.
+pub(crate) trait Bordered: Shape + Copy {
+    /// Half the smaller extent.
+    fn half_width(&self) -> f64;
+
+    /// The factor for the borders: eq. 23 with all edges in place of u and v.
+    fn border(&self, point: DVec3, width: f64) -> f64;
+
+    /// The lines across those of a direction: through a point, each.
+    fn across(&self, direction: DVec3) -> impl Fn(DVec3) -> Segment;
+
+    /// Where a shadow ray towards a point ends.
+    fn target(&self, at: &LightPoint) -> DVec3 {
+        at.point
+    }
 }
 
-impl Smooth {
+impl Bordered for ConvexPolygon {
+    /// Along and across the first edge.
+    fn half_width(&self) -> f64 {
+        let frame = self.plane_frame();
+        let corners = self.vertices().iter().map(|v| frame.to_plane(*v));
+        let (low, high) = corners.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        0.5 * (high - low).min_element()
+    }
+
+    fn border(&self, point: DVec3, width: f64) -> f64 {
+        let vertices = self.vertices();
+        let next = vertices.iter().cycle().skip(1);
+        let factor = |(a, b): (&DVec3, &DVec3)| {
+            let inwards = self.normal().cross((*b - *a).normalize_or_zero());
+            smoothing::edge(inwards.dot(point - *a), width)
+        };
+        vertices.iter().zip(next).map(factor).product()
+    }
+
+    fn across(&self, direction: DVec3) -> impl Fn(DVec3) -> Segment {
+        let along = self.plane_frame().axes;
+        let angle = along.y.dot(direction).atan2(along.x.dot(direction)) + FRAC_PI_2;
+        let across = ParallelLines::new(self, angle);
+        move |point| through(&across, point)
+    }
+}
+
+impl Bordered for RoundView {
+    fn half_width(&self) -> f64 {
+        self.disk.radius
+    }
+
+    fn border(&self, point: DVec3, width: f64) -> f64 {
+        smoothing::edge(self.disk.radius - point.distance(self.disk.center), width)
+    }
+
+    fn across(&self, direction: DVec3) -> impl Fn(DVec3) -> Segment {
+        let (view, across) = (*self, self.disk.normal.cross(direction));
+        move |point| view.chord(point, across)
+    }
+
+    fn target(&self, at: &LightPoint) -> DVec3 {
+        self.lifted(at).point
+    }
+}
+
+/// What smoothing needs to know of the light.
+pub(super) struct Smooth<S> {
+    kind: Smoothing,
+    width: f64,
+    light: S,
+}
+
+impl<S: Bordered> Smooth<S> {
     /// `None` where weights are not smoothed.
-    pub(super) fn new(weights: Weights, light: &ConvexPolygon) -> Option<Self> {
+    pub(super) fn new(weights: Weights, light: &S) -> Option<Self> {
         let Weights::Smooth(kind) = weights else {
             return None;
         };
         Some(Self {
             kind,
-            width: 0.5 * smaller_side(light),
+            width: light.half_width(),
             light: *light,
         })
     }
 
-    /// The factor for the borders of the light: eq. 23 with all edges in place of u and v.
+    /// The factor for the borders of the light.
     pub(super) fn border(&self, point: DVec3) -> f64 {
-        let vertices = self.light.vertices();
-        let next = vertices.iter().cycle().skip(1);
-        let factor = |(a, b): (&DVec3, &DVec3)| {
-            let inwards = self.light.normal().cross((*b - *a).normalize_or_zero());
-            smoothing::edge(inwards.dot(point - *a), self.width)
-        };
-        vertices.iter().zip(next).map(factor).product()
+        self.light.border(point, self.width)
     }
 }
 
-/// The smaller extent of a polygon along and across its first edge.
-fn smaller_side(polygon: &ConvexPolygon) -> f64 {
-    let frame = polygon.plane_frame();
-    let corners = polygon.vertices().iter().map(|v| frame.to_plane(*v));
-    let (low, high) = corners.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
-    (high - low).min_element()
-}
-
-impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
+impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S> {
     /// Where all lines have one direction, smooths along the other, too: one more line through each
     /// sample.
-    pub(super) fn smooth_across(&mut self, buffers: &mut CombinationBuffers<'_>) {
+    pub(super) fn smooth_across<P, L: DrawLines<S>>(
+        &mut self,
+        buffers: &mut CombinationBuffers<P, L>,
+    ) {
         let CombinationBuffers {
             techniques,
             segments,
             samples,
             ..
         } = buffers;
-        let lines = |s: &PreparedTechnique<'_>| match &s.source {
-            Source::Lines(lines, _) => Some(lines.parallel().direction()),
+        let lines = |s: &PreparedTechnique<P, L>| match &s.source {
+            Source::Lines(lines, _) => Some(lines.direction()),
             Source::Points(_) => None,
         };
         let mut directions = techniques.iter().filter_map(lines);
@@ -79,11 +133,9 @@ impl<R: Reflection, T: EmissionTexture> Combination<'_, '_, R, T> {
         else {
             return;
         };
-        let along = smooth.light.plane_frame().axes;
-        let angle = along.y.dot(first).atan2(along.x.dot(first)) + FRAC_PI_2;
-        let across = ParallelLines::new(&smooth.light, angle);
+        let across = smooth.light.across(first);
         segments.clear();
-        segments.extend(samples.iter().map(|s| through(&across, s.at.point)));
+        segments.extend(samples.iter().map(|s| across(s.at.point)));
         self.visibility.visible(segments, &mut self.buffers.visible);
         self.buffers.plan.density_lines += segments.len() as u64;
         for (i, sample) in samples.iter_mut().enumerate() {

@@ -23,10 +23,10 @@ macro_rules! point_techniques {
             /// Uniform on the part of the area that faces the shading point: of a sphere the
             /// visible cap, of other lights all of it.
             VisibleArea: visible_area::VisibleArea,
-            /// Uniform in the light's solid angle. Disks as [`PointBy::Area`].
+            /// Uniform in the light's solid angle; of disks within 1 %.
             SolidAngle: solid_angle::SolidAngle,
             /// Uniform in the light's projected solid angle: no noise on diffuse surfaces that see
-            /// all of the light. Disks as [`PointBy::Area`].
+            /// all of the light; of disks within 2 %.
             ProjectedSolidAngle: projected::ProjectedSolidAngle,
             /// By linearly transformed cosines that look like the reflection, and seldom uniform in
             /// the solid angle. Spheres and disks as [`PointBy::SolidAngle`].

@@ -3,4 +3,5 @@
 mod agreement;
 mod linear_lights;
 mod penumbrae;
+mod round;
 mod text;

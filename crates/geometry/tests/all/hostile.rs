@@ -144,7 +144,7 @@ proptest! {
         prop_assert!(area >= 0.0 || area.is_nan());
         let n = triangle.normal();
         prop_assert!(n == DVec3::ZERO || (n.length() - 1.0).abs() <= 4.0 * f64::EPSILON, "{n}");
-        let _ = (triangle.area_vector(), triangle.at(s, u), triangle.centroid());
+        let _ = (triangle.area_vector(), triangle.at(s, u), triangle.centroid(), triangle.nearest(vector(v[0]) + DVec3::ONE));
     }
 
     #[test]

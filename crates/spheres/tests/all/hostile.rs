@@ -2,9 +2,11 @@
 //! not negative, numbers given back lie in [0, 1), and what is drawn with a positive density lies
 //! on the light.
 
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_lights::{Disk, Measure, Pdf, PointSample, PointTechnique, Sphere};
-use linelit_spheres::{DiskArea, DiskCone, SphereCap, SphereCone, SphereProjected};
+use linelit_spheres::{
+    ChordMeasure, DiskArea, DiskChords, DiskCone, SphereCap, SphereCone, SphereProjected,
+};
 use linelit_testkit::public;
 use linelit_testkit::strategies::{hostile, hostile_direction, hostile_unit, hostile_vectors};
 use proptest::prelude::*;
@@ -118,6 +120,36 @@ proptest! {
                 let inside = point.is_finite() && linelit_geometry::predicates::length(off) <= radius.abs() + slack && off.dot(disk.normal).abs() <= slack;
                 prop_assert!(inside || !drawn, "{point} {disk:?} from {x}");
             }
+        }
+    }
+
+    #[test]
+    fn chords(
+        places in hostile_vectors::<3>(), radius in hostile(), n in hostile_direction(), horizons in [hostile_direction(), hostile_direction()],
+        angle in hostile(), offset in hostile(), u in [hostile_unit(), hostile_unit()], ends in [hostile_unit(), hostile_unit()],
+    ) {
+        let [center, x, q] = places.map(v);
+        let disk = Disk { center, normal: v(n), radius };
+        let irradiance = DiskCone::new(&disk, x).vector_irradiance().length();
+        // Of a normal as the disk's own domain wants it, half a sphere's at most.
+        if (disk.normal.length() - 1.0).abs() <= 4.0 * f64::EPSILON {
+            prop_assert!(irradiance <= 0.5 * TAU + 1e-9, "{irradiance}");
+        }
+        let visible = [Interval::new(ends[0], ends[1])];
+        for measure in [ChordMeasure::Uniform, ChordMeasure::Length, ChordMeasure::SolidAngle, ChordMeasure::Projected] {
+            let chords = DiskChords::new(&disk, angle, x, &horizons.map(v), measure);
+            let chord = chords.sample(u[0]);
+            density(chord.pdf)?;
+            density(chords.offset_pdf(offset))?;
+            density(chords.point(&chord, &visible, u[1]).pdf)?;
+            density(chords.joint_pdf(q, &visible))?;
+            let _ = (chords.direction(), chords.through(q));
+            let s = PointTechnique::sample(&chords, u);
+            density(s.pdf)?;
+            density(PointTechnique::pdf(&chords, q))?;
+            numbers(chords.invert(q))?;
+            numbers(chords.invert(s.point))?;
+            numbers(chords.invert_offset(offset).map(|u| [u, 0.0]))?;
         }
     }
 

@@ -1,4 +1,5 @@
 //! Spheres and disks: laws, and hostile input.
 
+mod chords;
 mod hostile;
 mod laws;

@@ -1,8 +1,8 @@
 //! Techniques of lines: what each draws from on a polygon.
 //!
-//! On lights that are no polygon all of them do the same: a linear light is one line, taken in
-//! closed form or by quadrature, and by points where nothing is known of the reflection; spheres
-//! and disks get points by solid angle.
+//! A round light is seen as a disk, on which lines are chords. A linear light is one line whatever
+//! the technique, taken in closed form or by quadrature, and by points where nothing is known of
+//! the reflection.
 
 pub(crate) mod area;
 pub(crate) mod projected;
@@ -16,6 +16,7 @@ use crate::text::{Options, Result};
 use crate::{EmissionTexture, Integration, LineBy, MOST_TECHNIQUES};
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_lights::{LineSample, LineTechnique, OffsetDensity};
+use linelit_spheres::ChordMeasure;
 use std::f64::consts::PI;
 
 /// Lines on area lights, and what is done with their visible parts.
@@ -212,6 +213,14 @@ pub(crate) trait LineMeasure: Copy + Default {
         setup: LineSetup,
     ) -> Option<Self::OnPolygon<'t>>;
 
+    /// The measure of chords on the disk as which a round light is seen; area unless said.
+    fn on_disk(self, offset: OffsetDensity) -> ChordMeasure {
+        match offset {
+            OffsetDensity::Uniform => ChordMeasure::Uniform,
+            OffsetDensity::Length => ChordMeasure::Length,
+        }
+    }
+
     /// The direction, in half turns from the light's first edge, of line technique `k` of a spread
     /// of `count` whose first was drawn as `first`, in [0, 1).
     fn spread(self, first: f64, k: u8, count: u8) -> f64 {
@@ -235,6 +244,11 @@ pub(crate) struct LineSetup {
 }
 
 impl LineBy {
+    /// The measure of chords on the disk as which a round light is seen.
+    pub(crate) fn on_disk(self, offset: OffsetDensity) -> ChordMeasure {
+        line_techniques! { dispatch [self, technique => technique.on_disk(offset)] }
+    }
+
     /// The direction, in half turns from the light's first edge, of one line technique of a spread.
     pub(crate) fn spread(self, first: f64, k: u8, count: u8) -> f64 {
         line_techniques! { dispatch [self, technique => technique.spread(first, k, count)] }
@@ -272,16 +286,46 @@ impl<'t> LineFamily<'t> {
         family.unwrap_or_else(|| Self::Area(area::lines(part.polygon, setup)))
     }
 
-    pub(crate) fn parallel(&self) -> &ParallelLines {
+    fn parallel(&self) -> &ParallelLines {
         of!(self, lines => lines.lines())
     }
+}
 
-    pub(crate) fn sample(&self, u: f64) -> LineSample {
+/// What draws lines of one direction on a surface, and points on them, ready for a shading point.
+pub(crate) trait DrawLines<S> {
+    /// The unit direction of the lines.
+    fn direction(&self) -> DVec3;
+
+    /// A line from one random number.
+    fn sample(&self, u: f64) -> LineSample;
+
+    /// A point of the visible parts of a line, and its density per solid angle: the joint one.
+    fn point(
+        &self,
+        line: &LineSample,
+        visible: &[Interval],
+        u: f64,
+        x: DVec3,
+        light: &S,
+    ) -> (LightPoint, f64);
+
+    /// The line through a point of the light.
+    fn through(&self, point: DVec3) -> Segment;
+
+    /// The joint density per solid angle at a point whose line has these visible parts.
+    fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64;
+}
+
+impl DrawLines<ConvexPolygon> for LineFamily<'_> {
+    fn direction(&self) -> DVec3 {
+        self.parallel().direction()
+    }
+
+    fn sample(&self, u: f64) -> LineSample {
         of!(self, lines => lines.sample(u))
     }
 
-    /// A point of the visible parts of a line, and its density per solid angle: the joint one.
-    pub(crate) fn point(
+    fn point(
         &self,
         line: &LineSample,
         visible: &[Interval],
@@ -296,13 +340,11 @@ impl<'t> LineFamily<'t> {
         })
     }
 
-    /// The line through a point of the light.
-    pub(crate) fn through(&self, point: DVec3) -> Segment {
+    fn through(&self, point: DVec3) -> Segment {
         through(self.parallel(), point)
     }
 
-    /// The joint density per solid angle at a point whose line has these visible parts.
-    pub(crate) fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64 {
+    fn density(&self, at: &LightPoint, visible: &[Interval]) -> f64 {
         of!(self, lines => at.density(lines.joint_pdf(at.point, visible)))
     }
 }

@@ -3,7 +3,8 @@
 use super::{LineMeasure, LineSetup};
 use crate::EmissionTexture;
 use crate::techniques::points::Polygon;
-use linelit_lights::AngularLines;
+use linelit_lights::{AngularLines, OffsetDensity};
+use linelit_spheres::ChordMeasure;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Projected;
@@ -21,5 +22,9 @@ impl LineMeasure for Projected {
         let (x, n) = (part.position, part.normal);
         let lines = AngularLines::by_projected_solid_angle(part.polygon, setup.angle, x, n);
         Some(lines)
+    }
+
+    fn on_disk(self, _: OffsetDensity) -> ChordMeasure {
+        ChordMeasure::Projected
     }
 }

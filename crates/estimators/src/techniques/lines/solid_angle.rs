@@ -3,7 +3,8 @@
 use super::{LineMeasure, LineSetup};
 use crate::EmissionTexture;
 use crate::techniques::points::Polygon;
-use linelit_lights::AngularLines;
+use linelit_lights::{AngularLines, OffsetDensity};
+use linelit_spheres::ChordMeasure;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SolidAngle;
@@ -20,5 +21,9 @@ impl LineMeasure for SolidAngle {
     ) -> Option<AngularLines> {
         let lines = AngularLines::by_solid_angle(part.polygon, setup.angle, part.position);
         Some(lines)
+    }
+
+    fn on_disk(self, _: OffsetDensity) -> ChordMeasure {
+        ChordMeasure::SolidAngle
     }
 }

@@ -1,11 +1,12 @@
 //! `point-area`: points uniform on the area.
 
-use super::{DrawPoints, PointDensity, Polygon};
-use crate::light::Shape;
+use super::round::RoundPoints;
+use super::{PointDensity, Polygon};
 use crate::{EmissionTexture, LinearOptions};
 use linelit_geometry::DVec3;
 use linelit_lights::linear::LinearTechnique;
 use linelit_lights::{AreaSampler, Disk, Sphere};
+use linelit_spheres::{DiskArea, SphereCap};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Area;
@@ -20,12 +21,12 @@ impl PointDensity for Area {
         Some(AreaSampler::new(light.polygon))
     }
 
-    fn on_sphere(self, sphere: &Sphere, _: DVec3, _: DVec3) -> Option<impl DrawPoints<Sphere>> {
-        Some(sphere.by_area())
+    fn on_sphere(self, sphere: &Sphere, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+        Some(SphereCap::whole(sphere).into())
     }
 
-    fn on_disk(self, disk: &Disk, _: DVec3, _: DVec3) -> Option<impl DrawPoints<Disk>> {
-        Some(disk.by_area())
+    fn on_disk(self, disk: &Disk, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+        Some(DiskArea::new(disk).into())
     }
 
     fn on_linear(self) -> LinearOptions {

@@ -1,5 +1,6 @@
 //! `point-bsdf`: directions drawn from the reflection.
 
+use super::round::RoundPoints;
 use super::{DrawPoints, Drawn, LightPoint, PointDensity, Polygon};
 use crate::light::Shape;
 use crate::{EmissionTexture, ShadingPoint};
@@ -19,12 +20,12 @@ impl PointDensity for Bsdf {
         Some(Directions)
     }
 
-    fn on_sphere(self, _: &Sphere, _: DVec3, _: DVec3) -> Option<impl DrawPoints<Sphere>> {
-        Some(Directions)
+    fn on_sphere(self, _: &Sphere, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+        Some(Directions.into())
     }
 
-    fn on_disk(self, _: &Disk, _: DVec3, _: DVec3) -> Option<impl DrawPoints<Disk>> {
-        Some(Directions)
+    fn on_disk(self, _: &Disk, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+        Some(Directions.into())
     }
 }
 

@@ -5,6 +5,7 @@ pub(crate) mod bsdf;
 pub(crate) mod linear;
 pub(crate) mod ltc;
 pub(crate) mod projected;
+pub(crate) mod round;
 pub(crate) mod solid_angle;
 pub(crate) mod texture;
 pub(crate) mod visible_area;
@@ -16,7 +17,8 @@ use crate::{EmissionTexture, LinearOptions, PointBy, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaSampler, Disk, Pdf, PointTechnique, Sphere, SurfaceMeasure};
-use linelit_spheres::SphereCone;
+use linelit_spheres::{DiskCone, SphereCone};
+use round::RoundPoints;
 
 /// Points, and how their visibility is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,15 +101,15 @@ pub(crate) trait PointDensity: Copy + Default {
     ) -> Option<Self::OnPolygon<'t>>;
 
     /// On a sphere, for a shading point and its normal; as [`PointBy::SolidAngle`] unless said.
-    fn on_sphere(self, sphere: &Sphere, x: DVec3, n: DVec3) -> Option<impl DrawPoints<Sphere>> {
+    fn on_sphere(self, sphere: &Sphere, x: DVec3, n: DVec3) -> Option<RoundPoints> {
         let _ = n;
-        Some(SphereCone::new(sphere, x))
+        Some(SphereCone::new(sphere, x).into())
     }
 
-    /// On a disk, for a shading point and its normal; as [`PointBy::Area`] unless said.
-    fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<impl DrawPoints<Disk>> {
-        let _ = (x, n);
-        Some(disk.by_area())
+    /// On a disk, for a shading point and its normal; as [`PointBy::SolidAngle`] unless said.
+    fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
+        let _ = n;
+        Some(DiskCone::new(disk, x).into())
     }
 
     /// Which technique of linear lights it stands for; their projected solid angle unless said.
@@ -222,8 +224,10 @@ impl<'t> PointSource<'t> {
         };
         source.unwrap_or_else(|| Self::Area(AreaSampler::new(light.polygon)))
     }
+}
 
-    pub(crate) fn draw<R: Reflection>(
+impl DrawPoints<ConvexPolygon> for PointSource<'_> {
+    fn draw<R: Reflection>(
         &self,
         u: [f64; 2],
         polygon: &ConvexPolygon,
@@ -234,7 +238,7 @@ impl<'t> PointSource<'t> {
         }
     }
 
-    pub(crate) fn density<R: Reflection>(&self, at: &LightPoint, point: &ShadingPoint<R>) -> f64 {
+    fn density<R: Reflection>(&self, at: &LightPoint, point: &ShadingPoint<R>) -> f64 {
         point_techniques! { with_source
             [self, PointSource, source => DrawPoints::<ConvexPolygon>::density(source, at, point)]
         }

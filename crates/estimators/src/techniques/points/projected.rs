@@ -1,10 +1,11 @@
 //! `point-projected-solid-angle`: points uniform in the projected solid angle.
 
-use super::{DrawPoints, PointDensity, Polygon};
+use super::round::RoundPoints;
+use super::{PointDensity, Polygon};
 use crate::EmissionTexture;
 use linelit_geometry::DVec3;
-use linelit_lights::{AngularLines, PointsOnLines, Sphere};
-use linelit_spheres::SphereProjected;
+use linelit_lights::{AngularLines, Disk, PointsOnLines, Sphere};
+use linelit_spheres::{ChordMeasure, DiskChords, SphereProjected};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ProjectedSolidAngle;
@@ -23,7 +24,11 @@ impl PointDensity for ProjectedSolidAngle {
         Some(PointsOnLines(lines))
     }
 
-    fn on_sphere(self, sphere: &Sphere, x: DVec3, n: DVec3) -> Option<impl DrawPoints<Sphere>> {
-        SphereProjected::new(sphere, x, n)
+    fn on_sphere(self, sphere: &Sphere, x: DVec3, n: DVec3) -> Option<RoundPoints> {
+        SphereProjected::new(sphere, x, n).map(RoundPoints::from)
+    }
+
+    fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
+        Some(DiskChords::new(disk, 0.0, x, &[n], ChordMeasure::Projected).into())
     }
 }

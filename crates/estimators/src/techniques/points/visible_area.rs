@@ -1,10 +1,11 @@
 //! `point-visible-area`: points uniform on the part that faces the shading point.
 
 use super::area::Area;
-use super::{DrawPoints, PointDensity, Polygon};
+use super::round::RoundPoints;
+use super::{PointDensity, Polygon};
 use crate::{EmissionTexture, LinearOptions};
 use linelit_geometry::DVec3;
-use linelit_lights::{AreaSampler, Sphere};
+use linelit_lights::{AreaSampler, Disk, Sphere};
 use linelit_spheres::SphereCap;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,8 +20,12 @@ impl PointDensity for VisibleArea {
         Area.on_polygon(light)
     }
 
-    fn on_sphere(self, sphere: &Sphere, x: DVec3, _: DVec3) -> Option<impl DrawPoints<Sphere>> {
-        Some(SphereCap::visible(sphere, x))
+    fn on_sphere(self, sphere: &Sphere, x: DVec3, _: DVec3) -> Option<RoundPoints> {
+        Some(SphereCap::visible(sphere, x).into())
+    }
+
+    fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
+        Area.on_disk(disk, x, n)
     }
 
     fn on_linear(self) -> LinearOptions {

@@ -1,0 +1,189 @@
+//! Combinations, and lines of any kind, on spheres and disks.
+
+use super::domain::RoundPart;
+use super::smooth::Smooth;
+use super::visibility::Visibility;
+use super::{Combination, sum};
+use crate::closed_form::whole_round;
+use crate::light::Shape;
+use crate::round::{CORNERS, RoundView};
+use crate::{
+    Buffers, EmissionTexture, LineDirection, Lines, Queries, Query, SampleBuffers, Stream,
+};
+use linelit_bsdf::{ClosedForm, Reflection};
+use linelit_geometry::DVec3;
+use linelit_lights::{Emission, Light};
+use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
+
+/// Any estimator but points with rays, on a sphere or a disk: as [`combined`](super::combined), on
+/// the disk that is seen. Integrals over what lines find visible are the closed form along chords.
+pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    let (occluders, point) = (query.occluders, query.point);
+    let Some(view) = RoundView::new(query.light.light, point.position) else {
+        return DVec3::ZERO;
+    };
+    let emission = emission(query.light.light, &view);
+    if emission.0 == DVec3::ZERO {
+        return DVec3::ZERO;
+    }
+    let Buffers { scratch, samples } = buffers;
+    let corners = view.corners(&view.disk);
+    let mut shaft = occluders.shaft(towards(query, &corners), scratch);
+    let class = shaft.class();
+    let part = RoundPart {
+        view,
+        horizons: [point.normal, point.geometric_normal],
+        by_lines: view.is_told_by(&shaft),
+    };
+    samples.plan.unoccluded += u64::from(class == ShaftClass::Empty);
+    let told = part.by_lines;
+    if told
+        && class != ShaftClass::Blocked
+        && let Some(value) = closed(query, &part, emission, &mut shaft, samples)
+    {
+        return value;
+    }
+    let visibility = if told && query.queries == Queries::OneShaft {
+        Visibility::OneShaft(shaft)
+    } else {
+        let hides = |disk| {
+            let corners = view.corners(&disk);
+            let before = occluders.shaft(towards(query, &corners), scratch);
+            before.class() == ShaftClass::Blocked
+        };
+        if class == ShaftClass::Blocked && (told || view.before().is_some_and(hides)) {
+            samples.plan.hidden += 1;
+            return DVec3::ZERO;
+        }
+        samples.plan.spheres_by_rays += u64::from(!told);
+        Visibility::SeparateRays {
+            occluders,
+            scratch,
+            point: point.position,
+            own: query.light.triangles.clone(),
+        }
+    };
+    weighted(query, &part, visibility, samples)
+}
+
+/// All techniques, weighted.
+fn weighted<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    part: &RoundPart,
+    visibility: Visibility<'_>,
+    samples: &mut SampleBuffers,
+) -> DVec3 {
+    if visibility.class() == ShaftClass::Blocked {
+        samples.plan.hidden += 1;
+        return DVec3::ZERO;
+    }
+    let mut own = std::mem::take(&mut samples.round);
+    let mut combination = Combination {
+        query,
+        light: &part.view,
+        visibility,
+        smoothing: Smooth::new(query.estimator.weights(), &part.view),
+        buffers: samples,
+    };
+    combination.gather(part, &mut own);
+    let sum = sum(query.estimator, &own);
+    samples.round = own.emptied();
+    sum
+}
+
+/// The light in closed form, of all of the light or along chords, if the estimator takes it and the
+/// reflection has one.
+fn closed<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    part: &RoundPart,
+    emission: (DVec3, f64),
+    shaft: &mut Shaft<'_>,
+    samples: &mut SampleBuffers,
+) -> Option<DVec3> {
+    let (lines, _, count) = query.estimator.closed(query.samples)?;
+    let reflection = query.light.closed_form(query.point)?;
+    if query.skip
+        && shaft.class() == ShaftClass::Empty
+        && let Some(value) = whole_round(&part.view, emission.0, query.point, &reflection)
+    {
+        samples.plan.closed_form += 1;
+        return Some(value);
+    }
+    let query = query.with_samples(count);
+    let sum = along_chords(
+        &query,
+        part,
+        &lines,
+        (emission, &reflection),
+        shaft,
+        samples,
+    );
+    Some(sum)
+}
+
+/// What is asked about the polygon around a disk.
+fn towards<'b, R, T>(query: &Query<'_, R, T>, corners: &'b [DVec3; CORNERS]) -> ShaftQuery<'b> {
+    ShaftQuery {
+        point: query.point.position,
+        light: corners.into(),
+        exclude: query.light.triangles.clone(),
+    }
+}
+
+/// What a round light sends to the shading point, and the height of that over the disk's plane.
+fn emission(light: &Light, view: &RoundView) -> (DVec3, f64) {
+    let height = view.normal(view.x).dot(view.x - view.disk.center);
+    let emission = match light {
+        Light::Sphere(light) => Emission::one_sided(light.radiance),
+        Light::Disk(light) => light.emission,
+        Light::Area(light) => light.emission,
+        Light::Linear(_) => Emission::one_sided(DVec3::ZERO),
+    };
+    (emission.towards(height), height)
+}
+
+/// The mean over chords, the closed form along what is visible of each.
+fn along_chords<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    part: &RoundPart,
+    lines: &Lines,
+    (emission, reflection): ((DVec3, f64), &ClosedForm<'_>),
+    shaft: &mut Shaft<'_>,
+    buffers: &mut SampleBuffers,
+) -> DVec3 {
+    let angles = query.numbers.independent(Stream::Orientation, 1);
+    let chords = part.chords(
+        lines,
+        match lines.direction {
+            LineDirection::Fixed(fraction) => fraction,
+            LineDirection::Parallel | LineDirection::Spread(_) | LineDirection::UniformPerLine => {
+                angles.get_1d(0)
+            }
+        },
+    );
+    let numbers = query.numbers();
+    let mut own = std::mem::take(&mut buffers.round);
+    own.drawn.clear();
+    let drawn = (0..query.samples).map(|i| chords.sample(numbers.get_1d(i)));
+    own.drawn
+        .extend(drawn.filter(|line| line.pdf.is_positive()));
+    own.segments.clear();
+    own.segments
+        .extend(own.drawn.iter().map(|line| line.segment));
+    shaft.visible(&own.segments, &mut buffers.visible);
+    let pieces = &mut buffers.draws.pieces;
+    pieces.clear();
+    for (i, line) in own.drawn.iter().enumerate() {
+        let parts = buffers.visible.line(i);
+        buffers.segments.lines += 1;
+        buffers.segments.pieces += parts.len() as u64;
+        buffers.plan.hidden_lines += u64::from(parts.is_empty());
+        pieces.add(query.point, &line.segment, parts, 1.0 / line.pdf.value());
+    }
+    let sum = pieces.light(emission, query.point, reflection);
+    buffers.round = own;
+    sum / f64::from(query.samples)
+}

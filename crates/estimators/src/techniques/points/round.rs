@@ -1,0 +1,57 @@
+//! What draws points of spheres and disks.
+
+use super::bsdf::Directions;
+use super::{DrawPoints, Drawn, LightPoint};
+use crate::ShadingPoint;
+use crate::light::Shape;
+use linelit_bsdf::Reflection;
+use linelit_spheres::{DiskArea, DiskChords, DiskCone, SphereCap, SphereCone, SphereProjected};
+
+/// The enumeration of what draws points of round lights.
+macro_rules! sources {
+    ($($variant:ident: $type:ty,)+) => {
+        /// What draws points of a sphere or a disk, ready for a shading point.
+        #[derive(Clone, Copy, Debug)]
+        #[allow(clippy::large_enum_variant, reason = "a few of them live in a buffer or on the stack")]
+        pub(crate) enum RoundPoints {
+            $($variant($type),)+
+        }
+
+        $(impl From<$type> for RoundPoints {
+            fn from(source: $type) -> Self {
+                Self::$variant(source)
+            }
+        })+
+
+        impl<S: Shape> DrawPoints<S> for RoundPoints {
+            #[inline]
+            fn draw<R: Reflection>(
+                &self,
+                u: [f64; 2],
+                surface: &S,
+                point: &ShadingPoint<R>,
+            ) -> Drawn {
+                match self {
+                    $(Self::$variant(source) => source.draw(u, surface, point),)+
+                }
+            }
+
+            #[inline]
+            fn density<R: Reflection>(&self, at: &LightPoint, point: &ShadingPoint<R>) -> f64 {
+                match self {
+                    $(Self::$variant(source) => DrawPoints::<S>::density(source, at, point),)+
+                }
+            }
+        }
+    };
+}
+
+sources! {
+    Cap: SphereCap,
+    Cone: SphereCone,
+    Projected: SphereProjected,
+    DiskArea: DiskArea,
+    DiskCone: DiskCone,
+    Chords: DiskChords,
+    Directions: Directions,
+}

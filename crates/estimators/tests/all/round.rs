@@ -1,0 +1,267 @@
+//! Spheres and disks: closed forms, and what reaches into a sphere.
+
+use linelit_bsdf::{Bsdf, Lambert, Phong, Reflection};
+use linelit_estimators::estimate;
+use linelit_estimators::{Buffers, LightSource, NoTexture, Query, RandomNumbers, ShadingPoint};
+use linelit_geometry::DVec3;
+use linelit_lights::{Disk, DiskLight, Emission, Light, Sphere, SphereLight};
+use linelit_samplers::SamplerKind;
+use linelit_testkit::chi2::sidak;
+use linelit_testkit::ztest::{Welford, critical_z, z_score_two};
+use linelit_visibility::Occluders;
+
+fn matte() -> Lambert {
+    Lambert {
+        albedo: DVec3::splat(0.5),
+    }
+}
+
+fn glossy() -> Bsdf {
+    let specular = DVec3::splat(0.4);
+    Bsdf::Phong(
+        matte(),
+        Phong {
+            specular,
+            exponent: 12.0,
+        },
+    )
+}
+
+fn sphere(center: [f64; 3], radius: f64) -> Light {
+    let center = center.into();
+    Light::Sphere(SphereLight {
+        sphere: Sphere { center, radius },
+        radiance: DVec3::ONE,
+    })
+}
+
+fn disk(center: [f64; 3], normal: [f64; 3], radius: f64) -> Light {
+    let (center, normal) = (center.into(), DVec3::from(normal).normalize());
+    Light::Disk(DiskLight {
+        disk: Disk {
+            center,
+            normal,
+            radius,
+        },
+        emission: Emission::one_sided(DVec3::ONE),
+    })
+}
+
+/// Estimates of many seeds with what was counted.
+fn estimates<R: Reflection>(
+    occluders: &Occluders,
+    light: &Light,
+    point: &ShadingPoint<R>,
+    text: &str,
+    samples: u32,
+    seeds: std::ops::Range<u64>,
+) -> (Welford, Buffers) {
+    let source = LightSource::<NoTexture>::new(light);
+    let (estimator, mut buffers) = (text.parse().expect("an estimator"), Buffers::default());
+    let one = |seed| {
+        let numbers = RandomNumbers::new(SamplerKind::Stratified, seed, [0, 0], 0);
+        let query = Query::new(occluders, &source, point, &estimator, numbers, samples);
+        estimate(&query, &mut buffers).element_sum()
+    };
+    (seeds.map(one).collect(), buffers)
+}
+
+fn nothing() -> Occluders {
+    Occluders::build(&[], &[])
+}
+
+/// A diffuse surface that sees all of a round light: no samples, and the mean of points.
+#[test]
+fn whole_round_lights_are_in_closed_form() {
+    let view = DVec3::new(0.0, 0.6, 0.8);
+    let lights = [
+        (sphere([0.3, 0.4, 1.5], 0.5), DVec3::Z),
+        (sphere([1.2, 0.4, 0.2], 0.5), DVec3::Z),
+        (sphere([1.2, 0.4, -0.1], 0.5), DVec3::Z),
+        (disk([0.3, 0.4, 1.5], [0.3, 0.1, -1.0], 0.5), DVec3::Z),
+        (
+            disk([1.0, 0.4, 0.7], [-1.0, 0.1, -0.2], 0.4),
+            DVec3::new(0.1, 0.0, 1.0).normalize(),
+        ),
+    ];
+    let bound = critical_z(sidak(1e-4, lights.len()));
+    for (light, normal) in &lights {
+        let point = ShadingPoint::new(DVec3::ZERO, *normal, view, Bsdf::Lambert(matte()));
+        let (closed, buffers) = estimates(&nothing(), light, &point, "line-analytic", 4, 0..8);
+        assert_eq!(buffers.samples.plan.closed_form, 8, "{light:?}");
+        assert!(
+            closed.variance() == 0.0 && closed.mean() > 0.001,
+            "{light:?}"
+        );
+        let (points, _) = estimates(&nothing(), light, &point, "point-area", 1024, 0..128);
+        let z = z_score_two(&points, &closed);
+        assert!(z.abs() < bound, "{light:?}: {z}, {closed:?} for {points:?}");
+    }
+}
+
+/// Lambert's formula for a disk overhead, and Nusselt's for a sphere.
+#[test]
+fn closed_forms_are_those_of_the_books() {
+    let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, DVec3::Z, Bsdf::Lambert(matte()));
+    let of = |light| {
+        estimates(&nothing(), &light, &point, "exact", 1, 0..1)
+            .0
+            .mean()
+    };
+    // 3 channels of ρ/π × π r²/(h² + r²), and of ρ/π × π r²/d².
+    let (above, ball) = (
+        of(disk([0.0, 0.0, 2.0], [0.0, 0.0, -1.0], 1.0)),
+        of(sphere([0.0, 0.0, 2.0], 1.0)),
+    );
+    assert!((above - 1.5 / 5.0).abs() < 1e-14, "{above}");
+    assert!((ball - 1.5 / 4.0).abs() < 1e-14, "{ball}");
+}
+
+/// A rectangle across z.
+fn rectangle(x: [f32; 2], y: [f32; 2], z: f32, from: u32) -> ([[f32; 3]; 4], [[u32; 3]; 2]) {
+    let corners = [
+        [x[0], y[0], z],
+        [x[1], y[0], z],
+        [x[1], y[1], z],
+        [x[0], y[1], z],
+    ];
+    (
+        corners,
+        [[from, from + 1, from + 2], [from, from + 2, from + 3]],
+    )
+}
+
+fn rectangles(all: &[Rectangle]) -> Occluders {
+    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+    for (x, y, z) in all {
+        let (c, t) = rectangle(*x, *y, *z, u32::try_from(corners.len()).expect("few"));
+        corners.extend(c);
+        triangles.extend(t);
+    }
+    Occluders::build(&corners, &triangles)
+}
+
+type Rectangle = ([f32; 2], [f32; 2], f32);
+
+const WIDE: [f32; 2] = [-3.0, 3.0];
+
+/// What stands before or in a sphere 1.5 above, of radius 0.5, and whether lines can be asked: its
+/// outline is at 1.333, its nearest point at 1.
+const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
+    ("before it", &[([0.1, 3.0], WIDE, 0.75)], true),
+    (
+        "inside, before the outline",
+        &[([-0.2, 0.2], [-0.2, 0.2], 1.2)],
+        false,
+    ),
+    (
+        "inside, all of the outline's cone",
+        &[([-0.34, 0.34], [-0.34, 0.34], 1.15)],
+        false,
+    ),
+    (
+        "cuts in before the outline",
+        &[([-3.0, 0.05], WIDE, 1.25)],
+        false,
+    ),
+    ("a plane through it", &[(WIDE, WIDE, 1.2)], false),
+    ("hides it at its nearest point", &[(WIDE, WIDE, 0.9)], true),
+    (
+        "inside, and one before it",
+        &[([-0.2, 0.2], [-0.2, 0.2], 1.25), ([0.05, 3.0], WIDE, 0.5)],
+        false,
+    ),
+];
+
+const TEXTS: [&str; 13] = [
+    "line-area",
+    "line-solid-angle",
+    "line-projected",
+    "line-warped",
+    "line-analytic",
+    "exact",
+    "hybrid",
+    "point-solid-angle[visibility=shaft]",
+    "point-solid-angle+point-bsdf",
+    "line-solid-angle+point-bsdf",
+    "line-area[orientation=spread:2]+point-bsdf[mis=smooth]",
+    "line-area+point-area[mis=unoccluded]",
+    "line-area+point-projected-solid-angle[mis=optimal]",
+];
+
+/// Whatever is inside a sphere or cuts into it, every estimator gives the light of points by area
+/// with a ray to each.
+#[test]
+fn what_reaches_into_a_sphere_hides_as_rays_say() {
+    let light = sphere([0.0, 0.0, 1.5], 0.5);
+    let bound = critical_z(sidak(1e-4, INTRUDERS.len() * TEXTS.len() * 2));
+    for (name, occluders, by_lines) in INTRUDERS {
+        let occluders = rectangles(occluders);
+        for bsdf in [Bsdf::Lambert(matte()), glossy()] {
+            let x = DVec3::new(0.05, 0.1, 0.0);
+            let point = ShadingPoint::new(x, DVec3::Z, DVec3::new(-0.6, 0.0, 0.8), bsdf);
+            let (want, _) = estimates(&occluders, &light, &point, "point-area", 1024, 1000..1128);
+            for text in TEXTS {
+                let (got, buffers) = estimates(&occluders, &light, &point, text, 32, 0..128);
+                let plan = &buffers.samples.plan;
+                assert_eq!(
+                    plan.spheres_by_rays == 0,
+                    by_lines,
+                    "{name}, {text}: {plan}"
+                );
+                if want.mean() == 0.0 {
+                    assert!(got.mean() == 0.0, "{name}, {text}: {got:?}");
+                    continue;
+                }
+                let z = z_score_two(&got, &want);
+                assert!(
+                    z.abs() < bound,
+                    "{name}, {text}: z {z}, {got:?} for {want:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Where the horizon cuts round lights, from inside a sphere, and behind a disk.
+#[test]
+fn horizons_cut_round_lights() {
+    let view = DVec3::new(-0.6, 0.0, 0.8);
+    let tilted = DVec3::new(0.5, 0.0, 0.8).normalize();
+    let texts = [
+        "line-area",
+        "line-area[offset=uniform]",
+        "line-solid-angle",
+        "line-projected",
+        "line-analytic",
+        "line-projected+point-bsdf",
+    ];
+    let lights = [
+        sphere([0.8, 0.1, 0.1], 0.6),
+        disk([0.8, 0.1, 0.1], [-1.0, 0.2, 0.3], 0.6),
+    ];
+    let bound = critical_z(sidak(1e-4, texts.len() * lights.len()));
+    for light in &lights {
+        let mut point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, view, glossy());
+        point.normal = tilted;
+        let (want, _) = estimates(&nothing(), light, &point, "point-area", 1024, 1000..1256);
+        for text in texts {
+            let (got, _) = estimates(&nothing(), light, &point, text, 32, 0..256);
+            let z = z_score_two(&got, &want);
+            assert!(
+                z.abs() < bound,
+                "{text}: z {z}, {got:?} for {want:?} of {light:?}"
+            );
+        }
+    }
+    let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, view, glossy());
+    for light in [
+        sphere([0.0, 0.0, 0.2], 0.5),
+        disk([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 0.5),
+    ] {
+        for text in texts {
+            let (got, _) = estimates(&nothing(), &light, &point, text, 4, 0..4);
+            assert!(got.mean() == 0.0, "{text}: {got:?} of {light:?}");
+        }
+    }
+}
