@@ -47,9 +47,9 @@ const LINES_FOR_A_WIDE_LOBE: f64 = 80.0;
 /// A light is wide for a lobe from this many times its width, 1/√(k + 1), on.
 const WIDE_FOR_LOBES: f64 = 3.0;
 
-/// What a shaft may hold on average where the closed form of transformed cosines, with points for
-/// what they leave out, beats lines and rays however few samples there are.
-const CANDIDATES_OF_FITS: f64 = 64.0;
+/// What a shaft may hold on average, for each line, where the closed form of transformed cosines
+/// with points for what they leave out reaches an error before lines and rays do.
+const CANDIDATES_OF_FITS: f64 = 24.0;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cheapest;
@@ -76,7 +76,7 @@ impl Integral for Cheapest {
             return through_shaft(&query, area, buffers, |_| points);
         }
         if !occlusion.dense
-            && occlusion.candidates < CANDIDATES_OF_FITS
+            && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines)
             && looks_like_cosines(query)
         {
             return through_shaft(query, area, buffers, |shaft| {
