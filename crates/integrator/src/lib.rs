@@ -41,6 +41,7 @@ mod probe;
 mod renderer;
 mod selection;
 mod settings;
+mod unshadowed;
 mod workspace;
 
 pub use linelit_estimators::{

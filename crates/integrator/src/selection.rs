@@ -1,16 +1,13 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
+use crate::unshadowed::{Cosines, receiver};
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
 use linelit_estimators::streams::light_choice;
-use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::Light;
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_selection::{
     Discrete, Estimated, Importance, LightTree, Picked, can_contribute, unshadowed,
     unshadowed_at_center,
 };
-use linelit_shading::{cylinder, polygon};
-use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::OnceLock;
@@ -26,17 +23,19 @@ pub enum LightChoice {
     Uniform,
     /// `one:power`: αᵢ by the emitted power.
     Power,
-    /// `one:estimate`: αᵢ by the unshadowed light of a random point of each light, with a floor for
-    /// every light that can contribute (Shirley & Wang's rule). Its cost grows with the lights.
+    /// `one:estimate`: αᵢ by the unshadowed light that the BSDF reflects from a random point of
+    /// each light, with a floor for every light that can contribute (Shirley & Wang's rule). Its
+    /// cost grows with the lights.
     Estimate,
-    /// `one:exact`: αᵢ by the unshadowed light of each light in closed form, as on a diffuse
-    /// surface: what the others try to be. Its cost grows with the lights.
+    /// `one:exact`: αᵢ by the unshadowed light of each light in closed form, the BSDF as linearly
+    /// transformed cosines: what the others try to be. Its cost grows with the lights.
     Exact,
     /// `one:centre`: αᵢ by the unshadowed light of each light's centre, without the rule. **Wrong**
     /// where a light's centre is below the horizon and other parts of it are not: it makes the
     /// bands of Shirley & Wang's Fig. 10, and is here to show them.
     Centre,
-    /// `tree`: αᵢ by a hierarchy of the lights. Its cost grows with their logarithm.
+    /// `tree`: αᵢ by a hierarchy of the lights, each group a blurred light under those cosines. Its
+    /// cost grows with the logarithm of the number of lights.
     Tree,
 }
 
@@ -137,7 +136,9 @@ pub(crate) fn draw(
         LightChoice::Tree => {
             let tree = tables.tree(lights);
             let light = |i: usize| &*lights[i].light;
-            pick_all(drawn, &numbers, |u| tree.pick(light, x, n, u));
+            let cosines = Cosines::new(point);
+            let at = cosines.receiver();
+            pick_all(drawn, &numbers, |u| tree.pick(light, &at, u));
         }
         LightChoice::Estimate => {
             let positions = Sampler::new(SamplerKind::Independent, settings.seed).points(
@@ -145,74 +146,33 @@ pub(crate) fn draw(
                 dimension.wrapping_sub(1),
                 1,
             );
+            let at = receiver(point);
             let estimate = |i: usize| {
                 let position = positions.get_2d(u32::try_from(i).unwrap_or(u32::MAX));
-                unshadowed(&lights[i].light, x, n, position)
+                unshadowed(&lights[i].light, &at, position)
             };
             let possible = |i: usize| can_contribute(&lights[i].light, x, n);
             let table = Estimated::new(weights, estimate, possible);
             pick_all(drawn, &numbers, |u| table.pick(u));
         }
         LightChoice::Exact => {
+            let cosines = Cosines::new(point);
             for (weight, light) in weights.iter_mut().zip(lights) {
-                *weight = irradiance(&light.light, point);
+                *weight = cosines.light(&light.light);
             }
             let table = Discrete::new(weights);
             pick_all(drawn, &numbers, |u| table.as_ref()?.pick(u));
         }
         LightChoice::Centre => {
+            let at = receiver(point);
             for (weight, light) in weights.iter_mut().zip(lights) {
-                *weight = unshadowed_at_center(&light.light, x, n);
+                *weight = unshadowed_at_center(&light.light, &at);
             }
             let table = Discrete::new(weights);
             pick_all(drawn, &numbers, |u| table.as_ref()?.pick(u));
         }
     }
     gather(drawn);
-}
-
-/// The irradiance of a light without shadows: in closed form for polygons and lines; for what is
-/// round, that of its whole in its centre's direction, raised where that dips below the horizon.
-/// Zero only where the light cannot contribute, and always finite.
-fn irradiance(light: &Light, point: &ShadingPoint) -> f64 {
-    let (x, n) = (point.position, point.normal);
-    let mean = |radiance: DVec3| radiance.element_sum() / 3.0;
-    if !can_contribute(light, x, n) {
-        return 0.0;
-    }
-    let value = match light {
-        Light::Area(area) => {
-            let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-            let vertices = area.polygon.vertices();
-            for (to, from) in relative.iter_mut().zip(vertices) {
-                *to = *from - x;
-            }
-            mean(area.emission.radiance) * polygon::irradiance(&relative[..vertices.len()], n).abs()
-        }
-        Light::Linear(line) => {
-            let relative = line.segment.relative_to(x);
-            mean(line.radiance_radius) * cylinder::irradiance(relative.p0, relative.p1, n)
-        }
-        Light::Sphere(sphere) => {
-            let to = sphere.sphere.center - x;
-            let ratio = (sphere.sphere.radius / to.length()).min(1.0);
-            let cosine = n.dot(to.normalize_or_zero()).max(0.2 * ratio);
-            mean(sphere.radiance) * PI * ratio * ratio * cosine
-        }
-        Light::Disk(disk) => {
-            let to = disk.disk.center - x;
-            let (r, w) = (to.length(), to.normalize_or_zero());
-            let ratio = disk.disk.radius / r;
-            let cosines = n.dot(w).max(0.2 * ratio.min(1.0)) * disk.disk.normal.dot(w).abs();
-            mean(disk.emission.radiance) * PI * ratio * ratio * cosines
-        }
-    };
-    // Grazing light may round to nothing; what overflows or is no number must count, too.
-    if value > f64::MIN_POSITIVE {
-        value.min(f64::MAX)
-    } else {
-        f64::MIN_POSITIVE
-    }
 }
 
 /// Picks a light for each number of a set.

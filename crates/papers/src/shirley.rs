@@ -15,7 +15,7 @@ use linelit_lights::Light;
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_scenes::luminaires;
-use linelit_selection::{Importance, LightTree};
+use linelit_selection::{Importance, LightTree, diffuse};
 use linelit_study::engine::{Cell, run_cell};
 use linelit_study::plots::{ConvergencePlot, Palette, PlotPoint, Series};
 use linelit_study::report::{Picture, Plot, Section};
@@ -399,7 +399,7 @@ fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
             let start = Instant::now();
             for (i, x) in points.iter().enumerate() {
                 let u = (i as f64 * 0.381_966).fract();
-                black_box(tree.pick(|i| &lights[i], black_box(*x), DVec3::Y, u));
+                black_box(tree.pick(|i| &lights[i], &diffuse(black_box(*x), DVec3::Y), u));
             }
             least = least.min(start.elapsed().as_secs_f64() * 1e9 / 256.0);
         }

@@ -7,7 +7,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaLight, Emission, Light};
-use linelit_selection::{Discrete, Importance, LightTree};
+use linelit_selection::{Discrete, Importance, LightTree, diffuse};
 use linelit_testkit::rng::{golden_numbers, receivers};
 use std::hint::black_box;
 use std::time::Duration;
@@ -39,7 +39,7 @@ fn choice(c: &mut Criterion) {
                 b.iter(|| {
                     for (i, &(x, n)) in points.iter().enumerate() {
                         let (x, n) = (x.into(), n.into());
-                        black_box(tree.pick(|i| &lights[i], x, n, black_box(u[i])));
+                        black_box(tree.pick(|i| &lights[i], &diffuse(x, n), black_box(u[i])));
                     }
                 });
             });

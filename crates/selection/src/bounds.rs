@@ -1,5 +1,6 @@
 //! Bounds and moments of groups of lights.
 
+use crate::contribution::{Receiver, positive_part};
 use core::f64::consts::PI;
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
@@ -268,27 +269,23 @@ impl LightBounds {
         self.power * emit.max(floor) * incident.max(floor) / near
     }
 
-    /// Expected contribution at `x` from the moments: the group as a blurred light, smooth and
-    /// positive everywhere.
-    ///
-    /// The mean of max(0, c) over a spread s about c is taken as (c + √(c² + s²/4))/2, exact for no
-    /// spread (then it is max(0, c)) and for normals of all directions (¼).
-    pub(crate) fn expected(&self, x: DVec3, n: DVec3) -> f64 {
-        let to = self.mean - x;
+    /// Expected contribution from the moments: the group as a blurred light, smooth and positive
+    /// everywhere.
+    pub(crate) fn expected(&self, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
+        let to = self.mean - at.position;
         let d2 = to.length_squared() + self.variance;
         if d2 <= 0.0 {
             return self.power;
         }
         let d = d2.sqrt();
-        let positive_part = |c: f64, s2: f64| 0.5 * (c + (c * c + 0.25 * s2).sqrt());
         let blur = self.variance / d2;
         let emit = positive_part(
             -self.normal.dot(to) / d,
             (1.0 - self.normal.length_squared()).max(0.0) + blur,
         );
-        let incident = positive_part(n.dot(to) / d, blur);
+        let reflected = (at.reflected)(to / d).element_sum() / 3.0;
         let floor = 1e-6;
-        self.power * emit.max(floor) * incident.max(floor) / d2
+        self.power * emit.max(floor) * reflected.max(floor) / d2
     }
 }
 

@@ -4,6 +4,47 @@ use linelit_geometry::{DVec3, predicates};
 use linelit_lights::{AreaSampler, Light, PointTechnique};
 use linelit_spheres::{DiskArea, SphereCap};
 
+/// A surface point for which lights are chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver<F> {
+    /// Where it is.
+    pub position: DVec3,
+    /// The unit normal, on the side from which light comes.
+    pub normal: DVec3,
+    /// What the surface reflects of the light from a direction, by channel: f cos θ for a unit
+    /// vector. For a shorter vector, which stands for directions of which it is the mean, about the
+    /// mean of f cos θ over them; [`LightTree`](crate::LightTree) alone asks for these.
+    ///
+    /// Its unit is the caller's, but for the tree: there its integral over the hemisphere should be
+    /// about π, as the cosine's is.
+    pub reflected: F,
+}
+
+/// A diffuse surface, which reflects cos θ: its light is the irradiance. Of directions with the
+/// mean w it is (c + √(c² + (1 − |w|²)/4))/2 with c = n·w: exact where all are the same (then it is
+/// max(0, c)) and for all directions alike (¼).
+pub fn diffuse(position: DVec3, normal: DVec3) -> Receiver<impl Fn(DVec3) -> DVec3 + Copy> {
+    Receiver {
+        position,
+        normal,
+        reflected: move |w: DVec3| DVec3::splat(positive_part(normal.dot(w), spread(w))),
+    }
+}
+
+/// What is missing of a mean of unit vectors to length one: 1 − |w|², the mean square of their
+/// distances from it.
+#[must_use]
+pub fn spread(mean: DVec3) -> f64 {
+    (1.0 - mean.length_squared()).max(0.0)
+}
+
+/// About the mean of max(0, c) for cosines about `c` of directions of a [`spread`]:
+/// (c + √(c² + spread/4))/2.
+#[must_use]
+pub fn positive_part(c: f64, spread: f64) -> f64 {
+    0.5 * (c + (c * c + 0.25 * spread).sqrt())
+}
+
 /// Whether any point of the light can light the surface point `x` with the unit normal `n`: some of
 /// it is above the tangent plane, and x is on an emitting side. This is the test that allows α = 0.
 #[must_use]
@@ -24,24 +65,24 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
     }
 }
 
-/// One-sample estimate of the irradiance at `x` from a random point of the light, averaged over the
-/// channels, the geometry term set to visible (Shirley & Wang 1991, eq. 3). A cheap Lhat; for the
-/// exact unshadowed value use the closed forms.
+/// One-sample estimate of the light that a surface reflects, from a random point of the light,
+/// averaged over the channels, the geometry term set to visible (Shirley & Wang 1991, eq. 3).
+/// Unbiased; not negative.
 #[must_use]
-pub fn unshadowed(light: &Light, x: DVec3, n: DVec3, u: [f64; 2]) -> f64 {
+pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f64 {
     match light {
         Light::Area(l) => {
             let s = AreaSampler::new(&l.polygon).sample(u);
-            from_point(light, x, n, s.point) / s.pdf.value()
+            from_point(light, at, s.point) / s.pdf.value()
         }
-        Light::Linear(l) => from_point(light, x, n, l.segment.at(u[0])) * l.segment.length(),
+        Light::Linear(l) => from_point(light, at, l.segment.at(u[0])) * l.segment.length(),
         Light::Sphere(l) => {
-            let s = SphereCap::visible(&l.sphere, x).sample(u);
-            from_point(light, x, n, s.point) / s.pdf.value()
+            let s = SphereCap::visible(&l.sphere, at.position).sample(u);
+            from_point(light, at, s.point) / s.pdf.value()
         }
         Light::Disk(l) => {
             let s = DiskArea::new(&l.disk).sample(u);
-            from_point(light, x, n, s.point) / s.pdf.value()
+            from_point(light, at, s.point) / s.pdf.value()
         }
     }
 }
@@ -50,51 +91,50 @@ pub fn unshadowed(light: &Light, x: DVec3, n: DVec3, u: [f64; 2]) -> f64 {
 /// horizon while other parts are not. It makes the bands of Shirley & Wang's Fig. 10 if α = 0
 /// follows from it; for that comparison only.
 #[must_use]
-pub fn unshadowed_at_center(light: &Light, x: DVec3, n: DVec3) -> f64 {
+pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     match light {
-        Light::Area(l) => from_point(light, x, n, l.polygon.centroid()) * l.polygon.area(),
-        Light::Linear(l) => from_point(light, x, n, l.segment.at(0.5)) * l.segment.length(),
+        Light::Area(l) => from_point(light, at, l.polygon.centroid()) * l.polygon.area(),
+        Light::Linear(l) => from_point(light, at, l.segment.at(0.5)) * l.segment.length(),
         Light::Sphere(l) => {
-            let towards = (x - l.sphere.center).normalize_or_zero() * l.sphere.radius;
-            from_point(light, x, n, l.sphere.center + towards) * 0.25 * l.sphere.area()
+            let towards = (at.position - l.sphere.center).normalize_or_zero() * l.sphere.radius;
+            from_point(light, at, l.sphere.center + towards) * 0.25 * l.sphere.area()
         }
-        Light::Disk(l) => from_point(light, x, n, l.disk.center) * l.disk.area(),
+        Light::Disk(l) => from_point(light, at, l.disk.center) * l.disk.area(),
     }
 }
 
-/// Irradiance per area (per length for a line) of the light around `point`.
-fn from_point(light: &Light, x: DVec3, n: DVec3, point: DVec3) -> f64 {
-    let d = point - x;
+/// Reflected light per area (per length for a line) of the light around `point`.
+fn from_point(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, point: DVec3) -> f64 {
+    let d = point - at.position;
     let r2 = d.length_squared();
-    if r2 <= 0.0 {
+    if r2 <= 0.0 || at.normal.dot(d) <= 0.0 {
         return 0.0;
     }
-    let cosine = n.dot(d).max(0.0);
+    let r = r2.sqrt();
     let facing = |normal: DVec3, two_sided: bool| {
         let c = -normal.dot(d);
         if two_sided { c.abs() } else { c.max(0.0) }
     };
-    match light {
+    // Radiance, and the solid angle of a unit of the light times r³.
+    let (radiance, side) = match light {
         Light::Area(l) => {
-            let c = facing(l.polygon.normal(), l.emission.two_sided);
-            mean(l.emission.radiance) * cosine * c / (r2 * r2)
+            let side = facing(l.polygon.normal(), l.emission.two_sided);
+            (l.emission.radiance, side)
         }
+        // dω/R = 2h/r³ dt.
         Light::Linear(l) => {
-            // dω/R = 2h/r³ dt.
             let h = predicates::cross(d, l.segment.direction()).length();
-            mean(l.radiance_radius) * cosine * 2.0 * h / (r2 * r2)
+            (l.radiance_radius, 2.0 * h)
         }
-        Light::Sphere(l) => {
-            mean(l.radiance) * cosine * facing(l.sphere.normal(point), false) / (r2 * r2)
-        }
+        Light::Sphere(l) => (l.radiance, facing(l.sphere.normal(point), false)),
         Light::Disk(l) => {
-            let c = facing(l.disk.normal, l.emission.two_sided);
-            mean(l.emission.radiance) * cosine * c / (r2 * r2)
+            let side = facing(l.disk.normal, l.emission.two_sided);
+            (l.emission.radiance, side)
         }
+    };
+    if side <= 0.0 {
+        return 0.0;
     }
-}
-
-/// Mean of the three channels.
-fn mean(rgb: DVec3) -> f64 {
-    rgb.element_sum() / 3.0
+    let reflected = radiance * (at.reflected)(d / r);
+    reflected.element_sum() / 3.0 * (side / (r2 * r))
 }

@@ -28,7 +28,9 @@ mod bounds;
 mod contribution;
 mod tree;
 
-pub use contribution::{can_contribute, unshadowed, unshadowed_at_center};
+pub use contribution::{
+    Receiver, can_contribute, diffuse, positive_part, spread, unshadowed, unshadowed_at_center,
+};
 pub use tree::{Importance, LightTree};
 
 use linelit_geometry::finite::BELOW_ONE;

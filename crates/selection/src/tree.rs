@@ -6,7 +6,7 @@
 )]
 
 use super::bounds::{LightBounds, Reach};
-use super::{Picked, can_contribute, unit};
+use super::{Picked, Receiver, can_contribute, unit};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::BELOW_ONE;
 use linelit_lights::Light;
@@ -81,7 +81,7 @@ const WAITING: usize = 80;
 /// ```
 /// use linelit_geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{AreaLight, Emission, Light};
-/// use linelit_selection::{Importance, LightTree};
+/// use linelit_selection::{Importance, LightTree, diffuse};
 /// let lamp = |x: f64| {
 ///     let o = DVec3::new(x, 0.0, 3.0);
 ///     let polygon = ConvexPolygon::parallelogram(o, 0.1 * DVec3::Y, 0.1 * DVec3::X).unwrap();
@@ -89,13 +89,14 @@ const WAITING: usize = 80;
 /// };
 /// let lights: Vec<_> = (0..100).map(|i| lamp(f64::from(i))).collect();
 /// let tree = LightTree::new(&lights, Importance::default());
-/// let (x, n) = (DVec3::new(20.0, 0.0, 0.0), DVec3::Z);
+/// let floor = diffuse(DVec3::new(20.0, 0.0, 0.0), DVec3::Z);
 /// let light = |i: usize| &lights[i];
-/// let picked = tree.pick(light, x, n, 0.37).unwrap();
-/// assert_eq!(picked.probability, tree.probability(light, x, n, picked.index));
-/// assert!(tree.probability(light, x, n, 20) > 100.0 * tree.probability(light, x, n, 99));
+/// let picked = tree.pick(light, &floor, 0.37).unwrap();
+/// assert_eq!(picked.probability, tree.probability(light, &floor, picked.index));
+/// assert!(tree.probability(light, &floor, 20) > 100.0 * tree.probability(light, &floor, 99));
 /// // Below the lamps' horizon there is nothing to pick.
-/// assert!(tree.pick(light, DVec3::new(20.0, 0.0, 4.0), n, 0.37).is_none());
+/// let above = diffuse(DVec3::new(20.0, 0.0, 4.0), DVec3::Z);
+/// assert!(tree.pick(light, &above, 0.37).is_none());
 /// ```
 #[derive(Clone, Debug)]
 pub struct LightTree {
@@ -176,12 +177,12 @@ impl LightTree {
     }
 
     /// The importance of a node that can contribute.
-    fn weight(&self, node: usize, x: DVec3, n: DVec3) -> f64 {
+    fn weight(&self, node: usize, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
         let bounds = &self.nodes[node].bounds;
-        let bound = bounds.bound(x, n);
+        let bound = bounds.bound(at.position, at.normal);
         let weight = match self.importance {
             Importance::Bounds => bound,
-            Importance::Moments | Importance::Cut => bounds.expected(x, n) + DEFENCE * bound,
+            Importance::Moments | Importance::Cut => bounds.expected(at) + DEFENCE * bound,
         };
         // Not a number where squares of coordinates overflow: then, too, the light counts.
         if weight > IMPORTANCES.0 {
@@ -197,23 +198,22 @@ impl LightTree {
         &self,
         node: usize,
         light: impl Fn(usize) -> &'l Light,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
     ) -> Option<usize> {
-        let (mut at, end) = (node, self.nodes[node].end);
-        while at < end {
-            let node = &self.nodes[at];
+        let (mut place, end) = (node, self.nodes[node].end);
+        while place < end {
+            let node = &self.nodes[place];
             if node.leaf {
-                if can_contribute(light(node.link), x, n) {
-                    return Some(at);
+                if can_contribute(light(node.link), at.position, at.normal) {
+                    return Some(place);
                 }
-                at = node.end;
+                place = node.end;
                 continue;
             }
-            match node.bounds.reach(x, n) {
-                Reach::All => return Some(at),
-                Reach::None => at = node.end,
-                Reach::Unknown => at += 1,
+            match node.bounds.reach(at.position, at.normal) {
+                Reach::All => return Some(place),
+                Reach::None => place = node.end,
+                Reach::Unknown => place += 1,
             }
         }
         None
@@ -225,42 +225,40 @@ impl LightTree {
         &self,
         Step { node, lit }: Step,
         light: impl Fn(usize) -> &'l Light + Copy,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
     ) -> (f64, Step, Step) {
         let (a, b) = (node + 1, self.nodes[node].link);
-        let at = |node, lit| Step { node, lit };
+        let step = |node, lit| Step { node, lit };
         if lit >= b {
             // What was found first is in the second child, so there is nothing in the first.
-            return (0.0, at(a, a), at(b, lit));
+            return (0.0, step(a, a), step(b, lit));
         }
         let second = if lit <= node {
             lit
         } else {
-            match self.lit(b, light, x, n) {
+            match self.lit(b, light, at) {
                 Some(second) => second,
-                None => return (1.0, at(a, lit), at(b, b)),
+                None => return (1.0, step(a, lit), step(b, b)),
             }
         };
-        let weights = (self.weight(a, x, n), self.weight(b, x, n));
+        let weights = (self.weight(a, at), self.weight(b, at));
         let share = weights.0 / (weights.0 + weights.1);
         let first = share.clamp(SHARE, 1.0 - SHARE);
-        (first, at(a, lit), at(b, second))
+        (first, step(a, lit), step(b, second))
     }
 
-    /// A light for the shading point `x` with the unit normal `n` and a random number in [0, 1);
+    /// A light for a surface point and a random number in [0, 1);
     /// `None` if no light can contribute. Only light of which `light` says so can be picked.
     #[must_use]
     pub fn pick<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
         u: f64,
     ) -> Option<Picked> {
-        let (mut step, mut probability, mut rest) = self.enter(light, x, n, unit(u))?;
+        let (mut step, mut probability, mut rest) = self.enter(light, at, unit(u))?;
         while !self.nodes[step.node].leaf {
-            let (first, a, b) = self.branch(step, light, x, n);
+            let (first, a, b) = self.branch(step, light, at);
             if rest < first {
                 rest = (rest / first).min(BELOW_ONE);
                 probability *= first;
@@ -283,16 +281,15 @@ impl LightTree {
     fn enter<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
         u: f64,
     ) -> Option<(Step, f64, f64)> {
         if self.importance != Importance::Cut {
-            return Some((self.root(light, x, n)?, 1.0, u));
+            return Some((self.root(light, at)?, 1.0, u));
         }
         // One of a stream, in proportion to its weight, with one random number.
         let (mut total, mut rest, mut taken) = (0.0, u, None::<Group>);
-        self.visit_cut(light, x, n, u64::MAX, |group| {
+        self.visit_cut(light, at, u64::MAX, |group| {
             total += group.weight;
             let share = group.weight / total;
             if rest < share {
@@ -314,28 +311,26 @@ impl LightTree {
     fn root<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
     ) -> Option<Step> {
         if self.nodes.is_empty() {
             return None;
         }
-        self.lit(0, light, x, n).map(|lit| Step { node: 0, lit })
+        self.lit(0, light, at).map(|lit| Step { node: 0, lit })
     }
 
     /// The same for the walk to a light: the group, its depth and its probability.
     fn enter_towards<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
         trail: u64,
     ) -> Option<(Step, u32, f64)> {
         if self.importance != Importance::Cut {
-            return Some((self.root(light, x, n)?, 0, 1.0));
+            return Some((self.root(light, at)?, 0, 1.0));
         }
         let (mut total, mut taken) = (0.0, None::<Group>);
-        self.visit_cut(light, x, n, trail, |group| {
+        self.visit_cut(light, at, trail, |group| {
             total += group.weight;
             if group.on_trail {
                 taken = Some(group);
@@ -353,8 +348,7 @@ impl LightTree {
     fn visit_cut<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
         trail: u64,
         mut visit: impl FnMut(Group),
     ) {
@@ -369,16 +363,16 @@ impl LightTree {
             let mut group = waiting[count];
             let node = &self.nodes[group.node];
             if group.lit.is_none() && !node.leaf {
-                match node.bounds.reach(x, n) {
+                match node.bounds.reach(at.position, at.normal) {
                     Reach::None => continue,
                     Reach::All => group.lit = Some(group.node),
                     Reach::Unknown => {}
                 }
             }
-            if node.leaf || node.bounds.is_far(x, n, FAR) || count + 2 > WAITING {
-                group.lit = group.lit.or_else(|| self.lit(group.node, light, x, n));
+            if node.leaf || node.bounds.is_far(at.position, at.normal, FAR) || count + 2 > WAITING {
+                group.lit = group.lit.or_else(|| self.lit(group.node, light, at));
                 if group.lit.is_some() {
-                    group.weight = self.weight(group.node, x, n);
+                    group.weight = self.weight(group.node, at);
                     visit(group);
                 }
                 continue;
@@ -403,23 +397,21 @@ impl LightTree {
     pub fn probability<'l>(
         &self,
         light: impl Fn(usize) -> &'l Light + Copy,
-        x: DVec3,
-        n: DVec3,
+        at: &Receiver<impl Fn(DVec3) -> DVec3>,
         index: usize,
     ) -> f64 {
         let Some(mut trail) = self.trails.get(index).copied().flatten() else {
             return 0.0;
         };
-        if !can_contribute(light(index), x, n) {
+        if !can_contribute(light(index), at.position, at.normal) {
             return 0.0;
         }
-        let Some((mut step, depth, mut probability)) = self.enter_towards(light, x, n, trail)
-        else {
+        let Some((mut step, depth, mut probability)) = self.enter_towards(light, at, trail) else {
             return 0.0;
         };
         trail = trail.checked_shr(depth).unwrap_or(0);
         while !self.nodes[step.node].leaf {
-            let (first, a, b) = self.branch(step, light, x, n);
+            let (first, a, b) = self.branch(step, light, at);
             if trail & 1 == 0 {
                 probability *= first;
                 step = a;

@@ -6,7 +6,8 @@ use linelit_lights::{
     AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight,
 };
 use linelit_selection::{
-    Discrete, Estimated, Importance, LightTree, can_contribute, unshadowed, unshadowed_at_center,
+    Discrete, Estimated, Importance, LightTree, can_contribute, diffuse, unshadowed,
+    unshadowed_at_center,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::rng::SplitMix64;
@@ -89,7 +90,7 @@ fn frequencies_fit_probabilities() {
             let mut rests = vec![0_u64; 10];
             let mut rng = SplitMix64::new(2);
             for _ in 0..50_000 {
-                match tree.pick(|i| &lights[i], x, n, rng.next_f64()) {
+                match tree.pick(|i| &lights[i], &diffuse(x, n), rng.next_f64()) {
                     Some(p) => {
                         counts[p.index] += 1;
                         #[allow(
@@ -99,14 +100,14 @@ fn frequencies_fit_probabilities() {
                         )]
                         let bin = (p.rest * 10.0) as usize;
                         rests[bin] += 1;
-                        let again = tree.probability(|i| &lights[i], x, n, p.index);
+                        let again = tree.probability(|i| &lights[i], &diffuse(x, n), p.index);
                         assert_eq!(p.probability.to_bits(), again.to_bits());
                     }
                     None => counts[lights.len()] += 1,
                 }
             }
             let mut expected: Vec<f64> = (0..lights.len())
-                .map(|i| tree.probability(|i| &lights[i], x, n, i))
+                .map(|i| tree.probability(|i| &lights[i], &diffuse(x, n), i))
                 .collect();
             assert_eq!(counts[lights.len()], 0, "a walk that ends without a light");
             counts.truncate(lights.len());
@@ -132,15 +133,15 @@ fn zeros_are_true() {
         for (i, light) in lights.iter().enumerate() {
             let possible = can_contribute(light, x, n);
             let most = (0..16)
-                .map(|_| unshadowed(light, x, n, [rng.next_f64(), rng.next_f64()]))
-                .fold(unshadowed_at_center(light, x, n), f64::max);
+                .map(|_| unshadowed(light, &diffuse(x, n), [rng.next_f64(), rng.next_f64()]))
+                .fold(unshadowed_at_center(light, &diffuse(x, n)), f64::max);
             assert!(
                 possible || most <= 0.0,
                 "{light:?} contributes {most} to {x} {n}"
             );
             for tree in &trees {
                 assert!(
-                    most <= 0.0 || tree.probability(|i| &lights[i], x, n, i) > 0.0,
+                    most <= 0.0 || tree.probability(|i| &lights[i], &diffuse(x, n), i) > 0.0,
                     "{light:?}"
                 );
             }
@@ -226,7 +227,7 @@ fn noise(lights: &[Light], probability: impl Fn(DVec3, DVec3, usize, &[f64]) -> 
         let n = DVec3::new(rng.in_range(-0.6, 0.6), rng.in_range(-0.6, 0.6), 1.0).normalize();
         let f: Vec<f64> = lights
             .iter()
-            .map(|l| unshadowed_at_center(l, x, n))
+            .map(|l| unshadowed_at_center(l, &diffuse(x, n)))
             .collect();
         let lit = |i: usize| (i % 97).is_multiple_of(2);
         let (mut mean, mut square) = (0.0, 0.0);
@@ -249,7 +250,7 @@ fn the_tree_is_within_twice_the_ideal_error() {
     let [bounds, moments, cut] = all.map(|importance| {
         let tree = LightTree::new(&lights, importance);
         noise(&lights, |x, n, i, _| {
-            tree.probability(|i| &lights[i], x, n, i)
+            tree.probability(|i| &lights[i], &diffuse(x, n), i)
         })
     });
     let all = format!(

@@ -5,7 +5,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};
 use linelit_lights::{
     AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight,
 };
-use linelit_selection::{Discrete, Estimated, Importance, LightTree, can_contribute};
+use linelit_selection::{Discrete, Estimated, Importance, LightTree, can_contribute, diffuse};
 use linelit_testkit::cases::cases;
 use linelit_testkit::strategies::{finite, unit_interval, unit_vector};
 use proptest::prelude::*;
@@ -134,17 +134,17 @@ fn holds(
     let mut sum = 0.0;
     let mut any = false;
     for (i, l) in lights.iter().enumerate() {
-        let p = tree.probability(light, x, n, i);
+        let p = tree.probability(light, &diffuse(x, n), i);
         let possible = l.power() > 0.0 && can_contribute(l, x, n);
         prop_assert_eq!(p > 0.0, possible, "{:?}: {} of {:?}", importance, p, l);
         any |= possible;
         sum += p;
     }
     for &u in numbers {
-        let picked = tree.pick(light, x, n, u);
+        let picked = tree.pick(light, &diffuse(x, n), u);
         prop_assert_eq!(picked.is_some(), any, "{:?} {:?}", importance, u);
         if let Some(picked) = picked {
-            let again = tree.probability(light, x, n, picked.index);
+            let again = tree.probability(light, &diffuse(x, n), picked.index);
             prop_assert_eq!(picked.probability.to_bits(), again.to_bits());
             prop_assert!((0.0..1.0).contains(&picked.rest));
         }
@@ -204,7 +204,7 @@ proptest! {
         let (x, n) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
         for importance in IMPORTANCES {
             let tree = LightTree::new(&lights, importance);
-            if let Some(p) = tree.pick(|i| &lights[i], x, n, u) {
+            if let Some(p) = tree.pick(|i| &lights[i], &diffuse(x, n), u) {
                 prop_assert!(p.probability > 0.0 && p.probability <= 1.0 && (0.0..1.0).contains(&p.rest));
                 prop_assert!(can_contribute(&lights[p.index], x, n));
             }

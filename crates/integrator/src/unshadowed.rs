@@ -1,0 +1,238 @@
+//! What a surface reflects of a light that nothing hides, for choosing among lights.
+
+use crate::ShadingPoint;
+use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
+use linelit_lights::Light;
+use linelit_selection::{Receiver, can_contribute, positive_part, spread};
+use linelit_shading::{cylinder, ltc::Ltc, polygon};
+use std::f64::consts::{FRAC_1_PI, PI};
+
+/// The share of the albedo that counts as diffuse in [`Cosines::light`]: no light that a lobe falls
+/// short of in its tails is chosen much too seldom.
+const DEFENCE: f64 = 0.05;
+
+/// The surface as it is, for lights by their points.
+pub(crate) fn receiver(point: &ShadingPoint) -> Receiver<impl Fn(DVec3) -> DVec3> {
+    let (n, wo) = (point.normal, point.outgoing);
+    Receiver {
+        position: point.position,
+        normal: n,
+        reflected: move |w| point.bsdf.eval(w, wo, n) * n.dot(w).max(0.0),
+    }
+}
+
+/// The surface as a sum of linearly transformed cosines, whose integrals over lights and means over
+/// directions are known.
+pub(crate) struct Cosines<'p> {
+    point: &'p ShadingPoint,
+    cosines: TransformedCosines,
+    lobes: [Option<Lobe>; TransformedCosines::MAX],
+    /// About the albedo.
+    albedo: DVec3,
+}
+
+impl<'p> Cosines<'p> {
+    pub(crate) fn new(point: &'p ShadingPoint) -> Self {
+        let (wo, n) = (point.outgoing, point.normal);
+        // What is not known counts as diffuse.
+        let cosines = point.bsdf.transformed_cosines(wo, n);
+        let white = || TransformedCosines::new(Frame::from_normal(n), DVec3::ONE);
+        let cosines = cosines.unwrap_or_else(white);
+        let frame = cosines.frame;
+        let to_local = DMat3::from_cols(frame.x, frame.y, frame.z).transpose();
+        let mut lobes = [None; TransformedCosines::MAX];
+        let mut albedo = cosines.diffuse;
+        for (slot, lobe) in lobes.iter_mut().zip(cosines.lobes()) {
+            *slot = Some(Lobe::new(lobe, to_local));
+            albedo += lobe.albedo;
+        }
+        Self {
+            point,
+            cosines,
+            lobes,
+            albedo,
+        }
+    }
+
+    /// The surface with means over directions, scaled to an integral of about π.
+    pub(crate) fn receiver(&self) -> Receiver<impl Fn(DVec3) -> DVec3> {
+        let n = self.point.normal;
+        let albedo = mean(self.albedo);
+        let scale = if albedo > 0.0 { PI / albedo } else { 0.0 };
+        Receiver {
+            position: self.point.position,
+            normal: n,
+            reflected: move |w: DVec3| {
+                let diffuse = FRAC_1_PI * positive_part(n.dot(w), spread(w));
+                (self.cosines.diffuse * diffuse + self.glossy(|lobe| lobe.mean(w))) * scale
+            },
+        }
+    }
+
+    /// The lobes, each by its albedo times an integral over it.
+    fn glossy(&self, integral: impl Fn(&Lobe) -> f64) -> DVec3 {
+        let lobes = self.lobes.iter().flatten();
+        lobes.fold(DVec3::ZERO, |sum, lobe| sum + lobe.albedo * integral(lobe))
+    }
+
+    /// The light that the surface reflects, mean of the channels, and a little more as from a
+    /// diffuse surface: in closed form of polygons and lines; of what is round, that of its whole
+    /// in its centre's direction, raised where that dips below the horizon. Zero only where the
+    /// light cannot contribute, and always finite.
+    pub(crate) fn light(&self, light: &Light) -> f64 {
+        let (x, n) = (self.point.position, self.point.normal);
+        if !can_contribute(light, x, n) {
+            return 0.0;
+        }
+        let frame = &self.cosines.frame;
+        let round = |w: DVec3, solid_angle: f64| {
+            self.glossy(|lobe| lobe.mean(mean_of_cap(w, solid_angle)) * solid_angle)
+        };
+        let (radiance, irradiance, glossy) = match light {
+            Light::Area(area) => {
+                let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+                let vertices = area.polygon.vertices();
+                for (to, from) in relative.iter_mut().zip(vertices) {
+                    *to = *from - x;
+                }
+                let relative = &relative[..vertices.len()];
+                (
+                    area.emission.radiance,
+                    polygon::irradiance(relative, n),
+                    self.glossy(|lobe| lobe.ltc.polygon_by_edges(frame, relative)),
+                )
+            }
+            Light::Linear(line) => {
+                let relative = line.segment.relative_to(x);
+                let (p0, p1) = (relative.p0, relative.p1);
+                (
+                    line.radiance_radius,
+                    cylinder::irradiance(p0, p1, n),
+                    self.glossy(|lobe| lobe.ltc.line(frame, p0, p1)),
+                )
+            }
+            Light::Sphere(sphere) => {
+                let to = sphere.sphere.center - x;
+                let w = to.normalize_or_zero();
+                let ratio = (sphere.sphere.radius / to.length()).min(1.0);
+                let cosine = n.dot(w).max(0.2 * ratio);
+                let projected = PI * ratio * ratio;
+                (sphere.radiance, projected * cosine, round(w, projected))
+            }
+            Light::Disk(disk) => {
+                let to = disk.disk.center - x;
+                let (r, w) = (to.length(), to.normalize_or_zero());
+                let ratio = disk.disk.radius / r;
+                let seen = PI * ratio * ratio * disk.disk.normal.dot(w).abs();
+                let cosine = n.dot(w).max(0.2 * ratio.min(1.0));
+                (disk.emission.radiance, seen * cosine, round(w, seen))
+            }
+        };
+        let diffuse = self.cosines.diffuse + self.albedo * DEFENCE;
+        let value = mean(radiance * (diffuse * (FRAC_1_PI * irradiance) + glossy));
+        // Grazing light may round to nothing; what overflows or is no number must count, too.
+        if value > f64::MIN_POSITIVE {
+            value.min(f64::MAX)
+        } else {
+            f64::MIN_POSITIVE
+        }
+    }
+}
+
+/// A lobe of albedo one.
+#[derive(Clone, Copy)]
+struct Lobe {
+    ltc: Ltc,
+    albedo: DVec3,
+    /// M⁻¹, from the world, and |det M⁻¹|.
+    inverse: DMat3,
+    determinant: f64,
+    /// |M z|²/|M x|² and |M z|²/|M y|²: how narrow it is.
+    narrow: [f64; 2],
+}
+
+impl Lobe {
+    fn new(lobe: &TransformedCosine, to_local: DMat3) -> Self {
+        let inverse = lobe.map.inverse();
+        let [x, y, z] = [0, 1, 2].map(|k| lobe.map.col(k).length_squared());
+        Self {
+            ltc: Ltc::new(lobe.map, 1.0),
+            albedo: lobe.albedo,
+            inverse: inverse * to_local,
+            determinant: inverse.determinant().abs(),
+            narrow: [z / x, z / y],
+        }
+    }
+
+    /// About its mean over directions with the mean `w`: the density of the lobe widened across
+    /// its axis by their spread, where the squares of widths add up: a cap's is twice its spread,
+    /// which makes what is narrow as high as one over the cap's solid angle. Of a unit vector the
+    /// density.
+    fn mean(&self, w: DVec3) -> f64 {
+        let spread = spread(w);
+        let [x, y] = self.narrow.map(|k| (1.0 + 2.0 * k * spread).sqrt().recip());
+        let c = self.inverse * w.normalize_or_zero() * DVec3::new(x, y, 1.0);
+        let r2 = c.length_squared();
+        let r = r2.sqrt();
+        let cosine = positive_part(c.z / r, spread);
+        let density = FRAC_1_PI * self.determinant * x * y * cosine / (r2 * r);
+        if density.is_finite() { density } else { 0.0 }
+    }
+}
+
+/// The mean of the directions to a disk that is seen about the direction `w`, in its solid angle,
+/// of a hemisphere at most: 1 − Ω/4π of its length, as of a cap.
+fn mean_of_cap(w: DVec3, solid_angle: f64) -> DVec3 {
+    w * (1.0 - solid_angle.min(2.0 * PI) / (4.0 * PI))
+}
+
+/// Mean of the three channels.
+fn mean(rgb: DVec3) -> f64 {
+    rgb.element_sum() / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_testkit::quadrature::cubature;
+    use std::f64::consts::TAU;
+
+    /// A unit vector's mean is the density, and the mean over a cap what cubature says, to a
+    /// quarter: caps of 2° to 30° on and beside the axes of lobes of 3° to 45°.
+    #[test]
+    fn means_of_a_lobe_are_near() {
+        let mut worst = 1.0_f64;
+        for across in [0.05, 0.3, 1.0] {
+            let axis = Frame::from_normal(DVec3::new(0.6, 0.0, 0.8));
+            let map = DMat3::from_cols(axis.x * across, axis.y * across, axis.z);
+            let albedo = DVec3::ONE;
+            let fitted = TransformedCosine { map, albedo };
+            let lobe = Lobe::new(&fitted, DMat3::IDENTITY);
+            for off in [0.0, 0.5, 1.0] {
+                let tilt = (across * off).atan();
+                let w = axis.z * tilt.cos() + axis.x * tilt.sin();
+                let (one, density) = (lobe.mean(w), fitted.density(w));
+                // Rounding, but for 1 − |w|² of an ε, of which the square of a narrow lobe's width
+                // makes 400.
+                assert!(
+                    (one / density - 1.0).abs() < 1e4 * f64::EPSILON,
+                    "{one} {density}"
+                );
+                for half in [0.03_f64, 0.2, 0.5] {
+                    let about = Frame::from_normal(w);
+                    let cap = 1.0 - half.cos();
+                    let value = |z: f64, turn: f64| {
+                        let sine = ((1.0 - z) * (1.0 + z)).sqrt();
+                        let (s, c) = (TAU * turn).sin_cos();
+                        fitted.density(about.to_world(DVec3::new(sine * c, sine * s, z)))
+                    };
+                    let want = cubature(value, [1.0 - cap, 1.0], [0.0, 1.0], 1e-6, 12).value / cap;
+                    let ratio = lobe.mean(mean_of_cap(w, TAU * cap)) / want;
+                    worst = worst.max(ratio).max(ratio.recip());
+                }
+            }
+        }
+        assert!(worst < 1.25, "{worst}");
+    }
+}
