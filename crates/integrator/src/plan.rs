@@ -4,7 +4,7 @@ use crate::Spheres;
 use crate::selection::Tables;
 use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{ImportanceImage, Light, Sphere, SphereLight, TexturedSampler};
+use linelit_lights::{DiskLight, ImportanceImage, Light, Sphere, SphereLight, TexturedSampler};
 use linelit_scene::{EmissiveSphere, Scene, SceneLight};
 use std::ops::Range;
 use std::sync::Arc;
@@ -168,29 +168,39 @@ fn texture(light: &SceneLight, count: usize) -> Option<PlannedTexture> {
     Some(PlannedTexture(Arc::new(texture)))
 }
 
-/// The lights with spheres that emit outwards in place of their facets; `None` without such
-/// spheres.
+/// The lights with spheres that emit outwards, and disks, in place of their facets; `None` without
+/// such lights.
 fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
     let outward = |s: &&EmissiveSphere| !s.inward && !s.emission.two_sided;
-    let spheres: Vec<_> = scene.spheres.iter().filter(outward).collect();
-    if spheres.is_empty() {
+    let spheres = scene.spheres.iter().filter(outward).map(|s| {
+        let light = Light::Sphere(SphereLight {
+            sphere: Sphere {
+                center: s.center,
+                radius: s.radius,
+            },
+            radiance: s.emission.radiance,
+        });
+        (&s.lights, &s.triangles, light)
+    });
+    let disks = scene.disks.iter().map(|d| {
+        let light = Light::Disk(DiskLight {
+            disk: d.disk,
+            emission: d.emission,
+        });
+        (&d.lights, &d.triangles, light)
+    });
+    let round: Vec<_> = spheres.chain(disks).collect();
+    if round.is_empty() {
         return None;
     }
-    let stands_for = |l: &PlannedLight| spheres.iter().find(|s| s.lights.contains(&l.index));
     let mut out = Vec::new();
-    for light in lights {
-        match stands_for(light) {
-            None => out.push(light.clone()),
-            Some(sphere) if sphere.lights.start == light.index => out.push(PlannedLight {
-                index: light.index,
-                light: Arc::new(Light::Sphere(SphereLight {
-                    sphere: Sphere {
-                        center: sphere.center,
-                        radius: sphere.radius,
-                    },
-                    radiance: sphere.emission.radiance,
-                })),
-                triangles: sphere.triangles.clone(),
+    for planned in lights {
+        match round.iter().find(|(all, ..)| all.contains(&planned.index)) {
+            None => out.push(planned.clone()),
+            Some((all, triangles, light)) if all.start == planned.index => out.push(PlannedLight {
+                index: planned.index,
+                light: Arc::new(*light),
+                triangles: (*triangles).clone(),
                 texture: None,
                 estimator: None,
                 occlusion: OcclusionStats::default(),

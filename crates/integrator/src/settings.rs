@@ -18,7 +18,7 @@ pub struct Settings {
     pub samples: u32,
     /// Which lights a shading point samples.
     pub lights: LightChoice,
-    /// Representation of emissive spheres.
+    /// Representation of emissive spheres and disks.
     pub spheres: Spheres,
     /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
     pub pixel_samples: u32,
@@ -55,14 +55,14 @@ impl Default for Settings {
     }
 }
 
-/// Representation of an emissive sphere.
+/// Representation of emissive spheres and disks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spheres {
     /// `facets`: its triangles, which are what the camera sees.
     #[default]
     Facets,
-    /// `exact`: the sphere itself. Spheres that emit inwards, on both sides or an image keep their
-    /// facets.
+    /// `exact`: spheres and disks themselves. Spheres that emit inwards or on both sides, disks
+    /// with a hole or a missing sector, and those that emit an image keep their facets.
     Exact,
 }
 

@@ -2,12 +2,14 @@
 
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
-use crate::scene::{EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32, to_f64};
+use crate::scene::{
+    EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32, to_f64,
+};
 use crate::surface::corner_uvs;
 use crate::{Camera, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
-use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
-use linelit_lights::{AreaLight, Emission, Light, LinearLight};
+use linelit_geometry::{ConvexPolygon, DVec2, DVec3, Frame, PolygonError, Segment, predicates};
+use linelit_lights::{AreaLight, Disk, Emission, Light, LinearLight};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -27,6 +29,8 @@ pub struct MeshData {
     pub one_shape: bool,
     /// Centre and radius of the sphere that the triangles stand for.
     pub sphere: Option<(DVec3, f64)>,
+    /// The disk that the triangles stand for; they say which of its sides is the outside.
+    pub disk: Option<Disk>,
 }
 
 /// Where a mesh stands in the world, what it is made of and what it emits; by default as it is, a
@@ -107,6 +111,7 @@ pub struct SceneBuilder {
     lights: Vec<SceneLight>,
     light_ranges: Vec<(u32, u32, u32)>,
     spheres: Vec<EmissiveSphere>,
+    disks: Vec<EmissiveDisk>,
     emission_maps: Vec<Arc<Texture>>,
     max_triangles: usize,
     /// More lights than this are refused: a quarter of the triangles allowed, 2²⁰ at most.
@@ -129,6 +134,7 @@ impl SceneBuilder {
             lights: Vec::new(),
             light_ranges: Vec::new(),
             spheres: Vec::new(),
+            disks: Vec::new(),
             emission_maps: Vec::new(),
             max_lights: MAX_LIGHTS.min(max_triangles / 4),
             max_triangles: max_triangles.min(u32::MAX as usize / 4),
@@ -209,11 +215,14 @@ impl SceneBuilder {
         });
         if let Some(emission) = &place.emission {
             self.add_lights(first, emission, mesh.one_shape, &mut added)?;
-            // A sphere as it is knows no texture.
-            if let Some(sphere) = mesh.sphere
-                && emission.map.is_none()
-            {
-                self.note_sphere(first, added.lights, sphere, place, emission);
+            // As they are, spheres and disks know no texture.
+            if emission.map.is_none() {
+                if let Some(sphere) = mesh.sphere {
+                    self.note_sphere(first, added.lights, sphere, place, emission);
+                }
+                if let Some(disk) = &mesh.disk {
+                    self.note_disk(first, added.lights, disk, place, emission);
+                }
             }
         }
         Ok(added)
@@ -399,6 +408,48 @@ impl SceneBuilder {
         });
     }
 
+    fn note_disk(
+        &mut self,
+        first: usize,
+        lights: usize,
+        disk: &Disk,
+        place: &Placement,
+        spec: &EmissionSpec,
+    ) {
+        let lights = self.lights.len() - lights..self.lights.len();
+        let Some(Light::Area(facet)) = self.lights.get(lights.start).map(|l| &*l.light) else {
+            return;
+        };
+        let frame = Frame::from_normal(disk.normal);
+        let [a, b] = [frame.x, frame.y].map(|v| place.to_world.transform_vector3(v * disk.radius));
+        let square = a.length_squared();
+        let error = (b.length_squared() - square).abs().max(a.dot(b).abs());
+        // One that is where it was keeps its bits.
+        let (normal, radius) = match place.to_world.matrix3 == DMat3::IDENTITY {
+            true => (Some(disk.normal), disk.radius),
+            false => (predicates::normalize(a.cross(b)), square.sqrt()),
+        };
+        let Some(normal) = normal else {
+            return;
+        };
+        let outwards = normal.dot(facet.polygon.normal()).signum();
+        let disk = Disk {
+            center: place.to_world.transform_point3(disk.center),
+            normal: normal * outwards,
+            radius,
+        };
+        // An ellipse stays facets.
+        if error > 1e-6 * square || !disk.radius.is_finite() || !disk.center.is_finite() {
+            return;
+        }
+        self.disks.push(EmissiveDisk {
+            disk,
+            emission: spec.emission(spec.radiance_over(disk.area())),
+            lights: index(lights.start)..index(lights.end),
+            triangles: index(first)..index(self.triangles.len()),
+        });
+    }
+
     /// Adds a linear light between two points of the world; the `radiance` of `spec` is radiance ×
     /// radius, W/(sr·m), or with `power` its colour.
     ///
@@ -441,6 +492,7 @@ impl SceneBuilder {
             materials: self.materials,
             lights: self.lights,
             spheres: self.spheres,
+            disks: self.disks,
             camera,
             film,
             light_ranges: self.light_ranges,

@@ -29,6 +29,6 @@ pub use image::{ImageData, LUMINANCE};
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 pub use parameters::Parameter;
 pub use response::{Bounce, Response, index_of_refraction};
-pub use scene::{EmissiveSphere, Mesh, Scene, SceneLight};
+pub use scene::{EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};

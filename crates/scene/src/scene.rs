@@ -8,7 +8,7 @@ use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::texture::ImageTexture;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaLight, Emission, Light};
+use linelit_lights::{AreaLight, Disk, Emission, Light};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -76,6 +76,19 @@ pub struct EmissiveSphere {
     pub triangles: Range<u32>,
 }
 
+/// An emissive disk, without a hole and without a texture, whose facets are among the lights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmissiveDisk {
+    /// In world space, its normal on the emitting side.
+    pub disk: Disk,
+    /// What it emits.
+    pub emission: Emission,
+    /// The lights that stand for it.
+    pub lights: Range<u32>,
+    /// Its facets.
+    pub triangles: Range<u32>,
+}
+
 /// A scene, flattened to triangles in world space. The `f32` vertices *are* the geometry:
 /// transforms are applied in `f64` and rounded once.
 #[derive(Clone, Debug)]
@@ -96,6 +109,8 @@ pub struct Scene {
     pub lights: Vec<SceneLight>,
     /// Emissive spheres, which `lights` has as facets.
     pub spheres: Vec<EmissiveSphere>,
+    /// Emissive disks, which `lights` has as facets.
+    pub disks: Vec<EmissiveDisk>,
     /// The camera.
     pub camera: Camera,
     /// Size, crop, name and filter of the picture.

@@ -142,6 +142,32 @@ fn emissive_spheres_come_back_as_spheres() {
     }
 }
 
+#[test]
+fn emissive_disks_come_back_as_disks() {
+    let scene = load(
+        "Camera \"perspective\" WorldBegin AreaLightSource \"diffuse\" \"rgb L\" [1 2 3]
+         Translate 1 2 3 Rotate 30 1 1 0 Scale 2 2 2 Shape \"disk\" \"float radius\" 0.5
+         ReverseOrientation Shape \"disk\"",
+    )
+    .scene;
+    assert_eq!(scene.disks.len(), 2);
+    let back = written(&scene);
+    assert_eq!(back.disks, scene.disks);
+    for t in 0..u32::try_from(scene.triangles.len()).unwrap() {
+        assert_eq!(back.corners(t), scene.corners(t));
+    }
+    // pbrt-v4 gets the disks themselves: with other facets, but at the same place.
+    let plain = plainly(&scene);
+    assert_eq!(plain.disks.len(), 2);
+    for (a, b) in plain.disks.iter().zip(&scene.disks) {
+        assert_eq!(a.emission, b.emission);
+        let off =
+            [a.disk.center - b.disk.center, a.disk.normal - b.disk.normal].map(|v| v.length());
+        assert!(off[0].max(off[1]) < 1e-14, "{a:?} {b:?}");
+        assert!((a.disk.radius / b.disk.radius - 1.0).abs() < 1e-14);
+    }
+}
+
 /// Facets show the image of a sphere; the sphere as it is would emit as if the image were white.
 #[test]
 fn emissive_spheres_with_images_are_facets() {

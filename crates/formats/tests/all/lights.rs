@@ -262,3 +262,38 @@ fn spheres_remember_what_they_are() {
     let scene = world("AreaLightSource \"diffuse\" Scale 1 2 1 Shape \"sphere\"");
     assert!(scene.spheres.is_empty() && !scene.lights.is_empty());
 }
+
+#[test]
+fn disks_remember_what_they_are() {
+    let light = "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] ";
+    let disk = "Shape \"disk\" \"float radius\" 0.5 \"float height\" 0.25";
+    for (turn, sign) in [("", 1.0), ("ReverseOrientation ", -1.0)] {
+        let text = format!("{light}{turn}Translate 1 2 3 Rotate 90 0 1 0 Scale 2 2 -2 {disk}");
+        let scene = world(&text);
+        check_ranges(&scene);
+        let found = &scene.disks[0];
+        assert_near(found.disk.center, DVec3::new(0.5, 2.0, 3.0));
+        assert!((found.disk.radius - 1.0).abs() < 1e-15);
+        assert!((found.disk.normal.x.abs() - 1.0).abs() < 1e-15);
+        assert_eq!(found.lights, 0..u32::try_from(scene.lights.len()).unwrap());
+        let facets = area(&scene, 0).polygon.normal();
+        assert!(facets.dot(found.disk.normal) > 0.999, "{facets} {found:?}");
+        let without = world(&format!(
+            "{light}Translate 1 2 3 Rotate 90 0 1 0 Scale 2 2 -2 {disk}"
+        ));
+        let same = without.disks[0].disk.normal.dot(found.disk.normal);
+        assert!((same - sign).abs() < 1e-15, "{same}");
+    }
+    // Ellipses, rings and sectors are facets.
+    for shape in [
+        "Scale 1 2 1 Shape \"disk\"",
+        "Shape \"disk\" \"float innerradius\" 0.1",
+        "Shape \"disk\" \"float phimax\" 180",
+    ] {
+        let scene = world(&format!("{light}{shape}"));
+        assert!(
+            scene.disks.is_empty() && !scene.lights.is_empty(),
+            "{shape}"
+        );
+    }
+}

@@ -177,6 +177,28 @@ fn spheres_by_every_density() {
     agree(&scene, exact("point-solid-angle"), &all);
 }
 
+/// Lines and combinations on a sphere and on a disk that files hold, against points on them.
+#[test]
+fn round_lights_by_lines() {
+    const DISK: &str = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [8 8 8]
+        Translate 0 0 1.9 Rotate 170 1 0 0 Shape \"disk\" \"float radius\" 0.4 AttributeEnd";
+    for light in [SPHERE, DISK] {
+        let scene = room(light, CLUTTER);
+        assert_eq!(scene.spheres.len() + scene.disks.len(), 1);
+        let exact = |estimator: &str| Settings {
+            spheres: Spheres::Exact,
+            ..settings(estimator)
+        };
+        let all = [
+            (exact("line-analytic"), 64),
+            (exact("line-solid-angle"), 64),
+            (exact("hybrid+point-bsdf"), 64),
+            (exact("line-projected+point-area+point-bsdf"), 64),
+        ];
+        agree(&scene, exact("point-solid-angle"), &all);
+    }
+}
+
 /// Above the horizon and unhidden, a sphere gives π L (R/d)² cos θ.
 #[test]
 fn a_sphere_is_lamberts() {

@@ -4,11 +4,11 @@ mod materials;
 
 pub use materials::nearest_in_pbrt_v4;
 
-use linelit_geometry::DVec3;
-use linelit_lights::{Emission, Light, LinearLight};
+use linelit_geometry::{DVec3, Frame};
+use linelit_lights::{Disk, Emission, Light, LinearLight};
 use linelit_scene::{
-    EmissionMap, EmissiveSphere, FilmSettings, FilterKind, ImageTexture, Mesh, Projection, Scene,
-    Texture, UvMapping, Wrap,
+    EmissionMap, EmissiveDisk, EmissiveSphere, FilmSettings, FilterKind, ImageTexture, Mesh,
+    Projection, Scene, Texture, UvMapping, Wrap,
 };
 use std::fmt::{self, Write as _};
 use std::io;
@@ -245,6 +245,10 @@ impl Writer<'_> {
         if let Some(sphere) = spheres.find(|s| s.triangles == mesh.triangles) {
             return self.sphere(mesh, sphere);
         }
+        let mut disks = self.scene.disks.iter();
+        if let Some(disk) = disks.find(|d| d.triangles == mesh.triangles) {
+            return self.disk(mesh, disk);
+        }
         writeln!(
             self.text,
             "AttributeBegin\nNamedMaterial \"m{}\"",
@@ -299,6 +303,38 @@ impl Writer<'_> {
             writeln!(
                 self.text,
                 "Translate {centre} Shape \"sphere\" \"float radius\" [ {radius} ]"
+            )?;
+        }
+        writeln!(self.text, "AttributeEnd")
+    }
+
+    /// An emissive disk, as [`Self::sphere`].
+    fn disk(&mut self, mesh: &Mesh, light: &EmissiveDisk) -> fmt::Result {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = light.disk;
+        writeln!(
+            self.text,
+            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+            mesh.material,
+            Triple(light.emission.radiance),
+            light.emission.two_sided
+        )?;
+        if self.options.extensions {
+            if mesh.flipped && !mesh.has_normals {
+                writeln!(self.text, "ReverseOrientation")?;
+            }
+            self.shape(mesh, mesh.triangles.start, mesh.triangles.end)?;
+            let (centre, normal) = (Triple(center), Triple(normal));
+            writeln!(self.text, " \"float disk\" [ {centre} {normal} {radius} ]")?;
+        } else {
+            let Frame { x, y, z } = Frame::from_normal(normal);
+            let [x, y, z, centre] = [x, y, z, center].map(Triple);
+            writeln!(
+                self.text,
+                "ConcatTransform [ {x} 0 {y} 0 {z} 0 {centre} 1 ] Shape \"disk\" \"float radius\" [ {radius} ]"
             )?;
         }
         writeln!(self.text, "AttributeEnd")

@@ -8,6 +8,7 @@ use super::{Geometry, Loader, ObjectShape, is_one_of};
 use crate::tessellate;
 use linelit_assembly::{ErrorKind, Result, Source, ply};
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
+use linelit_lights::Disk;
 use linelit_scene::{MeshData, Placement};
 use std::rc::Rc;
 
@@ -150,6 +151,14 @@ impl Loader {
         if let Some([x, y, z, radius]) = params.fixed::<4>("sphere", &[Type::Float])? {
             mesh.sphere = Some((DVec3::new(x, y, z), radius));
         }
+        // The same of emissive disks.
+        if let Some([x, y, z, a, b, c, radius]) = params.fixed::<7>("disk", &[Type::Float])? {
+            mesh.disk = DVec3::new(a, b, c).try_normalize().map(|normal| Disk {
+                center: DVec3::new(x, y, z),
+                normal,
+                radius,
+            });
+        }
         Ok(mesh)
     }
 
@@ -276,13 +285,15 @@ impl Loader {
         let mesh = match name {
             "disk" => {
                 let inner = params.float_or("innerradius", 0.0)?.clamp(0.0, radius);
-                tessellate::disk(
-                    params.float_or("height", 0.0)?,
+                let height = params.float_or("height", 0.0)?;
+                let mut mesh = tessellate::disk(height, radius, inner, phi, steps[0]);
+                let whole = inner == 0.0 && phi >= std::f64::consts::TAU;
+                mesh.disk = whole.then_some(Disk {
+                    center: DVec3::Z * height,
+                    normal: DVec3::Z,
                     radius,
-                    inner,
-                    phi,
-                    steps[0],
-                )
+                });
+                mesh
             }
             "cylinder" => {
                 let (a, b) = (
@@ -304,7 +315,12 @@ impl Loader {
         };
         if emissive {
             let message = format!("an emissive {name} is drawn with flat facets");
-            let label = format!("{} triangles", mesh.triangles.len());
+            let kept = mesh.sphere.is_some() || mesh.disk.is_some();
+            let why = match kept {
+                true => "",
+                false => "; exact are whole spheres and disks only",
+            };
+            let label = format!("{} triangles{why}", mesh.triangles.len());
             self.base.suspicious(message, &label, params.at())?;
         }
         Ok(mesh)
