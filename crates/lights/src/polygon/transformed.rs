@@ -94,8 +94,12 @@ impl PointTechnique for TransformedSampler {
     fn sample(&self, u: [f64; 2]) -> PointSample<SolidAngle> {
         let image = self.image.sample(u).point;
         let to_light = self.map * image;
+        let point = self.x + to_light;
+        if !point.is_finite() {
+            return PointSample::none(self.x);
+        }
         PointSample {
-            point: self.x + to_light,
+            point,
             pdf: self.density(to_light, image),
         }
     }

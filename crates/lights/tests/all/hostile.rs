@@ -13,7 +13,7 @@ use linelit_lights::{
     Light, LineSample, LineSampler, LineTechnique, LinearLight, LinearPointTechnique, Measure,
     Offset, OffsetDensity, Orientation, Pdf, Pieces, PointSample, PointTechnique, PointsOnLines,
     ProjectedSolidAngle, ProxySampler, Real, SolidAngle, SolidAngleSampler, Sphere, SphereLight,
-    TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle, sample_linear,
+    TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle, TransformedSampler, sample_linear,
     triangle_solid_angle,
 };
 use linelit_testkit::public;
@@ -180,6 +180,17 @@ proptest! {
         let proxy = ProxySampler::new(&p, x);
         on_polygon(proxy.sample(u), &shape)?;
         density(proxy.pdf(q))?;
+        let map = DMat3::from_cols(q, x.cross(q), DVec3::new(u[0], u[1], x.z));
+        for map in [DMat3::IDENTITY, map] {
+            if let Some(mapped) = TransformedSampler::new(&p, x, map) {
+                share(mapped.about_integral(), 1.0)?;
+                let sample = mapped.sample(u);
+                prop_assert!(sample.point.is_finite());
+                density(sample.pdf)?;
+                density(mapped.pdf(q))?;
+                numbers(mapped.invert(q))?;
+            }
+        }
         for at in [q, by_area.sample(u).point] {
             numbers(by_area.invert(at))?;
             numbers(by_angle.invert(at))?;
