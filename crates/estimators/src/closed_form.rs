@@ -208,26 +208,33 @@ pub(crate) fn linear<R>(
     parts: &[Interval],
 ) -> DVec3 {
     let n = point.normal;
-    let mut sum = DVec3::ZERO;
-    for piece in parts
-        .iter()
-        .filter_map(|part| above_surface(point, &light.segment, *part))
-    {
-        let (p0, p1) = (piece.p0, piece.p1);
-        sum += reflection.diffuse.value() * cylinder::irradiance(p0, p1, n);
-        for lobe in reflection.lobes(point.outgoing, n) {
-            let whole = match lobe {
-                ClosedLobe::Power { axis, exponent, .. } => {
-                    phong::cylinder(p0, p1, n, axis, exponent)
-                }
-                ClosedLobe::Gaussian {
-                    axis, sharpness, ..
-                } => spherical_gaussian::cylinder(p0, p1, n, axis, sharpness),
-            };
-            sum += lobe.scale() * whole;
-        }
+    let flat = over_parts(light, point, parts, |p0, p1| {
+        cylinder::irradiance(p0, p1, n)
+    });
+    let mut sum = reflection.diffuse.value() * flat;
+    for lobe in reflection.lobes(point.outgoing, n) {
+        let whole = over_parts(light, point, parts, |p0, p1| match lobe {
+            ClosedLobe::Power { axis, exponent, .. } => phong::cylinder(p0, p1, n, axis, exponent),
+            ClosedLobe::Gaussian {
+                axis, sharpness, ..
+            } => spherical_gaussian::cylinder(p0, p1, n, axis, sharpness),
+        });
+        sum += lobe.scale() * whole;
     }
     light.radiance_radius * sum
+}
+
+/// The sum of an integral over the visible parts of a linear light.
+fn over_parts<R>(
+    light: &LinearLight,
+    point: &ShadingPoint<R>,
+    parts: &[Interval],
+    integral: impl Fn(DVec3, DVec3) -> f64,
+) -> f64 {
+    parts
+        .iter()
+        .filter_map(|part| above_surface(point, &light.segment, *part))
+        .fold(0.0, |sum, piece| sum + integral(piece.p0, piece.p1))
 }
 
 /// Light of the visible parts of a linear light for a reflection without a closed form, whose peaks
