@@ -41,7 +41,6 @@ mod probe;
 mod renderer;
 mod selection;
 mod settings;
-mod unshadowed;
 mod workspace;
 
 pub use linelit_estimators::{

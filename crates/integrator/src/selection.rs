@@ -1,12 +1,11 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
-use crate::unshadowed::{Cosines, receiver};
 use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
 use linelit_estimators::streams::light_choice;
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_selection::{
-    Discrete, Estimated, Importance, LightTree, Picked, can_contribute, unshadowed,
-    unshadowed_at_center,
+    Cosines, Discrete, Estimated, Importance, LightTree, Picked, can_contribute, reflecting,
+    unshadowed, unshadowed_at_center,
 };
 use std::fmt;
 use std::str::FromStr;
@@ -122,7 +121,7 @@ pub(crate) fn draw(
 ) {
     let lights = plan.lights_of(settings.spheres);
     let tables = plan.tables_of(settings.spheres);
-    let (x, n) = (point.position, point.normal);
+    let (x, n, wo) = (point.position, point.normal, point.outgoing);
     let count = settings.samples.max(1);
     let dimension = light_choice(repetition);
     let numbers = Sampler::new(settings.sampler, settings.seed).points(pixel, dimension, count);
@@ -136,7 +135,7 @@ pub(crate) fn draw(
         LightChoice::Tree => {
             let tree = tables.tree(lights);
             let light = |i: usize| &*lights[i].light;
-            let cosines = Cosines::new(point);
+            let cosines = Cosines::new(&point.bsdf, x, n, wo);
             let at = cosines.receiver();
             pick_all(drawn, &numbers, |u| tree.pick(light, &at, u));
         }
@@ -146,7 +145,7 @@ pub(crate) fn draw(
                 dimension.wrapping_sub(1),
                 1,
             );
-            let at = receiver(point);
+            let at = reflecting(&point.bsdf, x, n, wo);
             let estimate = |i: usize| {
                 let position = positions.get_2d(u32::try_from(i).unwrap_or(u32::MAX));
                 unshadowed(&lights[i].light, &at, position)
@@ -156,7 +155,7 @@ pub(crate) fn draw(
             pick_all(drawn, &numbers, |u| table.pick(u));
         }
         LightChoice::Exact => {
-            let cosines = Cosines::new(point);
+            let cosines = Cosines::new(&point.bsdf, x, n, wo);
             for (weight, light) in weights.iter_mut().zip(lights) {
                 *weight = cosines.light(&light.light);
             }
@@ -164,7 +163,7 @@ pub(crate) fn draw(
             pick_all(drawn, &numbers, |u| table.as_ref()?.pick(u));
         }
         LightChoice::Centre => {
-            let at = receiver(point);
+            let at = reflecting(&point.bsdf, x, n, wo);
             for (weight, light) in weights.iter_mut().zip(lights) {
                 *weight = unshadowed_at_center(&light.light, &at);
             }

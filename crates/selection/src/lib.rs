@@ -26,11 +26,13 @@
 
 mod bounds;
 mod contribution;
+mod reflected;
 mod tree;
 
 pub use contribution::{
     Receiver, can_contribute, diffuse, positive_part, spread, unshadowed, unshadowed_at_center,
 };
+pub use reflected::{Cosines, reflecting};
 pub use tree::{Importance, LightTree};
 
 use linelit_geometry::finite::BELOW_ONE;

@@ -1,10 +1,9 @@
 //! What a surface reflects of a light that nothing hides, for choosing among lights.
 
-use crate::ShadingPoint;
+use crate::contribution::{Receiver, can_contribute, positive_part, spread};
 use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::Light;
-use linelit_selection::{Receiver, can_contribute, positive_part, spread};
 use linelit_shading::{cylinder, ltc::Ltc, polygon};
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -12,31 +11,39 @@ use std::f64::consts::{FRAC_1_PI, PI};
 /// short of in its tails is chosen much too seldom.
 const DEFENCE: f64 = 0.05;
 
-/// The surface as it is, for lights by their points.
-pub(crate) fn receiver(point: &ShadingPoint) -> Receiver<impl Fn(DVec3) -> DVec3> {
-    let (n, wo) = (point.normal, point.outgoing);
+/// A surface as its reflection has it, for lights by their points: what the reflection at
+/// `position` with the unit normal sends to the direction `wo`.
+pub fn reflecting<R: Reflection>(
+    bsdf: &R,
+    position: DVec3,
+    normal: DVec3,
+    wo: DVec3,
+) -> Receiver<impl Fn(DVec3) -> DVec3> {
     Receiver {
-        position: point.position,
-        normal: n,
-        reflected: move |w| point.bsdf.eval(w, wo, n) * n.dot(w).max(0.0),
+        position,
+        normal,
+        reflected: move |w| bsdf.eval(w, wo, normal) * normal.dot(w).max(0.0),
     }
 }
 
 /// The surface as a sum of linearly transformed cosines, whose integrals over lights and means over
 /// directions are known.
-pub(crate) struct Cosines<'p> {
-    point: &'p ShadingPoint,
+#[derive(Clone, Debug)]
+pub struct Cosines {
+    position: DVec3,
+    normal: DVec3,
     cosines: TransformedCosines,
     lobes: [Option<Lobe>; TransformedCosines::MAX],
     /// About the albedo.
     albedo: DVec3,
 }
 
-impl<'p> Cosines<'p> {
-    pub(crate) fn new(point: &'p ShadingPoint) -> Self {
-        let (wo, n) = (point.outgoing, point.normal);
+impl Cosines {
+    /// What the reflection at `position` with the unit normal `n` sends to the direction `wo`.
+    #[must_use]
+    pub fn new<R: Reflection>(bsdf: &R, position: DVec3, n: DVec3, wo: DVec3) -> Self {
         // What is not known counts as diffuse.
-        let cosines = point.bsdf.transformed_cosines(wo, n);
+        let cosines = bsdf.transformed_cosines(wo, n);
         let white = || TransformedCosines::new(Frame::from_normal(n), DVec3::ONE);
         let cosines = cosines.unwrap_or_else(white);
         let frame = cosines.frame;
@@ -48,7 +55,8 @@ impl<'p> Cosines<'p> {
             albedo += lobe.albedo;
         }
         Self {
-            point,
+            position,
+            normal: n,
             cosines,
             lobes,
             albedo,
@@ -56,12 +64,12 @@ impl<'p> Cosines<'p> {
     }
 
     /// The surface with means over directions, scaled to an integral of about π.
-    pub(crate) fn receiver(&self) -> Receiver<impl Fn(DVec3) -> DVec3> {
-        let n = self.point.normal;
+    pub fn receiver(&self) -> Receiver<impl Fn(DVec3) -> DVec3> {
+        let n = self.normal;
         let albedo = mean(self.albedo);
         let scale = if albedo > 0.0 { PI / albedo } else { 0.0 };
         Receiver {
-            position: self.point.position,
+            position: self.position,
             normal: n,
             reflected: move |w: DVec3| {
                 let diffuse = FRAC_1_PI * positive_part(n.dot(w), spread(w));
@@ -80,8 +88,9 @@ impl<'p> Cosines<'p> {
     /// diffuse surface: in closed form of polygons and lines; of what is round, that of its whole
     /// in its centre's direction, raised where that dips below the horizon. Zero only where the
     /// light cannot contribute, and always finite.
-    pub(crate) fn light(&self, light: &Light) -> f64 {
-        let (x, n) = (self.point.position, self.point.normal);
+    #[must_use]
+    pub fn light(&self, light: &Light) -> f64 {
+        let (x, n) = (self.position, self.normal);
         if !can_contribute(light, x, n) {
             return 0.0;
         }
@@ -141,7 +150,7 @@ impl<'p> Cosines<'p> {
 }
 
 /// A lobe of albedo one.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Lobe {
     ltc: Ltc,
     albedo: DVec3,
