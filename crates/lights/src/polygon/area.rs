@@ -81,7 +81,6 @@ impl AreaSampler {
 impl PointTechnique for AreaSampler {
     type Measure = Area;
 
-    #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let u = u.map(fraction);
         let point = if let Some((o, a, b)) = self.parallelogram {
