@@ -16,9 +16,9 @@ pub struct Estimate {
     pub evaluations: u32,
 }
 
-/// Gauss and Kronrod's nodes on [−1, 1], the positive half, with the weights of all fifteen and, of
-/// those that are Gauss' seven, of these alone.
-const HALF_RULE: [(f64, f64, f64); 7] = [
+/// Gauss and Kronrod's nodes on [−1, 1], the positive half from the outside in, with the weights of
+/// all fifteen and, of those that are Gauss' seven, of these alone.
+pub(crate) const HALF_RULE: [(f64, f64, f64); 7] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0),
     (
         0.949_107_912_342_758_5,
@@ -40,8 +40,8 @@ const HALF_RULE: [(f64, f64, f64); 7] = [
     (0.207_784_955_007_898_47, 0.204_432_940_075_298_9, 0.0),
 ];
 
-/// The weights of the node in the middle.
-const MIDDLE: (f64, f64) = (0.209_482_141_084_727_82, 0.417_959_183_673_469_4);
+/// Both weights of the node in the middle.
+pub(crate) const MIDDLE: [f64; 2] = [0.209_482_141_084_727_82, 0.417_959_183_673_469_4];
 
 /// Intervals waiting to be halved; also the greatest depth.
 const STACK: usize = 48;
@@ -75,7 +75,7 @@ pub fn adaptive(f: impl Fn(f64) -> DVec3, a: f64, b: f64, tolerance: f64, budget
         let (lo, hi) = stack[waiting];
         let (middle, half) = (0.5 * lo + 0.5 * hi, 0.5 * hi - 0.5 * lo);
         let at_middle = f(middle);
-        let (mut all, mut gauss) = (at_middle * MIDDLE.0, at_middle * MIDDLE.1);
+        let (mut all, mut gauss) = (at_middle * MIDDLE[0], at_middle * MIDDLE[1]);
         for (x, weight, of_gauss) in HALF_RULE {
             let pair = f(middle - half * x) + f(middle + half * x);
             all += pair * weight;

@@ -14,8 +14,8 @@ use linelit_testkit::ztest::{Welford, critical_z, z_score_two};
 use linelit_visibility::Occluders;
 use std::ops::Range;
 
-/// A reflection without closed forms.
-struct Opaque(Bsdf);
+/// A reflection of which nothing is known but its values.
+pub(crate) struct Opaque(pub Bsdf);
 
 impl Reflection for Opaque {
     fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {

@@ -5,6 +5,7 @@ use crate::exact::dot;
 use crate::horizon::crossing;
 use crate::phong;
 use crate::polygon::{self, clip_with};
+use crate::quadrature::{HALF_RULE, MIDDLE};
 use linelit_geometry::DVec3;
 
 /// The most corners that are looked at; each of the two horizons may add one.
@@ -23,32 +24,6 @@ const MOST_PANELS: f64 = 12.0;
 /// from lying in a plane. Nor are those that see all of the polygon as low over a horizon: ends of
 /// lines are rounded.
 const FLATTEST: f64 = 1e-5;
-
-/// Positive nodes of the 15-point Kronrod rule from the outside in, their weights, and those of the
-/// 7-point Gauss rule.
-const RULE: [(f64, f64, f64); 7] = [
-    (0.991_455_371_120_812_6, 0.022_935_322_010_529_224, 0.0),
-    (
-        0.949_107_912_342_758_5,
-        0.063_092_092_629_978_56,
-        0.129_484_966_168_869_7,
-    ),
-    (0.864_864_423_359_769_1, 0.104_790_010_322_250_18, 0.0),
-    (
-        0.741_531_185_599_394_4,
-        0.140_653_259_715_525_92,
-        0.279_705_391_489_276_64,
-    ),
-    (0.586_087_235_467_691_1, 0.169_004_726_639_267_9, 0.0),
-    (
-        0.405_845_151_377_397_2,
-        0.190_350_578_064_785_4,
-        0.381_830_050_505_118_9,
-    ),
-    (0.207_784_955_007_898_47, 0.204_432_940_075_298_9, 0.0),
-];
-/// The same at the middle.
-const MIDDLE: [f64; 2] = [0.209_482_141_084_727_82, 0.417_959_183_673_469_4];
 
 /// The integral to `tolerance` times the irradiance; `None` where that cannot be told.
 pub(super) fn integral(
@@ -216,7 +191,7 @@ impl<'a> Across<'a> {
         };
         let at_middle = value(middle);
         let (mut kronrod, mut gauss) = (MIDDLE[0] * at_middle, MIDDLE[1] * at_middle);
-        for (node, fine, coarse) in RULE {
+        for (node, fine, coarse) in HALF_RULE {
             let both = value(middle - half * node) + value(middle + half * node);
             kronrod += fine * both;
             gauss += coarse * both;
