@@ -109,11 +109,7 @@ pub(crate) fn whole_light<R>(
         return Some(DVec3::ZERO);
     };
     let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-    let vertices = polygon.vertices();
-    for (to, from) in relative.iter_mut().zip(vertices) {
-        *to = *from - point.position;
-    }
-    let relative = &relative[..vertices.len()];
+    let relative = polygon.relative_to(point.position, &mut relative);
     Some(emitted * convex(relative, point, reflection, tolerance)?)
 }
 

@@ -108,11 +108,8 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
     if shaft.class() == ShaftClass::Empty {
         if let Some(above) = area.polygon.clip(point.position, point.geometric_normal) {
             let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-            let vertices = above.vertices();
-            for (to, from) in relative.iter_mut().zip(vertices) {
-                *to = *from - point.position;
-            }
-            sum = fit.over_convex(&relative[..vertices.len()], &cosines);
+            let vertices = above.relative_to(point.position, &mut relative);
+            sum = fit.over_convex(vertices, &cosines);
         }
     } else {
         let mut corners = [[0.0; 2]; CORNERS];

@@ -287,6 +287,15 @@ impl ConvexPolygon {
         }
     }
 
+    /// The vertices relative to a point, in `out`.
+    pub fn relative_to<'a>(&self, x: DVec3, out: &'a mut [DVec3; Self::CAPACITY]) -> &'a [DVec3] {
+        let vertices = self.vertices();
+        for (to, from) in out.iter_mut().zip(vertices) {
+            *to = *from - x;
+        }
+        &out[..vertices.len()]
+    }
+
     /// An upper bound of the largest distance between two vertices, at most twice as large.
     #[must_use]
     pub fn diameter(&self) -> f64 {

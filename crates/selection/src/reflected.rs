@@ -101,11 +101,7 @@ impl Cosines {
         let (radiance, irradiance, glossy) = match light {
             Light::Area(area) => {
                 let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-                let vertices = area.polygon.vertices();
-                for (to, from) in relative.iter_mut().zip(vertices) {
-                    *to = *from - x;
-                }
-                let relative = &relative[..vertices.len()];
+                let relative = area.polygon.relative_to(x, &mut relative);
                 (
                     area.emission.radiance,
                     polygon::irradiance(relative, n),

@@ -215,6 +215,9 @@ fn sound(p: &ConvexPolygon) -> Result<(), TestCaseError> {
     prop_assert!((p.normal().length() - 1.0).abs() <= 4.0 * f64::EPSILON);
     prop_assert!(p.vertices().iter().all(|v| v.is_finite()));
     prop_assert!(p.diameter() > 0.0 && p.diameter().is_finite());
+    let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+    let first = p.relative_to(p.vertices()[0], &mut relative)[0];
+    prop_assert_eq!(first, DVec3::ZERO);
     prop_assert!(is_inside(p, p.centroid()), "{:?}", p.centroid());
     prop_assert!(is_orthonormal(&p.plane_frame().axes));
     if let Some((o, u, v)) = p.as_parallelogram() {
