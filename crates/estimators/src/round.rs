@@ -13,7 +13,7 @@ use crate::techniques::{point_techniques, points::area::Area};
 use crate::{PointBy, ShadingPoint};
 use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec3, Frame, Segment, Triangle};
-use linelit_lights::{Disk, Light, Sphere};
+use linelit_lights::{Disk, Emission, Light, Sphere};
 use linelit_spheres::DiskArea;
 use linelit_visibility::{Shaft, ShaftClass};
 use std::f64::consts::TAU;
@@ -27,6 +27,7 @@ pub(crate) struct RoundView {
     /// The light, or the outline of the sphere, its normal towards the shading point.
     pub disk: Disk,
     pub sphere: Option<Sphere>,
+    pub emission: Emission,
     /// The shading point.
     pub x: DVec3,
 }
@@ -34,12 +35,21 @@ pub(crate) struct RoundView {
 impl RoundView {
     /// `None` from inside a sphere, where there is no outline, and of a light of another kind.
     pub(crate) fn new(light: &Light, x: DVec3) -> Option<Self> {
-        let (disk, sphere) = match light {
+        Some(match light {
             Light::Area(_) | Light::Linear(_) => return None,
-            Light::Disk(light) => (light.disk, None),
-            Light::Sphere(light) => (outline(&light.sphere, x)?, Some(light.sphere)),
-        };
-        Some(Self { disk, sphere, x })
+            Light::Disk(light) => Self {
+                disk: light.disk,
+                sphere: None,
+                emission: light.emission,
+                x,
+            },
+            Light::Sphere(light) => Self {
+                disk: outline(&light.sphere, x)?,
+                sphere: Some(light.sphere),
+                emission: Emission::one_sided(light.radiance),
+                x,
+            },
+        })
     }
 
     /// What a technique draws from.

@@ -12,7 +12,6 @@ use crate::{
 };
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::DVec3;
-use linelit_lights::{Emission, Light};
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
 
 /// Any estimator but points with rays, on a sphere or a disk: as [`combined`](super::combined), on
@@ -25,7 +24,9 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     let Some(view) = RoundView::new(query.light.light, point.position) else {
         return DVec3::ZERO;
     };
-    let emission = emission(query.light.light, &view);
+    // What it sends to the shading point, and the height of that over the disk's plane.
+    let height = view.normal(view.x).dot(view.x - view.disk.center);
+    let emission = (view.emission.towards(height), height);
     if emission.0 == DVec3::ZERO {
         return DVec3::ZERO;
     }
@@ -131,18 +132,6 @@ fn towards<'b, R, T>(query: &Query<'_, R, T>, corners: &'b [DVec3; CORNERS]) -> 
         light: corners.into(),
         exclude: query.light.triangles.clone(),
     }
-}
-
-/// What a round light sends to the shading point, and the height of that over the disk's plane.
-fn emission(light: &Light, view: &RoundView) -> (DVec3, f64) {
-    let height = view.normal(view.x).dot(view.x - view.disk.center);
-    let emission = match light {
-        Light::Sphere(light) => Emission::one_sided(light.radiance),
-        Light::Disk(light) => light.emission,
-        Light::Area(light) => light.emission,
-        Light::Linear(_) => Emission::one_sided(DVec3::ZERO),
-    };
-    (emission.towards(height), height)
 }
 
 /// The mean over chords, the closed form along what is visible of each.
