@@ -23,6 +23,9 @@ macro_rules! point_techniques {
             /// Uniform on the part of the area that faces the shading point: of a sphere the
             /// visible cap, of other lights all of it.
             VisibleArea: visible_area::VisibleArea,
+            /// Uniform on the triangles that a polygon spans at unit distance (Shirley & Wang
+            /// 1991), nearly its solid angle; on other lights as [`PointBy::SolidAngle`].
+            Proxy: proxy::Proxy,
             /// Uniform in the light's solid angle; of disks within 1 %.
             SolidAngle: solid_angle::SolidAngle,
             /// Uniform in the light's projected solid angle: no noise on diffuse surfaces that see

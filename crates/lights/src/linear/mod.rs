@@ -11,14 +11,12 @@ mod batch;
 mod bisection;
 mod ltc;
 pub(crate) mod precision;
-mod profile;
 mod projected;
 pub(crate) mod trig;
 mod view;
 mod warps;
 
 pub use ltc::LtcSampler;
-pub use profile::{AlongProfile, ProfiledLine, across_lambert};
 pub use projected::ProjectedLine;
 pub use view::{ArcPoint, LineView};
 

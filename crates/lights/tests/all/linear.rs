@@ -1,10 +1,7 @@
 //! The laws for the techniques of linear lights, the LTC and the profiles.
 
 use linelit_geometry::{DMat3, DVec3, Segment};
-use linelit_lights::linear::{
-    AlongProfile, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProfiledLine,
-    across_lambert,
-};
+use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
 use linelit_lights::{LinearPointTechnique, Pdf, ThinSolidAngle};
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::laws::Laws;
@@ -420,58 +417,6 @@ fn ltc_fits(samples: u32) {
         }
     }
     assert!(seen >= 8, "{seen} of 12 see the light");
-}
-
-#[test]
-fn profiles_obey_the_laws() {
-    profiles_fit(10_000);
-}
-
-#[test]
-#[ignore = "long: a million samples on each light"]
-fn profiles_obey_the_laws_long() {
-    profiles_fit(1_000_000);
-}
-
-fn profiles_fit(samples: u32) {
-    let values = [0.5, 0.0, 2.0, 1.0, 0.25];
-    let profile = AlongProfile::new(&values).expect("emits");
-    let alpha = sidak(0.01, 7);
-    for case in &cases() {
-        let s = ProfiledLine::new(&case.light, case.x, case.n, &profile).expect("visible");
-        let knots = [0.2, 0.4, 0.6, 0.8];
-        let [a, b] = LinearSampler::new(
-            LinearTechnique::ClippedSolidAngle,
-            &case.light,
-            case.x,
-            case.n,
-        )
-        .expect("visible")
-        .view()
-        .range();
-        let knots: Vec<f64> = knots.into_iter().chain([a, b]).collect();
-        let level = Level {
-            samples,
-            alpha,
-            knots: &knots,
-            round_trip: 256.0 * case.resolution(),
-        };
-        laws(case, "profile", &level, &s);
-        // Zero variance: cosine × profile over density is the irradiance.
-        for i in 0..100 {
-            let q = s.sample((f64::from(i) + 0.5) / 100.0);
-            let cosine = case.n.dot(q.direction);
-            let got = cosine * profile.at(q.t) / q.pdf.value();
-            let slack = 256.0 * case.resolution() * (1.0 + 1.0 / cosine);
-            assert!(
-                (got / s.irradiance() - 1.0).abs() < slack,
-                "{}: {got}",
-                case.name
-            );
-        }
-    }
-    assert!(AlongProfile::new(&[]).is_none() && AlongProfile::new(&[0.0, -1.0]).is_none());
-    assert!((across_lambert(DVec3::X, DVec3::new(0.6, 0.8, 0.0), 2.0) - 0.64).abs() < 1e-15);
 }
 
 /// The same lines in `f32` and `f64`: the CDF, evaluated in `f64` for the `f32` input, at the `f32`

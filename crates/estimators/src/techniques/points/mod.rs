@@ -5,6 +5,7 @@ pub(crate) mod bsdf;
 pub(crate) mod linear;
 pub(crate) mod ltc;
 pub(crate) mod projected;
+pub(crate) mod proxy;
 pub(crate) mod round;
 pub(crate) mod solid_angle;
 pub(crate) mod texture;
