@@ -1,10 +1,10 @@
 //! Parallel lines across a disk: chords, and points on what is visible of them.
 
+use crate::along::{Along, holds};
 use core::f64::consts::PI;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
-use linelit_lights::linear::{LineView, ProjectedLine};
 use linelit_lights::sample_linear;
 use linelit_lights::{Disk, LineSample, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
 
@@ -73,7 +73,8 @@ const SINES: [f64; PIECES / 2 + 1] = [
 #[derive(Clone, Copy, Debug)]
 pub struct DiskChords {
     disk: Disk,
-    x: DVec3,
+    /// The shading point, and the measure along chords.
+    along: Along,
     /// Along the chords, and across.
     axes: [DVec3; 2],
     /// The height of the shading point over the plane.
@@ -81,12 +82,9 @@ pub struct DiskChords {
     /// Horizons that cut the disk: a, b, c of what is above, `a v + b u + c ≥ 0`.
     cuts: [[f64; 3]; 2],
     cut_count: usize,
-    /// What projected solid angles refer to.
-    normal: DVec3,
     /// The middle of the offsets and half their range.
     middle: f64,
     half: f64,
-    measure: ChordMeasure,
     /// μ cos φ at the ends of the pieces.
     density: [f64; PIECES + 1],
     pieces: Pieces,
@@ -108,17 +106,20 @@ impl DiskChords {
         let (s, c) = angle_rad.sin_cos();
         let axes = [frame.x * c + frame.y * s, frame.y * c - frame.x * s];
         let to = disk.center - x;
+        let along = Along {
+            x,
+            normal: horizons.first().copied().unwrap_or(disk.normal),
+            measure,
+        };
         let mut out = Self {
             disk: *disk,
-            x,
+            along,
             axes,
             z: predicates::dot(to, disk.normal).abs(),
             cuts: [[0.0; 3]; 2],
             cut_count: 0,
-            normal: horizons.first().copied().unwrap_or(disk.normal),
             middle: 0.0,
             half: 0.0,
-            measure,
             density: [0.0; PIECES + 1],
             pieces: Pieces::new(core::iter::empty()),
         };
@@ -220,21 +221,12 @@ impl DiskChords {
         let Some(ends) = self.extent(offset) else {
             return 0.0;
         };
-        match self.measure {
+        match self.along.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => ends[1] - ends[0],
             ChordMeasure::SolidAngle | ChordMeasure::Projected => self
+                .along
                 .thin(&self.segment(offset, ends))
                 .map_or(0.0, |thin| thin.measure() * self.z / thin.distance()),
-        }
-    }
-
-    /// A chord or a part of one as the shading point sees it.
-    fn thin(&self, line: &Segment) -> Option<Thin> {
-        let [p0, p1] = [line.p0, line.p1].map(|p| (p - self.x).to_array());
-        if self.measure == ChordMeasure::Projected {
-            ProjectedLine::new(p0, p1, self.normal.to_array()).map(Thin::Projected)
-        } else {
-            LineView::new(p0, p1).map(Thin::Solid)
         }
     }
 
@@ -269,7 +261,7 @@ impl DiskChords {
     /// nothing can be sampled: skip it.
     #[must_use]
     pub fn sample(&self, u: f64) -> LineSample {
-        let sine = if self.measure == ChordMeasure::Uniform {
+        let sine = if self.along.measure == ChordMeasure::Uniform {
             2.0 * fraction(u) - 1.0
         } else {
             let (piece, place) = self.pieces.pick(u);
@@ -301,7 +293,7 @@ impl DiskChords {
         if !(self.pieces.is_usable() && sine.abs() <= 1.0) {
             return Pdf::ZERO;
         }
-        if self.measure == ChordMeasure::Uniform {
+        if self.along.measure == ChordMeasure::Uniform {
             return Pdf::new(0.5 / self.half);
         }
         let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
@@ -322,7 +314,7 @@ impl DiskChords {
             return None;
         }
         let sine = (offset - self.middle) / self.half;
-        if self.measure == ChordMeasure::Uniform {
+        if self.along.measure == ChordMeasure::Uniform {
             return Some(below_one(0.5 * (sine + 1.0)));
         }
         let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
@@ -347,23 +339,9 @@ impl DiskChords {
         xi: f64,
     ) -> PointSample<SolidAngle> {
         let line = &chord.segment;
-        let total = self.visible_measure(line, visible);
-        let mut rest = fraction(xi) * total;
-        let mut chosen = None;
-        for part in visible {
-            let measure = self.part_measure(line, *part);
-            if measure > 0.0 {
-                chosen = Some((*part, fraction(rest / measure)));
-                if rest < measure {
-                    break;
-                }
-                rest -= measure;
-            }
-        }
-        let Some((part, place)) = chosen else {
+        let Some((t, total)) = self.along.place(line, visible, xi) else {
             return PointSample::none(line.p0);
         };
-        let t = part.lo + (part.hi - part.lo) * self.place_on(line, part, place);
         let point = line.at(t);
         PointSample::at(point, self.joint(point, line, chord.pdf.value(), total))
     }
@@ -376,12 +354,10 @@ impl DiskChords {
         let Some((offset, line, t)) = self.chord_at(point) else {
             return Pdf::ZERO;
         };
-        let slack = 16.0 * f64::EPSILON;
-        let is_visible = |part: &Interval| t >= part.lo - slack && t <= part.hi + slack;
-        if !visible.iter().any(is_visible) {
+        if !holds(visible, t) {
             return Pdf::ZERO;
         }
-        let total = self.visible_measure(&line, visible);
+        let total = self.along.visible_measure(&line, visible);
         self.joint(point, &line, self.offset_pdf(offset).value(), total)
     }
 
@@ -395,44 +371,18 @@ impl DiskChords {
         inside.then(|| (offset, self.segment(offset, ends), fraction(t)))
     }
 
-    fn visible_measure(&self, line: &Segment, visible: &[Interval]) -> f64 {
-        let measure = |part: &Interval| self.part_measure(line, *part);
-        visible.iter().map(measure).sum()
-    }
-
-    fn part_measure(&self, line: &Segment, part: Interval) -> f64 {
-        match self.measure {
-            ChordMeasure::Uniform | ChordMeasure::Length => {
-                (part.hi - part.lo).max(0.0) * line.length()
-            }
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => self
-                .thin(&line.piece(part.lo, part.hi))
-                .map_or(0.0, |thin| thin.measure()),
-        }
-    }
-
-    /// The fraction of a part that has the share `xi` of its measure below it.
-    fn place_on(&self, line: &Segment, part: Interval, xi: f64) -> f64 {
-        match self.measure {
-            ChordMeasure::Uniform | ChordMeasure::Length => xi,
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => self
-                .thin(&line.piece(part.lo, part.hi))
-                .map_or(xi, |thin| thin.sample(xi)),
-        }
-    }
-
     /// The joint density at a point of a chord whose offset has the density `offset`.
     fn joint(&self, point: DVec3, line: &Segment, offset: f64, visible: f64) -> Pdf<SolidAngle> {
-        let to = point - self.x;
+        let to = point - self.along.x;
         let r = to.length();
-        let density = match self.measure {
+        let density = match self.along.measure {
             ChordMeasure::Uniform | ChordMeasure::Length => r * r * r / (self.z * visible),
             ChordMeasure::SolidAngle | ChordMeasure::Projected => {
-                let Some(whole) = self.thin(line) else {
+                let Some(whole) = self.along.thin(line) else {
                     return Pdf::ZERO;
                 };
-                let cosine = match self.measure {
-                    ChordMeasure::Projected => self.normal.dot(to) / r,
+                let cosine = match self.along.measure {
+                    ChordMeasure::Projected => self.along.normal.dot(to) / r,
                     _ => 1.0,
                 };
                 2.0 * whole.distance() * cosine / (self.z * visible)
@@ -457,45 +407,6 @@ fn place_of(sine: f64, cosine: f64) -> (usize, f64) {
     (piece, place)
 }
 
-/// A part of a chord in either angular measure.
-enum Thin {
-    Solid(LineView<f64>),
-    Projected(ProjectedLine<f64>),
-}
-
-impl Thin {
-    /// Per radius.
-    fn measure(&self) -> f64 {
-        match self {
-            Self::Solid(view) => view.solid_angle(),
-            Self::Projected(line) => line.projected_solid_angle(),
-        }
-    }
-
-    /// Of the shading point from the whole line.
-    fn distance(&self) -> f64 {
-        match self {
-            Self::Solid(view) => view.line_distance(),
-            Self::Projected(line) => line.view().line_distance(),
-        }
-    }
-
-    fn sample(&self, xi: f64) -> f64 {
-        match self {
-            Self::Solid(view) => view.whole_fraction(view.sample_solid_angle(xi).lambda),
-            Self::Projected(line) => line.view().whole_fraction(line.sample(xi).lambda),
-        }
-    }
-
-    /// The share of the measure below a fraction.
-    fn below(&self, t: f64) -> Option<f64> {
-        Some(match self {
-            Self::Solid(view) => view.invert_solid_angle(view.clipped_fraction(t)?),
-            Self::Projected(line) => line.invert(line.view().clipped_fraction(t)?),
-        })
-    }
-}
-
 /// With nothing in between: the first random number chooses the chord, the second the point.
 impl PointTechnique for DiskChords {
     type Measure = SolidAngle;
@@ -513,10 +424,7 @@ impl PointTechnique for DiskChords {
             return None;
         }
         let (offset, line, t) = self.chord_at(point)?;
-        let along = match self.measure {
-            ChordMeasure::Uniform | ChordMeasure::Length => t,
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => self.thin(&line)?.below(t)?,
-        };
+        let along = self.along.below(&line, t)?;
         Some([self.invert_offset(offset)?, below_one(along)])
     }
 }

@@ -21,6 +21,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_types, clippy::disallowed_macros))]
 #![cfg_attr(not(test), warn(clippy::panic, clippy::unreachable))]
 
+mod along;
 mod chords;
 mod disk;
 mod disk_cone;

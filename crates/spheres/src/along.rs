@@ -1,0 +1,136 @@
+//! Measures along a line of a light, and points on what is visible of it.
+
+use crate::ChordMeasure;
+use linelit_geometry::finite::fraction;
+use linelit_geometry::intervals::Interval;
+use linelit_geometry::{DVec3, Segment};
+use linelit_lights::linear::{LineView, ProjectedLine};
+
+/// Who looks at the lines, and the measure along them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Along {
+    /// The shading point.
+    pub x: DVec3,
+    /// What projected solid angles refer to.
+    pub normal: DVec3,
+    pub measure: ChordMeasure,
+}
+
+impl Along {
+    /// A line or a part of one as the shading point sees it.
+    pub(crate) fn thin(&self, line: &Segment) -> Option<Thin> {
+        let [p0, p1] = [line.p0, line.p1].map(|p| (p - self.x).to_array());
+        if self.measure == ChordMeasure::Projected {
+            ProjectedLine::new(p0, p1, self.normal.to_array()).map(Thin::Projected)
+        } else {
+            LineView::new(p0, p1).map(Thin::Solid)
+        }
+    }
+
+    /// The measure of what is visible: length, or (projected) solid angle per radius.
+    pub(crate) fn visible_measure(&self, line: &Segment, visible: &[Interval]) -> f64 {
+        let measure = |part: &Interval| self.part_measure(line, *part);
+        visible.iter().map(measure).sum()
+    }
+
+    fn part_measure(&self, line: &Segment, part: Interval) -> f64 {
+        match self.measure {
+            ChordMeasure::Uniform | ChordMeasure::Length => {
+                (part.hi - part.lo).max(0.0) * line.length()
+            }
+            ChordMeasure::SolidAngle | ChordMeasure::Projected => self
+                .thin(&line.piece(part.lo, part.hi))
+                .map_or(0.0, |thin| thin.measure()),
+        }
+    }
+
+    /// The parameter of the point that has the share `xi` of the visible measure below it, and
+    /// that measure; `None` where nothing is visible.
+    pub(crate) fn place(
+        &self,
+        line: &Segment,
+        visible: &[Interval],
+        xi: f64,
+    ) -> Option<(f64, f64)> {
+        let total = self.visible_measure(line, visible);
+        let mut rest = fraction(xi) * total;
+        let mut chosen = None;
+        for part in visible {
+            let measure = self.part_measure(line, *part);
+            if measure > 0.0 {
+                chosen = Some((*part, fraction(rest / measure)));
+                if rest < measure {
+                    break;
+                }
+                rest -= measure;
+            }
+        }
+        let (part, place) = chosen?;
+        let t = part.lo + (part.hi - part.lo) * self.place_on(line, part, place);
+        Some((t, total))
+    }
+
+    /// The fraction of a part that has the share `xi` of its measure below it.
+    fn place_on(&self, line: &Segment, part: Interval, xi: f64) -> f64 {
+        match self.measure {
+            ChordMeasure::Uniform | ChordMeasure::Length => xi,
+            ChordMeasure::SolidAngle | ChordMeasure::Projected => self
+                .thin(&line.piece(part.lo, part.hi))
+                .map_or(xi, |thin| thin.sample(xi)),
+        }
+    }
+
+    /// The share of a whole line's measure below a parameter; `None` beside the line.
+    pub(crate) fn below(&self, line: &Segment, t: f64) -> Option<f64> {
+        match self.measure {
+            ChordMeasure::Uniform | ChordMeasure::Length => Some(t),
+            ChordMeasure::SolidAngle | ChordMeasure::Projected => self.thin(line)?.below(t),
+        }
+    }
+}
+
+/// Whether a parameter is in one of the visible parts, whose ends are rounded.
+pub(crate) fn holds(visible: &[Interval], t: f64) -> bool {
+    let slack = 16.0 * f64::EPSILON;
+    let inside = |part: &Interval| t >= part.lo - slack && t <= part.hi + slack;
+    visible.iter().any(inside)
+}
+
+/// A part of a line in either angular measure.
+pub(crate) enum Thin {
+    Solid(LineView<f64>),
+    Projected(ProjectedLine<f64>),
+}
+
+impl Thin {
+    /// Per radius.
+    pub(crate) fn measure(&self) -> f64 {
+        match self {
+            Self::Solid(view) => view.solid_angle(),
+            Self::Projected(line) => line.projected_solid_angle(),
+        }
+    }
+
+    /// Of the shading point from the whole line.
+    pub(crate) fn distance(&self) -> f64 {
+        match self {
+            Self::Solid(view) => view.line_distance(),
+            Self::Projected(line) => line.view().line_distance(),
+        }
+    }
+
+    fn sample(&self, xi: f64) -> f64 {
+        match self {
+            Self::Solid(view) => view.whole_fraction(view.sample_solid_angle(xi).lambda),
+            Self::Projected(line) => line.view().whole_fraction(line.sample(xi).lambda),
+        }
+    }
+
+    /// The share of the measure below a fraction.
+    fn below(&self, t: f64) -> Option<f64> {
+        Some(match self {
+            Self::Solid(view) => view.invert_solid_angle(view.clipped_fraction(t)?),
+            Self::Projected(line) => line.invert(line.view().clipped_fraction(t)?),
+        })
+    }
+}
