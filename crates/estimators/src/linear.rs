@@ -102,7 +102,12 @@ fn by_pair<R: Reflection, T: EmissionTexture>(
     heuristic: LinearHeuristic,
     buffers: &mut Buffers,
 ) -> DVec3 {
-    let technique = LinearTechnique::ProjectedSolidAngle;
+    let technique = match heuristic {
+        LinearHeuristic::Balance(first) => first,
+        LinearHeuristic::WeightedBalance
+        | LinearHeuristic::Optimal(_)
+        | LinearHeuristic::ClampedOptimal(_) => LinearTechnique::ProjectedSolidAngle,
+    };
     let (x, n) = (query.point.position, query.point.normal);
     let cosines = query
         .point
@@ -163,7 +168,7 @@ impl DiffuseGlossyPair {
         let by_channel = |c: usize| {
             let parts = self.parts.map(|p| p[c]);
             let weight = match self.heuristic {
-                LinearHeuristic::Balance => balance(&counts, &pdfs, k),
+                LinearHeuristic::Balance(_) => balance(&counts, &pdfs, k),
                 LinearHeuristic::WeightedBalance => weighted_balance(&parts, &pdfs, k),
                 LinearHeuristic::ClampedOptimal(nu) => {
                     clamped_optimal(&parts, &counts, &pdfs, nu, k)

@@ -14,7 +14,7 @@ fn linear() -> impl Strategy<Value = LinearOptions> {
     prop_oneof![
         prop::sample::select(&LinearTechnique::ALL[..]).prop_map(LinearOptions::Technique),
         prop_oneof![
-            Just(LinearHeuristic::Balance),
+            proptest::sample::select(&LinearTechnique::ALL[..]).prop_map(LinearHeuristic::Balance),
             Just(LinearHeuristic::WeightedBalance),
             nu().prop_map(LinearHeuristic::Optimal),
             nu().prop_map(LinearHeuristic::ClampedOptimal),
@@ -280,6 +280,11 @@ fn errors_say_what_was_expected() {
         ),
         ("point-linear[technique=ltc,nu=2]", "0 to 1"),
         ("point-linear[mis=balance]", "technique=ltc"),
+        ("point-linear[technique=ltc,with=area]", "mis=balance"),
+        (
+            "point-linear[technique=ltc,mis=balance,with=cosine]",
+            "quadratic-cosine",
+        ),
         ("point-linear[width=2]", "no option `width`"),
     ];
     for (text, part) in expected {

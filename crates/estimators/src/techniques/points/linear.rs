@@ -12,8 +12,8 @@ use linelit_lights::linear::LinearTechnique;
 pub enum LinearOptions {
     /// One technique.
     Technique(LinearTechnique),
-    /// As many samples by projected solid angle, for what is diffuse, as by a linearly transformed
-    /// cosine, for the lobe. On a surface without a lobe, the first alone.
+    /// As many samples by projected solid angle, for what is diffuse, as by linearly transformed
+    /// cosines, for the lobes. On a surface without a lobe, the first alone.
     Ltc(LinearHeuristic),
 }
 
@@ -23,8 +23,8 @@ pub enum LinearOptions {
 /// closed form. The share ν of them is the visibility that is expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LinearHeuristic {
-    /// By the densities.
-    Balance,
+    /// By the densities, which any technique may have in place of projected solid angle.
+    Balance(LinearTechnique),
     /// By cₖ times the densities; perfect where nothing is hidden.
     WeightedBalance,
     /// The optimal heuristic for the visibility ν. Contributions of hidden samples count, and may
@@ -68,22 +68,17 @@ impl PointDensity for LinearOptions {
 impl OwnOptions for LinearOptions {
     fn read(self, options: &mut Options<'_>) -> Result<Self> {
         let (technique, mis) = (options.take("technique"), options.take("mis"));
+        let with = options.take("with").map(named).transpose()?;
         let mut nu = None;
         let share = |text: &str| text.parse().ok().filter(|nu| (0.0..=1.0).contains(nu));
         options.read("nu", "0 to 1", |text| share(text).map(Some), &mut nu)?;
         match technique {
-            Some("ltc") => heuristic(mis, nu).map(Self::Ltc),
-            _ if mis.is_some() || nu.is_some() => {
-                error("`mis` and `nu` weigh the two techniques of `technique=ltc`")
+            Some("ltc") => heuristic(mis, nu, with).map(Self::Ltc),
+            _ if mis.is_some() || nu.is_some() || with.is_some() => {
+                error("`mis`, `nu` and `with` are of the two techniques of `technique=ltc`")
             }
             None => Ok(self),
-            Some(name) => match LinearTechnique::ALL.into_iter().find(|t| t.name() == name) {
-                Some(found) => Ok(Self::Technique(found)),
-                None => {
-                    let names = LinearTechnique::ALL.map(LinearTechnique::name).join(", ");
-                    error(format!("technique `{name}`; expected {names} or ltc"))
-                }
-            },
+            Some(name) => named(name).map(Self::Technique),
         }
     }
 
@@ -93,7 +88,7 @@ impl OwnOptions for LinearOptions {
             Self::Technique(technique) => {
                 return out.push(format!("technique={}", technique.name()));
             }
-            Self::Ltc(LinearHeuristic::Balance) => (Some("balance"), None),
+            Self::Ltc(LinearHeuristic::Balance(_)) => (Some("balance"), None),
             Self::Ltc(LinearHeuristic::WeightedBalance) => (Some("weighted-balance"), None),
             Self::Ltc(LinearHeuristic::Optimal(nu)) => (Some("optimal"), Some(nu)),
             Self::Ltc(LinearHeuristic::ClampedOptimal(nu)) => (None, Some(nu)),
@@ -102,14 +97,37 @@ impl OwnOptions for LinearOptions {
         out.extend(mis.map(|mis| format!("mis={mis}")));
         let nu = nu.filter(|nu| (nu - NU).abs() > 0.0);
         out.extend(nu.map(|nu| format!("nu={nu}")));
+        if let Self::Ltc(LinearHeuristic::Balance(first)) = self
+            && first != LinearTechnique::ProjectedSolidAngle
+        {
+            out.push(format!("with={}", first.name()));
+        }
     }
 }
 
-fn heuristic(mis: Option<&str>, nu: Option<f64>) -> Result<LinearHeuristic> {
+fn named(name: &str) -> Result<LinearTechnique> {
+    let found = LinearTechnique::ALL.into_iter().find(|t| t.name() == name);
+    found.map_or_else(
+        || {
+            let names = LinearTechnique::ALL.map(LinearTechnique::name).join(", ");
+            error(format!("technique `{name}`; expected {names} or ltc"))
+        },
+        Ok,
+    )
+}
+
+fn heuristic(
+    mis: Option<&str>,
+    nu: Option<f64>,
+    with: Option<LinearTechnique>,
+) -> Result<LinearHeuristic> {
     Ok(match mis {
+        Some("balance") if nu.is_none() => {
+            LinearHeuristic::Balance(with.unwrap_or(LinearTechnique::ProjectedSolidAngle))
+        }
+        _ if with.is_some() => return error("`with` stands beside `mis=balance`"),
         None | Some("clamped-optimal") => LinearHeuristic::ClampedOptimal(nu.unwrap_or(NU)),
         Some("optimal") => LinearHeuristic::Optimal(nu.unwrap_or(NU)),
-        Some("balance") if nu.is_none() => LinearHeuristic::Balance,
         Some("weighted-balance") if nu.is_none() => LinearHeuristic::WeightedBalance,
         Some(name @ ("balance" | "weighted-balance")) => {
             return error(format!("`mis={name}` knows no nu"));
