@@ -44,7 +44,8 @@ pub use density::{
     ThinSolidAngle,
 };
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
-pub use light::{AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight};
+pub use light::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light};
+pub use light::{LinearLight, Sphere, SphereLight};
 pub use line::by_angle::AngularLines;
 pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Orientation};
 pub use line::by_texture::TexturedLines;

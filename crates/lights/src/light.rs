@@ -157,6 +157,47 @@ impl DiskLight {
     }
 }
 
+/// The side of a cylinder, without its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    /// The axis, from the middle of one end to that of the other.
+    pub axis: Segment,
+    /// Radius > 0, in scene units.
+    pub radius: f64,
+}
+
+impl Cylinder {
+    /// 2πR l; zero where that is not finite.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        power(2.0 * PI * self.radius * self.axis.length())
+    }
+
+    /// Unit outward normal at a point of the surface; zero on the axis.
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        let (out, along) = (point - self.axis.p0, self.axis.direction());
+        predicates::normalize(out - along * out.dot(along)).unwrap_or(DVec3::ZERO)
+    }
+}
+
+/// The side of a cylinder that emits outwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CylinderLight {
+    /// The shape.
+    pub cylinder: Cylinder,
+    /// Emitted radiance in W/(m² sr), linear RGB.
+    pub radiance: DVec3,
+}
+
+impl CylinderLight {
+    /// Emitted power in W, averaged over the channels: 2π² R l L.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        power(PI * self.cylinder.area() * mean(self.radiance))
+    }
+}
+
 /// A light of any kind that the renderer can sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(

@@ -1,9 +1,9 @@
-//! Points on spheres and disks as lights: by area, by what is in view, by solid angle and by
-//! projected solid angle; lines across disks.
+//! Points on spheres, disks and cylinders as lights: by area, by what is in view, by solid angle
+//! and by projected solid angle; lines across disks and along cylinders.
 //!
 //! Each technique is a [`PointTechnique`]: it is set up once per light and shading point, and then
 //! takes any number of random numbers. It never allocates, never fails and never panics; what
-//! cannot be sampled has the density 0. The shapes are [`Sphere`] and [`Disk`] of
+//! cannot be sampled has the density 0. The shapes are [`Sphere`], [`Disk`] and [`Cylinder`] of
 //! `linelit-lights`.
 //!
 //! ```
@@ -23,19 +23,23 @@
 
 mod along;
 mod chords;
+mod cylinder;
+mod cylinder_lines;
 mod disk;
 mod disk_cone;
 mod projected;
 mod sphere;
 
 pub use chords::{ChordMeasure, DiskChords};
+pub use cylinder::{CylinderArea, CylinderView};
+pub use cylinder_lines::CylinderLines;
 pub use disk::DiskArea;
 pub use disk_cone::DiskCone;
 pub use projected::SphereProjected;
 pub use sphere::{SphereCap, SphereCone};
 
 #[cfg(doc)]
-use linelit_lights::{Disk, PointTechnique, Sphere};
+use linelit_lights::{Cylinder, Disk, PointTechnique, Sphere};
 
 /// The README's example is a test.
 #[cfg(doctest)]

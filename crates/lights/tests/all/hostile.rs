@@ -8,12 +8,12 @@ use linelit_lights::linear::{
     ArcPoint, LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
 };
 use linelit_lights::{
-    AngularLines, Area, AreaLight, AreaSampler, Disk, DiskLight, Emission, ImportanceImage, Length,
-    Light, LineSample, LineSampler, LineTechnique, LinearLight, LinearPointTechnique, Measure,
-    Offset, OffsetDensity, Orientation, Pdf, Pieces, PointSample, PointTechnique, PointsOnLines,
-    ProjectedSolidAngle, ProxySampler, Real, SolidAngle, SolidAngleSampler, Sphere, SphereLight,
-    TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle, TransformedSampler, sample_linear,
-    triangle_solid_angle,
+    AngularLines, Area, AreaLight, AreaSampler, Cylinder, CylinderLight, Disk, DiskLight, Emission,
+    ImportanceImage, Length, Light, LineSample, LineSampler, LineTechnique, LinearLight,
+    LinearPointTechnique, Measure, Offset, OffsetDensity, Orientation, Pdf, Pieces, PointSample,
+    PointTechnique, PointsOnLines, ProjectedSolidAngle, ProxySampler, Real, SolidAngle,
+    SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler,
+    ThinSolidAngle, TransformedSampler, sample_linear, triangle_solid_angle,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
@@ -312,6 +312,12 @@ proptest! {
         prop_assert!(normal == DVec3::ZERO || (normal.length() - 1.0).abs() <= 4.0 * f64::EPSILON);
         let disk = Disk { center, normal: q, radius: w0 };
         prop_assert!(disk.area() >= 0.0 && disk.area().is_finite());
+        let cylinder = Cylinder { axis: Segment::new(center, q), radius: w0 };
+        prop_assert!(cylinder.area() >= 0.0 && cylinder.area().is_finite());
+        let normal = cylinder.normal(q);
+        prop_assert!(normal == DVec3::ZERO || (normal.length() - 1.0).abs() <= 4.0 * f64::EPSILON);
+        let power = CylinderLight { cylinder, radiance: q }.power();
+        prop_assert!(power >= 0.0 && power.is_finite());
         for s in [PointSample::<Area>::at(q, Pdf::new(w1)), PointSample::none(q)] {
             prop_assert!(q.is_finite() || !s.pdf.is_positive());
         }

@@ -2,10 +2,11 @@
 //! not negative, numbers given back lie in [0, 1), and what is drawn with a positive density lies
 //! on the light.
 
-use linelit_geometry::{DVec3, intervals::Interval};
-use linelit_lights::{Disk, Measure, Pdf, PointSample, PointTechnique, Sphere};
+use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_lights::{Cylinder, Disk, Measure, Pdf, PointSample, PointTechnique, Sphere};
 use linelit_spheres::{
-    ChordMeasure, DiskArea, DiskChords, DiskCone, SphereCap, SphereCone, SphereProjected,
+    ChordMeasure, CylinderArea, CylinderLines, CylinderView, DiskArea, DiskChords, DiskCone,
+    SphereCap, SphereCone, SphereProjected,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{hostile, hostile_direction, hostile_unit, hostile_vectors};
@@ -150,6 +151,48 @@ proptest! {
             numbers(chords.invert(q))?;
             numbers(chords.invert(s.point))?;
             numbers(chords.invert_offset(offset).map(|u| [u, 0.0]))?;
+        }
+    }
+
+    #[test]
+    fn cylinders(
+        places in hostile_vectors::<4>(), radius in hostile(), horizons in [hostile_direction(), hostile_direction()], offset in hostile(),
+        u in [hostile_unit(), hostile_unit()], ends in [hostile_unit(), hostile_unit()],
+    ) {
+        let [p0, p1, x, q] = places.map(v);
+        let cylinder = Cylinder { axis: Segment::new(p0, p1), radius };
+        for by_area in [CylinderArea::whole(&cylinder), CylinderArea::visible(&cylinder, x)] {
+            let s = by_area.sample(u);
+            density(s.pdf)?;
+            density(by_area.pdf(q))?;
+            numbers(by_area.invert(q))?;
+            numbers(by_area.invert(s.point))?;
+        }
+        let visible = [Interval::new(ends[0], ends[1])];
+        let measures = [ChordMeasure::Uniform, ChordMeasure::Length, ChordMeasure::SolidAngle, ChordMeasure::Projected];
+        let all = measures.map(|m| CylinderLines::new(&cylinder, x, &horizons.map(v), m)).into_iter();
+        let view = CylinderView::new(&cylinder, x);
+        let of_views = view.iter().flat_map(|view| measures.map(|m| CylinderLines::of(view, &[], m)));
+        for lines in all.chain(of_views) {
+            let line = lines.sample(u[0]);
+            density(line.pdf)?;
+            density(lines.offset_pdf(offset))?;
+            density(lines.point(&line, &visible, u[1]).pdf)?;
+            density(lines.joint_pdf(q, &visible))?;
+            let _ = (lines.direction(), lines.through(q), lines.height(&line));
+            let s = PointTechnique::sample(&lines, u);
+            density(s.pdf)?;
+            density(PointTechnique::pdf(&lines, q))?;
+            numbers(lines.invert(q))?;
+            numbers(lines.invert(s.point))?;
+            numbers(lines.invert_offset(offset).map(|u| [u, 0.0]))?;
+        }
+        if let Some(view) = view {
+            prop_assert!(view.cylinder() == &cylinder && view.position() == x);
+            prop_assert!((0.0..=0.25 * TAU).contains(&view.half_turn()) && !view.azimuth(q).is_infinite());
+            prop_assert!((view.towards().length() - 1.0).abs() < 1e-12);
+            prop_assert!(view.vector_irradiance().is_finite());
+            let _ = (view.outline(), view.front(), view.onto_outline(&Segment::new(q, p0)), view.is_clear_of([q, p0, x]));
         }
     }
 

@@ -1,5 +1,6 @@
-//! Spheres and disks: laws, and hostile input.
+//! Spheres, disks and cylinders: laws, and hostile input.
 
 mod chords;
+mod cylinders;
 mod hostile;
 mod laws;

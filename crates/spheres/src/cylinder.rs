@@ -1,0 +1,541 @@
+//! The side of a cylinder as a shading point sees it, and points on it by area.
+
+use core::f64::consts::PI;
+use linelit_geometry::finite::{below_one, fraction};
+use linelit_geometry::{DVec3, Frame, Segment, predicates};
+use linelit_lights::{Area, Cylinder, Pdf, PointSample, PointTechnique};
+
+/// What a shading point outside an endless cylinder sees of a finite one: a strip of its side.
+///
+/// **Formula**: with ρ the distance of the shading point from the axis, k = R/ρ and φ the azimuth
+/// about the axis from the shading point's, the lines along the axis with cos φ > k face the point.
+/// The convex side never hides itself, so that all of them are in view. On each the normal is
+/// constant; in the plane across the axis its line lies at the distance D from the point, at the
+/// angle α off the axis's and under the angle ψ of incidence, `sin α = k sin ψ`, `φ = ψ − α`; a
+/// strip dα of it has the solid angle `D² dα dz/d³`, d the distance of its point.
+///
+/// The two lines at the rim span a plane, the *outline*, parallel to the axis at R k from it. All
+/// lines lie before that plane and are seen as segments in it parallel to the axis, of which a
+/// fraction t is where the fraction t of the line is.
+///
+/// ```
+/// use linelit_geometry::{DVec3, Segment};
+/// use linelit_lights::Cylinder;
+/// use linelit_spheres::CylinderView;
+/// let axis = Segment::new(DVec3::new(0.0, 2.0, -1.0), DVec3::new(0.0, 2.0, 1.0));
+/// let view = CylinderView::new(&Cylinder { axis, radius: 1.0 }, DVec3::ZERO).unwrap();
+/// // R k = 1/2 from the axis.
+/// assert!(view.outline().iter().all(|corner| (corner.y - 1.5).abs() < 1e-15));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CylinderView {
+    pub(crate) cylinder: Cylinder,
+    pub(crate) x: DVec3,
+    /// From the axis to the shading point, across both, and along the axis.
+    pub(crate) axes: [DVec3; 3],
+    /// The ends along the axis, relative to the shading point.
+    ends: [f64; 2],
+    pub(crate) rho: f64,
+    /// R/ρ, and what is missing to one.
+    pub(crate) k: f64,
+    rest: f64,
+}
+
+/// A line along the side, in the plane across the axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slice {
+    /// Sine and cosine of the azimuth φ.
+    pub sin: f64,
+    pub cos: f64,
+    /// D: of the line from the shading point.
+    pub distance: f64,
+    /// D cos ψ: of the shading point over the plane that touches the cylinder there.
+    pub height: f64,
+}
+
+impl CylinderView {
+    /// `None` from inside the endless cylinder, from where only the dark inner side is seen, and
+    /// of a cylinder without length or radius, or where numbers overflow.
+    #[must_use]
+    pub fn new(cylinder: &Cylinder, x: DVec3) -> Option<Self> {
+        let Cylinder { axis, radius } = *cylinder;
+        let along = predicates::normalize(axis.vector())?;
+        // From the nearer end, whose rounding turns the frame least.
+        let [from0, from1] = [x - axis.p0, x - axis.p1];
+        let near = if from0.dot(along) + from1.dot(along) < 0.0 {
+            from0
+        } else {
+            from1
+        };
+        let across = predicates::cross(along, near);
+        let rho = predicates::length(across);
+        let beside = predicates::normalize(across)?;
+        let ends = [-from0.dot(along), -from1.dot(along)];
+        let usable = radius > 0.0 && rho > radius && rho < f64::INFINITY;
+        let finite = ends[1] > ends[0] && (rho * rho + ends[0] * ends[0]).is_finite();
+        (usable && finite && (ends[1] * ends[1]).is_finite()).then(|| Self {
+            cylinder: *cylinder,
+            x,
+            axes: [beside.cross(along), beside, along],
+            ends,
+            rho,
+            k: radius / rho,
+            rest: (rho - radius) / rho,
+        })
+    }
+
+    /// The cylinder.
+    #[must_use]
+    pub const fn cylinder(&self) -> &Cylinder {
+        &self.cylinder
+    }
+
+    /// The shading point.
+    #[must_use]
+    pub const fn position(&self) -> DVec3 {
+        self.x
+    }
+
+    /// The normal of the outline, towards the shading point.
+    #[must_use]
+    pub const fn towards(&self) -> DVec3 {
+        self.axes[0]
+    }
+
+    /// The azimuth φ of the rim, less than a quarter turn.
+    #[must_use]
+    pub fn half_turn(&self) -> f64 {
+        self.rim().atan2(self.k)
+    }
+
+    /// The azimuth φ of a point of the side, in [−π, π].
+    #[must_use]
+    pub fn azimuth(&self, point: DVec3) -> f64 {
+        let out = point - self.cylinder.axis.p0;
+        self.axes[1].dot(out).atan2(self.axes[0].dot(out))
+    }
+
+    /// √(1 − k²): the sine of φ at the rim, and the cosine of α.
+    pub(crate) fn rim(&self) -> f64 {
+        (self.rest * (1.0 + self.k)).sqrt()
+    }
+
+    /// α at the rim.
+    pub(crate) fn half_angle(&self) -> f64 {
+        self.k.atan2(self.rim())
+    }
+
+    /// The line at an angle α, with cos ψ.
+    pub(crate) fn at_angle(&self, alpha: f64) -> (Slice, f64) {
+        let (s, c) = alpha.sin_cos();
+        let sine = (s / self.k).clamp(-1.0, 1.0);
+        let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
+        let (sin, cos) = (sine * c - cosine * s, cosine * c + sine * s);
+        let distance = self.distance(sin, cos);
+        let slice = Slice {
+            sin,
+            cos,
+            distance,
+            height: distance * cosine,
+        };
+        (slice, cosine)
+    }
+
+    /// The line of an azimuth.
+    pub(crate) fn at_azimuth(&self, sin: f64, cos: f64) -> Slice {
+        Slice {
+            sin,
+            cos,
+            distance: self.distance(sin, cos),
+            height: self.rho * (self.rest - one_minus(sin, cos)),
+        }
+    }
+
+    /// D, from ρ − R and what the turn adds.
+    fn distance(&self, sin: f64, cos: f64) -> f64 {
+        let (near, r) = (self.rho * self.rest, self.cylinder.radius);
+        (near * near + 2.0 * self.rho * r * one_minus(sin, cos)).sqrt()
+    }
+
+    /// α of a line.
+    pub(crate) fn angle_of(&self, slice: &Slice) -> f64 {
+        let r = self.cylinder.radius;
+        let along = self.rho * self.rest + r * one_minus(slice.sin, slice.cos);
+        (r * slice.sin).atan2(along)
+    }
+
+    /// The line of a slice, along all of the cylinder.
+    pub(crate) fn line(&self, slice: &Slice) -> Segment {
+        let [out, across, _] = self.axes;
+        let offset = (out * slice.cos + across * slice.sin) * self.cylinder.radius;
+        let Segment { p0, p1 } = self.cylinder.axis;
+        Segment::new(p0 + offset, p1 + offset)
+    }
+
+    /// Slice and fraction of the axis of a point of the strip in view; `None` beside it, by more
+    /// than 64 ε of its coordinates.
+    pub(crate) fn locate(&self, point: DVec3) -> Option<(Slice, f64)> {
+        let Cylinder { axis, radius } = self.cylinder;
+        let (out, length) = (point - axis.p0, self.ends[1] - self.ends[0]);
+        let [c, s, z] = self.axes.map(|a| a.dot(out));
+        let slack = 64.0 * f64::EPSILON * (radius + length + point.abs().max_element());
+        let r = c.hypot(s);
+        let inside = (r - radius).abs() <= slack && z >= -slack && z <= length + slack;
+        if !(inside && slack < f64::INFINITY && r > 0.0) {
+            return None;
+        }
+        let slice = self.at_azimuth(s / r, c / r);
+        (slice.height > 0.0).then(|| (slice, fraction(z / length)))
+    }
+
+    /// The corners of a rectangle in the outline's plane around all that is seen, in turn: a little
+    /// larger, where the ends bulge. What is between the shading point and this rectangle, but not
+    /// before the side, is inside the endless cylinder.
+    #[must_use]
+    pub fn outline(&self) -> [DVec3; 4] {
+        let ([low, high], r) = (self.reach(), self.cylinder.radius);
+        let longer = [low - self.ends[0], high - self.ends[1]];
+        self.rectangle(r * self.k, r * self.rim(), longer)
+    }
+
+    /// The least and the largest height, relative to the shading point, of what is seen on the
+    /// outline: that of a point times what takes its line there, from one for those at the rim to
+    /// 1 + k for the nearest.
+    fn reach(&self) -> [f64; 2] {
+        let [low, high] = self.ends;
+        let most = 1.0 + self.k;
+        [low.min(low * most), high.max(high * most)]
+    }
+
+    /// The corners of a rectangle that touches the nearest line, around all that is seen: what
+    /// hides it hides the cylinder.
+    #[must_use]
+    pub fn front(&self) -> [DVec3; 4] {
+        // Heights times one for the nearest line to 1/(1 + k) for those at the rim.
+        let ([low, high], least) = (self.ends, (1.0 + self.k).recip());
+        let longer = [low.min(low * least) - low, high.max(high * least) - high];
+        let r = self.cylinder.radius;
+        self.rectangle(r, r * self.rim() * least, longer)
+    }
+
+    /// A rectangle so far before the axis and half as wide, its ends longer than the cylinder's.
+    fn rectangle(&self, ahead: f64, half: f64, longer: [f64; 2]) -> [DVec3; 4] {
+        let [out, across, along] = self.axes;
+        // A little more than around: the rim is rounded.
+        let wide = across * (half * (1.0 + 1e-9));
+        let more = 1e-9 * (self.ends[1] - self.ends[0]);
+        let Segment { p0, p1 } = self.cylinder.axis;
+        let low = p0 + out * ahead + along * (longer[0] - more);
+        let high = p1 + out * ahead + along * (longer[1] + more);
+        [low - wide, low + wide, high + wide, high - wide]
+    }
+
+    /// A line along the axis before the outline as it is seen there.
+    #[must_use]
+    pub fn onto_outline(&self, line: &Segment) -> Segment {
+        let plane = self.rho * self.rest * (1.0 + self.k);
+        let ahead = self.axes[0].dot(self.x - line.p0);
+        let seen = |p: DVec3| self.x + (p - self.x) * (plane / ahead);
+        Segment::new(seen(line.p0), seen(line.p1))
+    }
+
+    /// Whether a triangle keeps away from between the side and the outline: then what is hidden of
+    /// the outline is hidden of the side.
+    ///
+    /// Asked of more than that, of all that is inside the endless cylinder beyond the outline's
+    /// distance and between the heights that are seen on it.
+    #[must_use]
+    pub fn is_clear_of(&self, corners: [DVec3; 3]) -> bool {
+        let [out, across, along] = self.axes;
+        let p0 = self.cylinder.axis.p0;
+        let local = |p: DVec3| {
+            let from = p - p0;
+            let height = along.dot(from) + self.ends[0];
+            [out.dot(from), across.dot(from), height]
+        };
+        let [low, high] = self.reach();
+        let (r, inner) = (self.cylinder.radius, self.cylinder.radius * self.k);
+        let mut polygon = Clipped::new(corners.map(local));
+        polygon.clip(|[c, _, _]| c - inner);
+        polygon.clip(|[_, _, z]| z - low);
+        polygon.clip(|[_, _, z]| high - z);
+        polygon.distance_of_axis() >= r
+    }
+
+    /// `∫ ω dΩ` over what is seen, in sr: the irradiance that the cylinder, of radiance one, gives
+    /// a surface of the unit normal n is n times this, if all of the strip is above its horizon.
+    ///
+    /// **Formula**: half of `∮ p × dp/p²` around the strip: two angles for the lines at the rim;
+    /// around the ends, with ζ the end's height and A + B cos φ = ζ² + ρ² + R² − 2ρR cos φ, the
+    /// integrals of 1 and of cos φ over that, an arc tangent and a series where |B| < A/8.
+    /// **Error**: some ε times 1 + d/l, with d the distance and l the cylinder's length.
+    #[must_use]
+    pub fn vector_irradiance(&self) -> DVec3 {
+        let (r, rho) = (self.cylinder.radius, self.rho);
+        let [low, high] = self.ends;
+        let half = self.half_turn();
+        let end = |height: f64| {
+            let [flat, cosine] = self.around_end(height, half);
+            [height * r * cosine, r * (r * flat - rho * cosine)]
+        };
+        let ([e0, a0], [e1, a1]) = (end(low), end(high));
+        let side = rho * self.rim();
+        let turn = (side * (high - low)).atan2(side * side + low * high);
+        let towards = e1 - e0 + 2.0 * self.k * turn;
+        let [out, _, along] = self.axes;
+        let sum = out * (-0.5 * towards) + along * (0.5 * (a1 - a0));
+        if sum.is_finite() { sum } else { DVec3::ZERO }
+    }
+
+    /// The integrals of 1 and of cos φ over the squared distance of an end's circle, over the part
+    /// in view.
+    fn around_end(&self, height: f64, half: f64) -> [f64; 2] {
+        let (r, rho) = (self.cylinder.radius, self.rho);
+        let near = height.hypot(rho * self.rest);
+        let far = height.hypot(rho + r);
+        let a = height * height + rho * rho + r * r;
+        let flat = 4.0 / (near * far) * ((0.5 * half).tan() * (far / near)).atan();
+        let ratio = 2.0 * rho * r / a;
+        let cosine = if ratio > 0.125 {
+            (a * flat - 2.0 * half) / (2.0 * rho * r)
+        } else {
+            powers_of_cosine(half, ratio) / a
+        };
+        [flat, cosine]
+    }
+}
+
+/// 1 − cos φ, relatively accurate.
+fn one_minus(sin: f64, cos: f64) -> f64 {
+    if cos > 0.0 {
+        sin * sin / (1.0 + cos)
+    } else {
+        1.0 - cos
+    }
+}
+
+/// ∫ cos φ/(1 − q cos φ) dφ between −h and h, for q ≤ 1/8: Σ qⁿ ∫ cosⁿ⁺¹ φ dφ.
+fn powers_of_cosine(h: f64, q: f64) -> f64 {
+    let (s, c) = h.sin_cos();
+    // The integrals of the two powers before, and cosⁿ⁻¹ h.
+    let (mut before, mut last, mut power) = (2.0 * h, 2.0 * s, 1.0);
+    let (mut sum, mut factor) = (last, 1.0);
+    for n in 2..20_i32 {
+        power *= c;
+        let n = f64::from(n);
+        let next = (2.0 * power * s + (n - 1.0) * before) / n;
+        (before, last) = (last, next);
+        factor *= q;
+        sum += factor * last;
+    }
+    sum
+}
+
+/// A triangle after some clips, in coordinates out, across and along.
+struct Clipped {
+    corners: [[f64; 3]; 6],
+    count: usize,
+}
+
+impl Clipped {
+    fn new([a, b, c]: [[f64; 3]; 3]) -> Self {
+        let nothing = [0.0; 3];
+        Self {
+            corners: [a, b, c, nothing, nothing, nothing],
+            count: 3,
+        }
+    }
+
+    /// Keeps what is on the positive side: each clip adds a corner at most.
+    fn clip(&mut self, side: impl Fn([f64; 3]) -> f64) {
+        let (old, count) = (self.corners, self.count);
+        self.count = 0;
+        let mut push = |p: [f64; 3]| {
+            if let Some(slot) = self.corners.get_mut(self.count) {
+                *slot = p;
+                self.count += 1;
+            }
+        };
+        for i in 0..count {
+            let (p, q) = (old[i], old[(i + 1) % count]);
+            let (here, there) = (side(p), side(q));
+            if here >= 0.0 {
+                push(p);
+            }
+            if (here >= 0.0) != (there >= 0.0) {
+                let t = here / (here - there);
+                push(between(p, q, t));
+            }
+        }
+    }
+
+    /// The distance of the axis from the polygon, in the plane across; infinite of none.
+    fn distance_of_axis(&self) -> f64 {
+        let corners = &self.corners[..self.count];
+        let mut least = f64::INFINITY;
+        let (mut left, mut right) = (true, true);
+        for (i, p) in corners.iter().enumerate() {
+            let q = corners[(i + 1) % self.count];
+            let edge = [q[0] - p[0], q[1] - p[1]];
+            let square = edge[0] * edge[0] + edge[1] * edge[1];
+            let t = -(p[0] * edge[0] + p[1] * edge[1]) / square;
+            let t = fraction(t);
+            least = least.min((p[0] + edge[0] * t).hypot(p[1] + edge[1] * t));
+            let turn = p[0] * q[1] - p[1] * q[0];
+            left &= turn > 0.0;
+            right &= turn < 0.0;
+        }
+        if self.count > 2 && (left || right) {
+            0.0
+        } else {
+            least
+        }
+    }
+}
+
+/// The point between two at a fraction.
+fn between(p: [f64; 3], q: [f64; 3], t: f64) -> [f64; 3] {
+    core::array::from_fn(|k| p[k] + (q[k] - p[k]) * t)
+}
+
+/// Samples the side of a cylinder uniformly by area: all of it, or the strip in view.
+///
+/// Density 1/(2πR l), or 1/(2φR l) with φ the azimuth of the rim ([`CylinderView::half_turn`]).
+/// From inside the endless cylinder [`CylinderArea::visible`] is the whole side. `invert` gives
+/// `None` beside what is sampled by more than 64 ε of its coordinates.
+///
+/// ```
+/// use linelit_geometry::{DVec3, Segment};
+/// use linelit_lights::{Cylinder, PointTechnique};
+/// use linelit_spheres::CylinderArea;
+/// let tube = Cylinder { axis: Segment::new(DVec3::ZERO, DVec3::Z), radius: 0.5 };
+/// let by_area = CylinderArea::visible(&tube, DVec3::X);
+/// let u = by_area.invert(by_area.sample([0.2, 0.9]).point).unwrap();
+/// assert!((u[0] - 0.2).abs() < 1e-15 && (u[1] - 0.9).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct CylinderArea {
+    cylinder: Cylinder,
+    /// Across the axis; azimuths are from the first.
+    axes: [DVec3; 2],
+    /// The largest azimuth.
+    half: f64,
+    density: Pdf<Area>,
+}
+
+impl CylinderArea {
+    /// The whole side.
+    #[must_use]
+    pub fn whole(cylinder: &Cylinder) -> Self {
+        let frame = Frame::from_normal(cylinder.axis.direction());
+        Self::new(cylinder, [frame.x, frame.y], PI)
+    }
+
+    /// The strip that `x` sees.
+    #[must_use]
+    pub fn visible(cylinder: &Cylinder, x: DVec3) -> Self {
+        match CylinderView::new(cylinder, x) {
+            Some(view) => {
+                let [out, across, _] = view.axes;
+                Self::new(cylinder, [out, across], view.half_turn())
+            }
+            None => Self::whole(cylinder),
+        }
+    }
+
+    fn new(cylinder: &Cylinder, axes: [DVec3; 2], half: f64) -> Self {
+        Self {
+            cylinder: *cylinder,
+            axes,
+            half,
+            density: Pdf::new(PI / (half * cylinder.area())),
+        }
+    }
+
+    fn locate(&self, point: DVec3) -> Option<[f64; 2]> {
+        let Cylinder { axis, radius } = self.cylinder;
+        let (out, length) = (point - axis.p0, axis.length());
+        let [c, s] = self.axes.map(|a| a.dot(out));
+        let (r, z) = (c.hypot(s), axis.direction().dot(out));
+        let slack = 64.0 * f64::EPSILON * (radius + length + point.abs().max_element());
+        let turn = s.atan2(c);
+        let inside = (r - radius).abs() <= slack
+            && (z >= -slack && z <= length + slack)
+            && turn.abs() <= self.half + slack / radius;
+        let u = [0.5 + 0.5 * turn / self.half, z / length];
+        (inside && slack < f64::INFINITY).then(|| u.map(below_one))
+    }
+}
+
+impl PointTechnique for CylinderArea {
+    type Measure = Area;
+
+    #[inline]
+    fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
+        let [around, along] = u.map(fraction);
+        let (s, c) = (self.half * (2.0 * around - 1.0)).sin_cos();
+        let [out, across] = self.axes;
+        let offset = (out * c + across * s) * self.cylinder.radius;
+        PointSample::at(self.cylinder.axis.at(along) + offset, self.density)
+    }
+
+    fn pdf(&self, point: DVec3) -> Pdf<Area> {
+        // The whole side is everywhere: what is asked is on it.
+        match self.half < PI && self.locate(point).is_none() {
+            true => Pdf::ZERO,
+            false => self.density,
+        }
+    }
+
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        let found = self.locate(point)?;
+        self.density.is_positive().then_some(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_testkit::quadrature::gauss_kronrod;
+    use std::f64::consts::TAU;
+
+    /// Both forms of the integrals around an end, near where they change and far from it.
+    #[test]
+    fn integrals_around_an_end_are_what_quadrature_says() {
+        for (rho, radius, height) in [
+            (1.0, 0.9, 0.0),
+            (1.0, 0.999, 1e-3),
+            (2.0, 0.13, 0.1),
+            (2.0, 0.124, 0.1),
+            (2.0, 1e-3, 0.7),
+            (1.0, 0.5, 4.0),
+            (1.0, 0.5, 100.0),
+        ] {
+            let axis = Segment::new(DVec3::new(rho, 0.0, height), DVec3::new(rho, 0.0, 200.0));
+            let view = CylinderView::new(&Cylinder { axis, radius }, DVec3::ZERO).expect("outside");
+            let half = view.half_turn();
+            let over = |turn: f64| {
+                let near = height * height + (rho - radius).powi(2);
+                near + 4.0 * rho * radius * (0.5 * turn).sin().powi(2)
+            };
+            let found = view.around_end(height, half);
+            let flat = gauss_kronrod(|t| over(t).recip(), -half, half, 1e-14).value;
+            let cosine = gauss_kronrod(|t| t.cos() / over(t), -half, half, 1e-14).value;
+            for (got, want) in found.iter().zip([flat, cosine]) {
+                // A few ε, and eight times that where the closed form is left: 1/q.
+                assert!(
+                    (got / want - 1.0).abs() < 200.0 * f64::EPSILON,
+                    "{rho} {radius} {height}: {got} {want}"
+                );
+            }
+        }
+    }
+
+    /// A full turn is the whole side.
+    #[test]
+    fn the_whole_side_is_a_turn() {
+        let axis = Segment::new(DVec3::ZERO, DVec3::Y * 3.0);
+        let by_area = CylinderArea::whole(&Cylinder { axis, radius: 0.5 });
+        assert!((by_area.density.value() * TAU * 0.5 * 3.0 - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,425 @@
+//! Lines along the side of a cylinder, and points on what is visible of them.
+
+use crate::along::{Along, holds};
+use crate::cylinder::Slice;
+use crate::{ChordMeasure, CylinderView};
+use core::f64::consts::{PI, TAU};
+use linelit_geometry::finite::{below_one, fraction};
+use linelit_geometry::intervals::Interval;
+use linelit_geometry::{DVec3, Segment};
+use linelit_lights::{Cylinder, sample_linear};
+use linelit_lights::{LineSample, Offset, Pdf, Pieces, PointSample, PointTechnique, SolidAngle};
+
+/// Pieces on which the density of a line's angle is linear.
+const PIECES: usize = 12;
+/// Their ends, as angles of incidence from the middle of the range in halves of it: closer towards
+/// the rim, where distances go by the root of what is missing to it.
+const ENDS: [f64; PIECES + 1] = [
+    -1.0, -0.974, -0.887, -0.735, -0.526, -0.274, 0.0, 0.274, 0.526, 0.735, 0.887, 0.974, 1.0,
+];
+
+/// What each piece gets beside its own, as a share of the mean, where a horizon cuts: what is above
+/// may be less than a piece.
+const LEAST: f64 = 0.05;
+
+/// Lines along the axis of the strip of a cylinder that is in view and above the horizons of a
+/// shading point, and points on their visible parts.
+///
+/// **Formula**: a line is drawn by the angle α under which the shading point sees it beside the
+/// axis ([`CylinderView`]): uniform, or by the linear interpolation at thirteen places of the
+/// line's length, or of its solid angle or projected solid angle times its distance D. Where all
+/// of the cylinder is above the horizon, the last two are the strip's own per dα, but for a factor
+/// of two. Points are uniform in that measure on what is visible. The density is that of what
+/// is drawn.
+///
+/// **Units**: offsets are Rφ, lengths around the cylinder from the line nearest to the shading
+/// point; their densities are in 1/m, of points in 1/sr, the joint one of line and point.
+/// **Domain**: any shading point outside the endless cylinder; elsewhere, and where nothing is
+/// above the horizons, all densities are zero. **Accuracy**: where nothing is cut, the largest
+/// density of points by solid angle is within 1 % of the least, within 20 % from steeply beyond an
+/// end.
+///
+/// **Source**: lines and their joint densities are those of Billen & Dutré 2016, section 4, and
+/// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
+///
+/// ```
+/// use linelit_geometry::{DVec3, Segment, intervals::Interval};
+/// use linelit_lights::Cylinder;
+/// use linelit_spheres::{ChordMeasure, CylinderLines};
+/// let axis = Segment::new(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
+/// let tube = Cylinder { axis, radius: 0.5 };
+/// let lines = CylinderLines::new(&tube, DVec3::ZERO, &[DVec3::Z], ChordMeasure::SolidAngle);
+/// // Half way is the nearest.
+/// let line = lines.sample(0.5);
+/// assert!((line.segment.p0.z - 1.5).abs() < 1e-15 && line.offset.abs() < 1e-15);
+/// let visible = [Interval::new(0.0, 0.25), Interval::new(0.5, 1.0)];
+/// let sample = lines.point(&line, &visible, 0.5);
+/// let again = lines.joint_pdf(sample.point, &visible);
+/// assert!((sample.pdf.value() / again.value() - 1.0).abs() < 1e-13);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct CylinderLines {
+    /// `None` where there is nothing to draw.
+    view: Option<CylinderView>,
+    along: Along,
+    /// Horizons that cut the strip: heights over them of both ends of the axis, and what a turn to
+    /// the shading point and one across add.
+    cuts: [[f64; 4]; 2],
+    cut_count: usize,
+    /// The ends of the pieces, and the densities there.
+    angles: [f64; PIECES + 1],
+    density: [f64; PIECES + 1],
+    pieces: Pieces,
+}
+
+impl CylinderLines {
+    /// Lines for the shading point `x` with the unit normals of its horizons, of which those after
+    /// the second count for nothing.
+    #[must_use]
+    pub fn new(cylinder: &Cylinder, x: DVec3, horizons: &[DVec3], measure: ChordMeasure) -> Self {
+        match CylinderView::new(cylinder, x) {
+            Some(view) => Self::of(&view, horizons, measure),
+            None => Self::nothing(x, horizons, measure),
+        }
+    }
+
+    fn nothing(x: DVec3, horizons: &[DVec3], measure: ChordMeasure) -> Self {
+        let normal = horizons.first().copied().unwrap_or(DVec3::Z);
+        Self {
+            view: None,
+            along: Along { x, normal, measure },
+            cuts: [[0.0; 4]; 2],
+            cut_count: 0,
+            angles: [0.0; PIECES + 1],
+            density: [0.0; PIECES + 1],
+            pieces: Pieces::default(),
+        }
+    }
+
+    /// Lines of a view.
+    #[must_use]
+    pub fn of(view: &CylinderView, horizons: &[DVec3], measure: ChordMeasure) -> Self {
+        let mut out = Self::nothing(view.x, horizons, measure);
+        let axis = view.cylinder.axis.relative_to(view.x);
+        let half = view.half_turn();
+        let (mut low, mut high) = (-half, half);
+        for n in horizons.iter().take(2) {
+            let [a, b] = [0, 1].map(|k| n.dot(view.axes[k]) * view.cylinder.radius);
+            let [h0, h1] = [axis.p0, axis.p1].map(|p| n.dot(p));
+            let rise = a.hypot(b);
+            if h0.min(h1) >= rise {
+                continue;
+            }
+            out.cuts[out.cut_count] = [h0, h1, a, b];
+            out.cut_count += 1;
+            let Some((from, to)) = above(h0.max(h1), a, b, half) else {
+                return out;
+            };
+            (low, high) = (low.max(from), high.min(to));
+        }
+        if low < high {
+            out.view = Some(*view);
+            out.spread(view, low, high);
+        }
+        out
+    }
+
+    /// Sets up the density of angles between two azimuths.
+    fn spread(&mut self, view: &CylinderView, low: f64, high: f64) {
+        // The angle of incidence is φ + α.
+        let rim = view.half_angle();
+        let ends = [low, high].map(|turn| {
+            let (s, c) = turn.sin_cos();
+            let alpha = view.angle_of(&view.at_azimuth(s, c));
+            (alpha.clamp(-rim, rim), turn + alpha)
+        });
+        let [middle, half] = [1.0, -1.0].map(|sign| 0.5 * (ends[1].1 + sign * ends[0].1));
+        self.angles = ENDS.map(|end| (view.k * (middle + half * end).sin()).asin());
+        (self.angles[0], self.angles[PIECES]) = (ends[0].0, ends[1].0);
+        if self.along.measure == ChordMeasure::Uniform {
+            self.density = [1.0; PIECES + 1];
+        } else {
+            self.density = self.angles.map(|alpha| self.line_measure(view, alpha));
+            if self.cut_count > 0 {
+                let mean = self.density.iter().sum::<f64>() / (PIECES + 1) as f64;
+                let least = if mean > 0.0 { LEAST * mean } else { 1.0 };
+                self.density = self.density.map(|d| d + least);
+            }
+        }
+        let (angles, density) = (self.angles, self.density);
+        self.pieces = Pieces::new(
+            (0..PIECES).map(|k| (angles[k + 1] - angles[k]) * 0.5 * (density[k] + density[k + 1])),
+        );
+        if !self.pieces.is_usable() {
+            self.view = None;
+        }
+    }
+
+    /// The measure of what is above the horizons of the line at an angle, per dα.
+    fn line_measure(&self, view: &CylinderView, alpha: f64) -> f64 {
+        let (slice, _) = view.at_angle(alpha);
+        let Some(line) = self.part_above(view, &slice) else {
+            return 0.0;
+        };
+        match self.along.measure {
+            ChordMeasure::Uniform | ChordMeasure::Length => line.length(),
+            ChordMeasure::SolidAngle | ChordMeasure::Projected => {
+                let measure = self.along.thin(&line).map_or(0.0, |thin| thin.measure());
+                measure * slice.distance
+            }
+        }
+    }
+
+    /// The part of a line above the horizons.
+    fn part_above(&self, view: &CylinderView, slice: &Slice) -> Option<Segment> {
+        let whole = view.line(slice);
+        if self.cut_count == 0 {
+            return Some(whole);
+        }
+        let [from, to] = self.extent(slice)?;
+        Some(whole.piece(from, to))
+    }
+
+    /// Where the part of a line above the horizons begins and ends, as fractions of the cylinder.
+    fn extent(&self, slice: &Slice) -> Option<[f64; 2]> {
+        let [mut from, mut to] = [0.0_f64, 1.0_f64];
+        for [h0, h1, a, b] in &self.cuts[..self.cut_count] {
+            let turn = a * slice.cos + b * slice.sin;
+            let (g0, g1) = (h0 + turn, h1 + turn);
+            if g0 <= 0.0 && g1 <= 0.0 {
+                return None;
+            }
+            if g0 < 0.0 {
+                from = from.max(g0 / (g0 - g1));
+            } else if g1 < 0.0 {
+                to = to.min(g0 / (g0 - g1));
+            }
+        }
+        (from < to).then_some([from, to])
+    }
+
+    /// The unit direction of the lines; zero where there are none.
+    #[must_use]
+    pub fn direction(&self) -> DVec3 {
+        self.view.map_or(DVec3::ZERO, |view| view.axes[2])
+    }
+
+    /// The line through a point of the cylinder: without length where nothing of it is above the
+    /// horizons, and beside the strip in view.
+    #[must_use]
+    pub fn through(&self, point: DVec3) -> Segment {
+        let line = self.view.and_then(|view| {
+            let (slice, _) = view.locate(point)?;
+            self.part_above(&view, &slice)
+        });
+        line.unwrap_or_default()
+    }
+
+    /// The height of the shading point over the plane that touches the cylinder in a line.
+    #[must_use]
+    pub fn height(&self, line: &LineSample) -> f64 {
+        self.view
+            .map_or(0.0, |view| slice_at(&view, line.offset).height)
+    }
+
+    /// A line from one random number in [0, 1), with the density of its offset. Density 0 where
+    /// nothing can be sampled: skip it. A line of which nothing is above the horizons has no
+    /// length, but its density.
+    #[must_use]
+    pub fn sample(&self, u: f64) -> LineSample {
+        let Some(view) = &self.view else {
+            return LineSample {
+                segment: Segment::default(),
+                offset: 0.0,
+                pdf: Pdf::ZERO,
+            };
+        };
+        let (piece, place) = self.pieces.pick(u);
+        let place = sample_linear(place, self.density[piece], self.density[piece + 1]);
+        let width = self.angles[piece + 1] - self.angles[piece];
+        let (slice, cosine) = view.at_angle(self.angles[piece] + width * place);
+        let density = self.angle_density(piece, place) * cosine / slice.distance;
+        LineSample {
+            segment: self.part_above(view, &slice).unwrap_or_default(),
+            offset: view.cylinder.radius * slice.sin.atan2(slice.cos),
+            pdf: Pdf::new(density),
+        }
+    }
+
+    /// The density of the angle, per radian, at a place in a piece.
+    fn angle_density(&self, piece: usize, place: f64) -> f64 {
+        let [a, b] = [self.density[piece], self.density[piece + 1]];
+        (a + (b - a) * place) / self.pieces.total()
+    }
+
+    /// The piece of a line's angle and the place in it; `None` beyond the range.
+    fn piece_of(&self, view: &CylinderView, slice: &Slice) -> Option<(usize, f64)> {
+        let alpha = view.angle_of(slice);
+        let [first, last] = [self.angles[0], self.angles[PIECES]];
+        let slack = 64.0 * f64::EPSILON * (last - first);
+        if !(alpha >= first - slack && alpha <= last + slack) {
+            return None;
+        }
+        let inner = &self.angles[1..PIECES];
+        let piece = inner.iter().take_while(|end| **end <= alpha).count();
+        let (from, to) = (self.angles[piece], self.angles[piece + 1]);
+        Some((piece, fraction((alpha - from) / (to - from))))
+    }
+
+    /// The density in 1/m with which [`CylinderLines::sample`] gives the line at an offset Rφ from
+    /// the nearest; 0 beyond the range.
+    #[must_use]
+    pub fn offset_pdf(&self, offset: f64) -> Pdf<Offset> {
+        let Some(view) = &self.view else {
+            return Pdf::ZERO;
+        };
+        let slice = slice_at(view, offset);
+        if !(slice.height > 0.0 && offset.abs() < PI * view.cylinder.radius) {
+            return Pdf::ZERO;
+        }
+        let density = self.piece_of(view, &slice).map_or(0.0, |(piece, place)| {
+            self.angle_density(piece, place) * slice.height / (slice.distance * slice.distance)
+        });
+        Pdf::new(density)
+    }
+
+    /// The random number in [0, 1) from which [`CylinderLines::sample`] gives the line at an
+    /// offset; `None` where its density is zero.
+    #[must_use]
+    pub fn invert_offset(&self, offset: f64) -> Option<f64> {
+        let view = self.view.as_ref()?;
+        self.offset_pdf(offset)
+            .is_positive()
+            .then(|| self.number_of(view, &slice_at(view, offset)))?
+    }
+
+    fn number_of(&self, view: &CylinderView, slice: &Slice) -> Option<f64> {
+        let (piece, place) = self.piece_of(view, slice)?;
+        let [a, b] = [self.density[piece], self.density[piece + 1]];
+        let below = place * (2.0 * a + (b - a) * place) / (a + b);
+        Some(self.pieces.unpick(piece, below))
+    }
+
+    /// A point of what is visible of a line, from one random number in [0, 1), with the joint
+    /// density of line and point; `visible` holds disjoint ascending intervals of the line's
+    /// parameter. Density 0 where nothing is visible.
+    #[must_use]
+    pub fn point(
+        &self,
+        line: &LineSample,
+        visible: &[Interval],
+        xi: f64,
+    ) -> PointSample<SolidAngle> {
+        let segment = &line.segment;
+        let found = self
+            .view
+            .and_then(|view| Some((view, self.along.place(segment, visible, xi)?)));
+        let Some((view, (t, total))) = found else {
+            return PointSample::none(segment.p0);
+        };
+        let (point, slice) = (segment.at(t), slice_at(&view, line.offset));
+        let angle = line.pdf.value() * slice.distance * slice.distance / slice.height;
+        PointSample::at(point, self.joint(point, &slice, angle, total))
+    }
+
+    /// The joint density with which [`CylinderLines::sample`] gives the line through a point of the
+    /// cylinder and [`CylinderLines::point`] the point; `visible` is what is visible of that line.
+    /// 0 where the point is hidden, below a horizon or beside the strip in view.
+    #[must_use]
+    pub fn joint_pdf(&self, point: DVec3, visible: &[Interval]) -> Pdf<SolidAngle> {
+        let Some((view, slice, line, t)) = self.line_at(point) else {
+            return Pdf::ZERO;
+        };
+        let Some((piece, place)) = self.piece_of(&view, &slice).filter(|_| holds(visible, t))
+        else {
+            return Pdf::ZERO;
+        };
+        let total = self.along.visible_measure(&line, visible);
+        self.joint(point, &slice, self.angle_density(piece, place), total)
+    }
+
+    /// The line through a point, what is above the horizons of it, and the point's parameter there.
+    fn line_at(&self, point: DVec3) -> Option<(CylinderView, Slice, Segment, f64)> {
+        let view = self.view?;
+        let (slice, place) = view.locate(point)?;
+        let [from, to] = self.extent(&slice)?;
+        let t = (place - from) / (to - from);
+        let length = view.cylinder.axis.length() * (to - from);
+        let slack = 64.0 * f64::EPSILON * (1.0 + point.abs().max_element() / length);
+        let line = view.line(&slice).piece(from, to);
+        (t >= -slack && t <= 1.0 + slack).then(|| (view, slice, line, fraction(t)))
+    }
+
+    /// The joint density at a point of a line whose angle has the density `angle`: a strip dα has
+    /// dΩ = D²/d³ dα dz.
+    fn joint(&self, point: DVec3, slice: &Slice, angle: f64, visible: f64) -> Pdf<SolidAngle> {
+        let to = point - self.along.x;
+        let (d, near) = (to.length(), slice.distance);
+        let density = match self.along.measure {
+            ChordMeasure::Uniform | ChordMeasure::Length => d / near * (d / near) * d / visible,
+            ChordMeasure::SolidAngle => 2.0 / (near * visible),
+            ChordMeasure::Projected => 2.0 * self.along.normal.dot(to) / (d * near * visible),
+        };
+        Pdf::new(angle * density)
+    }
+}
+
+/// The line at an offset.
+fn slice_at(view: &CylinderView, offset: f64) -> Slice {
+    let (s, c) = (offset / view.cylinder.radius).sin_cos();
+    view.at_azimuth(s, c)
+}
+
+/// The least and the largest azimuth within ±`half` at which `c + a cos φ + b sin φ` is positive;
+/// `None` if it is nowhere.
+fn above(c: f64, a: f64, b: f64, half: f64) -> Option<(f64, f64)> {
+    let rise = a.hypot(b);
+    if c >= rise {
+        return Some((-half, half));
+    }
+    if c <= -rise {
+        return None;
+    }
+    let (middle, width) = (b.atan2(a), (-c / rise).acos());
+    let within = |turn: f64| {
+        let turn = turn - TAU * (turn / TAU).round();
+        (turn.abs() < half).then_some(turn)
+    };
+    let is_above = |turn: f64| {
+        let (s, c0) = turn.sin_cos();
+        c + a * c0 + b * s > 0.0
+    };
+    let from = if is_above(-half) {
+        -half
+    } else {
+        within(middle - width)?
+    };
+    let to = if is_above(half) {
+        half
+    } else {
+        within(middle + width)?
+    };
+    Some((from, to))
+}
+
+/// With nothing in between: the first random number chooses the line, the second the point.
+impl PointTechnique for CylinderLines {
+    type Measure = SolidAngle;
+
+    fn sample(&self, [across, along]: [f64; 2]) -> PointSample<SolidAngle> {
+        self.point(&self.sample(across), &[Interval::UNIT], along)
+    }
+
+    fn pdf(&self, point: DVec3) -> Pdf<SolidAngle> {
+        self.joint_pdf(point, &[Interval::UNIT])
+    }
+
+    fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
+        if !PointTechnique::pdf(self, point).is_positive() {
+            return None;
+        }
+        let (view, slice, line, t) = self.line_at(point)?;
+        let along = self.along.below(&line, t)?;
+        Some([self.number_of(&view, &slice)?, below_one(along)])
+    }
+}
