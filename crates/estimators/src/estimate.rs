@@ -5,7 +5,7 @@ use crate::strategy::{self, Strategy};
 use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
 use crate::{
-    Buffers, EmissionTexture, LinearOptions, PointBy, Query, Technique, combination, linear,
+    Buffers, EmissionTexture, LinearOptions, Lines, PointBy, Query, Technique, combination, linear,
     point_sum,
 };
 use linelit_bsdf::Reflection;
@@ -59,7 +59,7 @@ fn on_area<R: Reflection, T: EmissionTexture>(
         None => combination::combined(query, area, buffers),
         Some(Technique::Points(points)) if points.in_shaft => {
             let by = Strategy::Points(points.by);
-            strategy::through_shaft(query, area, buffers, |_| by)
+            strategy::through_shaft(query, area, &Lines::AREA, buffers, |_| by)
         }
         Some(Technique::Points(points)) => point_sum::by_rays(query, area, points.by, buffers),
         Some(Technique::Lines(lines)) => match lines.integration {
@@ -78,9 +78,7 @@ fn on_line<R: Reflection, T: EmissionTexture>(
     buffers: &mut Buffers,
 ) -> DVec3 {
     let options = match query.estimator.alone() {
-        Some(Technique::Points(points)) => point_techniques! { dispatch
-            [points.by, technique => technique.on_linear()]
-        },
+        Some(Technique::Points(points)) => points.by.on_linear(),
         Some(Technique::Lines(_)) | None => match linear::whole(query, light, buffers) {
             Some(value) => return value,
             None => LinearOptions::default(),

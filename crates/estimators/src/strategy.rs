@@ -45,6 +45,7 @@ pub(crate) fn rays<R: Reflection, T: EmissionTexture>(
 pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
+    lines: &Lines,
     buffers: &mut Buffers,
     choose: impl FnOnce(&Shaft<'_>) -> Strategy,
 ) -> DVec3 {
@@ -66,7 +67,7 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
         Strategy::Rays => rays(query, area, buffers),
         Strategy::Exact | Strategy::Lines => {
             samples.plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);
-            line_sum::in_shaft(query, area, &Lines::AREA, along, &mut shaft, samples)
+            line_sum::in_shaft(query, area, lines, along, &mut shaft, samples)
         }
     }
 }

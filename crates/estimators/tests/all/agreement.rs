@@ -2,7 +2,7 @@
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, ClosedForm, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe};
-use linelit_bsdf::{Phong, Reflection, Reflector, Substrate};
+use linelit_bsdf::{OrenNayar, Phong, Reflection, Reflector, Substrate};
 use linelit_estimators::{Buffers, EmissionTexture, LightSource, OcclusionStats, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, Technique, estimate};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
@@ -32,7 +32,7 @@ impl Reflection for Opaque {
 }
 
 /// A sum of lobes about any directions, drawn by the cosine.
-struct Lobes(Lambert, Vec<ClosedLobe>);
+pub(crate) struct Lobes(Lambert, Vec<ClosedLobe>);
 
 impl Reflection for Lobes {
     fn eval(&self, wi: DVec3, _: DVec3, _: DVec3) -> DVec3 {
@@ -65,7 +65,7 @@ impl Reflection for Lobes {
 }
 
 /// An image over all of a light.
-struct Image(ConvexPolygon, ImportanceImage);
+pub(crate) struct Image(ConvexPolygon, ImportanceImage);
 
 impl EmissionTexture for Image {
     fn radiance(&self, on_light: DVec3) -> DVec3 {
@@ -86,10 +86,12 @@ impl EmissionTexture for Image {
     }
 }
 
-/// A light of each kind.
-fn lights() -> [Light; 4] {
+/// A light of each kind, with the image that it emits if it emits one.
+pub(crate) fn lights() -> Vec<(Light, Option<Image>)> {
     let corner = DVec3::new(-0.5, -0.5, 1.5);
-    let polygon = ConvexPolygon::parallelogram(corner, DVec3::Y, DVec3::X * 1.25).expect("one");
+    let quad = ConvexPolygon::parallelogram(corner, DVec3::Y, DVec3::X * 1.25).expect("one");
+    let [b, c] = [[0.2, 0.9, 1.5], [0.9, -0.4, 1.25]].map(DVec3::from);
+    let triangle = ConvexPolygon::triangle(corner, b, c).expect("one");
     let (radiance, emission) = (DVec3::ONE, Emission::one_sided(DVec3::ONE));
     let (center, radius, normal) = (DVec3::new(0.1, 0.2, 1.5), 0.5, -DVec3::Z);
     let sphere = Sphere { center, radius };
@@ -102,23 +104,20 @@ fn lights() -> [Light; 4] {
         segment: Segment::new(corner, DVec3::new(0.5, 0.625, 1.25)),
         radiance_radius: radiance,
     };
-    [
-        Light::Area(AreaLight { polygon, emission }),
-        Light::Linear(line),
-        Light::Sphere(SphereLight { sphere, radiance }),
-        Light::Disk(DiskLight { disk, emission }),
+    let area = |polygon| Light::Area(AreaLight { polygon, emission });
+    let values = ImportanceImage::new(2, 2, &[1.0, 4.0, 2.0, 0.5]).expect("four");
+    vec![
+        (area(quad), None),
+        (area(triangle), None),
+        (area(quad), Some(Image(quad, values))),
+        (Light::Linear(line), None),
+        (Light::Sphere(SphereLight { sphere, radiance }), None),
+        (Light::Disk(DiskLight { disk, emission }), None),
     ]
 }
 
-/// Means of the light that gets past a rectangle half way, with an estimator and so many samples;
-/// without skips if it is a technique that stands alone.
-fn means<R: Reflection>(
-    (light, texture): (&Light, Option<&Image>),
-    point: &ShadingPoint<R>,
-    text: &str,
-    samples: u32,
-    seeds: Range<u64>,
-) -> Welford {
+/// A rectangle between, or nothing.
+pub(crate) fn occluders(there: bool) -> Occluders {
     let (x, y, z) = ([0.0625, 0.5], [-0.5, 0.125], 0.75);
     let corners = [
         [x[0], y[0], z],
@@ -126,115 +125,147 @@ fn means<R: Reflection>(
         [x[1], y[1], z],
         [x[0], y[1], z],
     ];
-    let blocker = Occluders::build(&corners, &[[0, 1, 2], [0, 2, 3]]);
+    Occluders::build(&corners, if there { &[[0, 1, 2], [0, 2, 3]] } else { &[] })
+}
+
+/// The light past occluders with an estimator and so many samples; without skips if `every` sample
+/// is to be taken.
+pub(crate) fn means<R: Reflection>(
+    (light, texture): &(Light, Option<Image>),
+    occluders: &Occluders,
+    point: &ShadingPoint<R>,
+    (text, every): (&str, bool),
+    samples: u32,
+    seeds: Range<u64>,
+) -> Welford {
     let source = LightSource {
         light,
-        texture,
+        texture: texture.as_ref(),
         triangles: 0..0,
         occlusion: OcclusionStats::default(),
     };
     let (estimator, mut buffers) = (text.parse().expect("an estimator"), Buffers::default());
     let one = |seed| {
         let numbers = RandomNumbers::new(SamplerKind::Stratified, seed, [0, 0], 0);
-        let mut query = Query::new(&blocker, &source, point, &estimator, numbers, samples);
-        query.skip = text.contains('+');
+        let mut query = Query::new(occluders, &source, point, &estimator, numbers, samples);
+        query.skip = !every;
         estimate(&query, &mut buffers).element_sum()
     };
     seeds.map(one).collect()
 }
 
-/// Each technique alone and with points of the BSDF under two heuristics, on each kind of light,
-/// against points uniform on the area: z tests of 128 seeds, together with those of nine more
-/// calls at a level of 1e-4.
-fn hold<R: Reflection>(x: DVec3, n: DVec3, bsdf: R) {
-    const MIXES: [&str; 3] = ["", "+point-bsdf", "+point-bsdf[mis=power]"];
+/// Each technique alone and with points of the BSDF, on each kind of light, against points uniform
+/// on the area: past a rectangle by 128 seeds, and with nothing between by 64 of half as many
+/// samples, what has a closed form then taking it. Together with the other calls of a test at a
+/// level of 1e-4.
+fn hold<R: Reflection>(what: &str, calls: usize, x: DVec3, n: DVec3, bsdf: R) {
     let point = ShadingPoint::new(x, n, DVec3::new(-0.6, 0.0, 0.8), bsdf);
     let lights = lights();
-    let Light::Area(AreaLight { polygon, .. }) = lights[0] else {
-        panic!("the first is a polygon")
-    };
-    let values = ImportanceImage::new(2, 2, &[1.0, 4.0, 2.0, 0.5]).expect("four");
-    let image = Image(polygon, values);
-    let cells = 10 * (lights.len() + 1) * MIXES.len() * Technique::all().count();
+    let cells = calls * lights.len() * 3 * Technique::all().count();
     let bound = critical_z(sidak(1e-4, cells));
-    let textured = (&lights[0], Some(&image));
-    for light in lights.iter().map(|light| (light, None)).chain([textured]) {
-        let want = means(light, &point, "point-area", 512, 1000..1128);
-        assert!(want.mean() > 0.01, "{:?}: {want:?}", light.0);
-        for (technique, mix) in Technique::all().flat_map(|t| MIXES.map(|mix| (t, mix))) {
-            let text = technique.name().to_owned() + mix;
-            let got = means(light, &point, &text, 32, 0..128);
-            let z = z_score_two(&got, &want);
-            assert!(
-                z.abs() < bound,
-                "{text}: z {z}, {got:?} for {want:?} of {:?}",
-                light.0
-            );
+    for light in &lights {
+        for there in [true, false] {
+            let occluders = occluders(there);
+            let samples = if there { 512 } else { 256 };
+            let want = ("point-area", true);
+            let want = means(light, &occluders, &point, want, samples, 1000..1128);
+            assert!(want.mean() > 0.01, "{what}: {:?}: {want:?}", light.0);
+            let mixes: &[_] = if there { &["", "+point-bsdf"] } else { &[""] };
+            for (technique, mix) in Technique::all().flat_map(|t| mixes.iter().map(move |m| (t, m)))
+            {
+                let text = technique.name().to_owned() + mix;
+                let how = (&*text, there && mix.is_empty());
+                let (samples, seeds) = if there { (32, 0..128) } else { (16, 0..64) };
+                let got = means(light, &occluders, &point, how, samples, seeds);
+                let z = z_score_two(&got, &want);
+                assert!(
+                    z.abs() < bound,
+                    "{what}, {text}, occluded: {there}: z {z}, {got:?} for {want:?} of {:?}",
+                    light.0
+                );
+            }
         }
     }
 }
 
-/// Lobes that materials have: two of Phong, plastic, rough metal along one direction, a coat, and
-/// Frostbite's.
-fn materials() -> [Vec<Lobe>; 5] {
+fn matte() -> Lambert {
+    let albedo = DVec3::splat(0.5);
+    Lambert { albedo }
+}
+
+fn rough(alpha: [f64; 2], fresnel: Fresnel) -> Lobe {
+    let (reflectance, facets) = (DVec3::ONE, TrowbridgeReitz::new(alpha));
+    Lobe::Reflector(Reflector {
+        reflectance,
+        facets,
+        fresnel,
+    })
+}
+
+/// Materials as scene files make them.
+pub(crate) fn materials() -> Vec<(&'static str, Bsdf)> {
     let [quarter, f0] = [0.25, 0.04].map(DVec3::splat);
     let phong = |exponent| {
         let specular = quarter;
         Lobe::Phong(Phong { specular, exponent })
     };
-    let rough = |alpha, fresnel| {
-        let (reflectance, facets) = (DVec3::ONE, TrowbridgeReitz::new(alpha));
-        Lobe::Reflector(Reflector {
-            reflectance,
-            facets,
-            fresnel,
-        })
-    };
-    let coat = Substrate {
+    let coat = Lobe::Substrate(Substrate {
         diffuse: quarter,
         specular: f0,
         facets: TrowbridgeReitz::isotropic(0.3),
+    });
+    let schlick = Fresnel::Schlick {
+        f0: quarter,
+        f90: 1.0,
     };
-    [
-        vec![phong(4.0), phong(40.0)],
-        vec![rough([0.2; 2], Fresnel::Dielectric { eta: 1.5 })],
-        vec![rough(
-            [0.1, 0.4],
-            Fresnel::Schlick {
-                f0: quarter,
-                f90: 1.0,
-            },
-        )],
-        vec![Lobe::Substrate(coat)],
-        vec![Lobe::Frostbite(Frostbite::new(quarter, f0, 0.5))],
-    ]
+    let copper = Fresnel::Conductor {
+        eta: DVec3::new(0.2, 0.92, 1.1),
+        k: DVec3::new(3.9, 2.45, 2.14),
+    };
+    let plastic = Fresnel::Dielectric { eta: 1.0 / 1.5 };
+    let frostbite = Lobe::Frostbite(Frostbite::new(quarter, f0, 0.5));
+    let plate = rough([0.2; 2], copper);
+    let grey = Lobe::OrenNayar(OrenNayar::new(quarter, 0.5));
+    let all: Vec<(_, f64, Vec<(f64, Lobe)>)> = vec![
+        (
+            "two lobes",
+            0.25,
+            vec![(1.0, phong(4.0)), (1.0, phong(40.0))],
+        ),
+        ("plastic", 0.25, vec![(1.0, rough([0.2; 2], plastic))]),
+        ("metal", 0.0, vec![(1.0, rough([0.25; 2], copper))]),
+        (
+            "brushed metal",
+            0.0,
+            vec![(1.0, rough([0.1, 0.4], schlick))],
+        ),
+        ("substrate", 0.0, vec![(1.0, coat)]),
+        (
+            "glTF",
+            0.0,
+            vec![(0.5, coat), (0.5, rough([0.3; 2], schlick))],
+        ),
+        ("frostbite", 0.0, vec![(1.0, frostbite)]),
+        ("rough diffuse", 0.0, vec![(1.0, grey)]),
+        (
+            "mixture",
+            0.125,
+            vec![(0.5, grey), (0.25, phong(40.0)), (0.25, plate)],
+        ),
+    ];
+    let layers = |(name, diffuse, lobes): (_, _, Vec<(f64, Lobe)>)| {
+        let mut layers = Layers::new(DVec3::new(0.6, 0.8, 0.0));
+        layers.add_diffuse(DVec3::splat(diffuse));
+        for (scale, lobe) in lobes {
+            assert!(layers.add(DVec3::splat(scale), lobe));
+        }
+        (name, Bsdf::Layers(layers))
+    };
+    all.into_iter().map(layers).collect()
 }
 
-/// Though the BSDF has no closed form, and where the horizon cuts the lights.
-#[test]
-fn every_technique_gives_the_same_light() {
-    let albedo = DVec3::splat(0.5);
-    let matte = Lambert { albedo };
-    let glossy = Bsdf::Phong(
-        matte,
-        Phong {
-            specular: albedo,
-            exponent: 12.0,
-        },
-    );
-    let tilted = DVec3::new(-0.95, 0.125, 0.25).normalize();
-    hold(DVec3::ZERO, DVec3::Z, Bsdf::Lambert(matte));
-    hold(DVec3::X * 0.125, DVec3::Z, glossy);
-    hold(DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
-    hold(DVec3::ZERO, tilted, glossy);
-    for lobes in materials() {
-        let mut layers = Layers::new(DVec3::new(0.6, 0.8, 0.0));
-        layers.add_diffuse(DVec3::splat(0.25));
-        for lobe in lobes {
-            assert!(layers.add(DVec3::ONE, lobe));
-        }
-        hold(DVec3::X * 0.25, DVec3::Z, Bsdf::Layers(layers));
-    }
+/// Lobes about any directions.
+pub(crate) fn gaussians() -> Lobes {
     let scale = DVec3::splat(0.25);
     let lobes = vec![
         ClosedLobe::Power {
@@ -248,5 +279,63 @@ fn every_technique_gives_the_same_light() {
             sharpness: 20.0,
         },
     ];
-    hold(DVec3::X * 0.25, DVec3::Z, Lobes(matte, lobes));
+    Lobes(matte(), lobes)
+}
+
+/// Also where nothing is known of the BSDF, and where the horizon cuts the lights.
+#[test]
+fn every_technique_gives_the_same_light() {
+    let specular = DVec3::splat(0.5);
+    let lobe = Phong {
+        specular,
+        exponent: 12.0,
+    };
+    let glossy = Bsdf::Phong(matte(), lobe);
+    let tilted = DVec3::new(-0.95, 0.125, 0.25).normalize();
+    let hold = |x: f64, n, bsdf| hold("closed form", 4, DVec3::X * x, n, bsdf);
+    hold(0.0, DVec3::Z, Bsdf::Lambert(matte()));
+    hold(0.125, DVec3::Z, glossy);
+    hold(0.0, tilted, glossy);
+    self::hold("values alone", 4, DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
+}
+
+/// The matrix of lights and materials.
+#[test]
+fn every_light_on_every_material() {
+    let materials = materials();
+    let calls = materials.len() + 1;
+    for (name, bsdf) in materials {
+        hold(name, calls, DVec3::X * 0.25, DVec3::Z, bsdf);
+    }
+    hold("Gaussians", calls, DVec3::X * 0.25, DVec3::Z, gaussians());
+}
+
+/// Weights of another heuristic, on lights and reflections of all sorts.
+#[test]
+fn weights_by_power_give_the_same_light() {
+    let x = DVec3::X * 0.25;
+    let point = |bsdf| ShadingPoint::new(x, DVec3::Z, DVec3::new(-0.6, 0.0, 0.8), bsdf);
+    let points = [point(Bsdf::Lambert(matte())), point(materials()[1].1)];
+    let (lights, occluders) = (lights(), occluders(true));
+    let cells = points.len() * lights.len() * Technique::all().count();
+    let bound = critical_z(sidak(1e-4, cells));
+    for (point, light) in points
+        .iter()
+        .flat_map(|p| lights.iter().map(move |l| (p, l)))
+    {
+        let want = means(
+            light,
+            &occluders,
+            point,
+            ("point-area", true),
+            512,
+            1000..1128,
+        );
+        for technique in Technique::all() {
+            let text = technique.name().to_owned() + "+point-bsdf[mis=power]";
+            let got = means(light, &occluders, point, (&text, false), 32, 0..128);
+            let z = z_score_two(&got, &want);
+            assert!(z.abs() < bound, "{text}: z {z}, {got:?} for {want:?}");
+        }
+    }
 }

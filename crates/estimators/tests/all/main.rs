@@ -2,6 +2,7 @@
 
 mod agreement;
 mod linear_lights;
+mod methods;
 mod penumbrae;
 mod round;
 mod text;

@@ -46,11 +46,11 @@ impl Integral for ExactOptions {
         self,
         query: &Query<'_, R, T>,
         area: &AreaLight,
-        _: &Lines,
+        lines: &Lines,
         buffers: &mut Buffers,
     ) -> DVec3 {
         let query = query.with_tolerance(self.tolerance);
-        through_shaft(&query, area, buffers, |shaft| {
+        through_shaft(&query, area, lines, buffers, |shaft| {
             if shaft.candidates() <= self.limit as usize && !shaft.is_dense() {
                 Strategy::Exact
             } else {

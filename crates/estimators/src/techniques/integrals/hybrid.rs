@@ -63,7 +63,7 @@ impl Integral for Cheapest {
         self,
         query: &Query<'_, R, T>,
         area: &AreaLight,
-        _: &Lines,
+        options: &Lines,
         buffers: &mut Buffers,
     ) -> DVec3 {
         let (lines, occlusion) = (query.samples, &query.light.occlusion);
@@ -73,13 +73,13 @@ impl Integral for Cheapest {
         if occlusion.dense && lines < FEW_LINES_IF_DENSE {
             let points = Strategy::Points(cheap_points(query, area));
             let query = query.times(POINTS_FOR_A_LINE_IF_DENSE);
-            return through_shaft(&query, area, buffers, |_| points);
+            return through_shaft(&query, area, options, buffers, |_| points);
         }
         if !occlusion.dense
             && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines)
             && looks_like_cosines(query)
         {
-            return through_shaft(query, area, buffers, |shaft| {
+            return through_shaft(query, area, options, buffers, |shaft| {
                 if shaft.is_dense() {
                     Strategy::Rays
                 } else {
@@ -90,13 +90,15 @@ impl Integral for Cheapest {
         let affordable = CANDIDATES_FOR_A_LINE * f64::from(lines - 1);
         if lines < FEW_LINES && occlusion.candidates < affordable {
             let query = query.times(POINTS_FOR_A_LINE);
-            return through_shaft(&query, area, buffers, |_| Strategy::Points(PointBy::Area));
+            return through_shaft(&query, area, options, buffers, |_| {
+                Strategy::Points(PointBy::Area)
+            });
         }
         if lines < FEW_LINES {
             return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, PointBy::Area, buffers);
         }
         let for_an_edge = lines_for_an_edge(query, area);
-        through_shaft(query, area, buffers, |shaft| {
+        through_shaft(query, area, options, buffers, |shaft| {
             choose_strategy(shaft, occlusion.edges, for_an_edge, lines)
         })
     }

@@ -48,6 +48,13 @@ impl Points {
     }
 }
 
+impl PointBy {
+    /// Which technique of linear lights it stands for.
+    pub(crate) fn on_linear(self) -> LinearOptions {
+        point_techniques! { dispatch [self, technique => technique.on_linear()] }
+    }
+}
+
 impl Points {
     /// With the options that a text says.
     pub(crate) fn read(self, options: &mut Options<'_>) -> Result<Self> {
