@@ -188,6 +188,10 @@ pub struct RenderArgs {
     /// Another estimator for light K of the scene, counted from 0; may be repeated.
     #[arg(long, value_name = "K=ESTIMATOR")]
     pub light_estimator: Vec<LightEstimator>,
+    /// Light K is sampled for itself where --lights picks one of the others; may be repeated. For
+    /// lights that are bright and mostly hidden.
+    #[arg(long, value_name = "K")]
+    pub light_apart: Vec<u32>,
     /// Sampling pattern.
     #[arg(long, default_value = "stratified")]
     pub sampler: SamplerKind,

@@ -22,6 +22,8 @@ pub struct PlannedLight {
     pub texture: Option<PlannedTexture>,
     /// The estimator of this light, if it has one of its own.
     pub estimator: Option<Estimator>,
+    /// Whether it is sampled for itself where one of the other lights is picked for each sample.
+    pub is_apart: bool,
     /// How occluded the light usually is; chooses the strategy of `hybrid`.
     pub occlusion: OcclusionStats,
 }
@@ -70,11 +72,43 @@ impl EmissionTexture for PlannedTexture {
 /// is, bit for bit, or replaces an estimate by the exact value.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    lights: Vec<PlannedLight>,
-    tables: Tables,
+    lights: LightSet,
     /// Lights with exact spheres in place of their facets, if there are any.
-    with_spheres: Option<(Vec<PlannedLight>, Tables)>,
+    with_spheres: Option<LightSet>,
     dark_lights: usize,
+}
+
+/// Lights, and tables for picking one of the union.
+#[derive(Clone, Debug)]
+pub(crate) struct LightSet {
+    /// Those apart first.
+    lights: Vec<PlannedLight>,
+    apart: usize,
+    pub tables: Tables,
+}
+
+impl LightSet {
+    fn new(lights: Vec<PlannedLight>) -> Self {
+        Self {
+            lights,
+            apart: 0,
+            tables: Tables::default(),
+        }
+    }
+
+    /// Those that are sampled for themselves, and the union of which one is picked.
+    pub(crate) fn split(&self) -> (&[PlannedLight], &[PlannedLight]) {
+        self.lights.split_at(self.apart)
+    }
+
+    fn set_apart(&mut self, light: u32, is_apart: bool) {
+        for planned in self.lights.iter_mut().filter(|l| l.index == light) {
+            planned.is_apart = is_apart;
+        }
+        self.lights.sort_by_key(|l| (!l.is_apart, l.index));
+        self.apart = self.lights.iter().filter(|l| l.is_apart).count();
+        self.tables = Tables::default();
+    }
 }
 
 impl Plan {
@@ -91,48 +125,42 @@ impl Plan {
                 triangles: light.triangles.clone(),
                 texture: texture(light, textured),
                 estimator: None,
+                is_apart: false,
                 occlusion: OcclusionStats::default(),
             })
             .collect();
         Self {
             dark_lights: scene.lights.len() - lights.len(),
-            with_spheres: with_spheres(scene, &lights).map(|lights| (lights, Tables::default())),
-            tables: Tables::default(),
-            lights,
+            with_spheres: with_spheres(scene, &lights).map(LightSet::new),
+            lights: LightSet::new(lights),
         }
     }
 
     /// The lights that emit, with spheres as the settings want them.
     #[must_use]
     pub fn lights_of(&self, spheres: Spheres) -> &[PlannedLight] {
-        match (&self.with_spheres, spheres) {
-            (Some((lights, _)), Spheres::Exact) => lights,
-            _ => &self.lights,
-        }
+        &self.set_of(spheres).lights
     }
 
-    /// Tables for choosing among those lights.
-    pub(crate) fn tables_of(&self, spheres: Spheres) -> &Tables {
+    /// The same, and the tables for choosing among them.
+    pub(crate) fn set_of(&self, spheres: Spheres) -> &LightSet {
         match (&self.with_spheres, spheres) {
-            (Some((_, tables)), Spheres::Exact) => tables,
-            _ => &self.tables,
+            (Some(set), Spheres::Exact) => set,
+            _ => &self.lights,
         }
     }
 
     /// The lights that emit, spheres as facets.
     #[must_use]
     pub fn lights(&self) -> &[PlannedLight] {
-        &self.lights
+        &self.lights.lights
     }
 
     /// Notes how occluded the lights are.
     pub(crate) fn set_occlusion(&mut self, stats: &[OcclusionStats]) {
-        let mut others = self
-            .with_spheres
-            .iter_mut()
-            .flat_map(|(lights, _)| lights)
-            .peekable();
-        for (light, stats) in self.lights.iter_mut().zip(stats) {
+        let others = self.with_spheres.iter_mut();
+        let mut others = others.flat_map(|set| &mut set.lights).peekable();
+        for (light, stats) in self.lights.lights.iter_mut().zip(stats) {
             light.occlusion = *stats;
             // The same lights in the same order, without the facets of spheres after the first.
             if let Some(same) = others.next_if(|r| r.index == light.index) {
@@ -144,11 +172,18 @@ impl Plan {
     /// Gives a light of the scene an estimator of its own, or none; an exact sphere has that of the
     /// first of its facets.
     pub(crate) fn set_estimator(&mut self, light: u32, estimator: Option<Estimator>) {
-        let others = self.with_spheres.iter_mut().flat_map(|(lights, _)| lights);
-        for planned in self.lights.iter_mut().chain(others) {
+        let others = self.with_spheres.iter_mut().flat_map(|set| &mut set.lights);
+        for planned in self.lights.lights.iter_mut().chain(others) {
             if planned.index == light {
                 planned.estimator = estimator;
             }
+        }
+    }
+
+    /// Takes a light of the scene out of the union that one light is picked of, or puts it back.
+    pub(crate) fn set_apart(&mut self, light: u32, is_apart: bool) {
+        for set in std::iter::once(&mut self.lights).chain(&mut self.with_spheres) {
+            set.set_apart(light, is_apart);
         }
     }
 
@@ -203,6 +238,7 @@ fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLig
                 triangles: (*triangles).clone(),
                 texture: None,
                 estimator: None,
+                is_apart: false,
                 occlusion: OcclusionStats::default(),
             }),
             Some(_) => {}

@@ -58,6 +58,16 @@ impl<'s> Renderer<'s> {
         self.plan.set_estimator(light, estimator);
     }
 
+    /// Samples a light, by its number in the scene, for itself with all samples, where one of the
+    /// others is picked for each ([`LightChoice`]); or puts it back among them.
+    ///
+    /// For lights that are bright and mostly hidden, which no choice knows: a sun behind shutters
+    /// would take nearly all samples from the lamps of a room (Shirley & Wang 1991, section 5). A
+    /// light that the scene does not have is ignored.
+    pub fn set_light_apart(&mut self, light: u32, is_apart: bool) {
+        self.plan.set_apart(light, is_apart);
+    }
+
     /// The occluders.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
@@ -287,16 +297,20 @@ impl<'s> Renderer<'s> {
             workspace.buffers.samples.plan.black_materials += 1;
             return DVec3::ZERO;
         }
-        let lights = self.plan.lights_of(settings.spheres);
+        let set = self.plan.set_of(settings.spheres);
         let key = (pixel, repetition);
+        let (mut apart, mut union) = set.split();
         if settings.lights == LightChoice::All {
-            return lights
-                .iter()
-                .map(|light| self.one_light(settings, light, point, key, workspace))
-                .sum();
+            (apart, union) = (self.plan.lights_of(settings.spheres), &[]);
         }
-        selection::draw(&self.plan, settings, point, key, workspace);
         let mut sum = DVec3::ZERO;
+        for light in apart {
+            sum += self.one_light(settings, light, point, key, workspace);
+        }
+        if union.is_empty() {
+            return sum;
+        }
+        selection::draw(union, &set.tables, settings, point, key, workspace);
         let all = f64::from(settings.samples.max(1));
         for k in 0..workspace.drawn.len() {
             let drawn = workspace.drawn[k];
@@ -304,7 +318,7 @@ impl<'s> Renderer<'s> {
                 samples: drawn.count,
                 ..*settings
             };
-            let light = &lights[drawn.light];
+            let light = &union[drawn.light];
             let value = self.one_light(&settings, light, point, key, workspace);
             sum += value * (f64::from(drawn.count) / (all * drawn.probability));
         }

@@ -1,6 +1,6 @@
 //! One sample for all lights together (Shirley & Wang 1991, section 3).
 
-use crate::{Plan, PlannedLight, Settings, ShadingPoint, Workspace};
+use crate::{PlannedLight, Settings, ShadingPoint, Workspace};
 use linelit_estimators::streams::light_choice;
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_selection::{
@@ -113,14 +113,13 @@ pub(crate) struct Drawn {
 /// Draws a light for each sample of a shading point; `workspace.drawn` then holds each light that
 /// was picked, once.
 pub(crate) fn draw(
-    plan: &Plan,
+    lights: &[PlannedLight],
+    tables: &Tables,
     settings: &Settings,
     point: &ShadingPoint,
     (pixel, repetition): ([u32; 2], u32),
     workspace: &mut Workspace,
 ) {
-    let lights = plan.lights_of(settings.spheres);
-    let tables = plan.tables_of(settings.spheres);
     let (x, n, wo) = (point.position, point.normal, point.outgoing);
     let count = settings.samples.max(1);
     let dimension = light_choice(repetition);

@@ -1,7 +1,7 @@
 //! `linelit render`.
 
 use super::{bar, pool};
-use crate::args::{Crop, LightEstimator, RenderArgs};
+use crate::args::{Crop, RenderArgs};
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile};
@@ -29,7 +29,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
     let mut renderer = pool.install(|| Renderer::new(&scene));
-    set_light_estimators(&mut renderer, &args.light_estimator)?;
+    set_lights(&mut renderer, args)?;
     let build_seconds = built.elapsed().as_secs_f64();
     let settings = Settings {
         estimator: args.estimator,
@@ -59,16 +59,19 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-fn set_light_estimators(renderer: &mut Renderer<'_>, list: &[LightEstimator]) -> Result<()> {
+fn set_lights(renderer: &mut Renderer<'_>, args: &RenderArgs) -> Result<()> {
     let count = renderer.scene().lights.len();
-    for own in list {
-        if own.light as usize >= count {
-            bail!(
-                "no light {}: the scene has {count}, counted from 0",
-                own.light
-            );
+    let own = args.light_estimator.iter().map(|own| own.light);
+    for light in own.chain(args.light_apart.iter().copied()) {
+        if light as usize >= count {
+            bail!("no light {light}: the scene has {count}, counted from 0");
         }
+    }
+    for own in &args.light_estimator {
         renderer.set_light_estimator(own.light, Some(own.estimator));
+    }
+    for light in &args.light_apart {
+        renderer.set_light_apart(*light, true);
     }
     Ok(())
 }

@@ -328,3 +328,47 @@ fn lights_have_estimators_of_their_own() {
     renderer.set_light_estimator(0, None);
     assert_eq!(light(&renderer, &lines), by_lines);
 }
+
+/// A large light wholly behind a plate drowns two lamps, whatever chooses; sampled apart, it takes
+/// nothing from them, and the light is the same.
+#[test]
+fn a_hidden_light_apart_does_not_drown_the_others() {
+    let sun = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -9 -9 8  -9 9 8  9 9 8  9 -9 8 ]"#;
+    let plate = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -30 -30 7  30 -30 7  30 30 7  -30 30 7 ]"#;
+    let lamps = format!("{sun}\n{SQUARE}\n{TRIANGLE}");
+    let scene = room(&lamps, &format!("{CLUTTER}{plate}"));
+    let mut renderer = Renderer::new(&scene);
+    let points: Vec<_> = lit_points(&renderer).into_iter().step_by(5).collect();
+    let z = critical_z(sidak(0.01, points.len() * CHOICES.len()));
+    let all = |renderer: &Renderer<'_>, choice: Settings| -> Vec<(DVec3, DVec3)> {
+        let one = |point| trials(renderer, &choice, point, 64);
+        points.iter().map(one).collect()
+    };
+    let seed = 1 << 32;
+    let base = settings("point-solid-angle");
+    let truth = all(&renderer, Settings { seed, ..base });
+    for (lights, _) in CHOICES {
+        let choice = Settings { lights, ..base };
+        let variance = |got: &[(DVec3, DVec3)]| got.iter().map(|g| g.1.x * g.1.x).sum::<f64>();
+        let together = variance(&all(&renderer, choice));
+        renderer.set_light_apart(0, true);
+        let apart = all(&renderer, choice);
+        renderer.set_light_apart(0, false);
+        for (got, want) in apart.iter().zip(&truth) {
+            let difference = (got.0.x - want.0.x).abs();
+            assert!(
+                difference <= z * got.1.x.hypot(want.1.x),
+                "{lights}: {got:?} {want:?}"
+            );
+        }
+        let gain = together / variance(&apart);
+        assert!(gain > 1.3, "{lights}: {gain}");
+    }
+    // All of them apart are all of them.
+    (0..3).for_each(|light| renderer.set_light_apart(light, true));
+    let lights = LightChoice::Tree;
+    assert_eq!(
+        all(&renderer, Settings { lights, ..base }),
+        all(&renderer, base)
+    );
+}
