@@ -224,7 +224,8 @@ pub struct RenderArgs {
     /// Follow up to this many perfect mirrors and sheets of glass in a row.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=64))]
     pub bounces: u32,
-    /// Print what was skipped and why, and what visibility cost.
+    /// Print what is done about which lights on which materials, what was skipped and why, and what
+    /// visibility cost.
     #[arg(long)]
     pub explain: bool,
     /// Common flags.

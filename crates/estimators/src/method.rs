@@ -204,12 +204,11 @@ impl fmt::Display for Method {
             Self::OverLine => f.write_str("closed form over what is visible of the line"),
             Self::Quadrature => f.write_str("quadrature over what is visible of the line"),
             Self::Cheapest(known) => {
-                f.write_str("whichever is cheapest: ")?;
+                f.write_str("whichever is cheapest: lines, points, rays")?;
                 match exact(LightKind::Polygon, known) {
-                    Self::PointsOfLines(_) => {}
-                    exact => write!(f, "{exact}, ")?,
+                    Self::PointsOfLines(_) => Ok(()),
+                    exact => write!(f, ", or {exact}"),
                 }
-                f.write_str("lines, points, or rays")
             }
         }
     }

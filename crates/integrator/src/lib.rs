@@ -35,6 +35,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
+mod methods;
 mod plan;
 mod point;
 mod probe;
@@ -46,6 +47,7 @@ mod workspace;
 pub use linelit_estimators::{
     Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SegmentCounters,
 };
+pub use methods::PairMethods;
 pub use plan::{Plan, PlannedLight, PlannedTexture};
 pub use point::{SURFACE_OFFSET, ShadingPoint};
 pub use renderer::Renderer;

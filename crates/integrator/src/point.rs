@@ -16,6 +16,8 @@ pub const SURFACE_OFFSET: f64 = 16.0 * 5.96e-8;
 pub struct ShadingPoint {
     /// Position, normals, direction to the viewer, reflection.
     pub shading: linelit_estimators::ShadingPoint,
+    /// Index into the scene's materials.
+    pub material: u32,
     /// Distance of the position from the surface.
     pub lift: f64,
     /// Directions in which perfect mirrors and glass send the view on; empty for most.

@@ -207,6 +207,7 @@ impl<'s> Renderer<'s> {
                 outgoing,
                 bsdf,
             },
+            material: surface.material,
             lift,
             bounces,
             emitted: self.emitted(&surface, outgoing),

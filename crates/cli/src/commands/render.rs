@@ -54,7 +54,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     if let Some(result) = result {
         writeln!(out, "{result}")?;
     } else if args.explain {
-        explain(&renderer, &counts, times, out)?;
+        explain(&renderer, &settings, &counts, times, out)?;
     }
     Ok(())
 }
@@ -121,6 +121,7 @@ fn write(image: Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
 
 fn explain(
     renderer: &Renderer<'_>,
+    settings: &Settings,
     counts: &Counts,
     times: [f64; 3],
     out: &mut Output,
@@ -131,6 +132,15 @@ fn explain(
         renderer.plan().lights().len(),
         renderer.plan().dark_lights()
     )?;
+    for pair in renderer.methods(settings) {
+        let methods: Vec<_> = pair.methods.iter().map(ToString::to_string).collect();
+        let materials = &renderer.scene().materials;
+        let name = |k: &u32| format!("`{}`", materials[*k as usize].name);
+        let names: Vec<_> = pair.materials.iter().map(name).collect();
+        let (count, light, methods) = (pair.lights.len(), pair.light, methods.join("; "));
+        let names = names.join(", ");
+        writeln!(out, "{count:>14}  of them ({light}): {methods}; on {names}")?;
+    }
     write!(out, "{}", counts.plan)?;
     writeln!(out, "{:>14}  rays", counts.visibility.rays)?;
     writeln!(

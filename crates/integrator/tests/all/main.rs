@@ -8,6 +8,7 @@ mod footprints;
 mod linear;
 mod materials;
 mod means;
+mod methods;
 mod mixes;
 mod orders;
 mod own_renderer;

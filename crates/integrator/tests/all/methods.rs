@@ -1,0 +1,76 @@
+//! What is done about which lights on which materials of a scene.
+
+use linelit_formats::LoadOptions;
+use linelit_integrator::{Renderer, Settings, Spheres};
+
+/// A matte floor, a plastic wall that nothing shines on from behind; two quads, of which one is
+/// below the floor, a line and a sphere.
+const SCENE: &str = r#"
+    LookAt 0 -4 3  0 0 0  0 0 1
+    Camera "perspective" "float fov" [ 50 ]
+    WorldBegin
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
+        Shape "quad" "point o" [ -1 -1 5 ] "vector u" [ 0 1 0 ] "vector v" [ 1 0 0 ]
+        Shape "quad" "point o" [ -1 -1 -5 ] "vector u" [ 0 1 0 ] "vector v" [ 1 0 0 ]
+        Shape "line" "point3 p0" [ -1 -2 5 ] "point3 p1" [ 1 -2 5 ]
+        Translate 0 -2 4
+        Shape "sphere" "float radius" [ 0.5 ]
+    AttributeEnd
+    MakeNamedMaterial "floor" "string type" [ "matte" ]
+    MakeNamedMaterial "wall" "string type" [ "plastic" ]
+    NamedMaterial "floor"
+    Shape "quad" "point o" [ -9 -9 0 ] "vector u" [ 18 0 0 ] "vector v" [ 0 18 0 ]
+    NamedMaterial "wall"
+    Shape "quad" "point o" [ -1 1 0 ] "vector u" [ 2 0 0 ] "vector v" [ 0 0 2 ]
+"#;
+
+#[test]
+fn every_pair_says_what_it_gets() {
+    let options = LoadOptions::default();
+    let scene = linelit_formats::from_pbrt_str(SCENE, "room.pbrt", &options);
+    let scene = scene.unwrap().scene;
+    let renderer = Renderer::new(&scene);
+    let said = |estimator: &str| {
+        let settings = Settings {
+            estimator: estimator.parse().unwrap(),
+            spheres: Spheres::Exact,
+            ..Settings::default()
+        };
+        let mut rows: Vec<_> = renderer
+            .methods(&settings)
+            .iter()
+            .map(|row| {
+                let name = |k: &u32| scene.materials[*k as usize].name.clone();
+                let names: Vec<_> = row.materials.iter().map(name).collect();
+                let methods: Vec<_> = row.methods.iter().map(ToString::to_string).collect();
+                let (light, count) = (row.light, row.lights.len());
+                format!(
+                    "{count} {light}, {}: {}",
+                    names.join(", "),
+                    methods.join("; ")
+                )
+            })
+            .collect();
+        rows.sort();
+        rows
+    };
+    let exact = [
+        "1 line, floor: closed form over what is visible of the line",
+        "1 line, wall: quadrature over what is visible of the line",
+        "1 polygon, floor: closed form over what is visible",
+        "1 polygon, wall: transformed cosines over what is visible, points for the rest",
+    ];
+    let rows = said("exact");
+    assert!(
+        exact.iter().all(|row| rows.contains(&(*row).to_owned())),
+        "{rows:#?}"
+    );
+    let combined = [
+        "1 line, floor: closed form over what is visible of the line",
+        "1 line, wall: quadrature over what is visible of the line",
+        "1 polygon, floor, wall: points as `point-area`; points as `point-bsdf`",
+        "1 sphere, floor, wall: points as `point-area`; points as `point-bsdf`",
+    ];
+    assert_eq!(said("point-area+point-bsdf"), combined);
+}
