@@ -3,11 +3,13 @@
 use crate::combination::CombinationBuffers;
 use crate::line_sum::Draws;
 use crate::round::RoundSource;
+use crate::techniques::points::round::RoundPoints;
 use crate::techniques::{lines::LineFamily, points::PointSource};
 use crate::transformed::Fit;
 use crate::{PlanCounters, SegmentCounters};
+use linelit_geometry::Segment;
 use linelit_penumbra::Penumbra;
-use linelit_spheres::DiskChords;
+use linelit_spheres::{CylinderLines, DiskChords};
 use linelit_visibility::{Scratch, VisibleLines};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on
@@ -31,6 +33,9 @@ pub struct SampleBuffers {
     pub(crate) draws: Draws,
     pub(crate) combination: CombinationBuffers<PointSource<'static>, LineFamily<'static>>,
     pub(crate) round: CombinationBuffers<RoundSource, DiskChords>,
+    pub(crate) cylinder: CombinationBuffers<RoundPoints, CylinderLines>,
+    /// Lines as they are seen on an outline.
+    pub(crate) outlined: Vec<Segment>,
     pub(crate) penumbra: Penumbra,
     pub(crate) fit: Fit,
 }

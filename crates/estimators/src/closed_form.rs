@@ -10,7 +10,7 @@ use linelit_lights::{AreaLight, Disk, LinearLight};
 use linelit_shading::{
     batch, cylinder, horizon, phong, phong_polygon, polygon, quadrature, spherical_gaussian,
 };
-use linelit_spheres::{DiskCone, SphereProjected};
+use linelit_spheres::{CylinderView, DiskCone, SphereProjected};
 use linelit_visibility::ShaftClass;
 
 /// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no
@@ -141,6 +141,22 @@ pub(crate) fn whole_round<R>(
         None => return None,
     };
     Some(emitted * reflection.diffuse.value() * projected)
+}
+
+/// Light of a whole cylinder with nothing in between, of constant radiance: above both horizons, on
+/// a diffuse surface; `None` for anything else.
+pub(crate) fn whole_cylinder<R>(
+    view: &CylinderView,
+    radiance: DVec3,
+    point: &ShadingPoint<R>,
+    reflection: &ClosedForm<'_>,
+) -> Option<DVec3> {
+    let above = |n: &DVec3| view.heights(*n)[0] >= 0.0;
+    let is_known = reflection.is_diffuse() && point.horizons().iter().all(above);
+    is_known.then(|| {
+        let projected = point.normal.dot(view.vector_irradiance()).max(0.0);
+        radiance * reflection.diffuse.value() * projected
+    })
 }
 
 /// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to

@@ -53,6 +53,9 @@ counters! {
         /// Pairs of a point and a sphere that triangles reach into, or with too many in between to
         /// tell: points by solid angle in place of lines, a shadow ray for each point.
         spheres_by_rays: "pairs with a sphere that triangles may reach into: rays, no lines",
+        /// Pairs of a point and a cylinder that triangles reach into, or with too many in between
+        /// to tell: each line and each point is looked for by itself.
+        cylinders_by_rays: "pairs with a cylinder that triangles may reach into: a look for each line",
         /// Line samples that are wholly hidden.
         hidden_lines: "line samples wholly hidden",
         /// Lines asked for their density at a point of another technique.

@@ -4,13 +4,15 @@ use crate::line_sum::{self, Along};
 use crate::strategy::{self, Strategy};
 use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
+use crate::techniques::points::round::RoundPoints;
 use crate::{
     Buffers, EmissionTexture, LinearOptions, Lines, PointBy, Query, Technique, combination, linear,
     point_sum,
 };
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
-use linelit_lights::{AreaLight, Light, LinearLight};
+use linelit_lights::{AreaLight, CylinderLight, Light, LinearLight};
+use linelit_spheres::CylinderView;
 
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
 ///
@@ -39,6 +41,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
             }] },
             None => combination::on_round(query, buffers),
         },
+        Light::Cylinder(light) => on_cylinder(query, light, buffers),
     }
 }
 
@@ -47,6 +50,24 @@ fn by_rays<R, T>(query: &Query<'_, R, T>) -> Option<PointBy> {
     match query.estimator.alone() {
         Some(Technique::Points(points)) if !points.in_shaft => Some(points.by),
         Some(Technique::Points(_) | Technique::Lines(_)) | None => None,
+    }
+}
+
+/// From inside the endless cylinder nothing of it is seen.
+fn on_cylinder<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    light: &CylinderLight,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    let Some(view) = CylinderView::new(&light.cylinder, query.point.position) else {
+        return DVec3::ZERO;
+    };
+    match by_rays(query) {
+        Some(by) => {
+            let source = Some(RoundPoints::on_cylinder(by, &view, &query.point.horizons()));
+            point_sum::on_surface_by_rays(query, &view, &source, buffers)
+        }
+        None => combination::on_cylinder(query, light, &view, buffers),
     }
 }
 

@@ -7,7 +7,7 @@ use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{
     AreaLight, AreaSampler, Disk, Emission, ImportanceImage, Light, Sphere, TexturedSampler,
 };
-use linelit_spheres::{DiskArea, SphereCap};
+use linelit_spheres::{CylinderArea, CylinderView, DiskArea, SphereCap};
 use std::ops::Range;
 
 /// Emission that varies over an area light, and what points are drawn in proportion to.
@@ -90,6 +90,7 @@ impl<T: EmissionTexture> LightSource<'_, T> {
             Light::Linear(line) => line.radiance_radius,
             Light::Sphere(light) => Emission::one_sided(light.radiance).towards(at.cos_light),
             Light::Disk(light) => light.emission.towards(at.cos_light),
+            Light::Cylinder(light) => Emission::one_sided(light.radiance).towards(at.cos_light),
         }
     }
 
@@ -135,6 +136,16 @@ impl<T: EmissionTexture> LightSource<'_, T> {
                 let faces = side > 0.0 || (light.emission.two_sided && side < 0.0);
                 counters.facing_away += u64::from(!faces);
                 faces
+            }
+            Light::Cylinder(light) => {
+                let Some(view) = CylinderView::new(&light.cylinder, point.position) else {
+                    counters.facing_away += 1;
+                    return false;
+                };
+                let highest = |n: DVec3| view.heights(n)[1];
+                let above = highest(point.geometric_normal) > 0.0 && highest(point.normal) > 0.0;
+                counters.below_horizon += u64::from(!above);
+                above
             }
         }
     }
@@ -234,6 +245,22 @@ impl Shape for Sphere {
 
     fn by_area(&self) -> impl DrawPoints<Self> {
         SphereCap::whole(self)
+    }
+}
+
+/// As its shading point sees it.
+impl Shape for CylinderView {
+    #[inline]
+    fn normal(&self, point: DVec3) -> DVec3 {
+        self.normal(point)
+    }
+
+    fn meets(&self, _: DVec3, direction: DVec3) -> Option<DVec3> {
+        self.meets(direction)
+    }
+
+    fn by_area(&self) -> impl DrawPoints<Self> {
+        CylinderArea::visible(self.cylinder(), self.position())
     }
 }
 

@@ -24,16 +24,19 @@ pub enum LightKind {
     Sphere,
     /// A disk.
     Disk,
+    /// A cylinder.
+    Cylinder,
 }
 
 impl LightKind {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Polygon,
         Self::Textured,
         Self::Linear,
         Self::Sphere,
         Self::Disk,
+        Self::Cylinder,
     ];
 
     /// The kind of a light.
@@ -45,6 +48,7 @@ impl LightKind {
             Light::Linear(_) => Self::Linear,
             Light::Sphere(_) => Self::Sphere,
             Light::Disk(_) => Self::Disk,
+            Light::Cylinder(_) => Self::Cylinder,
         }
     }
 }
@@ -57,6 +61,7 @@ impl fmt::Display for LightKind {
             Self::Linear => "line",
             Self::Sphere => "sphere",
             Self::Disk => "disk",
+            Self::Cylinder => "cylinder",
         })
     }
 }
@@ -165,7 +170,7 @@ impl Method {
     pub fn is_exact_unoccluded(&self, light: LightKind, known: Known) -> bool {
         let whole = match light {
             LightKind::Polygon => Closed::OverPolygons,
-            LightKind::Sphere | LightKind::Disk => Closed::Diffuse,
+            LightKind::Sphere | LightKind::Disk | LightKind::Cylinder => Closed::Diffuse,
             LightKind::Textured | LightKind::Linear => return self.is_exact(),
         };
         match self {
@@ -267,9 +272,10 @@ impl Technique {
                         cosines: Cosines::Unknown,
                         ..known
                     }),
-                    LightKind::Linear | LightKind::Sphere | LightKind::Disk => {
-                        analytic(light, known)
-                    }
+                    LightKind::Linear
+                    | LightKind::Sphere
+                    | LightKind::Disk
+                    | LightKind::Cylinder => analytic(light, known),
                 },
             },
         }
@@ -286,7 +292,9 @@ impl PointBy {
         }
         let polygon = matches!(light, LightKind::Polygon | LightKind::Textured);
         Method::Points(match self {
-            Self::VisibleArea if light != LightKind::Sphere => Self::Area,
+            Self::VisibleArea if !matches!(light, LightKind::Sphere | LightKind::Cylinder) => {
+                Self::Area
+            }
             Self::Texture if light == LightKind::Polygon => Self::Area,
             Self::Ltc if !polygon || known.cosines < Cosines::Lobes => Self::SolidAngle,
             Self::Texture | Self::Proxy if !polygon => Self::SolidAngle,
@@ -309,7 +317,9 @@ impl LineBy {
         match (self, light) {
             (Self::Texture, LightKind::Textured) => self,
             (Self::Texture, _) => Self::Area,
-            (Self::Warped, LightKind::Sphere | LightKind::Disk) => Self::SolidAngle,
+            (Self::Warped, LightKind::Sphere | LightKind::Disk | LightKind::Cylinder) => {
+                Self::SolidAngle
+            }
             (Self::Area | Self::SolidAngle | Self::Warped | Self::Projected, _) => self,
         }
     }

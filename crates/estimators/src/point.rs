@@ -21,6 +21,13 @@ pub struct ShadingPoint<R = Bsdf> {
     pub bsdf: R,
 }
 
+impl<R> ShadingPoint<R> {
+    /// The normals of the horizons that cut lights, the shading normal first.
+    pub(crate) const fn horizons(&self) -> [DVec3; 2] {
+        [self.normal, self.geometric_normal]
+    }
+}
+
 impl<R: Reflection> ShadingPoint<R> {
     /// A point of a flat surface: the geometric normal is the shading normal. `position` must be
     /// lifted off the surface if the surface is among the occluders.

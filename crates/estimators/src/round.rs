@@ -36,7 +36,7 @@ impl RoundView {
     /// `None` from inside a sphere, where there is no outline, and of a light of another kind.
     pub(crate) fn new(light: &Light, x: DVec3) -> Option<Self> {
         Some(match light {
-            Light::Area(_) | Light::Linear(_) => return None,
+            Light::Area(_) | Light::Linear(_) | Light::Cylinder(_) => return None,
             Light::Disk(light) => Self {
                 disk: light.disk,
                 sphere: None,

@@ -220,8 +220,12 @@ impl<'s> Renderer<'s> {
             Some((light, Light::Area(area))) => {
                 light.shown(surface.footprint(), area.polygon.normal().dot(outgoing))
             }
-            // Lines have no surface to look at; spheres and disks of a scene are triangles.
-            Some((_, Light::Linear(_) | Light::Sphere(_) | Light::Disk(_))) | None => DVec3::ZERO,
+            // Lines have no surface to look at; what is round in a scene is triangles.
+            Some((
+                _,
+                Light::Linear(_) | Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_),
+            ))
+            | None => DVec3::ZERO,
         }
     }
 

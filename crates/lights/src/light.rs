@@ -213,6 +213,8 @@ pub enum Light {
     Sphere(SphereLight),
     /// A disk.
     Disk(DiskLight),
+    /// A cylinder.
+    Cylinder(CylinderLight),
 }
 
 impl Light {
@@ -225,6 +227,7 @@ impl Light {
             Self::Linear(l) => l.power(),
             Self::Sphere(l) => l.power(),
             Self::Disk(l) => l.power(),
+            Self::Cylinder(l) => l.power(),
         }
     }
 }

@@ -29,9 +29,9 @@ pub(crate) struct LightBounds {
     spread: f64,
     /// (sin, cos) of the half angle.
     cone: (f64, f64),
-    /// Whether all are lines or spheres, which shine in all directions.
+    /// Whether all are lines, spheres or cylinders, which shine in all directions.
     around: bool,
-    /// Whether some are spheres or disks, which touch their box only to rounding.
+    /// Whether some are spheres, disks or cylinders, which touch their box only to rounding.
     round: bool,
     pub(crate) power: f64,
     /// Power-weighted mean position, mean squared distance from it, and mean normal (of two-sided
@@ -103,6 +103,17 @@ impl Extent {
                     sides: sides(n, l.emission.two_sided),
                 }
             }
+            Light::Cylinder(l) => {
+                let (axis, radius) = (l.cylinder.axis, l.cylinder.radius);
+                let (a, (lo, hi)) = (axis.direction(), bounds_of(&[axis.p0, axis.p1]));
+                let r = DVec3::new(a.y.hypot(a.z), a.x.hypot(a.z), a.x.hypot(a.y)) * radius;
+                Self {
+                    bounds: (lo - r, hi + r),
+                    mean: axis.at(0.5),
+                    variance: axis.vector().length_squared() / 12.0 + radius * radius,
+                    sides: AROUND,
+                }
+            }
         }
     }
 }
@@ -134,8 +145,14 @@ impl LightBounds {
             axis,
             spread,
             cone: spread.sin_cos(),
-            around: matches!(light, Light::Linear(_) | Light::Sphere(_)),
-            round: matches!(light, Light::Sphere(_) | Light::Disk(_)),
+            around: matches!(
+                light,
+                Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_)
+            ),
+            round: matches!(
+                light,
+                Light::Sphere(_) | Light::Disk(_) | Light::Cylinder(_)
+            ),
             power: power.min(POWER),
             mean,
             variance,
@@ -204,10 +221,10 @@ impl LightBounds {
     ///
     /// [`Reach::None`] and [`Reach::All`] are true whatever was rounded. Heights over the tangent
     /// plane: rounding is monotonic and a box's corners are reached by the same operations as a
-    /// light's, so the highest corner is never below a vertex in it, bit for bit; spheres and
-    /// disks, whose heights are found otherwise, get a slack of 8 ε of the terms (2 ε each for both
-    /// sums and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have some
-    /// 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
+    /// light's, so the highest corner is never below a vertex in it, bit for bit; spheres, disks
+    /// and cylinders, whose heights are found otherwise, get a slack of 8 ε of the terms (2 ε each
+    /// for both sums and the box, 4 ε for a unit normal). Angles: 10⁻⁹, where those of normals have
+    /// some 10⁻¹⁴ after 64 unions and that of the box is widened by 4 ε of the coordinates.
     pub(crate) fn reach(&self, x: DVec3, n: DVec3) -> Reach {
         let (a, b) = (n * (self.lo - x), n * (self.hi - x));
         let sum = |v: DVec3| v.x + v.y + v.z;

@@ -1,8 +1,9 @@
 //! What a light may contribute to a surface point, without shadows.
 
+use core::f64::consts::FRAC_1_PI;
 use linelit_geometry::{DVec3, predicates};
 use linelit_lights::{AreaSampler, Light, PointTechnique};
-use linelit_spheres::{DiskArea, SphereCap};
+use linelit_spheres::{CylinderArea, DiskArea, SphereCap};
 
 /// A surface point for which lights are chosen.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +63,13 @@ pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
             let rise = l.disk.radius * predicates::cross(n, l.disk.normal).length();
             faces && n.dot(l.disk.center - x) + rise > 0.0
         }
+        Light::Cylinder(l) => {
+            let (axis, radius) = (l.cylinder.axis, l.cylinder.radius);
+            let rise = radius * predicates::cross(n, axis.direction()).length();
+            [axis.p0, axis.p1]
+                .iter()
+                .any(|p| n.dot(*p - x) + rise > 0.0)
+        }
     }
 }
 
@@ -84,6 +92,10 @@ pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64
             let s = DiskArea::new(&l.disk).sample(u);
             from_point(light, at, s.point) / s.pdf.value()
         }
+        Light::Cylinder(l) => {
+            let s = CylinderArea::visible(&l.cylinder, at.position).sample(u);
+            from_point(light, at, s.point) / s.pdf.value()
+        }
     }
 }
 
@@ -100,6 +112,13 @@ pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3
             from_point(light, at, l.sphere.center + towards) * 0.25 * l.sphere.area()
         }
         Light::Disk(l) => from_point(light, at, l.disk.center) * l.disk.area(),
+        Light::Cylinder(l) => {
+            let middle = l.cylinder.axis.at(0.5);
+            let towards = l.cylinder.normal(at.position);
+            from_point(light, at, middle + towards * l.cylinder.radius)
+                * FRAC_1_PI
+                * l.cylinder.area()
+        }
     }
 }
 
@@ -131,6 +150,7 @@ fn from_point(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, point: DVec
             let side = facing(l.disk.normal, l.emission.two_sided);
             (l.emission.radiance, side)
         }
+        Light::Cylinder(l) => (l.radiance, facing(l.cylinder.normal(point), false)),
     };
     if side <= 0.0 {
         return 0.0;

@@ -2,8 +2,8 @@
 
 use crate::contribution::{Receiver, can_contribute, positive_part, spread};
 use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
-use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
-use linelit_lights::Light;
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
+use linelit_lights::{Cylinder, Light};
 use linelit_shading::{cylinder, ltc::Ltc, polygon};
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -133,6 +133,15 @@ impl Cosines {
                 let cosine = n.dot(w).max(0.2 * ratio.min(1.0));
                 (disk.emission.radiance, seen * cosine, round(w, seen))
             }
+            Light::Cylinder(light) => {
+                let Cylinder { axis, radius } = light.cylinder;
+                let Segment { p0, p1 } = axis.relative_to(x);
+                (
+                    light.radiance * radius,
+                    around_axis(p0, p1, radius, n),
+                    self.glossy(|lobe| lobe.ltc.line(frame, p0, p1)),
+                )
+            }
         };
         let diffuse = self.cosines.diffuse + self.albedo * DEFENCE;
         let value = mean(radiance * (diffuse * (FRAC_1_PI * irradiance) + glossy));
@@ -143,6 +152,15 @@ impl Cosines {
             f64::MIN_POSITIVE
         }
     }
+}
+
+/// The irradiance of a cylinder about an axis between two points, over its radius: as of a line;
+/// where the axis dips below the horizon, a little as of one above it.
+fn around_axis(p0: DVec3, p1: DVec3, radius: f64, n: DVec3) -> f64 {
+    let along = (p1 - p0).normalize_or_zero();
+    let up = (n - along * along.dot(n)).normalize_or_zero() * radius;
+    let raised = 0.2 * cylinder::irradiance(p0 + up, p1 + up, n);
+    cylinder::irradiance(p0, p1, n).max(raised)
 }
 
 /// A lobe of albedo one.

@@ -96,6 +96,50 @@ impl CylinderView {
         self.x
     }
 
+    /// Unit outward normal at a point of the side; zero on the axis.
+    #[must_use]
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        let ([out, across, _], from) = (self.axes, point - self.cylinder.axis.p0);
+        let (c, s) = (out.dot(from), across.dot(from));
+        predicates::normalize(out * c + across * s).unwrap_or(DVec3::ZERO)
+    }
+
+    /// Where a ray from the shading point enters the cylinder through its side.
+    #[must_use]
+    pub fn meets(&self, direction: DVec3) -> Option<DVec3> {
+        let [out, across, along] = self.axes.map(|a| a.dot(direction));
+        let steep = out.hypot(across);
+        let sine = across / (steep * self.k);
+        if !(out < 0.0 && sine.abs() <= 1.0) {
+            return None;
+        }
+        let inside = self.k * ((1.0 - sine) * (1.0 + sine)).sqrt();
+        let distance = self.rho * (-out / steep - inside) / steep;
+        let height = along * distance;
+        let meets = height >= self.ends[0] && height <= self.ends[1];
+        meets.then(|| self.x + direction * distance)
+    }
+
+    /// The least and the largest height of the cylinder over the plane through the shading point
+    /// with the unit normal `n`.
+    #[must_use]
+    pub fn heights(&self, n: DVec3) -> [f64; 2] {
+        let ends = self.cylinder.axis.relative_to(self.x);
+        let [h0, h1] = [ends.p0, ends.p1].map(|p| n.dot(p));
+        let rise = self.cylinder.radius * n.dot(self.axes[0]).hypot(n.dot(self.axes[1]));
+        [h0.min(h1) - rise, h0.max(h1) + rise]
+    }
+
+    /// The segment across the axis at the place of a point, as wide as what is seen there.
+    #[must_use]
+    pub fn across(&self, point: DVec3) -> Segment {
+        let [out, across, _] = self.axes;
+        let from = point - self.cylinder.axis.p0;
+        let middle = point - across * across.dot(from);
+        let half = across * ((self.rho - out.dot(from)) * self.k / self.rim());
+        Segment::new(middle - half, middle + half)
+    }
+
     /// The normal of the outline, towards the shading point.
     #[must_use]
     pub const fn towards(&self) -> DVec3 {

@@ -103,11 +103,11 @@ impl CylinderLines {
         let axis = view.cylinder.axis.relative_to(view.x);
         let half = view.half_turn();
         let (mut low, mut high) = (-half, half);
-        for n in horizons.iter().take(2) {
+        for (k, n) in horizons.iter().enumerate().take(2) {
             let [a, b] = [0, 1].map(|k| n.dot(view.axes[k]) * view.cylinder.radius);
             let [h0, h1] = [axis.p0, axis.p1].map(|p| n.dot(p));
             let rise = a.hypot(b);
-            if h0.min(h1) >= rise {
+            if h0.min(h1) >= rise || horizons[..k].contains(n) {
                 continue;
             }
             out.cuts[out.cut_count] = [h0, h1, a, b];

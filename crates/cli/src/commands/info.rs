@@ -159,6 +159,7 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &SceneLight
         Light::Linear(l) => ("linear", 0.0, l.segment.length()),
         Light::Sphere(s) => ("sphere", s.sphere.area(), 0.0),
         Light::Disk(d) => ("disk", d.disk.area(), 0.0),
+        Light::Cylinder(c) => ("cylinder", c.cylinder.area(), 0.0),
     };
     let group = groups.entry(name).or_default();
     group.lights += 1;

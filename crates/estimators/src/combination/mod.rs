@@ -5,6 +5,7 @@
 //! lines of different directions, points and BSDF samples, then combine by multiple importance
 //! sampling.
 
+mod cylinder;
 mod domain;
 mod optimal;
 mod prepared;
@@ -18,6 +19,7 @@ use crate::{
     Buffers, EmissionTexture, Estimator, MOST_TECHNIQUES, Pieces, Query, SampleBuffers,
     ShadingPoint, Stream, Weights,
 };
+pub(crate) use cylinder::on_cylinder;
 use domain::Domain;
 use linelit_bsdf::Reflection;
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};

@@ -11,6 +11,7 @@ use crate::{EmissionTexture, Smoothing, Weights};
 use linelit_bsdf::Reflection;
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_mis::smoothing;
+use linelit_spheres::CylinderView;
 use std::f64::consts::FRAC_PI_2;
 
 /// What is hidden of a line, as a share of it, to be smoothed with a fixed width. Ends of visible
@@ -81,6 +82,29 @@ impl Bordered for RoundView {
 
     fn target(&self, at: &LightPoint) -> DVec3 {
         self.lifted(at).point
+    }
+}
+
+impl Bordered for CylinderView {
+    fn half_width(&self) -> f64 {
+        let cylinder = self.cylinder();
+        (0.5 * cylinder.axis.length()).min(cylinder.radius * self.half_turn().sin())
+    }
+
+    fn border(&self, point: DVec3, width: f64) -> f64 {
+        let cylinder = self.cylinder();
+        let from = [cylinder.axis.p0, cylinder.axis.p1].map(|end| point - end);
+        let along = cylinder.axis.direction();
+        let around = cylinder.radius * (self.half_turn() - self.azimuth(point).abs());
+        let distances = [along.dot(from[0]), -along.dot(from[1]), around];
+        distances
+            .map(|d| smoothing::edge(d, width))
+            .iter()
+            .product()
+    }
+
+    fn across(&self, _: DVec3) -> impl Fn(DVec3) -> Segment {
+        move |point| self.across(point)
     }
 }
 

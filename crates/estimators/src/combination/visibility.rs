@@ -3,6 +3,7 @@
 use crate::Queries;
 use crate::query::is_free;
 use linelit_geometry::{DVec3, Segment};
+use linelit_spheres::CylinderView;
 use linelit_visibility::{Occluders, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines};
 use std::ops::Range;
 
@@ -10,6 +11,9 @@ use std::ops::Range;
 pub(super) enum Visibility<'a> {
     /// One shaft answers everything.
     OneShaft(Shaft<'a>),
+    /// One shaft towards the outline of a cylinder answers everything: lines as they are seen
+    /// there, for which there is memory.
+    Outline(Shaft<'a>, &'a CylinderView, Vec<Segment>),
     /// Each line and each point has a traversal of its own, as published.
     SeparateRays {
         occluders: &'a Occluders,
@@ -41,20 +45,25 @@ impl<'a> Visibility<'a> {
     /// What is known before anything is asked.
     pub(super) fn class(&self) -> ShaftClass {
         match self {
-            Self::OneShaft(shaft) => shaft.class(),
+            Self::OneShaft(shaft) | Self::Outline(shaft, ..) => shaft.class(),
             Self::SeparateRays { .. } => ShaftClass::Partial,
         }
     }
 
     /// Whether so much stands in between that it was not kept.
     pub(super) fn is_dense(&self) -> bool {
-        matches!(self, Self::OneShaft(shaft) if shaft.is_dense())
+        matches!(self, Self::OneShaft(shaft) | Self::Outline(shaft, ..) if shaft.is_dense())
     }
 
     /// The visible parts of lines on the light.
     pub(super) fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         let (occluders, scratch, point, own) = match self {
             Self::OneShaft(shaft) => return shaft.visible(lines, out),
+            Self::Outline(shaft, seen, flat) => {
+                flat.clear();
+                flat.extend(lines.iter().map(|line| seen.onto_outline(line)));
+                return shaft.visible(flat, out);
+            }
             Self::SeparateRays {
                 occluders,
                 scratch,
@@ -81,7 +90,7 @@ impl<'a> Visibility<'a> {
     /// Whether a point of the light is visible.
     pub(super) fn point_visible(&mut self, on_light: DVec3) -> bool {
         match self {
-            Self::OneShaft(shaft) => shaft.point_visible(on_light),
+            Self::OneShaft(shaft) | Self::Outline(shaft, ..) => shaft.point_visible(on_light),
             Self::SeparateRays {
                 occluders,
                 scratch,

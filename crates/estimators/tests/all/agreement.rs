@@ -6,7 +6,8 @@ use linelit_bsdf::{OrenNayar, Phong, Reflection, Reflector, Substrate};
 use linelit_estimators::{Buffers, EmissionTexture, LightSource, OcclusionStats, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, Technique, estimate};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
-use linelit_lights::{AreaLight, Disk, DiskLight, Emission, ImportanceImage, Light, LinearLight};
+use linelit_lights::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission};
+use linelit_lights::{ImportanceImage, Light, LinearLight};
 use linelit_lights::{Sphere, SphereLight, TexturedSampler};
 use linelit_samplers::SamplerKind;
 use linelit_testkit::chi2::sidak;
@@ -100,6 +101,10 @@ pub(crate) fn lights() -> Vec<(Light, Option<Image>)> {
         normal,
         radius,
     };
+    let cylinder = Cylinder {
+        axis: Segment::new(corner, DVec3::new(0.5, 0.625, 1.25)),
+        radius: 0.25,
+    };
     let line = LinearLight {
         segment: Segment::new(corner, DVec3::new(0.5, 0.625, 1.25)),
         radiance_radius: radiance,
@@ -113,6 +118,7 @@ pub(crate) fn lights() -> Vec<(Light, Option<Image>)> {
         (Light::Linear(line), None),
         (Light::Sphere(SphereLight { sphere, radiance }), None),
         (Light::Disk(DiskLight { disk, emission }), None),
+        (Light::Cylinder(CylinderLight { cylinder, radiance }), None),
     ]
 }
 

@@ -1,6 +1,7 @@
 //! Estimators against each other, and their texts.
 
 mod agreement;
+mod cylinders;
 mod linear_lights;
 mod methods;
 mod penumbrae;

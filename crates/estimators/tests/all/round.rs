@@ -10,13 +10,13 @@ use linelit_testkit::chi2::sidak;
 use linelit_testkit::ztest::{Welford, critical_z, z_score_two};
 use linelit_visibility::Occluders;
 
-fn matte() -> Lambert {
+pub(crate) fn matte() -> Lambert {
     Lambert {
         albedo: DVec3::splat(0.5),
     }
 }
 
-fn glossy() -> Bsdf {
+pub(crate) fn glossy() -> Bsdf {
     let specular = DVec3::splat(0.4);
     Bsdf::Phong(
         matte(),
@@ -48,7 +48,7 @@ fn disk(center: [f64; 3], normal: [f64; 3], radius: f64) -> Light {
 }
 
 /// Estimates of many seeds with what was counted.
-fn estimates<R: Reflection>(
+pub(crate) fn estimates<R: Reflection>(
     occluders: &Occluders,
     light: &Light,
     point: &ShadingPoint<R>,
@@ -66,7 +66,7 @@ fn estimates<R: Reflection>(
     (seeds.map(one).collect(), buffers)
 }
 
-fn nothing() -> Occluders {
+pub(crate) fn nothing() -> Occluders {
     Occluders::build(&[], &[])
 }
 
@@ -131,7 +131,7 @@ fn rectangle(x: [f32; 2], y: [f32; 2], z: f32, from: u32) -> ([[f32; 3]; 4], [[u
     )
 }
 
-fn rectangles(all: &[Rectangle]) -> Occluders {
+pub(crate) fn rectangles(all: &[Rectangle]) -> Occluders {
     let (mut corners, mut triangles) = (Vec::new(), Vec::new());
     for (x, y, z) in all {
         let (c, t) = rectangle(*x, *y, *z, u32::try_from(corners.len()).expect("few"));
@@ -141,9 +141,9 @@ fn rectangles(all: &[Rectangle]) -> Occluders {
     Occluders::build(&corners, &triangles)
 }
 
-type Rectangle = ([f32; 2], [f32; 2], f32);
+pub(crate) type Rectangle = ([f32; 2], [f32; 2], f32);
 
-const WIDE: [f32; 2] = [-3.0, 3.0];
+pub(crate) const WIDE: [f32; 2] = [-3.0, 3.0];
 
 /// What stands before or in a sphere 1.5 above, of radius 0.5, and whether lines can be asked: its
 /// outline is at 1.333, its nearest point at 1.

@@ -3,7 +3,8 @@
 
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
 use linelit_lights::{
-    AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight,
+    AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere,
+    SphereLight,
 };
 use linelit_selection::{
     Discrete, Estimated, Importance, LightTree, can_contribute, diffuse, unshadowed,
@@ -34,7 +35,7 @@ fn mixed(n: u32, seed: u64) -> Vec<Light> {
                 two_sided,
             };
             let normal = DVec3::from(rng.unit_vector());
-            match i % 4 {
+            match i % 5 {
                 0 => {
                     let (a, b) = (
                         random_in(&mut rng, -size, size),
@@ -51,6 +52,13 @@ fn mixed(n: u32, seed: u64) -> Vec<Light> {
                     sphere: Sphere {
                         center: o,
                         radius: size,
+                    },
+                    radiance,
+                }),
+                3 => Light::Cylinder(CylinderLight {
+                    cylinder: Cylinder {
+                        axis: Segment::new(o, o + normal * size * 2.0),
+                        radius: size * 0.5,
                     },
                     radiance,
                 }),

@@ -3,7 +3,8 @@
 
 use linelit_geometry::{ConvexPolygon, DVec3, Frame, Segment};
 use linelit_lights::{
-    AreaLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere, SphereLight,
+    AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission, Light, LinearLight, Sphere,
+    SphereLight,
 };
 use linelit_selection::{Discrete, Estimated, Importance, LightTree, can_contribute, diffuse};
 use linelit_testkit::cases::cases;
@@ -52,6 +53,13 @@ fn light(
             },
             radiance,
         }),
+        4 => Light::Cylinder(CylinderLight {
+            cylinder: Cylinder {
+                axis: Segment::new(at, at + 2.0 * size * normal),
+                radius: size,
+            },
+            radiance,
+        }),
         _ => Light::Disk(DiskLight {
             disk: Disk {
                 center: at,
@@ -85,7 +93,7 @@ fn direction() -> impl Strategy<Value = DVec3> {
 
 prop_compose! {
     fn lamp()(
-        kind in 0u8..5,
+        kind in 0u8..6,
         at in place(),
         normal in direction(),
         size in (-6..=0i32).prop_map(|e| 4f64.powi(e)),
@@ -110,7 +118,7 @@ fn hostile() -> impl Strategy<Value = Vec<Light>> {
         ]
     };
     let one = (
-        0u8..5,
+        0u8..6,
         place(),
         direction(),
         (magnitude(), magnitude(), magnitude()),

@@ -378,6 +378,21 @@ proptest! {
             prop_assert!((0..4).all(inside), "{corners:?} {on_it}");
             prop_assert!((on_it - corners[0]).dot(view.towards()).abs() < slack);
         }
+        // A ray there meets it there, and the cylinder is as high as its highest point.
+        if half * (1.0 - turn.abs()) > 1e-3 && t > 1e-6 && t < 1.0 - 1e-6 {
+            let met = view.meets(point.normalize()).expect("in view");
+            prop_assert!(met.distance(point) < 1e-7 * (1.0 + point.length()), "{met} {point}");
+        }
+        prop_assert!(view.meets(-point.normalize()).is_none());
+        prop_assert!(view.normal(point).distance(normal) < 1e-9 * (1.0 + 1.0 / cylinder.radius));
+        let up = DVec3::from(to).try_normalize().unwrap_or(DVec3::Z);
+        let [low, high] = view.heights(up);
+        prop_assert!(up.dot(point) >= low - slack && up.dot(point) <= high + slack);
+        // The segment across holds the point, and ends where the rim is seen.
+        let wide = view.across(point);
+        prop_assert!((wide.at(0.5) - point).dot(view.towards()).abs() < slack && (wide.p0 - point).cross(wide.p1 - point).length() < slack);
+        let rim = at(half, 0.0).0.normalize().cross(cylinder.axis.direction()).normalize();
+        prop_assert!(rim.dot(wide.p1).abs() < slack);
         prop_assert!(point.dot(view.towards()) <= (view.front()[0] - x).dot(view.towards()) + slack);
         // A triangle with a corner in between, whatever the others are.
         let between = point + (flat - point) * beyond;

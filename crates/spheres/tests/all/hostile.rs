@@ -192,6 +192,7 @@ proptest! {
             prop_assert!((0.0..=0.25 * TAU).contains(&view.half_turn()) && !view.azimuth(q).is_infinite());
             prop_assert!((view.towards().length() - 1.0).abs() < 1e-12);
             prop_assert!(view.vector_irradiance().is_finite());
+            let _ = (view.normal(q), view.meets(v(horizons[0])), view.heights(v(horizons[1])), view.across(q));
             let _ = (view.outline(), view.front(), view.onto_outline(&Segment::new(q, p0)), view.is_clear_of([q, p0, x]));
         }
     }

@@ -6,7 +6,7 @@ use crate::{EmissionTexture, LinearOptions};
 use linelit_geometry::DVec3;
 use linelit_lights::linear::LinearTechnique;
 use linelit_lights::{AreaSampler, Disk, Sphere};
-use linelit_spheres::{DiskArea, SphereCap};
+use linelit_spheres::{CylinderArea, CylinderView, DiskArea, SphereCap};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Area;
@@ -27,6 +27,10 @@ impl PointDensity for Area {
 
     fn on_disk(self, disk: &Disk, _: DVec3, _: DVec3) -> Option<RoundPoints> {
         Some(DiskArea::new(disk).into())
+    }
+
+    fn on_cylinder(self, seen: &CylinderView, _: &[DVec3; 2]) -> RoundPoints {
+        CylinderArea::whole(seen.cylinder()).into()
     }
 
     fn on_linear(self) -> LinearOptions {

@@ -7,6 +7,7 @@ use crate::{EmissionTexture, ShadingPoint};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::{Disk, Sphere};
+use linelit_spheres::CylinderView;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bsdf;
@@ -26,6 +27,10 @@ impl PointDensity for Bsdf {
 
     fn on_disk(self, _: &Disk, _: DVec3, _: DVec3) -> Option<RoundPoints> {
         Some(Directions.into())
+    }
+
+    fn on_cylinder(self, _: &CylinderView, _: &[DVec3; 2]) -> RoundPoints {
+        Directions.into()
     }
 }
 

@@ -18,7 +18,7 @@ use crate::{EmissionTexture, LinearOptions, PointBy, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaSampler, Disk, Pdf, PointTechnique, Sphere, SurfaceMeasure};
-use linelit_spheres::{DiskCone, SphereCone};
+use linelit_spheres::{ChordMeasure, CylinderLines, CylinderView, DiskCone, SphereCone};
 use round::RoundPoints;
 
 /// Points, and how their visibility is asked for.
@@ -118,6 +118,12 @@ pub(crate) trait PointDensity: Copy + Default {
     fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
         let _ = n;
         Some(DiskCone::new(disk, x).into())
+    }
+
+    /// On what a shading point sees of a cylinder, with its horizons, the shading normal's first;
+    /// as [`PointBy::SolidAngle`] unless said.
+    fn on_cylinder(self, seen: &CylinderView, horizons: &[DVec3; 2]) -> RoundPoints {
+        CylinderLines::of(seen, horizons, ChordMeasure::SolidAngle).into()
     }
 
     /// Which technique of linear lights it stands for; their projected solid angle unless said.

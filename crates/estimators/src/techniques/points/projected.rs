@@ -5,7 +5,7 @@ use super::{PointDensity, Polygon};
 use crate::EmissionTexture;
 use linelit_geometry::DVec3;
 use linelit_lights::{AngularLines, Disk, PointsOnLines, Sphere};
-use linelit_spheres::{ChordMeasure, DiskChords, SphereProjected};
+use linelit_spheres::{ChordMeasure, CylinderLines, CylinderView, DiskChords, SphereProjected};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ProjectedSolidAngle;
@@ -30,5 +30,9 @@ impl PointDensity for ProjectedSolidAngle {
 
     fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
         Some(DiskChords::new(disk, 0.0, x, &[n], ChordMeasure::Projected).into())
+    }
+
+    fn on_cylinder(self, seen: &CylinderView, horizons: &[DVec3; 2]) -> RoundPoints {
+        CylinderLines::of(seen, horizons, ChordMeasure::Projected).into()
     }
 }

@@ -1,16 +1,22 @@
-//! What draws points of spheres and disks.
+//! What draws points of spheres, disks and cylinders.
 
 use super::bsdf::Directions;
 use super::{DrawPoints, Drawn, LightPoint};
-use crate::ShadingPoint;
 use crate::light::Shape;
+use crate::techniques::point_techniques;
+use crate::techniques::points::PointDensity;
+use crate::{PointBy, ShadingPoint};
 use linelit_bsdf::Reflection;
-use linelit_spheres::{DiskArea, DiskChords, DiskCone, SphereCap, SphereCone, SphereProjected};
+use linelit_geometry::DVec3;
+use linelit_spheres::{
+    CylinderArea, CylinderLines, CylinderView, DiskArea, DiskChords, DiskCone, SphereCap,
+    SphereCone, SphereProjected,
+};
 
 /// The enumeration of what draws points of round lights.
 macro_rules! sources {
     ($($variant:ident: $type:ty,)+) => {
-        /// What draws points of a sphere or a disk, ready for a shading point.
+        /// What draws points of a sphere, a disk or a cylinder, ready for a shading point.
         #[derive(Clone, Copy, Debug)]
         #[allow(clippy::large_enum_variant, reason = "a few of them live in a buffer or on the stack")]
         pub(crate) enum RoundPoints {
@@ -53,5 +59,14 @@ sources! {
     DiskArea: DiskArea,
     DiskCone: DiskCone,
     Chords: DiskChords,
+    CylinderArea: CylinderArea,
+    CylinderLines: CylinderLines,
     Directions: Directions,
+}
+
+impl RoundPoints {
+    /// Points of a technique on what a shading point with these horizons sees of a cylinder.
+    pub(crate) fn on_cylinder(by: PointBy, seen: &CylinderView, horizons: &[DVec3; 2]) -> Self {
+        point_techniques! { dispatch [by, technique => technique.on_cylinder(seen, horizons)] }
+    }
 }

@@ -6,7 +6,7 @@ use super::{PointDensity, Polygon};
 use crate::{EmissionTexture, LinearOptions};
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaSampler, Disk, Sphere};
-use linelit_spheres::SphereCap;
+use linelit_spheres::{CylinderArea, CylinderView, SphereCap};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct VisibleArea;
@@ -26,6 +26,10 @@ impl PointDensity for VisibleArea {
 
     fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
         Area.on_disk(disk, x, n)
+    }
+
+    fn on_cylinder(self, seen: &CylinderView, _: &[DVec3; 2]) -> RoundPoints {
+        CylinderArea::visible(seen.cylinder(), seen.position()).into()
     }
 
     fn on_linear(self) -> LinearOptions {
