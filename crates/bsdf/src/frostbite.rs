@@ -14,6 +14,10 @@ use std::f64::consts::FRAC_1_PI;
 ///   F90 = r/2 + 2 r (ω_i·h)²;
 /// - f_s = D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o) with α = r² and Schlick's F.
 ///
+/// Reciprocal. **Energy**: what the second reflects is not taken from the first. Of base colours
+/// ([`from_base_color`](Self::from_base_color)) the albedo is at most 1.13, at the horizon; of ρ
+/// and F0 chosen apart up to 2.
+///
 /// **Source**: Lagarde & de Rousiers 2014, "Moving Frostbite to PBR", sections 3.1.2–3.1.3, the
 /// material of Peters 2021.
 #[derive(Clone, Copy, Debug, PartialEq)]

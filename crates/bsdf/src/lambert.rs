@@ -25,7 +25,10 @@ impl Lambert {
 const MOST: f64 = 1e300;
 
 /// A rough diffuse surface: f = k_d/π (A + B max(0, cos Δφ) sin α tan β), α the larger and β the
-/// smaller angle of the two directions with the normal.
+/// smaller angle of the two directions with the normal. Reciprocal.
+///
+/// **Energy**: the albedo is at most A + B/2, at the horizon, and so up to 1.0152 k_d (σ = 11.4°);
+/// light that is reflected twice is left out.
 ///
 /// **Source**: Oren & Nayar 1994, the qualitative model (its equation 30).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -70,7 +70,8 @@ enum Lobes<'a> {
 }
 
 /// One lobe of a reflection whose integral along a line is known: a function of the direction ω to
-/// the light alone, the viewer being where it is, on the part of it above the surface.
+/// the light alone, the viewer being where it is, on the part of it above the surface. Reciprocal
+/// only if its axis and scale follow the viewer so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClosedLobe {
     /// scale · max(0, axis·ω)ᵏ: Phong's, and Lafortune's about any direction. Known over polygons,

@@ -6,7 +6,10 @@ use crate::{Fresnel, TransformedCosine};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
 
-/// A rough mirror: f = k D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o).
+/// A rough mirror: f = k D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o). Reciprocal.
+///
+/// **Energy**: the albedo is at most k; light that is reflected twice is left out, which facets of
+/// α = 1 lose 0.7 of from above, and those of α = 0.1 a sixtieth.
 ///
 /// **Source**: Torrance & Sparrow 1967; Walter et al. 2007; Heitz 2014 (masking).
 #[derive(Clone, Copy, Debug, PartialEq)]

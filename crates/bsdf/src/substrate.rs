@@ -10,7 +10,10 @@ use std::f64::consts::PI;
 
 /// A diffuse base under a glossy coat:
 /// f = 28 R_d/(23π) (1 − R_s)(1 − (1 − cos_i/2)⁵)(1 − (1 − cos_o/2)⁵)
-///   + D(h)/(4 ω_i·h max(cos_i, cos_o)) (R_s + (1 − R_s)(1 − ω_i·h)⁵).
+///   + D(h)/(4 ω_i·h max(cos_i, cos_o)) (R_s + (1 − R_s)(1 − ω_i·h)⁵). Reciprocal.
+///
+/// **Energy**: the albedo is at most one for α ≤ 1. The coat has no masking: rougher ones of high
+/// R_s reflect more than they get at grazing views (α = 1.6, R_s = 1: up to 1.4).
 ///
 /// **Source**: Ashikhmin & Shirley 2000, eqs. 4–5, with Trowbridge and Reitz's D as pbrt-v3 has it.
 #[derive(Clone, Copy, Debug, PartialEq)]

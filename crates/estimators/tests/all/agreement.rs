@@ -3,9 +3,10 @@
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, ClosedForm, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe};
 use linelit_bsdf::{OrenNayar, Phong, Reflection, Reflector, Substrate};
+use linelit_bsdf::{TransformedCosine, TransformedCosines};
 use linelit_estimators::{Buffers, EmissionTexture, LightSource, OcclusionStats, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, Technique, estimate};
-use linelit_geometry::{ConvexPolygon, DVec3, Segment};
+use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
 use linelit_lights::{AreaLight, Cylinder, CylinderLight, Disk, DiskLight, Emission};
 use linelit_lights::{ImportanceImage, Light, LinearLight};
 use linelit_lights::{Sphere, SphereLight, TexturedSampler};
@@ -343,5 +344,70 @@ fn weights_by_power_give_the_same_light() {
             let z = z_score_two(&got, &want);
             assert!(z.abs() < bound, "{text}: z {z}, {got:?} for {want:?}");
         }
+    }
+}
+
+/// A reflection whose transformed cosines are another's.
+struct Misled(Bsdf, TransformedCosines);
+
+impl Reflection for Misled {
+    fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
+        self.0.eval(wi, wo, n)
+    }
+
+    fn sample(&self, u: [f64; 2], wo: DVec3, n: DVec3) -> Option<DVec3> {
+        self.0.sample(u, wo, n)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3, n: DVec3) -> f64 {
+        self.0.pdf(wi, wo, n)
+    }
+
+    fn transformed_cosines(&self, _: DVec3, _: DVec3) -> Option<TransformedCosines> {
+        Some(self.1)
+    }
+}
+
+/// No bias where the transformed cosines are zero though the reflection is not: about an axis whose
+/// horizon leaves half of the lights black, about one that leaves all, and none at all.
+#[test]
+fn cosines_that_are_zero_cost_noise_alone() {
+    let quarter = DVec3::splat(0.25);
+    let lobe = |axis: DVec3| {
+        let about = Frame::from_normal(axis.normalize());
+        let map = DMat3::from_cols(about.x * 0.5, about.y * 0.5, about.z);
+        let mut cosines = TransformedCosines::new(Frame::from_normal(DVec3::Z), DVec3::ZERO);
+        cosines.add(TransformedCosine {
+            map,
+            albedo: quarter,
+        });
+        cosines
+    };
+    let half = lobe(DVec3::new(0.95, 0.1, 0.25));
+    let seen = lights()
+        .iter()
+        .filter(|(light, _)| {
+            let Light::Area(area) = light else {
+                return false;
+            };
+            let corners = area.polygon.vertices().iter();
+            let local = |p: &DVec3| half.frame.to_local((*p - DVec3::X * 0.25).normalize());
+            let dark = corners
+                .filter(|p| half.lobes()[0].density(local(p)) <= 0.0)
+                .count();
+            (1..area.polygon.vertices().len()).contains(&dark)
+        })
+        .count();
+    assert_eq!(seen, 3, "horizons that cut every polygon");
+    let nothing = TransformedCosines::new(half.frame, DVec3::ZERO);
+    let (_, bsdf) = materials()[1];
+    for cosines in [half, lobe(DVec3::new(1.0, 0.0, -2.0)), nothing] {
+        hold(
+            "misled",
+            3,
+            DVec3::X * 0.25,
+            DVec3::Z,
+            Misled(bsdf, cosines),
+        );
     }
 }

@@ -2,8 +2,9 @@
 
 use linelit_bsdf::{Bsdf, Fresnel, Lobe, Reflection};
 use linelit_formats::LoadOptions;
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Frame};
 use linelit_integrator::{Renderer, ShadingPoint, Workspace};
+use linelit_testkit::rng::SplitMix64;
 
 /// The shading point in the middle of a floor of some material, seen from 45° along −x.
 fn floor(materials: &str) -> ShadingPoint {
@@ -109,4 +110,90 @@ fn roughness_is_remapped_and_follows_the_tangents() {
     let remapped = facets(r#"Material "metal" "float roughness" .1"#);
     // pbrt-v3's polynomial at ln 0.1, by hand.
     assert!((remapped[0] - 0.461_760_032).abs() < 1e-9, "{remapped:?}");
+}
+
+/// Materials as white as can be, with the most that each reflects of the light that comes from all
+/// around: its colours' sum, or what the model's documentation says.
+const WHITE: [(&str, f64); 10] = [
+    (r#"Material "matte" "rgb Kd" [ 1 1 1 ]"#, 1.0),
+    (
+        r#"Material "matte" "rgb Kd" [ 1 1 1 ] "float sigma" 11.4"#,
+        1.0152,
+    ),
+    (
+        r#"Material "phong" "rgb Kd" [ .5 .5 .5 ] "rgb Ks" [ .5 .5 .5 ] "float exponent" 7"#,
+        1.0,
+    ),
+    (
+        r#"Material "plastic" "rgb Kd" [ .5 .5 .5 ] "rgb Ks" [ .5 .5 .5 ] "float roughness" .2"#,
+        1.0,
+    ),
+    (
+        r#"Material "metal" "float uroughness" .1 "float vroughness" .4"#,
+        1.0,
+    ),
+    (
+        r#"Material "substrate" "rgb Kd" [ 1 1 1 ] "rgb Ks" [ .04 .04 .04 ] "float roughness" .3"#,
+        1.0,
+    ),
+    (
+        r#"Material "uber" "rgb Kd" [ .5 .5 .5 ] "rgb Ks" [ .5 .5 .5 ] "float roughness" .3"#,
+        1.0,
+    ),
+    (
+        r#"Material "glass" "float uroughness" .3 "float vroughness" .3"#,
+        1.0,
+    ),
+    (
+        r#"Material "frostbite" "rgb Kd" [ 1 1 1 ] "rgb Ks" [ .04 .04 .04 ] "float roughness" 1"#,
+        1.13,
+    ),
+    (
+        r#"
+        MakeNamedMaterial "base" "string type" "substrate" "rgb Kd" [ 1 1 1 ] "rgb Ks" [ .04 .04 .04 ]
+            "float uroughness" .3 "float vroughness" .3 "bool remaproughness" "false"
+        MakeNamedMaterial "metal" "string type" "metal" "rgb k" [ 9 9 9 ] "rgb eta" [ .1 .1 .1 ]
+            "float roughness" .3 "bool remaproughness" "false"
+        Material "mix" "string namedmaterial1" "base" "string namedmaterial2" "metal" "rgb amount" [ .5 .5 .5 ]
+        "#,
+        1.0,
+    ),
+];
+
+/// A white furnace, and light the same both ways, for what scene files make of materials.
+#[test]
+fn materials_keep_energy_and_are_reciprocal() {
+    for (text, most) in WHITE {
+        let point = floor(text);
+        let (bsdf, n) = (point.bsdf, point.normal);
+        let mut random = SplitMix64::new(3);
+        let frame = Frame::from_normal(n);
+        let mut up = |least: f64| {
+            let z = least + (1.0 - least) * random.next_f64();
+            let (s, c) = (std::f64::consts::TAU * random.next_f64()).sin_cos();
+            let sine = ((1.0 - z) * (1.0 + z)).sqrt();
+            frame.to_world(DVec3::new(sine * c, sine * s, z))
+        };
+        for _ in 0..500 {
+            let (wi, wo) = (up(1e-3), up(1e-3));
+            let (ab, ba) = (bsdf.eval(wi, wo, n), bsdf.eval(wo, wi, n));
+            // Cosines are wrong by 4 ε, and those of 1e-3 by 1e3 times that.
+            assert!((ab - ba).abs().cmple(ab * 1e-11).all(), "{text}: {ab} {ba}");
+        }
+        for _ in 0..16 {
+            let wo = up(0.01);
+            let side = 64;
+            let mut albedo = DVec3::ZERO;
+            for i in 0..side * side {
+                let u = [i / side, i % side].map(|k| (f64::from(k) + 0.5) / f64::from(side));
+                if let Some(w) = bsdf.sample(u, wo, n).filter(|w| w.dot(n) > 0.0) {
+                    albedo += bsdf.eval(w, wo, n) * (w.dot(n) / bsdf.pdf(w, wo, n));
+                }
+            }
+            albedo /= f64::from(side * side);
+            // 4096 strata of a bounded weight, and more than nothing.
+            assert!(albedo.max_element() < most + 0.01, "{text}: {albedo}");
+            assert!(albedo.min_element() > 0.01, "{text}: {albedo}");
+        }
+    }
 }
