@@ -13,8 +13,8 @@ const EVEN: f64 = 0.1;
 /// A sum of a diffuse reflection and up to [`Layers::MAX`] other lobes, each scaled by a colour.
 ///
 /// All lobes share the tangent that anisotropic ones refer to. A direction ω_o below the shading
-/// normal's horizon (smooth normals at a silhouette) counts as mirrored above it, and ω_i there gets
-/// nothing: the sum is reciprocal, if its lobes are, for directions above the surface only.
+/// normal's horizon (smooth normals at a silhouette) counts as mirrored above it, and ω_i there
+/// gets nothing: the sum is reciprocal, if its lobes are, for directions above the surface only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layers {
     diffuse: DVec3,

@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 
 /// The modified Phong lobe f = k_s (k + 2)/(2π) (ω_i·R)ᵏ about the mirror direction R, where
 /// ω_i·R > 0, and zero elsewhere: with k = 0 (its limit for k → 0) constant on the half-space of R.
-/// Reciprocal. **Energy**: the albedo is k_s from above and less from elsewhere, by what is below the
-/// surface.
+/// Reciprocal. **Energy**: the albedo is k_s from above and less from elsewhere, by what is below
+/// the surface.
 ///
 /// **Source**: Billen & Dutré 2016, eq. 9 (Lafortune & Willems 1994).
 #[derive(Clone, Copy, Debug, PartialEq)]
