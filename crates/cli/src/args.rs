@@ -202,7 +202,8 @@ pub struct RenderArgs {
     /// one:estimate, one:exact, tree.
     #[arg(long, default_value = "all")]
     pub lights: LightChoice,
-    /// Emissive spheres and disks: facets, or exact (those that emit an image stay facets).
+    /// Emissive spheres, disks and cylinders: facets, or exact (those that emit an image stay
+    /// facets).
     #[arg(long, default_value = "facets")]
     pub spheres: Spheres,
     /// Seed of the random numbers.

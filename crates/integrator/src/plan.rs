@@ -4,8 +4,10 @@ use crate::Spheres;
 use crate::selection::Tables;
 use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{DiskLight, ImportanceImage, Light, Sphere, SphereLight, TexturedSampler};
-use linelit_scene::{EmissiveSphere, Scene, SceneLight};
+use linelit_lights::{
+    CylinderLight, DiskLight, ImportanceImage, Light, Sphere, SphereLight, TexturedSampler,
+};
+use linelit_scene::{EmissiveCylinder, EmissiveSphere, Scene, SceneLight};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -203,8 +205,8 @@ fn texture(light: &SceneLight, count: usize) -> Option<PlannedTexture> {
     Some(PlannedTexture(Arc::new(texture)))
 }
 
-/// The lights with spheres that emit outwards, and disks, in place of their facets; `None` without
-/// such lights.
+/// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets;
+/// `None` without such lights.
 fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLight>> {
     let outward = |s: &&EmissiveSphere| !s.inward && !s.emission.two_sided;
     let spheres = scene.spheres.iter().filter(outward).map(|s| {
@@ -224,7 +226,15 @@ fn with_spheres(scene: &Scene, lights: &[PlannedLight]) -> Option<Vec<PlannedLig
         });
         (&d.lights, &d.triangles, light)
     });
-    let round: Vec<_> = spheres.chain(disks).collect();
+    let outward = |c: &&EmissiveCylinder| !c.inward && !c.emission.two_sided;
+    let cylinders = scene.cylinders.iter().filter(outward).map(|c| {
+        let light = Light::Cylinder(CylinderLight {
+            cylinder: c.cylinder,
+            radiance: c.emission.radiance,
+        });
+        (&c.lights, &c.triangles, light)
+    });
+    let round: Vec<_> = spheres.chain(disks).chain(cylinders).collect();
     if round.is_empty() {
         return None;
     }

@@ -18,7 +18,7 @@ pub struct Settings {
     pub samples: u32,
     /// Which lights a shading point samples.
     pub lights: LightChoice,
-    /// Representation of emissive spheres and disks.
+    /// Representation of emissive spheres, disks and cylinders.
     pub spheres: Spheres,
     /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it.
     pub pixel_samples: u32,
@@ -55,14 +55,15 @@ impl Default for Settings {
     }
 }
 
-/// Representation of emissive spheres and disks.
+/// Representation of emissive spheres, disks and cylinders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spheres {
     /// `facets`: its triangles, which are what the camera sees.
     #[default]
     Facets,
-    /// `exact`: spheres and disks themselves. Spheres that emit inwards or on both sides, disks
-    /// with a hole or a missing sector, and those that emit an image keep their facets.
+    /// `exact`: spheres, disks and cylinders themselves. Spheres and cylinders that emit inwards or
+    /// on both sides, disks with a hole, disks and cylinders with a missing sector, and those that
+    /// emit an image keep their facets.
     Exact,
 }
 

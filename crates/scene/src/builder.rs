@@ -3,13 +3,14 @@
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
 use crate::scene::{
-    EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32, to_f64,
+    EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32,
+    to_f64,
 };
 use crate::surface::corner_uvs;
 use crate::{Camera, FilmSettings, Material, Texture};
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, Frame, PolygonError, Segment, predicates};
-use linelit_lights::{AreaLight, Disk, Emission, Light, LinearLight};
+use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light, LinearLight, Sphere};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -27,10 +28,20 @@ pub struct MeshData {
     pub uvs: Vec<[f32; 2]>,
     /// The triangles are one shape to pbrt, so that `power` goes to all of them together.
     pub one_shape: bool,
-    /// Centre and radius of the sphere that the triangles stand for.
-    pub sphere: Option<(DVec3, f64)>,
-    /// The disk that the triangles stand for; they say which of its sides is the outside.
-    pub disk: Option<Disk>,
+    /// The round shape that the triangles stand for.
+    pub round: Option<RoundShape>,
+}
+
+/// A round shape that triangles stand for. Of a sphere or a cylinder, a negative radius says that
+/// its outside is the inside; of a disk, the triangles say which of its sides is the outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RoundShape {
+    /// A sphere.
+    Sphere(Sphere),
+    /// A disk.
+    Disk(Disk),
+    /// The side of a cylinder.
+    Cylinder(Cylinder),
 }
 
 /// Where a mesh stands in the world, what it is made of and what it emits; by default as it is, a
@@ -112,6 +123,7 @@ pub struct SceneBuilder {
     light_ranges: Vec<(u32, u32, u32)>,
     spheres: Vec<EmissiveSphere>,
     disks: Vec<EmissiveDisk>,
+    cylinders: Vec<EmissiveCylinder>,
     emission_maps: Vec<Arc<Texture>>,
     max_triangles: usize,
     /// More lights than this are refused: a quarter of the triangles allowed, 2²⁰ at most.
@@ -135,6 +147,7 @@ impl SceneBuilder {
             light_ranges: Vec::new(),
             spheres: Vec::new(),
             disks: Vec::new(),
+            cylinders: Vec::new(),
             emission_maps: Vec::new(),
             max_lights: MAX_LIGHTS.min(max_triangles / 4),
             max_triangles: max_triangles.min(u32::MAX as usize / 4),
@@ -215,13 +228,18 @@ impl SceneBuilder {
         });
         if let Some(emission) = &place.emission {
             self.add_lights(first, emission, mesh.one_shape, &mut added)?;
-            // As they are, spheres and disks know no texture.
+            // As they are, round shapes know no texture.
             if emission.map.is_none() {
-                if let Some(sphere) = mesh.sphere {
-                    self.note_sphere(first, added.lights, sphere, place, emission);
-                }
-                if let Some(disk) = &mesh.disk {
-                    self.note_disk(first, added.lights, disk, place, emission);
+                let lights = added.lights;
+                match &mesh.round {
+                    Some(RoundShape::Sphere(s)) => {
+                        self.note_sphere(first, lights, s, place, emission);
+                    }
+                    Some(RoundShape::Disk(d)) => self.note_disk(first, lights, d, place, emission),
+                    Some(RoundShape::Cylinder(c)) => {
+                        self.note_cylinder(first, lights, c, place, emission);
+                    }
+                    None => {}
                 }
             }
         }
@@ -380,7 +398,7 @@ impl SceneBuilder {
         &mut self,
         first: usize,
         lights: usize,
-        (center, radius): (DVec3, f64),
+        sphere: &Sphere,
         place: &Placement,
         spec: &EmissionSpec,
     ) {
@@ -392,8 +410,8 @@ impl SceneBuilder {
         if error.iter().any(|e| *e > 1e-6 * scale * scale) {
             return;
         }
-        let radius = radius * scale;
-        let center = place.to_world.transform_point3(center);
+        let radius = sphere.radius * scale;
+        let center = place.to_world.transform_point3(sphere.center);
         if radius == 0.0 || !radius.is_finite() || !center.is_finite() {
             return;
         }
@@ -450,6 +468,45 @@ impl SceneBuilder {
         });
     }
 
+    fn note_cylinder(
+        &mut self,
+        first: usize,
+        lights: usize,
+        cylinder: &Cylinder,
+        place: &Placement,
+        spec: &EmissionSpec,
+    ) {
+        let (to_world, axis) = (&place.to_world, cylinder.axis);
+        let Frame { x, y, z } = Frame::from_normal(axis.direction());
+        let [x, y, z] = [x, y, z].map(|v| to_world.transform_vector3(v));
+        let square = x.length_squared();
+        let across = (y.length_squared() - square).abs().max(x.dot(y).abs());
+        let slanted = x.dot(z).abs().max(y.dot(z).abs()) / z.length();
+        // One that is where it was keeps its bits.
+        let scale = match to_world.matrix3 == DMat3::IDENTITY {
+            true => 1.0,
+            false => square.sqrt(),
+        };
+        let [p0, p1] = [axis.p0, axis.p1].map(|p| to_world.transform_point3(p));
+        let round = Cylinder {
+            axis: Segment::new(p0, p1),
+            radius: cylinder.radius.abs() * scale,
+        };
+        // Of an ellipse, or slanted, it stays facets.
+        let is_one = across <= 1e-6 * square && slanted <= 1e-6 * scale;
+        let finite = round.radius.is_finite() && p0.is_finite() && p1.is_finite();
+        if !(is_one && finite && round.area() > 0.0) {
+            return;
+        }
+        self.cylinders.push(EmissiveCylinder {
+            cylinder: round,
+            emission: spec.emission(spec.radiance_over(round.area())),
+            inward: place.reverse != (cylinder.radius < 0.0),
+            lights: index(self.lights.len() - lights)..index(self.lights.len()),
+            triangles: index(first)..index(self.triangles.len()),
+        });
+    }
+
     /// Adds a linear light between two points of the world; the `radiance` of `spec` is radiance ×
     /// radius, W/(sr·m), or with `power` its colour.
     ///
@@ -493,6 +550,7 @@ impl SceneBuilder {
             lights: self.lights,
             spheres: self.spheres,
             disks: self.disks,
+            cylinders: self.cylinders,
             camera,
             film,
             light_ranges: self.light_ranges,

@@ -19,7 +19,7 @@ mod scene;
 mod surface;
 mod texture;
 
-pub use builder::{AddError, Added, MAX_COORDINATE, MeshData, Placement, SceneBuilder};
+pub use builder::{AddError, Added, MAX_COORDINATE, MeshData, Placement, RoundShape, SceneBuilder};
 pub use camera::{Camera, CameraRay, Projection};
 pub use emission::{EmissionMap, EmissionSpec, PlaneUv};
 pub use emission_texture::EmissionTexture;
@@ -29,6 +29,6 @@ pub use image::{ImageData, LUMINANCE};
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
 pub use parameters::Parameter;
 pub use response::{Bounce, Response, index_of_refraction};
-pub use scene::{EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight};
+pub use scene::{EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};

@@ -8,7 +8,7 @@ use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
 use crate::texture::ImageTexture;
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaLight, Disk, Emission, Light};
+use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -89,6 +89,22 @@ pub struct EmissiveDisk {
     pub triangles: Range<u32>,
 }
 
+/// The side of an emissive cylinder, all around and without a texture, whose facets are among the
+/// lights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmissiveCylinder {
+    /// In world space.
+    pub cylinder: Cylinder,
+    /// What it emits; one-sided is outward, unless `inward`.
+    pub emission: Emission,
+    /// The emitting side is the inside.
+    pub inward: bool,
+    /// The lights that stand for it.
+    pub lights: Range<u32>,
+    /// Its facets.
+    pub triangles: Range<u32>,
+}
+
 /// A scene, flattened to triangles in world space. The `f32` vertices *are* the geometry:
 /// transforms are applied in `f64` and rounded once.
 #[derive(Clone, Debug)]
@@ -111,6 +127,8 @@ pub struct Scene {
     pub spheres: Vec<EmissiveSphere>,
     /// Emissive disks, which `lights` has as facets.
     pub disks: Vec<EmissiveDisk>,
+    /// Emissive cylinders, which `lights` has as facets.
+    pub cylinders: Vec<EmissiveCylinder>,
     /// The camera.
     pub camera: Camera,
     /// Size, crop, name and filter of the picture.

@@ -7,10 +7,10 @@ use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_film::Tile;
 use linelit_formats::Loaded;
-use linelit_integrator::{Renderer, Settings};
+use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_lights::Light;
 use linelit_papers::scene_study;
-use linelit_scene::{Projection, Scene, SceneLight};
+use linelit_scene::{Projection, Scene};
 use linelit_study::short_name;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -29,6 +29,8 @@ struct Info {
     geometry_bytes: usize,
     texture_bytes: usize,
     lights: BTreeMap<&'static str, LightGroup>,
+    /// What `--spheres exact` puts in the place of facets.
+    exact_lights: BTreeMap<&'static str, LightGroup>,
     /// Number of materials and of triangles that have them, by model.
     materials: BTreeMap<&'static str, MaterialGroup>,
     camera: String,
@@ -47,6 +49,17 @@ struct LightGroup {
     length: f64,
     /// Emitted, W, averaged over the channels.
     power: f64,
+}
+
+impl LightGroup {
+    fn describe(&self, kind: &str) -> String {
+        let size = if kind == "linear" {
+            format!("length {:.4} m", self.length)
+        } else {
+            format!("area {:.4} m²", self.area)
+        };
+        format!("{} {kind}, {size}, power {:.4} W", self.lights, self.power)
+    }
 }
 
 #[derive(Debug, Default, Serialize)]
@@ -70,8 +83,8 @@ struct PlanInfo {
 pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     let mut loaded = args.common.read.library().load(&args.scene)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];
-    let plan = pool(&args.common)?.install(|| look(&mut loaded.scene));
-    let info = describe(&loaded, &args.scene, resolution, plan);
+    let looked = pool(&args.common)?.install(|| look(&mut loaded.scene));
+    let info = describe(&loaded, &args.scene, resolution, looked);
     if args.common.json {
         writeln!(out, "{}", serde_json::to_string(&info)?)?;
     } else {
@@ -80,8 +93,8 @@ pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// Renders a few pixels to see what the plan does.
-fn look(scene: &mut Scene) -> PlanInfo {
+/// Renders a few pixels to see what the plan does; and what is exact in place of facets.
+fn look(scene: &mut Scene) -> (PlanInfo, BTreeMap<&'static str, LightGroup>) {
     let side = (MAX_PAIRS / scene.lights.len().max(1)).isqrt().clamp(1, 64);
     let side = u32::try_from(side).unwrap_or(1);
     scene.set_resolution(side, side);
@@ -92,18 +105,28 @@ fn look(scene: &mut Scene) -> PlanInfo {
     };
     let window = Tile::whole(side, side);
     let (_, counts) = scene_study::render(&renderer, &settings, window, &ProgressBar::hidden());
-    PlanInfo {
+    let mut exact = BTreeMap::new();
+    let lights = renderer.plan().lights_of(Spheres::Exact).iter();
+    let round = lights.filter(|l| !matches!(*l.light, Light::Area(_) | Light::Linear(_)));
+    round.for_each(|l| add_light(&mut exact, &l.light));
+    let plan = PlanInfo {
         dark_lights: renderer.plan().dark_lights(),
         pixels: [side, side],
         counts: counts.plan.rows().collect(),
-    }
+    };
+    (plan, exact)
 }
 
-fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -> Info {
+fn describe(
+    loaded: &Loaded,
+    name: &str,
+    resolution: [u32; 2],
+    (plan, exact_lights): (PlanInfo, BTreeMap<&'static str, LightGroup>),
+) -> Info {
     let scene = &loaded.scene;
     let mut lights: BTreeMap<&'static str, LightGroup> = BTreeMap::new();
     for light in &scene.lights {
-        add_light(&mut lights, light);
+        add_light(&mut lights, &light.light);
     }
     let mut materials: BTreeMap<&'static str, MaterialGroup> = BTreeMap::new();
     for material in &scene.materials {
@@ -124,6 +147,7 @@ fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], plan: PlanInfo) -
         geometry_bytes: scene.memory(),
         texture_bytes: scene.texture_memory(),
         lights,
+        exact_lights,
         materials,
         camera: camera(&scene.camera.projection),
         resolution,
@@ -146,8 +170,8 @@ fn camera(projection: &Projection) -> String {
     }
 }
 
-fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &SceneLight) {
-    let (name, area, length) = match &*light.light {
+fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &Light) {
+    let (name, area, length) = match light {
         Light::Area(a) => {
             let name = match a.polygon.vertices().len() {
                 3 => "triangle",
@@ -165,7 +189,7 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &SceneLight
     group.lights += 1;
     group.area += area;
     group.length += length;
-    group.power += light.light.power();
+    group.power += light.power();
 }
 
 fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
@@ -191,19 +215,13 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     let [width, height] = info.resolution;
     row("film", format!("{width} x {height} pixels"))?;
     for (kind, group) in &info.lights {
-        let size = if *kind == "linear" {
-            format!("length {:.4} m", group.length)
-        } else {
-            format!("area {:.4} m²", group.area)
-        };
-        let lights = format!("{} {kind}", group.lights);
-        row(
-            "lights",
-            format!("{lights}, {size}, power {:.4} W", group.power),
-        )?;
+        row("lights", group.describe(kind))?;
     }
     if info.lights.is_empty() {
         row("lights", "none".into())?;
+    }
+    for (kind, group) in &info.exact_lights {
+        row("with --spheres exact", group.describe(kind))?;
     }
     for (kind, group) in &info.materials {
         let text = format!(

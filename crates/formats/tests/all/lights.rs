@@ -264,6 +264,47 @@ fn spheres_remember_what_they_are() {
 }
 
 #[test]
+fn cylinders_remember_what_they_are() {
+    let light = "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] ";
+    let tube = "Shape \"cylinder\" \"float radius\" 0.25 \"float zmin\" 1 \"float zmax\" -0.5";
+    for (turn, inward) in [("", false), ("ReverseOrientation ", true)] {
+        // Longer than it is wide, and mirrored.
+        let place = "Translate 1 2 3 Rotate 90 0 1 0 Scale 2 -2 4";
+        let scene = world(&format!("{light}{turn}{place} {tube}"));
+        check_ranges(&scene);
+        let found = &scene.cylinders[0];
+        assert_near(found.cylinder.axis.p0, DVec3::new(-1.0, 2.0, 3.0));
+        assert_near(found.cylinder.axis.p1, DVec3::new(5.0, 2.0, 3.0));
+        assert!((found.cylinder.radius - 0.5).abs() < 1e-15);
+        assert_eq!(found.inward, inward);
+        assert_eq!(found.emission.radiance, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(found.lights, 0..u32::try_from(scene.lights.len()).unwrap());
+        let facet = &area(&scene, 0).polygon;
+        let out = found.cylinder.normal(facet.centroid()) * if inward { -1.0 } else { 1.0 };
+        assert!(facet.normal().dot(out) > 0.9, "{facet:?} {found:?}");
+    }
+    // Power goes to the exact side.
+    let text = "AreaLightSource \"diffuse\" \"float power\" 5 Shape \"cylinder\"";
+    let of_power = &world(text).cylinders[0];
+    let power = of_power.emission.radiance.element_sum() / 3.0
+        * of_power.cylinder.area()
+        * std::f64::consts::PI;
+    assert!((power - 5.0).abs() < 1e-12, "{power}");
+    // Elliptic, slanted, cut and flat ones are facets.
+    for shape in [
+        "Scale 1 2 1 Shape \"cylinder\"",
+        "Transform [1 0 0.5 0  0 1 0 0  0 0 1 0  0 0 0 1] Shape \"cylinder\"",
+        "Shape \"cylinder\" \"float phimax\" 180",
+    ] {
+        let scene = world(&format!("{light}{shape}"));
+        assert!(
+            scene.cylinders.is_empty() && !scene.lights.is_empty(),
+            "{shape}"
+        );
+    }
+}
+
+#[test]
 fn disks_remember_what_they_are() {
     let light = "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] ";
     let disk = "Shape \"disk\" \"float radius\" 0.5 \"float height\" 0.25";

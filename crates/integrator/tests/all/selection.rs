@@ -177,14 +177,19 @@ fn spheres_by_every_density() {
     agree(&scene, exact("point-solid-angle"), &all);
 }
 
-/// Lines and combinations on a sphere and on a disk that files hold, against points on them.
+/// Lines and combinations on a sphere, a disk and a cylinder that files hold, against points on
+/// them.
 #[test]
 fn round_lights_by_lines() {
     const DISK: &str = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [8 8 8]
         Translate 0 0 1.9 Rotate 170 1 0 0 Shape \"disk\" \"float radius\" 0.4 AttributeEnd";
-    for light in [SPHERE, DISK] {
+    const CYLINDER: &str = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [8 8 8]
+        Translate 0 0 1.6 Rotate 80 1 0 0 Shape \"cylinder\" \"float radius\" 0.15
+        \"float zmin\" -0.5 \"float zmax\" 0.5 AttributeEnd";
+    for light in [SPHERE, DISK, CYLINDER] {
         let scene = room(light, CLUTTER);
-        assert_eq!(scene.spheres.len() + scene.disks.len(), 1);
+        let round = scene.spheres.len() + scene.disks.len() + scene.cylinders.len();
+        assert_eq!(round, 1);
         let exact = |estimator: &str| Settings {
             spheres: Spheres::Exact,
             ..settings(estimator)

@@ -5,10 +5,10 @@ mod materials;
 pub use materials::nearest_in_pbrt_v4;
 
 use linelit_geometry::{DVec3, Frame};
-use linelit_lights::{Disk, Emission, Light, LinearLight};
+use linelit_lights::{Cylinder, Disk, Emission, Light, LinearLight};
 use linelit_scene::{
-    EmissionMap, EmissiveDisk, EmissiveSphere, FilmSettings, FilterKind, ImageTexture, Mesh,
-    Projection, Scene, Texture, UvMapping, Wrap,
+    EmissionMap, EmissiveCylinder, EmissiveDisk, EmissiveSphere, FilmSettings, FilterKind,
+    ImageTexture, Mesh, Projection, Scene, Texture, UvMapping, Wrap,
 };
 use std::fmt::{self, Write as _};
 use std::io;
@@ -249,6 +249,10 @@ impl Writer<'_> {
         if let Some(disk) = disks.find(|d| d.triangles == mesh.triangles) {
             return self.disk(mesh, disk);
         }
+        let mut cylinders = self.scene.cylinders.iter();
+        if let Some(cylinder) = cylinders.find(|c| c.triangles == mesh.triangles) {
+            return self.cylinder(mesh, cylinder);
+        }
         writeln!(
             self.text,
             "AttributeBegin\nNamedMaterial \"m{}\"",
@@ -335,6 +339,36 @@ impl Writer<'_> {
             writeln!(
                 self.text,
                 "ConcatTransform [ {x} 0 {y} 0 {z} 0 {centre} 1 ] Shape \"disk\" \"float radius\" [ {radius} ]"
+            )?;
+        }
+        writeln!(self.text, "AttributeEnd")
+    }
+
+    /// An emissive cylinder, as [`Self::sphere`].
+    fn cylinder(&mut self, mesh: &Mesh, light: &EmissiveCylinder) -> fmt::Result {
+        let Cylinder { axis, radius } = light.cylinder;
+        writeln!(
+            self.text,
+            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+            mesh.material,
+            Triple(light.emission.radiance),
+            light.emission.two_sided
+        )?;
+        if self.options.extensions {
+            let sign = if light.inward { -1.0 } else { 1.0 };
+            self.shape(mesh, mesh.triangles.start, mesh.triangles.end)?;
+            let ([p0, p1], radius) = ([axis.p0, axis.p1].map(Triple), sign * radius);
+            writeln!(self.text, " \"float cylinder\" [ {p0} {p1} {radius} ]")?;
+        } else {
+            if light.inward {
+                writeln!(self.text, "ReverseOrientation")?;
+            }
+            let Frame { x, y, z } = Frame::from_normal(axis.direction());
+            let [x, y, z, origin] = [x, y, z, axis.p0].map(Triple);
+            writeln!(
+                self.text,
+                "ConcatTransform [ {x} 0 {y} 0 {z} 0 {origin} 1 ] Shape \"cylinder\" \"float radius\" [ {radius} ] \"float zmin\" [ 0 ] \"float zmax\" [ {} ]",
+                axis.length()
             )?;
         }
         writeln!(self.text, "AttributeEnd")

@@ -7,9 +7,9 @@ use super::textures::NUMBER;
 use super::{Geometry, Loader, ObjectShape, is_one_of};
 use crate::tessellate;
 use linelit_assembly::{ErrorKind, Result, Source, ply};
-use linelit_geometry::{ConvexPolygon, DVec3, PolygonError};
-use linelit_lights::Disk;
-use linelit_scene::{MeshData, Placement};
+use linelit_geometry::{ConvexPolygon, DVec3, PolygonError, Segment};
+use linelit_lights::{Cylinder, Disk, Sphere};
+use linelit_scene::{MeshData, Placement, RoundShape};
 use std::rc::Rc;
 
 /// Shapes that pbrt knows and linelit does not.
@@ -149,15 +149,23 @@ impl Loader {
         // Ours, for emissive spheres that were written as their facets: a negative radius is one
         // that emits inwards.
         if let Some([x, y, z, radius]) = params.fixed::<4>("sphere", &[Type::Float])? {
-            mesh.sphere = Some((DVec3::new(x, y, z), radius));
+            let center = DVec3::new(x, y, z);
+            mesh.round = Some(RoundShape::Sphere(Sphere { center, radius }));
         }
         // The same of emissive disks.
         if let Some([x, y, z, a, b, c, radius]) = params.fixed::<7>("disk", &[Type::Float])? {
-            mesh.disk = DVec3::new(a, b, c).try_normalize().map(|normal| Disk {
-                center: DVec3::new(x, y, z),
-                normal,
-                radius,
+            mesh.round = DVec3::new(a, b, c).try_normalize().map(|normal| {
+                RoundShape::Disk(Disk {
+                    center: DVec3::new(x, y, z),
+                    normal,
+                    radius,
+                })
             });
+        }
+        // And of emissive cylinders: the ends of the axis, and a radius as of spheres.
+        if let Some([x, y, z, a, b, c, radius]) = params.fixed::<7>("cylinder", &[Type::Float])? {
+            let axis = Segment::new(DVec3::new(x, y, z), DVec3::new(a, b, c));
+            mesh.round = Some(RoundShape::Cylinder(Cylinder { axis, radius }));
         }
         Ok(mesh)
     }
@@ -288,11 +296,11 @@ impl Loader {
                 let height = params.float_or("height", 0.0)?;
                 let mut mesh = tessellate::disk(height, radius, inner, phi, steps[0]);
                 let whole = inner == 0.0 && phi >= std::f64::consts::TAU;
-                mesh.disk = whole.then_some(Disk {
+                mesh.round = whole.then_some(RoundShape::Disk(Disk {
                     center: DVec3::Z * height,
                     normal: DVec3::Z,
                     radius,
-                });
+                }));
                 mesh
             }
             "cylinder" => {
@@ -300,7 +308,14 @@ impl Loader {
                     params.float_or("zmin", -1.0)?,
                     params.float_or("zmax", 1.0)?,
                 );
-                tessellate::cylinder(radius, a.min(b), a.max(b), phi, steps[0])
+                let (low, high) = (a.min(b), a.max(b));
+                let mut mesh = tessellate::cylinder(radius, low, high, phi, steps[0]);
+                let whole = low < high && phi >= std::f64::consts::TAU;
+                mesh.round = whole.then_some(RoundShape::Cylinder(Cylinder {
+                    axis: Segment::new(DVec3::Z * low, DVec3::Z * high),
+                    radius,
+                }));
+                mesh
             }
             _ => {
                 let clamp = |z: f64| z.clamp(-radius, radius);
@@ -309,16 +324,16 @@ impl Loader {
                 let mut mesh = tessellate::sphere(radius, a.min(b), a.max(b), phi, steps);
                 let whole = a.min(b) <= -radius && a.max(b) >= radius;
                 let closed = whole && phi >= std::f64::consts::TAU;
-                mesh.sphere = closed.then_some((DVec3::ZERO, radius));
+                let center = DVec3::ZERO;
+                mesh.round = closed.then_some(RoundShape::Sphere(Sphere { center, radius }));
                 mesh
             }
         };
         if emissive {
             let message = format!("an emissive {name} is drawn with flat facets");
-            let kept = mesh.sphere.is_some() || mesh.disk.is_some();
-            let why = match kept {
+            let why = match mesh.round.is_some() {
                 true => "",
-                false => "; exact are whole spheres and disks only",
+                false => "; exact are whole spheres, disks and cylinders only",
             };
             let label = format!("{} triangles{why}", mesh.triangles.len());
             self.base.suspicious(message, &label, params.at())?;
