@@ -1,6 +1,6 @@
 //! Convex planar polygons: the shape of a light.
 
-use crate::{DVec3, PlaneFrame, predicates};
+use crate::{DMat3, DVec3, PlaneFrame, predicates};
 use std::fmt;
 
 /// The most vertices that [`ConvexPolygon::try_new`] takes.
@@ -162,6 +162,31 @@ impl ConvexPolygon {
     /// See [`PolygonError`].
     pub fn parallelogram(o: DVec3, u: DVec3, v: DVec3) -> Result<Self, PolygonError> {
         Self::try_new(&[o, o + u, o + u + v, o + v])
+    }
+
+    /// The image of the polygon relative to a point under a linear map, which is convex and flat as
+    /// the polygon is, but for rounding; `None` where it is beyond the range of
+    /// [`ConvexPolygon::try_new`], or no wider than rounding.
+    ///
+    /// ```
+    /// use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
+    /// let square = ConvexPolygon::parallelogram(DVec3::ONE, DVec3::X, DVec3::Y).unwrap();
+    /// let map = DMat3::from_diagonal(DVec3::new(2.0, 3.0, 1.0));
+    /// let image = square.mapped(map, DVec3::ONE).unwrap();
+    /// assert_eq!((image.area(), image.vertices()[2]), (6.0, DVec3::new(2.0, 3.0, 0.0)));
+    /// ```
+    #[must_use]
+    pub fn mapped(&self, map: DMat3, x: DVec3) -> Option<Self> {
+        let mut out = *self;
+        for vertex in &mut out.vertices[..self.count] {
+            *vertex = map * (*vertex - x);
+        }
+        let area_vector = area_vector(out.vertices());
+        out.area = predicates::length(area_vector);
+        out.normal = predicates::normalize(area_vector)?;
+        let (size, largest) = (out.diameter(), out.largest_coordinate());
+        let in_range = largest <= LARGEST && size >= SMALLEST;
+        (in_range && 2.0 * out.area > COLLINEAR * largest * size).then_some(out)
     }
 
     fn from_raw(points: &[DVec3], normal: DVec3, area: f64) -> Self {

@@ -7,7 +7,7 @@ use linelit_geometry::finite::{
 };
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
-    CloseLines, ConvexPolygon, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame,
+    CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame,
     PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle, point_margin, predicates,
 };
 use linelit_testkit::public;
@@ -78,6 +78,16 @@ proptest! {
             lines(&part, numbers, unit, vector(x))?;
         }
         lines(&polygon, numbers, unit, vector(x))?;
+        let map = DMat3::from_cols(vector(direction), vector(x), vector(numbers));
+        for map in [map, DMat3::from_diagonal(vector(direction))] {
+            let Some(image) = polygon.mapped(map, vector(x)) else {
+                continue;
+            };
+            prop_assert!(image.area() > 0.0 && image.area().is_finite());
+            prop_assert!((image.normal().length() - 1.0).abs() <= 4.0 * f64::EPSILON);
+            prop_assert!(image.vertices().iter().all(|v| v.is_finite()));
+            prop_assert_eq!(image.vertices().len(), polygon.vertices().len());
+        }
     }
 
     #[test]

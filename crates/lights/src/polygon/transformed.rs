@@ -55,14 +55,8 @@ impl TransformedSampler {
         if !(shrink > 0.0 && shrink <= f64::MAX && inverse.is_finite()) {
             return None;
         }
-        let mut mapped = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-        let vertices = light.vertices();
-        for (to, from) in mapped.iter_mut().zip(vertices) {
-            *to = inverse * (*from - x);
-        }
-        let mapped = &mapped[..vertices.len()];
-        let mut image = ConvexPolygon::try_new(mapped).ok()?;
-        if mapped.iter().any(|v| v.z < 0.0) {
+        let mut image = light.mapped(inverse, x)?;
+        if image.vertices().iter().any(|v| v.z < 0.0) {
             image = image.clip(DVec3::ZERO, DVec3::Z)?;
         }
         let cosine = image.centroid().normalize_or_zero().z;
