@@ -5,7 +5,7 @@ use crate::line_sum::Draws;
 use crate::round::RoundSource;
 use crate::techniques::points::round::RoundPoints;
 use crate::techniques::{lines::LineFamily, points::PointSource};
-use crate::transformed::Fit;
+use crate::transformed::{CosinePieces, Fit};
 use crate::{PlanCounters, SegmentCounters};
 use linelit_geometry::Segment;
 use linelit_penumbra::Penumbra;
@@ -38,4 +38,5 @@ pub struct SampleBuffers {
     pub(crate) outlined: Vec<Segment>,
     pub(crate) penumbra: Penumbra,
     pub(crate) fit: Fit,
+    pub(crate) pieces: CosinePieces,
 }

@@ -80,7 +80,7 @@ fn on_area<R: Reflection, T: EmissionTexture>(
         None => combination::combined(query, area, buffers),
         Some(Technique::Points(points)) if points.in_shaft => {
             let by = Strategy::Points(points.by);
-            strategy::through_shaft(query, area, &Lines::AREA, buffers, |_| by)
+            strategy::through_shaft(query, area, &Lines::AREA, buffers, |_| (by, 1))
         }
         Some(Technique::Points(points)) => point_sum::by_rays(query, area, points.by, buffers),
         Some(Technique::Lines(lines)) => match lines.integration {

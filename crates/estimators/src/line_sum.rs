@@ -78,6 +78,29 @@ impl Draws {
         }
         lines
     }
+
+    /// Draws all line samples of the query by what gives a line for a random number.
+    pub(crate) fn draw_by<R, T: EmissionTexture>(
+        &mut self,
+        query: &Query<'_, R, T>,
+        line: impl Fn(f64) -> Option<LineSample>,
+    ) {
+        self.lines.clear();
+        self.samples.clear();
+        let numbers = query.numbers();
+        for [u, v] in (0..query.samples).map(|i| numbers.get_2d(i)) {
+            if let Some(sample) = line(u) {
+                self.lines.push(sample.segment);
+                self.samples.push((sample, v));
+            }
+        }
+    }
+
+    /// For each line, the density of its offset and a random number.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = (f64, f64)> {
+        let samples = self.samples.iter();
+        samples.map(|(line, v)| (line.pdf.value(), *v))
+    }
 }
 
 /// What is visible of the lines of a query: the sum over them, and the counts.

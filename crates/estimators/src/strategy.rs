@@ -11,7 +11,7 @@ use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
 use linelit_visibility::{Shaft, ShaftClass};
 
-/// What is done about a light that is partly hidden.
+/// What is done about a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Strategy {
     /// The closed form over the visible part.
@@ -21,24 +21,11 @@ pub(crate) enum Strategy {
     /// Points that share the shaft.
     Points(PointBy),
     /// Points with a shadow ray each.
-    Rays,
+    Rays(PointBy),
 }
 
-/// Rays that take about as long as a line where `FEW_LINES_IF_DENSE` decides.
-const RAYS_FOR_A_LINE_IF_DENSE: u32 = 4;
-
-/// Rays in place of lines towards densely occluded lights.
-pub(crate) fn rays<R: Reflection, T: EmissionTexture>(
-    query: &Query<'_, R, T>,
-    area: &AreaLight,
-    buffers: &mut Buffers,
-) -> DVec3 {
-    let query = query.times(RAYS_FOR_A_LINE_IF_DENSE);
-    point_sum::by_rays(&query, area, PointBy::SolidAngle, buffers)
-}
-
-/// Asks for the shaft and follows the strategy that `choose` picks by it where the light is partly
-/// hidden; elsewhere the answer needs no samples.
+/// Asks for the shaft and follows the strategy that `choose` picks by it, with so many samples in
+/// place of one, where the answer needs any.
 ///
 /// What `choose` is told (the candidates, or that there are too many to keep) depends on geometry
 /// alone, never on random numbers: whatever it picks, the estimate stays unbiased.
@@ -47,7 +34,7 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     area: &AreaLight,
     lines: &Lines,
     buffers: &mut Buffers,
-    choose: impl FnOnce(&Shaft<'_>) -> Strategy,
+    choose: impl FnOnce(&Shaft<'_>) -> (Strategy, u32),
 ) -> DVec3 {
     let Buffers { scratch, samples } = &mut *buffers;
     let mut shaft = query.occluders.shaft(query.shaft(area), scratch);
@@ -55,7 +42,8 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     if let Some(value) = without_samples(query, area, shaft.class(), along, &mut samples.plan) {
         return value;
     }
-    let strategy = choose(&shaft);
+    let (strategy, times) = choose(&shaft);
+    let query = &query.times(times);
     if strategy == Strategy::Exact
         && let Some(value) = exact(query, area, along, &mut shaft, samples)
     {
@@ -64,9 +52,16 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
     }
     match strategy {
         Strategy::Points(by) => point_sum::in_shaft(query, area, by, &mut shaft),
-        Strategy::Rays => rays(query, area, buffers),
+        Strategy::Rays(by) => point_sum::by_rays(query, area, by, buffers),
         Strategy::Exact | Strategy::Lines => {
             samples.plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);
+            if along == Along::Point
+                && query.light.texture.is_none()
+                && let Some(value) =
+                    transformed::along_lines(query, area, lines, &mut shaft, samples)
+            {
+                return value;
+            }
             line_sum::in_shaft(query, area, lines, along, &mut shaft, samples)
         }
     }

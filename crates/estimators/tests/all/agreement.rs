@@ -168,7 +168,14 @@ pub(crate) fn means<R: Reflection>(
 fn hold<R: Reflection>(what: &str, calls: usize, x: DVec3, n: DVec3, bsdf: R) {
     let point = ShadingPoint::new(x, n, DVec3::new(-0.6, 0.0, 0.8), bsdf);
     let lights = lights();
-    let cells = calls * lights.len() * 3 * Technique::all().count();
+    // What `exact` does before many triangles, before any.
+    let by_lines = "exact[limit=0]";
+    let names = || {
+        Technique::all()
+            .map(|technique| technique.name())
+            .chain([by_lines])
+    };
+    let cells = calls * lights.len() * 3 * names().count();
     let bound = critical_z(sidak(1e-4, cells));
     for light in &lights {
         for there in [true, false] {
@@ -178,9 +185,8 @@ fn hold<R: Reflection>(what: &str, calls: usize, x: DVec3, n: DVec3, bsdf: R) {
             let want = means(light, &occluders, &point, want, samples, 1000..1128);
             assert!(want.mean() > 0.01, "{what}: {:?}: {want:?}", light.0);
             let mixes: &[_] = if there { &["", "+point-bsdf"] } else { &[""] };
-            for (technique, mix) in Technique::all().flat_map(|t| mixes.iter().map(move |m| (t, m)))
-            {
-                let text = technique.name().to_owned() + mix;
+            for (name, mix) in names().flat_map(|name| mixes.iter().map(move |m| (name, m))) {
+                let text = name.to_owned() + mix;
                 let how = (&*text, there && mix.is_empty());
                 let (samples, seeds) = if there { (32, 0..128) } else { (16, 0..64) };
                 let got = means(light, &occluders, &point, how, samples, seeds);

@@ -52,9 +52,9 @@ impl Integral for ExactOptions {
         let query = query.with_tolerance(self.tolerance);
         through_shaft(&query, area, lines, buffers, |shaft| {
             if shaft.candidates() <= self.limit as usize && !shaft.is_dense() {
-                Strategy::Exact
+                (Strategy::Exact, 1)
             } else {
-                Strategy::Lines
+                (Strategy::Lines, 1)
             }
         })
     }

@@ -2,15 +2,15 @@
 //! Where the numbers come from: `docs/decisions/007-what-hybrid-asks.md`.
 
 use super::Integral;
-use crate::strategy::{Strategy, rays, through_shaft};
+use crate::strategy::{Strategy, through_shaft};
+use crate::techniques::points::LightPoint;
 use crate::{Buffers, EmissionTexture, Lines, PointBy, Query, point_sum};
 use linelit_bsdf::{ClosedLobe, Reflection};
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
-use linelit_visibility::Shaft;
+use linelit_visibility::{Shaft, ShaftClass};
 
-/// Below this many lines a shaft query costs more than it saves: shadow rays, or points that share
-/// the shaft.
+/// Below this many lines a shaft query costs more than it saves where it holds much: shadow rays.
 const FEW_LINES: u32 = 4;
 
 /// Rays that take about as long as a line where `FEW_LINES` decides.
@@ -20,11 +20,24 @@ const RAYS_FOR_A_LINE: u32 = 2;
 /// rays.
 const CANDIDATES_FOR_A_LINE: f64 = 24.0;
 
-/// Points that share a shaft in place of a line where `FEW_LINES` decides.
+/// Below this many lines, points that share a shaft which holds little.
+const FEW_LINES_IN_SHAFT: u32 = 5;
+
+/// Points that take about as long as a line where `FEW_LINES_IN_SHAFT` decides.
 const POINTS_FOR_A_LINE: u32 = 4;
+
+/// Points that take about as long as the closed form of transformed cosines, which they complete.
+const POINTS_WITH_FITS: u32 = 16;
+
+/// Where what the light sends to the viewer differs by no more than this from corner to corner and
+/// middle, points of its area soon know it, and all else costs more than they do.
+const SMOOTH: f64 = 4.0;
 
 /// `FEW_LINES` towards a light that is densely occluded, and for a dense shaft.
 const FEW_LINES_IF_DENSE: u32 = 17;
+
+/// Rays that take about as long as a line in a dense shaft.
+const RAYS_FOR_A_LINE_IF_DENSE: u32 = 4;
 
 /// Points that share a shaft in place of a line towards densely occluded lights.
 const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
@@ -67,35 +80,50 @@ impl Integral for Cheapest {
         buffers: &mut Buffers,
     ) -> DVec3 {
         let (lines, occlusion) = (query.samples, &query.light.occlusion);
-        if occlusion.dense && lines < FEW_LINES {
-            return rays(query, area, buffers);
-        }
+        // Without a closed form, but as transformed cosines (or nothing is known of it).
+        let is_fitted = query.light.texture.is_none() && query.point.bsdf.closed_form().is_none();
         if occlusion.dense && lines < FEW_LINES_IF_DENSE {
-            let points = Strategy::Points(cheap_points(query, area));
-            let query = query.times(POINTS_FOR_A_LINE_IF_DENSE);
-            return through_shaft(&query, area, options, buffers, |_| points);
+            let by = if is_fitted {
+                PointBy::Ltc
+            } else {
+                cheap_points(query, area)
+            };
+            let times = if lines < FEW_LINES {
+                RAYS_FOR_A_LINE_IF_DENSE
+            } else {
+                POINTS_FOR_A_LINE_IF_DENSE
+            };
+            if is_fitted || lines < FEW_LINES {
+                return point_sum::by_rays(&query.times(times), area, by, buffers);
+            }
+            return through_shaft(query, area, options, buffers, |_| {
+                (Strategy::Points(by), times)
+            });
         }
-        if !occlusion.dense
-            && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines)
-            && looks_like_cosines(query)
-        {
+        if is_fitted && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines) {
+            let times = POINTS_FOR_A_LINE.max(POINTS_WITH_FITS.div_ceil(lines));
             return through_shaft(query, area, options, buffers, |shaft| {
                 if shaft.is_dense() {
-                    Strategy::Rays
+                    in_dense_shaft(lines, PointBy::Ltc)
+                } else if shaft.class() == ShaftClass::Empty && is_smooth(query, area) {
+                    (Strategy::Points(PointBy::Area), times)
                 } else {
-                    Strategy::Exact
+                    (Strategy::Exact, times)
                 }
             });
         }
         let affordable = CANDIDATES_FOR_A_LINE * f64::from(lines - 1);
-        if lines < FEW_LINES && occlusion.candidates < affordable {
-            let query = query.times(POINTS_FOR_A_LINE);
-            return through_shaft(&query, area, options, buffers, |_| {
-                Strategy::Points(PointBy::Area)
-            });
+        let by = if is_fitted {
+            PointBy::Ltc
+        } else {
+            PointBy::Area
+        };
+        if lines < FEW_LINES_IN_SHAFT && occlusion.candidates < affordable {
+            let choice = (Strategy::Points(by), POINTS_FOR_A_LINE);
+            return through_shaft(query, area, options, buffers, |_| choice);
         }
         if lines < FEW_LINES {
-            return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, PointBy::Area, buffers);
+            return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, by, buffers);
         }
         let for_an_edge = lines_for_an_edge(query, area);
         through_shaft(query, area, options, buffers, |shaft| {
@@ -104,31 +132,43 @@ impl Integral for Cheapest {
     }
 }
 
-/// Whether the reflection has no closed form of its own, and is known by its transformed cosines.
-fn looks_like_cosines<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>) -> bool {
-    let (bsdf, wo, n) = (&query.point.bsdf, query.point.outgoing, query.point.normal);
-    query.light.texture.is_none()
-        && bsdf.closed_form().is_none()
-        && bsdf.transformed_cosines(wo, n).is_some()
+/// What to do about a light that is partly hidden behind more than a shaft keeps.
+fn in_dense_shaft(lines: u32, by: PointBy) -> (Strategy, u32) {
+    if lines < FEW_LINES_IF_DENSE {
+        (Strategy::Rays(by), RAYS_FOR_A_LINE_IF_DENSE)
+    } else {
+        (Strategy::Lines, 1)
+    }
 }
 
-/// What to do about a partly hidden light, by what the shaft and the number of lines say.
-fn choose_strategy(shaft: &Shaft<'_>, edges: f64, for_an_edge: f64, lines: u32) -> Strategy {
+/// What to do about a light, by what the shaft and the number of lines say.
+fn choose_strategy(shaft: &Shaft<'_>, edges: f64, for_an_edge: f64, lines: u32) -> (Strategy, u32) {
     if shaft.is_dense() {
-        return if lines < FEW_LINES_IF_DENSE {
-            Strategy::Rays
-        } else {
-            Strategy::Lines
-        };
+        return in_dense_shaft(lines, PointBy::SolidAngle);
     }
     let for_a_candidate = LINES_FOR_A_CANDIDATE + for_an_edge * edges;
     #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
     let lines_of_exact = for_a_candidate * shaft.candidates() as f64;
     if lines_of_exact <= f64::from(lines) {
-        Strategy::Exact
+        (Strategy::Exact, 1)
     } else {
-        Strategy::Lines
+        (Strategy::Lines, 1)
     }
+}
+
+/// Whether what the light sends to the viewer is smooth over it.
+fn is_smooth<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>, area: &AreaLight) -> bool {
+    let polygon = &area.polygon;
+    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+    let corners = polygon.vertices().iter().copied();
+    std::iter::once(polygon.centroid())
+        .chain(corners)
+        .all(|at| {
+            let at = LightPoint::new(at, query.point.position, polygon);
+            let value = query.unshadowed(&at).element_sum() * at.cos_light.abs() / at.square;
+            (least, most) = (least.min(value), most.max(value));
+            most <= SMOOTH * least
+        })
 }
 
 /// Lines that take as long as an edge in the closed form.
