@@ -9,8 +9,8 @@ use linelit_lights::{AngularLines, LineSample, LineTechnique, Pdf};
 /// light; what others reflect counts as the first's.
 const KEPT: usize = 3;
 
-/// The least share of the cosine itself in all albedos, for lines where lobes are zero and what they
-/// stand for is not.
+/// The least share of the cosine itself in all albedos, for lines where lobes are zero and what
+/// they stand for is not.
 const LEAST_FLAT: f64 = 0.01;
 
 /// Parallel lines on a light, drawn by the transformed cosines g of a reflection.
