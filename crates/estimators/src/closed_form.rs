@@ -249,30 +249,30 @@ fn over_parts<R>(
         .fold(0.0, |sum, piece| sum + integral(piece.p0, piece.p1))
 }
 
-/// Light of the visible parts of a linear light for a reflection without a closed form, whose peaks
-/// are known.
-pub(crate) fn linear_by_quadrature<R: Reflection>(
-    light: &LinearLight,
+/// ∫ f_r cos θ along the visible parts of a line by quadrature, for a reflection without a closed
+/// form whose peaks are known; `model` says what the line stands for.
+pub(crate) fn by_quadrature<R: Reflection>(
+    line: &Segment,
     point: &ShadingPoint<R>,
     parts: &[Interval],
+    model: quadrature::Model,
 ) -> DVec3 {
     let (n, wo) = (point.normal, point.outgoing);
     let value = |w| point.bsdf.eval(w, wo, n);
     let mut sum = DVec3::ZERO;
     for piece in parts
         .iter()
-        .filter_map(|part| above_surface(point, &light.segment, *part))
+        .filter_map(|part| above_surface(point, line, *part))
     {
         let peaks = point.bsdf.peaks(&piece, wo, n).unwrap_or_default();
         let mut from = piece.p0;
         for to in peaks.knots().map(|t| piece.at(t)) {
-            let model = quadrature::Model::Cylinder;
             let part = quadrature::line(from, to, n, model, value, QUADRATURE, EVALUATIONS);
             sum += part.value;
             from = to;
         }
     }
-    light.radiance_radius * sum
+    sum
 }
 
 /// A visible part, relative to the shading point; with an interpolated normal, clipped to the

@@ -13,6 +13,7 @@ use linelit_geometry::{DMat3, DVec3, Segment};
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
 use linelit_lights::{LinearLight, LinearPointTechnique};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
+use linelit_shading::quadrature::Model;
 use linelit_visibility::ShaftQuery;
 use std::f64::consts::FRAC_1_PI;
 
@@ -62,7 +63,10 @@ pub(crate) fn whole<R: Reflection, T: EmissionTexture>(
     samples.segments.pieces += parts.len() as u64;
     Some(match closed {
         Some(reflection) => closed_form::linear(linear, point, &reflection, parts),
-        None => closed_form::linear_by_quadrature(linear, point, parts),
+        None => {
+            let sum = closed_form::by_quadrature(&linear.segment, point, parts, Model::Cylinder);
+            linear.radiance_radius * sum
+        }
     })
 }
 

@@ -148,6 +148,8 @@ pub enum Method {
     /// The closed form along what is visible of each line. Without samples where nothing is in
     /// between, if there is a closed form over the whole light.
     AlongLines,
+    /// Adaptive quadrature along what is visible of each line.
+    QuadratureAlongLines,
     /// The closed form over what is visible of the light, without noise; along lines where too many
     /// triangles are in between.
     OverVisible,
@@ -202,6 +204,7 @@ impl fmt::Display for Method {
                 write!(f, "a point of each line as `{}`", name(Lines::by(by)))
             }
             Self::AlongLines => f.write_str("closed form along each line"),
+            Self::QuadratureAlongLines => f.write_str("quadrature along each line"),
             Self::OverVisible => f.write_str("closed form over what is visible"),
             Self::Cosines => {
                 f.write_str("transformed cosines over what is visible, points for the rest")
@@ -234,7 +237,9 @@ fn exact(light: LightKind, known: Known) -> Method {
 
 /// What `line-analytic` does.
 fn analytic(light: LightKind, known: Known) -> Method {
-    if light == LightKind::Textured || known.closed == Closed::Nowhere {
+    if light == LightKind::Cylinder && known.closed == Closed::Nowhere && known.peaks {
+        Method::QuadratureAlongLines
+    } else if light == LightKind::Textured || known.closed == Closed::Nowhere {
         Method::PointsOfLines(LineBy::Area)
     } else {
         Method::AlongLines
@@ -333,7 +338,7 @@ impl Estimator {
             Some(technique.method(light, known))
         } else if light == LightKind::Linear {
             Some(line(known))
-        } else if light != LightKind::Textured && known.closed > Closed::Nowhere {
+        } else if analytic(light, known) != Method::PointsOfLines(LineBy::Area) {
             let integrated = self
                 .parts()
                 .find(|part| part.technique.integrated().is_some());

@@ -4,7 +4,7 @@ use super::domain::Domain;
 use super::smooth::Smooth;
 use super::visibility::Visibility;
 use super::{Combination, sum};
-use crate::closed_form::whole_cylinder;
+use crate::closed_form::{by_quadrature, whole_cylinder};
 use crate::techniques::lines::DrawLines;
 use crate::techniques::points::LightPoint;
 use crate::techniques::points::round::RoundPoints;
@@ -12,12 +12,13 @@ use crate::{Buffers, EmissionTexture, Lines, PointBy, Queries, Query, SampleBuff
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{CylinderLight, LineSample};
+use linelit_shading::quadrature::Model;
 use linelit_spheres::{CylinderLines, CylinderView};
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
 
 /// Any estimator but points with rays, on what is seen of a cylinder: as
 /// [`combined`](super::combined), with lines along the axis. Integrals over what lines find visible
-/// are the closed form along them.
+/// are the closed form along them, or quadrature where the peaks of the reflection are known.
 pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     light: &CylinderLight,
@@ -32,12 +33,12 @@ pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
     samples.plan.unoccluded += u64::from(class == ShaftClass::Empty);
     let closed = query.estimator.closed(query.samples);
     let closed = closed.and_then(|(lines, _, count)| {
-        let reflection = query.light.closed_form(point)?;
-        Some((lines, count, reflection))
+        let along = Along::of(query, &view.cylinder().axis)?;
+        Some((lines, count, along))
     });
     if query.skip
         && class == ShaftClass::Empty
-        && let Some((.., reflection)) = &closed
+        && let Some((.., Along::Closed(reflection))) = &closed
         && let Some(value) = whole_cylinder(view, light.radiance, point, reflection)
     {
         samples.plan.closed_form += 1;
@@ -68,10 +69,10 @@ pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
         horizons: point.horizons(),
     };
     match closed {
-        Some((lines, count, reflection)) => {
+        Some((lines, count, along)) => {
             let query = query.with_samples(count);
             let family = part.lines_of(&lines);
-            let integral = (light.radiance, &reflection);
+            let integral = (light.radiance, &along);
             let value = along_lines(&query, &family, integral, &mut visibility, samples);
             if let Visibility::Outline(.., memory) = visibility {
                 samples.outlined = memory;
@@ -79,6 +80,28 @@ pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
             value
         }
         None => weighted(query, &part, visibility, samples),
+    }
+}
+
+/// How light is integrated along the visible parts of lines.
+enum Along<'p> {
+    Closed(ClosedForm<'p>),
+    Quadrature,
+}
+
+impl<'p> Along<'p> {
+    /// `None` where a line with its peaks unknown has no integral.
+    fn of<R: Reflection, T: EmissionTexture>(
+        query: &Query<'p, R, T>,
+        line: &Segment,
+    ) -> Option<Self> {
+        let point = query.point;
+        if let Some(reflection) = query.light.closed_form(point) {
+            return Some(Self::Closed(reflection));
+        }
+        let line = line.relative_to(point.position);
+        let peaks = point.bsdf.peaks(&line, point.outgoing, point.normal);
+        peaks.map(|_| Self::Quadrature)
     }
 }
 
@@ -125,11 +148,11 @@ fn weighted<R: Reflection, T: EmissionTexture>(
     sum
 }
 
-/// The mean over lines, the closed form along what is visible of each.
+/// The mean over lines, the integral along what is visible of each.
 fn along_lines<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     family: &CylinderLines,
-    (radiance, reflection): (DVec3, &ClosedForm<'_>),
+    (radiance, along): (DVec3, &Along<'_>),
     visibility: &mut Visibility<'_>,
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
@@ -145,6 +168,7 @@ fn along_lines<R: Reflection, T: EmissionTexture>(
     visibility.visible(&own.segments, &mut buffers.visible);
     let pieces = &mut buffers.draws.pieces;
     pieces.clear();
+    let mut sum = DVec3::ZERO;
     for (i, line) in own.drawn.iter().enumerate() {
         let parts = buffers.visible.line(i);
         buffers.segments.lines += 1;
@@ -152,9 +176,17 @@ fn along_lines<R: Reflection, T: EmissionTexture>(
         buffers.plan.hidden_lines += u64::from(parts.is_empty());
         // Each line has a plane of its own.
         let weight = family.height(line) / line.pdf.value();
-        pieces.add(query.point, &line.segment, parts, weight);
+        match along {
+            Along::Closed(_) => pieces.add(query.point, &line.segment, parts, weight),
+            Along::Quadrature => {
+                let of_line = by_quadrature(&line.segment, query.point, parts, Model::Ribbon);
+                sum += radiance * of_line * weight;
+            }
+        }
     }
-    let sum = pieces.light((radiance, 1.0), query.point, reflection);
+    if let Along::Closed(reflection) = along {
+        sum = pieces.light((radiance, 1.0), query.point, reflection);
+    }
     buffers.cylinder = own;
     sum / f64::from(query.samples)
 }
