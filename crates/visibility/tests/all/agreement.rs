@@ -115,6 +115,70 @@ fn rays_agree_with_brute_force() {
     }
 }
 
+/// The end of a ray on either side of where it meets a triangle, nearer and nearer, at any scale
+/// and far from the origin: what single precision decides is what double precision would.
+#[test]
+fn a_ray_ends_where_it_says() {
+    let (mut rng, mut scratch) = (rng(7), Scratch::new());
+    let mut met = 0;
+    for case in 0..20_000 {
+        let power = |x: f64| 10.0_f64.powf(x);
+        let scale = power(rng.in_range(-18.0, 18.0));
+        let centre = rng.direction() * scale * [0.0, 10.0, 1e4][case % 3];
+        let size = power(rng.in_range(-3.0, 0.5));
+        let mut mesh = soup(&mut rng, 1, size, centre, scale);
+        if case % 2 == 0 {
+            // A second triangle far off, which only makes the hierarchy larger.
+            let far = centre + DVec3::splat(power(rng.in_range(0.0, 3.0)) * scale);
+            let other = soup(&mut rng, 1, size, far, scale);
+            mesh.triangles.push([3, 4, 5]);
+            mesh.positions.extend(other.positions);
+        }
+        let occluders = Occluders::build(&mesh.positions, &mesh.triangles);
+        let [a, b, c] = mesh.corners(0);
+        let (u, v) = (rng.next_f64(), rng.next_f64());
+        let aim = match case % 5 {
+            0 => a,
+            1 => a + (b - a) * u,
+            _ => a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v),
+        };
+        let origin = aim + rng.direction() * scale * power(rng.in_range(-4.0, 0.5));
+        let stretch = power(rng.in_range(-6.0, 6.0));
+        let mut ray = Ray {
+            origin,
+            direction: (aim - origin) * stretch,
+            t_min: f64::NEG_INFINITY,
+            t_max: f64::INFINITY,
+        };
+        let Some(hit) = occluders.closest_hit(&ray, &mut scratch) else {
+            continue;
+        };
+        // Of slivers, whose corners are rounded at their place, t has no digits to be held to.
+        if hit.triangle != 0 || !((hit.t * stretch - 1.0).abs() < 1e-6) {
+            continue;
+        }
+        met += 1;
+        for bits in [0, 1, 2, 10, 20, 26, 28, 30, 32, 36, 44, 50, 52] {
+            for sign in [-1.0, 1.0] {
+                let limit = hit.t * (1.0 + sign * 0.5_f64.powi(bits));
+                for (t_min, t_max) in [(0.0, limit), (limit, f64::INFINITY), (limit, 2.0 * hit.t)] {
+                    (ray.t_min, ray.t_max) = (t_min, t_max);
+                    let want = t_min <= hit.t && hit.t <= t_max;
+                    let any = occluders.any_hit(&ray, &(1..2), &mut scratch);
+                    assert_eq!(any, want, "case {case}: {ray:?} {hit:?}");
+                    let first = occluders.closest_hit(&ray, &mut scratch);
+                    let same = first.is_some_and(|h| h.triangle == 0);
+                    assert!(
+                        same == want || first.is_some(),
+                        "case {case}: {ray:?} {hit:?}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(met > 12_000, "{met} rays meet their triangle");
+}
+
 /// Shading points on the occluders themselves, a little off them: the near plane at work.
 #[test]
 fn lines_from_surfaces_agree_with_brute_force() {
