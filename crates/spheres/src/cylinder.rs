@@ -171,9 +171,14 @@ impl CylinderView {
 
     /// The line at an angle α, with cos ψ.
     pub(crate) fn at_angle(&self, alpha: f64) -> (Slice, f64) {
-        let (s, c) = alpha.sin_cos();
-        let sine = (s / self.k).clamp(-1.0, 1.0);
+        self.at_incidence((alpha.sin() / self.k).clamp(-1.0, 1.0))
+    }
+
+    /// The line of an angle of incidence, by its sine, with its cosine.
+    pub(crate) fn at_incidence(&self, sine: f64) -> (Slice, f64) {
         let cosine = ((1.0 - sine) * (1.0 + sine)).sqrt();
+        let s = self.k * sine;
+        let c = ((1.0 - s) * (1.0 + s)).sqrt();
         let (sin, cos) = (sine * c - cosine * s, cosine * c + sine * s);
         let distance = self.distance(sin, cos);
         let slice = Slice {
@@ -199,6 +204,19 @@ impl CylinderView {
     fn distance(&self, sin: f64, cos: f64) -> f64 {
         let (near, r) = (self.rho * self.rest, self.cylinder.radius);
         (near * near + 2.0 * self.rho * r * one_minus(sin, cos)).sqrt()
+    }
+
+    /// The solid angle of a part of a line, between two fractions of the cylinder, per dα.
+    pub(crate) fn solid_angle(&self, slice: &Slice, [from, to]: [f64; 2]) -> f64 {
+        let (square, [low, high]) = (slice.distance * slice.distance, self.ends);
+        let [a, b] = [from, to].map(|t| low + (high - low) * t);
+        let [da, db] = [a, b].map(|height| (square + height * height).sqrt());
+        if a * b > 0.0 {
+            // What does not cancel of b/db − a/da.
+            square * (b - a) * (a + b) / (da * db * (b * da + a * db))
+        } else {
+            b / db - a / da
+        }
     }
 
     /// α of a line.

@@ -26,11 +26,9 @@ const LEAST: f64 = 0.05;
 /// shading point, and points on their visible parts.
 ///
 /// **Formula**: a line is drawn by the angle α under which the shading point sees it beside the
-/// axis ([`CylinderView`]): uniform, or by the linear interpolation at thirteen places of the
-/// line's length, or of its solid angle or projected solid angle times its distance D. Where all
-/// of the cylinder is above the horizon, the last two are the strip's own per dα, but for a factor
-/// of two. Points are uniform in that measure on what is visible. The density is that of what
-/// is drawn.
+/// axis ([`CylinderView`]): uniform, or by the linear interpolation between thirteen places of the
+/// line's length, or of the solid angle or projected solid angle of the strip per dα. Points are
+/// uniform in that measure on what is visible. The density is that of what is drawn.
 ///
 /// **Units**: offsets are Rφ, lengths around the cylinder from the line nearest to the shading
 /// point; their densities are in 1/m, of points in 1/sr, the joint one of line and point.
@@ -66,6 +64,8 @@ pub struct CylinderLines {
     /// the shading point and one across add.
     cuts: [[f64; 4]; 2],
     cut_count: usize,
+    /// How many pieces there are: one where all lines are alike.
+    count: usize,
     /// The ends of the pieces, and the densities there.
     angles: [f64; PIECES + 1],
     density: [f64; PIECES + 1],
@@ -90,6 +90,7 @@ impl CylinderLines {
             along: Along { x, normal, measure },
             cuts: [[0.0; 4]; 2],
             cut_count: 0,
+            count: 1,
             angles: [0.0; PIECES + 1],
             density: [0.0; PIECES + 1],
             pieces: Pieces::default(),
@@ -133,37 +134,50 @@ impl CylinderLines {
             let alpha = view.angle_of(&view.at_azimuth(s, c));
             (alpha.clamp(-rim, rim), turn + alpha)
         });
-        let [middle, half] = [1.0, -1.0].map(|sign| 0.5 * (ends[1].1 + sign * ends[0].1));
-        self.angles = ENDS.map(|end| (view.k * (middle + half * end).sin()).asin());
-        (self.angles[0], self.angles[PIECES]) = (ends[0].0, ends[1].0);
-        if self.along.measure == ChordMeasure::Uniform {
+        let measure = self.along.measure;
+        let is_whole = self.cut_count == 0;
+        if measure == ChordMeasure::Uniform || (is_whole && measure == ChordMeasure::Length) {
+            self.count = 1;
             self.density = [1.0; PIECES + 1];
         } else {
-            self.density = self.angles.map(|alpha| self.line_measure(view, alpha));
-            if self.cut_count > 0 {
+            self.count = PIECES;
+            let [middle, half] = [1.0, -1.0].map(|sign| 0.5 * (ends[1].1 + sign * ends[0].1));
+            let is_even = is_whole && measure == ChordMeasure::SolidAngle;
+            for (k, end) in ENDS.iter().enumerate() {
+                if is_even && k > PIECES / 2 {
+                    self.angles[k] = -self.angles[PIECES - k];
+                    self.density[k] = self.density[PIECES - k];
+                    continue;
+                }
+                let sine = (middle + half * end).sin();
+                self.angles[k] = (view.k * sine).asin();
+                self.density[k] = self.line_measure(view, &view.at_incidence(sine).0);
+            }
+            if !is_whole {
                 let mean = self.density.iter().sum::<f64>() / (PIECES + 1) as f64;
                 let least = if mean > 0.0 { LEAST * mean } else { 1.0 };
                 self.density = self.density.map(|d| d + least);
             }
         }
+        (self.angles[0], self.angles[self.count]) = (ends[0].0, ends[1].0);
         let (angles, density) = (self.angles, self.density);
-        self.pieces = Pieces::new(
-            (0..PIECES).map(|k| (angles[k + 1] - angles[k]) * 0.5 * (density[k] + density[k + 1])),
-        );
+        let weight = |k| (angles[k + 1] - angles[k]) * 0.5 * (density[k] + density[k + 1]);
+        self.pieces = Pieces::new((0..self.count).map(weight));
         if !self.pieces.is_usable() {
             self.view = None;
         }
     }
 
-    /// The measure of what is above the horizons of the line at an angle, per dα.
-    fn line_measure(&self, view: &CylinderView, alpha: f64) -> f64 {
-        let (slice, _) = view.at_angle(alpha);
-        let Some(line) = self.part_above(view, &slice) else {
+    /// The measure of what is above the horizons of a line, per dα.
+    fn line_measure(&self, view: &CylinderView, slice: &Slice) -> f64 {
+        let Some([from, to]) = self.extent(slice) else {
             return 0.0;
         };
         match self.along.measure {
-            ChordMeasure::Uniform | ChordMeasure::Length => line.length(),
-            ChordMeasure::SolidAngle | ChordMeasure::Projected => {
+            ChordMeasure::Uniform | ChordMeasure::Length => to - from,
+            ChordMeasure::SolidAngle => view.solid_angle(slice, [from, to]),
+            ChordMeasure::Projected => {
+                let line = view.line(slice).piece(from, to);
                 let measure = self.along.thin(&line).map_or(0.0, |thin| thin.measure());
                 measure * slice.distance
             }
@@ -255,12 +269,12 @@ impl CylinderLines {
     /// The piece of a line's angle and the place in it; `None` beyond the range.
     fn piece_of(&self, view: &CylinderView, slice: &Slice) -> Option<(usize, f64)> {
         let alpha = view.angle_of(slice);
-        let [first, last] = [self.angles[0], self.angles[PIECES]];
+        let [first, last] = [self.angles[0], self.angles[self.count]];
         let slack = 64.0 * f64::EPSILON * (last - first);
         if !(alpha >= first - slack && alpha <= last + slack) {
             return None;
         }
-        let inner = &self.angles[1..PIECES];
+        let inner = &self.angles[1..self.count];
         let piece = inner.iter().take_while(|end| **end <= alpha).count();
         let (from, to) = (self.angles[piece], self.angles[piece + 1]);
         Some((piece, fraction((alpha - from) / (to - from))))
