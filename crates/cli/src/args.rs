@@ -249,6 +249,9 @@ pub struct ConvergeArgs {
     /// one:estimate, one:exact, tree.
     #[arg(long, default_value = "all")]
     pub lights: LightChoice,
+    /// Emissive spheres and disks: facets, or exact (those that emit an image stay facets).
+    #[arg(long, default_value = "facets")]
+    pub spheres: Spheres,
     /// Light samples per shading point, ascending.
     #[arg(long, value_name = "1,4,16…")]
     pub samples: Option<SampleCounts>,

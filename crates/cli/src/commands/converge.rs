@@ -90,6 +90,7 @@ fn apply_flags(spec: &mut StudySpec, args: &ConvergeArgs) {
     spec.time_budget = args.time_budget.or(spec.time_budget);
     spec.seed = args.seed;
     spec.lights = args.lights;
+    spec.spheres = args.spheres;
 }
 
 fn converge(

@@ -40,7 +40,13 @@ pub(super) fn gallery(
     let renderer = Renderer::new(scene);
     let targets = Targets::find(&renderer, &all_pixels(gallery.width, gallery.height));
     let limit = gallery.reference_limit;
-    let reference = reference(&targets, &targets.truth(), REFERENCE_SAMPLES, 0.0, limit);
+    let reference = reference(
+        &targets,
+        &targets.truth(spec.spheres),
+        REFERENCE_SAMPLES,
+        0.0,
+        limit,
+    );
     let one = |estimator: &Estimator| {
         progress.inc(1);
         picture(spec, gallery, &targets, &reference, *estimator)
@@ -59,6 +65,7 @@ fn picture(
         settings: Settings {
             estimator,
             sampler: gallery.sampler,
+            spheres: spec.spheres,
             skip: spec.skip,
             ..Settings::default()
         },

@@ -11,7 +11,7 @@ use indicatif::ProgressBar;
 use linelit_estimators::{Estimator, LineBy, Points};
 use linelit_film::{Image, Tile};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
+use linelit_integrator::{Renderer, Settings, ShadingPoint, Spheres, Workspace};
 use linelit_study::engine::image;
 use linelit_study::engine::{Counts, Problem, Truth};
 
@@ -45,7 +45,7 @@ impl<'a> Targets<'a> {
     /// What errors are measured by: closed forms along lines where every material has them, else
     /// lines and BSDF samples combined.
     #[must_use]
-    pub fn truth(&self) -> Truth<Settings> {
+    pub fn truth(&self, spheres: Spheres) -> Truth<Settings> {
         let closed = self.points.iter().all(|(_, p)| p.has_closed_form());
         let estimator = if closed {
             Estimator::analytic()
@@ -54,6 +54,7 @@ impl<'a> Targets<'a> {
         };
         Truth::Computed(spec::method(Settings {
             estimator,
+            spheres,
             ..Settings::default()
         }))
     }

@@ -96,7 +96,9 @@ impl Opened {
         let build_seconds = built.elapsed().as_secs_f64();
         let targets = find(&renderer, &view, &self.pixels)?;
         progress.set_length((design.samples.len() * design.methods.len()) as u64);
-        let results = measure(&targets, &targets.truth(), &design, || progress.inc(1));
+        let results = measure(&targets, &targets.truth(spec.spheres), &design, || {
+            progress.inc(1)
+        });
         let about = SceneRecord {
             scene: view.label.clone(),
             triangles: scene.triangles.len(),

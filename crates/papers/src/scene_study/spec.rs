@@ -1,7 +1,7 @@
 //! What a convergence study of scenes is made of.
 
 use linelit_estimators::{LineBy, PointBy};
-use linelit_integrator::{Estimator, LightChoice, Settings};
+use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_study::engine::{CELL_SECONDS, Design, Method, REFERENCE_LIMIT};
 use linelit_study::pixels::{Pixels, Resolution};
@@ -35,6 +35,8 @@ pub struct StudySpec {
     pub seed: u64,
     /// Which lights a shading point samples.
     pub lights: LightChoice,
+    /// Representation of emissive spheres and disks.
+    pub spheres: Spheres,
     /// Whether the plan may skip work (`Settings::skip`).
     pub skip: bool,
     /// Orders of the standard deviation that a paper reports, for the table of slopes.
@@ -139,6 +141,7 @@ impl StudySpec {
     pub fn design(&self, deadline: Option<Instant>) -> Design<Settings> {
         let settings = Settings {
             lights: self.lights,
+            spheres: self.spheres,
             skip: self.skip,
             ..Settings::default()
         };
@@ -176,6 +179,7 @@ impl StudySpec {
             ("estimators", joined(&self.estimators)),
             ("trials", self.trials.to_string()),
             ("lights", self.lights.to_string()),
+            ("spheres", self.spheres.to_string()),
             ("skip", self.skip.to_string()),
             ("time budget", budget.unwrap_or_default()),
         ];
@@ -243,6 +247,7 @@ impl Default for StudySpec {
             time_budget: None,
             seed: 1,
             lights: LightChoice::All,
+            spheres: Spheres::Facets,
             skip: true,
             papers: Vec::new(),
             spots: Vec::new(),
