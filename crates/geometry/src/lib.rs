@@ -47,6 +47,7 @@
 
 mod close_lines;
 pub mod double;
+mod elliptic_cone;
 pub mod finite;
 mod frame;
 pub mod intervals;
@@ -59,6 +60,7 @@ mod shadow;
 mod triangle;
 
 pub use close_lines::CloseLines;
+pub use elliptic_cone::EllipticCone;
 pub use frame::Frame;
 pub use glam;
 pub use glam::{DMat3, DMat4, DVec2, DVec3};

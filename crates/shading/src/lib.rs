@@ -7,6 +7,7 @@
 pub mod batch;
 pub mod cosine_lobe;
 pub mod cylinder;
+pub mod elliptic_cone;
 mod exact;
 mod fan;
 mod fast_lobe;

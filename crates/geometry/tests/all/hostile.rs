@@ -7,8 +7,9 @@ use linelit_geometry::finite::{
 };
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
-    CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, Frame, POINT_MARGIN, ParallelLines, PlaneFrame,
-    PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle, point_margin, predicates,
+    CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, POINT_MARGIN, ParallelLines,
+    PlaneFrame, PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle, point_margin,
+    predicates,
 };
 use linelit_testkit::public;
 use linelit_testkit::rng::SplitMix64;
@@ -110,6 +111,15 @@ proptest! {
         // Sums of products of what may be anything.
         let _ = (frame.to_local(p), frame.to_world(p), plane.to_plane(x), plane.height(x));
         let _ = plane.from_plane(DVec2::new(p.x, p.y));
+    }
+
+    #[test]
+    fn elliptic_cones(v in hostile_vectors::<3>()) {
+        let [c, u, w] = v.map(vector);
+        if let Some(EllipticCone { axes: [x, y, z], tan: [a, b] }) = EllipticCone::over(c, u, w) {
+            prop_assert!(is_orthonormal(&Frame { x, y, z }), "{x} {y} {z}");
+            prop_assert!(a >= b && b > 0.0 && a.is_finite(), "{a} {b}");
+        }
     }
 
     #[test]

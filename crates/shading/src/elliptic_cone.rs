@@ -1,0 +1,357 @@
+//! A part of an ellipse, seen by a diffuse surface: sums over boundaries of straight pieces and
+//! arcs.
+
+use crate::polygon;
+use linelit_geometry::finite::nonnegative;
+use linelit_geometry::{DVec3, EllipticCone};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Turns that are less than this apart, or from a whole one, are told apart by what is known of
+/// their arc: more than rounding leaves, less than any arc that matters.
+const CLOSE: f64 = 1e-6;
+
+/// `∫ max(0, n·ω) dω` over a part of an elliptic cone, as a sum over the part's boundary.
+///
+/// The boundary runs counter-clockwise about the cone's axis: straight pieces
+/// ([`Self::add_segment`]), and arcs of the rim ([`Self::add_arc`]). Together they are closed
+/// curves, with holes clockwise; where pieces join, they have the same ends to the bit, for which
+/// side of the horizon an end is on is asked once for each.
+///
+/// **Formula**: half the sum of `n·∫ w × dw/|w|²`, Lambert's, over the boundary of what is above
+/// the horizon. Of a straight piece that is [`polygon::edge`]. Of an arc, with w = (a cos s,
+/// b sin s, 1) in the cone's axes, a and b the tangents of the half angles, A² = 1 + a²,
+/// B² = 1 + b² and k² = a² − b²,
+///
+/// ```text
+/// ∫ (−b cos s, −a sin s, ab)/(A² cos² s + B² sin² s) ds
+///   = (−b artanh(k sin s/A)/(Ak), a arctan(k cos s/B)/(Bk), ab arg(A cos s, B sin s)/(AB))
+/// ```
+///
+/// and along the horizon it is the angle from where the boundary goes under to where it comes back.
+///
+/// **Error**: a few ε for each piece, absolute: of a part that fills a small angle s, ε/s² of
+/// itself.
+/// **Source**: Lambert 1760 for the sum; the arcs are elementary integrals.
+///
+/// ```
+/// use linelit_geometry::{DVec3, EllipticCone};
+/// use linelit_shading::elliptic_cone::PartOfCone;
+/// use std::f64::consts::PI;
+/// // A disk overhead, of which the half with x > 0 is hidden.
+/// let cone = EllipticCone::over(DVec3::Z * 2.0, DVec3::X, DVec3::Y).unwrap();
+/// let mut part = PartOfCone::new(&cone, DVec3::Z);
+/// let (back, front) = (DVec3::new(0.0, -1.0, 2.0), DVec3::new(0.0, 1.0, 2.0));
+/// part.add_segment(back, front);
+/// part.add_arc(front, back, false);
+/// assert!((part.irradiance() - 0.5 * PI / 5.0).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct PartOfCone<'a> {
+    cone: &'a EllipticCone,
+    n: DVec3,
+    /// √(1 + tan²) of the half angles.
+    sec: [f64; 2],
+    /// n along the axes.
+    local: [f64; 3],
+    above: Above,
+    sum: f64,
+    /// The first place where the boundary meets the horizon.
+    first: Option<DVec3>,
+}
+
+/// What of the rim is above the horizon.
+#[derive(Clone, Copy, Debug)]
+enum Above {
+    None,
+    /// The turn where it is highest, and half of the part.
+    Part(f64, f64),
+    All,
+}
+
+impl<'a> PartOfCone<'a> {
+    /// The sum for the surface's unit normal, of no piece yet.
+    #[must_use]
+    pub fn new(cone: &'a EllipticCone, n: DVec3) -> Self {
+        let [a, b] = cone.tan;
+        let local = cone.axes.map(|axis| axis.dot(n));
+        let rise = [local[0] * a, local[1] * b];
+        let most = rise[0].hypot(rise[1]);
+        let above = if local[2] >= most {
+            Above::All
+        } else if local[2] <= -most {
+            Above::None
+        } else {
+            Above::Part(rise[1].atan2(rise[0]), (-local[2] / most).acos())
+        };
+        Self {
+            cone,
+            n,
+            sec: [(1.0 + a * a).sqrt(), (1.0 + b * b).sqrt()],
+            local,
+            above,
+            sum: 0.0,
+            first: None,
+        }
+    }
+
+    /// A straight piece of the boundary, in the ellipse's plane or any other that it is seen
+    /// before.
+    pub fn add_segment(&mut self, from: DVec3, to: DVec3) {
+        let [from_above, to_above] = [from, to].map(|p| self.is_up(p));
+        let (mut a, mut b) = (from, to);
+        match (from_above, to_above) {
+            (false, false) => return,
+            (true, true) => {}
+            (true, false) => {
+                b = self.crossing(from, to);
+                self.meet_horizon(b, -1.0);
+            }
+            (false, true) => {
+                a = self.crossing(from, to);
+                self.meet_horizon(a, 1.0);
+            }
+        }
+        self.sum += polygon::edge(a, b, self.n);
+    }
+
+    /// An arc of the rim, counter-clockwise about the axis; whether it is more than about half of
+    /// the rim is asked where its ends nearly meet.
+    pub fn add_arc(&mut self, from: DVec3, to: DVec3, is_long: bool) {
+        let (middle, half) = match self.above {
+            Above::All => {
+                self.sum += self.arc(self.turn(from), self.turn(to), is_long);
+                return;
+            }
+            Above::None => return,
+            Above::Part(middle, half) => (middle, half),
+        };
+        let (start, end) = (middle - half, middle + half);
+        // From `start` on, kept on the side of the horizon that each end is on.
+        let place = |p: DVec3| {
+            let on = {
+                let (s, c) = self.turn(p);
+                (s.atan2(c) - start).rem_euclid(TAU)
+            };
+            match (self.is_up(p), on <= 2.0 * half) {
+                (true, true) | (false, false) => on,
+                (true, false) if on > half + PI => 0.0,
+                (true, false) | (false, true) if on > half => 2.0 * half,
+                (true, false) => 2.0 * half,
+                (false, true) => TAU,
+            }
+        };
+        let [from_up, to_up] = [from, to].map(|p| self.is_up(p));
+        let (t0, t1) = (place(from), place(to));
+        let wraps = if (t1 - t0).abs() < CLOSE {
+            is_long
+        } else {
+            t1 < t0
+        };
+        let [rise, set] = [start, end].map(f64::sin_cos);
+        match (from_up, to_up, wraps) {
+            (true, true, false) => {
+                self.sum += self.arc(self.turn(from), self.turn(to), t1 - t0 > 1.0);
+            }
+            (false, false, false) => {}
+            (false, false, true) => self.add_whole(rise, set, half),
+            (true, true, true) | (true, false, _) | (false, true, _) => {
+                if from_up {
+                    self.sum += self.arc(self.turn(from), set, 2.0 * half - t0 > 1.0);
+                    self.meet_horizon(self.at(set), -1.0);
+                }
+                if to_up {
+                    self.sum += self.arc(rise, self.turn(to), t1 > 1.0);
+                    self.meet_horizon(self.at(rise), 1.0);
+                }
+            }
+        }
+    }
+
+    /// All of the rim.
+    pub fn add_rim(&mut self) {
+        match self.above {
+            Above::None => {}
+            Above::All => {
+                let ([a, b], [sec_a, sec_b]) = (self.cone.tan, self.sec);
+                self.sum += TAU * (a / sec_a) * (b / sec_b) * self.local[2];
+            }
+            Above::Part(middle, half) => {
+                let [rise, set] = [middle - half, middle + half].map(f64::sin_cos);
+                self.add_whole(rise, set, half);
+            }
+        }
+    }
+
+    /// The irradiance for each unit of radiance.
+    #[must_use]
+    pub fn irradiance(&self) -> f64 {
+        nonnegative(0.5 * self.sum).min(PI * self.n.length())
+    }
+
+    fn is_up(&self, p: DVec3) -> bool {
+        self.n.dot(p) > 0.0
+    }
+
+    fn crossing(&self, a: DVec3, b: DVec3) -> DVec3 {
+        let (ha, hb) = (self.n.dot(a), self.n.dot(b));
+        a + (b - a) * (ha / (ha - hb))
+    }
+
+    /// All of the rim that is above the horizon.
+    fn add_whole(&mut self, rise: (f64, f64), set: (f64, f64), half: f64) {
+        self.sum += self.arc(rise, set, half > FRAC_PI_2);
+        self.meet_horizon(self.at(rise), 1.0);
+        self.meet_horizon(self.at(set), -1.0);
+    }
+
+    /// The boundary comes up (1) or goes under (−1) here: the horizon leads from each place of the
+    /// second kind to one of the first, so that the sum of angles is that of the pieces between.
+    fn meet_horizon(&mut self, p: DVec3, sign: f64) {
+        let first = *self.first.get_or_insert(p);
+        let angle = self.n.dot(first.cross(p)).atan2(first.dot(p));
+        self.sum += sign * angle;
+    }
+
+    /// Sine and cosine of the turn of a point of the rim.
+    fn turn(&self, p: DVec3) -> (f64, f64) {
+        let ([x, y, _], [a, b]) = (self.cone.axes, self.cone.tan);
+        let (c, s) = (p.dot(x) * b, p.dot(y) * a);
+        let length = c.hypot(s);
+        if length > 0.0 {
+            (s / length, c / length)
+        } else {
+            (0.0, 1.0)
+        }
+    }
+
+    /// The point of the rim at a turn.
+    fn at(&self, (s, c): (f64, f64)) -> DVec3 {
+        let ([x, y, z], [a, b]) = (self.cone.axes, self.cone.tan);
+        x * (a * c) + y * (b * s) + z
+    }
+
+    /// n·∫ w × dw/|w|² from one turn to another.
+    fn arc(&self, from: (f64, f64), to: (f64, f64), is_long: bool) -> f64 {
+        let ([a, b], [sec_a, sec_b], [nx, ny, nz]) = (self.cone.tan, self.sec, self.local);
+        let k = ((a - b) * (a + b)).sqrt();
+        let (ka, kb) = (k / sec_a, k / sec_b);
+        // artanh(k s/A)/(Ak) and arctan(k c/B)/(Bk); their series where k is nothing.
+        let along = |s: f64| match ka > 1e-8 {
+            true => (ka * s).atanh() / (sec_a * k),
+            false => s / (sec_a * sec_a),
+        };
+        let across = |c: f64| match kb > 1e-8 {
+            true => (kb * c).atan() / (sec_b * k),
+            false => c / (sec_b * sec_b),
+        };
+        let ((s0, c0), (s1, c1)) = (from, to);
+        let ([x0, y0], [x1, y1]) = ([sec_a * c0, sec_b * s0], [sec_a * c1, sec_b * s1]);
+        let mut turned = (x0 * y1 - y0 * x1).atan2(x0 * x1 + y0 * y1);
+        if turned < -CLOSE || (turned < CLOSE && is_long) {
+            turned += TAU;
+        }
+        let around = (a / sec_a) * (b / sec_b) * turned;
+        nz * around - nx * b * (along(s1) - along(s0)) + ny * a * (across(c1) - across(c0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_testkit::assert_close;
+
+    /// Corners in place of an arc: what they leave out is 2π²/3 over their square.
+    const CORNERS: usize = 1 << 10;
+
+    /// A straight cut of a disk, by the turns of its ends; what is left of it stays.
+    type Cut = Option<[f64; 2]>;
+
+    fn ellipse([c, u, v]: [DVec3; 3], turn: f64) -> DVec3 {
+        let (s, t) = turn.sin_cos();
+        c + u * t + v * s
+    }
+
+    /// By the sum over the boundary, and over a polygon of many corners.
+    fn both(shape: [DVec3; 3], n: DVec3, cut: Cut) -> [f64; 2] {
+        let [c, u, v] = shape;
+        let cone = EllipticCone::over(c, u, v).expect("a cone");
+        let mut part = PartOfCone::new(&cone, n);
+        let [from, to] = cut.unwrap_or([0.0, TAU]);
+        let turn = (to - from).rem_euclid(TAU);
+        let turn = if turn > 0.0 { turn } else { TAU };
+        if cut.is_some() {
+            let [a, b] = [from, to].map(|turn| ellipse(shape, turn));
+            part.add_segment(b, a);
+            part.add_arc(a, b, turn > PI);
+        } else {
+            part.add_rim();
+        }
+        #[allow(clippy::cast_precision_loss, reason = "few corners")]
+        let corner = |k: usize| ellipse(shape, from + turn * k as f64 / CORNERS as f64);
+        let corners: Vec<_> = (0..=CORNERS).map(corner).collect();
+        [part.irradiance(), polygon::irradiance(&corners, n)]
+    }
+
+    /// Parts above the horizon and cut by it, of circles and of narrow ellipses, about all turns.
+    #[test]
+    fn parts_are_the_limit_of_polygons() {
+        let at = DVec3::new;
+        let shapes = [
+            [at(0.3, 0.2, 1.5), at(0.5, 0.0, 0.0), at(0.0, 0.5, 0.0)],
+            [at(0.3, 0.2, 1.0), at(0.9, 0.1, -0.3), at(-0.2, 0.7, 0.5)],
+            [at(0.1, 0.0, 0.2), at(3.0, 0.0, 0.0), at(0.0, 2.0, 0.1)],
+            [at(1.0, 0.3, 0.4), at(0.0, 0.05, 0.0), at(0.0, 0.0, 0.9)],
+        ];
+        let normals = [
+            DVec3::Z,
+            at(0.9, 0.1, 0.3),
+            at(-0.8, 0.4, 0.2),
+            at(0.3, -0.9, 0.1),
+        ];
+        let turns = [0.0, 1.5, 3.3, 4.6];
+        let mut cut_by_horizon = 0;
+        for (shape, n) in shapes
+            .into_iter()
+            .flat_map(|s| normals.map(|n| (s, n.normalize())))
+        {
+            let pairs = turns
+                .iter()
+                .flat_map(|a| turns.iter().map(move |b| [*a, *b]));
+            let cuts = pairs.filter(|[a, b]| a != b).map(Some).chain([None]);
+            for cut in cuts {
+                let [sum, limit] = both(shape, n, cut);
+                #[allow(clippy::cast_precision_loss, reason = "few corners")]
+                let error = 20.0 / (CORNERS * CORNERS) as f64;
+                assert_close!(sum, limit, error, "what corners leave out");
+                let heights = (0..64).map(|k| n.dot(ellipse(shape, f64::from(k) * 0.1)));
+                let above = heights.filter(|h| *h > 0.0).count();
+                cut_by_horizon += usize::from(above > 0 && above < 63);
+            }
+        }
+        assert!(cut_by_horizon > 60, "{cut_by_horizon}");
+    }
+
+    /// Arcs without length, and all but without a gap, whichever side of each other rounding has
+    /// put their ends.
+    #[test]
+    fn arcs_whose_ends_meet_are_nothing_or_all() {
+        let shape = [DVec3::Z, DVec3::X, DVec3::Y * 0.5];
+        let cone = EllipticCone::over(shape[0], shape[1], shape[2]).expect("a cone");
+        for n in [DVec3::Z, DVec3::X, DVec3::new(0.8, 0.0, -0.6)] {
+            let mut whole = PartOfCone::new(&cone, n);
+            whole.add_rim();
+            for k in 0..40 {
+                let turn = f64::from(k) * 0.17;
+                for off in [-1e-15, 0.0, 1e-15] {
+                    let ends = [turn, turn + off].map(|turn| ellipse(shape, turn));
+                    for (is_long, want) in [(false, 0.0), (true, whole.irradiance())] {
+                        let mut part = PartOfCone::new(&cone, n);
+                        part.add_arc(ends[0], ends[1], is_long);
+                        let got = part.irradiance();
+                        assert_close!(got, want, 1e-13, "rounding");
+                    }
+                }
+            }
+        }
+    }
+}
