@@ -22,9 +22,11 @@
 mod bins;
 mod boundary;
 mod clip;
+mod disk;
 mod orient;
 
 pub use boundary::{BoundaryEdge, Penumbra};
+pub use disk::{DiskEdge, PartOnDisk};
 pub use orient::Point;
 
 #[cfg(test)]
