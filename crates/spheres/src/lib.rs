@@ -23,6 +23,7 @@
 
 mod along;
 mod chords;
+mod cone;
 mod cylinder;
 mod cylinder_lines;
 mod disk;
@@ -31,6 +32,7 @@ mod projected;
 mod sphere;
 
 pub use chords::{ChordMeasure, DiskChords};
+pub use cone::TransformedCone;
 pub use cylinder::{CylinderArea, CylinderView};
 pub use cylinder_lines::CylinderLines;
 pub use disk::DiskArea;

@@ -2,11 +2,11 @@
 //! not negative, numbers given back lie in [0, 1), and what is drawn with a positive density lies
 //! on the light.
 
-use linelit_geometry::{DVec3, Segment, intervals::Interval};
+use linelit_geometry::{DMat3, DVec3, Segment, intervals::Interval};
 use linelit_lights::{Cylinder, Disk, Measure, Pdf, PointSample, PointTechnique, Sphere};
 use linelit_spheres::{
     ChordMeasure, CylinderArea, CylinderLines, CylinderView, DiskArea, DiskChords, DiskCone,
-    SphereCap, SphereCone, SphereProjected,
+    SphereCap, SphereCone, SphereProjected, TransformedCone,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{hostile, hostile_direction, hostile_unit, hostile_vectors};
@@ -106,6 +106,20 @@ proptest! {
         let s = by_area.sample(u);
         density(s.pdf)?;
         density(by_area.pdf(q))?;
+        let columns = places.map(v);
+        let map = DMat3::from_cols(columns[0], columns[1], columns[2]);
+        for map in [map, DMat3::IDENTITY] {
+            if let Some(image) = TransformedCone::new(&disk, x, map) {
+                prop_assert!((0.0..=1.0).contains(&image.about_integral()), "{}", image.about_integral());
+                prop_assert!((0.0..=1.0).contains(&image.coverage()), "{}", image.coverage());
+                let (direction, pdf) = image.sample(u);
+                density(pdf)?;
+                density(image.pdf(direction))?;
+                density(image.pdf(v(n)))?;
+                numbers(Some(image.invert(direction)))?;
+                numbers(Some(image.invert(v(n))))?;
+            }
+        }
         let cone = DiskCone::new(&disk, x);
         density(cone.sample(u).pdf)?;
         density(cone.pdf(q))?;

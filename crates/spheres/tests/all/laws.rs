@@ -1,9 +1,11 @@
 //! The laws of what samples spheres and disks: χ² at a million samples, densities integrate to one,
 //! round trips; on ordinary, tiny, huge, grazing and far-from-origin lights.
 
-use linelit_geometry::{DVec3, Frame};
+use linelit_geometry::{DMat3, DVec3, Frame};
 use linelit_lights::{Disk, PointTechnique, Sphere};
-use linelit_spheres::{DiskArea, DiskCone, SphereCap, SphereCone, SphereProjected};
+use linelit_spheres::{
+    DiskArea, DiskCone, SphereCap, SphereCone, SphereProjected, TransformedCone,
+};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::quadrature::{gauss_kronrod, gauss_legendre};
 use linelit_testkit::rng::SplitMix64;
@@ -14,7 +16,7 @@ const RINGS: usize = 12;
 const SECTORS: usize = 8;
 const SAMPLES: u32 = 1_000_000;
 /// Techniques and lights of this file.
-const TESTS: usize = 30;
+const TESTS: usize = 42;
 
 /// Counts samples by two coordinates in [0, 1), which are uniform by area, and compares with the
 /// integral of the density per area. Returns p-value and total mass.
@@ -438,5 +440,77 @@ fn hostile_disks_stay_finite() {
             );
             assert!(cone.pdf(s.point).is_positive(), "{disk:?} {u:?}");
         }
+    }
+}
+
+/// Directions towards disks under maps, narrow ones and ones that lean: in the chart of the disk's
+/// area.
+#[test]
+fn disks_under_maps_obey_the_laws() {
+    let at = DVec3::new;
+    let disk = |center, normal: DVec3, radius| Disk {
+        center,
+        normal: normal.normalize(),
+        radius,
+    };
+    let far = at(1e3, -2e3, 3e3);
+    let disks = [
+        (
+            "overhead",
+            DVec3::ZERO,
+            disk(at(0.0, 0.0, 2.0), DVec3::Z, 1.0),
+        ),
+        (
+            "beside",
+            far,
+            disk(far + at(1.0, -0.7, 0.9), at(0.3, 0.4, -1.0), 0.5),
+        ),
+        (
+            "small",
+            DVec3::ZERO,
+            disk(at(0.4, 0.2, 1.0), at(0.5, 0.1, -1.0), 1e-3),
+        ),
+        ("close", DVec3::ZERO, disk(at(0.3, 0.0, 0.2), DVec3::Z, 1.0)),
+    ];
+    let maps = [
+        DMat3::IDENTITY,
+        DMat3::from_diagonal(at(0.3, 0.2, 1.0)),
+        DMat3::from_cols(at(0.4, 0.0, 0.1), at(0.0, 0.3, 0.0), at(-0.8, 0.2, 1.0)),
+    ];
+    let mut rng = SplitMix64::new(29);
+    for ((name, x, disk), map) in disks.into_iter().flat_map(|d| maps.map(|m| (d, m))) {
+        let image = TransformedCone::new(&disk, x, map).expect("an image");
+        let by_area = DiskArea::new(&disk);
+        let hit = |w: DVec3| {
+            let to = disk.center - x;
+            x + w * (to.dot(disk.normal) / w.dot(disk.normal))
+        };
+        for _ in 0..10_000 {
+            let u = [rng.next_f64(), rng.next_f64()];
+            let (w, pdf) = image.sample(u);
+            // ε of the direction over the small disk's width, 1e-3, and the map's condition.
+            let again = image.pdf(w).value();
+            assert!(
+                (again / pdf.value() - 1.0).abs() < 1e-10,
+                "{name}: {pdf:?} {again}"
+            );
+            let back = image.invert(w);
+            let turn = (back[0] - u[0]).abs();
+            let off = (turn.min(1.0 - turn) * u[1].sqrt()).max((back[1] - u[1]).abs());
+            assert!(off < 1e-10, "{name}: {u:?} {back:?}");
+        }
+        let (p, mass) = fit(
+            disk.area(),
+            |u| by_area.invert(hit(image.sample(u).0)).unwrap_or([0.0; 2]),
+            |u| {
+                let v = by_area.sample(u).point - x;
+                let cosine = disk.normal.dot(v.normalize()).abs();
+                let pdf = image.pdf(v.normalize());
+                pdf.to_area(v.length_squared(), cosine).value()
+            },
+        );
+        assert!(p > sidak(0.01, TESTS), "{name}, {map:?}: p = {p:e}");
+        // The density has kinks between its pieces.
+        assert!((mass - 1.0).abs() < 1e-3, "{name}, {map:?}: {mass}");
     }
 }

@@ -1,0 +1,129 @@
+//! Directions towards disks that follow linearly transformed cosines.
+
+use core::f64::consts::{PI, TAU};
+use linelit_geometry::finite::{below_one, fraction};
+use linelit_geometry::{DMat3, DVec3, EllipticCone, Frame};
+use linelit_lights::{Disk, Pdf, SolidAngle};
+
+/// The least tangent of a half angle in an image, and the least ratio of its two.
+const LEAST: f64 = 1e-6;
+
+/// Samples the directions in which a disk is seen, by a linearly transformed cosine.
+///
+/// **Formula**: under M⁻¹ the directions are a cone over an ellipse, with a and b the tangents of
+/// its half angles. A further linear map makes it a circular one about z, of tangent √(ab), in
+/// which directions are drawn by the projected solid angle. With ω a direction, c = N⁻¹ω and N both
+/// maps in one, the density is
+///
+/// ```text
+/// c.z |det N⁻¹|/(|c|⁴ π sin² θ),    tan² θ = ab
+/// ```
+///
+/// Where the disk covers the whole lobe that is the transformed cosine itself, and where the disk is
+/// small, uniform in the solid angle.
+///
+/// **Domain**: M takes cosine space (z the axis of the cosine) to the world; what of the image is
+/// below the horizon is drawn as well. No sampler of a disk that is seen from its plane, or smaller
+/// than 1e-6 of its distance in the image, where directions would have too few digits.
+///
+/// ```
+/// use linelit_geometry::{DMat3, DVec3};
+/// use linelit_lights::Disk;
+/// use linelit_spheres::TransformedCone;
+/// let disk = Disk { center: DVec3::Z, normal: DVec3::Z, radius: 0.5 };
+/// // A lobe a fifth as wide as the cosine.
+/// let map = DMat3::from_diagonal(DVec3::new(0.2, 0.2, 1.0));
+/// let cone = TransformedCone::new(&disk, DVec3::ZERO, map).unwrap();
+/// let (direction, pdf) = cone.sample([0.3, 0.7]);
+/// assert!((cone.pdf(direction).value() / pdf.value() - 1.0).abs() < 1e-13);
+/// assert!((cone.invert(direction)[1] - 0.7).abs() < 1e-13);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct TransformedCone {
+    /// N.
+    map: DMat3,
+    inverse: DMat3,
+    /// sin² θ.
+    square: f64,
+    /// |det N⁻¹|/(π sin² θ).
+    scale: f64,
+    integral: f64,
+}
+
+impl TransformedCone {
+    /// The per-light part for the shading point `x` and a map.
+    #[must_use]
+    pub fn new(disk: &Disk, x: DVec3, map: DMat3) -> Option<Self> {
+        let to_cosine = map.inverse();
+        let determinant = map.determinant().abs();
+        let frame = Frame::from_normal(disk.normal);
+        let [u, v] = [frame.x, frame.y].map(|axis| to_cosine * (axis * disk.radius));
+        let cone = EllipticCone::over(to_cosine * (disk.center - x), u, v)?;
+        let ([a, b], [first, second, axis]) = (cone.tan, cone.axes);
+        if !(b > LEAST && b > LEAST * a) {
+            return None;
+        }
+        let tan = (a * b).sqrt();
+        let [wider, narrower] = [a / tan, b / tan];
+        let columns = DMat3::from_cols(first * wider, second * narrower, axis);
+        let rows = DMat3::from_cols(first / wider, second / narrower, axis).transpose();
+        let square = a * b / (1.0 + a * b);
+        // The second map's determinant is one.
+        let scale = 1.0 / (determinant * PI * square);
+        let inverse = rows * to_cosine;
+        let usable = scale > 0.0 && scale.is_finite() && inverse.is_finite();
+        let sines = (a * b) / ((1.0 + a * a) * (1.0 + b * b)).sqrt();
+        usable.then_some(Self {
+            map: map * columns,
+            inverse,
+            square,
+            scale,
+            integral: fraction(axis.z * sines),
+        })
+    }
+
+    /// What the disk takes of the transformed cosine, from 0 to 1, if its image is all above the
+    /// horizon; about that where it is cut.
+    #[must_use]
+    pub const fn about_integral(&self) -> f64 {
+        self.integral
+    }
+
+    /// The share of a cosine lobe that a cone like the image takes, sin² θ: near one where the disk
+    /// reaches far into the lobe's tails.
+    #[must_use]
+    pub const fn coverage(&self) -> f64 {
+        self.square
+    }
+
+    /// A unit direction, and its density.
+    #[must_use]
+    pub fn sample(&self, u: [f64; 2]) -> (DVec3, Pdf<SolidAngle>) {
+        let (s, c) = (TAU * u[0]).sin_cos();
+        let square = self.square * fraction(u[1]);
+        let sine = square.sqrt();
+        let z = (1.0 - square).sqrt();
+        let to_light = self.map * DVec3::new(sine * c, sine * s, z);
+        let length = to_light.length();
+        let cube = length * length * length;
+        (to_light / length, Pdf::new(self.scale * z * cube))
+    }
+
+    /// The density of a unit direction in which the disk is seen.
+    #[must_use]
+    pub fn pdf(&self, direction: DVec3) -> Pdf<SolidAngle> {
+        let c = self.inverse * direction;
+        let square = c.length_squared();
+        Pdf::new(self.scale * c.z / (square * square))
+    }
+
+    /// The random numbers that give a direction in which the disk is seen.
+    #[must_use]
+    pub fn invert(&self, direction: DVec3) -> [f64; 2] {
+        let c = self.inverse * direction;
+        let across = c.x * c.x + c.y * c.y;
+        let turn = c.y.atan2(c.x) / TAU;
+        let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+        [turn, across / (c.length_squared() * self.square)].map(below_one)
+    }
+}
