@@ -8,7 +8,7 @@ use crate::techniques::{lines::LineFamily, points::PointSource};
 use crate::transformed::{CosinePieces, Fit};
 use crate::{PlanCounters, SegmentCounters};
 use linelit_geometry::Segment;
-use linelit_penumbra::Penumbra;
+use linelit_penumbra::{PartOnDisk, Penumbra};
 use linelit_spheres::{CylinderLines, DiskChords};
 use linelit_visibility::{Scratch, VisibleLines};
 
@@ -37,6 +37,7 @@ pub struct SampleBuffers {
     /// Lines as they are seen on an outline.
     pub(crate) outlined: Vec<Segment>,
     pub(crate) penumbra: Penumbra,
+    pub(crate) on_disk: PartOnDisk,
     pub(crate) fit: Fit,
     pub(crate) pieces: CosinePieces,
 }

@@ -3,7 +3,8 @@
 use crate::light::even_emission;
 use crate::line_sum::Along;
 use crate::round::RoundView;
-use crate::{EmissionTexture, PlanCounters, Query, ShadingPoint};
+use crate::seen_disk::SeenDisk;
+use crate::{EmissionTexture, PlanCounters, Query, SampleBuffers, ShadingPoint};
 use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, Disk, LinearLight};
@@ -11,7 +12,7 @@ use linelit_shading::{
     batch, cylinder, horizon, phong, phong_polygon, polygon, quadrature, spherical_gaussian,
 };
 use linelit_spheres::{CylinderView, DiskCone, SphereProjected};
-use linelit_visibility::ShaftClass;
+use linelit_visibility::{Shaft, ShaftClass};
 
 /// The relative accuracy of closed forms where nobody asks for another: an image of `f32` shows no
 /// more.
@@ -157,6 +158,24 @@ pub(crate) fn whole_cylinder<R>(
         let projected = point.normal.dot(view.vector_irradiance()).max(0.0);
         radiance * reflection.diffuse.value() * projected
     })
+}
+
+/// Light of what is visible of a round light, of what it sends to the shading point, on a diffuse
+/// surface: Lambert's sum over the boundary. `None` where that does not tell.
+pub(crate) fn visible_round<R>(
+    view: &RoundView,
+    emitted: DVec3,
+    point: &ShadingPoint<R>,
+    reflection: &ClosedForm<'_>,
+    shaft: &Shaft<'_>,
+    buffers: &mut SampleBuffers,
+) -> Option<DVec3> {
+    let SampleBuffers {
+        penumbra, on_disk, ..
+    } = buffers;
+    let seen = SeenDisk::new(view, point, shaft, penumbra, on_disk)?;
+    let flat = seen.irradiance(|p| p, point.normal)?;
+    Some(emitted * reflection.diffuse.value() * flat)
 }
 
 /// ∫ f_r cos θ dω over a convex polygon relative to the shading point, to a tolerance relative to

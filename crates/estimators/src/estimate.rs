@@ -4,14 +4,14 @@ use crate::line_sum::{self, Along};
 use crate::strategy::{self, Strategy};
 use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
-use crate::techniques::points::round::RoundPoints;
+use crate::techniques::points::round::{RoundPoints, Viewer};
 use crate::{
-    Buffers, EmissionTexture, LinearOptions, Lines, PointBy, Query, Technique, combination, linear,
+    Buffers, EmissionTexture, LinearOptions, Lines, Points, Query, Technique, combination, linear,
     point_sum,
 };
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
-use linelit_lights::{AreaLight, CylinderLight, Light, LinearLight};
+use linelit_lights::{AreaLight, CylinderLight, Disk, Light, LinearLight, Sphere};
 use linelit_spheres::CylinderView;
 
 /// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
@@ -23,22 +23,15 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     buffers: &mut Buffers,
 ) -> DVec3 {
-    let (x, n) = (query.point.position, query.point.normal);
     match query.light.light {
         Light::Area(light) => on_area(query, light, buffers),
         Light::Linear(light) => on_line(query, light, buffers),
         Light::Sphere(light) => match by_rays(query) {
-            Some(by) => point_techniques! { dispatch [by, technique => {
-                let source = technique.on_sphere(&light.sphere, x, n);
-                point_sum::on_surface_by_rays(query, &light.sphere, &source, buffers)
-            }] },
+            Some(points) => points_of_sphere(query, &light.sphere, points, buffers),
             None => combination::on_round(query, buffers),
         },
         Light::Disk(light) => match by_rays(query) {
-            Some(by) => point_techniques! { dispatch [by, technique => {
-                let source = technique.on_disk(&light.disk, x, n);
-                point_sum::on_surface_by_rays(query, &light.disk, &source, buffers)
-            }] },
+            Some(points) => points_of_disk(query, &light.disk, points, buffers),
             None => combination::on_round(query, buffers),
         },
         Light::Cylinder(light) => on_cylinder(query, light, buffers),
@@ -46,9 +39,9 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
 }
 
 /// The technique of points with a shadow ray each, if the estimator is that alone.
-fn by_rays<R, T>(query: &Query<'_, R, T>) -> Option<PointBy> {
+fn by_rays<R, T>(query: &Query<'_, R, T>) -> Option<Points> {
     match query.estimator.alone() {
-        Some(Technique::Points(points)) if !points.in_shaft => Some(points.by),
+        Some(Technique::Points(points)) if !points.in_shaft => Some(*points),
         Some(Technique::Points(_) | Technique::Lines(_)) | None => None,
     }
 }
@@ -63,12 +56,44 @@ fn on_cylinder<R: Reflection, T: EmissionTexture>(
         return DVec3::ZERO;
     };
     match by_rays(query) {
-        Some(by) => {
-            let source = Some(RoundPoints::on_cylinder(by, &view, &query.point.horizons()));
+        Some(points) => {
+            let source = Some(RoundPoints::on_cylinder(
+                points.by,
+                &view,
+                &query.point.horizons(),
+            ));
             point_sum::on_surface_by_rays(query, &view, &source, buffers)
         }
         None => combination::on_cylinder(query, light, &view, buffers),
     }
+}
+
+fn points_of_sphere<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    sphere: &Sphere,
+    points: Points,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    let cosines = query.cosines_for([&points.into()]);
+    let viewer = Viewer::new(query.point, cosines.as_ref());
+    point_techniques! { dispatch [points.by, technique => {
+        let source = technique.on_sphere(sphere, &viewer);
+        point_sum::on_surface_by_rays(query, sphere, &source, buffers)
+    }] }
+}
+
+fn points_of_disk<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    disk: &Disk,
+    points: Points,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    let cosines = query.cosines_for([&points.into()]);
+    let viewer = Viewer::new(query.point, cosines.as_ref());
+    point_techniques! { dispatch [points.by, technique => {
+        let source = technique.on_disk(disk, &viewer);
+        point_sum::on_surface_by_rays(query, disk, &source, buffers)
+    }] }
 }
 
 fn on_area<R: Reflection, T: EmissionTexture>(

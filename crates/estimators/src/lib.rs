@@ -18,6 +18,7 @@ mod point_sum;
 mod query;
 mod reference;
 mod round;
+mod seen_disk;
 mod strategy;
 pub mod streams;
 mod techniques;

@@ -231,6 +231,8 @@ fn exact(light: LightKind, known: Known) -> Method {
     match (light, known.closed, known.cosines) {
         (LightKind::Polygon, Closed::Diffuse | Closed::OverPolygons, _) => Method::OverVisible,
         (LightKind::Polygon, Closed::Nowhere, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
+        (LightKind::Sphere | LightKind::Disk, Closed::Diffuse, _) => Method::OverVisible,
+        (LightKind::Sphere | LightKind::Disk, _, Cosines::Flat | Cosines::Lobes) => Method::Cosines,
         _ => analytic(light, known),
     }
 }
@@ -277,10 +279,8 @@ impl Technique {
                         cosines: Cosines::Unknown,
                         ..known
                     }),
-                    LightKind::Linear
-                    | LightKind::Sphere
-                    | LightKind::Disk
-                    | LightKind::Cylinder => analytic(light, known),
+                    LightKind::Sphere | LightKind::Disk => exact(light, known),
+                    LightKind::Linear | LightKind::Cylinder => analytic(light, known),
                 },
             },
         }
@@ -301,7 +301,9 @@ impl PointBy {
                 Self::Area
             }
             Self::Texture if light == LightKind::Polygon => Self::Area,
-            Self::Ltc if !polygon || known.cosines < Cosines::Lobes => Self::SolidAngle,
+            Self::Ltc if light == LightKind::Cylinder || known.cosines < Cosines::Lobes => {
+                Self::SolidAngle
+            }
             Self::Texture | Self::Proxy if !polygon => Self::SolidAngle,
             Self::Linear(_) => Self::SolidAngle,
             Self::Area

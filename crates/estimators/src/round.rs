@@ -7,11 +7,11 @@
 //! nothing is asked about the disk, and each point of the sphere has a shadow ray.
 
 use crate::light::{Shape, on_plane};
-use crate::techniques::points::round::RoundPoints;
+use crate::techniques::points::round::{RoundPoints, Viewer};
 use crate::techniques::points::{DrawPoints, Drawn, LightPoint, PointDensity};
 use crate::techniques::{point_techniques, points::area::Area};
 use crate::{PointBy, ShadingPoint};
-use linelit_bsdf::Reflection;
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, Frame, Segment, Triangle};
 use linelit_lights::{Disk, Emission, Light, Sphere};
 use linelit_spheres::DiskArea;
@@ -53,14 +53,24 @@ impl RoundView {
     }
 
     /// What a technique draws from.
-    pub(crate) fn points(&self, by: PointBy, n: DVec3) -> RoundPoints {
-        let (disk, x) = (&self.disk, self.x);
+    pub(crate) fn points(
+        &self,
+        by: PointBy,
+        normal: DVec3,
+        cosines: Option<&TransformedCosines>,
+    ) -> RoundPoints {
+        let disk = &self.disk;
+        let viewer = &Viewer {
+            position: self.x,
+            normal,
+            cosines,
+        };
         match &self.sphere {
             Some(sphere) => point_techniques! { dispatch [by, technique => {
-                technique.on_sphere(sphere, x, n).or_else(|| Area.on_sphere(sphere, x, n))
+                technique.on_sphere(sphere, viewer).or_else(|| Area.on_sphere(sphere, viewer))
             }] },
             None => point_techniques! { dispatch [by, technique => {
-                technique.on_disk(disk, x, n).or_else(|| Area.on_disk(disk, x, n))
+                technique.on_disk(disk, viewer).or_else(|| Area.on_disk(disk, viewer))
             }] },
         }
         .unwrap_or_else(|| DiskArea::new(disk).into())
@@ -69,15 +79,8 @@ impl RoundView {
     /// Corners of a regular polygon around the disk.
     pub(crate) fn corners(&self, disk: &Disk) -> [DVec3; CORNERS] {
         let frame = Frame::from_normal(disk.normal);
-        #[allow(clippy::cast_precision_loss, reason = "few corners")]
-        let turn = TAU / CORNERS as f64;
-        // A little more than around: the rim is rounded.
-        let radius = disk.radius / (0.5 * turn).cos() * (1.0 + 1e-9);
-        std::array::from_fn(|k| {
-            #[allow(clippy::cast_precision_loss, reason = "few corners")]
-            let (s, c) = (turn * k as f64).sin_cos();
-            disk.center + (frame.x * c + frame.y * s) * radius
-        })
+        let radius = around_circle(disk.radius);
+        turns().map(|(s, c)| disk.center + (frame.x * c + frame.y * s) * radius)
     }
 
     /// The point of the disk that is seen in the direction of a point of the light; `None` where it
@@ -154,8 +157,21 @@ impl RoundView {
     }
 }
 
+/// Sines and cosines of the turns of a regular polygon's corners.
+#[allow(clippy::cast_precision_loss, reason = "few corners")]
+pub(crate) fn turns() -> [(f64, f64); CORNERS] {
+    std::array::from_fn(|k| (TAU / CORNERS as f64 * k as f64).sin_cos())
+}
+
+/// How far the corners of such a polygon around a circle are from its centre: a little more than
+/// around, since the rim is rounded.
+#[allow(clippy::cast_precision_loss, reason = "few corners")]
+pub(crate) fn around_circle(radius: f64) -> f64 {
+    radius / (0.5 * (TAU / CORNERS as f64)).cos() * (1.0 + 1e-9)
+}
+
 /// The circle in which the cone from `x` touches a sphere.
-fn outline(sphere: &Sphere, x: DVec3) -> Option<Disk> {
+pub(crate) fn outline(sphere: &Sphere, x: DVec3) -> Option<Disk> {
     let to_x = x - sphere.center;
     let distance = to_x.length();
     if !(distance > sphere.radius && distance < f64::INFINITY) {

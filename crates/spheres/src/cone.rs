@@ -19,7 +19,7 @@ const LEAST: f64 = 1e-6;
 /// c.z |det N⁻¹|/(|c|⁴ π sin² θ),    tan² θ = ab
 /// ```
 ///
-/// Where the disk covers the whole lobe that is the transformed cosine itself, and where the disk is
+/// Where the disk covers the whole lobe that is the transformed cosine itself, and where it is
 /// small, uniform in the solid angle.
 ///
 /// **Domain**: M takes cosine space (z the axis of the cosine) to the world; what of the image is

@@ -6,6 +6,7 @@ use crate::round::{RoundSource, RoundView};
 use crate::techniques::lines::{DrawLines, LineFamily};
 use crate::techniques::points::{DrawPoints, LightPoint, PointSource, Polygon};
 use crate::{EmissionTexture, Lines, PointBy};
+use linelit_bsdf::TransformedCosines;
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::LineSample;
 use linelit_spheres::DiskChords;
@@ -47,6 +48,8 @@ pub(super) struct RoundPart {
     pub view: RoundView,
     /// The normals of the horizons, the shading normal first.
     pub horizons: [DVec3; 2],
+    /// What the point reflects, if that is known and a technique asks for it.
+    pub cosines: Option<TransformedCosines>,
     /// Whether lines may be asked for their visible parts.
     pub by_lines: bool,
 }
@@ -71,7 +74,9 @@ impl Domain for RoundPart {
 
     fn points(&self, by: PointBy) -> RoundSource {
         RoundSource {
-            points: self.view.points(by, self.horizons[0]),
+            points: self
+                .view
+                .points(by, self.horizons[0], self.cosines.as_ref()),
             view: self.view,
         }
     }

@@ -4,9 +4,10 @@ use super::domain::RoundPart;
 use super::smooth::Smooth;
 use super::visibility::Visibility;
 use super::{Combination, sum};
-use crate::closed_form::whole_round;
+use crate::closed_form::{visible_round, whole_round};
 use crate::light::Shape;
 use crate::round::{CORNERS, RoundView};
+use crate::transformed::visible_round_light;
 use crate::{
     Buffers, EmissionTexture, LineDirection, Lines, Queries, Query, SampleBuffers, Stream,
 };
@@ -37,6 +38,7 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     let part = RoundPart {
         view,
         horizons: [point.normal, point.geometric_normal],
+        cosines: query.cosines_for(query.estimator.parts().map(|part| &part.technique)),
         by_lines: view.is_told_by(&shaft),
     };
     samples.plan.unoccluded += u64::from(class == ShaftClass::Empty);
@@ -95,8 +97,9 @@ fn weighted<R: Reflection, T: EmissionTexture>(
     sum
 }
 
-/// The light in closed form, of all of the light or along chords, if the estimator takes it and the
-/// reflection has one.
+/// The light in closed form, over what is visible or along chords, if the estimator takes it and
+/// the reflection has one; alone, also that of the transformed cosines which the reflection looks
+/// like, with points for the difference.
 fn closed<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     part: &RoundPart,
@@ -104,16 +107,35 @@ fn closed<R: Reflection, T: EmissionTexture>(
     shaft: &mut Shaft<'_>,
     samples: &mut SampleBuffers,
 ) -> Option<DVec3> {
-    let (lines, _, count) = query.estimator.closed(query.samples)?;
-    let reflection = query.light.closed_form(query.point)?;
+    let (lines, integration, count) = query.estimator.closed(query.samples)?;
+    let reflection = query.light.closed_form(query.point);
     if query.skip
         && shaft.class() == ShaftClass::Empty
-        && let Some(value) = whole_round(&part.view, emission.0, query.point, &reflection)
+        && let Some(reflection) = &reflection
+        && let Some(value) = whole_round(&part.view, emission.0, query.point, reflection)
     {
         samples.plan.closed_form += 1;
         return Some(value);
     }
     let query = query.with_samples(count);
+    let partial = u64::from(shaft.class() == ShaftClass::Partial);
+    if integration.is_exact(shaft, count)
+        && (reflection.is_some() || query.estimator.alone().is_some())
+    {
+        let (view, sent) = (&part.view, emission.0);
+        let value = match &reflection {
+            Some(reflection) if reflection.is_diffuse() => {
+                visible_round(view, sent, query.point, reflection, shaft, samples)
+            }
+            _ => visible_round_light(&query, view, sent, shaft, samples),
+        };
+        if value.is_some() {
+            samples.plan.exact_penumbrae += partial;
+            return value;
+        }
+        samples.plan.exact_fallbacks += partial;
+    }
+    let reflection = reflection?;
     let sum = along_chords(
         &query,
         part,

@@ -3,8 +3,9 @@
 
 mod lines;
 mod pieces;
+mod round;
 
-use crate::light::even_emission;
+use crate::light::{Shape, even_emission};
 use crate::techniques::integrals::exact::{CORNERS, Seen};
 use crate::techniques::points::DrawPoints;
 use crate::techniques::points::ltc::Lobes;
@@ -17,6 +18,7 @@ use linelit_shading::polygon;
 use linelit_visibility::{Shaft, ShaftClass};
 use lines::CosineLines;
 pub(crate) use pieces::CosinePieces;
+pub(crate) use round::visible_round_light;
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Lambert's sum over the boundary is good to 1e-8 for lights whose area is larger than this times
@@ -49,8 +51,8 @@ impl Default for Fit {
 }
 
 impl Fit {
-    fn set(&mut self, cosines: &TransformedCosines, light: &ConvexPolygon, x: DVec3) {
-        self.is_small = light.area() < SMALL * light.vertices()[0].distance_squared(x);
+    fn set(&mut self, cosines: &TransformedCosines, is_small: bool) {
+        self.is_small = is_small;
         (self.frame, self.diffuse) = (cosines.frame, cosines.diffuse);
         self.lobes.clear();
         let lobes = cosines.lobes().iter();
@@ -120,6 +122,11 @@ impl Fit {
     }
 }
 
+/// Whether a light is too small for sums over its edges.
+fn is_small(light: &ConvexPolygon, x: DVec3) -> bool {
+    light.area() < SMALL * light.vertices()[0].distance_squared(x)
+}
+
 /// The light that a reflection f cos which looks like g sends of what is visible of an area light
 /// of one radiance, through a shaft that keeps what stands between: ∫ V g dω in closed form, and
 /// of the samples the mean of V (f cos − g)/p.
@@ -139,10 +146,11 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
         .bsdf
         .transformed_cosines(point.outgoing, point.normal)?;
     let SampleBuffers { fit, penumbra, .. } = buffers;
-    fit.set(&cosines, &area.polygon, point.position);
+    let light = &area.polygon;
+    fit.set(&cosines, is_small(light, point.position));
     let mut sum = DVec3::ZERO;
     if shaft.class() == ShaftClass::Empty {
-        if let Some(above) = area.polygon.clip(point.position, point.geometric_normal) {
+        if let Some(above) = light.clip(point.position, point.geometric_normal) {
             let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
             let vertices = above.relative_to(point.position, &mut relative);
             sum = fit.over_convex(vertices);
@@ -153,10 +161,24 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
             sum = fit.over(&seen);
         }
     }
-    let lobes = Lobes::new(&area.polygon, point.position, &cosines);
+    let lobes = Lobes::new(light, point.position, &cosines);
+    sum += differences(query, light, &lobes, fit, shaft);
+    Some(emitted * sum)
+}
+
+/// The mean of V (f cos − g)/p over the samples of a query.
+fn differences<R: Reflection, T: EmissionTexture, S: Shape>(
+    query: &Query<'_, R, T>,
+    light: &S,
+    lobes: &impl DrawPoints<S>,
+    fit: &Fit,
+    shaft: &mut Shaft<'_>,
+) -> DVec3 {
+    let point = query.point;
     let (numbers, share) = (query.numbers(), 1.0 / f64::from(query.samples));
+    let mut sum = DVec3::ZERO;
     for i in 0..query.samples {
-        let drawn = lobes.draw(numbers.get_2d(i), &area.polygon, point);
+        let drawn = lobes.draw(numbers.get_2d(i), light, point);
         let Some((at, density)) = drawn.filter(|(_, density)| *density > 0.0) else {
             continue;
         };
@@ -167,7 +189,7 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
             sum += (f * cosine - g) * (share / density);
         }
     }
-    Some(emitted * sum)
+    sum
 }
 
 /// The same light by lines, where the shaft keeps too much for the boundary of what is visible, or
@@ -196,7 +218,7 @@ pub(crate) fn along_lines<R: Reflection, T: EmissionTexture>(
         plan,
         ..
     } = buffers;
-    fit.set(&cosines, polygon, x);
+    fit.set(&cosines, is_small(polygon, x));
     let fraction = match options.direction {
         LineDirection::Fixed(fraction) => fraction,
         LineDirection::Parallel | LineDirection::Spread(_) => {

@@ -1,6 +1,7 @@
 //! Spheres and disks: closed forms, and what reaches into a sphere.
 
-use linelit_bsdf::{Bsdf, Lambert, Phong, Reflection};
+use linelit_bsdf::microfacet::TrowbridgeReitz;
+use linelit_bsdf::{Bsdf, Fresnel, Lambert, Layers, Lobe, Phong, Reflection, Reflector};
 use linelit_estimators::estimate;
 use linelit_estimators::{Buffers, LightSource, NoTexture, Query, RandomNumbers, ShadingPoint};
 use linelit_geometry::DVec3;
@@ -173,7 +174,7 @@ const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
     ),
 ];
 
-const TEXTS: [&str; 13] = [
+const TEXTS: [&str; 15] = [
     "line-area",
     "line-solid-angle",
     "line-projected",
@@ -181,6 +182,8 @@ const TEXTS: [&str; 13] = [
     "line-analytic",
     "exact",
     "hybrid",
+    "point-ltc[visibility=shaft]",
+    "point-ltc+point-bsdf",
     "point-solid-angle[visibility=shaft]",
     "point-solid-angle+point-bsdf",
     "line-solid-angle+point-bsdf",
@@ -263,5 +266,128 @@ fn horizons_cut_round_lights() {
             let (got, _) = estimates(&nothing(), &light, &point, text, 4, 0..4);
             assert!(got.mean() == 0.0, "{text}: {got:?} of {light:?}");
         }
+    }
+}
+
+/// A rough conductor, alone: its lobe is drawn by without any other density.
+fn rough(alpha: f64) -> Bsdf {
+    let mut layers = Layers::new(DVec3::X);
+    let lobe = Reflector {
+        reflectance: DVec3::ONE,
+        facets: TrowbridgeReitz::isotropic(alpha),
+        fresnel: Fresnel::Schlick {
+            f0: DVec3::splat(0.6),
+            f90: 1.0,
+        },
+    };
+    assert!(layers.add(DVec3::ONE, Lobe::Reflector(lobe)));
+    Bsdf::Layers(layers)
+}
+
+/// Rectangles that hide about half of the lights, cross their rims, and touch each other on them.
+const BEFORE: [Rectangle; 4] = [
+    ([-0.1, 0.1], [-3.0, 0.125], 0.5),
+    ([0.1, 0.5], [0.0, 0.25], 0.5),
+    ([-0.75, -0.25], [-0.25, 0.5], 0.375),
+    ([0.25, 0.375], [-0.5, -0.125], 0.625),
+];
+
+/// What is visible behind occluders in closed form: of large and small lights, above the horizon
+/// and cut by one or two, seen from before and behind, on diffuse surfaces and rough ones.
+#[test]
+fn what_is_visible_is_that_of_points() {
+    let tilted = DVec3::new(0.6, 0.0, 0.8);
+    let mut two_sided = disk([0.1, 0.2, 1.5], [0.2, 0.1, 1.0], 0.75);
+    if let Light::Disk(light) = &mut two_sided {
+        light.emission.two_sided = true;
+    }
+    let lights = [
+        sphere([0.1, 0.2, 1.5], 0.5),
+        sphere([0.1, 0.2, 50.0], 20.0),
+        sphere([0.1, 0.0, 1.5], 2e-3),
+        sphere([1.25, 0.1, 0.25], 0.75),
+        disk([0.1, 0.2, 1.5], [0.0, 0.0, -1.0], 0.5),
+        disk([0.1, 0.2, 1.0], [0.0, 0.0, -1.0], 30.0),
+        disk([1.0, 0.1, 0.25], [-1.0, 0.1, 0.1], 0.75),
+        disk([0.1, 0.2, 1.5], [0.0, 0.999, -0.04], 0.5),
+        two_sided,
+    ];
+    let bsdfs = [Bsdf::Lambert(matte()), rough(0.4), rough(0.1), glossy()];
+    let bound = critical_z(sidak(1e-4, lights.len() * bsdfs.len() * 4 * 3));
+    for (light, bsdf) in lights
+        .iter()
+        .flat_map(|l| bsdfs.iter().map(move |b| (l, b)))
+    {
+        for (before, normal) in [(0, DVec3::Z), (4, DVec3::Z), (0, tilted), (4, tilted)] {
+            let occluders = rectangles(&BEFORE[..before]);
+            let wo = DVec3::new(-0.6, 0.0, 0.8);
+            let mut point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, wo, *bsdf);
+            point.normal = normal;
+            let of =
+                |text, samples, seeds| estimates(&occluders, light, &point, text, samples, seeds);
+            let (want, _) = of("point-solid-angle", 512, 1000..1064);
+            for text in ["exact", "hybrid", "point-ltc"] {
+                let (got, buffers) = of(text, 32, 0..128);
+                let what = format!("{text} of {light:?} on {bsdf:?}, {before} before, {normal}");
+                let plan = &buffers.samples.plan;
+                assert_eq!(plan.exact_fallbacks, 0, "{what}");
+                let diffuse = matches!(bsdf, Bsdf::Lambert(_));
+                if text == "exact" && diffuse {
+                    // Rounding over the square of the smallest light's width, 1.3e-3.
+                    assert!(
+                        got.variance().sqrt() <= 1e-9 * got.mean(),
+                        "{what}: {got:?}"
+                    );
+                }
+                let z = z_score_two(&got, &want);
+                assert!(z.abs() < bound, "{what}: z {z}, {got:?} for {want:?}");
+            }
+        }
+    }
+}
+
+/// Lights too small, or seen too flatly, for sums over boundaries: as along chords.
+#[test]
+fn tiny_and_flat_lights_are_handed_to_lines() {
+    let occluders = rectangles(&[([0.0, 3.0], WIDE, 0.5)]);
+    let lights = [
+        sphere([0.0, 0.0, 1.5], 1e-5),
+        disk([1.0, 0.0, 1e-6], [0.0, 0.0, -1.0], 0.5),
+    ];
+    for light in lights {
+        for bsdf in [Bsdf::Lambert(matte()), rough(0.3)] {
+            let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, DVec3::Z, bsdf);
+            let [exact, lines] = ["exact", "line-analytic"].map(|text| {
+                let (values, _) = estimates(&occluders, &light, &point, text, 8, 0..8);
+                values.mean()
+            });
+            assert_eq!(
+                exact.to_bits(),
+                lines.to_bits(),
+                "{light:?}: {exact} {lines}"
+            );
+        }
+    }
+}
+
+/// On a rough conductor, from four samples: across a penumbra the standard deviation is less than
+/// 2 % of the light, and its square a fiftieth of that of lines. (Where the light is seen as a
+/// whole, stratified points leave next to nothing of a smooth difference.)
+#[test]
+fn penumbrae_of_spheres_are_as_smooth_as_light() {
+    let light = sphere([0.3, 0.0, 2.0], 0.3);
+    let occluders = rectangles(&[([-3.0, 0.3], WIDE, 1.0)]);
+    for alpha in [0.05, 0.1, 0.2, 0.5] {
+        let [mut exact, mut lines, mut square] = [0.0; 3];
+        for i in 0..12 {
+            let x = DVec3::X * (0.1 + 0.04 * f64::from(i));
+            let point = ShadingPoint::new(x, DVec3::Z, DVec3::new(-0.2, 0.0, 0.98), rough(alpha));
+            let of = |text| estimates(&occluders, &light, &point, text, 4, 0..512).0;
+            let values = of("exact");
+            exact += values.variance();
+            square += values.mean() * values.mean();
+            lines += of("line-area").variance();
+        }
+        assert!(exact < 4e-4 * square && exact < 0.02 * lines, "{alpha}");
     }
 }

@@ -7,9 +7,9 @@ use linelit_geometry::finite::{
 };
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
-    CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, POINT_MARGIN, ParallelLines,
-    PlaneFrame, PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle, point_margin,
-    predicates,
+    CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, POINT_MARGIN,
+    ParallelLines, PlaneFrame, PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle,
+    point_margin, predicates,
 };
 use linelit_testkit::public;
 use linelit_testkit::rng::SplitMix64;

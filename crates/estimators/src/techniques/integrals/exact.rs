@@ -10,7 +10,7 @@ use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::AreaLight;
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::polygon;
-use linelit_visibility::Images;
+use linelit_visibility::{Images, Shaft};
 
 /// Lights whose sides are longer than the root of this times their distance take Lambert's sum over
 /// the boundary; for smaller ones it would lose more than two digits.
@@ -51,12 +51,16 @@ impl Integral for ExactOptions {
     ) -> DVec3 {
         let query = query.with_tolerance(self.tolerance);
         through_shaft(&query, area, lines, buffers, |shaft| {
-            if shaft.candidates() <= self.limit as usize && !shaft.is_dense() {
+            if self.is_exact(shaft, query.samples) {
                 (Strategy::Exact, 1)
             } else {
                 (Strategy::Lines, 1)
             }
         })
+    }
+
+    fn is_exact(self, shaft: &Shaft<'_>, _: u32) -> bool {
+        shaft.candidates() <= self.limit as usize && !shaft.is_dense()
     }
 }
 
@@ -200,13 +204,23 @@ fn above_surface<'a, R>(
         out[..light.len()].copy_from_slice(light);
         return &out[..light.len()];
     }
-    let [origin, along_p, along_q] = images.axes();
-    let n = point.geometric_normal;
+    let count = clip(light, images.axes(), point.geometric_normal, out);
+    &out[..count]
+}
+
+/// The corners of what of a polygon in a plane, given by its origin and axes relative to the
+/// shading point, is above the horizon of a normal.
+pub(crate) fn clip(
+    polygon: &[Point],
+    [origin, along_p, along_q]: [DVec3; 3],
+    n: DVec3,
+    out: &mut [Point; CORNERS],
+) -> usize {
     let slopes = [n.dot(origin), n.dot(along_p), n.dot(along_q)];
     let height = |p: Point| slopes[0] + slopes[1] * p[0] + slopes[2] * p[1];
     let mut count = 0;
-    for (i, &b) in light.iter().enumerate() {
-        let a = light[(i + light.len() - 1) % light.len()];
+    for (i, &b) in polygon.iter().enumerate() {
+        let a = polygon[(i + polygon.len() - 1) % polygon.len()];
         let (ha, hb) = (height(a), height(b));
         if (ha >= 0.0) != (hb >= 0.0) {
             let t = ha / (ha - hb);
@@ -218,5 +232,5 @@ fn above_surface<'a, R>(
             count += 1;
         }
     }
-    &out[..count]
+    count
 }

@@ -130,6 +130,12 @@ impl Integral for Cheapest {
             choose_strategy(shaft, occlusion.edges, for_an_edge, lines)
         })
     }
+
+    #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
+    fn is_exact(self, shaft: &Shaft<'_>, samples: u32) -> bool {
+        let affordable = CANDIDATES_OF_FITS * f64::from(samples);
+        !shaft.is_dense() && (shaft.candidates() as f64) < affordable
+    }
 }
 
 /// What to do about a light that is partly hidden behind more than a shaft keeps.

@@ -9,6 +9,7 @@ use crate::{Buffers, EmissionTexture, Integration, Lines, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
+use linelit_visibility::Shaft;
 
 /// A way to integrate the light of a polygon without a random point of each line: all there is to
 /// know about one technique. One with options of its own implements
@@ -33,11 +34,23 @@ pub(crate) trait Integral: Copy + Default {
         lines: &Lines,
         buffers: &mut Buffers,
     ) -> DVec3;
+
+    /// Whether a round light of so many samples is integrated over what is visible of it, by what
+    /// stands between; else along chords.
+    fn is_exact(self, shaft: &Shaft<'_>, samples: u32) -> bool {
+        let _ = (shaft, samples);
+        false
+    }
 }
 
 impl Integration {
     pub(crate) fn points_if_dense(self) -> Option<u32> {
         integrations! { constant [self, POINTS_IF_DENSE] }
+    }
+
+    /// Whether a round light is integrated over what is visible of it.
+    pub(crate) fn is_exact(self, shaft: &Shaft<'_>, samples: u32) -> bool {
+        integrations! { dispatch [self, technique => technique.is_exact(shaft, samples)] }
     }
 
     /// The light of the query, whose samples are lines.

@@ -1,6 +1,6 @@
 //! `point-area`: points uniform on the area.
 
-use super::round::RoundPoints;
+use super::round::{RoundPoints, Viewer};
 use super::{PointDensity, Polygon};
 use crate::{EmissionTexture, LinearOptions};
 use linelit_geometry::DVec3;
@@ -21,11 +21,11 @@ impl PointDensity for Area {
         Some(AreaSampler::new(light.polygon))
     }
 
-    fn on_sphere(self, sphere: &Sphere, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+    fn on_sphere(self, sphere: &Sphere, _: &Viewer<'_>) -> Option<RoundPoints> {
         Some(SphereCap::whole(sphere).into())
     }
 
-    fn on_disk(self, disk: &Disk, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+    fn on_disk(self, disk: &Disk, _: &Viewer<'_>) -> Option<RoundPoints> {
         Some(DiskArea::new(disk).into())
     }
 

@@ -1,6 +1,6 @@
 //! `point-bsdf`: directions drawn from the reflection.
 
-use super::round::RoundPoints;
+use super::round::{RoundPoints, Viewer};
 use super::{DrawPoints, Drawn, LightPoint, PointDensity, Polygon};
 use crate::light::Shape;
 use crate::{EmissionTexture, ShadingPoint};
@@ -21,11 +21,11 @@ impl PointDensity for Bsdf {
         Some(Directions)
     }
 
-    fn on_sphere(self, _: &Sphere, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+    fn on_sphere(self, _: &Sphere, _: &Viewer<'_>) -> Option<RoundPoints> {
         Some(Directions.into())
     }
 
-    fn on_disk(self, _: &Disk, _: DVec3, _: DVec3) -> Option<RoundPoints> {
+    fn on_disk(self, _: &Disk, _: &Viewer<'_>) -> Option<RoundPoints> {
         Some(Directions.into())
     }
 

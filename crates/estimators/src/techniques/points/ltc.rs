@@ -1,12 +1,19 @@
 //! `point-ltc`: points by linearly transformed cosines that look like the reflection.
 
+use super::round::{RoundPoints, Viewer};
+use super::solid_angle::SolidAngle as BySolidAngle;
 use super::{DrawPoints, Drawn, LightPoint, PointDensity, Polygon};
+use crate::light::Shape;
+use crate::round::outline;
 use crate::techniques::points::linear::{LinearHeuristic, LinearOptions};
 use crate::{EmissionTexture, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
-use linelit_lights::{PointTechnique, SolidAngleSampler, TransformedSampler};
+use linelit_lights::{
+    Disk, Pdf, PointTechnique, SolidAngle, SolidAngleSampler, Sphere, TransformedSampler,
+};
+use linelit_spheres::TransformedCone;
 use std::f64::consts::FRAC_1_PI;
 
 /// Lobes that are drawn by: those that reflect the most of the light, others as the cosine.
@@ -33,36 +40,62 @@ impl PointDensity for Ltc {
         Some(Lobes::new(light.polygon, light.position, &cosines))
     }
 
+    fn on_sphere(self, sphere: &Sphere, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        let seen = outline(sphere, viewer.position);
+        let lobes = seen.and_then(|disk| viewer.lobes(&disk));
+        lobes.or_else(|| BySolidAngle.on_sphere(sphere, viewer))
+    }
+
+    fn on_disk(self, disk: &Disk, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        let lobes = viewer.lobes(disk);
+        lobes.or_else(|| BySolidAngle.on_disk(disk, viewer))
+    }
+
     fn on_linear(self) -> LinearOptions {
         LinearOptions::Ltc(LinearHeuristic::default())
     }
 }
 
-/// The lobes of a reflection over a polygon, drawn from as one technique.
-#[derive(Clone, Debug)]
-pub(crate) struct Lobes {
-    /// With its share of the samples.
-    uniform: (SolidAngleSampler, f64),
-    lobes: [Option<(TransformedSampler, f64)>; KEPT],
+/// The lobes of a reflection over a light, drawn from as one technique.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mixture<U, L> {
+    /// Uniform in the solid angle, with its share of the samples.
+    uniform: (U, f64),
+    lobes: [Option<(L, f64)>; KEPT],
 }
 
-impl Lobes {
-    /// Shares in proportion to about what each lobe reflects of the unshadowed light.
-    pub(crate) fn new(light: &ConvexPolygon, x: DVec3, cosines: &TransformedCosines) -> Self {
+/// Over a polygon.
+pub(crate) type Lobes = Mixture<SolidAngleSampler, TransformedSampler>;
+
+/// Over a disk; uniform if need be.
+pub(crate) type DiskLobes = Mixture<Option<TransformedCone>, TransformedCone>;
+
+/// Disks that cover less than this of a lobe's cosine are drawn by it alone: its density there is
+/// everywhere more than a hundredth of its largest.
+const TAIL: f64 = 0.9;
+
+impl<U, L: Copy> Mixture<U, L> {
+    /// Lobes and their shares of the samples, in proportion to about what each reflects of the
+    /// unshadowed light: `rest` is what the cosine itself does, `sampler` gives what draws by a map
+    /// with what a lobe of albedo one reflects, `least` what it wants to be drawn uniformly, and
+    /// `uniform` what draws so, told its share.
+    fn shared(
+        cosines: &TransformedCosines,
+        mut rest: f64,
+        sampler: impl Fn(DMat3) -> Option<(L, f64)>,
+        least: impl Fn(&L) -> f64,
+        uniform: impl FnOnce(f64) -> U,
+    ) -> Self {
         let frame = &cosines.frame;
         let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
-        let uniform = SolidAngleSampler::new(light, x);
-        let cosine = frame.z.dot((light.centroid() - x).normalize_or_zero());
-        let mut rest = cosines.diffuse.element_sum() * uniform.solid_angle() * cosine.max(0.0);
-        rest *= FRAC_1_PI;
-        let mut lobes: [Option<(TransformedSampler, f64)>; KEPT] = [None; KEPT];
+        let mut lobes: [Option<(L, f64)>; KEPT] = [None; KEPT];
         for lobe in cosines.lobes() {
-            let Some(sampler) = TransformedSampler::new(light, x, to_world * lobe.map) else {
+            let Some((sampler, integral)) = sampler(to_world * lobe.map) else {
                 continue;
             };
-            let part = lobe.albedo.element_sum() * sampler.about_integral();
+            let part = lobe.albedo.element_sum() * integral;
             let mut next = Some((sampler, part)).filter(|(_, part)| *part > 0.0);
-            let size = |slot: &Option<(TransformedSampler, f64)>| slot.map_or(0.0, |(_, p)| p);
+            let size = |slot: &Option<(L, f64)>| slot.map_or(0.0, |(_, p)| p);
             for slot in &mut lobes {
                 if size(&next) > size(slot) {
                     std::mem::swap(slot, &mut next);
@@ -71,7 +104,8 @@ impl Lobes {
             rest += size(&next);
         }
         let sum: f64 = lobes.iter().flatten().map(|(_, part)| part).sum();
-        let share = (rest / (rest + sum)).max(LEAST_UNIFORM);
+        let least = lobes.iter().flatten().map(|(lobe, _)| least(lobe));
+        let share = least.fold(rest / (rest + sum), f64::max);
         let share = if sum > 0.0 && share <= 1.0 {
             share
         } else {
@@ -81,21 +115,101 @@ impl Lobes {
             *part *= (1.0 - share) / sum;
         }
         Self {
-            uniform: (uniform, share),
+            uniform: (uniform(share), share),
             lobes,
         }
     }
 
-    /// Draws from one of the lobes, for the choice of which `u[0]` is split and rescaled.
-    fn point(&self, [mut a, b]: [f64; 2]) -> DVec3 {
+    /// Draws from one of the lobes, or uniformly, for the choice of which `u[0]` is split and
+    /// rescaled.
+    fn pick<D>(
+        &self,
+        [mut a, b]: [f64; 2],
+        by_lobe: impl Fn(&L, [f64; 2]) -> D,
+        uniformly: impl Fn(&U, [f64; 2]) -> D,
+    ) -> D {
         for (lobe, share) in self.lobes.iter().flatten() {
             if a < *share {
-                return lobe.sample([below_one(a / share), b]).point;
+                return by_lobe(lobe, [below_one(a / share), b]);
             }
             a -= share;
         }
         let (uniform, share) = &self.uniform;
-        uniform.sample([below_one(a / share), b]).point
+        uniformly(uniform, [below_one(a / share), b])
+    }
+
+    /// The density of all together.
+    fn pdf(
+        &self,
+        by_lobe: impl Fn(&L) -> Pdf<SolidAngle>,
+        uniformly: impl Fn(&U) -> Pdf<SolidAngle>,
+    ) -> f64 {
+        let lobes = self.lobes.iter().flatten();
+        let sum: f64 = lobes
+            .map(|(lobe, share)| share * by_lobe(lobe).value())
+            .sum();
+        sum + self.uniform.1 * uniformly(&self.uniform.0).value()
+    }
+}
+
+impl Lobes {
+    pub(crate) fn new(light: &ConvexPolygon, x: DVec3, cosines: &TransformedCosines) -> Self {
+        let uniform = SolidAngleSampler::new(light, x);
+        let cosine = cosines
+            .frame
+            .z
+            .dot((light.centroid() - x).normalize_or_zero());
+        let mut rest = cosines.diffuse.element_sum() * uniform.solid_angle() * cosine.max(0.0);
+        rest *= FRAC_1_PI;
+        let sampler = |map| {
+            let sampler = TransformedSampler::new(light, x, map)?;
+            Some((sampler, sampler.about_integral()))
+        };
+        Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| uniform)
+    }
+}
+
+impl DiskLobes {
+    /// `None` where directions are no way to draw points of the disk: it is seen from its plane, or
+    /// very small.
+    pub(crate) fn new(disk: &Disk, x: DVec3, cosines: &TransformedCosines) -> Option<Self> {
+        let Frame { x: e, y: f, z } = cosines.frame;
+        let sampler = |map| {
+            let sampler = TransformedCone::new(disk, x, map)?;
+            Some((sampler, sampler.about_integral()))
+        };
+        let flat = || TransformedCone::new(disk, x, DMat3::from_cols(e, f, z));
+        let diffuse = cosines.diffuse.element_sum();
+        let rest = match diffuse > 0.0 {
+            true => diffuse * flat()?.about_integral(),
+            false => 0.0,
+        };
+        let least = |lobe: &TransformedCone| match lobe.coverage() > TAIL {
+            true => LEAST_UNIFORM,
+            false => 0.0,
+        };
+        let uniform = |share| if share > 0.0 { flat() } else { None };
+        let mixture = Self::shared(cosines, rest, sampler, least, uniform);
+        let (uniform, share) = &mixture.uniform;
+        (*share <= 0.0 || uniform.is_some()).then_some(mixture)
+    }
+}
+
+impl<S: Shape> DrawPoints<S> for DiskLobes {
+    fn draw<R: Reflection>(&self, u: [f64; 2], surface: &S, point: &ShadingPoint<R>) -> Drawn {
+        let by_lobe = |cone: &TransformedCone, u| Some(cone.sample(u).0);
+        let uniformly = |cone: &Option<TransformedCone>, u| Some(cone.as_ref()?.sample(u).0);
+        let direction = self.pick(u, by_lobe, uniformly)?;
+        let on_light = surface.meets(point.position, direction)?;
+        let to_light = on_light - point.position;
+        let at = LightPoint::towards(on_light, to_light, direction, surface);
+        let density = DrawPoints::<S>::density(self, &at, point);
+        Some((at, density))
+    }
+
+    fn density<R: Reflection>(&self, at: &LightPoint, _: &ShadingPoint<R>) -> f64 {
+        let pdf = |cone: &TransformedCone| cone.pdf(at.direction);
+        self.pdf(pdf, |uniform| uniform.as_ref().map_or(Pdf::ZERO, pdf))
     }
 }
 
@@ -106,17 +220,17 @@ impl DrawPoints<ConvexPolygon> for Lobes {
         surface: &ConvexPolygon,
         point: &ShadingPoint<R>,
     ) -> Drawn {
-        let at = LightPoint::new(self.point(u), point.position, surface);
+        let drawn = self.pick(
+            u,
+            |lobe, u| lobe.sample(u).point,
+            |all, u| all.sample(u).point,
+        );
+        let at = LightPoint::new(drawn, point.position, surface);
         let density = DrawPoints::<ConvexPolygon>::density(self, &at, point);
         Some((at, density))
     }
 
-    /// Of all lobes together.
     fn density<R: Reflection>(&self, at: &LightPoint, _: &ShadingPoint<R>) -> f64 {
-        let lobes = self.lobes.iter().flatten();
-        let by_lobes: f64 = lobes
-            .map(|(lobe, share)| share * lobe.pdf(at.point).value())
-            .sum();
-        by_lobes + self.uniform.1 * self.uniform.0.pdf(at.point).value()
+        self.pdf(|lobe| lobe.pdf(at.point), |all| all.pdf(at.point))
     }
 }

@@ -19,7 +19,7 @@ use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaSampler, Disk, Pdf, PointTechnique, Sphere, SurfaceMeasure};
 use linelit_spheres::{ChordMeasure, CylinderLines, CylinderView, DiskCone, SphereCone};
-use round::RoundPoints;
+use round::{RoundPoints, Viewer};
 
 /// Points, and how their visibility is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +92,7 @@ pub(crate) trait PointDensity: Copy + Default {
     /// Whether it has the option `visibility`: alone, its points may share a shaft.
     const HAS_VISIBILITY: bool = false;
 
-    /// Whether it asks for [`Polygon::cosines`].
+    /// Whether it asks for [`Polygon::cosines`] and [`Viewer::cosines`].
     const ASKS_FOR_COSINES: bool = false;
 
     /// Whether the option `mis` is one of its own.
@@ -108,16 +108,14 @@ pub(crate) trait PointDensity: Copy + Default {
         light: &Polygon<'t, T>,
     ) -> Option<Self::OnPolygon<'t>>;
 
-    /// On a sphere, for a shading point and its normal; as [`PointBy::SolidAngle`] unless said.
-    fn on_sphere(self, sphere: &Sphere, x: DVec3, n: DVec3) -> Option<RoundPoints> {
-        let _ = n;
-        Some(SphereCone::new(sphere, x).into())
+    /// On a sphere; as [`PointBy::SolidAngle`] unless said.
+    fn on_sphere(self, sphere: &Sphere, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        Some(SphereCone::new(sphere, viewer.position).into())
     }
 
-    /// On a disk, for a shading point and its normal; as [`PointBy::SolidAngle`] unless said.
-    fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
-        let _ = n;
-        Some(DiskCone::new(disk, x).into())
+    /// On a disk; as [`PointBy::SolidAngle`] unless said.
+    fn on_disk(self, disk: &Disk, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        Some(DiskCone::new(disk, viewer.position).into())
     }
 
     /// On what a shading point sees of a cylinder, with its horizons, the shading normal's first;

@@ -1,6 +1,6 @@
 //! `point-projected-solid-angle`: points uniform in the projected solid angle.
 
-use super::round::RoundPoints;
+use super::round::{RoundPoints, Viewer};
 use super::{PointDensity, Polygon};
 use crate::EmissionTexture;
 use linelit_geometry::DVec3;
@@ -24,12 +24,13 @@ impl PointDensity for ProjectedSolidAngle {
         Some(PointsOnLines(lines))
     }
 
-    fn on_sphere(self, sphere: &Sphere, x: DVec3, n: DVec3) -> Option<RoundPoints> {
-        SphereProjected::new(sphere, x, n).map(RoundPoints::from)
+    fn on_sphere(self, sphere: &Sphere, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        SphereProjected::new(sphere, viewer.position, viewer.normal).map(RoundPoints::from)
     }
 
-    fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
-        Some(DiskChords::new(disk, 0.0, x, &[n], ChordMeasure::Projected).into())
+    fn on_disk(self, disk: &Disk, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        let (x, horizons) = (viewer.position, [viewer.normal]);
+        Some(DiskChords::new(disk, 0.0, x, &horizons, ChordMeasure::Projected).into())
     }
 
     fn on_cylinder(self, seen: &CylinderView, horizons: &[DVec3; 2]) -> RoundPoints {

@@ -1,17 +1,45 @@
 //! What draws points of spheres, disks and cylinders.
 
 use super::bsdf::Directions;
+use super::ltc::DiskLobes;
 use super::{DrawPoints, Drawn, LightPoint};
 use crate::light::Shape;
 use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
 use crate::{PointBy, ShadingPoint};
-use linelit_bsdf::Reflection;
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::DVec3;
+use linelit_lights::Disk;
 use linelit_spheres::{
     CylinderArea, CylinderLines, CylinderView, DiskArea, DiskChords, DiskCone, SphereCap,
     SphereCone, SphereProjected,
 };
+
+/// Who looks at a round light.
+pub(crate) struct Viewer<'a> {
+    /// The shading point.
+    pub position: DVec3,
+    /// Its shading normal.
+    pub normal: DVec3,
+    /// What it reflects, if that is known and a technique asks for it.
+    pub cosines: Option<&'a TransformedCosines>,
+}
+
+impl<'a> Viewer<'a> {
+    pub(crate) fn new<R>(point: &ShadingPoint<R>, cosines: Option<&'a TransformedCosines>) -> Self {
+        Self {
+            position: point.position,
+            normal: point.normal,
+            cosines,
+        }
+    }
+
+    /// What draws points of a disk by the lobes of the reflection, where it can.
+    pub(crate) fn lobes(&self, disk: &Disk) -> Option<RoundPoints> {
+        let cosines = self.cosines.filter(|cosines| !cosines.lobes().is_empty())?;
+        DiskLobes::new(disk, self.position, cosines).map(RoundPoints::from)
+    }
+}
 
 /// The enumeration of what draws points of round lights.
 macro_rules! sources {
@@ -62,6 +90,7 @@ sources! {
     CylinderArea: CylinderArea,
     CylinderLines: CylinderLines,
     Directions: Directions,
+    Lobes: DiskLobes,
 }
 
 impl RoundPoints {

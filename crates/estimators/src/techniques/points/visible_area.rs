@@ -1,7 +1,7 @@
 //! `point-visible-area`: points uniform on the part that faces the shading point.
 
 use super::area::Area;
-use super::round::RoundPoints;
+use super::round::{RoundPoints, Viewer};
 use super::{PointDensity, Polygon};
 use crate::{EmissionTexture, LinearOptions};
 use linelit_geometry::DVec3;
@@ -20,12 +20,12 @@ impl PointDensity for VisibleArea {
         Area.on_polygon(light)
     }
 
-    fn on_sphere(self, sphere: &Sphere, x: DVec3, _: DVec3) -> Option<RoundPoints> {
-        Some(SphereCap::visible(sphere, x).into())
+    fn on_sphere(self, sphere: &Sphere, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        Some(SphereCap::visible(sphere, viewer.position).into())
     }
 
-    fn on_disk(self, disk: &Disk, x: DVec3, n: DVec3) -> Option<RoundPoints> {
-        Area.on_disk(disk, x, n)
+    fn on_disk(self, disk: &Disk, viewer: &Viewer<'_>) -> Option<RoundPoints> {
+        Area.on_disk(disk, viewer)
     }
 
     fn on_cylinder(self, seen: &CylinderView, _: &[DVec3; 2]) -> RoundPoints {

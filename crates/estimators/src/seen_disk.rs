@@ -1,0 +1,154 @@
+//! What a shading point sees of a disk, by its boundary.
+
+use crate::ShadingPoint;
+use crate::round::{CORNERS as AROUND, RoundView, around_circle, turns};
+use crate::techniques::integrals::exact::{CORNERS, clip};
+use linelit_geometry::{DVec3, EllipticCone, Frame};
+use linelit_lights::Disk;
+use linelit_penumbra::{BoundaryEdge, DiskEdge, PartOnDisk, Penumbra, Point};
+use linelit_shading::elliptic_cone::PartOfCone;
+use linelit_visibility::{Shaft, ShaftClass};
+
+/// Of disks smaller than this times their distance, sums over boundaries lose more than half of
+/// their digits; and of cones narrower.
+const SMALL: f64 = 1e-4;
+
+/// What a shading point sees of a disk, above its horizons and past what stands between.
+pub(crate) struct SeenDisk<'a> {
+    /// In units of the radius, along the axes.
+    edges: &'a [DiskEdge],
+    /// The centre relative to the shading point.
+    center: DVec3,
+    /// Radii, counter-clockwise as the shading point sees them.
+    axes: [DVec3; 2],
+}
+
+impl<'a> SeenDisk<'a> {
+    /// `None` where the boundary does not tell: what stands between is too dense to keep, or the
+    /// disk is too small or seen too flatly.
+    pub(crate) fn new<R>(
+        view: &RoundView,
+        point: &ShadingPoint<R>,
+        shaft: &Shaft<'_>,
+        penumbra: &mut Penumbra,
+        part: &'a mut PartOnDisk,
+    ) -> Option<Self> {
+        let Disk {
+            center,
+            normal,
+            radius,
+        } = view.disk;
+        let center = center - view.x;
+        let (distance, height) = (center.length(), normal.dot(center));
+        if !(radius > SMALL * distance && height.abs() > SMALL * (distance + radius)) {
+            return None;
+        }
+        let frame = Frame::from_normal(normal);
+        let axes = [frame.x * radius, frame.y * radius.copysign(height)];
+        let horizons = [point.normal, point.geometric_normal]
+            .map(|n| (n.dot(center) < radius * n.cross(normal).length()).then_some(n));
+        let mut room = [[[0.0; 2]; CORNERS]; 2];
+        let edges: &[DiskEdge] = match shaft.class() {
+            ShaftClass::Blocked => &[],
+            ShaftClass::Empty if horizons == [None; 2] => &[DiskEdge::Rim],
+            ShaftClass::Empty => {
+                let around = around();
+                let polygon = above(&around, [center, axes[0], axes[1]], horizons, &mut room);
+                let next = polygon.iter().cycle().skip(1);
+                let sides = polygon.iter().zip(next);
+                part.of(sides.map(|(&from, &to)| BoundaryEdge { from, to }))
+            }
+            ShaftClass::Partial => {
+                let images = shaft.images()?;
+                let plane = images.axes();
+                let polygon = above(images.light(), plane, horizons, &mut room);
+                let boundary = penumbra.boundary(polygon, images.triangles());
+                let to_disk = ToDisk::new(plane, center, axes);
+                part.of(boundary.iter().map(|edge| to_disk.edge(edge)))
+            }
+        };
+        Some(Self {
+            edges,
+            center,
+            axes,
+        })
+    }
+
+    /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` if what the
+    /// map makes of the disk is too narrow.
+    pub(crate) fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3) -> Option<f64> {
+        let (center, [u, v]) = (map(self.center), self.axes.map(&map));
+        let cone = EllipticCone::over(center, u, v)?;
+        if !(cone.tan[0] * cone.tan[1] > SMALL * SMALL) {
+            return None;
+        }
+        // A map that mirrors has the boundary run the other way.
+        let mirrors = center.dot(u.cross(v)) < 0.0;
+        let at = |[p, q]: &Point| center + u * *p + v * *q;
+        let mut sum = PartOfCone::new(&cone, n);
+        for edge in self.edges {
+            match edge {
+                DiskEdge::Rim => sum.add_rim(),
+                DiskEdge::Straight(a, b) if mirrors => sum.add_segment(at(b), at(a)),
+                DiskEdge::Straight(a, b) => sum.add_segment(at(a), at(b)),
+                DiskEdge::Arc(a, b, is_long) if mirrors => sum.add_arc(at(b), at(a), *is_long),
+                DiskEdge::Arc(a, b, is_long) => sum.add_arc(at(a), at(b), *is_long),
+            }
+        }
+        Some(sum.irradiance())
+    }
+}
+
+/// A regular polygon around the unit disk.
+fn around() -> [Point; AROUND] {
+    let radius = around_circle(1.0);
+    turns().map(|(s, c)| [c * radius, s * radius])
+}
+
+/// The part of a polygon that is above horizons.
+fn above<'a>(
+    polygon: &'a [Point],
+    plane: [DVec3; 3],
+    horizons: [Option<DVec3>; 2],
+    room: &'a mut [[Point; CORNERS]; 2],
+) -> &'a [Point] {
+    let [first, second] = room;
+    let mut polygon = polygon;
+    for (n, out) in horizons.into_iter().zip([first, second]) {
+        if let Some(n) = n {
+            let count = clip(polygon, plane, n, out);
+            polygon = &out[..count];
+        }
+    }
+    polygon
+}
+
+/// From a plane's coordinates to those of a disk in it, in units of the radius.
+struct ToDisk {
+    rows: [[f64; 3]; 2],
+    /// Whether the two run round each other's way.
+    mirrors: bool,
+}
+
+impl ToDisk {
+    fn new([origin, p, q]: [DVec3; 3], center: DVec3, axes: [DVec3; 2]) -> Self {
+        let rows = axes.map(|axis| {
+            let square = axis.length_squared();
+            [origin - center, p, q].map(|v| v.dot(axis) / square)
+        });
+        let [[_, a, b], [_, c, d]] = rows;
+        Self {
+            rows,
+            mirrors: a * d < b * c,
+        }
+    }
+
+    fn edge(&self, edge: &BoundaryEdge) -> BoundaryEdge {
+        let to = |[p, q]: Point| self.rows.map(|[zero, x, y]| zero + x * p + y * q);
+        let (from, to) = (to(edge.from), to(edge.to));
+        match self.mirrors {
+            true => BoundaryEdge { from: to, to: from },
+            false => BoundaryEdge { from, to },
+        }
+    }
+}
