@@ -304,6 +304,29 @@ fn cylinders_remember_what_they_are() {
     }
 }
 
+/// What stays facets with `--spheres exact` says why.
+#[test]
+fn round_lights_say_why_they_are_facets() {
+    let warned = |light: &str, shape: &str| {
+        let text = format!(
+            "Camera \"perspective\" WorldBegin AreaLightSource \"diffuse\" {light} {shape}"
+        );
+        let warnings = load(&text).warnings;
+        let all: Vec<_> = warnings.iter().map(ToString::to_string).collect();
+        all.join("\n")
+    };
+    let (tube, disk) = ("Shape \"cylinder\"", "Shape \"disk\"");
+    let two_sided = "\"bool twosided\" true";
+    assert!(!warned("", tube).contains("exact are"));
+    assert!(!warned(two_sided, disk).contains("exact are"));
+    let outwards = "triangles; exact are those that emit outwards only";
+    assert!(warned(two_sided, tube).contains(outwards));
+    assert!(warned("", &format!("ReverseOrientation {tube}")).contains(outwards));
+    assert!(warned(two_sided, "Shape \"sphere\"").contains(outwards));
+    let cut = warned("", "Shape \"cylinder\" \"float phimax\" 90");
+    assert!(cut.contains("exact are whole spheres, disks and cylinders only"));
+}
+
 #[test]
 fn disks_remember_what_they_are() {
     let light = "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] ";

@@ -9,7 +9,7 @@ use crate::tessellate;
 use linelit_assembly::{ErrorKind, Result, Source, ply};
 use linelit_geometry::{ConvexPolygon, DVec3, PolygonError, Segment};
 use linelit_lights::{Cylinder, Disk, Sphere};
-use linelit_scene::{MeshData, Placement, RoundShape};
+use linelit_scene::{EmissionSpec, MeshData, Placement, RoundShape};
 use std::rc::Rc;
 
 /// Shapes that pbrt knows and linelit does not.
@@ -329,16 +329,27 @@ impl Loader {
                 mesh
             }
         };
-        if emissive {
+        if let Some(emission) = &self.state.emission {
             let message = format!("an emissive {name} is drawn with flat facets");
-            let why = match mesh.round.is_some() {
-                true => "",
-                false => "; exact are whole spheres, disks and cylinders only",
-            };
+            let why = why_facets(&mesh, emission, self.state.reverse);
             let label = format!("{} triangles{why}", mesh.triangles.len());
             self.base.suspicious(message, &label, params.at())?;
         }
         Ok(mesh)
+    }
+}
+
+/// What keeps `--spheres exact` from taking an emissive round shape as it is, to be added to a
+/// label.
+fn why_facets(mesh: &MeshData, emission: &EmissionSpec, reverse: bool) -> &'static str {
+    let inwards = emission.two_sided || reverse;
+    match mesh.round {
+        None => "; exact are whole spheres, disks and cylinders only",
+        Some(_) if emission.map.is_some() => "; exact are those without an image only",
+        Some(RoundShape::Sphere(_) | RoundShape::Cylinder(_)) if inwards => {
+            "; exact are those that emit outwards only"
+        }
+        Some(_) => "",
     }
 }
 
