@@ -302,6 +302,17 @@ fn any_kernel<S: Simd>(
         scratch.stack.resize(occluders.stack_size, 0);
     }
     let mut exact = None;
+    // What met the latest ray from here often meets the next. Only from here, so that what is
+    // tested does not depend on which points a thread was given.
+    if let Some((origin, child)) = scratch.last
+        && origin == ray.origin
+        && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
+    {
+        counters.triangle_tests += u64::from(child.count());
+        if q.meets(s, leaf, child.mask(), &mut exact) {
+            return true;
+        }
+    }
     let stack = &mut scratch.stack[..];
     stack[0] = Child::node(0).0;
     let mut top = 1;
@@ -318,6 +329,7 @@ fn any_kernel<S: Simd>(
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
             if q.meets(s, leaf, child.mask(), &mut exact) {
+                scratch.last = Some((ray.origin, child));
                 return true;
             }
         }

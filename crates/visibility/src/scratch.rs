@@ -11,6 +11,7 @@ use crate::{
     project::{Corners, FlatTriangles},
     sweep::ReadyBlock,
 };
+use linelit_geometry::DVec3;
 
 /// Working memory and work counters of one thread's queries.
 #[derive(Debug, Default)]
@@ -21,6 +22,8 @@ pub struct Scratch {
     pub(crate) stack: Vec<u32>,
     /// Nodes and leaves still to visit and where the ray enters them.
     pub(crate) near_stack: Vec<(Child, f32)>,
+    /// Where the latest ray that met anything began, and the leaf of what it met.
+    pub(crate) last: Option<(DVec3, Child)>,
     /// The latest light.
     pub(crate) light: Light,
     /// The light as seen from the shading point.

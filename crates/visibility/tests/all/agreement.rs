@@ -115,6 +115,42 @@ fn rays_agree_with_brute_force() {
     }
 }
 
+/// Rays from one point through a scratch that remembers what met the latest: the same answers as
+/// through a new one in a scene without what is excluded, in two scenes by turns.
+#[test]
+fn rays_from_one_point_agree_with_rays_alone() {
+    let (mut rng, mut scratch) = (rng(8), Scratch::new());
+    let mut met = 0;
+    for case in 0..60 {
+        let (centre, scale) = PLACES[case % 4];
+        let scenes = [200, 30].map(|n| {
+            let mesh = soup(&mut rng, n, 0.5, centre, scale);
+            // Without the first triangles.
+            [0, 10, 20].map(|from| Occluders::build(&mesh.positions, &mesh.triangles[from..]))
+        });
+        let origin = centre + rng.in_cube(1.2) * scale;
+        for k in 0..200 {
+            let towards = centre + rng.in_cube(1.0) * scale;
+            let ray = Ray {
+                origin,
+                direction: towards - origin,
+                t_min: 0.0,
+                t_max: rng.in_range(0.0, 2.0),
+            };
+            let scene = &scenes[k / 5 % 2];
+            let exclude = 0..[0, 10, 20][k % 3];
+            let any = scene[0].any_hit(&ray, &exclude, &mut scratch);
+            met += u32::from(any);
+            let alone = scene[k % 3].any_hit(&ray, &NONE, &mut Scratch::new());
+            assert_eq!(any, alone, "case {case}, ray {k}");
+        }
+    }
+    assert!(
+        (2_000..10_000).contains(&met),
+        "{met} of 12,000 rays meet something"
+    );
+}
+
 /// The end of a ray on either side of where it meets a triangle, nearer and nearer, at any scale
 /// and far from the origin: what single precision decides is what double precision would.
 #[test]
