@@ -4,7 +4,8 @@
 use super::Integral;
 use crate::strategy::{Strategy, through_shaft};
 use crate::techniques::points::LightPoint;
-use crate::{Buffers, EmissionTexture, Lines, PointBy, Query, point_sum};
+use crate::{Buffers, EmissionTexture, Estimator, Lines, PointBy, Points, Query};
+use crate::{combination, point_sum};
 use linelit_bsdf::{ClosedLobe, Reflection};
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
@@ -80,6 +81,9 @@ impl Integral for Cheapest {
         buffers: &mut Buffers,
     ) -> DVec3 {
         let (lines, occlusion) = (query.samples, &query.light.occlusion);
+        if lines >= FEW_LINES && query.light.texture.is_some() {
+            return by_texture(query, area, buffers);
+        }
         // Without a closed form, but as transformed cosines (or nothing is known of it).
         let is_fitted = query.light.texture.is_none() && query.point.bsdf.closed_form().is_none();
         if occlusion.dense && lines < FEW_LINES_IF_DENSE {
@@ -136,6 +140,26 @@ impl Integral for Cheapest {
         let affordable = CANDIDATES_OF_FITS * f64::from(samples);
         !shaft.is_dense() && (shaft.candidates() as f64) < affordable
     }
+}
+
+/// Points of a light that emits an image, half of them by the image.
+fn by_texture<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    let closed = query.point.bsdf.closed_form();
+    let by = if closed.is_some_and(|form| form.is_diffuse()) {
+        PointBy::SolidAngle
+    } else {
+        PointBy::Ltc
+    };
+    let estimator = &Estimator::points(by).with(Points::by(PointBy::Texture));
+    let query = Query {
+        estimator,
+        ..*query
+    };
+    combination::combined(&query, area, buffers)
 }
 
 /// What to do about a light that is partly hidden behind more than a shaft keeps.
