@@ -9,6 +9,7 @@ use linelit_integrator::{Counts, Renderer, Settings};
 use linelit_papers::scene_study;
 use linelit_study::engine::image;
 use linelit_study::{short_name, version};
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 /// Renders a scene to an image.
@@ -136,8 +137,9 @@ fn explain(
         let methods: Vec<_> = pair.methods.iter().map(ToString::to_string).collect();
         let materials = &renderer.scene().materials;
         let name = |k: &u32| format!("`{}`", materials[*k as usize].name);
-        let names: Vec<_> = pair.materials.iter().map(name).collect();
+        let names: BTreeSet<_> = pair.materials.iter().map(name).collect();
         let (count, light, methods) = (pair.lights.len(), pair.light, methods.join("; "));
+        let names: Vec<_> = names.into_iter().collect();
         let names = names.join(", ");
         writeln!(out, "{count:>14}  of them ({light}): {methods}; on {names}")?;
     }
