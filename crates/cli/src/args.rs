@@ -183,7 +183,7 @@ pub struct RenderArgs {
     pub output: PathBuf,
     /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; a wrong name lists
     /// all, docs/estimators.md says what they do.
-    #[arg(long, default_value = "line-analytic")]
+    #[arg(long, default_value = "hybrid")]
     pub estimator: Estimator,
     /// Another estimator for light K of the scene, counted from 0; may be repeated.
     #[arg(long, value_name = "K=ESTIMATOR")]

@@ -139,7 +139,9 @@ fn what_a_conversion_changes_is_said_with_its_number() {
     let (_, rest) = line.split_once("changes by ").unwrap();
     let said: f64 = rest.split(' ').next().unwrap().parse().unwrap();
     let mean = |file: &Path| {
-        let more = ["--samples", "16", "--hide-lights"];
+        // What `convert` compares by.
+        let estimator = ["--estimator", "line-analytic"];
+        let more = [&estimator[..], &["--samples", "16", "--hide-lights"]].concat();
         let arguments = ["render", path(file), "-o", path(&image)];
         let output = linelit(&[&arguments[..], &more].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
