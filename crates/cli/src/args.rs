@@ -202,9 +202,9 @@ pub struct RenderArgs {
     /// one:estimate, one:exact, tree.
     #[arg(long, default_value = "all")]
     pub lights: LightChoice,
-    /// Emissive spheres, disks and cylinders: facets, or exact (those that emit an image stay
-    /// facets).
-    #[arg(long, default_value = "facets")]
+    /// Emissive spheres, disks and cylinders: exact, where they are whole, emit outwards and no
+    /// image, or facets.
+    #[arg(long, default_value = "exact")]
     pub spheres: Spheres,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
@@ -249,8 +249,9 @@ pub struct ConvergeArgs {
     /// one:estimate, one:exact, tree.
     #[arg(long, default_value = "all")]
     pub lights: LightChoice,
-    /// Emissive spheres and disks: facets, or exact (those that emit an image stay facets).
-    #[arg(long, default_value = "facets")]
+    /// Emissive spheres, disks and cylinders: exact, where they are whole, emit outwards and no
+    /// image, or facets.
+    #[arg(long, default_value = "exact")]
     pub spheres: Spheres,
     /// Light samples per shading point, ascending.
     #[arg(long, value_name = "1,4,16…")]

@@ -203,6 +203,7 @@ fn print(name: &str, scene: &Scene, words: &[String]) -> Outcome {
             estimator: estimator.parse()?,
             sampler,
             samples: SAMPLES,
+            spheres: Spheres::Facets,
             seed: 3,
             ..Settings::default()
         };

@@ -44,7 +44,7 @@ impl Default for Settings {
             sampler: SamplerKind::Stratified,
             samples: 16,
             lights: LightChoice::All,
-            spheres: Spheres::Facets,
+            spheres: Spheres::default(),
             pixel_samples: 1,
             seed: 0,
             show_lights: true,
@@ -59,11 +59,11 @@ impl Default for Settings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spheres {
     /// `facets`: its triangles, which are what the camera sees.
-    #[default]
     Facets,
     /// `exact`: spheres, disks and cylinders themselves. Spheres and cylinders that emit inwards or
     /// on both sides, disks with a hole, disks and cylinders with a missing sector, and those that
     /// emit an image keep their facets.
+    #[default]
     Exact,
 }
 

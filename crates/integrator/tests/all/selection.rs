@@ -244,6 +244,7 @@ fn facets_are_nearly_the_sphere() {
     let base = Settings {
         sampler: SamplerKind::Sobol,
         samples: 256,
+        spheres: Spheres::Facets,
         ..settings("point-solid-angle")
     };
     let exact = Settings {

@@ -247,7 +247,7 @@ impl Default for StudySpec {
             time_budget: None,
             seed: 1,
             lights: LightChoice::All,
-            spheres: Spheres::Facets,
+            spheres: Spheres::default(),
             skip: true,
             papers: Vec::new(),
             spots: Vec::new(),
