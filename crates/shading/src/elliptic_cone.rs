@@ -309,15 +309,15 @@ mod tests {
             at(0.3, -0.9, 0.1),
         ];
         let turns = [0.0, 1.5, 3.3, 4.6];
+        let pairs = || (0..16).map(|k| [k / 4, k % 4]);
         let mut cut_by_horizon = 0;
         for (shape, n) in shapes
             .into_iter()
             .flat_map(|s| normals.map(|n| (s, n.normalize())))
         {
-            let pairs = turns
-                .iter()
-                .flat_map(|a| turns.iter().map(move |b| [*a, *b]));
-            let cuts = pairs.filter(|[a, b]| a != b).map(Some).chain([None]);
+            let apart = pairs().filter(|[a, b]| a != b);
+            let cuts = apart.map(|ends| Some(ends.map(|k: usize| turns[k])));
+            let cuts = cuts.chain([None]);
             for cut in cuts {
                 let [sum, limit] = both(shape, n, cut);
                 #[allow(clippy::cast_precision_loss, reason = "few corners")]

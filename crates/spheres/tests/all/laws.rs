@@ -443,6 +443,21 @@ fn hostile_disks_stay_finite() {
     }
 }
 
+/// A direction and back: its density, and its random numbers, to ε of the direction over the width
+/// of the smallest disk, 1e-3, and the map's condition.
+fn round_trip(name: &str, image: &TransformedCone, u: [f64; 2]) {
+    let (w, pdf) = image.sample(u);
+    let again = image.pdf(w).value();
+    assert!(
+        (again / pdf.value() - 1.0).abs() < 1e-10,
+        "{name}: {pdf:?} {again}"
+    );
+    let back = image.invert(w);
+    let turn = (back[0] - u[0]).abs();
+    let off = (turn.min(1.0 - turn) * u[1].sqrt()).max((back[1] - u[1]).abs());
+    assert!(off < 1e-10, "{name}: {u:?} {back:?}");
+}
+
 /// Directions towards disks under maps, narrow ones and ones that lean: in the chart of the disk's
 /// area.
 #[test]
@@ -485,20 +500,7 @@ fn disks_under_maps_obey_the_laws() {
             let to = disk.center - x;
             x + w * (to.dot(disk.normal) / w.dot(disk.normal))
         };
-        for _ in 0..10_000 {
-            let u = [rng.next_f64(), rng.next_f64()];
-            let (w, pdf) = image.sample(u);
-            // ε of the direction over the small disk's width, 1e-3, and the map's condition.
-            let again = image.pdf(w).value();
-            assert!(
-                (again / pdf.value() - 1.0).abs() < 1e-10,
-                "{name}: {pdf:?} {again}"
-            );
-            let back = image.invert(w);
-            let turn = (back[0] - u[0]).abs();
-            let off = (turn.min(1.0 - turn) * u[1].sqrt()).max((back[1] - u[1]).abs());
-            assert!(off < 1e-10, "{name}: {u:?} {back:?}");
-        }
+        (0..10_000).for_each(|_| round_trip(name, &image, [rng.next_f64(), rng.next_f64()]));
         let (p, mass) = fit(
             disk.area(),
             |u| by_area.invert(hit(image.sample(u).0)).unwrap_or([0.0; 2]),
