@@ -2,7 +2,7 @@
 
 use crate::{
     Occluders, Scratch,
-    node::{Child, Leaf, Node},
+    node::{Child, Node},
     sweep::Lanes,
     watertight::WatertightRay,
 };
@@ -57,9 +57,7 @@ impl Occluders {
 /// A ray in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug)]
 struct RayQuery {
-    /// In `f64`, for the few triangles that `f32` cannot decide.
-    origin64: DVec3,
-    direction: DVec3,
+    exact: WatertightRay,
     t_min: f64,
     t_max: f64,
     /// Excluded triangles: first and number.
@@ -71,13 +69,11 @@ struct RayQuery {
     /// `t = bound · inverse + offset`, rounded towards more room.
     offset_enter: [f32; 3],
     offset_leave: [f32; 3],
-    /// The range of t, rounded outwards.
     t_min32: f32,
     t_max32: f32,
-    /// Axes, origin and shear for the leaf test, and the rounding error of a sheared coordinate.
-    axes: [usize; 3],
+    /// Origin and shear for the leaf test, and the rounding error of a sheared coordinate there.
     origin: [f32; 3],
-    shear: [f32; 3],
+    shear: [f32; 2],
     error: f32,
 }
 
@@ -101,14 +97,12 @@ impl RayQuery {
         if !sane || !(ray.t_min <= ray.t_max) || occluders.hierarchy.nodes.is_empty() {
             return None;
         }
+        let exact = WatertightRay::new(o, d);
         let size = occluders.extent.max(o.abs().max_element());
         // A component this small moves the ray by less than the room over any distance in f32.
         let largest_inverse = (1e36 / size).min(1e37);
-        let [kx, ky, kz] = WatertightRay::axes(d);
-        let reciprocal = d.recip();
         let mut q = Self {
-            origin64: o,
-            direction: d,
+            exact,
             t_min: ray.t_min,
             t_max: ray.t_max,
             exclude: (exclude.start, exclude.end.saturating_sub(exclude.start)),
@@ -119,18 +113,12 @@ impl RayQuery {
             offset_leave: [0.0; 3],
             t_min32: (ray.t_min as f32).next_down().max(-1e30),
             t_max32: (ray.t_max as f32).next_up().min(1e30),
-            axes: [kx, ky, kz],
             origin: o.as_vec3().to_array(),
-            shear: [
-                d[kx] * reciprocal[kz],
-                d[ky] * reciprocal[kz],
-                reciprocal[kz],
-            ]
-            .map(|k| k as f32),
+            shear: [exact.shear[0] as f32, exact.shear[1] as f32],
             error: (ROOM * size) as f32,
         };
         for axis in 0..3 {
-            let inverse = reciprocal[axis].clamp(-largest_inverse, largest_inverse) as f32;
+            let inverse = (1.0 / d[axis]).clamp(-largest_inverse, largest_inverse) as f32;
             let offset = -o[axis] * f64::from(inverse);
             let room = ROOM * size * f64::from(inverse).abs();
             q.inverse[axis] = inverse;
@@ -141,11 +129,6 @@ impl RayQuery {
             q.leave[axis] = axis + 3 * (1 - negative);
         }
         Some(q)
-    }
-
-    /// The ray as `f64` takes it.
-    fn exact(&self) -> WatertightRay {
-        WatertightRay::new(self.origin64, self.direction)
     }
 
     /// The boxes of a node that the ray may enter before `t_max`, and where.
@@ -166,122 +149,42 @@ impl RayQuery {
         (s.le(near, far) & node.valid, near)
     }
 
-    /// The sheared x and y, and the z, of the leaf's vertices in rows `first` to `first + 2`.
+    /// The sheared x and y of the leaf's vertices in rows `first` to `first + 2`.
     #[inline(always)]
-    fn shear<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> [S::F; 3] {
-        let [kx, ky, kz] = self.axes;
+    fn shear<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> (S::F, S::F) {
+        let [kx, ky, kz] = self.exact.axes;
         let z = s.load(&vertices[first + kz]) - self.origin[kz];
         let x = s.load(&vertices[first + kx]) - self.origin[kx];
         let y = s.load(&vertices[first + ky]) - self.origin[ky];
-        [
+        (
             s.fma(s.splat(-self.shear[0]), z, x),
             s.fma(s.splat(-self.shear[1]), z, y),
-            z,
-        ]
+        )
     }
 
-    /// Of the triangles `among` those of a leaf that are not excluded, the ones that the ray may
-    /// meet: all that it does, and rarely one that it does not; and of these, the ones that it
-    /// surely meets.
+    /// The triangles of a leaf whose plane figure may contain the ray: all that do, and rarely
+    /// one that does not.
     #[inline(always)]
-    fn triangles<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> (u8, u8) {
-        let vertices = &leaf.vertices;
-        let [ax, ay, az] = self.shear(s, vertices, 0);
-        let [bx, by, bz] = self.shear(s, vertices, 3);
-        let [cx, cy, cz] = self.shear(s, vertices, 6);
+    fn triangles<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9]) -> u8 {
+        let (ax, ay) = self.shear(s, vertices, 0);
+        let (bx, by) = self.shear(s, vertices, 3);
+        let (cx, cy) = self.shear(s, vertices, 6);
         let u = cx * by - cy * bx;
         let v = ax * cy - ay * cx;
         let w = bx * ay - by * ax;
         // Each coordinate is off by at most e = ROOM · size, a product of two by 2 e r + e² for
         // the largest coordinate r, a difference by twice that; rounding of the products, with
-        // r below 4 sizes, is less than another e r; where these underflow, than the least
-        // normal number.
+        // r below 4 sizes, is less than another e r.
         let r = s.max(
             s.max(s.max(s.abs(ax), s.abs(ay)), s.max(s.abs(bx), s.abs(by))),
             s.max(s.abs(cx), s.abs(cy)),
         );
         let e = s.splat(self.error);
-        let least = s.splat(f32::MIN_POSITIVE);
-        let room = s.fma(e, s.fma(r, s.splat(6.0), e * 2.0), least);
+        let room = e * s.fma(r, s.splat(6.0), e * 2.0);
         let low = s.min(s.min(u, v), w);
         let high = s.max(s.max(u, v), w);
         // low ≥ −room or high ≤ room, or NaN, where far vertices overflow.
-        let zero = s.splat(0.0);
-        let around = among & !(s.lt(low, zero - room) & s.lt(room, high));
-        if around == 0 {
-            return (0, 0);
-        }
-        let around = around & !s.in_range(&leaf.id, self.exclude.0, self.exclude.1);
-        if around == 0 {
-            return (0, 0);
-        }
-        let [outside, inside] = self.depth(s, [u, v, w], [az, bz, cz], room);
-        let surely_around = s.lt(room, low) | s.lt(high, zero - room);
-        (around & !outside, around & inside & surely_around)
-    }
-
-    /// Where the ray's line surely meets a triangle, if it does, before or beyond the ray, and
-    /// where surely within: of edge functions that are off by `room`, and the depths of vertices.
-    #[inline(always)]
-    fn depth<S: Simd>(&self, s: S, edges: [S::F; 3], depths: [S::F; 3], room: S::F) -> [u8; 2] {
-        // t = T k/D with D = u + v + w, T = u az + v bz + w cz and k = 1/direction. As u, v and w
-        // are off by `room` and z by e, and no z is beyond 2 sizes, D is off by 3 room and two
-        // roundings of W = Σ|u|, T by 3 room max|z| + e W and three roundings of W max|z|, which
-        // are e W/8 each, as are three more of T k D. Compared is T k D − limit D², which has the
-        // sign of t − limit where that of D is known: three roundings of limit D W, and three for
-        // the limit. What overflows is on neither side.
-        let ([u, v, w], [az, bz, cz]) = (edges, depths);
-        let (e, least, zero) = (
-            s.splat(self.error),
-            s.splat(f32::MIN_POSITIVE),
-            s.splat(0.0),
-        );
-        let det = u + v + w;
-        let weight = s.abs(u) + s.abs(v) + s.abs(w);
-        let depth = s.max(s.max(s.abs(az), s.abs(bz)), s.abs(cz));
-        let k = s.splat(self.shear[2]);
-        let at = s.fma(u, az, s.fma(v, bz, w * cz)) * k * det;
-        let off_depth = s.fma(s.fma(e, weight, room * (depth + e)), s.splat(3.0), least);
-        let off_depth = s.fma(off_depth, s.abs(k), least);
-        let off_det = s.fma(weight, s.splat(f32::EPSILON * 8.0), room * 3.0);
-        let size = s.abs(det);
-        let compare = |limit: f32| {
-            let off = size * s.fma(off_det, s.splat(limit.abs()), off_depth);
-            (at - (det * limit) * det, off + least)
-        };
-        let (before, slack) = compare(self.t_min32);
-        let (after, slack_after) = compare(self.t_max32);
-        let outside = s.lt(before, zero - slack) | s.lt(slack_after, after);
-        let inside = s.lt(slack, before) & s.lt(after, zero - slack_after);
-        [outside & s.lt(off_det, size), inside]
-    }
-
-    /// Whether the ray meets any of the triangles `among` those of a leaf; `exact` is the ray in
-    /// `f64` once it is asked for.
-    #[inline(always)]
-    fn meets<S: Simd>(
-        &self,
-        s: S,
-        leaf: &Leaf,
-        among: u8,
-        exact: &mut Option<WatertightRay>,
-    ) -> bool {
-        let (mut maybe, sure) = self.triangles(s, leaf, among);
-        if sure != 0 {
-            return true;
-        }
-        while maybe != 0 {
-            let lane = maybe.trailing_zeros() as usize;
-            maybe &= maybe - 1;
-            let exact = exact.get_or_insert_with(|| self.exact());
-            if let Some((t, _)) = exact.intersect(&leaf.triangle(lane))
-                && t >= self.t_min
-                && t <= self.t_max
-            {
-                return true;
-            }
-        }
-        false
+        !(s.lt(low, s.splat(0.0) - room) & s.lt(room, high))
     }
 }
 
@@ -301,18 +204,6 @@ fn any_kernel<S: Simd>(
     if scratch.stack.len() < occluders.stack_size {
         scratch.stack.resize(occluders.stack_size, 0);
     }
-    let mut exact = None;
-    // What met the latest ray from here often meets the next. Only from here, so that what is
-    // tested does not depend on which points a thread was given.
-    if let Some((origin, child)) = scratch.last
-        && origin == ray.origin
-        && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
-    {
-        counters.triangle_tests += u64::from(child.count());
-        if q.meets(s, leaf, child.mask(), &mut exact) {
-            return true;
-        }
-    }
     let stack = &mut scratch.stack[..];
     stack[0] = Child::node(0).0;
     let mut top = 1;
@@ -328,9 +219,19 @@ fn any_kernel<S: Simd>(
             leaves &= leaves - 1;
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
-            if q.meets(s, leaf, child.mask(), &mut exact) {
-                scratch.last = Some((ray.origin, child));
-                return true;
+            let mut maybe = q.triangles(s, &leaf.vertices) & child.mask();
+            while maybe != 0 {
+                let lane = maybe.trailing_zeros() as usize;
+                maybe &= maybe - 1;
+                if leaf.id[lane].wrapping_sub(q.exclude.0) < q.exclude.1 {
+                    continue;
+                }
+                if let Some((t, _)) = q.exact.intersect(&leaf.triangle(lane))
+                    && t >= q.t_min
+                    && t <= q.t_max
+                {
+                    return true;
+                }
             }
         }
         let mut inner = found & !node.leaf;
@@ -372,7 +273,6 @@ fn closest_kernel<S: Simd>(
     stack.clear();
     stack.push((Child::node(0), f32::NEG_INFINITY));
     let mut best: Option<Hit> = None;
-    let mut exact = None;
     while let Some((child, near)) = stack.pop() {
         if near > q.t_max32 {
             continue;
@@ -380,12 +280,11 @@ fn closest_kernel<S: Simd>(
         if child.is_leaf() {
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
-            let (mut maybe, _) = q.triangles(s, leaf, child.mask());
+            let mut maybe = q.triangles(s, &leaf.vertices) & child.mask();
             while maybe != 0 {
                 let lane = maybe.trailing_zeros() as usize;
                 maybe &= maybe - 1;
-                let exact = exact.get_or_insert_with(|| q.exact());
-                let Some((t, barycentric)) = exact.intersect(&leaf.triangle(lane)) else {
+                let Some((t, barycentric)) = q.exact.intersect(&leaf.triangle(lane)) else {
                     continue;
                 };
                 #[allow(clippy::float_cmp, reason = "the tie rule is about equal bits")]

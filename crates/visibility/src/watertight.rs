@@ -15,8 +15,8 @@ use linelit_geometry::DVec3;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WatertightRay {
     origin: [f64; 3],
-    axes: [usize; 3],
-    shear: [f64; 3],
+    pub(crate) axes: [usize; 3],
+    pub(crate) shear: [f64; 3],
 }
 
 impl WatertightRay {
@@ -24,24 +24,15 @@ impl WatertightRay {
     #[inline(always)]
     pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
         let d = direction.to_array();
-        let axes = Self::axes(direction);
-        let [kx, ky, kz] = axes;
+        let longest = direction.abs().max_position();
+        let (mut kx, mut ky) = ((longest + 1) % 3, (longest + 2) % 3);
+        if d[longest] < 0.0 {
+            std::mem::swap(&mut kx, &mut ky);
+        }
         Self {
             origin: origin.to_array(),
-            axes,
-            shear: [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]],
-        }
-    }
-
-    /// The axes in the ray's order.
-    #[inline(always)]
-    pub(crate) fn axes(direction: DVec3) -> [usize; 3] {
-        let longest = direction.abs().max_position();
-        let (kx, ky) = ((longest + 1) % 3, (longest + 2) % 3);
-        if direction[longest] < 0.0 {
-            [ky, kx, longest]
-        } else {
-            [kx, ky, longest]
+            axes: [kx, ky, longest],
+            shear: [d[kx] / d[longest], d[ky] / d[longest], 1.0 / d[longest]],
         }
     }
 

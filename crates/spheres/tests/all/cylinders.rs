@@ -93,6 +93,7 @@ fn lines_obey_the_laws() {
         let range = last - first;
         let eps = resolution(view);
         let laws = Laws::new(format!("{} {measure:?}", view.name))
+            .samples(SAMPLES)
             .alpha(sidak(1e-4, tests))
             .round_trip(1024.0 * eps)
             // At the rim, where heights go to zero, the angle is the root of rounding.
@@ -273,6 +274,9 @@ fn what_is_not_seen_has_no_density() {
     }
 }
 
+/// Samples of each χ² test.
+const SAMPLES: usize = 1_000_000;
+
 /// χ² of points by area over azimuths and places, of the strip and of the whole side; round trips.
 #[test]
 fn points_by_area_obey_the_laws() {
@@ -287,7 +291,7 @@ fn points_by_area_obey_the_laws() {
         for (by_area, half) in [(whole, PI), (strip, seen.half_turn())] {
             let area = 2.0 * half * radius * axis.length();
             let mut counts = vec![0_u64; 96];
-            for _ in 0..200_000 {
+            for _ in 0..SAMPLES {
                 let u = [rng.next_f64(), rng.next_f64()];
                 let s = by_area.sample(u);
                 assert!((s.pdf.value() * area - 1.0).abs() < 1e-12, "{}", view.name);
@@ -312,7 +316,7 @@ fn points_by_area_obey_the_laws() {
                 };
                 counts[bin(0.5 + 0.5 * turn / half, 12) * 8 + bin(z, 8)] += 1;
             }
-            let expected = vec![200_000.0 / 96.0; 96];
+            let expected = vec![SAMPLES as f64 / 96.0; 96];
             let p = chi2_test(&counts, &expected, 5.0).p_value;
             assert!(p > sidak(1e-4, 2 * views.len()), "{}: p = {p:e}", view.name);
         }
