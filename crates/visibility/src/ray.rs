@@ -2,7 +2,7 @@
 
 use crate::{
     Occluders, Scratch,
-    node::{Child, Node},
+    node::{Child, Leaf, Node},
     sweep::Lanes,
     watertight::WatertightRay,
 };
@@ -186,6 +186,26 @@ impl RayQuery {
         // low ≥ −room or high ≤ room, or NaN, where far vertices overflow.
         !(s.lt(low, s.splat(0.0) - room) & s.lt(room, high))
     }
+
+    /// Whether the ray meets any of the triangles `among` those of a leaf that are not excluded.
+    #[inline(always)]
+    fn meets<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> bool {
+        let mut maybe = self.triangles(s, &leaf.vertices) & among;
+        while maybe != 0 {
+            let lane = maybe.trailing_zeros() as usize;
+            maybe &= maybe - 1;
+            if leaf.id[lane].wrapping_sub(self.exclude.0) < self.exclude.1 {
+                continue;
+            }
+            if let Some((t, _)) = self.exact.intersect(&leaf.triangle(lane))
+                && t >= self.t_min
+                && t <= self.t_max
+            {
+                return true;
+            }
+        }
+        false
+    }
 }
 
 #[inline(always)]
@@ -204,6 +224,17 @@ fn any_kernel<S: Simd>(
     if scratch.stack.len() < occluders.stack_size {
         scratch.stack.resize(occluders.stack_size, 0);
     }
+    // What met the latest ray from here often meets the next. Only from here, so that what is
+    // tested does not depend on which points a thread was given.
+    if let Some((origin, child)) = scratch.last
+        && origin == ray.origin
+        && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
+    {
+        counters.triangle_tests += u64::from(child.count());
+        if q.meets(s, leaf, child.mask()) {
+            return true;
+        }
+    }
     let stack = &mut scratch.stack[..];
     stack[0] = Child::node(0).0;
     let mut top = 1;
@@ -219,19 +250,9 @@ fn any_kernel<S: Simd>(
             leaves &= leaves - 1;
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
-            let mut maybe = q.triangles(s, &leaf.vertices) & child.mask();
-            while maybe != 0 {
-                let lane = maybe.trailing_zeros() as usize;
-                maybe &= maybe - 1;
-                if leaf.id[lane].wrapping_sub(q.exclude.0) < q.exclude.1 {
-                    continue;
-                }
-                if let Some((t, _)) = q.exact.intersect(&leaf.triangle(lane))
-                    && t >= q.t_min
-                    && t <= q.t_max
-                {
-                    return true;
-                }
+            if q.meets(s, leaf, child.mask()) {
+                scratch.last = Some((ray.origin, child));
+                return true;
             }
         }
         let mut inner = found & !node.leaf;
