@@ -2,6 +2,7 @@
 
 use crate::combination::CombinationBuffers;
 use crate::line_sum::Draws;
+use crate::point_sum::PointBlock;
 use crate::round::RoundSource;
 use crate::techniques::points::round::RoundPoints;
 use crate::techniques::{lines::LineFamily, points::PointSource};
@@ -31,6 +32,7 @@ pub struct SampleBuffers {
     pub segments: SegmentCounters,
     pub(crate) visible: VisibleLines,
     pub(crate) draws: Draws,
+    pub(crate) points: PointBlock,
     pub(crate) combination: CombinationBuffers<PointSource<'static>, LineFamily<'static>>,
     pub(crate) round: CombinationBuffers<RoundSource, DiskChords>,
     pub(crate) cylinder: CombinationBuffers<RoundPoints, CylinderLines>,

@@ -82,7 +82,7 @@ fn by_technique<R: Reflection, T: EmissionTexture>(
         return DVec3::ZERO;
     };
     let (set, count, emitted) = (query.numbers(), query.samples, linear.radiance_radius);
-    let (mut numbers, mut samples) = ([0.0; BATCH], [LinearSample::default(); BATCH]);
+    let (mut numbers, mut drawn) = ([0.0; BATCH], [LinearSample::default(); BATCH]);
     let draw = |i: u32| {
         let in_batch = i as usize % BATCH;
         if in_batch == 0 {
@@ -90,13 +90,15 @@ fn by_technique<R: Reflection, T: EmissionTexture>(
             for (slot, i) in numbers[..size].iter_mut().zip(i..) {
                 *slot = set.get_1d(i);
             }
-            sampler.sample_into(&numbers[..size], &mut samples[..size]);
+            sampler.sample_into(&numbers[..size], &mut drawn[..size]);
         }
-        let sample = &samples[in_batch];
+        let sample = &drawn[in_batch];
         let value = query.point.reflected(emitted, sample.direction);
         Some((value, sample.pdf.value(), sample.offset))
     };
-    point_sum::mean(count, draw, |to_light| query.is_free(*to_light, buffers))
+    let Buffers { scratch, samples } = buffers;
+    let free = |to_light: &[DVec3]| query.free(to_light, scratch);
+    point_sum::mean(count, &mut samples.points, draw, free)
 }
 
 /// As many diffuse samples as glossy ones, weighted.
@@ -148,7 +150,8 @@ fn by_pair<R: Reflection, T: EmissionTexture>(
         ];
         for (k, sample) in [a, b].iter().enumerate() {
             let value = query.point.reflected(emitted, sample.direction);
-            let free = value != DVec3::ZERO && query.is_free(sample.offset, buffers);
+            let free =
+                value != DVec3::ZERO && query.free(&[sample.offset], &mut buffers.scratch) != 0;
             let value = if free { value } else { DVec3::ZERO };
             sum += pair.contribution(value, densities[k], k);
         }

@@ -1,9 +1,10 @@
 //! One shading point and one light: what an estimator works on.
 
+use crate::point_sum::bits;
 use crate::techniques::points::LightPoint;
 use crate::{
-    Buffers, EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Stream,
-    Technique, closed_form,
+    EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Stream, Technique,
+    closed_form,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
@@ -133,10 +134,13 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
         }
     }
 
-    /// Whether nothing stands before a point of the light, given relative to the shading point.
-    pub(crate) fn is_free(&self, to_light: DVec3, buffers: &mut Buffers) -> bool {
+    /// A bit for each of up to 64 points of the light, given relative to the shading point, that
+    /// nothing stands before.
+    pub(crate) fn free(&self, to_light: &[DVec3], scratch: &mut Scratch) -> u64 {
         let (x, own) = (self.point.position, &self.light.triangles);
-        is_free(self.occluders, x, to_light, own, &mut buffers.scratch)
+        bits(to_light, |end| {
+            is_free(self.occluders, x, *end, own, scratch)
+        })
     }
 }
 

@@ -51,7 +51,9 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
         return value;
     }
     match strategy {
-        Strategy::Points(by) => point_sum::in_shaft(query, area, by, &mut shaft),
+        Strategy::Points(by) => {
+            point_sum::in_shaft(query, area, by, &mut shaft, &mut samples.points)
+        }
         Strategy::Rays(by) => point_sum::by_rays(query, area, by, buffers),
         Strategy::Exact | Strategy::Lines => {
             samples.plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);
