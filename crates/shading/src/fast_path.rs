@@ -44,6 +44,25 @@ pub(crate) const LUNE: [[f64; 2]; 8] = [
     [0.0, 410.04971133274756],
 ];
 
+/// Numerator and denominator of A(c) = δ/sin δ with c = cos δ as polynomials of s = 1 + cos δ, from
+/// s = 3/4 to 2.
+///
+/// Interpolated at 15 points with 60 digits: 9e-17 relative, with the coefficients rounded. All
+/// terms are positive, so that nothing cancels.
+const ARC: [[f64; 2]; 8] = [
+    [5.206095749598854, 0.17706388940683435],
+    [121.75672176294223, 15.475775501483161],
+    [610.5759696490409, 167.63921426292148],
+    [976.4851598715009, 514.4740320581808],
+    [553.0900699218265, 559.2088883763545],
+    [105.42840824163278, 225.0691150557065],
+    [5.123686457304177, 30.632988479197188],
+    [0.012281830389148662, 1.0],
+];
+
+/// The most that [`ARC`] is.
+pub(crate) const LONGEST_ARC: f64 = 1.89;
+
 /// What all models need of a segment.
 struct Products<L: Lanes> {
     /// |p0|², |p1|², p0·p1.
@@ -174,4 +193,29 @@ pub(crate) fn point_line<L: Lanes>(
         value,
         segment.clear & l.dle(product * LEAST_COSINE, segment.dot),
     )
+}
+
+/// The term of Lambert's sum for the edge from `a` to `b`, Θ (a × b)·n/|a × b|; the square of
+/// |b − a|/|b|, which rounding is in proportion to; and whether the conditions held: not where Θ is
+/// above 104°.
+///
+/// **Error**: 8 ε [`LONGEST_ARC`] |n||b − a|/|b|: 4 ε of |a||b − a| in the cross product with the
+/// difference, 3 ε in the product with n, and the factors'.
+#[inline(always)]
+pub(crate) fn edge<L: Lanes>(l: L, a: [L::D; 3], b: [L::D; 3], n: [L::D; 3]) -> (L::D, L::D, L::M) {
+    let e = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let x = [
+        a[1] * e[2] - a[2] * e[1],
+        a[2] * e[0] - a[0] * e[2],
+        a[0] * e[1] - a[1] * e[0],
+    ];
+    let (a2, b2) = (products::<L>(a, a), products::<L>(b, b));
+    let product = l.dsqrt(a2 * b2);
+    let cos = products::<L>(a, b) / product;
+    let [over, under] = l.polynomials(&ARC, cos + 1.0);
+    let value = (over * products::<L>(x, n)) / (under * product);
+    let held = l.dle(l.dsplat(LEAST_COSINE), cos)
+        & l.dle(l.dsplat(NEAR), l.dmin(a2, b2))
+        & l.dle(l.dmax(a2, b2), l.dsplat(FAR));
+    (value, products::<L>(e, e) / b2, held)
 }

@@ -15,6 +15,7 @@ mod fast_path;
 mod gauss;
 pub mod horizon;
 mod kernels;
+mod lambert;
 mod lobe;
 pub mod ltc;
 pub mod phong;

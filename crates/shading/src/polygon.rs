@@ -2,6 +2,8 @@
 
 use crate::exact::{area_vector, direction, dot, length};
 use crate::horizon::crossing;
+use crate::lambert;
+pub use crate::lambert::boundary_irradiance;
 use crate::phong_polygon::triangles;
 use crate::span::power_of_two_unit;
 use crate::special::{arc, arc_excess};
@@ -31,9 +33,10 @@ const ANY: f64 = -2.0;
 /// E = ½ Σ (Θᵢ/sin Θᵢ) (vᵢ × vᵢ₊₁)·n/(rᵢ rᵢ₊₁)
 /// ```
 ///
-/// with Θ/sin Θ as an analytic function of cos Θ. A polygon smaller than half its distance takes
-/// the centred form, in which what cancels has been taken out by hand: with eᵢ = vᵢ − v,
-/// R = |v|, dᵢ = rᵢ − R and p = Θ/sin Θ − 1 (by its own function of cos Θ),
+/// with Θ/sin Θ as an analytic function of cos Θ, eight edges at a time where nothing is cut and
+/// little cancels. Else a polygon smaller than half its distance takes the centred form, in which
+/// what cancels has been taken out by hand: with eᵢ = vᵢ − v, R = |v|, dᵢ = rᵢ − R and
+/// p = Θ/sin Θ − 1 (by its own function of cos Θ),
 ///
 /// ```text
 /// E = ½ [ Σ wᵢ (eᵢ × eᵢ₊₁)·n + n·(v × Σ ωᵢ (eᵢ₊₁ − eᵢ)) ],   wᵢ = (1 + p)/(rᵢ rᵢ₊₁),
@@ -61,8 +64,9 @@ const ANY: f64 = -2.0;
 /// ```
 #[must_use]
 pub fn irradiance(vertices: &[DVec3], n: DVec3) -> f64 {
+    let value = lambert::polygon(vertices, n).unwrap_or_else(|| signed(vertices, n));
     // Of all directions above the horizon it is π; the last digit is rounding's.
-    nonnegative(signed(vertices, n).abs()).min(PI * n.length())
+    nonnegative(value.abs()).min(PI * n.length())
 }
 
 /// [`irradiance`] with a sign: positive where the vertices are counter-clockwise seen from the
@@ -154,9 +158,13 @@ pub(crate) fn clip_with(
 pub fn irradiance_by_edges(vertices: &[DVec3], n: DVec3) -> f64 {
     let mut above = [DVec3::ZERO; ConvexPolygon::CAPACITY + 2];
     let count = clip_to_horizon(vertices, n, &mut above);
-    let next = above[..count].iter().cycle().skip(1);
-    let terms = above[..count].iter().zip(next);
-    nonnegative(0.5 * terms.map(|(a, b)| edge(*a, *b, n)).sum::<f64>().abs())
+    let above = &above[..count];
+    let one_by_one = || {
+        let next = above.iter().cycle().skip(1);
+        above.iter().zip(next).map(|(a, b)| edge(*a, *b, n)).sum()
+    };
+    let sum: f64 = lambert::sum(above, n).map_or_else(one_by_one, |[sum, _]| sum);
+    nonnegative(0.5 * sum.abs())
 }
 
 /// Clips to the horizon of `n` into `out`; the number of vertices left, 0 if `out` is too short.

@@ -235,6 +235,9 @@ fn over_polygons(source: &mut Source, wrong: &mut Wrong) {
     }
     let [a, b, c] = [points[0], points[1], points[2]];
     wrong.finite("polygon::edge", polygon::edge(a, b, n));
+    let ends = [[a.x, b.y], [b.z, a.y]];
+    let sum = polygon::boundary_irradiance([ends; 9], &[a, b, w], n);
+    wrong.light("boundary", sum);
     wrong.light("triangle", solid_angle::triangle(a, b, c));
     wrong.light("parallelogram", solid_angle::parallelogram(a, b, c));
     wrong.light("sphere_versine", solid_angle::sphere_versine(k, radius));

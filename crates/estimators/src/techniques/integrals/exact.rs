@@ -160,13 +160,13 @@ impl<'a> Seen<'a> {
         least: f64,
     ) -> Option<f64> {
         let [origin, along_p, along_q] = self.plane;
-        let at = |p: Point| map(self.in_space(p));
+        let plane = self.plane.map(&map);
+        let at = |p: Point| plane[0] + plane[1] * p[0] + plane[2] * p[1];
         let side = along_p.length_squared().min(along_q.length_squared());
         let fits = side > least * origin.length_squared();
         (fits && self.light.iter().all(|&p| n.dot(at(p)) > 0.0)).then(|| {
-            let term = |p: &BoundaryEdge| polygon::edge(at(p.from), at(p.to), n);
-            let sum: f64 = self.pieces.iter().map(term).sum();
-            0.5 * sum.abs()
+            let edges = self.pieces.iter().map(|edge| [edge.from, edge.to]);
+            polygon::boundary_irradiance(edges, &plane, n)
         })
     }
 
