@@ -37,12 +37,6 @@ impl Bounds {
         let (x, y, z) = (d(0), d(1), d(2));
         x * y + (x + y) * z
     }
-
-    /// The middle along an axis, without overflow.
-    #[inline(always)]
-    pub(super) fn middle(&self, axis: usize) -> f32 {
-        0.5 * self.lo[axis] + 0.5 * self.hi[axis]
-    }
 }
 
 /// The lesser of two numbers, none of them NaN: one instruction, unlike `f32::min`.

@@ -1,14 +1,10 @@
-//! Building the hierarchy: a binary tree, split from its root, its small subtrees joined by obvhs,
-//! and improved, is collapsed into nodes of eight.
+//! Building the hierarchy: a binary tree, split from its root and improved, is collapsed into nodes
+//! of eight.
 //!
-//! Costs are computed in `f64`, where no box of `f32` vertices overflows or vanishes, and time is
-//! n log n for any input: rows, copies, nests. (Over all triangles at once, obvhs joins neighbours
-//! that are each other's nearest, of which a row has one pair at a time; it took 250 bytes
-//! a triangle.)
+//! Time is n log n for any input: rows, copies, nests.
 
 mod binary;
 mod collapse;
-mod join;
 mod reinsert;
 mod split;
 #[cfg(test)]
@@ -97,7 +93,7 @@ impl Geometry<'_> {
         for v in self.vertices(id) {
             bounds.extend(&Bounds { lo: v, hi: v });
         }
-        Reference { bounds, id }
+        Reference::new(&bounds, id)
     }
 }
 

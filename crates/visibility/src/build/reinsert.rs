@@ -1,16 +1,16 @@
 //! Improving a binary tree: subtrees are taken out and put where they make boxes smaller.
 //!
-//! **Source**: Meister & Bittner 2018, "Parallel reinsertion for bounding volume hierarchy
-//! optimization"; candidates are the nodes with the largest boxes, as in Bittner, Hapala & Havran
-//! 2013. A search looks at a bounded number of nodes, so that time is n log n where boxes lie on
-//! top of each other, too.
+//! **Source**: Bittner, Hapala & Havran 2013, "Fast insertion-based optimization of bounding volume
+//! hierarchies": the nodes with the largest boxes, one after the other. Where a node is put is
+//! searched for as in Meister & Bittner 2018, "Parallel reinsertion for bounding volume hierarchy
+//! optimization", from its place upwards. A search looks at a bounded number of nodes, so that time
+//! is n log n where boxes lie on top of each other, too.
 
 use super::{binary::Binary, index};
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-/// Shares of the nodes that the passes look at: many at first, then fewer and fewer.
-const SHARES: [f64; 2] = [0.05, 0.1];
-const PASSES: u32 = 16;
+/// Shares of the nodes, those with the largest boxes, that the passes look at.
+const SHARES: [f64; 2] = [0.03, 0.03];
 
 /// Nodes that the search for one place looks at.
 const MOST_VISITS: u32 = 512;
@@ -19,15 +19,7 @@ const MOST_VISITS: u32 = 512;
 const LEVELS: u32 = 4;
 
 /// Subtrees at which the top of a large tree ends that is improved by itself.
-const TOP: usize = 1 << 16;
-
-/// A place for a subtree, and how much smaller boxes get.
-#[derive(Clone, Copy)]
-struct Move {
-    gain: f64,
-    from: u32,
-    to: u32,
-}
+const TOP: usize = 1 << 14;
 
 /// The node beside another one; nodes are numbered as in [`Binary`].
 #[inline(always)]
@@ -47,80 +39,53 @@ struct Tree<'a> {
     todo: Vec<(f64, u32)>,
 }
 
-/// Improves a tree with root 0 and fewer than 2³¹ nodes.
+/// Improves a tree with root 0 and fewer than 2³¹ nodes, in which children stand behind their
+/// parents; after that they do no more.
 pub(super) fn improve(nodes: &mut [Binary]) {
     if nodes.len() < 7 {
         return;
     }
     let mut parents = vec![0; nodes.len()];
-    for (i, node) in (0..).zip(&*nodes) {
+    let mut heights = vec![0; nodes.len()];
+    // Children stand behind their parents.
+    for (i, node) in nodes.iter().enumerate().rev() {
         if !node.is_leaf() {
-            parents[node.first as usize] = i;
-            parents[node.first as usize + 1] = i;
+            parents[node.first as usize] = index(i);
+            parents[node.first as usize + 1] = index(i);
+            heights[i] = above(&heights, node.first);
         }
     }
     let mut tree = Tree {
-        heights: heights(nodes),
+        heights,
         most_levels: LEVELS * (usize::BITS - nodes.len().leading_zeros()),
         nodes,
         parents,
         todo: Vec::new(),
     };
     let mut candidates: Vec<(f64, u32)> = Vec::new();
-    let mut moves = Vec::new();
-    let mut touched = vec![0_u32; tree.nodes.len()];
-    let mut pass_number = 0;
+    let largest_first = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
     for share in SHARES {
-        for pass in 0..PASSES {
-            #[allow(
-                clippy::cast_precision_loss,
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a share of the nodes"
-            )]
-            let count = (tree.nodes.len() as f64 * share / f64::from(2 * pass + 1)) as usize + 1;
-            candidates.clear();
-            let all = (1..).zip(&tree.nodes[1..]);
-            candidates.extend(all.map(|(i, node)| (node.bounds.half_area(), i)));
-            let largest_first =
-                |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-            if count < candidates.len() {
-                candidates.select_nth_unstable_by(count, largest_first);
-                candidates.truncate(count);
-            }
-            moves.clear();
-            moves.extend(candidates.iter().filter_map(|c| tree.search(c.1)));
-            moves.sort_unstable_by(|a: &Move, b| {
-                b.gain.total_cmp(&a.gain).then(a.from.cmp(&b.from))
-            });
-            pass_number += 1;
-            for m in &moves {
-                tree.apply(*m, &mut touched, pass_number);
+        #[allow(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a share of the nodes"
+        )]
+        let count = (tree.nodes.len() as f64 * share) as usize + 1;
+        candidates.clear();
+        let all = (1..).zip(&tree.nodes[1..]);
+        candidates.extend(all.map(|(i, node)| (node.bounds.half_area(), i)));
+        if count < candidates.len() {
+            candidates.select_nth_unstable_by(count, largest_first);
+            candidates.truncate(count);
+        }
+        candidates.sort_unstable_by(largest_first);
+        for &(_, from) in &candidates {
+            if let Some(to) = tree.search(from) {
+                tree.apply(from, to);
             }
         }
     }
-}
-
-/// The levels below each node.
-fn heights(nodes: &[Binary]) -> Vec<u16> {
-    let mut heights = vec![0_u16; nodes.len()];
-    // Parents before their children, and back.
-    let mut order = vec![0_u32];
-    let mut next = 0;
-    while let Some(&at) = order.get(next) {
-        let node = &nodes[at as usize];
-        if !node.is_leaf() {
-            order.extend([node.first, node.first + 1]);
-        }
-        next += 1;
-    }
-    for at in order.into_iter().rev() {
-        let node = &nodes[at as usize];
-        if !node.is_leaf() {
-            heights[at as usize] = above(&heights, node.first);
-        }
-    }
-    heights
 }
 
 /// The levels below the parent of a pair.
@@ -135,15 +100,11 @@ impl Tree<'_> {
     }
 
     /// The best place for a subtree other than where it is.
-    fn search(&mut self, from: u32) -> Option<Move> {
+    fn search(&mut self, from: u32) -> Option<u32> {
         let bounds = self.nodes[from as usize].bounds;
         let area = bounds.half_area();
         let parent = self.parents[from as usize];
-        let mut best = Move {
-            gain: 0.0,
-            from,
-            to: 0,
-        };
+        let (mut best, mut place) = (0.0, 0);
         // Without the subtree its parent goes, and the boxes above shrink to what is left.
         let mut gain = self.area(parent);
         let mut beside = sibling(from);
@@ -154,15 +115,14 @@ impl Tree<'_> {
         loop {
             self.todo.push((gain, beside));
             while let Some((gain, to)) = self.todo.pop() {
-                if gain - area <= best.gain {
+                if gain - area <= best {
                     continue;
                 }
                 visits += 1;
                 let node = &self.nodes[to as usize];
                 let here = gain - node.bounds.union(&bounds).half_area();
-                if here > best.gain {
-                    best.gain = here;
-                    best.to = to;
+                if here > best {
+                    (best, place) = (here, to);
                 }
                 if !node.is_leaf() && visits < MOST_VISITS {
                     let below = here + node.bounds.half_area();
@@ -180,33 +140,22 @@ impl Tree<'_> {
             beside = sibling(pivot);
             pivot = self.parents[pivot as usize];
         }
-        let stays = best.to == 0 || best.to == sibling(from) || best.to == parent;
-        (!stays).then_some(best)
+        let stays = place == 0 || place == sibling(from) || place == parent;
+        (!stays).then_some(place)
     }
 
-    /// Moves a subtree, unless a move of this pass has touched what is around it.
-    fn apply(&mut self, Move { from, to, .. }: Move, touched: &mut [u32], pass: u32) {
+    /// Moves a subtree, unless the tree would get too deep.
+    fn apply(&mut self, from: u32, to: u32) {
         let parent = self.parents[from as usize];
-        let around = [to, from, sibling(from), self.parents[to as usize], parent];
-        if around.iter().any(|&n| touched[n as usize] == pass) {
-            return;
-        }
-        // Another move may have put the place into the subtree.
         let mut levels = 1;
         let mut above = to;
         while above != 0 {
-            if above == from {
-                return;
-            }
             levels += 1;
             above = self.parents[above as usize];
         }
         let below = self.heights[from as usize].max(self.heights[to as usize]);
         if levels + u32::from(below) > self.most_levels {
             return;
-        }
-        for n in around {
-            touched[n as usize] = pass;
         }
         // The parent's pair of nodes becomes that of the new one, whose second child is what was
         // there; what is left of the parent takes its place.
