@@ -3,6 +3,7 @@
 use crate::output::note;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use linelit_film::Compression;
 use linelit_formats::{LoadOptions, Root};
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
@@ -225,6 +226,10 @@ pub struct RenderArgs {
     /// Follow up to this many perfect mirrors and sheets of glass in a row.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=64))]
     pub bounces: u32,
+    /// How an EXR file is packed, always without loss: none, rle, or zip:1 (fast, the default) to
+    /// zip:9 (small).
+    #[arg(long, value_name = "HOW")]
+    pub compression: Option<Compression>,
     /// Print what is done about which lights on which materials, what was skipped and why, and what
     /// visibility cost.
     #[arg(long)]

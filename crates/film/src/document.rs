@@ -6,7 +6,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use crate::image::area;
-use crate::{FilmError, FormatError, Image, MomentImage, Moments, openexr};
+use crate::{Compression, FilmError, FormatError, Image, MomentImage, Moments, openexr};
 
 /// The values of one channel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -302,7 +302,7 @@ impl Document {
         self.get(name)?.parse().ok()
     }
 
-    /// Writes an EXR file (32 bits, ZIP, without loss); equal documents give equal bytes.
+    /// Writes an EXR file (32 bits, [`Compression::default`]); equal documents give equal bytes.
     ///
     /// # Errors
     /// [`FilmError::Invalid`] when the document has no pixels or no layers, or a channel of another
@@ -316,15 +316,16 @@ impl Document {
     /// # Errors
     /// [`FilmError::Invalid`] as for [`Document::write`].
     pub fn encode(&self) -> Result<Vec<u8>, FilmError> {
-        self.clone().into_bytes()
+        self.clone().into_bytes(Compression::default())
     }
 
     /// The bytes of the EXR file, for a document that is needed no more: beside its values memory
-    /// is taken for at most as many bytes as they have, and the metadata.
+    /// is taken for at most as many bytes as they have, the metadata, and for each thread of the
+    /// pool that it is called in, which share out the packing, 128 rows.
     ///
     /// # Errors
     /// [`FilmError::Invalid`] as for [`Document::write`].
-    pub fn into_bytes(self) -> Result<Vec<u8>, FilmError> {
+    pub fn into_bytes(self, compression: Compression) -> Result<Vec<u8>, FilmError> {
         if self.layers.iter().all(|layer| layer.channels.is_empty()) {
             return Err(FilmError::Invalid("there is no layer".to_owned()));
         }
@@ -333,7 +334,7 @@ impl Document {
                 self.check_length(&layer.name, channel.samples.len())?;
             }
         }
-        openexr::encode(self)
+        openexr::encode(self, compression)
     }
 
     /// Reads an EXR file.

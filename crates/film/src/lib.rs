@@ -33,6 +33,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod atomic;
+mod compression;
 mod decode;
 mod display;
 mod document;
@@ -46,11 +47,13 @@ mod openexr;
 mod pfm;
 mod picture;
 mod png;
+mod pool;
 mod primaries;
 mod tga;
 mod tiles;
 
 pub use atomic::{check_writable, write_atomically, write_atomically_with};
+pub use compression::Compression;
 pub use decode::{ByteImage, DecodeError, Decoded, Pixels, decode_picture};
 pub use display::{
     Exposure, HeatMap, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,

@@ -3,21 +3,29 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
+use exr::block::writer::ChunksWriter as _;
+use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
+use exr::compression::Compression as Method;
+use exr::image::write::layers::{LayersWriter as _, WritableLayers as _};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes};
-use exr::prelude::{ReadChannels as _, ReadLayers as _, SmallVec, WritableImage as _};
+use exr::prelude::{ReadChannels as _, ReadLayers as _, SmallVec};
 
+use crate::compression::Zip;
 use crate::document::{Channel, Document, Layer, Placement, Samples};
-use crate::header_order;
-use crate::{FilmError, FormatError};
+use crate::{Compression, FilmError, FormatError};
+use crate::{header_order, pool};
 
 const PREFIX: &str = "linelit:";
 pub(crate) const FORMAT: &str = "OpenEXR";
 
-pub(crate) fn encode(document: Document) -> Result<Vec<u8>, FilmError> {
-    let invalid = |e: exr::error::Error| FilmError::Invalid(e.to_string());
+/// Blocks that each thread packs before what is packed goes into the file.
+const BLOCKS_OF_THREAD: usize = 8;
+
+pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>, FilmError> {
     let size = Vec2(document.width as usize, document.height as usize);
     let mut channels = SmallVec::new();
     let mut values = 0;
@@ -42,27 +50,67 @@ pub(crate) fn encode(document: Document) -> Result<Vec<u8>, FilmError> {
         attributes.layer_position = Vec2(origin[0], origin[1]);
         display = IntegerBounds::from_dimensions(Vec2(full[0] as usize, full[1] as usize));
     }
-    let layer = exr::image::Layer::new(
-        size,
-        attributes,
-        Encoding {
-            compression: exr::compression::Compression::ZIP16,
-            ..Encoding::UNCOMPRESSED
-        },
-        AnyChannels::sort(channels),
-    );
-    let image = exr::image::Image::new(ImageAttributes::new(display), layer);
+    let compression = match packing {
+        Compression::None => Method::Uncompressed,
+        Compression::Rle => Method::RLE,
+        Compression::Zip(_) => Method::ZIP16,
+    };
+    let encoding = Encoding {
+        compression,
+        ..Encoding::UNCOMPRESSED
+    };
+    let layer = exr::image::Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
+    let headers = layer.infer_headers(&ImageAttributes::new(display));
+    let rows = layer.create_writer(&headers);
+    let zip = || match packing {
+        Compression::Zip(level) => Some(Zip::new(level)),
+        Compression::None | Compression::Rle => None,
+    };
     // Rows that do not shrink are stored as they are: 4 bytes a value are the most, and growing
     // would take twice that.
     let mut bytes = Cursor::new(Vec::with_capacity(4 * values));
-    image
-        .write()
-        .non_parallel()
-        .to_buffered(&mut bytes)
-        .map_err(invalid)?;
+    let written = exr::block::write(&mut bytes, headers, true, |meta, file| {
+        let pack = |zip: &mut Option<Zip>, (_, index): &(usize, BlockIndex)| {
+            let data = rows.extract_uncompressed_block(&meta.headers, *index);
+            chunk(&meta.headers, *index, data, zip.as_mut())
+        };
+        let blocks: Vec<_> = enumerate_ordered_header_block_indices(&meta.headers).collect();
+        for some in blocks.chunks(BLOCKS_OF_THREAD * pool::threads()) {
+            for ((place, _), chunk) in some.iter().zip(pool::map(some, zip, pack)) {
+                file.write_chunk(*place, chunk?)?;
+            }
+        }
+        Ok(())
+    });
+    written.map_err(|e| FilmError::Invalid(e.to_string()))?;
     let mut bytes = bytes.into_inner();
     header_order::sort_attributes(&mut bytes);
     Ok(bytes)
+}
+
+/// A block of rows as it stands in the file, of values in this machine's order: by the method of
+/// its header, but that deflate is ours, whose level can be chosen.
+fn chunk(
+    headers: &[Header],
+    index: BlockIndex,
+    mut data: Vec<u8>,
+    zip: Option<&mut Zip>,
+) -> exr::error::Result<Chunk> {
+    let Some(zip) = zip else {
+        return UncompressedBlock { index, data }.compress_to_chunk(headers);
+    };
+    for value in data.as_chunks_mut::<4>().0 {
+        *value = u32::from_ne_bytes(*value).to_le_bytes();
+    }
+    let first_row = i32::try_from(index.pixel_position.1)
+        .map_err(|_| exr::error::Error::Invalid("more than 2³¹ rows".into()))?;
+    Ok(Chunk {
+        layer_index: index.layer,
+        compressed_block: CompressedBlock::ScanLine(CompressedScanLineBlock {
+            y_coordinate: first_row + headers[index.layer].own_attributes.layer_position.1,
+            compressed_pixels_le: zip.pack(data),
+        }),
+    })
 }
 
 fn encode_channel(layer: &str, channel: Channel) -> AnyChannel<FlatSamples> {

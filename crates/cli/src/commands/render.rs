@@ -1,7 +1,7 @@
 //! `linelit render`.
 
 use super::{bar, pool};
-use crate::args::{Crop, RenderArgs};
+use crate::args::{Crop, RenderArgs, UsageError};
 use crate::output::{Output, OutputError};
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile};
@@ -10,6 +10,7 @@ use linelit_papers::scene_study;
 use linelit_study::engine::image;
 use linelit_study::{short_name, version};
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::time::Instant;
 
 /// Renders a scene to an image.
@@ -17,6 +18,9 @@ use std::time::Instant;
 /// # Errors
 /// If the scene cannot be read or the image cannot be written.
 pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
+    if args.compression.is_some() && is_png(&args.output) {
+        return Err(UsageError("--compression is for EXR files".to_owned()).into());
+    }
     // Before the work, lest that be lost.
     linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
@@ -51,7 +55,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let seconds = drawn.elapsed().as_secs_f64();
     let times = [load_seconds, build_seconds, seconds];
     let result = args.common.json.then(|| json(args, &image, &counts, times));
-    write(image, args, &settings)?;
+    pool.install(|| write(image, args, &settings))?;
     if let Some(result) = result {
         writeln!(out, "{result}")?;
     } else if args.explain {
@@ -95,10 +99,14 @@ fn span(lo: f64, hi: f64, size: u32) -> (u32, u32) {
     (first, pixel(hi).max(first + 1))
 }
 
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "png")
+}
+
 /// Takes the image, whose memory the file's text needs.
 fn write(image: Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
     let path = &args.output;
-    if path.extension().is_some_and(|e| e == "png") {
+    if is_png(path) {
         linelit_film::write_png(path, &image, Exposure::default())?;
         return Ok(());
     }
@@ -116,7 +124,10 @@ fn write(image: Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
     document.set("pixelSamples", settings.pixel_samples);
     document.set("seed", settings.seed);
     document.set("linelit", version());
-    linelit_film::write_atomically(path, &document.into_bytes()?)?;
+    linelit_film::write_atomically(
+        path,
+        &document.into_bytes(args.compression.unwrap_or_default())?,
+    )?;
     Ok(())
 }
 

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use linelit_film::{
-    Document, FilmError, Image, MomentImage, Placement, decode_exr, write_atomically, write_pfm,
+    Compression, Document, FilmError, Image, MomentImage, Placement, decode_exr, write_atomically,
+    write_pfm,
 };
 use linelit_testkit::cases::cases;
 use proptest::prelude::*;
@@ -119,6 +120,44 @@ fn equal_documents_are_equal_files() {
     for _ in 0..8 {
         assert_eq!(document().encode().unwrap(), first);
     }
+}
+
+/// Blocks of 16 rows and fewer, of noise, which is stored as it is, and of what shrinks.
+#[test]
+fn every_compression_comes_back_bit_for_bit_from_any_number_of_threads() {
+    const SIZE: [u32; 2] = [37, 300];
+    let mut document = Document::new(SIZE[0], SIZE[1]);
+    let count = SIZE[0] * SIZE[1];
+    let noise = |k: u32| k.wrapping_mul(0x9E37_79B9).rotate_left(k % 31) ^ k.wrapping_mul(k);
+    let values = (0..count).map(|k| if k < count / 2 { noise(k) } else { k / 9 });
+    document.add_counts("counts", values.collect()).unwrap();
+    let smooth = Image::from_fn(SIZE[0], SIZE[1], |x, y| [x as f32, 0.1 * y as f32, 0.0]);
+    document.add_image("", &smooth).unwrap();
+    document.placement = Some(Placement {
+        origin: [-7, 40],
+        full: [100, 500],
+    });
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let mut sizes = Vec::new();
+    for text in ["none", "rle", "zip:1", "zip:4", "zip:9"] {
+        let compression: Compression = text.parse().unwrap();
+        assert_eq!(compression.to_string(), text);
+        let bytes = document.clone().into_bytes(compression).unwrap();
+        let again = decode_exr(&bytes).unwrap();
+        assert_eq!(again.placement, document.placement, "{text}");
+        for name in ["", "counts"] {
+            assert_eq!(again.layer(name), document.layer(name), "{text} `{name}`");
+        }
+        for threads in [1, 3] {
+            let again = document.clone();
+            let again = pool(threads)
+                .unwrap()
+                .install(|| again.into_bytes(compression));
+            assert!(again.unwrap() == bytes, "{text}, {threads} threads");
+        }
+        sizes.push(bytes.len());
+    }
+    assert!(sizes.is_sorted_by(|a, b| a > b), "{sizes:?}");
 }
 
 #[test]
