@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::ChunksWriter as _;
@@ -62,21 +63,30 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
     let layer = exr::image::Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
     let headers = layer.infer_headers(&ImageAttributes::new(display));
     let rows = layer.create_writer(&headers);
-    let zip = || match packing {
-        Compression::Zip(level) => Some(Zip::new(level)),
-        Compression::None | Compression::Rle => None,
-    };
+    // Those that no thread has in its hands: each has much memory, which must not be cleared anew.
+    let zips = Mutex::new(Vec::new());
     // Rows that do not shrink are stored as they are: 4 bytes a value are the most, and growing
     // would take twice that.
     let mut bytes = Cursor::new(Vec::with_capacity(4 * values));
     let written = exr::block::write(&mut bytes, headers, true, |meta, file| {
-        let pack = |zip: &mut Option<Zip>, (_, index): &(usize, BlockIndex)| {
+        let pack = |(_, index): &(usize, BlockIndex)| {
             let data = rows.extract_uncompressed_block(&meta.headers, *index);
-            chunk(&meta.headers, *index, data, zip.as_mut())
+            let Compression::Zip(level) = packing else {
+                let block = UncompressedBlock {
+                    index: *index,
+                    data,
+                };
+                return block.compress_to_chunk(&meta.headers);
+            };
+            let free = lock(&zips).pop();
+            let mut zip = free.unwrap_or_else(|| Zip::new(level));
+            let chunk = zip_chunk(&meta.headers, *index, data, &mut zip);
+            lock(&zips).push(zip);
+            chunk
         };
         let blocks: Vec<_> = enumerate_ordered_header_block_indices(&meta.headers).collect();
         for some in blocks.chunks(BLOCKS_OF_THREAD * pool::threads()) {
-            for ((place, _), chunk) in some.iter().zip(pool::map(some, zip, pack)) {
+            for ((place, _), chunk) in some.iter().zip(pool::map(some, pack)) {
                 file.write_chunk(*place, chunk?)?;
             }
         }
@@ -88,17 +98,19 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
     Ok(bytes)
 }
 
-/// A block of rows as it stands in the file, of values in this machine's order: by the method of
-/// its header, but that deflate is ours, whose level can be chosen.
-fn chunk(
+/// What is not broken by a panic elsewhere.
+fn lock(zips: &Mutex<Vec<Zip>>) -> MutexGuard<'_, Vec<Zip>> {
+    zips.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A block of rows as it stands in the file, of values in this machine's order. (By `exr`'s own
+/// deflate the level could not be chosen.)
+fn zip_chunk(
     headers: &[Header],
     index: BlockIndex,
     mut data: Vec<u8>,
-    zip: Option<&mut Zip>,
+    zip: &mut Zip,
 ) -> exr::error::Result<Chunk> {
-    let Some(zip) = zip else {
-        return UncompressedBlock { index, data }.compress_to_chunk(headers);
-    };
     for value in data.as_chunks_mut::<4>().0 {
         *value = u32::from_ne_bytes(*value).to_le_bytes();
     }
