@@ -4,6 +4,7 @@ use crate::lobe::{Model, by_cosine};
 use crate::{Lobe, Peaks, TransformedCosines, numbers};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
+use smallvec::SmallVec;
 use std::f64::consts::FRAC_1_PI;
 
 /// Of a sample's probability, what is shared evenly among the lobes: bounds the weight of a sample
@@ -15,23 +16,13 @@ const EVEN: f64 = 0.1;
 /// All lobes share the tangent that anisotropic ones refer to. A direction ω_o below the shading
 /// normal's horizon (smooth normals at a silhouette) counts as mirrored above it, and ω_i there
 /// gets nothing: the sum is reciprocal, if its lobes are, for directions above the surface only.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
     diffuse: DVec3,
     tangent: DVec3,
-    lobes: [Option<(DVec3, Lobe)>; Layers::MAX],
-    count: usize,
-}
-
-impl Default for Layers {
-    fn default() -> Self {
-        Self {
-            diffuse: DVec3::ZERO,
-            tangent: DVec3::ZERO,
-            lobes: [None; Self::MAX],
-            count: 0,
-        }
-    }
+    /// With room in place for those of all materials but mixtures: what is in place is copied with
+    /// every shading point, of whichever material.
+    lobes: SmallVec<[(DVec3, Lobe); 1]>,
 }
 
 /// Probabilities of the ways to draw a direction: diffuse, and by each lobe.
@@ -70,12 +61,11 @@ impl Layers {
         if scale == DVec3::ZERO || lobe.is_black() {
             return true;
         }
-        let Some(slot) = self.lobes.get_mut(self.count) else {
-            return false;
-        };
-        *slot = Some((scale, lobe));
-        self.count += 1;
-        true
+        let fits = self.lobes.len() < Self::MAX;
+        if fits {
+            self.lobes.push((scale, lobe));
+        }
+        fits
     }
 
     /// The albedo of the diffuse part.
@@ -86,16 +76,18 @@ impl Layers {
 
     /// The lobes with their scales.
     pub fn lobes(&self) -> impl Iterator<Item = (DVec3, &Lobe)> {
-        self.lobes[..self.count]
-            .iter()
-            .flatten()
-            .map(|(scale, lobe)| (*scale, lobe))
+        self.lobes.iter().map(|(scale, lobe)| (*scale, lobe))
+    }
+
+    /// The lobes with their scales.
+    pub(crate) fn as_slice(&self) -> &[(DVec3, Lobe)] {
+        &self.lobes
     }
 
     /// Whether it reflects nothing.
     #[must_use]
     pub fn is_black(&self) -> bool {
-        self.count == 0 && self.diffuse == DVec3::ZERO
+        self.lobes.is_empty() && self.diffuse == DVec3::ZERO
     }
 
     fn frame(&self, n: DVec3) -> Frame {
@@ -134,7 +126,7 @@ impl Layers {
         let choice = self.choice(wo)?;
         let mut rest = u[0];
         let rescaled = |rest: f64, share: f64| [(rest / share).min(crate::ONE_MINUS), u[1]];
-        if rest < choice.diffuse || self.count == 0 {
+        if rest < choice.diffuse || self.lobes.is_empty() {
             let wi = by_cosine(rescaled(rest, choice.diffuse));
             return numbers(frame.to_world(wi));
         }

@@ -37,11 +37,7 @@ use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Reflection of a surface, as what the estimators can do with it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "one for each shading point; a box would make it no longer `Copy`"
-)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Bsdf {
     /// Diffuse.
     Lambert(Lambert),
@@ -53,14 +49,14 @@ pub enum Bsdf {
 
 impl From<Layers> for Bsdf {
     /// The simplest that is the same.
+    #[inline]
     fn from(layers: Layers) -> Self {
         let lambert = Lambert {
             albedo: layers.diffuse(),
         };
-        let mut lobes = layers.lobes();
-        match (lobes.next(), lobes.next()) {
-            (None, _) => Self::Lambert(lambert),
-            (Some((scale, Lobe::Phong(phong))), None) => Self::Phong(
+        match layers.as_slice() {
+            [] => Self::Lambert(lambert),
+            [(scale, Lobe::Phong(phong))] => Self::Phong(
                 lambert,
                 Phong {
                     specular: phong.specular * scale,

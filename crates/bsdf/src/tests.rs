@@ -105,7 +105,9 @@ fn reciprocal() {
             assert!(close.all(), "{name}: {ab} {ba}");
         }
         // A viewer below the horizon counts as one above, light from there does not.
-        let Bsdf::Layers(layers) = bsdf else { continue };
+        let Bsdf::Layers(layers) = &bsdf else {
+            continue;
+        };
         let (wi, below) = (frame.to_world(about(DVec3::Z, 0.9, 0.1)), -n);
         let glossy = layers.diffuse() == DVec3::ZERO;
         let (mirrored, above) = (bsdf.eval(wi, below, n), bsdf.eval(wi, n, n));
@@ -451,7 +453,7 @@ fn simple_sums_keep_their_closed_forms() {
     let half = Lambert {
         albedo: DVec3::splat(0.5),
     };
-    assert_eq!(Bsdf::from(layers), Bsdf::Lambert(half));
+    assert_eq!(Bsdf::from(layers.clone()), Bsdf::Lambert(half));
     let phong = Phong {
         specular: DVec3::ONE,
         exponent: 4.0,
@@ -461,7 +463,7 @@ fn simple_sums_keep_their_closed_forms() {
         specular: DVec3::splat(0.5),
         ..phong
     };
-    assert_eq!(Bsdf::from(layers), Bsdf::Phong(half, scaled));
+    assert_eq!(Bsdf::from(layers.clone()), Bsdf::Phong(half, scaled));
     assert!(!Bsdf::from(layers).is_black());
     assert!(Bsdf::from(Layers::default()).is_black());
 }

@@ -59,11 +59,12 @@ fn samplers() -> Vec<Sampler> {
     let mut all: Vec<Sampler> = Vec::new();
     for cosine in VIEWS {
         let wo = view(cosine);
-        for (name, bsdf) in models {
+        for (name, bsdf) in &models {
+            let (bsdf, same) = (bsdf.clone(), bsdf.clone());
             all.push((
                 format!("{name}, cosine {cosine}"),
                 Box::new(move |u| bsdf.sample(u, wo, DVec3::Z)),
-                Box::new(move |wi| bsdf.pdf(wi, wo, DVec3::Z)),
+                Box::new(move |wi| same.pdf(wi, wo, DVec3::Z)),
             ));
         }
         for alpha in facets {

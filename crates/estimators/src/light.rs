@@ -157,14 +157,8 @@ fn above_horizon<R>(
     vertices: &[DVec3],
     counters: &mut PlanCounters,
 ) -> bool {
-    let highest = |n: DVec3| {
-        let height = |v: &DVec3| n.dot(*v - point.position);
-        vertices
-            .iter()
-            .map(height)
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    let above = highest(point.geometric_normal) > 0.0 && highest(point.normal) > 0.0;
+    let any_above = |n: DVec3| vertices.iter().any(|v| n.dot(*v - point.position) > 0.0);
+    let above = any_above(point.geometric_normal) && any_above(point.normal);
     if !above {
         counters.below_horizon += 1;
     }

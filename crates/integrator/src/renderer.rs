@@ -83,18 +83,17 @@ impl<'s> Renderer<'s> {
     #[must_use]
     pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
         let count = settings.pixel_samples.max(1);
-        let camera =
-            Sampler::new(settings.sampler, settings.seed).points(pixel, streams::CAMERA, count);
+        let sampler = Sampler::new(settings.sampler, settings.seed);
+        let camera = (count > 1).then(|| sampler.points(pixel, streams::CAMERA, count));
         let spacing = f64::from(count).sqrt().recip();
         let mut sum = DVec3::ZERO;
         for i in 0..count {
-            let jitter = if count == 1 {
-                [0.5, 0.5]
-            } else {
-                camera.get_2d(i)
-            };
+            let jitter = camera
+                .as_ref()
+                .map_or([0.5, 0.5], |camera| camera.get_2d(i));
             let offset = self.film_offset(jitter);
-            if let Some(point) = self.shading_point_at(pixel, offset, spacing, workspace) {
+            // By reference: points are large, and a move is a copy.
+            if let Some(point) = &self.shading_point_at(pixel, offset, spacing, workspace) {
                 if settings.show_lights {
                     sum += point.emitted;
                 }
@@ -104,7 +103,7 @@ impl<'s> Renderer<'s> {
                     repetition: i,
                     stride: count,
                 };
-                sum += self.reflected(&mut path, &point, settings.bounces, workspace);
+                sum += self.reflected(&mut path, point, settings.bounces, workspace);
             }
         }
         sum / f64::from(count)
@@ -124,8 +123,8 @@ impl<'s> Renderer<'s> {
         }
         for bounce in &point.bounces {
             path.repetition = path.repetition.wrapping_add(path.stride);
-            if let Some(next) = self.follow(point, bounce, workspace) {
-                let reflected = self.reflected(path, &next, bounces - 1, workspace);
+            if let Some(next) = &self.follow(point, bounce, workspace) {
+                let reflected = self.reflected(path, next, bounces - 1, workspace);
                 sum += bounce.weight * (next.emitted + reflected);
             }
         }
@@ -197,7 +196,7 @@ impl<'s> Renderer<'s> {
         let outgoing = -direction.normalize_or_zero();
         let geometric_normal = towards(surface.geometric_normal, outgoing);
         let normal = towards(surface.shading_normal, geometric_normal);
-        let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + self.extent(hit.triangle));
+        let lift = SURFACE_OFFSET * (surface.point.abs().max_element() + surface.extent);
         let Response { bsdf, bounces } = self.scene.response(&surface, outgoing, normal, beside);
         ShadingPoint {
             shading: linelit_estimators::ShadingPoint {
@@ -233,12 +232,6 @@ impl<'s> Renderer<'s> {
     fn film_offset(&self, jitter: [f64; 2]) -> [f64; 2] {
         let radius = self.scene.film.filter.radius;
         [0, 1].map(|i| 0.5 + (2.0 * jitter[i] - 1.0) * radius[i])
-    }
-
-    /// The largest edge component of a triangle.
-    fn extent(&self, triangle: u32) -> f64 {
-        let [a, b, c] = self.scene.corners(triangle);
-        (b - a).abs().max((c - a).abs()).max_element()
     }
 
     /// Whether rays `distance` pixels to either side of the pixel's centre meet surfaces other than

@@ -40,8 +40,9 @@ pub struct Camera {
     pub camera_to_world: DAffine3,
     /// From world space to camera space, which is what scene files hold.
     pub world_to_camera: DAffine3,
-    /// How film positions become directions.
-    pub projection: Projection,
+    projection: Projection,
+    /// The tangent of half the angle of view, of a perspective camera.
+    tangent: f64,
     /// Screen window `[x_min, x_max, y_min, y_max]` if the file gives one.
     pub screen_window: Option<[f64; 4]>,
     /// Width over height of the picture if the file gives one.
@@ -80,10 +81,15 @@ impl Camera {
         frame_aspect_ratio: Option<f64>,
         [width, height]: [u32; 2],
     ) -> Self {
+        let tangent = match projection {
+            Projection::Perspective { fov_degrees } => (0.5 * fov_degrees.to_radians()).tan(),
+            Projection::Orthographic | Projection::Spherical { .. } => 0.0,
+        };
         let mut camera = Self {
             camera_to_world: world_to_camera.inverse(),
             world_to_camera,
             projection,
+            tangent,
             screen_window,
             frame_aspect_ratio,
             resolution: [1, 1],
@@ -103,6 +109,11 @@ impl Camera {
         } else {
             [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
         });
+    }
+
+    /// How film positions become directions.
+    pub const fn projection(&self) -> Projection {
+        self.projection
     }
 
     /// Pixels across and down.
@@ -136,13 +147,10 @@ impl Camera {
         let screen_x = x_min + u * (x_max - x_min);
         let screen_y = y_max - v * (y_max - y_min);
         let (origin, direction) = match self.projection {
-            Projection::Perspective { fov_degrees } => {
-                let scale = (0.5 * fov_degrees.to_radians()).tan();
-                (
-                    DVec3::ZERO,
-                    DVec3::new(screen_x * scale, screen_y * scale, 1.0),
-                )
-            }
+            Projection::Perspective { .. } => (
+                DVec3::ZERO,
+                DVec3::new(screen_x * self.tangent, screen_y * self.tangent, 1.0),
+            ),
             Projection::Orthographic => (DVec3::new(screen_x, screen_y, 0.0), DVec3::Z),
             Projection::Spherical { z_up } => {
                 let (sin_theta, cos_theta) = (std::f64::consts::PI * v).sin_cos();

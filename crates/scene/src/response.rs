@@ -60,7 +60,8 @@ impl Scene {
         builder.material(surface.material, DVec3::ONE);
         let mut layers = builder.layers;
         if builder.anisotropic {
-            layers.set_tangent(surface.dp_du);
+            let [dp_du, _] = self.tangents(surface.triangle);
+            layers.set_tangent(dp_du);
         }
         Response {
             bsdf: layers.into(),

@@ -25,11 +25,10 @@ pub struct Surface {
     pub uv: DVec2,
     /// What the pixel covers around the point; nothing if it was not asked for.
     pub covered: Covered,
-    /// Derivative of the point by the first texture coordinate; where the coordinates of the
-    /// triangle are degenerate, a unit vector in its plane.
-    pub dp_du: DVec3,
-    /// Derivative of the point by the second texture coordinate; as above.
-    pub dp_dv: DVec3,
+    /// The triangle.
+    pub triangle: u32,
+    /// The largest component of the edges from its first corner.
+    pub extent: f64,
     /// Index into the scene's materials.
     pub material: u32,
     /// Index into the scene's lights, if the triangle emits.
@@ -90,6 +89,7 @@ impl Scene {
     ///
     /// # Panics
     /// If there is no such triangle.
+    #[inline]
     pub fn surface_over(
         &self,
         triangle: u32,
@@ -101,7 +101,8 @@ impl Scene {
         let indices = self.triangles[triangle as usize].map(|i| i as usize);
         let weights = [1.0 - b1 - b2, b1, b2];
         let [p0, p1, p2] = indices.map(|i| to_f64(self.positions[i]));
-        let winding = (p1 - p0).cross(p2 - p0).normalize_or(DVec3::Z);
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let winding = winding(e1, e2);
         let interpolated = if mesh.has_normals {
             let terms = indices.iter().zip(weights);
             terms.fold(DVec3::ZERO, |sum, (&i, w)| {
@@ -115,17 +116,18 @@ impl Scene {
         let side = if outside { 1.0 } else { -1.0 };
         let geometric_normal = side * outward;
         let uvs = corner_uvs(&self.uvs, mesh, indices);
-        let (dp_du, dp_dv) = tangents([p0, p1, p2], uvs, winding);
         let mut surface = Surface {
             point: p0 * weights[0] + p1 * b1 + p2 * b2,
             geometric_normal,
-            shading_normal: (side * interpolated)
-                .try_normalize()
+            shading_normal: mesh
+                .has_normals
+                .then(|| (side * interpolated).try_normalize())
+                .flatten()
                 .unwrap_or(geometric_normal),
             uv: uvs[0] * weights[0] + uvs[1] * b1 + uvs[2] * b2,
             covered: Covered::default(),
-            dp_du,
-            dp_dv,
+            triangle,
+            extent: e1.abs().max(e2.abs()).max_element(),
             material: mesh.material,
             light: self.light_of(triangle),
             outside,
@@ -141,13 +143,28 @@ impl Scene {
         }
         // Maps are drawn on the outside: a bump seen from behind is a dent. A map may not turn a
         // surface around.
-        if let Some(bent) = self.bent_normal(&surface, mesh, indices, side * surface.shading_normal)
+        let material = &self.materials[mesh.material as usize];
+        if (material.bump.is_some() || material.normal_map.is_some())
+            && let outer = side * surface.shading_normal
+            && let Some(bent) = self.bent_normal(&surface, mesh, indices, outer)
             && let Some(normal) = (side * bent).try_normalize()
             && normal.dot(geometric_normal) > 0.0
         {
             surface.shading_normal = normal;
         }
         surface
+    }
+
+    /// The derivatives of the points of a triangle by the two texture coordinates; where the
+    /// coordinates are degenerate, unit vectors in its plane.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn tangents(&self, triangle: u32) -> [DVec3; 2] {
+        let mesh = &self.meshes[self.mesh_of(triangle) as usize];
+        let indices = self.triangles[triangle as usize].map(|i| i as usize);
+        let uvs = corner_uvs(&self.uvs, mesh, indices);
+        tangents(self.corners(triangle), uvs)
     }
 
     /// The normal `outer`, which lies on the outside, bent by the bump or normal map of the
@@ -162,13 +179,15 @@ impl Scene {
         let material = &self.materials[mesh.material as usize];
         let Some(map) = &material.bump else {
             let map = material.normal_map.as_ref()?;
-            return Some(mapped(map, surface, outer));
+            let [dp_du, dp_dv] = self.tangents(surface.triangle);
+            return Some(mapped(map, surface.footprint(), [dp_du, dp_dv], outer));
         };
+        let [dp_du, dp_dv] = self.tangents(surface.triangle);
         let normals = indices.map(|i| self.vertex_normal(mesh, i, outer));
         let speed = if map.as_v3 && mesh.has_normals {
-            v3_tangents(surface.dp_du, outer)
+            v3_tangents(dp_du, outer)
         } else {
-            (surface.dp_du, surface.dp_dv)
+            [dp_du, dp_dv]
         };
         let change = normal_change(normals, corner_uvs(&self.uvs, mesh, indices));
         let at = surface.footprint();
@@ -196,28 +215,33 @@ pub(crate) fn corner_uvs(uvs: &[[f32; 2]], mesh: &Mesh, indices: [usize; 3]) -> 
     })
 }
 
-/// The derivatives of the points of a triangle by its texture coordinates (the solution of
-/// `p_k − p_0 = dp_du Δu_k + dp_dv Δv_k`); a frame of its plane if they are degenerate.
-fn tangents(p: [DVec3; 3], uv: [DVec2; 3], normal: DVec3) -> (DVec3, DVec3) {
+/// The right-hand unit normal of a triangle by its edges from the first corner.
+fn winding(e1: DVec3, e2: DVec3) -> DVec3 {
+    e1.cross(e2).normalize_or(DVec3::Z)
+}
+
+fn tangents(p: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     derivatives(p, uv).unwrap_or_else(|| {
-        let frame = Frame::from_normal(normal);
-        (frame.x, frame.y)
+        let frame = Frame::from_normal(winding(p[1] - p[0], p[2] - p[0]));
+        [frame.x, frame.y]
     })
 }
 
 /// The derivatives of the vertex normals of a triangle, zero if its coordinates are degenerate.
-fn normal_change(normals: [DVec3; 3], uv: [DVec2; 3]) -> (DVec3, DVec3) {
+fn normal_change(normals: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     derivatives(normals, uv).unwrap_or_default()
 }
 
-fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<(DVec3, DVec3)> {
+/// The derivatives by texture coordinates of what the corners of a triangle have (the solution of
+/// `p_k − p_0 = dp_du Δu_k + dp_dv Δv_k`); `None` if they are degenerate.
+fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<[DVec3; 2]> {
     let (a, b) = (uv[1] - uv[0], uv[2] - uv[0]);
     let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
     let determinant = a.perp_dot(b);
     let du = (b.y * e1 - a.y * e2) / determinant;
     let dv = (a.x * e2 - b.x * e1) / determinant;
     let regular = determinant.abs() > 1e-9 * a.length() * b.length();
-    (regular && du.is_finite() && dv.is_finite()).then_some((du, dv))
+    (regular && du.is_finite() && dv.is_finite()).then_some([du, dv])
 }
 
 /// What the pixel covers of a triangle around a point of it; with the vertex normals is the length
@@ -266,9 +290,9 @@ fn covered(
 fn bumped(
     height: &Texture,
     at: &Footprint,
-    (dp_du, dp_dv): (DVec3, DVec3),
+    [dp_du, dp_dv]: [DVec3; 2],
     normal: DVec3,
-    (dn_du, dn_dv): (DVec3, DVec3),
+    [dn_du, dn_dv]: [DVec3; 2],
 ) -> DVec3 {
     /// Below it, rounding of the difference of two heights would show.
     const LEAST: f64 = 1e-8;
@@ -289,24 +313,29 @@ fn bumped(
 
 /// The unit tangents that pbrt-v3 gives a surface with vertex normals: against the first texture
 /// coordinate, and across.
-fn v3_tangents(dp_du: DVec3, normal: DVec3) -> (DVec3, DVec3) {
+fn v3_tangents(dp_du: DVec3, normal: DVec3) -> [DVec3; 2] {
     match dp_du.cross(normal).try_normalize() {
-        Some(across) => (across.cross(normal), across),
+        Some(across) => [across.cross(normal), across],
         None => {
             let frame = Frame::from_normal(normal);
-            (frame.x, frame.y)
+            [frame.x, frame.y]
         }
     }
 }
 
 /// The normal that a normal map says: x along ∂p/∂u, y along ∂p/∂v, z along the normal.
-fn mapped(map: &NormalMap, surface: &Surface, normal: DVec3) -> DVec3 {
-    let value = 2.0 * map.texture.evaluate(surface.footprint()) - DVec3::ONE;
-    let Some(x) = (surface.dp_du - normal * normal.dot(surface.dp_du)).try_normalize() else {
+fn mapped(
+    map: &NormalMap,
+    at: impl Into<Footprint>,
+    [dp_du, dp_dv]: [DVec3; 2],
+    normal: DVec3,
+) -> DVec3 {
+    let value = 2.0 * map.texture.evaluate(at) - DVec3::ONE;
+    let Some(x) = (dp_du - normal * normal.dot(dp_du)).try_normalize() else {
         return normal;
     };
     let y = normal.cross(x);
-    let y = if y.dot(surface.dp_dv) < 0.0 { -y } else { y };
+    let y = if y.dot(dp_dv) < 0.0 { -y } else { y };
     map.scale * (x * value.x + y * value.y) + normal * value.z
 }
 
@@ -326,29 +355,16 @@ mod tests {
             DVec2::new(1.0, 0.5),
             DVec2::new(0.0, 1.0),
         ];
-        let (du, dv) = tangents(p, uv, DVec3::Z);
+        let [du, dv] = tangents(p, uv);
         for k in 1..3 {
             let d = uv[k] - uv[0];
             assert!((du * d.x + dv * d.y - (p[k] - p[0])).length() < 1e-15);
         }
-        let (du, dv) = tangents(p, [DVec2::ONE; 3], DVec3::Z);
-        assert!((du.cross(dv) - DVec3::Z).length() < 1e-15);
+        let [du, dv] = tangents(p, [DVec2::ONE; 3]);
+        assert!((du.cross(dv) - winding(p[1], p[2])).length() < 1e-15);
     }
 
-    fn flat(dp_du: DVec3, dp_dv: DVec3) -> Surface {
-        Surface {
-            point: DVec3::ZERO,
-            geometric_normal: DVec3::Z,
-            shading_normal: DVec3::Z,
-            uv: DVec2::new(0.25, 0.5),
-            covered: Covered::default(),
-            dp_du,
-            dp_dv,
-            material: 0,
-            light: None,
-            outside: true,
-        }
-    }
+    const UV: DVec2 = DVec2::new(0.25, 0.5);
 
     #[test]
     fn a_ramp_tilts_the_normal_by_its_slope() {
@@ -363,24 +379,18 @@ mod tests {
             invert: false,
             filename: String::new(),
         };
-        let surface = flat(2.0 * DVec3::X, 2.0 * DVec3::Y);
+        let speed = [2.0 * DVec3::X, 2.0 * DVec3::Y];
         let ramp = Texture::Image(ramp.into());
         let bump = |speed| {
-            bumped(
-                &ramp,
-                &surface.footprint(),
-                speed,
-                DVec3::Z,
-                Default::default(),
-            )
-            .normalize()
+            let still = Default::default();
+            bumped(&ramp, &UV.into(), speed, DVec3::Z, still).normalize()
         };
-        let normal = bump((surface.dp_du, surface.dp_dv));
+        let normal = bump(speed);
         let want = DVec3::new(-0.5, 0.0, 1.0).normalize();
         // Differences of values of about 1/4 over a step of 5e-4: a few 2^-54 / 5e-4.
         assert!((normal - want).length() < 1e-11, "{normal}");
         // pbrt-v3: a slope of one, turned inside out.
-        let normal = bump(v3_tangents(surface.dp_du, DVec3::Z));
+        let normal = bump(v3_tangents(speed[0], DVec3::Z));
         let want = DVec3::new(1.0, 0.0, 1.0).normalize();
         assert!((normal - want).length() < 1e-11, "{normal}");
     }
@@ -392,9 +402,9 @@ mod tests {
             scale: 0.5,
         };
         // x: 2 · 0.8 − 1 = 0.6, y: 0.8, both halved; z: 0.
-        let straight = mapped(&map, &flat(DVec3::X, DVec3::Y), DVec3::Z);
+        let straight = mapped(&map, UV, [DVec3::X, DVec3::Y], DVec3::Z);
         assert!((straight - DVec3::new(0.3, 0.4, 0.0)).length() < 1e-15);
-        let mirrored = mapped(&map, &flat(DVec3::X, -DVec3::Y), DVec3::Z);
+        let mirrored = mapped(&map, UV, [DVec3::X, -DVec3::Y], DVec3::Z);
         assert!((mirrored - DVec3::new(0.3, -0.4, 0.0)).length() < 1e-15);
     }
 }

@@ -149,7 +149,7 @@ fn describe(
         lights,
         exact_lights,
         materials,
-        camera: camera(&scene.camera.projection),
+        camera: camera(scene.camera.projection()),
         resolution,
         plan,
         warnings: loaded
@@ -160,7 +160,7 @@ fn describe(
     }
 }
 
-fn camera(projection: &Projection) -> String {
+fn camera(projection: Projection) -> String {
     match projection {
         Projection::Perspective { fov_degrees } => {
             format!("perspective, {fov_degrees:.4} degrees over the shorter side")

@@ -307,8 +307,8 @@ fn every_technique_gives_the_same_light() {
     let tilted = DVec3::new(-0.95, 0.125, 0.25).normalize();
     let hold = |x: f64, n, bsdf| hold("closed form", 4, DVec3::X * x, n, bsdf);
     hold(0.0, DVec3::Z, Bsdf::Lambert(matte()));
-    hold(0.125, DVec3::Z, glossy);
-    hold(0.0, tilted, glossy);
+    hold(0.125, DVec3::Z, glossy.clone());
+    hold(0.0, tilted, glossy.clone());
     self::hold("values alone", 4, DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
 }
 
@@ -328,7 +328,10 @@ fn every_light_on_every_material() {
 fn weights_by_power_give_the_same_light() {
     let x = DVec3::X * 0.25;
     let point = |bsdf| ShadingPoint::new(x, DVec3::Z, DVec3::new(-0.6, 0.0, 0.8), bsdf);
-    let points = [point(Bsdf::Lambert(matte())), point(materials()[1].1)];
+    let points = [
+        point(Bsdf::Lambert(matte())),
+        point(materials()[1].1.clone()),
+    ];
     let (lights, occluders) = (lights(), occluders(true));
     let cells = points.len() * lights.len() * Technique::all().count();
     let bound = critical_z(sidak(1e-4, cells));
@@ -406,14 +409,14 @@ fn cosines_that_are_zero_cost_noise_alone() {
         .count();
     assert_eq!(seen, 3, "horizons that cut every polygon");
     let nothing = TransformedCosines::new(half.frame, DVec3::ZERO);
-    let (_, bsdf) = materials()[1];
+    let (_, bsdf) = &materials()[1];
     for cosines in [half, lobe(DVec3::new(1.0, 0.0, -2.0)), nothing] {
         hold(
             "misled",
             3,
             DVec3::X * 0.25,
             DVec3::Z,
-            Misled(bsdf, cosines),
+            Misled(bsdf.clone(), cosines),
         );
     }
 }

@@ -120,7 +120,7 @@ fn points_where_nothing_is_known() {
         })
     }
     let bsdf = rough(lobe(2, [0.1; 2]), DVec3::ZERO);
-    let [a, b] = two_seeds(bsdf);
+    let [a, b] = two_seeds(bsdf.clone());
     assert_eq!(a, b);
     let [a, b] = two_seeds(Opaque(bsdf));
     assert_ne!(a, b);

@@ -193,7 +193,7 @@ fn what_is_said_is_done() {
     let albedo = DVec3::splat(0.5);
     let of = |name: &str| {
         let all = materials();
-        all.iter().find(|(n, _)| *n == name).expect("one").1
+        all.iter().find(|(n, _)| *n == name).expect("one").1.clone()
     };
     let [
         diffuse,

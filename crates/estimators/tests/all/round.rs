@@ -321,7 +321,7 @@ fn what_is_visible_is_that_of_points() {
         for (before, normal) in [(0, DVec3::Z), (4, DVec3::Z), (0, tilted), (4, tilted)] {
             let occluders = rectangles(&BEFORE[..before]);
             let wo = DVec3::new(-0.6, 0.0, 0.8);
-            let mut point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, wo, *bsdf);
+            let mut point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, wo, bsdf.clone());
             point.normal = normal;
             let of =
                 |text, samples, seeds| estimates(&occluders, light, &point, text, samples, seeds);

@@ -280,7 +280,7 @@ fn framing_cameras_see_everything() {
     );
     let camera = &scene.camera;
     let to_camera = camera.camera_to_world.inverse();
-    let linelit_scene::Projection::Perspective { fov_degrees } = camera.projection else {
+    let linelit_scene::Projection::Perspective { fov_degrees } = camera.projection() else {
         panic!("{camera:?}");
     };
     let edge = (0.5 * fov_degrees).to_radians().tan();

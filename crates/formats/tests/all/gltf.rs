@@ -370,7 +370,7 @@ fn orthographic_cameras_see_their_magnification() {
         ),
     );
     let scene = load(&text).scene;
-    assert_eq!(scene.camera.projection, Projection::Orthographic);
+    assert_eq!(scene.camera.projection(), Projection::Orthographic);
     let [width, height] = scene.camera.resolution();
     assert_eq!(width, 2 * height);
     let corner = scene.camera.ray(f64::from(width), 0.0);

@@ -189,7 +189,7 @@ fn films_and_filters() {
         [2.0_f64, 3.0].map(f64::to_bits)
     );
     assert_eq!(
-        scene.camera.projection,
+        scene.camera.projection(),
         Projection::Perspective { fov_degrees: 90.0 }
     );
 }

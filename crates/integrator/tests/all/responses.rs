@@ -96,7 +96,7 @@ fn opacity_lets_the_view_straight_through() {
 
 #[test]
 fn roughness_is_remapped_and_follows_the_tangents() {
-    let facets = |text: &str| match floor(text).bsdf {
+    let facets = |text: &str| match &floor(text).bsdf {
         Bsdf::Layers(layers) => match layers.lobes().next() {
             Some((_, Lobe::Reflector(lobe))) => lobe.facets.alpha(),
             other => panic!("{other:?}"),
@@ -165,7 +165,7 @@ const WHITE: [(&str, f64); 10] = [
 fn materials_keep_energy_and_are_reciprocal() {
     for (text, most) in WHITE {
         let point = floor(text);
-        let (bsdf, n) = (point.bsdf, point.normal);
+        let (bsdf, n) = (&point.bsdf, point.normal);
         let mut random = SplitMix64::new(3);
         let frame = Frame::from_normal(n);
         let mut up = |least: f64| {

@@ -126,7 +126,7 @@ fn header(scene: &Scene, text: &mut String) -> fmt::Result {
         write!(text, " {} 0", Triple(column))?;
     }
     writeln!(text, " {} 1 ]", Triple(m.translation))?;
-    match camera.projection {
+    match camera.projection() {
         Projection::Perspective { fov_degrees } => {
             write!(
                 text,
