@@ -94,6 +94,13 @@ impl Reflection for Bsdf {
         }
     }
 
+    fn constant(&self) -> Option<DVec3> {
+        match self {
+            Self::Lambert(lambert) => Some(lambert.value()),
+            Self::Phong(..) | Self::Layers(_) => None,
+        }
+    }
+
     /// Draws ω_i: diffuse by the cosine, Phong's lobe by its power of the cosine about R,
     /// microfacets by their visible normals; one of them, with a probability in proportion to about
     /// its albedo, for which `u[0]` is split and rescaled. `None` for a black surface, and where a

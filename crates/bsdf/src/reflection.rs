@@ -30,6 +30,12 @@ pub trait Reflection {
         false
     }
 
+    /// f in 1/sr by channel where it is the same for all directions above the surface, to the bit:
+    /// samples then need not ask for it one by one. `None`, the default, is always allowed.
+    fn constant(&self) -> Option<DVec3> {
+        None
+    }
+
     /// The reflection as a sum whose integrals over lines and polygons are known; `None`, the
     /// default, for any other.
     fn closed_form(&self) -> Option<ClosedForm<'_>> {

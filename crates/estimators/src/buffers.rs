@@ -2,7 +2,7 @@
 
 use crate::combination::CombinationBuffers;
 use crate::line_sum::Draws;
-use crate::point_sum::PointBlock;
+use crate::point_block::PointBlock;
 use crate::round::RoundSource;
 use crate::techniques::points::round::RoundPoints;
 use crate::techniques::{lines::LineFamily, points::PointSource};

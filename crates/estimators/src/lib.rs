@@ -14,6 +14,7 @@ mod linear;
 mod method;
 mod occlusion;
 mod point;
+mod point_block;
 mod point_sum;
 mod query;
 mod reference;

@@ -94,6 +94,15 @@ impl<T: EmissionTexture> LightSource<'_, T> {
         }
     }
 
+    /// What a flat light sends from all of its points alike; `None` of any other.
+    pub(crate) fn even(&self) -> Option<Emission> {
+        match self.light {
+            Light::Area(area) if self.texture.is_none() => Some(area.emission),
+            Light::Disk(light) => Some(light.emission),
+            Light::Area(_) | Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_) => None,
+        }
+    }
+
     /// The reflection of a point where the light's integral over it has a closed form along a line
     /// and over a polygon.
     pub(crate) fn closed_form<'p, R: Reflection>(
@@ -177,6 +186,11 @@ pub(crate) trait Shape: Sized {
     /// The unit normal at one of its points, on the side that emits.
     fn normal(&self, point: DVec3) -> DVec3;
 
+    /// The normal, if it is the same everywhere.
+    fn flat(&self) -> Option<DVec3> {
+        None
+    }
+
     /// Where a ray from outside meets it first.
     fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3>;
 
@@ -188,6 +202,10 @@ impl Shape for ConvexPolygon {
     #[inline]
     fn normal(&self, _: DVec3) -> DVec3 {
         self.normal()
+    }
+
+    fn flat(&self) -> Option<DVec3> {
+        Some(self.normal())
     }
 
     fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {
@@ -207,6 +225,10 @@ impl Shape for Disk {
     #[inline]
     fn normal(&self, _: DVec3) -> DVec3 {
         self.normal
+    }
+
+    fn flat(&self) -> Option<DVec3> {
+        Some(self.normal)
     }
 
     fn meets(&self, x: DVec3, direction: DVec3) -> Option<DVec3> {

@@ -3,6 +3,7 @@
 //! A linear light has no surface: no ray and no direction drawn from a BSDF can meet it, so the
 //! samples of its own techniques have the weight one and are the only ones it gets.
 
+use crate::point_block::PointBlock;
 use crate::{
     Buffers, EmissionTexture, LinearHeuristic, LinearOptions, Query, ShadingPoint, Stream,
     closed_form, point_sum,
@@ -16,6 +17,7 @@ use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, wei
 use linelit_shading::quadrature::Model;
 use linelit_visibility::ShaftQuery;
 use std::f64::consts::FRAC_1_PI;
+use std::ops::Range;
 
 /// What diffuse albedos count at least in the weights, so that the technique that covers all of the
 /// light is always heard.
@@ -83,18 +85,18 @@ fn by_technique<R: Reflection, T: EmissionTexture>(
     };
     let (set, count, emitted) = (query.numbers(), query.samples, linear.radiance_radius);
     let (mut numbers, mut drawn) = ([0.0; BATCH], [LinearSample::default(); BATCH]);
-    let draw = |i: u32| {
-        let in_batch = i as usize % BATCH;
-        if in_batch == 0 {
-            let size = BATCH.min((count - i) as usize);
-            for (slot, i) in numbers[..size].iter_mut().zip(i..) {
+    let draw = |wanted: Range<u32>, block: &mut PointBlock| {
+        for first in wanted.clone().step_by(BATCH) {
+            let size = BATCH.min((wanted.end - first) as usize);
+            for (slot, i) in numbers[..size].iter_mut().zip(first..) {
                 *slot = set.get_1d(i);
             }
             sampler.sample_into(&numbers[..size], &mut drawn[..size]);
+            for sample in &drawn[..size] {
+                let value = query.point.reflected(emitted, sample.direction);
+                block.push(value, sample.pdf.value(), sample.offset);
+            }
         }
-        let sample = &drawn[in_batch];
-        let value = query.point.reflected(emitted, sample.direction);
-        Some((value, sample.pdf.value(), sample.offset))
     };
     let Buffers { scratch, samples } = buffers;
     let free = |to_light: &[DVec3]| query.free(to_light, scratch);

@@ -1,55 +1,39 @@
 //! Point samples: the mean of L f_r V cos θ/p_ω, whatever draws the points and whoever knows V.
 
 use crate::light::Shape;
+use crate::point_block::{BLOCK, PointBlock, Target};
 use crate::techniques::point_techniques;
-use crate::techniques::points::{DrawPoints, LightPoint, PointDensity, Polygon};
+use crate::techniques::points::{DrawPoints, PointDensity, Polygon};
 use crate::{Buffers, EmissionTexture, PointBy, Points, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
 use linelit_visibility::Shaft;
+use std::ops::Range;
 
-/// The most points that are drawn before their visibility is asked for: a bit of the answer each.
-const BLOCK: u32 = u64::BITS;
-
-/// Points of one block, drawn and waiting for their visibility.
-#[derive(Debug, Default)]
-pub(crate) struct PointBlock {
-    /// L f_r cos θ/p_ω.
-    contributions: Vec<DVec3>,
-    /// What tells where they are.
-    targets: Vec<DVec3>,
-}
+/// Fewer points than this are faster one by one.
+const LEAST: usize = 3;
 
 /// The mean of L f_r V cos θ/p_ω over points (Billen & Dutré 2016, eqs. 1–2, per solid angle).
 ///
-/// `draw` gives what point `i` sends to the viewer if nothing stands between, L f_r cos θ, its
-/// density per solid angle (of a linear light, times its radius) and where it is. `visible` is
-/// asked about all points of a block that carry light at once, and sets a bit for each that is
-/// visible.
+/// `draw` puts the points of some numbers into a block: what each sends to the viewer if nothing
+/// stands between, L f_r cos θ, its density per solid angle (of a linear light, times its radius)
+/// and where it is. `visible` is asked about all points of a block that carry light at once, and
+/// sets a bit for each that is visible.
 pub(crate) fn mean(
     count: u32,
     block: &mut PointBlock,
-    mut draw: impl FnMut(u32) -> Option<(DVec3, f64, DVec3)>,
+    mut draw: impl FnMut(Range<u32>, &mut PointBlock),
     mut visible: impl FnMut(&[DVec3]) -> u64,
 ) -> DVec3 {
     let mut sum = DVec3::ZERO;
     let mut first = 0;
     while first < count {
         let end = count.min(first.saturating_add(BLOCK));
-        block.contributions.clear();
-        block.targets.clear();
-        for (value, density, target) in (first..end).filter_map(&mut draw) {
-            if density > 0.0 && value != DVec3::ZERO {
-                block.contributions.push(value * (1.0 / density));
-                block.targets.push(target);
-            }
-        }
-        let mut seen = visible(&block.targets);
-        while seen != 0 {
-            sum += block.contributions[seen.trailing_zeros() as usize];
-            seen &= seen - 1;
-        }
+        block.clear();
+        draw(first..end, block);
+        let seen = visible(block.targets());
+        sum = block.add_to(sum, seen);
         first = end;
     }
     sum / f64::from(count)
@@ -58,7 +42,7 @@ pub(crate) fn mean(
 /// How the visibility of points is asked for.
 struct Asked<V> {
     /// What tells where a point is.
-    target: fn(&LightPoint) -> DVec3,
+    target: Target,
     /// As for [`mean`].
     visible: V,
 }
@@ -84,10 +68,17 @@ fn mean_of<R: Reflection, T: EmissionTexture, S: Shape>(
     block: &mut PointBlock,
     Asked { target, visible }: Asked<impl FnMut(&[DVec3]) -> u64>,
 ) -> DVec3 {
-    let numbers = query.numbers();
-    let draw = |i| {
-        let (at, density) = source.draw(numbers.get_2d(i), surface, query.point)?;
-        Some((query.unshadowed(&at), density, target(&at)))
+    let set = query.numbers();
+    let draw = |numbers: Range<u32>, block: &mut PointBlock| {
+        if numbers.len() < LEAST
+            || !block.draw_in_lanes(query, surface, source, &set, &numbers, target)
+        {
+            for i in numbers {
+                if let Some((at, density)) = source.draw(set.get_2d(i), surface, query.point) {
+                    block.push(query.unshadowed(&at), density, target.of(&at));
+                }
+            }
+        }
     };
     mean(query.samples, block, draw, visible)
 }
@@ -100,7 +91,7 @@ pub(crate) fn on_surface_by_rays<R: Reflection, T: EmissionTexture, S: Shape>(
     Buffers { scratch, samples }: &mut Buffers,
 ) -> DVec3 {
     let asked = Asked {
-        target: |at| at.to_light,
+        target: Target::ToLight,
         visible: |to_light: &[DVec3]| query.free(to_light, scratch),
     };
     on_surface(query, surface, source, &mut samples.points, asked)
@@ -114,7 +105,7 @@ pub(crate) fn by_rays<R: Reflection, T: EmissionTexture>(
     Buffers { scratch, samples }: &mut Buffers,
 ) -> DVec3 {
     let asked = Asked {
-        target: |at| at.to_light,
+        target: Target::ToLight,
         visible: |to_light: &[DVec3]| query.free(to_light, scratch),
     };
     on_polygon(query, area, by, &mut samples.points, asked)
@@ -129,7 +120,7 @@ pub(crate) fn in_shaft<R: Reflection, T: EmissionTexture>(
     block: &mut PointBlock,
 ) -> DVec3 {
     let asked = Asked {
-        target: |at| at.point,
+        target: Target::Point,
         visible: |on_light: &[DVec3]| bits(on_light, |at| shaft.point_visible(*at)),
     };
     on_polygon(query, area, by, block, asked)

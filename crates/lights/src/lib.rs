@@ -51,7 +51,7 @@ pub use line::by_length::{LineSample, LineSampler, OffsetDensity, Orientation};
 pub use line::by_texture::TexturedLines;
 pub use linear::precision::Real;
 pub use pieces::{Pieces, sample_linear};
-pub use polygon::area::{AreaSampler, PointSample};
+pub use polygon::area::{AreaSampler, PointColumns, PointSample};
 pub use polygon::proxy::ProxySampler;
 pub use polygon::solid_angle::SolidAngleSampler;
 pub use polygon::transformed::TransformedSampler;

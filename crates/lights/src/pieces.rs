@@ -2,6 +2,7 @@
 
 use linelit_geometry::ConvexPolygon;
 use linelit_geometry::finite::{below_one, fraction};
+use linelit_simd::Lanes;
 
 /// The most pieces: trapezoids between the vertices of a polygon.
 const MOST: usize = ConvexPolygon::CAPACITY - 1;
@@ -81,6 +82,32 @@ impl Pieces {
         (last, 1.0)
     }
 
+    /// [`Pieces::pick`] for one number or eight, to the bit; without branches.
+    #[inline(always)]
+    pub(crate) fn pick_each<L: Lanes>(&self, l: L, u: L::D) -> (L::D, L::D) {
+        let (zero, one) = (l.dsplat(0.0), l.dsplat(1.0));
+        let mut rest = fraction_each(l, u) * self.total;
+        // The place is rest over weight where the rest is below the weight for the first time.
+        let (mut piece, mut found) = (zero, l.dlt(one, zero));
+        let (mut part, mut whole) = (one, one);
+        let mut last = zero;
+        let mut number = 0.0;
+        for &w in &self.weight[..self.count] {
+            if w > 0.0 {
+                let weight = l.dsplat(w);
+                let here = !found & l.dlt(rest, weight);
+                last = l.dsplat(number);
+                piece = l.select(here, piece, last);
+                part = l.select(here, part, rest);
+                whole = l.select(here, whole, weight);
+                found = found | here;
+            }
+            rest = rest - w;
+            number += 1.0;
+        }
+        (l.select(found, last, piece), part / whole)
+    }
+
     /// The inverse of [`Pieces::pick`], clamped to [0, 1).
     #[inline]
     #[must_use]
@@ -89,6 +116,12 @@ impl Pieces {
         let weight = self.weight.get(piece).copied().unwrap_or(0.0);
         below_one((before + place * weight) / self.total)
     }
+}
+
+/// [`linelit_geometry::finite::fraction`] of one number or eight.
+#[inline(always)]
+pub(crate) fn fraction_each<L: Lanes>(l: L, value: L::D) -> L::D {
+    l.dmin(l.dmax(value, l.dsplat(0.0)), l.dsplat(1.0))
 }
 
 /// Inverts the CDF of the density on [0, 1] that runs linearly from `p0` to `p1` (any scale, both ≥

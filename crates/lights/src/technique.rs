@@ -23,7 +23,7 @@ use crate::density::{Offset, Pdf, SurfaceMeasure, ThinSolidAngle};
 use crate::linear::LinearSample;
 #[cfg(doc)]
 use crate::{AngularLines, Area, SolidAngle};
-use crate::{LineSample, PointSample};
+use crate::{LineSample, PointColumns, PointSample};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, ParallelLines};
 
@@ -42,6 +42,20 @@ pub trait PointTechnique {
     /// Continuous in both numbers wherever the light allows, so that stratified numbers give
     /// stratified points. Density 0 where nothing can be sampled: skip it.
     fn sample(&self, u: [f64; 2]) -> PointSample<Self::Measure>;
+
+    /// The points of many pairs of random numbers, eight side by side: those that
+    /// [`PointTechnique::sample`] gives one by one, to the bit. As many as all columns hold.
+    fn sample_into(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) {
+        let [x, y, z] = out.point.map(<[[f64; 8]]>::as_flattened_mut);
+        let u = u[0].as_flattened().iter().zip(u[1].as_flattened());
+        let points = x.iter_mut().zip(y).zip(z);
+        let pdfs = out.pdf.as_flattened_mut();
+        for ((u, ((x, y), z)), pdf) in u.zip(points).zip(pdfs) {
+            let sample = self.sample([*u.0, *u.1]);
+            [*x, *y, *z] = sample.point.to_array();
+            *pdf = sample.pdf.value();
+        }
+    }
 
     /// The density with which [`PointTechnique::sample`] gives a point of the light.
     ///

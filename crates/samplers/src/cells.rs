@@ -61,6 +61,12 @@ impl Cells {
         self.rows
     }
 
+    /// Number of cells in each row of a grid.
+    #[inline]
+    pub(crate) fn columns(&self) -> u32 {
+        self.columns
+    }
+
     /// Whether all rows hold equally many cells.
     #[inline]
     pub(crate) fn is_grid(&self) -> bool {

@@ -1,5 +1,7 @@
 //! Counter-based hashing: the one source of randomness of this crate.
 
+use linelit_simd::{Simd, dispatch};
+
 /// 2⁶⁴ divided by the golden ratio, made odd: the step of a Weyl sequence that fills 64 bits
 /// evenly.
 pub(crate) const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -68,6 +70,37 @@ pub(crate) const fn word(key: u64, counter: u64) -> u64 {
 #[must_use]
 pub const fn unit_f64(word: u64) -> f64 {
     (word >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
+}
+
+/// The random numbers `unit_f64(word(key, step·i + offset))` of the samples i from `first` on, for
+/// a key and an offset each of two columns.
+///
+/// Plain loops: compilers make vectors of them.
+#[inline(always)]
+fn fill_kernel<S: Simd>(
+    _: S,
+    keys: [(u64, u64); 2],
+    step: u64,
+    first: u32,
+    x: &mut [f64],
+    y: &mut [f64],
+) {
+    for (column, (key, offset)) in [x, y].into_iter().zip(keys) {
+        let mut counter = step.wrapping_mul(u64::from(first)).wrapping_add(offset);
+        for slot in column {
+            *slot = unit_f64(word(key, counter));
+            counter = counter.wrapping_add(step);
+        }
+    }
+}
+dispatch! {
+    pub(crate) fn fill = fill_kernel(
+        keys: [(u64, u64); 2],
+        step: u64,
+        first: u32,
+        x: &mut [f64],
+        y: &mut [f64],
+    )
 }
 
 /// The largest f64 below one, 1 − 2⁻⁵³.

@@ -2,11 +2,12 @@
 
 use crate::blue_noise::{BlueIndependent, blue_uniform_jitter};
 use crate::halton::Halton;
-use crate::hash::{lane, mix, stream_key, unit_f64, word};
+use crate::hash::{self, lane, mix, stream_key, unit_f64, word};
 use crate::kind::SamplerKind;
 use crate::sobol::OwenSobol;
 use crate::stratified::{MultiJitter, Stratified, UniformJitter};
 use crate::zsobol::ZSobol;
+use linelit_simd::Isa;
 use rand::Rng;
 use rand_pcg::Pcg32;
 use std::fmt::Debug;
@@ -196,6 +197,28 @@ impl SampleSet {
             Pattern::UniformJitter(p) => p.get_2d(i),
             Pattern::Blue(p) => p.get_2d(i),
             Pattern::ZSobol(p) => p.get_2d(i),
+        }
+    }
+
+    /// The points of the samples from `first` on, as many as both columns hold: those that
+    /// [`SampleSet::get_2d`] gives one by one, and cheaper each.
+    pub fn fill_2d(&self, first: u32, [x, y]: [&mut [f64]; 2]) {
+        let len = x.len().min(y.len());
+        let (x, y) = (&mut x[..len], &mut y[..len]);
+        let end = u64::from(first) + len as u64;
+        match &self.pattern {
+            Pattern::Independent(key) if end <= u64::from(u32::MAX) => {
+                let keys = [1, 2].map(|axis| (*key, axis));
+                hash::fill(Isa::best(), keys, 3, first, x, y);
+            }
+            Pattern::Stratified(p) if end <= u64::from(self.count) => p.fill_2d(first, x, y),
+            _ => {
+                let mut i = first;
+                for (x, y) in x.iter_mut().zip(y) {
+                    [*x, *y] = self.get_2d(i);
+                    i = i.wrapping_add(1);
+                }
+            }
         }
     }
 

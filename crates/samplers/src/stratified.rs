@@ -2,8 +2,9 @@
 //! of samples.
 
 use crate::cells::Cells;
-use crate::hash::{GOLDEN, below_one, lane, unit_f64, word};
+use crate::hash::{self, GOLDEN, below_one, lane, unit_f64, word};
 use crate::permute::Permutation;
+use linelit_simd::{Isa, Simd, dispatch};
 
 /// Lanes of a key for the jitter of the two axes, for rows, for columns, and for the order of
 /// uniform jitter; lanes below 2³² belong to the key's permutation.
@@ -51,6 +52,53 @@ impl Stratified {
             [self.offset(0, i), self.offset(1, i)],
         )
     }
+}
+
+impl Stratified {
+    /// [`Stratified::get_2d`] of the samples from `first` on, all below the count.
+    pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
+        let isa = Isa::best();
+        hash::fill(isa, self.jitter.map(|key| (key, 0)), 1, first, x, y);
+        if self.cells.is_grid() {
+            let mut cells = [0.0; STEP];
+            for ((x, y), first) in x
+                .chunks_mut(STEP)
+                .zip(y.chunks_mut(STEP))
+                .zip((first..).step_by(STEP))
+            {
+                let cells = &mut cells[..x.len()];
+                for (cell, i) in cells.iter_mut().zip(first..) {
+                    *cell = f64::from(self.order.get(i));
+                }
+                into_grid(isa, &self.cells, cells, x, y);
+            }
+        } else {
+            for (i, (x, y)) in (first..).zip(x.iter_mut().zip(y)) {
+                [*x, *y] = in_cell(&self.cells, self.order.get(i), [*x, *y]);
+            }
+        }
+    }
+}
+
+/// Samples of a grid at a time.
+const STEP: usize = 64;
+
+/// [`in_cell`] of many cells of a grid, given as f64, to the bit: the quotient that is cut to the
+/// row is off by less than what it is away from the next integer, unless it is one.
+#[inline(always)]
+fn grid_kernel<S: Simd>(_: S, cells: &Cells, numbers: &[f64], x: &mut [f64], y: &mut [f64]) {
+    let [columns, count] = [cells.columns(), cells.count()].map(f64::from);
+    for ((k, x), y) in numbers.iter().zip(x).zip(y) {
+        #[expect(clippy::cast_possible_truncation, reason = "that is the row")]
+        #[expect(clippy::cast_sign_loss, reason = "cells are not negative")]
+        let row = f64::from((k / columns) as u32);
+        let first = row * columns;
+        *x = below_one(((k - first) + *x) / columns);
+        *y = below_one((first + columns * *y) / count);
+    }
+}
+dispatch! {
+    fn into_grid = grid_kernel(cells: &Cells, numbers: &[f64], x: &mut [f64], y: &mut [f64])
 }
 
 /// Multi-jittered samples: one per cell *and* one per stratum of each axis.

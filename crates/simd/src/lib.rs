@@ -6,6 +6,7 @@
 mod dispatch;
 mod isa;
 mod scalar;
+mod sine;
 mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -14,4 +15,5 @@ mod x86;
 pub use isa::{Avx2, Avx512};
 pub use isa::{InstructionSet, Isa, ParseInstructionSetError};
 pub use scalar::{One, Scalar};
+pub use sine::sine;
 pub use vector::{Lanes, Numbers, Simd};

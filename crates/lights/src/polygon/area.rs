@@ -2,10 +2,11 @@
 
 use crate::PointTechnique;
 use crate::density::{Area, Measure, Pdf};
-use crate::pieces::Pieces;
-use crate::polygon::fan;
-use linelit_geometry::finite::{below_one, fraction};
+use crate::pieces::{Pieces, fraction_each};
+use crate::polygon::fan::{self, Vector};
+use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DVec3};
+use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 
 /// A point of a light and the density it was drawn with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +33,40 @@ impl<M: Measure> PointSample<M> {
             point,
             pdf: Pdf::ZERO,
         }
+    }
+}
+
+/// Memory for points of a light, eight side by side: see [`PointTechnique::sample_into`].
+#[derive(Debug)]
+pub struct PointColumns<'a> {
+    /// The points, in the coordinates of the light, by coordinate.
+    pub point: [&'a mut [[f64; 8]]; 3],
+    /// Their densities; zero means that nothing can be sampled.
+    pub pdf: &'a mut [[f64; 8]],
+}
+
+impl PointColumns<'_> {
+    /// How many times eight points there is room for, and numbers.
+    pub(crate) fn rows(&self, u: [&[[f64; 8]]; 2]) -> usize {
+        let room = self.point.iter().map(|column| column.len());
+        let room = room.fold(self.pdf.len(), usize::min);
+        room.min(u[0].len()).min(u[1].len())
+    }
+
+    /// Eight points of a row.
+    #[inline(always)]
+    pub(crate) fn get<S: Simd>(&self, s: S, row: usize) -> Vector<S> {
+        let [x, y, z] = &self.point;
+        [s.dload(&x[row]), s.dload(&y[row]), s.dload(&z[row])]
+    }
+
+    /// Puts eight points in a row.
+    #[inline(always)]
+    pub(crate) fn put<S: Simd>(&mut self, s: S, row: usize, [x, y, z]: Vector<S>) {
+        let [xs, ys, zs] = &mut self.point;
+        s.dstore(x, &mut xs[row]);
+        s.dstore(y, &mut ys[row]);
+        s.dstore(z, &mut zs[row]);
     }
 }
 
@@ -78,22 +113,63 @@ impl AreaSampler {
     }
 }
 
+impl AreaSampler {
+    /// The points of two random numbers each.
+    #[inline(always)]
+    fn place<L: Lanes>(&self, l: L, u: [L::D; 2]) -> Vector<L> {
+        if let Some((o, a, b)) = self.parallelogram {
+            let [x, y] = [fraction_each(l, u[0]), fraction_each(l, u[1])];
+            let (o, a, b) = (o.to_array(), a.to_array(), b.to_array());
+            let at = |k: usize| (x * a[k] + o[k]) + y * b[k];
+            return [at(0), at(1), at(2)];
+        }
+        let (piece, lambda) = self.pieces.pick_each(l, u[0]);
+        let v = self.polygon.vertices();
+        let [a, mut b, mut c] = fan::triangle(v, 0).map(|v| fan::splat(l, v));
+        let mut number = 0.0;
+        for (next, after) in v[1..].iter().zip(&v[2..]).skip(1) {
+            number += 1.0;
+            let further = l.dle(l.dsplat(number), piece);
+            b = fan::select(l, further, b, fan::splat(l, *next));
+            c = fan::select(l, further, c, fan::splat(l, *after));
+        }
+        fan::place(l, [a, b, c], lambda, l.dsqrt(fraction_each(l, u[1])))
+    }
+}
+
+#[inline(always)]
+fn sample_kernel<S: Simd>(
+    s: S,
+    sampler: &AreaSampler,
+    u: [&[[f64; 8]]; 2],
+    out: &mut PointColumns<'_>,
+) {
+    for row in 0..out.rows(u) {
+        let u = [s.dload(&u[0][row]), s.dload(&u[1][row])];
+        out.put(s, row, sampler.place(s, u));
+        s.dstore(s.dsplat(sampler.density.value()), &mut out.pdf[row]);
+    }
+}
+dispatch! {
+    fn sample_into = sample_kernel(
+        sampler: &AreaSampler,
+        u: [&[[f64; 8]]; 2],
+        out: &mut PointColumns<'_>,
+    )
+}
+
 impl PointTechnique for AreaSampler {
     type Measure = Area;
 
     fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
-        let u = u.map(fraction);
-        let point = if let Some((o, a, b)) = self.parallelogram {
-            o + a * u[0] + b * u[1]
-        } else {
-            let (i, lambda) = self.pieces.pick(u[0]);
-            let corners = fan::triangle(self.polygon.vertices(), i);
-            fan::place(corners, lambda, u[1].sqrt())
-        };
         PointSample {
-            point,
+            point: self.place(One, u).into(),
             pdf: self.density,
         }
+    }
+
+    fn sample_into(&self, u: [&[[f64; 8]]; 2], mut out: PointColumns<'_>) {
+        sample_into(Isa::best(), self, u, &mut out);
     }
 
     fn pdf(&self, _point: DVec3) -> Pdf<Area> {
@@ -115,5 +191,88 @@ impl PointTechnique for AreaSampler {
             ]
         };
         Some(u.map(below_one))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use linelit_simd::InstructionSet;
+    use linelit_testkit::rng::SplitMix64;
+
+    /// Regular polygons of three to twelve corners and parallelograms, seen from anywhere: also
+    /// from their planes, from afar, and with coordinates whose squares are no numbers.
+    pub(crate) fn fans() -> Vec<(ConvexPolygon, DVec3)> {
+        let mut rng = SplitMix64::new(71);
+        let mut out = Vec::new();
+        for round in 0..60_u32 {
+            let corners = 3 + round % 10;
+            let scale = [1.0, 1.0, 1e-3, 1e3, 1e-55, 1e55][(round / 10) as usize];
+            let mut v = || scale * DVec3::from([0, 1, 2].map(|_| rng.in_range(-1.0, 1.0)));
+            let [o, a, b, x] = [v(), v(), v(), v()];
+            let at = |i: u32| {
+                let (s, c) = (f64::from(i) * std::f64::consts::TAU / f64::from(corners)).sin_cos();
+                o + a * c + b * s
+            };
+            let vertices: Vec<DVec3> = (0..corners).map(at).collect();
+            let polygon = match round % 4 {
+                0 => ConvexPolygon::parallelogram(o, a, b),
+                _ => ConvexPolygon::try_new(&vertices),
+            };
+            let polygon = polygon.expect("a polygon");
+            out.extend([x, o, o + 0.3 * a, x * 1e6].map(|x| (polygon, x)));
+        }
+        out
+    }
+
+    /// Columns on every instruction set are the samples one by one.
+    pub(crate) fn columns_are_samples(
+        technique: &impl PointTechnique,
+        fill: impl Fn(Isa, [&[[f64; 8]]; 2], &mut PointColumns<'_>),
+    ) {
+        let mut rng = SplitMix64::new(3);
+        let mut number = |k: usize| match k {
+            0 => [
+                0.0,
+                f64::NAN,
+                1.0,
+                -1.0,
+                0.5,
+                1.0 - f64::EPSILON / 2.0,
+                2.0,
+                1e-300,
+            ],
+            _ => std::array::from_fn(|_| rng.next_f64()),
+        };
+        let u = [[0, 1, 2].map(&mut number), [1, 0, 3].map(&mut number)];
+        let bits = |x: &[f64; 8]| x.map(f64::to_bits);
+        for set in InstructionSet::ALL.into_iter().filter(|s| s.is_available()) {
+            let [mut x, mut y, mut z, mut pdf] = [[[0.0; 8]; 3]; 4];
+            let mut out = PointColumns {
+                point: [&mut x, &mut y, &mut z],
+                pdf: &mut pdf,
+            };
+            fill(Isa::detect(set), [&u[0], &u[1]], &mut out);
+            for row in 0..3 {
+                let samples: [_; 8] =
+                    std::array::from_fn(|i| technique.sample([u[0][row][i], u[1][row][i]]));
+                let want = [
+                    samples.map(|s| s.point.x),
+                    samples.map(|s| s.point.y),
+                    samples.map(|s| s.point.z),
+                    samples.map(|s| s.pdf.value()),
+                ];
+                let got = [x[row], y[row], z[row], pdf[row]];
+                assert_eq!(got.each_ref().map(bits), want.each_ref().map(bits), "{set}");
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_give_the_bits_of_samples() {
+        for (polygon, _) in fans() {
+            let sampler = AreaSampler::new(&polygon);
+            columns_are_samples(&sampler, |isa, u, out| sample_into(isa, &sampler, u, out));
+        }
     }
 }

@@ -5,6 +5,10 @@
 //! polygon is continuous over the whole fan.
 
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
+use linelit_simd::Lanes;
+
+/// A vector of each lane, by coordinates.
+pub(crate) type Vector<L> = [<L as Lanes>::D; 3];
 
 /// A point of a fan triangle (a, b, c): `q = b + lambda (c − b)` on the outer edge, then `a + kappa
 /// (q − a)`.
@@ -57,8 +61,36 @@ pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> 
     })
 }
 
-/// The point of a fan triangle.
-pub(crate) fn place([a, b, c]: [DVec3; 3], lambda: f64, kappa: f64) -> DVec3 {
-    let q = b + (c - b) * lambda;
-    a + (q - a) * kappa
+/// The point of a fan triangle, or of eight.
+#[inline(always)]
+pub(crate) fn place<L: Lanes>(
+    l: L,
+    [a, b, c]: [Vector<L>; 3],
+    lambda: L::D,
+    kappa: L::D,
+) -> Vector<L> {
+    let _ = l;
+    [0, 1, 2].map(
+        #[inline(always)]
+        |k| {
+            let q = b[k] + (c[k] - b[k]) * lambda;
+            a[k] + (q - a[k]) * kappa
+        },
+    )
+}
+
+/// The same vector in all lanes.
+#[inline(always)]
+pub(crate) fn splat<L: Lanes>(l: L, v: DVec3) -> Vector<L> {
+    [l.dsplat(v.x), l.dsplat(v.y), l.dsplat(v.z)]
+}
+
+/// `b` where `m`, else `a`.
+#[inline(always)]
+pub(crate) fn select<L: Lanes>(l: L, m: L::M, a: Vector<L>, b: Vector<L>) -> Vector<L> {
+    [
+        l.select(m, a[0], b[0]),
+        l.select(m, a[1], b[1]),
+        l.select(m, a[2], b[2]),
+    ]
 }

@@ -2,12 +2,13 @@
 
 use crate::PointTechnique;
 use crate::density::{Pdf, SolidAngle};
-use crate::pieces::Pieces;
-use crate::polygon::area::PointSample;
+use crate::pieces::{Pieces, fraction_each};
+use crate::polygon::area::{PointColumns, PointSample};
 use crate::polygon::fan;
 use crate::polygon::spherical_triangle::SphericalTriangle;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
+use linelit_simd::{Isa, One, Simd, dispatch};
 use std::f64::consts::TAU;
 
 /// Triangles whose set-up is kept; those beyond are set up again for each sample.
@@ -88,6 +89,18 @@ impl SolidAngleSampler {
         }
     }
 
+    fn sample_by(&self, isa: Isa, u: [&[[f64; 8]]; 2], out: &mut PointColumns<'_>) {
+        let rows = out.rows(u);
+        out.pdf[..rows].fill([self.pdf.value(); 8]);
+        let last = self.polygon.vertices().len() - 3;
+        // Two triangles at a time.
+        for first in (0..=last).step_by(2) {
+            let numbers = [first, last.min(first + 1)];
+            let pair = numbers.map(|i| self.of_triangle(i, |t| *t));
+            sample_pair(isa, self, numbers, &pair, u, out);
+        }
+    }
+
     /// The solid angle Ω in sr, between 0 and 2π.
     #[must_use]
     pub fn solid_angle(&self) -> f64 {
@@ -95,6 +108,49 @@ impl SolidAngleSampler {
         // may face either way, they add up to more.
         self.pieces.total().min(TAU)
     }
+}
+
+/// Points of two triangles of the fan, in place of those before which lie on them.
+#[inline(always)]
+#[allow(clippy::cast_precision_loss, reason = "numbers of triangles")]
+fn pair_kernel<S: Simd>(
+    s: S,
+    sampler: &SolidAngleSampler,
+    numbers: [usize; 2],
+    [first, second]: &[SphericalTriangle; 2],
+    u: [&[[f64; 8]]; 2],
+    out: &mut PointColumns<'_>,
+) {
+    let v = sampler.polygon.vertices();
+    let [[a, b, c], [_, d, e]] = [
+        fan::triangle(v, numbers[0]).map(|v| fan::splat(s, v)),
+        fan::triangle(v, numbers[1]).map(|v| fan::splat(s, v)),
+    ];
+    let usable = sampler.pdf.is_positive();
+    for row in 0..out.rows(u) {
+        let (piece, place) = sampler.pieces.pick_each(s, s.dload(&u[0][row]));
+        let later = s.dle(s.dsplat(numbers[1] as f64), piece);
+        let u = [place, fraction_each(s, s.dload(&u[1][row]))];
+        let (lambda, kappa) = first.each(s, second, later).sample(s, u);
+        let corners = [a, fan::select(s, later, b, d), fan::select(s, later, c, e)];
+        let mut point = fan::place(s, corners, lambda, kappa);
+        if !usable {
+            point = a;
+        } else if numbers[0] > 0 {
+            let here = s.dle(s.dsplat(numbers[0] as f64), piece);
+            point = fan::select(s, here, out.get(s, row), point);
+        }
+        out.put(s, row, point);
+    }
+}
+dispatch! {
+    fn sample_pair = pair_kernel(
+        sampler: &SolidAngleSampler,
+        numbers: [usize; 2],
+        pair: &[SphericalTriangle; 2],
+        u: [&[[f64; 8]]; 2],
+        out: &mut PointColumns<'_>,
+    )
 }
 
 impl PointTechnique for SolidAngleSampler {
@@ -106,11 +162,18 @@ impl PointTechnique for SolidAngleSampler {
             return PointSample::none(vertices[0]);
         }
         let (i, place) = self.pieces.pick(u[0]);
-        let (lambda, kappa) = self.of_triangle(i, |t| t.sample([place, fraction(u[1])]));
+        let v = fraction(u[1]);
+        let (lambda, kappa) =
+            self.of_triangle(i, |t| t.each(One, t, false).sample(One, [place, v]));
+        let corners = fan::triangle(vertices, i).map(|v| v.to_array());
         PointSample {
-            point: fan::place(fan::triangle(vertices, i), lambda, kappa),
+            point: fan::place(One, corners, lambda, kappa).into(),
             pdf: self.pdf,
         }
+    }
+
+    fn sample_into(&self, u: [&[[f64; 8]]; 2], mut out: PointColumns<'_>) {
+        self.sample_by(Isa::best(), u, &mut out);
     }
 
     fn pdf(&self, _point: DVec3) -> Pdf<SolidAngle> {
@@ -124,5 +187,19 @@ impl PointTechnique for SolidAngleSampler {
         let at = fan::locate(&self.polygon, point)?;
         let [place, v] = self.of_triangle(at.triangle, |t| t.invert(at.lambda, at.kappa));
         Some([self.pieces.unpick(at.triangle, place), below_one(v)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::polygon::area::tests::{columns_are_samples, fans};
+
+    #[test]
+    fn lanes_give_the_bits_of_samples() {
+        for (polygon, x) in fans() {
+            let sampler = SolidAngleSampler::new(&polygon, x);
+            columns_are_samples(&sampler, |isa, u, out| sampler.sample_by(isa, u, out));
+        }
     }
 }

@@ -19,7 +19,10 @@
 //! stay in the triangle however small or far it is. (The sub-triangle in tangent form: Peters 2021,
 //! "BRDF importance sampling for polygonal lights", §4; the elimination is ours.)
 
+use crate::polygon::fan::Vector;
+use linelit_geometry::finite::power_of_two_over;
 use linelit_geometry::{DVec3, predicates};
+use linelit_simd::{Lanes, One, sine};
 
 /// The set-up of one triangle seen from the origin. Degenerate triangles have the solid angle 0.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,10 +40,31 @@ pub(crate) struct SphericalTriangle {
     d: f64,
     /// tan of half the side bc.
     tau_end: f64,
-    /// Half the solid angle, its sine and cosine.
+    /// Half the solid angle, and its sine.
     half: f64,
     sin_half: f64,
-    cos_half: f64,
+    /// τ₁ D/sin h.
+    rise: f64,
+    /// |b| (1 + τ₁²).
+    far: f64,
+    /// Of a point q = b + λ bc of the outer edge: a × q and a·q, at λ = 0 and what they gain.
+    cross: [DVec3; 2],
+    dot: [f64; 2],
+}
+
+/// What samples of a triangle need, or of one of two in each lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Each<L: Lanes> {
+    p: L::D,
+    half: L::D,
+    rise: L::D,
+    square_end: L::D,
+    far: L::D,
+    length: [L::D; 2],
+    b: Vector<L>,
+    bc: Vector<L>,
+    cross: [Vector<L>; 2],
+    dot: [L::D; 2],
 }
 
 /// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b; all
@@ -158,9 +182,28 @@ impl SphericalTriangle {
         let positive = |x: f64| x > 0.0 && x < f64::INFINITY;
         if [half, d, tau_end, p].into_iter().all(positive) {
             (out.p, out.d, out.tau_end, out.half) = (p, d, tau_end, half);
-            (out.sin_half, out.cos_half) = half.sin_cos();
+            out.sin_half = sine(One, half);
+            out.rise = tau_end * (d / out.sin_half);
+            out.far = length[1] * (1.0 + tau_end * tau_end);
+            out.cross = [sides[0].cross, a.cross(edges[1])];
+            out.dot = [a.dot(b), a.dot(edges[1])];
+            if length.iter().any(|l| !(*l > SMALL && *l < LARGE)) {
+                out.scale(power_of_two_over(length[0].max(length[1])));
+            }
         }
         out
+    }
+
+    /// Multiplies all lengths: samples do not depend on it.
+    #[cold]
+    fn scale(&mut self, by: f64) {
+        for v in [&mut self.a, &mut self.b, &mut self.ab, &mut self.bc] {
+            *v *= by;
+        }
+        self.length = self.length.map(|l| l * by);
+        self.far *= by;
+        self.cross = self.cross.map(|v| v * by * by);
+        self.dot = self.dot.map(|d| d * by * by);
     }
 
     /// Solid angle in sr.
@@ -168,45 +211,37 @@ impl SphericalTriangle {
         2.0 * self.half
     }
 
-    /// The place (λ on bc, κ from a) for two random numbers.
-    pub(crate) fn sample(&self, u: [f64; 2]) -> (f64, f64) {
-        let lambda = self.outer(u[0]);
-        (lambda, self.inner(lambda, u[1]))
-    }
-
-    /// λ on the edge bc such that (a, b, q) has the fraction ξ of the solid angle.
-    fn outer(&self, xi: f64) -> f64 {
-        let ps = self.p * (xi * self.half).sin();
-        let ds = self.d * (((1.0 - xi) * self.half).sin() / self.sin_half);
-        let end = self.tau_end;
-        let denominator = ds + ps / end;
-        let tau = ps / denominator;
-        let rest = end * (ds / denominator); // τ₁ − τ
-        // Weights of b and c in the direction: sin(θ₁ − θ) : sin θ.
-        let wb = rest * ((1.0 + end * tau) / (1.0 + end * end)) / self.length[1];
-        let wc = tau / self.length[2];
-        ratio(wc, wb)
+    /// What samples need: of another triangle with the same corner a in the lanes of `m`.
+    #[inline(always)]
+    pub(crate) fn each<L: Lanes>(&self, l: L, other: &Self, m: L::M) -> Each<L> {
+        let number = |a: f64, b: f64| l.select(m, l.dsplat(a), l.dsplat(b));
+        let vector = |a: DVec3, b: DVec3| [number(a.x, b.x), number(a.y, b.y), number(a.z, b.z)];
+        let (s, o) = (self, other);
+        let square = [s.tau_end * s.tau_end, o.tau_end * o.tau_end];
+        Each {
+            p: number(s.p, o.p),
+            half: number(s.half, o.half),
+            rise: number(s.rise, o.rise),
+            square_end: number(square[0], square[1]),
+            far: number(s.far, o.far),
+            length: [
+                number(s.length[0], o.length[0]),
+                number(s.length[2], o.length[2]),
+            ],
+            b: vector(s.b, o.b),
+            bc: vector(s.bc, o.bc),
+            cross: [
+                vector(s.cross[0], o.cross[0]),
+                vector(s.cross[1], o.cross[1]),
+            ],
+            dot: [number(s.dot[0], o.dot[0]), number(s.dot[1], o.dot[1])],
+        }
     }
 
     /// The point q on the outer edge and q − a.
     fn on_outer(&self, lambda: f64) -> (DVec3, DVec3) {
         let step = self.bc * lambda;
         (self.b + step, self.ab + step)
-    }
-
-    /// κ on the segment from a to q such that sin²(s/2) has the fraction `v` of its range.
-    fn inner(&self, lambda: f64, v: f64) -> f64 {
-        let (q, edge) = self.on_outer(lambda);
-        let lq = q.length();
-        let side = Side::new(self.a, q, edge, self.length[0], lq);
-        let cos1 = (0.5 * side.one_plus).sqrt();
-        let sin1 = side.tan_half * cos1;
-        let root = v.sqrt();
-        let mu = root * sin1; // sin(s/2)
-        let nu = ((1.0 - mu) * (1.0 + mu)).sqrt(); // cos(s/2)
-        // Half the sine of s₁ − s, from sin((s₁−s)/2) cos((s₁−s)/2), each without cancellation.
-        let rest = sin1 * ((1.0 - v) / (nu + root * cos1)) * (cos1 * nu + sin1 * mu);
-        ratio(mu * nu / lq, rest / self.length[0])
     }
 
     /// The random numbers of the place (λ, κ).
@@ -230,7 +265,7 @@ impl SphericalTriangle {
         let (tau, end) = (side.tan_half, self.tau_end);
         // The difference of the tangents: τ₁ − τ = rest (1 + τ₁ τ).
         let rho = (tau / rest) * (end / (1.0 + end * tau)) * (self.d / (self.p * self.sin_half));
-        let angle = (rho * self.sin_half).atan2(1.0 + rho * self.cos_half);
+        let angle = (rho * self.sin_half).atan2(1.0 + rho * self.half.cos());
         (angle / self.half).clamp(0.0, 1.0)
     }
 
@@ -251,8 +286,74 @@ impl SphericalTriangle {
     }
 }
 
-/// `w/(w + other)`, 0 when both vanish or one is no number.
-fn ratio(w: f64, other: f64) -> f64 {
-    let share = w / (w + other);
-    if share >= 0.0 { share } else { 0.0 }
+impl<L: Lanes> Each<L> {
+    /// The place (λ on bc, κ from a) for two random numbers each.
+    #[inline(always)]
+    pub(crate) fn sample(&self, l: L, u: [L::D; 2]) -> (L::D, L::D) {
+        let lambda = self.outer(l, u[0]);
+        (lambda, self.inner(l, lambda, u[1]))
+    }
+
+    /// λ on the edge bc such that (a, b, q) has the fraction ξ of the solid angle.
+    #[inline(always)]
+    fn outer(&self, l: L, xi: L::D) -> L::D {
+        let one = l.dsplat(1.0);
+        let ps = self.p * sine(l, xi * self.half);
+        let ds = self.rise * sine(l, (one - xi) * self.half);
+        // The shares of the tangent τ₁: τ = τ₁ x, τ₁ − τ = τ₁ y.
+        let inverse = one / (ds + ps);
+        let (x, y) = (ps * inverse, ds * inverse);
+        // Weights of b and c in the direction, sin(θ₁ − θ) : sin θ, over the lengths of both.
+        let wb = y * (self.square_end * x + 1.0) * self.length[1];
+        let wc = x * self.far;
+        ratio(l, wc, wb)
+    }
+
+    /// κ on the segment from a to q such that sin²(s/2) has the fraction `v` of its range.
+    #[inline(always)]
+    fn inner(&self, l: L, lambda: L::D, v: L::D) -> L::D {
+        let one = l.dsplat(1.0);
+        let along = |a: &Vector<L>, b: &Vector<L>, k: usize| a[k] + b[k] * lambda;
+        let [cross0, cross1] = &self.cross;
+        let q = [0, 1, 2].map(
+            #[inline(always)]
+            |k| along(&self.b, &self.bc, k),
+        );
+        let cross = [0, 1, 2].map(
+            #[inline(always)]
+            |k| along(cross0, cross1, k),
+        );
+        let dot = self.dot[0] + self.dot[1] * lambda;
+        let norm = |v: &Vector<L>| l.dsqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        let (lq, sine) = (norm(&q), norm(&cross));
+        let product = self.length[0] * lq;
+        // Sine and cosine of half the side aq: the larger from 1 ± cos, which does not cancel, the
+        // other from the sine of the whole.
+        let half = l.dsplat(0.5) / product;
+        let size = l.dmax(dot, dot * -1.0);
+        let large = l.dsqrt((product + size) * half);
+        let small = sine * half / large;
+        let acute = l.dle(l.dsplat(0.0), dot);
+        let cos1 = l.select(acute, small, large);
+        let sin1 = l.select(acute, large, small);
+        let root = l.dsqrt(v);
+        let mu = root * sin1; // sin(s/2)
+        let nu = l.dsqrt((one - mu) * (one + mu)); // cos(s/2)
+        // Half the sine of s₁ − s, from sin((s₁−s)/2) cos((s₁−s)/2), each without cancellation:
+        // sin s₁/2 · (1 − v)/(ν + √v cos s₁/2) · (…). What both weights have in common is left out.
+        let here = root * nu * (nu + root * cos1) * self.length[0];
+        let rest = (one - v) * (cos1 * nu + sin1 * mu) * lq;
+        ratio(l, here, rest)
+    }
 }
+
+/// `w/(w + other)`, 0 when both vanish or one is no number.
+#[inline(always)]
+fn ratio<L: Lanes>(l: L, w: L::D, other: L::D) -> L::D {
+    // The greater of NaN and zero is zero.
+    l.dmax(w / (w + other), l.dsplat(0.0))
+}
+
+/// Lengths between which squares of their products keep their digits.
+const SMALL: f64 = 1e-60;
+const LARGE: f64 = 1e60;

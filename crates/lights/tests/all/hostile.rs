@@ -10,10 +10,10 @@ use linelit_lights::linear::{
 use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Cylinder, CylinderLight, Disk, DiskLight, Emission,
     ImportanceImage, Length, Light, LineSample, LineSampler, LineTechnique, LinearLight,
-    LinearPointTechnique, Measure, Offset, OffsetDensity, Orientation, Pdf, Pieces, PointSample,
-    PointTechnique, PointsOnLines, ProjectedSolidAngle, ProxySampler, Real, SolidAngle,
-    SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler,
-    ThinSolidAngle, TransformedSampler, sample_linear, triangle_solid_angle,
+    LinearPointTechnique, Measure, Offset, OffsetDensity, Orientation, Pdf, Pieces, PointColumns,
+    PointSample, PointTechnique, PointsOnLines, ProjectedSolidAngle, ProxySampler, Real,
+    SolidAngle, SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines,
+    TexturedSampler, ThinSolidAngle, TransformedSampler, sample_linear, triangle_solid_angle,
 };
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
@@ -117,6 +117,25 @@ fn polygon() -> impl Strategy<Value = Shape> {
     })
 }
 
+/// Points side by side are those one by one, to the bit.
+fn in_columns(technique: &impl PointTechnique, u: [f64; 2]) -> Check {
+    let all = [u, [u[1], u[0]], [u[0], 0.5]];
+    let of = |k: usize| [std::array::from_fn(|i| all[i % 3][k])];
+    let [mut x, mut y, mut z, mut pdf] = [[[0.0; 8]]; 4];
+    let out = PointColumns {
+        point: [&mut x, &mut y, &mut z],
+        pdf: &mut pdf,
+    };
+    technique.sample_into([&of(0), &of(1)], out);
+    for i in 0..8 {
+        let (want, got) = (technique.sample(all[i % 3]), [x[0][i], y[0][i], z[0][i]]);
+        prop_assert_eq!(want.pdf.value().to_bits(), pdf[0][i].to_bits());
+        let want = want.point.to_array();
+        prop_assert_eq!(want.map(f64::to_bits), got.map(f64::to_bits), "{:?}", want);
+    }
+    Ok(())
+}
+
 fn parts() -> impl Strategy<Value = Vec<Interval>> {
     let part = [hostile_unit(), hostile_unit()].prop_map(|[a, b]| Interval::new(a, b));
     prop::collection::vec(part, 0..3)
@@ -171,13 +190,16 @@ proptest! {
         let (x, q) = (v(x), v(q));
         let by_area = AreaSampler::new(&p);
         on_polygon(by_area.sample(u), &shape)?;
+        in_columns(&by_area, u)?;
         density(by_area.pdf(q))?;
         let by_angle = SolidAngleSampler::new(&p, x);
         share(by_angle.solid_angle(), TAU)?;
         on_polygon(by_angle.sample(u), &shape)?;
+        in_columns(&by_angle, u)?;
         density(by_angle.pdf(q))?;
         let proxy = ProxySampler::new(&p, x);
         on_polygon(proxy.sample(u), &shape)?;
+        in_columns(&proxy, u)?;
         density(proxy.pdf(q))?;
         let map = DMat3::from_cols(q, x.cross(q), DVec3::new(u[0], u[1], x.z));
         for map in [DMat3::IDENTITY, map] {

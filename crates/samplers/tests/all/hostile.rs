@@ -57,6 +57,9 @@ proptest! {
             for i in [i, 0, set.count() - 1, u32::MAX] {
                 prop_assert!(is_unit(set.get_1d(i)), "{kind} {i}");
                 prop_assert!(set.get_2d(i).iter().all(|x| is_unit(*x)), "{kind} {i}");
+                let [mut x, mut y] = [[0.5; 11]; 2];
+                set.fill_2d(i, [&mut x, &mut y[..10]]);
+                prop_assert!(x.iter().chain(&y).all(|x| is_unit(*x)), "{kind} {i}");
             }
             let mut rng = sampler.rng(pixel, dimension);
             prop_assert!(rng.next_u64() != rng.next_u64(), "{kind}: once in 1.8e19");

@@ -31,6 +31,20 @@ proptest! {
     }
 
     /// Every number is in [0, 1) for all names and any index, also beyond the count.
+    /// To the bit, whichever pattern, also where it goes on with another set.
+    #[test]
+    fn columns_are_the_points_one_by_one(
+        kind in kinds(), seed: u64, pixel: [u32; 2], dimension: u32, count in 1_u32..300, first in 0_u32..300, len in 0_usize..90,
+    ) {
+        let set = Sampler::new(kind, seed).points(pixel, dimension, count);
+        let [mut x, mut y] = [[0.0; 90]; 2];
+        set.fill_2d(first, [&mut x[..len], &mut y[..len]]);
+        for (i, (x, y)) in (first..).zip(x.iter().zip(&y)).take(len) {
+            let want = set.get_2d(i).map(f64::to_bits);
+            prop_assert_eq!([x, y].map(|u| u.to_bits()), want, "{} {}", kind, i);
+        }
+    }
+
     #[test]
     fn always_in_range(kind in kinds(), seed: u64, pixel: [u32; 2], dimension: u32, count: u32, i: u32) {
         let set = Sampler::new(kind, seed).points(pixel, dimension, count);

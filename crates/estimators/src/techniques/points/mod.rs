@@ -12,12 +12,15 @@ pub(crate) mod texture;
 pub(crate) mod visible_area;
 
 use crate::light::Shape;
+use crate::point_block::Columns;
 use crate::techniques::point_techniques;
 use crate::text::{Options, Result};
 use crate::{EmissionTexture, LinearOptions, PointBy, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_lights::{AreaSampler, Disk, Pdf, PointTechnique, Sphere, SurfaceMeasure};
+use linelit_lights::{
+    AreaSampler, Disk, Pdf, PointColumns, PointTechnique, Sphere, SurfaceMeasure,
+};
 use linelit_spheres::{ChordMeasure, CylinderLines, CylinderView, DiskCone, SphereCone};
 use round::{RoundPoints, Viewer};
 
@@ -200,6 +203,14 @@ pub(crate) trait DrawPoints<S> {
     /// A point from two random numbers.
     fn draw<R: Reflection>(&self, u: [f64; 2], surface: &S, point: &ShadingPoint<R>) -> Drawn;
 
+    /// Points from eight pairs of random numbers a row, with their densities, per area if the
+    /// answer is `true`, else per solid angle; `None` where points are no function of the numbers
+    /// and the source alone.
+    fn draw_columns(&self, rows: usize, columns: &mut Columns) -> Option<bool> {
+        let _ = (rows, columns);
+        None
+    }
+
     /// The density per solid angle of any point of the light.
     fn density<R: Reflection>(&self, at: &LightPoint, point: &ShadingPoint<R>) -> f64;
 }
@@ -216,6 +227,18 @@ impl<S: Shape, P: PointTechnique> DrawPoints<S> for P {
         };
         let at = LightPoint::towards(sample.point, to_light, direction, surface);
         Some((at, at.density(sample.pdf)))
+    }
+
+    fn draw_columns(&self, rows: usize, columns: &mut Columns) -> Option<bool> {
+        let Columns {
+            u, point, density, ..
+        } = columns;
+        let out = PointColumns {
+            point: point.each_mut().map(|column| &mut column[..rows]),
+            pdf: &mut density[..rows],
+        };
+        self.sample_into(u.each_ref().map(|column| &column[..rows]), out);
+        Some(P::Measure::IS_LOCAL)
     }
 
     #[inline]

@@ -4,6 +4,7 @@ use super::bsdf::Directions;
 use super::ltc::DiskLobes;
 use super::{DrawPoints, Drawn, LightPoint};
 use crate::light::Shape;
+use crate::point_block::Columns;
 use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
 use crate::{PointBy, ShadingPoint};
@@ -67,6 +68,14 @@ macro_rules! sources {
             ) -> Drawn {
                 match self {
                     $(Self::$variant(source) => source.draw(u, surface, point),)+
+                }
+            }
+
+            fn draw_columns(&self, rows: usize, columns: &mut Columns) -> Option<bool> {
+                match self {
+                    $(Self::$variant(source) => {
+                        DrawPoints::<S>::draw_columns(source, rows, columns)
+                    })+
                 }
             }
 
