@@ -193,6 +193,10 @@ pub struct RenderArgs {
     /// lights that are bright and mostly hidden.
     #[arg(long, value_name = "K")]
     pub light_apart: Vec<u32>,
+    /// Have hybrid go by what closed forms and lines cost on this machine, measured first, in place
+    /// of its table; the picture's noise then depends on the machine.
+    #[arg(long)]
+    pub calibrate: bool,
     /// Sampling pattern.
     #[arg(long, default_value = "stratified")]
     pub sampler: SamplerKind,

@@ -3,6 +3,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod buffers;
+mod calibration;
 mod closed_form;
 mod combination;
 mod counters;
@@ -27,6 +28,7 @@ mod text;
 mod transformed;
 
 pub use buffers::{Buffers, SampleBuffers};
+pub use calibration::Calibration;
 pub use counters::{PlanCounters, SegmentCounters};
 pub use estimate::estimate;
 pub use estimator::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Weights};

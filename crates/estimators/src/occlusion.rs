@@ -19,6 +19,9 @@ pub struct OcclusionStats {
     /// Edges that bound what is hidden, for each triangle in between: up to three if triangles are
     /// loose, few in meshes.
     pub edges: f64,
+    /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
+    /// it was measured ([`Calibration`](crate::Calibration)).
+    pub exact_cost: f64,
 }
 
 impl Default for OcclusionStats {
@@ -28,6 +31,7 @@ impl Default for OcclusionStats {
             dense: false,
             candidates: 1.0,
             edges: 3.0,
+            exact_cost: 1.0,
         }
     }
 }
@@ -85,6 +89,7 @@ impl OcclusionProbe {
             dense,
             candidates: candidates / f64::from(self.shafts),
             edges: edges / candidates,
+            ..OcclusionStats::default()
         }
     }
 }

@@ -1,8 +1,11 @@
 //! How occluded lights are, asked from a grid of camera points.
 
-use crate::{Renderer, Workspace};
-use linelit_estimators::{OcclusionProbe, OcclusionStats};
-use linelit_lights::Light;
+use crate::{PlannedLight, Renderer, ShadingPoint, Workspace};
+use linelit_estimators::{
+    Buffers, Calibration, Estimator, OcclusionProbe, OcclusionStats, Query, RandomNumbers,
+};
+use linelit_lights::{AreaLight, Light};
+use linelit_samplers::SamplerKind;
 
 /// Camera rays across and down.
 const RAYS: u32 = 8;
@@ -12,13 +15,58 @@ const MOST_LIGHTS: usize = 16;
 
 /// Occlusion statistics of the lights of the plan; empty where there are too many to ask.
 pub(crate) fn occlusion(renderer: &Renderer<'_>) -> Vec<OcclusionStats> {
+    let mut probes = vec![OcclusionProbe::default(); renderer.plan().lights().len()];
+    let found = over_grid(renderer, |k, light, area, point, buffers| {
+        let (occluders, source) = (renderer.occluders(), light.source());
+        probes[k].look(occluders, &source, area, point.position, buffers);
+    });
+    if !found {
+        return Vec::new();
+    }
+    probes.into_iter().map(OcclusionProbe::stats).collect()
+}
+
+/// The same statistics with costs as `clock`, in seconds, measures them.
+pub(crate) fn calibrated(
+    renderer: &Renderer<'_>,
+    mut clock: impl FnMut() -> f64,
+) -> Vec<OcclusionStats> {
+    let lights = renderer.plan().lights();
+    let mut costs = vec![Calibration::default(); lights.len()];
+    let estimator = Estimator::hybrid();
+    over_grid(renderer, |k, light, area, point, buffers| {
+        let numbers = RandomNumbers {
+            sampler: SamplerKind::Stratified,
+            seed: 0,
+            pixel: [0, 0],
+            pair: light.index,
+        };
+        let (occluders, source) = (renderer.occluders(), light.source());
+        let query = Query::new(occluders, &source, point, &estimator, numbers, 1);
+        costs[k].look(&query, area, buffers, &mut clock);
+    });
+    let costs = costs.into_iter().map(Calibration::exact_cost);
+    let stats = lights.iter().map(|light| light.occlusion).zip(costs);
+    stats
+        .map(|(stats, exact_cost)| OcclusionStats {
+            exact_cost,
+            ..stats
+        })
+        .collect()
+}
+
+/// Visits the area lights, by their number in the plan, that reach points of the grid; whether
+/// there are few enough to do so.
+fn over_grid(
+    renderer: &Renderer<'_>,
+    mut visit: impl FnMut(usize, &PlannedLight, &AreaLight, &ShadingPoint, &mut Buffers),
+) -> bool {
     let lights = renderer.plan().lights();
     if lights.len() > MOST_LIGHTS {
-        return Vec::new();
+        return false;
     }
     let film = &renderer.scene().film;
     let mut workspace = Workspace::new();
-    let mut probes = vec![OcclusionProbe::default(); lights.len()];
     let along = |k: u32, size: u32| {
         let middle = u64::from(2 * k + 1) * u64::from(size) / u64::from(2 * RAYS);
         u32::try_from(middle).unwrap_or(0)
@@ -29,15 +77,13 @@ pub(crate) fn occlusion(renderer: &Renderer<'_>) -> Vec<OcclusionStats> {
             continue;
         };
         let buffers = &mut workspace.buffers;
-        for (light, probe) in lights.iter().zip(&mut probes) {
-            let Light::Area(area) = &*light.light else {
-                continue;
-            };
-            let source = light.source();
-            if source.reaches(&point, &mut buffers.samples.plan) {
-                probe.look(renderer.occluders(), &source, area, point.position, buffers);
+        for (k, light) in lights.iter().enumerate() {
+            if let Light::Area(area) = &*light.light
+                && light.source().reaches(&point, &mut buffers.samples.plan)
+            {
+                visit(k, light, area, &point, buffers);
             }
         }
     }
-    probes.into_iter().map(OcclusionProbe::stats).collect()
+    true
 }

@@ -1,6 +1,7 @@
 //! Pictures of small scenes, one estimator held to another.
 
 mod agreement;
+mod calibration;
 mod common;
 mod corners;
 mod exact;

@@ -49,9 +49,13 @@ const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
 const FLAT: f64 = 16.0;
 
 /// Lines that take as long as the closed form, for each candidate and for each edge that bounds
-/// what candidates hide: measured.
-const LINES_FOR_A_CANDIDATE: f64 = 0.6;
-const LINES_FOR_AN_EDGE: f64 = 1.4;
+/// what candidates hide, and by how many fewer in all, for the lines' own beginning: measured.
+const LINES_FOR_A_CANDIDATE: f64 = 1.3;
+const LINES_FOR_AN_EDGE: f64 = 0.95;
+const LINES_FOR_THE_FIRST: f64 = 1.2;
+
+/// By how much of its time in an empty shaft a line takes longer for each candidate.
+const LINE_BY_CANDIDATES: f64 = 0.011;
 
 /// What `LINES_FOR_AN_EDGE` grows by where the surface has a lobe, before a light that is narrow
 /// for the lobe, and before a wide one.
@@ -123,15 +127,20 @@ impl Integral for Cheapest {
             PointBy::Area
         };
         if lines < FEW_LINES_IN_SHAFT && occlusion.candidates < affordable {
-            let choice = (Strategy::Points(by), POINTS_FOR_A_LINE);
-            return through_shaft(query, area, options, buffers, |_| choice);
+            let points = (Strategy::Points(PointBy::Area), POINTS_FOR_A_LINE);
+            return through_shaft(query, area, options, buffers, |shaft| {
+                exact_or(points, query, area, shaft)
+            });
         }
         if lines < FEW_LINES {
             return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, by, buffers);
         }
-        let for_an_edge = lines_for_an_edge(query, area);
         through_shaft(query, area, options, buffers, |shaft| {
-            choose_strategy(shaft, occlusion.edges, for_an_edge, lines)
+            if shaft.is_dense() {
+                in_dense_shaft(lines, PointBy::SolidAngle)
+            } else {
+                exact_or((Strategy::Lines, 1), query, area, shaft)
+            }
         })
     }
 
@@ -171,19 +180,32 @@ fn in_dense_shaft(lines: u32, by: PointBy) -> (Strategy, u32) {
     }
 }
 
-/// What to do about a light, by what the shaft and the number of lines say.
-fn choose_strategy(shaft: &Shaft<'_>, edges: f64, for_an_edge: f64, lines: u32) -> (Strategy, u32) {
-    if shaft.is_dense() {
-        return in_dense_shaft(lines, PointBy::SolidAngle);
-    }
-    let for_a_candidate = LINES_FOR_A_CANDIDATE + for_an_edge * edges;
-    #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
-    let lines_of_exact = for_a_candidate * shaft.candidates() as f64;
-    if lines_of_exact <= f64::from(lines) {
+/// The closed form where it takes no longer than the query's lines, else something else.
+fn exact_or<R: Reflection, T>(
+    other: (Strategy, u32),
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    shaft: &Shaft<'_>,
+) -> (Strategy, u32) {
+    let lines = lines_of_exact(query, area, shaft) * query.light.occlusion.exact_cost;
+    if !shaft.is_dense() && lines <= f64::from(query.samples) {
         (Strategy::Exact, 1)
     } else {
-        (Strategy::Lines, 1)
+        other
     }
+}
+
+/// Lines that take as long as the closed form over what is visible past the shaft's candidates.
+pub(crate) fn lines_of_exact<R: Reflection, T>(
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    shaft: &Shaft<'_>,
+) -> f64 {
+    #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
+    let candidates = shaft.candidates() as f64;
+    let for_an_edge = lines_for_an_edge(query, area);
+    let for_a_candidate = LINES_FOR_A_CANDIDATE + for_an_edge * query.light.occlusion.edges;
+    (for_a_candidate * candidates - LINES_FOR_THE_FIRST) / (1.0 + LINE_BY_CANDIDATES * candidates)
 }
 
 /// Whether what the light sends to the viewer is smooth over it.
