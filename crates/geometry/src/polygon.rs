@@ -329,6 +329,7 @@ impl ConvexPolygon {
     }
 
     /// Origin and edge vectors, where the polygon is a parallelogram to 8 ε of its size.
+    #[inline]
     #[must_use]
     pub fn as_parallelogram(&self) -> Option<(DVec3, DVec3, DVec3)> {
         let v = &self.vertices;

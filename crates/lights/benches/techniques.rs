@@ -12,7 +12,8 @@ use linelit_lights::linear::{
 };
 use linelit_lights::{
     AngularLines, AreaSampler, ImportanceImage, LineSampler, LineTechnique, LinearPointTechnique,
-    OffsetDensity, PointTechnique, ProxySampler, SolidAngleSampler, TexturedLines, TexturedSampler,
+    OffsetDensity, PointColumns, PointTechnique, ProxySampler, SolidAngleSampler, TexturedLines,
+    TexturedSampler,
 };
 use linelit_testkit::rng::golden_numbers;
 use std::hint::black_box;
@@ -100,6 +101,31 @@ fn batch<T>(
     });
 }
 
+/// Samples side by side, 64 at a time.
+fn columns<T: PointTechnique>(
+    g: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    new: impl Fn(DVec3) -> T,
+) {
+    let ready: Vec<T> = receivers().into_iter().map(|(x, _)| new(x)).collect();
+    let all = golden_numbers(128);
+    let (u, rest) = all.as_chunks::<8>().0.split_at(8);
+    let [mut x, mut y, mut z, mut pdf] = [[[0.0; 8]; 8]; 4];
+    g.throughput(Throughput::Elements(64 * ready.len() as u64));
+    g.bench_function(format!("{name}/columns"), |b| {
+        b.iter(|| {
+            for s in &ready {
+                let out = PointColumns {
+                    point: [&mut x, &mut y, &mut z],
+                    pdf: &mut pdf,
+                };
+                s.sample_into([black_box(u), rest], out);
+                black_box((&x, &y, &z, &pdf));
+            }
+        });
+    });
+}
+
 fn linear(c: &mut Criterion) {
     let mut g = c.benchmark_group("linear");
     let light = Segment::new(DVec3::new(-1.0, 0.2, 1.0), DVec3::new(1.5, -0.3, 1.3));
@@ -147,6 +173,8 @@ fn polygon(c: &mut Criterion) {
         DVec3::new(0.0, 1.0, 0.3),
     )
     .expect("a quad");
+    columns(&mut g, "area", |_| AreaSampler::new(&quad));
+    columns(&mut g, "solid angle", |x| SolidAngleSampler::new(&quad, x));
     let area = AreaSampler::new(&quad);
     per_sample(
         &mut g,

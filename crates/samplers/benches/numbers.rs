@@ -33,6 +33,25 @@ fn sets(c: &mut Criterion) {
     }
 }
 
+/// Points of a whole set side by side.
+fn columns(c: &mut Criterion) {
+    let mut group = c.benchmark_group("2d columns");
+    for kind in SamplerKind::ALL {
+        for count in [8_u32, 64] {
+            let set = Sampler::new(kind, 1).points([3, 4], 0, count);
+            let [mut x, mut y] = [0, 1].map(|_| vec![0.0; count as usize]);
+            group.throughput(Throughput::Elements(u64::from(count)));
+            group.bench_function(BenchmarkId::new(kind.name(), count), |b| {
+                b.iter(|| {
+                    black_box(&set).fill_2d(0, [&mut x, &mut y]);
+                    black_box((&x, &y));
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
 /// What stood to choice for `independent` and `sobol` (docs/decisions/002-random-numbers.md).
 fn refused(c: &mut Criterion) {
     let mut group = c.benchmark_group("2d, refused");
@@ -69,6 +88,6 @@ criterion_group! {
     name = benches;
     config = Criterion::default().warm_up_time(std::time::Duration::from_millis(100))
         .measurement_time(std::time::Duration::from_millis(300)).sample_size(20);
-    targets = sets, refused
+    targets = sets, columns, refused
 }
 criterion_main!(benches);

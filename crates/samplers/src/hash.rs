@@ -72,31 +72,21 @@ pub const fn unit_f64(word: u64) -> f64 {
     (word >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
 
-/// The random numbers `unit_f64(word(key, step·i + offset))` of the samples i from `first` on, for
-/// a key and an offset each of two columns.
+/// Independent numbers of the samples from `first` on, as columns: words 3 i + 1 and 3 i + 2.
 ///
-/// Plain loops: compilers make vectors of them.
+/// A plain loop: compilers make vectors of it.
 #[inline(always)]
-fn fill_kernel<S: Simd>(
-    _: S,
-    keys: [(u64, u64); 2],
-    step: u64,
-    first: u32,
-    x: &mut [f64],
-    y: &mut [f64],
-) {
-    for (column, (key, offset)) in [x, y].into_iter().zip(keys) {
-        let mut counter = step.wrapping_mul(u64::from(first)).wrapping_add(offset);
-        for slot in column {
-            *slot = unit_f64(word(key, counter));
-            counter = counter.wrapping_add(step);
-        }
+fn independent_kernel<S: Simd>(_: S, key: u64, first: u32, x: &mut [f64], y: &mut [f64]) {
+    let mut counter = 3 * u64::from(first);
+    for (x, y) in x.iter_mut().zip(y) {
+        *x = unit_f64(word(key, counter + 1));
+        *y = unit_f64(word(key, counter + 2));
+        counter += 3;
     }
 }
 dispatch! {
-    pub(crate) fn fill = fill_kernel(
-        keys: [(u64, u64); 2],
-        step: u64,
+    pub(crate) fn fill_independent = independent_kernel(
+        key: u64,
         first: u32,
         x: &mut [f64],
         y: &mut [f64],

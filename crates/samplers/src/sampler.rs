@@ -2,7 +2,7 @@
 
 use crate::blue_noise::{BlueIndependent, blue_uniform_jitter};
 use crate::halton::Halton;
-use crate::hash::{self, lane, mix, stream_key, unit_f64, word};
+use crate::hash::{fill_independent, lane, mix, stream_key, unit_f64, word};
 use crate::kind::SamplerKind;
 use crate::sobol::OwenSobol;
 use crate::stratified::{MultiJitter, Stratified, UniformJitter};
@@ -208,8 +208,7 @@ impl SampleSet {
         let end = u64::from(first) + len as u64;
         match &self.pattern {
             Pattern::Independent(key) if end <= u64::from(u32::MAX) => {
-                let keys = [1, 2].map(|axis| (*key, axis));
-                hash::fill(Isa::best(), keys, 3, first, x, y);
+                fill_independent(Isa::best(), *key, first, x, y);
             }
             Pattern::Stratified(p) if end <= u64::from(self.count) => p.fill_2d(first, x, y),
             _ => {

@@ -2,7 +2,7 @@
 //! of samples.
 
 use crate::cells::Cells;
-use crate::hash::{self, GOLDEN, below_one, lane, unit_f64, word};
+use crate::hash::{GOLDEN, below_one, lane, unit_f64, word};
 use crate::permute::Permutation;
 use linelit_simd::{Isa, Simd, dispatch};
 
@@ -57,48 +57,41 @@ impl Stratified {
 impl Stratified {
     /// [`Stratified::get_2d`] of the samples from `first` on, all below the count.
     pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
-        let isa = Isa::best();
-        hash::fill(isa, self.jitter.map(|key| (key, 0)), 1, first, x, y);
         if self.cells.is_grid() {
-            let mut cells = [0.0; STEP];
-            for ((x, y), first) in x
-                .chunks_mut(STEP)
-                .zip(y.chunks_mut(STEP))
-                .zip((first..).step_by(STEP))
-            {
-                let cells = &mut cells[..x.len()];
-                for (cell, i) in cells.iter_mut().zip(first..) {
-                    *cell = f64::from(self.order.get(i));
-                }
-                into_grid(isa, &self.cells, cells, x, y);
+            for (x, i) in x.iter_mut().zip(first..) {
+                *x = f64::from(self.order.get(i));
             }
+            into_grid(Isa::best(), self, first, x, y);
         } else {
             for (i, (x, y)) in (first..).zip(x.iter_mut().zip(y)) {
-                [*x, *y] = in_cell(&self.cells, self.order.get(i), [*x, *y]);
+                [*x, *y] = self.get_2d(i);
             }
         }
     }
 }
 
-/// Samples of a grid at a time.
-const STEP: usize = 64;
-
-/// [`in_cell`] of many cells of a grid, given as f64, to the bit: the quotient that is cut to the
-/// row is off by less than what it is away from the next integer, unless it is one.
+/// Points in the cells of a grid whose numbers `x` holds: [`in_cell`] to the bit, for the quotient
+/// that is cut to the row is off by less than what it is away from the next integer, unless it is
+/// one.
+///
+/// A plain loop: compilers make vectors of it.
 #[inline(always)]
-fn grid_kernel<S: Simd>(_: S, cells: &Cells, numbers: &[f64], x: &mut [f64], y: &mut [f64]) {
-    let [columns, count] = [cells.columns(), cells.count()].map(f64::from);
-    for ((k, x), y) in numbers.iter().zip(x).zip(y) {
+fn grid_kernel<S: Simd>(_: S, set: &Stratified, first: u32, x: &mut [f64], y: &mut [f64]) {
+    let [columns, count] = [set.cells.columns(), set.cells.count()].map(f64::from);
+    let (jitter, mut i) = (set.jitter, u64::from(first));
+    for (x, y) in x.iter_mut().zip(y) {
         #[expect(clippy::cast_possible_truncation, reason = "that is the row")]
         #[expect(clippy::cast_sign_loss, reason = "cells are not negative")]
-        let row = f64::from((k / columns) as u32);
-        let first = row * columns;
-        *x = below_one(((k - first) + *x) / columns);
-        *y = below_one((first + columns * *y) / count);
+        let row = f64::from((*x / columns) as u32);
+        let before = row * columns;
+        let offset = [unit_f64(word(jitter[0], i)), unit_f64(word(jitter[1], i))];
+        *x = below_one(((*x - before) + offset[0]) / columns);
+        *y = below_one((before + columns * offset[1]) / count);
+        i += 1;
     }
 }
 dispatch! {
-    fn into_grid = grid_kernel(cells: &Cells, numbers: &[f64], x: &mut [f64], y: &mut [f64])
+    fn into_grid = grid_kernel(set: &Stratified, first: u32, x: &mut [f64], y: &mut [f64])
 }
 
 /// Multi-jittered samples: one per cell *and* one per stratum of each axis.

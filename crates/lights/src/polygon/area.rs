@@ -90,25 +90,34 @@ impl PointColumns<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSampler {
     polygon: ConvexPolygon,
+    /// Areas of the fan's triangles; none for a parallelogram.
     pieces: Pieces,
-    parallelogram: Option<(DVec3, DVec3, DVec3)>,
     density: Pdf<Area>,
 }
 
 impl AreaSampler {
     /// The per-light part.
+    #[inline]
     #[must_use]
     pub fn new(polygon: &ConvexPolygon) -> Self {
-        let v = polygon.vertices();
-        let areas = (0..v.len() - 2).map(|i| {
-            let [a, b, c] = fan::triangle(v, i);
-            0.5 * linelit_geometry::predicates::cross(b - a, c - a).dot(polygon.normal())
-        });
-        Self {
+        let mut out = Self {
             polygon: *polygon,
-            pieces: Pieces::new(areas),
-            parallelogram: polygon.as_parallelogram(),
+            pieces: Pieces::default(),
             density: Pdf::new(1.0 / polygon.area()),
+        };
+        if polygon.as_parallelogram().is_none() {
+            out.weigh();
+        }
+        out
+    }
+
+    /// The areas of the fan's triangles.
+    fn weigh(&mut self) {
+        let (v, n) = (self.polygon.vertices(), self.polygon.normal());
+        for i in 0..v.len() - 2 {
+            let [a, b, c] = fan::triangle(v, i);
+            let area = 0.5 * linelit_geometry::predicates::cross(b - a, c - a).dot(n);
+            self.pieces.push(area);
         }
     }
 }
@@ -117,15 +126,19 @@ impl AreaSampler {
     /// The points of two random numbers each.
     #[inline(always)]
     fn place<L: Lanes>(&self, l: L, u: [L::D; 2]) -> Vector<L> {
-        if let Some((o, a, b)) = self.parallelogram {
+        if let Some((o, a, b)) = self.polygon.as_parallelogram() {
             let [x, y] = [fraction_each(l, u[0]), fraction_each(l, u[1])];
             let (o, a, b) = (o.to_array(), a.to_array(), b.to_array());
-            let at = |k: usize| (x * a[k] + o[k]) + y * b[k];
-            return [at(0), at(1), at(2)];
+            return [
+                (x * a[0] + o[0]) + y * b[0],
+                (x * a[1] + o[1]) + y * b[1],
+                (x * a[2] + o[2]) + y * b[2],
+            ];
         }
         let (piece, lambda) = self.pieces.pick_each(l, u[0]);
         let v = self.polygon.vertices();
-        let [a, mut b, mut c] = fan::triangle(v, 0).map(|v| fan::splat(l, v));
+        let [a, b, c] = fan::triangle(v, 0);
+        let (a, mut b, mut c) = (fan::splat(l, a), fan::splat(l, b), fan::splat(l, c));
         let mut number = 0.0;
         for (next, after) in v[1..].iter().zip(&v[2..]).skip(1) {
             number += 1.0;
@@ -133,7 +146,7 @@ impl AreaSampler {
             b = fan::select(l, further, b, fan::splat(l, *next));
             c = fan::select(l, further, c, fan::splat(l, *after));
         }
-        fan::place(l, [a, b, c], lambda, l.dsqrt(fraction_each(l, u[1])))
+        fan::place::<L>([a, b, c], lambda, l.dsqrt(fraction_each(l, u[1])))
     }
 }
 
@@ -178,7 +191,7 @@ impl PointTechnique for AreaSampler {
 
     fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         let place = fan::locate(&self.polygon, point)?;
-        let u = if let Some((o, a, b)) = self.parallelogram {
+        let u = if let Some((o, a, b)) = self.polygon.as_parallelogram() {
             let p = point - o;
             let n = self.polygon.normal();
             let cross = linelit_geometry::predicates::cross;

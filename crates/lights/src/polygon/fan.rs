@@ -63,20 +63,16 @@ pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> 
 
 /// The point of a fan triangle, or of eight.
 #[inline(always)]
-pub(crate) fn place<L: Lanes>(
-    l: L,
-    [a, b, c]: [Vector<L>; 3],
-    lambda: L::D,
-    kappa: L::D,
-) -> Vector<L> {
-    let _ = l;
-    [0, 1, 2].map(
-        #[inline(always)]
-        |k| {
-            let q = b[k] + (c[k] - b[k]) * lambda;
-            a[k] + (q - a[k]) * kappa
-        },
-    )
+pub(crate) fn place<L: Lanes>([a, b, c]: [Vector<L>; 3], lambda: L::D, kappa: L::D) -> Vector<L> {
+    let edge = [c[0] - b[0], c[1] - b[1], c[2] - b[2]];
+    let q = along::<L>(&b, &edge, lambda);
+    along::<L>(&a, &[q[0] - a[0], q[1] - a[1], q[2] - a[2]], kappa)
+}
+
+/// a + b t.
+#[inline(always)]
+pub(crate) fn along<L: Lanes>(a: &Vector<L>, b: &Vector<L>, t: L::D) -> Vector<L> {
+    [a[0] + b[0] * t, a[1] + b[1] * t, a[2] + b[2] * t]
 }
 
 /// The same vector in all lanes.

@@ -5,9 +5,9 @@ use crate::density::{Pdf, SolidAngle};
 use crate::pieces::{Pieces, fraction_each};
 use crate::polygon::area::{PointColumns, PointSample};
 use crate::polygon::fan;
-use crate::polygon::spherical_triangle::SphericalTriangle;
+use crate::polygon::spherical_triangle::{Corner, Side, SphericalTriangle};
 use linelit_geometry::finite::{below_one, fraction};
-use linelit_geometry::{ConvexPolygon, DVec3, predicates};
+use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_simd::{Isa, One, Simd, dispatch};
 use std::f64::consts::TAU;
 
@@ -50,35 +50,47 @@ pub struct SolidAngleSampler {
 }
 
 /// One triangle of a polygon's fan, seen from `x`.
+#[cold]
 fn from_point(polygon: &ConvexPolygon, x: DVec3, i: usize) -> SphericalTriangle {
-    let [a, b, c] = fan::triangle(polygon.vertices(), i);
-    let edges = [b - a, c - b, a - c];
-    let normal = predicates::cross(edges[0], -edges[2]);
-    let corners = [a - x, b - x, c - x];
-    let det = predicates::dot(normal, corners[0]).abs();
-    SphericalTriangle::new(corners, edges, det)
+    let [a, b, c] = fan::triangle(polygon.vertices(), i).map(|v| Corner::new(v, x));
+    let mut out = SphericalTriangle::default();
+    out.set([&a, &b, &c], &Side::between(&a, &b), &Side::between(&a, &c));
+    out
 }
 
 impl SolidAngleSampler {
     /// The per-light part for the shading point `x`.
+    #[inline]
     #[must_use]
     pub fn new(polygon: &ConvexPolygon, x: DVec3) -> Self {
-        let mut kept = [SphericalTriangle::default(); KEPT];
-        let mut pieces = Pieces::default();
-        for i in 0..polygon.vertices().len() - 2 {
-            let triangle = from_point(polygon, x, i);
-            pieces.push(triangle.solid_angle());
-            if let Some(kept) = kept.get_mut(i) {
-                *kept = triangle;
-            }
-        }
-        Self {
+        let mut out = Self {
             polygon: *polygon,
             x,
-            kept,
-            pdf: Pdf::new(1.0 / pieces.total().min(TAU)),
-            pieces,
+            kept: [SphericalTriangle::default(); KEPT],
+            pieces: Pieces::default(),
+            pdf: Pdf::ZERO,
+        };
+        out.look();
+        out
+    }
+
+    /// Looks at the triangles of the fan, of which neighbours share a side.
+    fn look(&mut self) {
+        let [first, second, rest @ ..] = self.polygon.vertices() else {
+            return;
+        };
+        let (a, mut b) = (Corner::new(*first, self.x), Corner::new(*second, self.x));
+        let mut ab = Side::between(&a, &b);
+        let mut beyond = SphericalTriangle::default();
+        for (i, vertex) in rest.iter().enumerate() {
+            let c = Corner::new(*vertex, self.x);
+            let ac = Side::between(&a, &c);
+            let triangle = self.kept.get_mut(i).unwrap_or(&mut beyond);
+            triangle.set([&a, &b, &c], &ab, &ac);
+            self.pieces.push(triangle.solid_angle());
+            (b, ab) = (c, ac);
         }
+        self.pdf = Pdf::new(1.0 / self.solid_angle());
     }
 
     /// What `ask` says of a triangle of the fan.
@@ -122,10 +134,9 @@ fn pair_kernel<S: Simd>(
     out: &mut PointColumns<'_>,
 ) {
     let v = sampler.polygon.vertices();
-    let [[a, b, c], [_, d, e]] = [
-        fan::triangle(v, numbers[0]).map(|v| fan::splat(s, v)),
-        fan::triangle(v, numbers[1]).map(|v| fan::splat(s, v)),
-    ];
+    let [[a, b, c], [_, d, e]] = [fan::triangle(v, numbers[0]), fan::triangle(v, numbers[1])];
+    let (a, b, c) = (fan::splat(s, a), fan::splat(s, b), fan::splat(s, c));
+    let (d, e) = (fan::splat(s, d), fan::splat(s, e));
     let usable = sampler.pdf.is_positive();
     for row in 0..out.rows(u) {
         let (piece, place) = sampler.pieces.pick_each(s, s.dload(&u[0][row]));
@@ -133,7 +144,7 @@ fn pair_kernel<S: Simd>(
         let u = [place, fraction_each(s, s.dload(&u[1][row]))];
         let (lambda, kappa) = first.each(s, second, later).sample(s, u);
         let corners = [a, fan::select(s, later, b, d), fan::select(s, later, c, e)];
-        let mut point = fan::place(s, corners, lambda, kappa);
+        let mut point = fan::place::<S>(corners, lambda, kappa);
         if !usable {
             point = a;
         } else if numbers[0] > 0 {
@@ -167,7 +178,7 @@ impl PointTechnique for SolidAngleSampler {
             self.of_triangle(i, |t| t.each(One, t, false).sample(One, [place, v]));
         let corners = fan::triangle(vertices, i).map(|v| v.to_array());
         PointSample {
-            point: fan::place(One, corners, lambda, kappa).into(),
+            point: fan::place::<One>(corners, lambda, kappa).into(),
             pdf: self.pdf,
         }
     }

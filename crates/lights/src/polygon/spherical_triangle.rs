@@ -19,7 +19,7 @@
 //! stay in the triangle however small or far it is. (The sub-triangle in tangent form: Peters 2021,
 //! "BRDF importance sampling for polygonal lights", §4; the elimination is ours.)
 
-use crate::polygon::fan::Vector;
+use crate::polygon::fan::{self, Vector};
 use linelit_geometry::finite::power_of_two_over;
 use linelit_geometry::{DVec3, predicates};
 use linelit_simd::{Lanes, One, sine};
@@ -67,10 +67,31 @@ pub(crate) struct Each<L: Lanes> {
     dot: [L::D; 2],
 }
 
+/// A vertex of a light, and where it is seen.
+#[derive(Clone, Copy)]
+pub(crate) struct Corner {
+    vertex: DVec3,
+    /// Relative to the shading point.
+    from_x: DVec3,
+    length: f64,
+}
+
+impl Corner {
+    #[inline]
+    pub(crate) fn new(vertex: DVec3, x: DVec3) -> Self {
+        let from_x = vertex - x;
+        Self {
+            vertex,
+            from_x,
+            length: predicates::length(from_x),
+        }
+    }
+}
+
 /// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b; all
 /// relatively accurate.
 #[derive(Clone, Copy)]
-struct Side {
+pub(crate) struct Side {
     one_plus: f64,
     tan_half: f64,
     cross: DVec3,
@@ -79,6 +100,22 @@ struct Side {
 }
 
 impl Side {
+    /// Edges are formed before the shading point is subtracted.
+    #[inline]
+    pub(crate) fn between(a: &Corner, b: &Corner) -> Self {
+        let edge = b.vertex - a.vertex;
+        Self::new(a.from_x, b.from_x, edge, a.length, b.length)
+    }
+
+    /// From b to a.
+    #[inline]
+    fn reversed(&self) -> Self {
+        Self {
+            cross: -self.cross,
+            ..*self
+        }
+    }
+
     #[inline(always)]
     fn new(a: DVec3, b: DVec3, edge: DVec3, la: f64, lb: f64) -> Self {
         // a × b = a × (b − a): the edge carries the digits that the corners have lost when far
@@ -155,43 +192,34 @@ pub(crate) fn half_angle_in_plane(
 }
 
 impl SphericalTriangle {
-    /// The triangle with corners relative to the shading point and the edges ab, bc, ca formed
-    /// before the shading point was subtracted; `det` is the magnitude of its determinant, which
-    /// the caller knows best (distance from the plane times twice the area).
-    pub(crate) fn new(corners: [DVec3; 3], edges: [DVec3; 3], det: f64) -> Self {
-        let [a, b, c] = corners;
-        let length = [
-            predicates::length(a),
-            predicates::length(b),
-            predicates::length(c),
-        ];
-        let side =
-            |i: usize, j: usize| Side::new(corners[i], corners[j], edges[i], length[i], length[j]);
-        let sides = [side(0, 1), side(1, 2), side(2, 0)];
+    /// Becomes the triangle of three corners, given its sides ab and ac.
+    pub(crate) fn set(&mut self, [a, b, c]: [&Corner; 3], ab: &Side, ac: &Side) {
+        let sides = [*ab, Side::between(b, c), ac.reversed()];
+        let length = [a.length, b.length, c.length];
+        let edges = [b.vertex - a.vertex, c.vertex - b.vertex];
+        // Distance from the plane times twice the area.
+        let normal = predicates::cross(edges[0], c.vertex - a.vertex);
+        let det = predicates::dot(normal, a.from_x).abs();
+        let (a, b) = (a.from_x, b.from_x);
         let half = half_solid_angle(&sides, &length, det);
         let d = det / (length[0] * sides[1].length);
         let (p, tau_end) = (sides[0].one_plus, sides[1].tan_half);
-        let mut out = Self {
-            a,
-            b,
-            ab: edges[0],
-            bc: edges[1],
-            length,
-            ..Self::default()
-        };
+        (self.a, self.b, self.ab, self.bc) = (a, b, edges[0], edges[1]);
+        self.length = length;
         let positive = |x: f64| x > 0.0 && x < f64::INFINITY;
-        if [half, d, tau_end, p].into_iter().all(positive) {
-            (out.p, out.d, out.tau_end, out.half) = (p, d, tau_end, half);
-            out.sin_half = sine(One, half);
-            out.rise = tau_end * (d / out.sin_half);
-            out.far = length[1] * (1.0 + tau_end * tau_end);
-            out.cross = [sides[0].cross, a.cross(edges[1])];
-            out.dot = [a.dot(b), a.dot(edges[1])];
-            if length.iter().any(|l| !(*l > SMALL && *l < LARGE)) {
-                out.scale(power_of_two_over(length[0].max(length[1])));
-            }
+        if ![half, d, tau_end, p].into_iter().all(positive) {
+            (self.half, self.p) = (0.0, 0.0);
+            return;
         }
-        out
+        (self.p, self.d, self.tau_end, self.half) = (p, d, tau_end, half);
+        self.sin_half = sine(One, half);
+        self.rise = tau_end * (d / self.sin_half);
+        self.far = length[1] * (1.0 + tau_end * tau_end);
+        self.cross = [ab.cross, a.cross(edges[1])];
+        self.dot = [a.dot(b), a.dot(edges[1])];
+        if length.iter().any(|l| !(*l > SMALL && *l < LARGE)) {
+            self.scale(power_of_two_over(length[0].max(length[1])));
+        }
     }
 
     /// Multiplies all lengths: samples do not depend on it.
@@ -214,27 +242,27 @@ impl SphericalTriangle {
     /// What samples need: of another triangle with the same corner a in the lanes of `m`.
     #[inline(always)]
     pub(crate) fn each<L: Lanes>(&self, l: L, other: &Self, m: L::M) -> Each<L> {
-        let number = |a: f64, b: f64| l.select(m, l.dsplat(a), l.dsplat(b));
-        let vector = |a: DVec3, b: DVec3| [number(a.x, b.x), number(a.y, b.y), number(a.z, b.z)];
         let (s, o) = (self, other);
-        let square = [s.tau_end * s.tau_end, o.tau_end * o.tau_end];
         Each {
-            p: number(s.p, o.p),
-            half: number(s.half, o.half),
-            rise: number(s.rise, o.rise),
-            square_end: number(square[0], square[1]),
-            far: number(s.far, o.far),
+            p: either(l, m, s.p, o.p),
+            half: either(l, m, s.half, o.half),
+            rise: either(l, m, s.rise, o.rise),
+            square_end: either(l, m, s.tau_end * s.tau_end, o.tau_end * o.tau_end),
+            far: either(l, m, s.far, o.far),
             length: [
-                number(s.length[0], o.length[0]),
-                number(s.length[2], o.length[2]),
+                either(l, m, s.length[0], o.length[0]),
+                either(l, m, s.length[2], o.length[2]),
             ],
-            b: vector(s.b, o.b),
-            bc: vector(s.bc, o.bc),
+            b: either_vector(l, m, s.b, o.b),
+            bc: either_vector(l, m, s.bc, o.bc),
             cross: [
-                vector(s.cross[0], o.cross[0]),
-                vector(s.cross[1], o.cross[1]),
+                either_vector(l, m, s.cross[0], o.cross[0]),
+                either_vector(l, m, s.cross[1], o.cross[1]),
             ],
-            dot: [number(s.dot[0], o.dot[0]), number(s.dot[1], o.dot[1])],
+            dot: [
+                either(l, m, s.dot[0], o.dot[0]),
+                either(l, m, s.dot[1], o.dot[1]),
+            ],
         }
     }
 
@@ -286,6 +314,26 @@ impl SphericalTriangle {
     }
 }
 
+/// `b` in the lanes of `m`, `a` in the others.
+#[inline(always)]
+fn either<L: Lanes>(l: L, m: L::M, a: f64, b: f64) -> L::D {
+    l.select(m, l.dsplat(a), l.dsplat(b))
+}
+
+#[inline(always)]
+fn either_vector<L: Lanes>(l: L, m: L::M, a: DVec3, b: DVec3) -> Vector<L> {
+    [
+        either(l, m, a.x, b.x),
+        either(l, m, a.y, b.y),
+        either(l, m, a.z, b.z),
+    ]
+}
+
+#[inline(always)]
+fn norm<L: Lanes>(l: L, v: &Vector<L>) -> L::D {
+    l.dsqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+}
+
 impl<L: Lanes> Each<L> {
     /// The place (λ on bc, κ from a) for two random numbers each.
     #[inline(always)]
@@ -313,19 +361,10 @@ impl<L: Lanes> Each<L> {
     #[inline(always)]
     fn inner(&self, l: L, lambda: L::D, v: L::D) -> L::D {
         let one = l.dsplat(1.0);
-        let along = |a: &Vector<L>, b: &Vector<L>, k: usize| a[k] + b[k] * lambda;
-        let [cross0, cross1] = &self.cross;
-        let q = [0, 1, 2].map(
-            #[inline(always)]
-            |k| along(&self.b, &self.bc, k),
-        );
-        let cross = [0, 1, 2].map(
-            #[inline(always)]
-            |k| along(cross0, cross1, k),
-        );
+        let q = fan::along::<L>(&self.b, &self.bc, lambda);
+        let cross = fan::along::<L>(&self.cross[0], &self.cross[1], lambda);
         let dot = self.dot[0] + self.dot[1] * lambda;
-        let norm = |v: &Vector<L>| l.dsqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        let (lq, sine) = (norm(&q), norm(&cross));
+        let (lq, sine) = (norm(l, &q), norm(l, &cross));
         let product = self.length[0] * lq;
         // Sine and cosine of half the side aq: the larger from 1 ± cos, which does not cancel, the
         // other from the sine of the whole.
