@@ -3,7 +3,8 @@
 //! [`Occluders`] holds the triangles of a scene under a hierarchy of boxes, eight to a node, and
 //! answers
 //!
-//! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight;
+//! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight, and
+//!   [`Occluders::any_hits`] for many from one point;
 //! - *shafts*: [`Occluders::shaft`] finds with **one** walk all that is between a shading point and
 //!   a polygonal or linear light. The [`Shaft`] then tells for all line samples of the point at
 //!   once which intervals of each are visible ([`Shaft::visible`]), for single points of the light
@@ -75,6 +76,7 @@ mod build;
 mod closed_mesh;
 mod counters;
 mod dense_shaft;
+mod fan;
 mod frame;
 mod images;
 mod lines;
@@ -91,6 +93,7 @@ mod walk;
 mod watertight;
 
 pub use counters::Counters;
+pub use fan::{FAN, Fan};
 pub use frame::LightCorners;
 pub use images::Images;
 pub use linelit_simd::InstructionSet;

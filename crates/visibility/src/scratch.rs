@@ -5,6 +5,7 @@ use crate::{
     closed_mesh::ClearOfMesh,
     counters::Counters,
     dense_shaft::{Covered, Waiting},
+    fan::Directions,
     frame::{Light, LightFrame},
     merge::{Pieces, Slots},
     node::Child,
@@ -24,6 +25,8 @@ pub struct Scratch {
     pub(crate) near_stack: Vec<(Child, f32)>,
     /// Where the latest ray that met anything began, and the leaf of what it met.
     pub(crate) last: Option<(DVec3, Child)>,
+    /// Rays that are traced together.
+    pub(crate) fan: Box<Directions>,
     /// The latest light.
     pub(crate) light: Light,
     /// The light as seen from the shading point.

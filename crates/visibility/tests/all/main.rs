@@ -6,6 +6,7 @@ mod candidates;
 mod closed_mesh;
 mod common;
 mod degenerate;
+mod fans;
 mod laws;
 mod leaks;
 mod limits;

@@ -1,0 +1,549 @@
+//! Fans: rays from one point, traced together.
+//!
+//! One walk through the hierarchy for all rays, with the box that holds their directions: a node is
+//! opened if any direction of that box can enter it. In a leaf, eight triangles are tested against
+//! that box first, which tells of most of them that they hide no ray, and of some that they hide
+//! all; what is left is tested against eight rays at a time. What these tests, with the bounds of
+//! their rounding, leave open is decided as for single rays, so that the answers are the same.
+//!
+//! Rays that go far apart among many triangles have little in common: what their box enters is much
+//! more than they do. Where a walk has looked at more than a few ([`budget`]), the rays that
+//! are still open go on one by one.
+
+use crate::{
+    Occluders, Ray, Scratch,
+    node::{Child, Leaf, Node},
+    ray::{self, ROOM},
+    sweep::Lanes,
+    watertight::WatertightRay,
+};
+use linelit_geometry::DVec3;
+use linelit_simd::{Simd, dispatch};
+use std::ops::Range;
+
+/// The most rays of a [`Fan`].
+pub const FAN: usize = u64::BITS as usize;
+
+/// Fewer rays are traced one by one.
+const FEW: usize = 4;
+
+/// Nodes and leaves that so many rays visit together before those that are open go on alone.
+const fn budget(count: usize) -> usize {
+    2 + count / 8
+}
+
+/// Rays from one point, `origin + t·direction` for 0 ≤ t ≤ `t_max`, each with its own direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Fan<'a> {
+    /// Where t = 0.
+    pub origin: DVec3,
+    /// What one unit of t moves by, for each ray; at most [`FAN`] of them.
+    pub directions: &'a [DVec3],
+    /// Largest t.
+    pub t_max: f64,
+}
+
+impl Fan<'_> {
+    fn ray(&self, i: usize) -> Ray {
+        Ray {
+            origin: self.origin,
+            direction: self.directions[i],
+            t_min: 0.0,
+            t_max: self.t_max,
+        }
+    }
+
+    /// A bit for each ray, the first ray's lowest.
+    #[must_use]
+    pub fn all(&self) -> u64 {
+        match self.directions.len() {
+            0 => 0,
+            count => u64::MAX >> FAN.saturating_sub(count),
+        }
+    }
+}
+
+impl Occluders {
+    /// Which rays of a fan meet any triangle but those numbered in `exclude`: a bit each, as in
+    /// [`Fan::all`]. The answers are those of [`Occluders::any_hit`].
+    ///
+    /// In the [`Counters`](crate::Counters), what is tested for several rays at once is one test.
+    ///
+    /// # Panics
+    /// If there are more than [`FAN`] rays.
+    pub fn any_hits(&self, fan: &Fan<'_>, exclude: &Range<u32>, scratch: &mut Scratch) -> u64 {
+        let count = fan.directions.len();
+        assert!(count <= FAN, "a bit for each ray");
+        scratch.counters.rays += count as u64;
+        match count {
+            0 => 0,
+            1..FEW => one_by_one(self, fan, fan.all(), exclude, scratch),
+            _ => any_of(self.isa, self, fan, exclude, scratch),
+        }
+    }
+}
+
+/// Those of the `open` rays that meet anything.
+fn one_by_one(
+    occluders: &Occluders,
+    fan: &Fan<'_>,
+    mut open: u64,
+    exclude: &Range<u32>,
+    scratch: &mut Scratch,
+) -> u64 {
+    let mut hidden = 0;
+    while open != 0 {
+        let i = open.trailing_zeros();
+        open &= open - 1;
+        let ray = fan.ray(i as usize);
+        let meets = ray::any(occluders.isa, occluders, &ray, exclude, scratch);
+        hidden |= u64::from(meets) << i;
+    }
+    hidden
+}
+
+/// x, y and z of eight directions.
+pub(crate) type Rays = Lanes<[[f64; 8]; 3]>;
+
+/// The directions of a fan, the last as often as fills eight.
+#[derive(Debug)]
+pub(crate) struct Directions([Rays; FAN / 8]);
+
+impl Default for Directions {
+    fn default() -> Self {
+        Self([Lanes([[0.0; 8]; 3]); FAN / 8])
+    }
+}
+
+/// The largest distances and direction components, and the reciprocal of the smallest direction,
+/// for which the products of five of them that tests are made of neither overflow nor vanish.
+const LARGEST: f64 = 1e30;
+
+impl Directions {
+    /// Becomes those of a fan and gives the box that holds them; `None` if not all are for the
+    /// tests of this module.
+    #[inline(always)]
+    fn set<S: Simd>(&mut self, s: S, fan: &Fan<'_>) -> Option<[[f64; 3]; 2]> {
+        let (mut low, mut high) = ([s.dsplat(f64::MAX); 3], [s.dsplat(-f64::MAX); 3]);
+        let mut all = 0xff;
+        for (eight, rays) in fan.directions.chunks(8).zip(&mut self.0) {
+            for (k, row) in rays.iter_mut().enumerate() {
+                for (lane, out) in row.iter_mut().enumerate() {
+                    *out = eight[lane.min(eight.len() - 1)][k];
+                }
+            }
+            let mut most = s.dsplat(0.0);
+            let mut valid = s.dlt(most, s.dsplat(1.0));
+            for k in 0..3 {
+                let x = s.dload(&rays[k]);
+                low[k] = s.dmin(low[k], x);
+                high[k] = s.dmax(high[k], x);
+                let size = abs(s, x);
+                valid = valid & s.dle(size, s.dsplat(LARGEST));
+                most = s.dmax(most, size);
+            }
+            all &= s.bits(valid & s.dlt(s.dsplat(1.0 / LARGEST), most));
+        }
+        let mut bounds = [[0.0; 3]; 2];
+        for k in 0..3 {
+            let mut lanes = Lanes([[0.0; 8]; 2]);
+            s.dstore(low[k], &mut lanes[0]);
+            s.dstore(s.dsplat(0.0) - high[k], &mut lanes[1]);
+            for (sign, (lanes, bounds)) in [1.0, -1.0].iter().zip(lanes.iter_mut().zip(&mut bounds))
+            {
+                for width in [4, 2, 1] {
+                    for i in 0..width {
+                        let (a, b) = (lanes[i], lanes[i + width]);
+                        lanes[i] = if a < b { a } else { b };
+                    }
+                }
+                bounds[k] = sign * lanes[0];
+            }
+        }
+        (all == 0xff).then_some(bounds)
+    }
+}
+
+/// A box of directions, ready for tests.
+#[derive(Clone, Copy, Debug)]
+struct Beam {
+    /// Its middle, and a little more than half its size.
+    middle: [f64; 3],
+    half: [f64; 3],
+    /// `t = bound · inverse + offset`, rounded towards more room: where a ray enters through the
+    /// lower and the upper bound, and where it leaves through the bound of this row of a node.
+    enter: [[[f32; 2]; 2]; 3],
+    leave: [([f32; 2], usize); 3],
+    t_max: f32,
+}
+
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "the bounds allow for the rounding"
+)]
+impl Beam {
+    /// From a point that is at most `size` from the hierarchy's origin, as its vertices are.
+    #[inline(always)]
+    fn new([low, high]: [[f64; 3]; 2], t_max: f64, origin: [f64; 3], size: f64) -> Self {
+        // As for single rays: a component this small moves a ray by less than the room over any
+        // distance in f32.
+        let largest = (1e36 / size).min(1e37);
+        let mut beam = Self {
+            middle: [0.0; 3],
+            half: [0.0; 3],
+            enter: [[[0.0; 2]; 2]; 3],
+            leave: [([0.0, f32::INFINITY], 0); 3],
+            t_max: (t_max + t_max * ROOM + f64::from(f32::MIN_POSITIVE)) as f32,
+        };
+        for k in 0..3 {
+            let (lo, hi) = (low[k], high[k]);
+            beam.middle[k] = 0.5 * (lo + hi);
+            beam.half[k] = 0.5 * (hi - lo) + 2.0 * f64::EPSILON * lo.abs().max(hi.abs());
+            // Towards less room, where `sign` is positive towards more.
+            let line = |inverse: f64, sign: f64| {
+                let inverse = inverse as f32;
+                let wide = f64::from(inverse);
+                let room = sign * (ROOM * size * wide.abs());
+                [inverse, (room - origin[k] * wide) as f32]
+            };
+            // Where no direction leads up, what is above is never entered; and so down.
+            let up = if hi > 0.0 {
+                (1.0 / hi).min(largest)
+            } else {
+                largest
+            };
+            let down = if lo < 0.0 {
+                (1.0 / lo).max(-largest)
+            } else {
+                -largest
+            };
+            beam.enter[k] = [line(up, -1.0), line(down, -1.0)];
+            if lo > 0.0 {
+                beam.leave[k] = (line((1.0 / lo).min(largest), 1.0), k + 3);
+            } else if hi < 0.0 {
+                beam.leave[k] = (line((1.0 / hi).max(-largest), 1.0), k);
+            }
+        }
+        beam
+    }
+
+    /// The boxes of a node that a ray may enter before `t_max`, and where at the nearest.
+    #[inline(always)]
+    fn boxes<S: Simd>(&self, s: S, node: &Node) -> (u8, S::F) {
+        let mut near = s.splat(0.0);
+        let mut far = s.splat(self.t_max);
+        for k in 0..3 {
+            for (side, [inverse, offset]) in self.enter[k].iter().enumerate() {
+                let bound = s.load(&node.bounds[k + 3 * side]);
+                near = s.max(s.fma(bound, s.splat(*inverse), s.splat(*offset)), near);
+            }
+            let ([inverse, offset], row) = self.leave[k];
+            let bound = s.load(&node.bounds[row]);
+            far = s.min(s.fma(bound, s.splat(inverse), s.splat(offset)), far);
+        }
+        (s.le(near, far) & node.valid, near)
+    }
+}
+
+/// What all tests of a fan share.
+#[derive(Clone, Copy, Debug)]
+struct Tests {
+    origin: [f64; 3],
+    /// Excluded triangles: first and number.
+    exclude: (u32, u32),
+    t_max: f64,
+    beam: Beam,
+    /// The rounding of edge functions and of distances, in units of the sum of the squares of a
+    /// triangle's corners: see [`Tests::new`].
+    edge_room: f64,
+    distance_room: f64,
+}
+
+/// For each of eight triangles with corners a, b, c relative to the origin: the rows of b × c,
+/// c × a and a × b, with the sign that makes T = a·(b × c) positive; then T, the room of the edge
+/// functions, and that of T, or −1 where the sign is not certain.
+type Prepared = Lanes<[[f64; 8]; 12]>;
+
+impl Tests {
+    /// With the bounds of rounding.
+    ///
+    /// In units of η = 2⁻⁵³, with R the largest coordinate of a, b, c, and D that of the
+    /// directions, to first order: a corner relative to the origin is the same number here and in
+    /// [`WatertightRay`]. There, with d scaled to have the largest component 1, sheared
+    /// coordinates, at most 2R, are off by 4ηR (the quotient, the product and the difference), an
+    /// edge function by 2·(2·2R·4ηR + 4ηR²) + 8ηR² = 48ηR², the sum of three by 184ηR², and T by
+    /// 3·(48 + 8)ηR³ + 48ηR³ = 216ηR³; t's two more operations are 3η|T| ≤ 18ηR³. Here, a cross
+    /// product is off by 4ηR² in each component, an edge function, d not scaled, by 30ηR²D, the
+    /// sum of three by 120ηR²D, and T by 30ηR³. Where an edge function here is beyond 128ηR²D, that
+    /// of a single ray has its sign; where T is beyond 512ηR²(R + D t_max), so has T; and where T
+    /// and t_max times the sum of edge functions are that much apart, t is on the same side of
+    /// t_max. R² is at most the sum of the squares of the corners; R at most `reach`.
+    #[inline(always)]
+    fn new(fan: &Fan<'_>, exclude: &Range<u32>, origin: [f64; 3], reach: f64, beam: Beam) -> Self {
+        let mut largest = 0.0_f64;
+        for k in 0..3 {
+            largest = largest.max(beam.middle[k].abs() + beam.half[k]);
+        }
+        Self {
+            origin,
+            exclude: (exclude.start, exclude.end.saturating_sub(exclude.start)),
+            t_max: fan.t_max,
+            beam,
+            edge_room: 64.0 * f64::EPSILON * largest,
+            distance_room: 256.0 * f64::EPSILON * (reach + largest * fan.t_max),
+        }
+    }
+
+    /// A vertex of eight triangles.
+    #[inline(always)]
+    fn vertex<S: Simd>(&self, s: S, leaf: &Leaf, first: usize) -> [S::D; 3] {
+        let v = &leaf.vertices;
+        [
+            s.widen(s.load(&v[first])) - self.origin[0],
+            s.widen(s.load(&v[first + 1])) - self.origin[1],
+            s.widen(s.load(&v[first + 2])) - self.origin[2],
+        ]
+    }
+
+    /// The triangles of a leaf that may hide some direction of the box, and those that hide all.
+    #[inline(always)]
+    fn prepare<S: Simd>(&self, s: S, leaf: &Leaf, out: &mut Prepared) -> (u8, u8) {
+        let zero = s.dsplat(0.0);
+        let [a, b, c] = [
+            self.vertex(s, leaf, 0),
+            self.vertex(s, leaf, 3),
+            self.vertex(s, leaf, 6),
+        ];
+        let normals = [cross::<S>(&b, &c), cross::<S>(&c, &a), cross::<S>(&a, &b)];
+        let t = dot::<S>(&a, &normals[0]);
+        let square = dot::<S>(&a, &a) + dot::<S>(&b, &b) + dot::<S>(&c, &c);
+        let edge_room = square * self.edge_room;
+        let distance_room = square * self.distance_room;
+        let sign = s.select(s.dlt(t, zero), s.dsplat(1.0), s.dsplat(-1.0));
+        let t = t * sign;
+        let certain = s.dlt(distance_room, t);
+        let (mut some, mut all) = (!s.dlt(t, t), certain);
+        let mut sum = [zero; 3];
+        for (k, normal) in normals.iter().enumerate() {
+            let n = [normal[0] * sign, normal[1] * sign, normal[2] * sign];
+            for j in 0..3 {
+                sum[j] = sum[j] + n[j];
+                s.dstore(n[j], &mut out[3 * k + j]);
+            }
+            let (least, most) = self.range(s, &n);
+            some = some & !s.dlt(most, zero - edge_room);
+            all = all & s.dlt(edge_room, least);
+        }
+        let (least, most) = self.range(s, &sum);
+        some = some & !s.dlt(most * self.t_max, t - distance_room);
+        all = all & s.dlt(t + distance_room, least * self.t_max);
+        s.dstore(t, &mut out[9]);
+        s.dstore(edge_room, &mut out[10]);
+        s.dstore(
+            s.select(certain, s.dsplat(-1.0), distance_room),
+            &mut out[11],
+        );
+        (s.bits(some | !certain), s.bits(all))
+    }
+
+    /// The least and the most of n·d over the box, off by less than n·d itself is.
+    #[inline(always)]
+    fn range<S: Simd>(&self, s: S, n: &[S::D; 3]) -> (S::D, S::D) {
+        let Beam {
+            middle: m, half: h, ..
+        } = &self.beam;
+        let middle = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
+        let half = abs(s, n[0]) * h[0] + abs(s, n[1]) * h[1] + abs(s, n[2]) * h[2];
+        (middle - half, middle + half)
+    }
+
+    /// Which of eight rays, among those that are `open`, a triangle hides.
+    #[inline(always)]
+    fn hides<S: Simd>(
+        &self,
+        s: S,
+        (leaf, prepared, lane): (&Leaf, &Prepared, usize),
+        rays: &Rays,
+        open: u8,
+    ) -> u8 {
+        let (x, y, z) = (s.dload(&rays[0]), s.dload(&rays[1]), s.dload(&rays[2]));
+        let mut edges = [x; 3];
+        for (edge, n) in edges.iter_mut().zip(prepared.as_chunks::<3>().0) {
+            *edge = x * n[0][lane] + y * n[1][lane] + z * n[2][lane];
+        }
+        let [u, v, w] = edges;
+        let (t, edge_room, room) = (prepared[9][lane], prepared[10][lane], prepared[11][lane]);
+        let least = s.dmin(s.dmin(u, v), w);
+        let outside = s.dlt(least, s.dsplat(-edge_room));
+        let (missed, mut hidden) = if room < 0.0 {
+            let most = s.dmax(s.dmax(u, v), w);
+            (s.bits(outside & s.dlt(s.dsplat(edge_room), most)), 0)
+        } else {
+            let reached = (u + v + w) * self.t_max;
+            let missed = outside | s.dlt(reached, s.dsplat(t - room));
+            let hit = s.dlt(s.dsplat(edge_room), least) & s.dlt(s.dsplat(t + room), reached);
+            (s.bits(missed), s.bits(hit))
+        };
+        let mut undecided = open & !missed & !hidden;
+        while undecided != 0 {
+            let ray = undecided.trailing_zeros() as usize;
+            undecided &= undecided - 1;
+            let direction = DVec3::new(rays[0][ray], rays[1][ray], rays[2][ray]);
+            let exact = WatertightRay::new(self.origin.into(), direction);
+            if let Some((t, _)) = exact.intersect(&leaf.triangle(lane))
+                && t >= 0.0
+                && t <= self.t_max
+            {
+                hidden |= 1 << ray;
+            }
+        }
+        hidden & open
+    }
+
+    /// Which of the `open` rays the triangles of a leaf hide.
+    #[inline(always)]
+    fn meets<S: Simd>(
+        &self,
+        s: S,
+        (leaf, child): (&Leaf, Child),
+        Directions(rays): &Directions,
+        open: u64,
+    ) -> u64 {
+        let mut prepared = Lanes([[0.0; 8]; 12]);
+        let (some, all) = self.prepare(s, leaf, &mut prepared);
+        let among = child.mask() & !s.in_range(&leaf.id, self.exclude.0, self.exclude.1);
+        if all & among != 0 {
+            return open;
+        }
+        let mut some = some & among;
+        let mut hidden = 0;
+        while some != 0 {
+            let lane = some.trailing_zeros() as usize;
+            some &= some - 1;
+            let left = (open & !hidden).to_le_bytes();
+            for (i, (&left, rays)) in left.iter().zip(rays).enumerate() {
+                if left != 0 {
+                    let found = self.hides(s, (leaf, &prepared, lane), rays, left);
+                    hidden |= u64::from(found) << (8 * i);
+                }
+            }
+        }
+        hidden
+    }
+}
+
+#[inline(always)]
+fn abs<S: Simd>(s: S, a: S::D) -> S::D {
+    s.dmax(a, s.dsplat(0.0) - a)
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: &[S::D; 3], b: &[S::D; 3]) -> S::D {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: &[S::D; 3], b: &[S::D; 3]) -> [S::D; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+#[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
+#[inline(always)]
+fn fan_kernel<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    fan: &Fan<'_>,
+    exclude: &Range<u32>,
+    scratch: &mut Scratch,
+) -> u64 {
+    let hierarchy = &occluders.hierarchy;
+    let mut open = fan.all();
+    let origin = fan.origin - occluders.origin;
+    let size = occluders.extent.max(origin.abs().max_element());
+    let sane = origin.is_finite() && size <= LARGEST && fan.t_max >= 0.0 && fan.t_max <= LARGEST;
+    let Scratch {
+        stack,
+        last,
+        counters,
+        fan: directions,
+        ..
+    } = &mut *scratch;
+    let Some(bounds) = directions
+        .set(s, fan)
+        .filter(|_| sane && !hierarchy.nodes.is_empty())
+    else {
+        return one_by_one(occluders, fan, open, exclude, scratch);
+    };
+    let origin = origin.to_array();
+    let beam = Beam::new(bounds, fan.t_max, origin, size);
+    let tests = Tests::new(fan, exclude, origin, 2.0 * size, beam);
+    if stack.len() < occluders.stack_size {
+        stack.resize(occluders.stack_size, 0);
+    }
+    // As for single rays.
+    if let Some((origin, child)) = *last
+        && origin == fan.origin
+        && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
+    {
+        counters.triangle_tests += u64::from(child.count());
+        open &= !tests.meets(s, (leaf, child), directions, open);
+    }
+    let stack = &mut stack[..];
+    stack[0] = Child::node(0).0;
+    let mut top = 1;
+    let mut order = [0.0_f32; 8];
+    let (mut visited, budget) = (0, budget(fan.directions.len()));
+    while top > 0 && open != 0 {
+        if visited >= budget {
+            let hidden = one_by_one(occluders, fan, open, exclude, scratch);
+            return fan.all() & (!open | hidden);
+        }
+        top -= 1;
+        let node = &hierarchy.nodes[stack[top] as usize];
+        counters.node_tests += u64::from(node.valid.count_ones());
+        let (found, near) = beam.boxes(s, node);
+        visited += 1 + (found & node.leaf).count_ones() as usize;
+        let mut leaves = found & node.leaf;
+        while leaves != 0 && open != 0 {
+            let child = Child(node.child[leaves.trailing_zeros() as usize]);
+            leaves &= leaves - 1;
+            counters.triangle_tests += u64::from(child.count());
+            let leaf = &hierarchy.leaves[child.leaf_index()];
+            let hidden = tests.meets(s, (leaf, child), directions, open);
+            if hidden != 0 {
+                *last = Some((fan.origin, child));
+                open &= !hidden;
+            }
+        }
+        let mut inner = found & !node.leaf;
+        if inner == 0 {
+            continue;
+        }
+        let mut entry = Lanes([0.0; 8]);
+        s.store(near, &mut entry);
+        let base = top;
+        while inner != 0 {
+            let lane = inner.trailing_zeros() as usize;
+            inner &= inner - 1;
+            // Insertion keeps the farthest lowest on the stack.
+            let mut k = top;
+            while k > base && order[k - base - 1] < entry[lane] {
+                order[k - base] = order[k - base - 1];
+                stack[k] = stack[k - 1];
+                k -= 1;
+            }
+            order[k - base] = entry[lane];
+            stack[k] = node.child[lane];
+            top += 1;
+        }
+    }
+    fan.all() & !open
+}
+dispatch! {
+    /// [`Occluders::any_hits`] on an instruction set.
+    fn any_of = fan_kernel(occluders: &Occluders, fan: &Fan<'_>, exclude: &Range<u32>, scratch: &mut Scratch) -> u64
+}
