@@ -8,7 +8,7 @@ use crate::techniques::points::round::RoundPoints;
 use crate::techniques::{lines::LineFamily, points::PointSource};
 use crate::transformed::{CosinePieces, Fit};
 use crate::{PlanCounters, SegmentCounters};
-use linelit_geometry::Segment;
+use linelit_geometry::{DVec3, Segment};
 use linelit_penumbra::{PartOnDisk, Penumbra};
 use linelit_spheres::{CylinderLines, DiskChords};
 use linelit_visibility::{Scratch, VisibleLines};
@@ -33,6 +33,10 @@ pub struct SampleBuffers {
     pub(crate) visible: VisibleLines,
     pub(crate) draws: Draws,
     pub(crate) points: PointBlock,
+    /// Points of a combination that wait for their visibility.
+    pub(crate) targets: Vec<DVec3>,
+    /// What pairs of points on linear lights send to the viewer, and their densities.
+    pub(crate) pairs: Vec<(DVec3, [f64; 2])>,
     pub(crate) combination: CombinationBuffers<PointSource<'static>, LineFamily<'static>>,
     pub(crate) round: CombinationBuffers<RoundSource, DiskChords>,
     pub(crate) cylinder: CombinationBuffers<RoundPoints, CylinderLines>,

@@ -3,10 +3,10 @@
 //! A linear light has no surface: no ray and no direction drawn from a BSDF can meet it, so the
 //! samples of its own techniques have the weight one and are the only ones it gets.
 
-use crate::point_block::PointBlock;
+use crate::point_block::{BLOCK, PointBlock};
 use crate::{
-    Buffers, EmissionTexture, LinearHeuristic, LinearOptions, Query, ShadingPoint, Stream,
-    closed_form, point_sum,
+    Buffers, EmissionTexture, LinearHeuristic, LinearOptions, Query, SampleBuffers, ShadingPoint,
+    Stream, closed_form, point_sum,
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::finite::below_one;
@@ -141,24 +141,7 @@ fn by_pair<R: Reflection, T: EmissionTexture>(
             emitted * glossy.reflected,
         ],
     };
-    let sets = [Stream::Samples, Stream::Glossy].map(|s| query.numbers.points(s, query.samples));
-    let mut sum = DVec3::ZERO;
-    for i in 0..query.samples {
-        let a = flat.sample(sets[0].get_1d(i));
-        let (b, density) = glossy.sample(sets[1].get_1d(i));
-        let densities = [
-            [a.pdf.value(), glossy.pdf(a.t)],
-            [flat.pdf(b.t).value(), density],
-        ];
-        for (k, sample) in [a, b].iter().enumerate() {
-            let value = query.point.reflected(emitted, sample.direction);
-            let free =
-                value != DVec3::ZERO && query.free(&[sample.offset], &mut buffers.scratch) != 0;
-            let value = if free { value } else { DVec3::ZERO };
-            sum += pair.contribution(value, densities[k], k);
-        }
-    }
-    sum
+    pair.sum(query, &flat, &glossy, emitted, buffers)
 }
 
 /// Diffuse and glossy samples of a linear light, as their heuristic knows them.
@@ -171,6 +154,53 @@ struct DiffuseGlossyPair {
 }
 
 impl DiffuseGlossyPair {
+    /// The weighted sum of all samples of both.
+    fn sum<R: Reflection, T: EmissionTexture>(
+        &self,
+        query: &Query<'_, R, T>,
+        flat: &LinearSampler,
+        glossy: &Glossy,
+        emitted: DVec3,
+        buffers: &mut Buffers,
+    ) -> DVec3 {
+        let sets =
+            [Stream::Samples, Stream::Glossy].map(|s| query.numbers.points(s, query.samples));
+        let Buffers { scratch, samples } = buffers;
+        let SampleBuffers { pairs, targets, .. } = samples;
+        let mut sum = DVec3::ZERO;
+        let mut first = 0;
+        while first < query.samples {
+            let end = query.samples.min(first.saturating_add(BLOCK / 2));
+            pairs.clear();
+            targets.clear();
+            for i in first..end {
+                let a = flat.sample(sets[0].get_1d(i));
+                let (b, density) = glossy.sample(sets[1].get_1d(i));
+                let densities = [
+                    [a.pdf.value(), glossy.pdf(a.t)],
+                    [flat.pdf(b.t).value(), density],
+                ];
+                for (sample, densities) in [a, b].iter().zip(densities) {
+                    let value = query.point.reflected(emitted, sample.direction);
+                    pairs.push((value, densities));
+                    if value != DVec3::ZERO {
+                        targets.push(sample.offset);
+                    }
+                }
+            }
+            let mut free = query.free(targets, scratch);
+            for (i, (value, densities)) in pairs.iter_mut().enumerate() {
+                if *value != DVec3::ZERO {
+                    *value = if free & 1 != 0 { *value } else { DVec3::ZERO };
+                    free >>= 1;
+                }
+                sum += self.contribution(*value, *densities, i % 2);
+            }
+            first = end;
+        }
+        sum
+    }
+
     /// What a sample of technique `k` adds: its weight times value over density and count.
     fn contribution(&self, value: DVec3, pdfs: [f64; 2], k: usize) -> DVec3 {
         let counts = [self.count; 2];

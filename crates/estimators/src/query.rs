@@ -1,6 +1,5 @@
 //! One shading point and one light: what an estimator works on.
 
-use crate::point_sum::bits;
 use crate::techniques::points::LightPoint;
 use crate::{
     EmissionTexture, Estimator, LightSource, RandomNumbers, ShadingPoint, Stream, Technique,
@@ -10,7 +9,7 @@ use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_lights::AreaLight;
 use linelit_samplers::SampleSet;
-use linelit_visibility::{Occluders, Ray, Scratch, ShaftQuery};
+use linelit_visibility::{Fan, Occluders, Scratch, ShaftQuery};
 use std::ops::Range;
 
 /// One shading point and one light, and how the light from one to the other is estimated.
@@ -134,30 +133,27 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
         }
     }
 
-    /// A bit for each of up to 64 points of the light, given relative to the shading point, that
-    /// nothing stands before.
+    /// A bit for each of up to [`FAN`](linelit_visibility::FAN) points of the light, given relative
+    /// to the shading point, that nothing stands before.
     pub(crate) fn free(&self, to_light: &[DVec3], scratch: &mut Scratch) -> u64 {
         let (x, own) = (self.point.position, &self.light.triangles);
-        bits(to_light, |end| {
-            is_free(self.occluders, x, *end, own, scratch)
-        })
+        free(self.occluders, x, to_light, own, scratch)
     }
 }
 
-/// Whether nothing but the light's own triangles stands between `x` and a point of the light, given
-/// relative to `x`; one ray.
-pub(crate) fn is_free(
+/// Before which points of the light, given relative to `x`, nothing but the light's own triangles
+/// stands: a bit for each of up to [`FAN`](linelit_visibility::FAN) points.
+pub(crate) fn free(
     occluders: &Occluders,
     x: DVec3,
-    to_light: DVec3,
+    to_light: &[DVec3],
     own: &Range<u32>,
     scratch: &mut Scratch,
-) -> bool {
-    let ray = Ray {
+) -> u64 {
+    let fan = Fan {
         origin: x,
-        direction: to_light,
-        t_min: 0.0,
+        directions: to_light,
         t_max: 1.0 - LIGHT_MARGIN,
     };
-    !occluders.any_hit(&ray, own, scratch)
+    fan.all() & !occluders.any_hits(&fan, own, scratch)
 }

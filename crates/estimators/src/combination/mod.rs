@@ -13,6 +13,7 @@ mod round;
 mod smooth;
 mod visibility;
 
+use crate::point_block::BLOCK;
 use crate::techniques::lines::DrawLines;
 use crate::techniques::points::{DrawPoints, LightPoint, Polygon};
 use crate::{
@@ -236,10 +237,8 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             let hits = match &buffers.techniques[index].source {
                 Source::Lines(..) => self.draw_lines(index, buffers, |i| set.get_2d(i)),
                 Source::Points(source) => {
-                    let before = buffers.samples.len();
-                    let draw = |i| self.draw_point(index, source, set.get_2d(i));
-                    buffers.samples.extend((0..count).filter_map(draw));
-                    buffers.samples.len() - before
+                    let samples = &mut buffers.samples;
+                    self.draw_points(index, source, count, |i| set.get_2d(i), samples)
                 }
             };
             buffers.misses[round][index] = count as usize - hits;
@@ -264,19 +263,40 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         })
     }
 
-    /// One sample of a point technique, if it carries light and is visible.
-    fn draw_point(
+    /// The samples of a point technique that carry light and are visible; gives their number.
+    fn draw_points(
         &mut self,
         index: usize,
         source: &impl DrawPoints<S>,
-        u: [f64; 2],
-    ) -> Option<Sample> {
-        let point = self.query.point;
-        let (drawn, _) = source.draw(u, self.light, point)?;
-        let at = LightPoint::new(drawn.point, point.position, self.light);
-        let sample = self.sample(index, at, source.density(&at, point))?;
-        let target = self.light.target(&at);
-        self.visibility.point_visible(target).then_some(sample)
+        count: u32,
+        u: impl Fn(u32) -> [f64; 2],
+        samples: &mut Vec<Sample>,
+    ) -> usize {
+        let (point, before) = (self.query.point, samples.len());
+        let mut targets = std::mem::take(&mut self.buffers.targets);
+        let mut first = 0;
+        while first < count {
+            let end = count.min(first.saturating_add(BLOCK));
+            let drawn = samples.len();
+            samples.extend((first..end).filter_map(|i| {
+                let (drawn, _) = source.draw(u(i), self.light, point)?;
+                let at = LightPoint::new(drawn.point, point.position, self.light);
+                self.sample(index, at, source.density(&at, point))
+            }));
+            targets.clear();
+            targets.extend(samples[drawn..].iter().map(|s| self.light.target(&s.at)));
+            let mut visible = self.visibility.points_visible(&mut targets);
+            let mut kept = drawn;
+            while visible != 0 {
+                samples[kept] = samples[drawn + visible.trailing_zeros() as usize];
+                kept += 1;
+                visible &= visible - 1;
+            }
+            samples.truncate(kept);
+            first = end;
+        }
+        self.buffers.targets = targets;
+        samples.len() - before
     }
 
     /// The samples of a line technique: all its lines in one query, then points on what is visible.

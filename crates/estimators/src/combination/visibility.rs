@@ -1,7 +1,8 @@
 //! What a combination knows of visibility: from one shaft, or by a traversal for each question.
 
 use crate::Queries;
-use crate::query::is_free;
+use crate::point_sum::bits;
+use crate::query::free;
 use linelit_geometry::{DVec3, Segment};
 use linelit_spheres::CylinderView;
 use linelit_visibility::{Occluders, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines};
@@ -87,16 +88,24 @@ impl<'a> Visibility<'a> {
         }
     }
 
-    /// Whether a point of the light is visible.
-    pub(super) fn point_visible(&mut self, on_light: DVec3) -> bool {
+    /// Which points of the light are visible, a bit for each of up to 64; what it is given is left
+    /// changed.
+    pub(super) fn points_visible(&mut self, on_light: &mut [DVec3]) -> u64 {
         match self {
-            Self::OneShaft(shaft) | Self::Outline(shaft, ..) => shaft.point_visible(on_light),
+            Self::OneShaft(shaft) | Self::Outline(shaft, ..) => {
+                bits(on_light, |at| shaft.point_visible(*at))
+            }
             Self::SeparateRays {
                 occluders,
                 scratch,
                 point,
                 own,
-            } => is_free(occluders, *point, on_light - *point, own, scratch),
+            } => {
+                for at in on_light.iter_mut() {
+                    *at -= *point;
+                }
+                free(occluders, *point, on_light, own, scratch)
+            }
         }
     }
 }
