@@ -9,7 +9,7 @@
 //! mesh's shape, whether it intersects itself or is inside out. So the images of one sign may be
 //! left out, once neither the shading point nor the light is in the mesh's box.
 
-use crate::{build::Geometry, pool};
+use crate::build::{Geometry, least, most};
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 use linelit_simd::Simd;
 
@@ -76,72 +76,91 @@ fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     // Sorted by a hash first: neighbours in the list are compared far more often than looked up.
     let hash = |i: u32| {
         let mix = |h: u64, x: u32| (h ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let h = bits(i)
-            .into_iter()
-            .fold(0, |h, x| mix(h, x).rotate_left(29));
-        (h, i)
+        let [x, y, z] = bits(i);
+        mix(mix(mix(0, x).rotate_left(29), y).rotate_left(29), z)
     };
-    let mut order: Vec<(u64, u32)> = (0..).map(hash).take(positions.len()).collect();
-    pool::sort_distinct(&mut order);
+    let ids = || (0..).take(positions.len());
+    let buckets = positions.len().next_power_of_two();
+    // Of the hash, the upper half says the bucket; the lower half is kept with the number.
+    let bucket = |h: u64| (h >> 32) as usize % buckets;
+    let entry = |(i, h): (u32, u64)| h << 32 | u64::from(i);
+    let with_hash = || ids().map(|i| (i, hash(i)));
+    let (first, mut order) = grouped(buckets, with_hash().map(|e| (bucket(e.1), entry(e))));
     let mut weld = vec![0; positions.len()];
-    for same in order.chunk_by_mut(|a, b| a.0 == b.0) {
-        let first = same[0].1;
-        if same.iter().any(|(_, i)| bits(*i) != bits(first)) {
-            same.sort_unstable_by_key(|(_, i)| (bits(*i), *i));
-        }
-        for here in same.chunk_by(|a, b| bits(a.1) == bits(b.1)) {
-            for (_, i) in here {
-                weld[*i as usize] = here[0].1;
+    for_groups(&first, &mut order, |same| {
+        for same in same.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
+            let number = |entry: &u64| low(*entry);
+            let first = number(&same[0]);
+            if same[1..].iter().any(|e| bits(number(e)) != bits(first)) {
+                same.sort_unstable_by_key(|e| (bits(number(e)), number(e)));
+            }
+            for here in same.chunk_by(|a, b| bits(number(a)) == bits(number(b))) {
+                for entry in here {
+                    weld[number(entry) as usize] = number(&here[0]);
+                }
             }
         }
-    }
+    });
     weld
 }
 
-/// Edges by their lesser corner.
-struct Edges {
-    /// Where each corner's edges begin.
-    first: Vec<u32>,
-    /// The other corner, with the edge's direction in the last bit, and the triangle.
-    edges: Vec<(u32, u32)>,
+/// The lower half.
+#[allow(clippy::cast_possible_truncation, reason = "the lower half")]
+fn low(entry: u64) -> u32 {
+    entry as u32
 }
 
-impl Edges {
-    fn new(corners: impl Iterator<Item = (u32, [u32; 3])> + Clone, places: usize) -> Self {
-        let sides = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
-        let mut first = vec![0_u32; places + 1];
-        for (_, triangle) in corners.clone() {
-            for (v, w) in sides(triangle) {
-                first[v.min(w) as usize + 1] += 1;
-            }
-        }
-        let mut sum = 0;
-        for count in &mut first {
-            sum += *count;
-            *count = sum;
-        }
-        let mut edges = vec![(0, 0); sum as usize];
-        for (id, triangle) in corners {
-            for (v, w) in sides(triangle) {
-                let next = &mut first[v.min(w) as usize];
-                edges[*next as usize] = (v.max(w) << 1 | u32::from(v > w), id);
-                *next += 1;
-            }
-        }
-        // Each entry has moved to where the next corner's edges begin.
-        Self { first, edges }
+/// Entries by their group's number, and where each group ends in the list.
+fn grouped(
+    groups: usize,
+    entries: impl Iterator<Item = (usize, u64)> + Clone,
+) -> (Vec<u32>, Vec<u64>) {
+    let mut ends = vec![0_u32; groups + 1];
+    // Whole iterators, which are faster than loops where they are nested.
+    entries.clone().for_each(|(group, _)| ends[group + 1] += 1);
+    let mut sum = 0;
+    for count in &mut ends {
+        sum += *count;
+        *count = sum;
     }
+    let mut list = vec![0; sum as usize];
+    entries.for_each(|(group, entry)| {
+        let next = &mut ends[group];
+        list[*next as usize] = entry;
+        *next += 1;
+    });
+    // Each entry of `ends` has moved to where the next group begins.
+    (ends, list)
+}
 
-    /// Calls `f` with the triangles of each edge, in ascending order for either direction.
-    fn for_each(mut self, mut f: impl FnMut(&[(u32, u32)])) {
-        let mut begin = 0;
-        for end in self.first {
-            let here = &mut self.edges[begin..end as usize];
+/// Calls `f` with each group that is not empty, sorted.
+fn for_groups(ends: &[u32], list: &mut [u64], mut f: impl FnMut(&mut [u64])) {
+    let mut begin = 0;
+    for &end in ends {
+        let here = &mut list[begin..end as usize];
+        if here.len() > 1 {
             here.sort_unstable();
-            here.chunk_by(|a, b| a.0 >> 1 == b.0 >> 1).for_each(&mut f);
-            begin = end as usize;
         }
+        if !here.is_empty() {
+            f(here);
+        }
+        begin = end as usize;
     }
+}
+
+/// Edges by their lesser corner: the other corner, with the edge's direction in the last bit, and
+/// the triangle.
+fn edges(
+    corners: impl Iterator<Item = (u32, [u32; 3])> + Clone,
+    places: usize,
+) -> (Vec<u32>, Vec<u64>) {
+    let sides = |(id, [a, b, c]): (u32, [u32; 3])| {
+        [(a, b), (b, c), (c, a)].map(|(v, w)| {
+            let other = v.max(w) << 1 | u32::from(v > w);
+            (v.min(w) as usize, u64::from(other) << 32 | u64::from(id))
+        })
+    };
+    grouped(places, corners.flat_map(sides))
 }
 
 impl ClosedMeshes {
@@ -160,17 +179,19 @@ impl ClosedMeshes {
                 .map(|(id, _)| id)
         };
         let corners = |id: u32| geometry.triangles[id as usize].map(|c| place[c as usize]);
-        let edges = Edges::new(ids().map(|id| (id, corners(id))), places);
+        let (ends, mut edges) = edges(ids().map(|id| (id, corners(id))), places);
         let mut connected = Connected((0..).map(|i| i << 1).take(kept.len()).collect());
         let mut open = vec![false; kept.len()];
-        edges.for_each(|same| {
-            let (first, i) = same[0];
-            let mut fits = same.len() == 2;
-            for &(edge, j) in &same[1..] {
-                fits &= connected.join(i, j, first & 1 == edge & 1);
-            }
-            if !fits {
-                open[i as usize] = true;
+        for_groups(&ends, &mut edges, |here| {
+            for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
+                let mut fits = same.len() == 2;
+                for edge in &same[1..] {
+                    let turned = (same[0] ^ edge) >> 32 & 1 == 0;
+                    fits &= connected.join(low(same[0]), low(*edge), turned);
+                }
+                if !fits {
+                    open[low(same[0]) as usize] = true;
+                }
             }
         });
         let mut found = Self::default();
@@ -218,8 +239,8 @@ impl ClosedMesh {
         self.last = self.last.max(id);
         self.first = self.first.min(id);
         for (axis, x) in vertices.into_iter().flat_map(|v| (0..3).zip(v)) {
-            self.lo[axis] = self.lo[axis].min(x);
-            self.hi[axis] = self.hi[axis].max(x);
+            self.lo[axis] = least(self.lo[axis], x);
+            self.hi[axis] = most(self.hi[axis], x);
         }
     }
 }
@@ -409,6 +430,7 @@ mod tests {
             positions,
             triangles,
             origin: [0.0; 3],
+            extent: 1.0,
         };
         ClosedMeshes::find(&geometry, &vec![true; triangles.len()])
     }

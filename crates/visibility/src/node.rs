@@ -24,6 +24,21 @@ impl Node {
         valid: 0,
         leaf: 0,
     };
+
+    /// The same node where others stand before the nodes and leaves in it.
+    pub(crate) fn renumbered(mut self, (nodes, leaves): (usize, usize)) -> Self {
+        for (lane, child) in self.child.iter_mut().enumerate() {
+            let old = Child(*child);
+            if self.valid >> lane & 1 != 0 {
+                *child = match old.is_leaf() {
+                    true => Child::leaf(leaves + old.index(), old.count() as usize),
+                    false => Child::node(nodes + old.index()),
+                }
+                .0;
+            }
+        }
+        self
+    }
 }
 
 /// A node or a leaf.

@@ -1,9 +1,9 @@
 //! The occluders of a scene: triangles under a hierarchy of boxes.
 
 use crate::{
-    build::{self, Geometry, Hierarchy},
-    closed_mesh::ClosedMeshes,
+    build::{self, Geometry, Hierarchy, least, most},
     node::Child,
+    pool,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::{InstructionSet, Isa};
@@ -40,26 +40,27 @@ impl Occluders {
     /// If there are more than 2²⁸ leaves, which takes as many triangles at least.
     #[must_use]
     pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        let kept: Vec<bool> = triangles.iter().map(|t| occludes(positions, t)).collect();
-        let triangle_count = kept.iter().filter(|kept| **kept).count();
-        let vertices = || {
-            let corners = triangles.iter().zip(&kept).filter(|(_, kept)| **kept);
-            corners.flat_map(|(t, _)| t.map(|corner| positions[corner as usize]))
-        };
+        let mut kept = vec![false; triangles.len()];
+        let Kept { count, lo, hi } = pool::fold_stretches(
+            &mut kept,
+            AT_ONCE,
+            &|first, kept| Kept::find(positions, &triangles[first..], kept),
+            &Kept::and,
+        );
+        let origin = exact_origin(lo, hi);
+        let mut extent = 0.0_f32;
+        for (x, origin) in [lo, hi].into_iter().flat_map(|v| v.into_iter().zip(origin)) {
+            if count > 0 {
+                extent = extent.max((x - origin).abs());
+            }
+        }
         let geometry = Geometry {
             positions,
             triangles,
-            origin: exact_origin(vertices()),
+            origin,
+            extent,
         };
-        let origin = geometry.origin;
-        let mut extent = 0.0_f32;
-        for v in vertices() {
-            for axis in 0..3 {
-                extent = extent.max((v[axis] - origin[axis]).abs());
-            }
-        }
-        let meshes = ClosedMeshes::find(&geometry, &kept);
-        let hierarchy = build::build(&geometry, &kept, meshes);
+        let hierarchy = build::build(&geometry, &kept);
         // Eight more places, as packed stores write eight at a time.
         let stack_size = 16 * depth(&hierarchy) + 32;
         Self {
@@ -68,8 +69,8 @@ impl Occluders {
             extent: extent.into(),
             stack_size,
             isa: Isa::best(),
-            triangle_count,
-            left_out: triangles.len() - triangle_count,
+            triangle_count: count,
+            left_out: triangles.len() - count,
         }
     }
 
@@ -115,33 +116,62 @@ impl Occluders {
     }
 }
 
-/// Whether a triangle can hide something.
-fn occludes(positions: &[[f32; 3]], corners: &[u32; 3]) -> bool {
-    let mut t = [[0.0; 3]; 3];
-    for (v, &c) in t.iter_mut().zip(corners) {
-        match positions.get(c as usize) {
-            Some(position) => *v = *position,
-            None => return false,
+/// Triangles that are looked at in one go.
+const AT_ONCE: usize = 1 << 14;
+
+/// How many triangles can hide something, and the box of them.
+struct Kept {
+    count: usize,
+    lo: [f32; 3],
+    hi: [f32; 3],
+}
+
+impl Kept {
+    /// Of the first triangles, as many as `kept` has room for.
+    fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]], kept: &mut [bool]) -> Self {
+        let mut found = Self {
+            count: 0,
+            lo: [f32::INFINITY; 3],
+            hi: [f32::NEG_INFINITY; 3],
+        };
+        for (corners, kept) in triangles.iter().zip(kept) {
+            let Some(t) = occludes(positions, corners) else {
+                continue;
+            };
+            *kept = true;
+            found.count += 1;
+            for v in t {
+                found.lo = std::array::from_fn(|axis| least(found.lo[axis], v[axis]));
+                found.hi = std::array::from_fn(|axis| most(found.hi[axis], v[axis]));
+            }
+        }
+        found
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            lo: std::array::from_fn(|axis| least(self.lo[axis], other.lo[axis])),
+            hi: std::array::from_fn(|axis| most(self.hi[axis], other.hi[axis])),
         }
     }
+}
+
+/// The vertices of a triangle that can hide something.
+#[inline(always)]
+fn occludes(positions: &[[f32; 3]], &[a, b, c]: &[u32; 3]) -> Option<[[f32; 3]; 3]> {
+    let vertex = |corner: u32| positions.get(corner as usize).copied();
+    let t = [vertex(a)?, vertex(b)?, vertex(c)?];
     let finite = t.as_flattened().iter().all(|x| x.is_finite());
     #[allow(clippy::float_cmp, reason = "vertices in the very same place")]
     let distinct = t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-    finite && distinct
+    (finite && distinct).then_some(t)
 }
 
 /// A point near the middle of the scene from which every coordinate has an `f32` difference
 /// without rounding: on an axis where all coordinates are within a factor of two of each other
 /// (Sterbenz), their middle; else zero. Keeps boxes tight far from the world's origin.
-fn exact_origin(vertices: impl Iterator<Item = [f32; 3]>) -> [f32; 3] {
-    let mut lo = [f32::INFINITY; 3];
-    let mut hi = [f32::NEG_INFINITY; 3];
-    for v in vertices {
-        for axis in 0..3 {
-            lo[axis] = lo[axis].min(v[axis]);
-            hi[axis] = hi[axis].max(v[axis]);
-        }
-    }
+fn exact_origin(lo: [f32; 3], hi: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| {
         let (lo, hi) = (lo[axis], hi[axis]);
         let (small, large) = (lo.abs().min(hi.abs()), lo.abs().max(hi.abs()));

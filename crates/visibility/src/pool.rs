@@ -5,7 +5,7 @@
 //! itself would start one for all processors.) What is shared out here gives the same bits however
 //! it is shared out.
 
-use rayon::slice::ParallelSliceMut;
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
 /// Whether the caller runs in a pool.
 fn shared() -> bool {
@@ -24,37 +24,45 @@ pub(crate) fn join<A: Send, B: Send>(
     }
 }
 
-/// Sorts items of which no two are equal, so that there is but one order.
-pub(crate) fn sort_distinct<T: Ord + Send>(items: &mut [T]) {
+/// Items made by `f` of their numbers, in order; by each thread no fewer than `least` at a time.
+pub(crate) fn collect<T: Send>(
+    count: usize,
+    least: usize,
+    f: &(impl Fn(usize) -> T + Sync),
+) -> Vec<T> {
     if shared() {
-        items.par_sort_unstable();
+        let numbers = (0..count).into_par_iter().with_min_len(least);
+        numbers.map(f).collect()
     } else {
-        items.sort_unstable();
+        (0..count).map(f).collect()
     }
 }
 
-/// Applies `f` to stretches of at most `size` items, with the index of the first of each.
-pub(crate) fn for_stretches<T: Send>(
+/// Applies `f` to stretches of at most `size` items, with the index of the first of each, and
+/// brings together what it returns, in order; `f` sees at least one stretch.
+pub(crate) fn fold_stretches<T: Send, R: Send>(
     items: &mut [T],
     size: usize,
-    f: &(impl Fn(usize, &mut [T]) + Sync),
-) {
-    fn go<T: Send>(
+    f: &(impl Fn(usize, &mut [T]) -> R + Sync),
+    both: &(impl Fn(R, R) -> R + Sync),
+) -> R {
+    fn go<T: Send, R: Send>(
         first: usize,
         items: &mut [T],
         size: usize,
-        f: &(impl Fn(usize, &mut [T]) + Sync),
-    ) {
+        f: &(impl Fn(usize, &mut [T]) -> R + Sync),
+        both: &(impl Fn(R, R) -> R + Sync),
+    ) -> R {
         if items.len() <= size {
-            f(first, items);
-            return;
+            return f(first, items);
         }
         let middle = (items.len() / size).div_ceil(2) * size;
         let (left, right) = items.split_at_mut(middle);
-        join(
-            || go(first, left, size, f),
-            || go(first + middle, right, size, f),
+        let (left, right) = join(
+            || go(first, left, size, f, both),
+            || go(first + middle, right, size, f, both),
         );
+        both(left, right)
     }
-    go(0, items, size.max(1), f);
+    go(0, items, size.max(1), f, both)
 }

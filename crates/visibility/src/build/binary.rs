@@ -41,13 +41,13 @@ impl Bounds {
 
 /// The lesser of two numbers, none of them NaN: one instruction, unlike `f32::min`.
 #[inline(always)]
-pub(super) fn least(a: f32, b: f32) -> f32 {
+pub(crate) fn least(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 /// The greater of two numbers, none of them NaN.
 #[inline(always)]
-pub(super) fn most(a: f32, b: f32) -> f32 {
+pub(crate) fn most(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Binary {
     pub(super) bounds: Bounds,
     /// The first child, or the triangle.
     pub(super) first: u32,
-    /// [`Binary::LEAF`], and what [`super::collapse`] decides about the node.
+    /// [`Binary::LEAF`] or nothing.
     pub(super) tag: u32,
 }
 

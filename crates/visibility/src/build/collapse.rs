@@ -4,19 +4,45 @@
 //! **Source**: the dynamic programme of Ylitie, Karras & Laine 2017, section 3.1, with leaves of
 //! eight at a fixed cost.
 
-use super::binary::Binary;
-use super::{LEAF_SIZE, index};
+use super::{LEAF_SIZE, binary::Binary, index};
+use crate::{
+    node::{Child, Node},
+    pool,
+};
+use std::{
+    collections::VecDeque,
+    sync::atomic::{AtomicU32, Ordering},
+};
 
-/// The tag's bit of a node that is best kept as a leaf in one piece.
-const ONE_PIECE: u32 = 1 << 30;
+/// The triangles of a leaf; lanes that are not in use repeat the first.
+pub(super) type Triangles = [u32; LEAF_SIZE as usize];
 
-/// Bits of the tag for the pieces of the left child when the node is spread over up to j pieces,
+/// Levels of the binary tree within which both children of a node are worth a thread each.
+const SHARED_LEVELS: u32 = 12;
+
+/// Parts that the wide nodes are made in.
+const PARTS: usize = 1 << 8;
+
+/// The wide nodes of the best hierarchy, and the triangles of its leaves; `leaf_cost` is what
+/// testing a leaf costs, in tests of a node.
+pub(super) fn collapse(nodes: &[Binary], leaf_cost: f64) -> (Vec<Node>, Vec<Triangles>) {
+    let mut choices = Vec::new();
+    choices.resize_with(nodes.len() / 2, || AtomicU32::new(0));
+    let tree = Tree {
+        nodes,
+        choices,
+        leaf_cost,
+    };
+    tree.decide(0, SHARED_LEVELS);
+    tree.widen()
+}
+
+/// The bit of a choice for a node that is best kept as a leaf in one piece.
+const ONE_PIECE: u32 = 1 << 31;
+
+/// Bits of a choice for the pieces of the left child when the node is spread over up to j pieces,
 /// j = 2 to 8; 0: the node stays in one piece.
 const BITS: u32 = 3;
-
-fn left_pieces(node: &Binary, pieces: usize) -> usize {
-    (node.tag >> (BITS * index(pieces - 2)) & 7) as usize
-}
 
 /// What a subtree costs in up to 1 to 8 pieces, and its triangles.
 #[derive(Clone, Copy)]
@@ -25,38 +51,186 @@ struct Cost {
     triangles: u32,
 }
 
-/// Decides for all nodes; `leaf_cost` is what testing a leaf costs, in tests of a node.
-pub(super) fn decide(nodes: &mut [Binary], leaf_cost: f64) {
-    // Children before their parents.
-    let mut todo = vec![(0_u32, false)];
-    let mut done: Vec<Cost> = Vec::new();
-    while let Some((at, children_done)) = todo.pop() {
-        let node = &mut nodes[at as usize];
+/// A binary tree, and what has been decided about its nodes.
+struct Tree<'a> {
+    nodes: &'a [Binary],
+    /// For each pair of nodes, about their parent.
+    choices: Vec<AtomicU32>,
+    leaf_cost: f64,
+}
+
+/// Wide nodes, the first of which is the root, and leaves, both numbered from zero.
+#[derive(Default)]
+struct Part {
+    nodes: Vec<Node>,
+    leaves: Vec<Triangles>,
+}
+
+impl Tree<'_> {
+    /// Decides for all nodes below one.
+    fn decide(&self, at: u32, levels: u32) -> Cost {
+        let node = &self.nodes[at as usize];
         let area = node.bounds.half_area();
         if node.is_leaf() {
-            node.tag |= ONE_PIECE;
-            done.push(Cost {
-                pieces: [area * leaf_cost; 8],
+            return Cost {
+                pieces: [area * self.leaf_cost; 8],
                 triangles: 1,
-            });
-        } else if !children_done {
-            todo.extend([(at, true), (node.first + 1, false), (node.first, false)]);
-        } else if let (Some(right), Some(left)) = (done.pop(), done.pop()) {
-            let cost;
-            (cost, node.tag) = decide_one(area, &left, &right, leaf_cost);
-            done.push(cost);
+            };
         }
+        let child = |at| self.decide(at, levels.saturating_sub(1));
+        let (left, right) = if levels > 0 {
+            pool::join(|| child(node.first), || child(node.first + 1))
+        } else {
+            (child(node.first), child(node.first + 1))
+        };
+        let (cost, choice) = decide_one(area, &left, &right, self.leaf_cost);
+        self.choices[node.first as usize / 2].store(choice, Ordering::Relaxed);
+        cost
+    }
+
+    fn choice(&self, inner: &Binary) -> u32 {
+        self.choices[inner.first as usize / 2].load(Ordering::Relaxed)
+    }
+
+    /// Whether a subtree becomes a leaf.
+    fn is_leaf(&self, node: &Binary) -> bool {
+        node.is_leaf() || self.choice(node) & ONE_PIECE != 0
+    }
+
+    /// The up to eight members of the wide node that opens `root`.
+    fn members(&self, root: u32, out: &mut Vec<u32>) {
+        out.clear();
+        let node = &self.nodes[root as usize];
+        if self.is_leaf(node) {
+            out.push(root);
+            return;
+        }
+        let left = left_pieces(self.choice(node), 8).clamp(1, 7);
+        self.spread(node.first, left, out);
+        self.spread(node.first + 1, 8 - left, out);
+    }
+
+    fn spread(&self, at: u32, pieces: usize, out: &mut Vec<u32>) {
+        let node = &self.nodes[at as usize];
+        let left = if pieces < 2 || node.is_leaf() {
+            0
+        } else {
+            left_pieces(self.choice(node), pieces)
+        };
+        if left == 0 {
+            out.push(at);
+        } else {
+            self.spread(node.first, left, out);
+            self.spread(node.first + 1, pieces - left, out);
+        }
+    }
+
+    /// The triangles below a node that becomes a leaf, and their number.
+    fn triangles(&self, root: u32) -> (Triangles, usize) {
+        let mut found = [0; LEAF_SIZE as usize];
+        let mut count = 0;
+        let mut todo = [root; LEAF_SIZE as usize + 1];
+        let mut left = 1;
+        while left > 0 {
+            left -= 1;
+            let node = &self.nodes[todo[left] as usize];
+            if node.is_leaf() {
+                found[count] = node.first;
+                count += 1;
+            } else {
+                todo[left] = node.first + 1;
+                todo[left + 1] = node.first;
+                left += 2;
+            }
+        }
+        for k in count..found.len() {
+            found[k] = found[0];
+        }
+        (found, count)
+    }
+
+    /// The wide nodes and the leaves: those at the top, and below them part by part.
+    fn widen(&self) -> (Vec<Node>, Vec<Triangles>) {
+        let mut top = Part::default();
+        let mut todo = VecDeque::from([(0, 0)]);
+        top.nodes.push(Node::EMPTY);
+        while todo.len() < PARTS
+            && let Some((node, root)) = todo.pop_front()
+        {
+            self.open(node, root, &mut top, |node, root| {
+                todo.push_back((node, root));
+            });
+        }
+        let parts = pool::collect(todo.len(), 1, &|k| {
+            let mut part = Part::default();
+            part.nodes.push(Node::EMPTY);
+            let mut todo = vec![(0, todo[k].1)];
+            while let Some((node, root)) = todo.pop() {
+                self.open(node, root, &mut part, |node, root| todo.push((node, root)));
+            }
+            part
+        });
+        let Part {
+            mut nodes,
+            mut leaves,
+        } = top;
+        let sum = |count: fn(&Part) -> usize| parts.iter().map(count).sum();
+        nodes.reserve_exact(sum(|part| part.nodes.len() - 1));
+        leaves.reserve_exact(sum(|part| part.leaves.len()));
+        for (part, (at, _)) in parts.into_iter().zip(todo) {
+            let before = (nodes.len() - 1, leaves.len());
+            let mut own = part.nodes.into_iter().map(|node| node.renumbered(before));
+            nodes[at] = own.next().unwrap_or(Node::EMPTY);
+            nodes.extend(own);
+            leaves.extend(part.leaves);
+        }
+        (nodes, leaves)
+    }
+
+    /// Makes the wide node that opens `root`, number `node` of a part; `todo` is told of the nodes
+    /// in it.
+    fn open(&self, node: usize, root: u32, part: &mut Part, mut todo: impl FnMut(usize, u32)) {
+        let mut members = Vec::with_capacity(8);
+        self.members(root, &mut members);
+        let mut packed = Node::EMPTY;
+        for (lane, &member) in members.iter().enumerate() {
+            let binary = &self.nodes[member as usize];
+            for axis in 0..3 {
+                packed.bounds[axis][lane] = binary.bounds.lo[axis];
+                packed.bounds[axis + 3][lane] = binary.bounds.hi[axis];
+            }
+            let is_leaf = self.is_leaf(binary);
+            packed.valid |= 1 << lane;
+            packed.leaf |= u8::from(is_leaf) << lane;
+            let child = if is_leaf {
+                let (triangles, count) = self.triangles(member);
+                part.leaves.push(triangles);
+                Child::leaf(part.leaves.len() - 1, count)
+            } else {
+                part.nodes.push(Node::EMPTY);
+                todo(part.nodes.len() - 1, member);
+                Child::node(part.nodes.len() - 1)
+            };
+            packed.child[lane] = child.0;
+        }
+        part.nodes[node] = packed;
     }
 }
 
-/// What a node with two children costs, and its tag.
+fn left_pieces(choice: u32, pieces: usize) -> usize {
+    (choice >> (BITS * index(pieces - 2)) & 7) as usize
+}
+
+/// What a node with two children costs, and the choice.
 fn decide_one(area: f64, left: &Cost, right: &Cost, leaf_cost: f64) -> (Cost, u32) {
     let mut cost = Cost {
         pieces: [0.0; 8],
         triangles: left.triangles.saturating_add(right.triangles),
     };
     let mut split = [0_u32; 8];
-    for pieces in 2..=8_usize {
+    // Two triangles are two pieces at most.
+    let most = if cost.triangles == 2 { 2 } else { 8_usize };
+    for pieces in 2..=most {
         let mut best = (f64::INFINITY, 0);
         for k in 1..pieces {
             let c = left.pieces[k - 1] + right.pieces[pieces - k - 1];
@@ -67,6 +241,9 @@ fn decide_one(area: f64, left: &Cost, right: &Cost, leaf_cost: f64) -> (Cost, u3
         cost.pieces[pieces - 1] = best.0;
         split[pieces - 1] = index(best.1);
     }
+    for pieces in most..8 {
+        (cost.pieces[pieces], split[pieces]) = (cost.pieces[1], split[1]);
+    }
     let opened = area + cost.pieces[7];
     let closed = if cost.triangles <= LEAF_SIZE {
         area * leaf_cost
@@ -74,67 +251,14 @@ fn decide_one(area: f64, left: &Cost, right: &Cost, leaf_cost: f64) -> (Cost, u3
         f64::INFINITY
     };
     cost.pieces[0] = closed.min(opened);
-    let mut tag = if closed <= opened { ONE_PIECE } else { 0 };
+    let mut choice = if closed <= opened { ONE_PIECE } else { 0 };
     for k in 1..8 {
         if cost.pieces[k - 1] <= cost.pieces[k] {
             // As for one piece fewer.
             cost.pieces[k] = cost.pieces[k - 1];
             split[k] = split[k - 1];
         }
-        tag |= split[k] << (BITS * (index(k) - 1));
+        choice |= split[k] << (BITS * (index(k) - 1));
     }
-    (cost, tag)
-}
-
-/// Whether a subtree becomes a leaf.
-pub(super) fn is_leaf(node: &Binary) -> bool {
-    node.tag & ONE_PIECE != 0
-}
-
-/// The up to eight members of the wide node that opens `root`.
-pub(super) fn members(nodes: &[Binary], root: u32, out: &mut Vec<u32>) {
-    let node = &nodes[root as usize];
-    if is_leaf(node) {
-        out.push(root);
-        return;
-    }
-    let left = left_pieces(node, 8).clamp(1, 7);
-    spread(nodes, node.first, left, out);
-    spread(nodes, node.first + 1, 8 - left, out);
-}
-
-fn spread(nodes: &[Binary], at: u32, pieces: usize, out: &mut Vec<u32>) {
-    let node = &nodes[at as usize];
-    let left = if pieces < 2 || node.is_leaf() {
-        0
-    } else {
-        left_pieces(node, pieces)
-    };
-    if left == 0 {
-        out.push(at);
-    } else {
-        spread(nodes, node.first, left, out);
-        spread(nodes, node.first + 1, pieces - left, out);
-    }
-}
-
-/// The triangles below a node that becomes a leaf, and their number.
-pub(super) fn triangles(nodes: &[Binary], root: u32) -> ([u32; LEAF_SIZE as usize], usize) {
-    let mut found = [0; LEAF_SIZE as usize];
-    let mut count = 0;
-    let mut todo = [root; LEAF_SIZE as usize + 1];
-    let mut left = 1;
-    while left > 0 {
-        left -= 1;
-        let node = &nodes[todo[left] as usize];
-        if node.is_leaf() {
-            found[count] = node.first;
-            count += 1;
-        } else {
-            todo[left] = node.first + 1;
-            todo[left + 1] = node.first;
-            left += 2;
-        }
-    }
-    (found, count)
+    (cost, choice)
 }

@@ -15,7 +15,8 @@ use crate::{
     node::{Child, Leaf, Node},
     pool,
 };
-use binary::{Binary, Bounds};
+use binary::Bounds;
+pub(crate) use binary::{least, most};
 use linelit_simd::Simd;
 use split::Reference;
 
@@ -76,126 +77,93 @@ pub(crate) struct Geometry<'a> {
     pub(crate) triangles: &'a [[u32; 3]],
     /// What coordinates are relative to; an exact difference for every vertex.
     pub(crate) origin: [f32; 3],
+    /// Largest absolute coordinate of what may occlude.
+    pub(crate) extent: f32,
 }
 
 impl Geometry<'_> {
     /// The vertices of a triangle whose corners are in range.
     #[inline]
     pub(crate) fn vertices(&self, id: u32) -> [[f32; 3]; 3] {
-        self.triangles[id as usize].map(|corner| {
-            let v = self.positions[corner as usize];
-            std::array::from_fn(|axis| v[axis] - self.origin[axis])
-        })
+        let [a, b, c] = self.triangles[id as usize];
+        [self.vertex(a), self.vertex(b), self.vertex(c)]
     }
 
+    #[inline]
+    fn vertex(&self, corner: u32) -> [f32; 3] {
+        let ([x, y, z], [u, v, w]) = (self.positions[corner as usize], self.origin);
+        [x - u, y - v, z - w]
+    }
+
+    #[inline]
     fn reference(&self, id: u32) -> Reference {
-        let mut bounds = Bounds::EMPTY;
-        for v in self.vertices(id) {
-            bounds.extend(&Bounds { lo: v, hi: v });
-        }
+        let [a, b, c] = self.vertices(id);
+        let bounds = Bounds {
+            lo: std::array::from_fn(|k| least(a[k], least(b[k], c[k]))),
+            hi: std::array::from_fn(|k| most(a[k], most(b[k], c[k]))),
+        };
         Reference::new(&bounds, id)
     }
 }
 
-/// Leaves that are filled in one go.
-const LEAVES_AT_ONCE: usize = 1 << 12;
+/// Items that are worth a thread.
+const AT_ONCE: usize = 1 << 11;
+
+/// The boxes of the triangles that `kept` has.
+fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
+    let mut references = pool::collect(kept.len(), AT_ONCE, &|k| match kept[k] {
+        true => geometry.reference(index(k)),
+        false => Reference::new(&Bounds::EMPTY, 0),
+    });
+    let mut kept = kept.iter();
+    references.retain(|_| kept.next() == Some(&true));
+    references
+}
 
 /// Builds the hierarchy over the triangles that `kept` has.
-pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], meshes: ClosedMeshes) -> Hierarchy {
-    let ids = || (0_u32..).zip(kept).filter(|(_, kept)| **kept);
-    let mut references = Vec::with_capacity(ids().count());
-    references.extend(ids().map(|(id, _)| geometry.reference(id)));
+pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
+    let mut references = references(geometry, kept);
     if references.is_empty() {
         return Hierarchy::default();
     }
     let small = references.len() < SMALL;
-    let mut tree = split::grow(&mut references);
+    let tree = split::grow(&mut references, geometry.extent);
     drop(references);
-    collapse::decide(&mut tree, if small { LEAF_COST_SMALL } else { LEAF_COST });
-    let (nodes, ids) = widen(&tree);
+    let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
+    // Neither takes much memory now.
+    let (ClosedMeshes { meshes, of }, (nodes, ids)) = pool::join(
+        || ClosedMeshes::find(geometry, kept),
+        || collapse::collapse(&tree, leaf_cost),
+    );
     drop(tree);
-    let mut out = Hierarchy {
-        nodes,
-        leaves: vec![Leaf::EMPTY; ids.len()],
-        ..Hierarchy::default()
+    let mesh_of = match &meshes[..] {
+        [] => Vec::new(),
+        _ => ids
+            .iter()
+            .map(|ids| ids.map(|id| of[id as usize]))
+            .collect(),
     };
-    pool::for_stretches(&mut out.leaves, LEAVES_AT_ONCE, &|first, leaves| {
-        for (leaf, ids) in leaves.iter_mut().zip(&ids[first..]) {
-            leaf.id = *ids;
-            for (lane, &id) in ids.iter().enumerate() {
-                let v = geometry.vertices(id);
-                for (k, slot) in leaf.vertices.iter_mut().enumerate() {
-                    slot[lane] = v[k / 3][k % 3];
+    drop(of);
+    let leaves = pool::collect(ids.len(), AT_ONCE, &|k| {
+        let mut leaf = Leaf {
+            id: ids[k],
+            ..Leaf::EMPTY
+        };
+        for (lane, &id) in ids[k].iter().enumerate() {
+            for (slots, v) in leaf.vertices.chunks_exact_mut(3).zip(geometry.vertices(id)) {
+                for (slot, x) in slots.iter_mut().zip(v) {
+                    slot[lane] = x;
                 }
             }
         }
+        leaf
     });
-    if !meshes.meshes.is_empty() {
-        let of = |ids: &[u32; 8]| ids.map(|id| meshes.of[id as usize]);
-        out.mesh_of = ids.iter().map(of).collect();
-        out.meshes = meshes.meshes;
+    Hierarchy {
+        nodes,
+        leaves,
+        meshes,
+        mesh_of,
     }
-    out
-}
-
-/// The wide nodes, and the triangles of the leaves.
-fn widen(tree: &[Binary]) -> (Vec<Node>, Vec<[u32; 8]>) {
-    let (node_count, leaf_count) = count(tree);
-    let mut nodes = Vec::with_capacity(node_count);
-    let mut leaves = Vec::with_capacity(leaf_count);
-    nodes.push(Node::EMPTY);
-    let mut todo = vec![(0_usize, 0_u32)];
-    let mut members = Vec::new();
-    while let Some((node, root)) = todo.pop() {
-        members.clear();
-        collapse::members(tree, root, &mut members);
-        let mut packed = Node::EMPTY;
-        for (lane, &member) in members.iter().enumerate() {
-            let bounds = &tree[member as usize].bounds;
-            for axis in 0..3 {
-                packed.bounds[axis][lane] = bounds.lo[axis];
-                packed.bounds[axis + 3][lane] = bounds.hi[axis];
-            }
-            let is_leaf = collapse::is_leaf(&tree[member as usize]);
-            packed.valid |= 1 << lane;
-            packed.leaf |= u8::from(is_leaf) << lane;
-            let child = if is_leaf {
-                let (found, count) = collapse::triangles(tree, member);
-                // Lanes that are not in use repeat the first.
-                leaves.push(std::array::from_fn(|k| {
-                    found[if k < count { k } else { 0 }]
-                }));
-                Child::leaf(leaves.len() - 1, count)
-            } else {
-                nodes.push(Node::EMPTY);
-                todo.push((nodes.len() - 1, member));
-                Child::node(nodes.len() - 1)
-            };
-            packed.child[lane] = child.0;
-        }
-        nodes[node] = packed;
-    }
-    (nodes, leaves)
-}
-
-/// The numbers of wide nodes and of leaves.
-fn count(tree: &[Binary]) -> (usize, usize) {
-    let (mut nodes, mut leaves) = (0, 0);
-    let mut todo = vec![0_u32];
-    let mut members = Vec::new();
-    while let Some(root) = todo.pop() {
-        nodes += 1;
-        members.clear();
-        collapse::members(tree, root, &mut members);
-        for &member in &members {
-            if collapse::is_leaf(&tree[member as usize]) {
-                leaves += 1;
-            } else {
-                todo.push(member);
-            }
-        }
-    }
-    (nodes, leaves)
 }
 
 /// Numbers of nodes and of what is in them are below 2³²: a leaf holds a triangle at least, and

@@ -9,8 +9,9 @@
 use super::{binary::Binary, index};
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-/// Shares of the nodes, those with the largest boxes, that the passes look at.
-const SHARES: [f64; 2] = [0.03, 0.03];
+/// The share of the nodes that is looked at, as many times as there are passes.
+const SHARE: f64 = 0.03;
+const PASSES: usize = 2;
 
 /// Nodes that the search for one place looks at.
 const MOST_VISITS: u32 = 512;
@@ -62,22 +63,25 @@ pub(super) fn improve(nodes: &mut [Binary]) {
         parents,
         todo: Vec::new(),
     };
-    let mut candidates: Vec<(f64, u32)> = Vec::new();
+    // Those with the largest boxes, all of them each time, though some change.
+    #[allow(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a share of the nodes"
+    )]
+    let count = (tree.nodes.len() as f64 * SHARE) as usize + 1;
+    let with_area = |node: u32, tree: &Tree<'_>| (tree.area(node), node);
+    let last = index(tree.nodes.len() - 1);
+    let mut candidates: Vec<_> = (1..=last).map(|node| with_area(node, &tree)).collect();
     let largest_first = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-    for share in SHARES {
-        #[allow(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a share of the nodes"
-        )]
-        let count = (tree.nodes.len() as f64 * share) as usize + 1;
-        candidates.clear();
-        let all = (1..).zip(&tree.nodes[1..]);
-        candidates.extend(all.map(|(i, node)| (node.bounds.half_area(), i)));
-        if count < candidates.len() {
-            candidates.select_nth_unstable_by(count, largest_first);
-            candidates.truncate(count);
+    if count < candidates.len() {
+        candidates.select_nth_unstable_by(count, largest_first);
+        candidates.truncate(count);
+    }
+    for _ in 0..PASSES {
+        for candidate in &mut candidates {
+            *candidate = with_area(candidate.1, &tree);
         }
         candidates.sort_unstable_by(largest_first);
         for &(_, from) in &candidates {

@@ -10,7 +10,7 @@ use super::{
     index, reinsert,
 };
 use crate::pool;
-use linelit_geometry::glam::{Vec3A, Vec3Swizzles, Vec4};
+use linelit_geometry::glam::{Vec3, Vec3A, Vec3Swizzles, Vec4};
 
 /// A triangle's box and number.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,18 @@ impl Reference {
         Self {
             lo: Vec4::new(x, y, z, f32::from_bits(id)),
             hi: Vec4::new(u, v, w, 0.0),
+        }
+    }
+
+    /// The tree of this one.
+    fn node(&self) -> Binary {
+        Binary {
+            bounds: Bounds {
+                lo: self.lo.truncate().to_array(),
+                hi: self.hi.truncate().to_array(),
+            },
+            first: self.id(),
+            tag: Binary::LEAF,
         }
     }
 
@@ -56,23 +68,20 @@ pub(super) const BLOCK: usize = 1 << 16;
 /// Triangles whose subtree is worth another thread.
 const WORTH_SHARING: usize = 1 << 12;
 
-/// The tree over some triangles, which it reorders; node 0 is the root.
-pub(super) fn grow(references: &mut [Reference]) -> Vec<Binary> {
+/// The tree over some triangles, which it reorders; node 0 is the root. `extent` is the largest
+/// absolute coordinate.
+pub(super) fn grow(references: &mut [Reference], extent: f32) -> Vec<Binary> {
     let count = references.len();
-    let mut nodes = vec![Binary::EMPTY; (2 * count).saturating_sub(1)];
-    let levels = 4 * (usize::BITS - count.leading_zeros());
-    let unit = unit(references);
+    let mut nodes = pool::collect((2 * count).saturating_sub(1), WORTH_SHARING, &|_| {
+        Binary::EMPTY
+    });
+    let place = Place {
+        at: 1,
+        levels: 4 * (usize::BITS - count.leading_zeros()),
+        unit: unit(extent),
+    };
     if let Some((root, rest)) = nodes.split_first_mut() {
-        branch::<true>(
-            references,
-            root,
-            rest,
-            Place {
-                at: 1,
-                levels,
-                unit,
-            },
-        );
+        branch::<true>(references, root, rest, place);
     }
     if count > BLOCK {
         reinsert::improve_top(&mut nodes);
@@ -81,10 +90,8 @@ pub(super) fn grow(references: &mut [Reference]) -> Vec<Binary> {
 }
 
 /// The power of two that brings coordinates near one, so that squares are within `f32`.
-fn unit(references: &[Reference]) -> f32 {
-    let extent = Extent::of(references);
-    let largest = extent.lo.abs().max(extent.hi.abs());
-    let exponent = largest.truncate().max_element().to_bits() >> 23;
+fn unit(extent: f32) -> f32 {
+    let exponent = extent.to_bits() >> 23;
     f32::from_bits(254_u32.saturating_sub(exponent).clamp(1, 254) << 23)
 }
 
@@ -108,17 +115,15 @@ fn branch<const BLOCKS: bool>(
     if BLOCKS && references.len() <= BLOCK {
         return block(references, root, nodes, place);
     }
-    let extent = Extent::of(references);
-    root.bounds = extent.bounds();
     if let [one] = references {
-        root.first = one.id();
-        root.tag = Binary::LEAF;
+        *root = one.node();
         return;
     }
+    let extent = Extent::of(references);
     let middle = match references.len() {
         2 => 1,
         _ if place.levels == 0 => halve(references, &extent),
-        few if few <= FEW => by_all(references, place.unit),
+        few if few <= FEW => by_all(references, &extent, place.unit),
         _ => by_bins(references, &extent, place.unit),
     };
     root.first = index(place.at);
@@ -143,6 +148,7 @@ fn branch<const BLOCKS: bool>(
         left();
         right();
     }
+    root.bounds = pair[0].bounds.union(&pair[1].bounds);
 }
 
 /// Grows a subtree by itself, improves it and puts it in its place.
@@ -161,38 +167,38 @@ fn block(references: &mut [Reference], root: &mut Binary, nodes: &mut [Binary], 
     nodes.copy_from_slice(&own[1..]);
 }
 
-/// The box of some triangles and that of their [`Reference::middle`]s; fourth lanes mean nothing.
+/// Triangles to choose a split by.
+fn sample(references: &[Reference]) -> impl Iterator<Item = &Reference> {
+    references.iter().step_by(1 + references.len() / SAMPLE)
+}
+
+/// The box of the [`Reference::middle`]s of a [`sample`]; fourth lanes mean nothing.
 struct Extent {
     lo: Vec4,
     hi: Vec4,
-    middle_lo: Vec4,
-    middle_hi: Vec4,
 }
 
 impl Extent {
     fn of(references: &[Reference]) -> Self {
-        let (lo, hi) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
         let mut extent = Self {
-            lo,
-            hi,
-            middle_lo: lo,
-            middle_hi: hi,
+            lo: Vec4::INFINITY,
+            hi: Vec4::NEG_INFINITY,
         };
-        for r in references {
-            let middle = r.middle();
-            extent.lo = extent.lo.min(r.lo);
-            extent.hi = extent.hi.max(r.hi);
-            extent.middle_lo = extent.middle_lo.min(middle);
-            extent.middle_hi = extent.middle_hi.max(middle);
+        for middle in sample(references).map(Reference::middle) {
+            extent.lo = extent.lo.min(middle);
+            extent.hi = extent.hi.max(middle);
         }
         extent
     }
 
-    fn bounds(&self) -> Bounds {
-        Bounds {
-            lo: self.lo.truncate().to_array(),
-            hi: self.hi.truncate().to_array(),
-        }
+    fn spread(&self) -> Vec3 {
+        (self.hi - self.lo).truncate()
+    }
+
+    /// The axes on which the triangles are spread at least half as much as on any.
+    fn axes(&self) -> impl Iterator<Item = usize> {
+        let spread = self.spread();
+        (0..3).filter(move |axis| spread[*axis] >= 0.5 * spread.max_element())
     }
 }
 
@@ -205,8 +211,7 @@ fn half_area(lo: Vec4, hi: Vec4, unit: f32) -> f32 {
 
 /// Two halves along the axis on which the triangles are spread most.
 fn halve(references: &mut [Reference], extent: &Extent) -> usize {
-    let spread = (extent.middle_hi - extent.middle_lo).truncate();
-    let axis = spread.max_position();
+    let axis = extent.spread().max_position();
     let middle = references.len() / 2;
     references.select_nth_unstable_by(middle, |a, b| {
         let (x, y) = (a.middle()[axis], b.middle()[axis]);
@@ -242,7 +247,7 @@ impl Judged {
 }
 
 /// The best split of a few triangles along an axis, which they are put in the order of.
-fn by_all(references: &mut [Reference], unit: f32) -> usize {
+fn by_all(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
     const MASK: u32 = 15;
     const { assert!(FEW == MASK as usize + 1) };
     let count = references.len().min(FEW);
@@ -253,7 +258,7 @@ fn by_all(references: &mut [Reference], unit: f32) -> usize {
     for (k, place) in (0..).zip(&mut best_order) {
         *place = k;
     }
-    for axis in 0..3 {
+    for axis in extent.axes() {
         // In the last bits which of the triangles it is.
         let mut order = [0_u32; FEW];
         for ((k, key), r) in (0..).zip(&mut order).zip(&*references) {
@@ -296,6 +301,9 @@ fn ascending(x: f32) -> u32 {
     bits ^ if bits >> 31 == 0 { 1 << 31 } else { u32::MAX }
 }
 
+/// 1.5 · 2²³: beside it the nearest whole number is left, as last bits.
+const WHOLE: f32 = 12_582_912.0;
+
 /// Which bins a middle is in.
 #[derive(Clone, Copy)]
 struct Binning {
@@ -306,26 +314,33 @@ struct Binning {
 impl Binning {
     /// Bins of almost no width take all into the first.
     fn new(extent: &Extent) -> Self {
-        let width = (extent.middle_hi - extent.middle_lo).max(Vec4::splat(f32::MIN_POSITIVE));
+        let width = (extent.hi - extent.lo).max(Vec4::splat(f32::MIN_POSITIVE));
         #[allow(clippy::cast_precision_loss, reason = "a small number")]
         let scale = Vec4::splat(BINS as f32 - 0.01) / width;
         Self {
-            lo: extent.middle_lo,
+            lo: extent.lo,
             scale,
         }
     }
 
-    /// The bins along all axes. Whole numbers, the nearest, are what is left beside 1.5 · 2²³.
+    /// The bins along all axes of what is within the extent.
     #[inline(always)]
     fn bins(self, middle: Vec4) -> [usize; 3] {
-        let place = ((middle - self.lo) * self.scale - 0.5) + 12_582_912.0;
+        let place = ((middle - self.lo) * self.scale - 0.5) + WHOLE;
         let [x, y, z, _] = place.to_array();
         [x, y, z].map(|x| x.to_bits() as usize % BINS)
     }
 
-    #[inline(always)]
-    fn bin(self, middle: Vec4, axis: usize) -> usize {
-        self.bins(middle)[axis]
+    /// Puts what is in the first bins of an axis first, and gives its number.
+    fn partition<const AXIS: usize>(self, references: &mut [Reference], first: usize) -> usize {
+        let lane = |v: Vec4| v.to_array()[AXIS];
+        let (lo, scale) = (lane(self.lo), lane(self.scale));
+        #[allow(clippy::cast_precision_loss, reason = "a small number")]
+        let end = WHOLE + first as f32;
+        partition(references, |r| {
+            let middle = lane(r.lo) * 0.25 + lane(r.hi) * 0.25;
+            ((middle - lo) * scale - 0.5) + WHOLE < end
+        })
     }
 }
 
@@ -345,7 +360,7 @@ fn by_bins(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
         boxes: [empty; BINS],
         counts: [0; BINS],
     }; 3];
-    for r in references.iter().step_by(1 + references.len() / SAMPLE) {
+    for r in sample(references) {
         for (bins, k) in bins.iter_mut().zip(binning.bins(r.middle())) {
             let (lo, hi) = &mut bins.boxes[k];
             *lo = lo.min(r.lo);
@@ -354,7 +369,8 @@ fn by_bins(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
         }
     }
     let mut best = (Judged::WORST, 0, 0);
-    for (axis, Bins { boxes, counts }) in bins.iter().enumerate() {
+    for axis in extent.axes() {
+        let Bins { boxes, counts } = &bins[axis];
         let mut behind = [(0.0, 0); BINS];
         let ((mut lo, mut hi), mut count) = (empty, 0);
         for k in (1..BINS).rev() {
@@ -375,7 +391,11 @@ fn by_bins(references: &mut [Reference], extent: &Extent, unit: f32) -> usize {
         }
     }
     let (_, axis, first) = best;
-    let middle = partition(references, |r| binning.bin(r.middle(), axis) < first);
+    let middle = match axis {
+        0 => binning.partition::<0>(references, first),
+        1 => binning.partition::<1>(references, first),
+        _ => binning.partition::<2>(references, first),
+    };
     if middle == 0 || middle == references.len() {
         return halve(references, extent);
     }

@@ -1,7 +1,7 @@
 //! What building costs, counted: the depth of the tree and the triangles looked at on the way down.
 
 use super::{Geometry, Hierarchy, LEAF_SIZE, binary::Binary, build, split};
-use crate::{closed_mesh::ClosedMeshes, node::Child};
+use crate::node::Child;
 
 /// Triangles in lists of their own corners.
 #[derive(Default)]
@@ -28,19 +28,24 @@ impl Mesh {
             positions: &self.positions,
             triangles: &self.triangles,
             origin: [0.0; 3],
+            extent: largest(self.positions.as_flattened()),
         }
     }
 
     fn tree(&self) -> Vec<Binary> {
         let ids = 0..u32::try_from(self.triangles.len()).unwrap();
         let mut references: Vec<_> = ids.map(|id| self.geometry().reference(id)).collect();
-        split::grow(&mut references)
+        split::grow(&mut references, self.geometry().extent)
     }
 
     fn hierarchy(&self) -> Hierarchy {
         let kept = vec![true; self.triangles.len()];
-        build(&self.geometry(), &kept, ClosedMeshes::default())
+        build(&self.geometry(), &kept)
     }
+}
+
+fn largest(numbers: &[f32]) -> f32 {
+    numbers.iter().fold(0.0, |m: f32, x| m.max(x.abs()))
 }
 
 #[allow(clippy::cast_precision_loss, reason = "whole numbers below 2²⁴")]
