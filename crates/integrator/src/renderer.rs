@@ -94,8 +94,10 @@ impl<'s> Renderer<'s> {
     #[must_use]
     pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
         let count = settings.pixel_samples.max(1);
-        let sampler = Sampler::new(settings.sampler, settings.seed);
-        let camera = (count > 1).then(|| sampler.points(pixel, streams::CAMERA, count));
+        let camera = (count > 1).then(|| {
+            let sampler = Sampler::new(settings.sampler, settings.seed);
+            sampler.points(pixel, streams::CAMERA, count)
+        });
         let spacing = f64::from(count).sqrt().recip();
         let mut sum = DVec3::ZERO;
         for i in 0..count {

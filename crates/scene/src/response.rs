@@ -9,7 +9,7 @@ use crate::differential::Change;
 use crate::{Footprint, MaterialKind, RayDifferential, Roughness, Scene, Surface, Texture};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{
-    Bsdf, Fresnel, Frostbite, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate,
+    Bsdf, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflector, Substrate,
 };
 use linelit_geometry::DVec3;
 
@@ -46,10 +46,20 @@ impl Scene {
         normal: DVec3,
         beside: Option<&RayDifferential>,
     ) -> Response {
+        let at = surface.footprint();
+        // Most surfaces, for which there is nothing to build.
+        if let MaterialKind::Matte { kd, sigma } = &self.materials[surface.material as usize].kind
+            && let Matte::Smooth(albedo) = Matte::new(colour(kd, at), sigma, at)
+        {
+            return Response {
+                bsdf: Bsdf::Lambert(Lambert { albedo }),
+                bounces: Vec::new(),
+            };
+        }
         let mut builder = Builder {
             scene: self,
             surface,
-            at: surface.footprint(),
+            at,
             outgoing,
             normal,
             beside,
@@ -70,6 +80,32 @@ impl Scene {
     }
 }
 
+/// A texture as a colour.
+#[inline]
+fn colour(texture: &Texture, at: Footprint) -> DVec3 {
+    texture.evaluate(at).clamp(DVec3::ZERO, DVec3::ONE)
+}
+
+/// What a matte surface is.
+enum Matte {
+    /// Of an albedo.
+    Smooth(DVec3),
+    Rough(OrenNayar),
+}
+
+impl Matte {
+    /// Roughness in degrees.
+    #[inline]
+    fn new(albedo: DVec3, sigma: &Texture, at: Footprint) -> Self {
+        let degrees = sigma.evaluate_number(at).clamp(0.0, 90.0);
+        if degrees > 0.0 {
+            Self::Rough(OrenNayar::new(albedo, degrees.to_radians()))
+        } else {
+            Self::Smooth(albedo)
+        }
+    }
+}
+
 struct Builder<'a> {
     scene: &'a Scene,
     surface: &'a Surface,
@@ -86,7 +122,7 @@ impl Builder<'_> {
     /// Adds a material, scaled.
     fn material(&mut self, index: u32, scale: DVec3) {
         let at = self.at;
-        let colour = |t: &Texture| t.evaluate(at).clamp(DVec3::ZERO, DVec3::ONE);
+        let colour = |t: &Texture| colour(t, at);
         match &self.scene.materials[index as usize].kind {
             // The parts of a mixture have smaller indices, so this ends.
             MaterialKind::Mix { materials, amount } => {
@@ -94,7 +130,10 @@ impl Builder<'_> {
                 self.material(materials[0], scale * (DVec3::ONE - share));
                 self.material(materials[1], scale * share);
             }
-            MaterialKind::Matte { kd, sigma } => self.matte(scale, colour(kd), sigma),
+            MaterialKind::Matte { kd, sigma } => match Matte::new(colour(kd), sigma, at) {
+                Matte::Smooth(albedo) => self.layers.add_diffuse(scale * albedo),
+                Matte::Rough(rough) => self.lobe(scale, Lobe::OrenNayar(rough)),
+            },
             MaterialKind::Phong { kd, ks, exponent } => {
                 self.phong(scale, [colour(kd), ks.evaluate(at)], exponent);
             }
@@ -148,17 +187,6 @@ impl Builder<'_> {
         }
     }
 
-    /// Roughness in degrees.
-    fn matte(&mut self, scale: DVec3, albedo: DVec3, sigma: &Texture) {
-        let degrees = sigma.evaluate_number(self.at).clamp(0.0, 90.0);
-        if degrees > 0.0 {
-            let rough = OrenNayar::new(albedo, degrees.to_radians());
-            self.lobe(scale, Lobe::OrenNayar(rough));
-        } else {
-            self.layers.add_diffuse(scale * albedo);
-        }
-    }
-
     /// Diffuse under pbrt's glossy coat of plastic: colours are `Kd` and `Ks`.
     fn plastic(&mut self, [kd, ks]: [DVec3; 2], roughness: &Roughness) {
         self.layers.add_diffuse(kd);
@@ -180,7 +208,7 @@ impl Builder<'_> {
     /// Diffuse and glossy reflection with a smooth interface: colours are `Kd`, `Ks`, `Kr`, `Kt`
     /// and `opacity`, without which the view goes straight on.
     fn uber(&mut self, scale: DVec3, colours: [&Texture; 5], roughness: &Roughness, eta: &Texture) {
-        let colour = |t: &Texture| t.evaluate(self.at).clamp(DVec3::ZERO, DVec3::ONE);
+        let colour = |t: &Texture| colour(t, self.at);
         let [kd, ks, kr, kt, opaque] = colours.map(colour);
         self.straight_on(scale * (DVec3::ONE - opaque));
         let scale = scale * opaque;

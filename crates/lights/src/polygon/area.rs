@@ -88,54 +88,56 @@ impl PointColumns<'_> {
 /// assert!((u[0] - 0.25).abs() < 1e-15 && (u[1] - 0.5).abs() < 1e-15);
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct AreaSampler {
-    polygon: ConvexPolygon,
-    /// Areas of the fan's triangles; none for a parallelogram.
-    pieces: Pieces,
+pub struct AreaSampler<'a> {
+    polygon: &'a ConvexPolygon,
+    cut: Cut,
     density: Pdf<Area>,
 }
 
-impl AreaSampler {
+/// How a polygon is sampled.
+#[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "made for each shading point, must not allocate, and most are parallelograms"
+)]
+enum Cut {
+    /// By a corner and the edges from it.
+    Parallelogram(DVec3, DVec3, DVec3),
+    /// By the areas of the triangles of its fan.
+    Fan(Pieces),
+}
+
+impl<'a> AreaSampler<'a> {
     /// The per-light part.
     #[inline]
     #[must_use]
-    pub fn new(polygon: &ConvexPolygon) -> Self {
-        let mut out = Self {
-            polygon: *polygon,
-            pieces: Pieces::default(),
+    pub fn new(polygon: &'a ConvexPolygon) -> Self {
+        Self {
+            polygon,
+            cut: match polygon.as_parallelogram() {
+                Some((o, a, b)) => Cut::Parallelogram(o, a, b),
+                None => Cut::Fan(weigh(polygon)),
+            },
             density: Pdf::new(1.0 / polygon.area()),
-        };
-        if polygon.as_parallelogram().is_none() {
-            out.weigh();
-        }
-        out
-    }
-
-    /// The areas of the fan's triangles.
-    fn weigh(&mut self) {
-        let (v, n) = (self.polygon.vertices(), self.polygon.normal());
-        for i in 0..v.len() - 2 {
-            let [a, b, c] = fan::triangle(v, i);
-            let area = 0.5 * linelit_geometry::predicates::cross(b - a, c - a).dot(n);
-            self.pieces.push(area);
         }
     }
-}
 
-impl AreaSampler {
     /// The points of two random numbers each.
     #[inline(always)]
     fn place<L: Lanes>(&self, l: L, u: [L::D; 2]) -> Vector<L> {
-        if let Some((o, a, b)) = self.polygon.as_parallelogram() {
-            let [x, y] = [fraction_each(l, u[0]), fraction_each(l, u[1])];
-            let (o, a, b) = (o.to_array(), a.to_array(), b.to_array());
-            return [
-                (x * a[0] + o[0]) + y * b[0],
-                (x * a[1] + o[1]) + y * b[1],
-                (x * a[2] + o[2]) + y * b[2],
-            ];
-        }
-        let (piece, lambda) = self.pieces.pick_each(l, u[0]);
+        let pieces = match &self.cut {
+            Cut::Parallelogram(o, a, b) => {
+                let [x, y] = [fraction_each(l, u[0]), fraction_each(l, u[1])];
+                let (o, a, b) = (o.to_array(), a.to_array(), b.to_array());
+                return [
+                    (x * a[0] + o[0]) + y * b[0],
+                    (x * a[1] + o[1]) + y * b[1],
+                    (x * a[2] + o[2]) + y * b[2],
+                ];
+            }
+            Cut::Fan(pieces) => pieces,
+        };
+        let (piece, lambda) = pieces.pick_each(l, u[0]);
         let v = self.polygon.vertices();
         let [a, b, c] = fan::triangle(v, 0);
         let (a, mut b, mut c) = (fan::splat(l, a), fan::splat(l, b), fan::splat(l, c));
@@ -150,10 +152,19 @@ impl AreaSampler {
     }
 }
 
+/// The areas of the triangles of a polygon's fan.
+fn weigh(polygon: &ConvexPolygon) -> Pieces {
+    let (v, n) = (polygon.vertices(), polygon.normal());
+    Pieces::new((0..v.len() - 2).map(|i| {
+        let [a, b, c] = fan::triangle(v, i);
+        0.5 * linelit_geometry::predicates::cross(b - a, c - a).dot(n)
+    }))
+}
+
 #[inline(always)]
 fn sample_kernel<S: Simd>(
     s: S,
-    sampler: &AreaSampler,
+    sampler: &AreaSampler<'_>,
     u: [&[[f64; 8]]; 2],
     out: &mut PointColumns<'_>,
 ) {
@@ -165,13 +176,13 @@ fn sample_kernel<S: Simd>(
 }
 dispatch! {
     fn sample_into = sample_kernel(
-        sampler: &AreaSampler,
+        sampler: &AreaSampler<'_>,
         u: [&[[f64; 8]]; 2],
         out: &mut PointColumns<'_>,
     )
 }
 
-impl PointTechnique for AreaSampler {
+impl PointTechnique for AreaSampler<'_> {
     type Measure = Area;
 
     fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
@@ -190,18 +201,19 @@ impl PointTechnique for AreaSampler {
     }
 
     fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
-        let place = fan::locate(&self.polygon, point)?;
-        let u = if let Some((o, a, b)) = self.polygon.as_parallelogram() {
-            let p = point - o;
-            let n = self.polygon.normal();
-            let cross = linelit_geometry::predicates::cross;
-            let det = cross(a, b).dot(n);
-            [cross(p, b).dot(n) / det, cross(a, p).dot(n) / det]
-        } else {
-            [
-                self.pieces.unpick(place.triangle, place.lambda),
+        let place = fan::locate(self.polygon, point)?;
+        let u = match &self.cut {
+            Cut::Parallelogram(o, a, b) => {
+                let p = point - *o;
+                let n = self.polygon.normal();
+                let cross = linelit_geometry::predicates::cross;
+                let det = cross(*a, *b).dot(n);
+                [cross(p, *b).dot(n) / det, cross(*a, p).dot(n) / det]
+            }
+            Cut::Fan(pieces) => [
+                pieces.unpick(place.triangle, place.lambda),
                 place.kappa * place.kappa,
-            ]
+            ],
         };
         Some(u.map(below_one))
     }

@@ -15,9 +15,9 @@ impl PointDensity for Area {
     const NAME: &'static str = "point-area";
     const HAS_VISIBILITY: bool = true;
 
-    type OnPolygon<'t> = AreaSampler;
+    type OnPolygon<'t> = AreaSampler<'t>;
 
-    fn on_polygon<T: EmissionTexture>(self, light: &Polygon<'_, T>) -> Option<AreaSampler> {
+    fn on_polygon<'t, T: EmissionTexture>(self, light: &Polygon<'t, T>) -> Option<AreaSampler<'t>> {
         Some(AreaSampler::new(light.polygon))
     }
 

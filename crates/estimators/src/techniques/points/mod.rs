@@ -101,7 +101,8 @@ pub(crate) trait PointDensity: Copy + Default {
     /// Whether the option `mis` is one of its own.
     const HAS_OWN_MIS: bool = false;
 
-    /// What draws points of a polygon in one estimate; `'t` is the life of a texture.
+    /// What draws points of a polygon in one estimate; `'t` is the life of the polygon and its
+    /// texture.
     type OnPolygon<'t>: DrawPoints<ConvexPolygon>;
 
     /// On a polygon: the whole light for a technique that stands alone, in a combination the part

@@ -14,9 +14,9 @@ pub(crate) struct VisibleArea;
 impl PointDensity for VisibleArea {
     const NAME: &'static str = "point-visible-area";
 
-    type OnPolygon<'t> = AreaSampler;
+    type OnPolygon<'t> = AreaSampler<'t>;
 
-    fn on_polygon<T: EmissionTexture>(self, light: &Polygon<'_, T>) -> Option<AreaSampler> {
+    fn on_polygon<'t, T: EmissionTexture>(self, light: &Polygon<'t, T>) -> Option<AreaSampler<'t>> {
         Area.on_polygon(light)
     }
 
