@@ -7,11 +7,12 @@
 //! their rounding, leave open is decided as for single rays, so that the answers are the same.
 //!
 //! Rays that go far apart among many triangles have little in common: what their box enters is much
-//! more than they do. Where a walk has looked at more than a few ([`budget`]), the rays that
-//! are still open go on one by one.
+//! more than they do. Where a walk has looked at more than a few nodes and leaves ([`budget`]),
+//! those that are still open start anew, eight neighbours at a time ([`crate::apart`]).
 
 use crate::{
     Occluders, Ray, Scratch,
+    apart::apart,
     node::{Child, Leaf, Node},
     ray::{self, ROOM},
     sweep::Lanes,
@@ -27,7 +28,8 @@ pub const FAN: usize = u64::BITS as usize;
 /// Fewer rays are traced one by one.
 const FEW: usize = 4;
 
-/// Nodes and leaves that so many rays visit together before those that are open go on alone.
+/// Nodes and leaves that so many rays visit together before those that are open go on in
+/// groups.
 const fn budget(count: usize) -> usize {
     2 + count / 8
 }
@@ -107,7 +109,7 @@ pub(crate) type Rays = Lanes<[[f64; 8]; 3]>;
 
 /// The directions of a fan, the last as often as fills eight.
 #[derive(Debug)]
-pub(crate) struct Directions([Rays; FAN / 8]);
+pub(crate) struct Directions(pub(crate) [Rays; FAN / 8]);
 
 impl Default for Directions {
     fn default() -> Self {
@@ -166,7 +168,7 @@ impl Directions {
 
 /// A box of directions, ready for tests.
 #[derive(Clone, Copy, Debug)]
-struct Beam {
+pub(crate) struct Beam {
     /// Its middle, and a little more than half its size.
     middle: [f64; 3],
     half: [f64; 3],
@@ -174,7 +176,7 @@ struct Beam {
     /// lower and the upper bound, and where it leaves through the bound of this row of a node.
     enter: [[[f32; 2]; 2]; 3],
     leave: [([f32; 2], usize); 3],
-    t_max: f32,
+    pub(crate) t_max: f32,
 }
 
 #[allow(
@@ -182,12 +184,17 @@ struct Beam {
     reason = "the bounds allow for the rounding"
 )]
 impl Beam {
+    /// The largest reciprocal of a direction's component, as for single rays: one smaller moves a
+    /// ray by less than the room over any distance in `f32`.
+    #[inline(always)]
+    pub(crate) fn largest_inverse(size: f64) -> f64 {
+        (1e36 / size).min(1e37)
+    }
+
     /// From a point that is at most `size` from the hierarchy's origin, as its vertices are.
     #[inline(always)]
     fn new([low, high]: [[f64; 3]; 2], t_max: f64, origin: [f64; 3], size: f64) -> Self {
-        // As for single rays: a component this small moves a ray by less than the room over any
-        // distance in f32.
-        let largest = (1e36 / size).min(1e37);
+        let largest = Self::largest_inverse(size);
         let mut beam = Self {
             middle: [0.0; 3],
             half: [0.0; 3],
@@ -229,7 +236,7 @@ impl Beam {
 
     /// The boxes of a node that a ray may enter before `t_max`, and where at the nearest.
     #[inline(always)]
-    fn boxes<S: Simd>(&self, s: S, node: &Node) -> (u8, S::F) {
+    pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node) -> (u8, S::F) {
         let mut near = s.splat(0.0);
         let mut far = s.splat(self.t_max);
         for k in 0..3 {
@@ -247,12 +254,13 @@ impl Beam {
 
 /// What all tests of a fan share.
 #[derive(Clone, Copy, Debug)]
-struct Tests {
-    origin: [f64; 3],
+pub(crate) struct Tests {
+    pub(crate) origin: [f64; 3],
+    /// The largest coordinate of the origin and all vertices.
+    pub(crate) size: f64,
     /// Excluded triangles: first and number.
     exclude: (u32, u32),
     t_max: f64,
-    beam: Beam,
     /// The rounding of edge functions and of distances, in units of the sum of the squares of a
     /// triangle's corners: see [`Tests::new`].
     edge_room: f64,
@@ -277,21 +285,33 @@ impl Tests {
     /// sum of three by 120ηR²D, and T by 30ηR³. Where an edge function here is beyond 128ηR²D, that
     /// of a single ray has its sign; where T is beyond 512ηR²(R + D t_max), so has T; and where T
     /// and t_max times the sum of edge functions are that much apart, t is on the same side of
-    /// t_max. R² is at most the sum of the squares of the corners; R at most `reach`.
+    /// t_max. R² is at most the sum of the squares of the corners; R at most twice `size`.
     #[inline(always)]
-    fn new(fan: &Fan<'_>, exclude: &Range<u32>, origin: [f64; 3], reach: f64, beam: Beam) -> Self {
+    fn new(
+        fan: &Fan<'_>,
+        exclude: &Range<u32>,
+        origin: [f64; 3],
+        size: f64,
+        [low, high]: [[f64; 3]; 2],
+    ) -> Self {
         let mut largest = 0.0_f64;
         for k in 0..3 {
-            largest = largest.max(beam.middle[k].abs() + beam.half[k]);
+            largest = largest.max(-low[k]).max(high[k]);
         }
         Self {
             origin,
+            size,
             exclude: (exclude.start, exclude.end.saturating_sub(exclude.start)),
             t_max: fan.t_max,
-            beam,
             edge_room: 64.0 * f64::EPSILON * largest,
-            distance_room: 256.0 * f64::EPSILON * (reach + largest * fan.t_max),
+            distance_room: 256.0 * f64::EPSILON * (2.0 * size + largest * fan.t_max),
         }
+    }
+
+    /// A box of directions.
+    #[inline(always)]
+    pub(crate) fn beam(&self, bounds: [[f64; 3]; 2]) -> Beam {
+        Beam::new(bounds, self.t_max, self.origin, self.size)
     }
 
     /// A vertex of eight triangles.
@@ -307,7 +327,7 @@ impl Tests {
 
     /// The triangles of a leaf that may hide some direction of the box, and those that hide all.
     #[inline(always)]
-    fn prepare<S: Simd>(&self, s: S, leaf: &Leaf, out: &mut Prepared) -> (u8, u8) {
+    fn prepare<S: Simd>(&self, s: S, beam: &Beam, leaf: &Leaf, out: &mut Prepared) -> (u8, u8) {
         let zero = s.dsplat(0.0);
         let [a, b, c] = [
             self.vertex(s, leaf, 0),
@@ -330,11 +350,11 @@ impl Tests {
                 sum[j] = sum[j] + n[j];
                 s.dstore(n[j], &mut out[3 * k + j]);
             }
-            let (least, most) = self.range(s, &n);
+            let (least, most) = range(s, beam, &n);
             some = some & !s.dlt(most, zero - edge_room);
             all = all & s.dlt(edge_room, least);
         }
-        let (least, most) = self.range(s, &sum);
+        let (least, most) = range(s, beam, &sum);
         some = some & !s.dlt(most * self.t_max, t - distance_room);
         all = all & s.dlt(t + distance_room, least * self.t_max);
         s.dstore(t, &mut out[9]);
@@ -344,17 +364,6 @@ impl Tests {
             &mut out[11],
         );
         (s.bits(some | !certain), s.bits(all))
-    }
-
-    /// The least and the most of n·d over the box, off by less than n·d itself is.
-    #[inline(always)]
-    fn range<S: Simd>(&self, s: S, n: &[S::D; 3]) -> (S::D, S::D) {
-        let Beam {
-            middle: m, half: h, ..
-        } = &self.beam;
-        let middle = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
-        let half = abs(s, n[0]) * h[0] + abs(s, n[1]) * h[1] + abs(s, n[2]) * h[2];
-        (middle - half, middle + half)
     }
 
     /// Which of eight rays, among those that are `open`, a triangle hides.
@@ -402,15 +411,16 @@ impl Tests {
 
     /// Which of the `open` rays the triangles of a leaf hide.
     #[inline(always)]
-    fn meets<S: Simd>(
+    pub(crate) fn meets<S: Simd>(
         &self,
         s: S,
+        beam: &Beam,
         (leaf, child): (&Leaf, Child),
-        Directions(rays): &Directions,
+        rays: &[Rays],
         open: u64,
     ) -> u64 {
         let mut prepared = Lanes([[0.0; 8]; 12]);
-        let (some, all) = self.prepare(s, leaf, &mut prepared);
+        let (some, all) = self.prepare(s, beam, leaf, &mut prepared);
         let among = child.mask() & !s.in_range(&leaf.id, self.exclude.0, self.exclude.1);
         if all & among != 0 {
             return open;
@@ -432,8 +442,19 @@ impl Tests {
     }
 }
 
+/// The least and the most of n·d over the box, off by less than n·d itself is.
 #[inline(always)]
-fn abs<S: Simd>(s: S, a: S::D) -> S::D {
+fn range<S: Simd>(s: S, beam: &Beam, n: &[S::D; 3]) -> (S::D, S::D) {
+    let Beam {
+        middle: m, half: h, ..
+    } = beam;
+    let middle = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
+    let half = abs(s, n[0]) * h[0] + abs(s, n[1]) * h[1] + abs(s, n[2]) * h[2];
+    (middle - half, middle + half)
+}
+
+#[inline(always)]
+pub(crate) fn abs<S: Simd>(s: S, a: S::D) -> S::D {
     s.dmax(a, s.dsplat(0.0) - a)
 }
 
@@ -479,8 +500,8 @@ fn fan_kernel<S: Simd>(
         return one_by_one(occluders, fan, open, exclude, scratch);
     };
     let origin = origin.to_array();
-    let beam = Beam::new(bounds, fan.t_max, origin, size);
-    let tests = Tests::new(fan, exclude, origin, 2.0 * size, beam);
+    let tests = Tests::new(fan, exclude, origin, size, bounds);
+    let beam = tests.beam(bounds);
     if stack.len() < occluders.stack_size {
         stack.resize(occluders.stack_size, 0);
     }
@@ -490,7 +511,7 @@ fn fan_kernel<S: Simd>(
         && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
     {
         counters.triangle_tests += u64::from(child.count());
-        open &= !tests.meets(s, (leaf, child), directions, open);
+        open &= !tests.meets(s, &beam, (leaf, child), &directions.0, open);
     }
     let stack = &mut stack[..];
     stack[0] = Child::node(0).0;
@@ -499,7 +520,7 @@ fn fan_kernel<S: Simd>(
     let (mut visited, budget) = (0, budget(fan.directions.len()));
     while top > 0 && open != 0 {
         if visited >= budget {
-            let hidden = one_by_one(occluders, fan, open, exclude, scratch);
+            let hidden = apart(s, (occluders, &tests), fan, open, bounds, scratch);
             return fan.all() & (!open | hidden);
         }
         top -= 1;
@@ -513,7 +534,7 @@ fn fan_kernel<S: Simd>(
             leaves &= leaves - 1;
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.leaf_index()];
-            let hidden = tests.meets(s, (leaf, child), directions, open);
+            let hidden = tests.meets(s, &beam, (leaf, child), &directions.0, open);
             if hidden != 0 {
                 *last = Some((fan.origin, child));
                 open &= !hidden;

@@ -69,6 +69,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
+mod apart;
 mod block;
 mod bounds;
 pub mod brute;

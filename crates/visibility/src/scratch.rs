@@ -21,6 +21,8 @@ pub struct Scratch {
     pub counters: Counters,
     /// Nodes still to visit, by their index.
     pub(crate) stack: Vec<u32>,
+    /// Which of eight rays are to visit each.
+    pub(crate) masks: Vec<u8>,
     /// Nodes and leaves still to visit and where the ray enters them.
     pub(crate) near_stack: Vec<(Child, f32)>,
     /// Where the latest ray that met anything began, and the leaf of what it met.

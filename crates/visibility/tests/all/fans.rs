@@ -73,7 +73,7 @@ fn fans_agree_with_rays_alone() {
     for case in 0..cases(1500) {
         let scale = [1.0, 1e6, 1e-6, 1e-18, 1e15][rng.index(5)];
         let centre = DVec3::splat([0.0, 0.0, 10.0, 1e4][rng.index(4)] * scale);
-        let count = [1, 4, 30, 300][rng.index(4)];
+        let count = [1, 4, 30, 300, 2000][rng.index(5)];
         let size = [0.02, 0.3, 1.5][rng.index(3)];
         let mesh = match rng.index(3) {
             0 => closed(&mut rng, 7, 6, 0.6, centre, scale),
