@@ -5,10 +5,10 @@ use std::io::Cursor;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
-use exr::block::writer::ChunksWriter as _;
+use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::compression::Compression as Method;
-use exr::image::write::layers::{LayersWriter as _, WritableLayers as _};
+use exr::image::write::layers::{LayersWriter, WritableLayers as _};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
@@ -63,39 +63,45 @@ pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>
     let layer = exr::image::Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
     let headers = layer.infer_headers(&ImageAttributes::new(display));
     let rows = layer.create_writer(&headers);
-    // Those that no thread has in its hands: each has much memory, which must not be cleared anew.
-    let zips = Mutex::new(Vec::new());
     // Rows that do not shrink are stored as they are: 4 bytes a value are the most, and growing
     // would take twice that.
     let mut bytes = Cursor::new(Vec::with_capacity(4 * values));
-    let written = exr::block::write(&mut bytes, headers, true, |meta, file| {
-        let pack = |(_, index): &(usize, BlockIndex)| {
-            let data = rows.extract_uncompressed_block(&meta.headers, *index);
-            let Compression::Zip(level) = packing else {
-                let block = UncompressedBlock {
-                    index: *index,
-                    data,
-                };
-                return block.compress_to_chunk(&meta.headers);
-            };
-            let free = lock(&zips).pop();
-            let mut zip = free.unwrap_or_else(|| Zip::new(level));
-            let chunk = zip_chunk(&meta.headers, *index, data, &mut zip);
-            lock(&zips).push(zip);
-            chunk
-        };
-        let blocks: Vec<_> = enumerate_ordered_header_block_indices(&meta.headers).collect();
-        for some in blocks.chunks(BLOCKS_OF_THREAD * pool::threads()) {
-            for ((place, _), chunk) in some.iter().zip(pool::map(some, pack)) {
-                file.write_chunk(*place, chunk?)?;
-            }
-        }
-        Ok(())
-    });
-    written.map_err(|e| FilmError::Invalid(e.to_string()))?;
+    exr::block::write(&mut bytes, headers, true, |meta, file| {
+        write_blocks(&meta.headers, &rows, file, packing)
+    })
+    .map_err(|e| FilmError::Invalid(e.to_string()))?;
     let mut bytes = bytes.into_inner();
     header_order::sort_attributes(&mut bytes);
     Ok(bytes)
+}
+
+/// Packs all blocks of rows, some at a time on all threads, and writes them in their order.
+fn write_blocks(
+    headers: &[Header],
+    rows: &impl LayersWriter,
+    file: &mut impl ChunksWriter,
+    packing: Compression,
+) -> exr::error::UnitResult {
+    // Those that no thread has in its hands: each has much memory, which must not be cleared anew.
+    let zips = Mutex::new(Vec::new());
+    let pack = |&(_, index): &(usize, BlockIndex)| {
+        let data = rows.extract_uncompressed_block(headers, index);
+        let Compression::Zip(level) = packing else {
+            return UncompressedBlock { index, data }.compress_to_chunk(headers);
+        };
+        let free = lock(&zips).pop();
+        let mut zip = free.unwrap_or_else(|| Zip::new(level));
+        let chunk = zip_chunk(headers, index, data, &mut zip);
+        lock(&zips).push(zip);
+        chunk
+    };
+    let blocks: Vec<_> = enumerate_ordered_header_block_indices(headers).collect();
+    for some in blocks.chunks(BLOCKS_OF_THREAD * pool::threads()) {
+        for ((place, _), chunk) in some.iter().zip(pool::map(some, pack)) {
+            file.write_chunk(*place, chunk?)?;
+        }
+    }
+    Ok(())
 }
 
 /// What is not broken by a panic elsewhere.

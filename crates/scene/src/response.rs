@@ -130,10 +130,7 @@ impl Builder<'_> {
                 self.material(materials[0], scale * (DVec3::ONE - share));
                 self.material(materials[1], scale * share);
             }
-            MaterialKind::Matte { kd, sigma } => match Matte::new(colour(kd), sigma, at) {
-                Matte::Smooth(albedo) => self.layers.add_diffuse(scale * albedo),
-                Matte::Rough(rough) => self.lobe(scale, Lobe::OrenNayar(rough)),
-            },
+            MaterialKind::Matte { kd, sigma } => self.matte(scale, colour(kd), sigma),
             MaterialKind::Phong { kd, ks, exponent } => {
                 self.phong(scale, [colour(kd), ks.evaluate(at)], exponent);
             }
@@ -184,6 +181,13 @@ impl Builder<'_> {
                 self.layers
                     .add_diffuse(scale * self.scene.diffuse_reflectance(index, at));
             }
+        }
+    }
+
+    fn matte(&mut self, scale: DVec3, albedo: DVec3, sigma: &Texture) {
+        match Matte::new(albedo, sigma, self.at) {
+            Matte::Smooth(albedo) => self.layers.add_diffuse(scale * albedo),
+            Matte::Rough(rough) => self.lobe(scale, Lobe::OrenNayar(rough)),
         }
     }
 

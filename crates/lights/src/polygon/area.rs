@@ -96,10 +96,6 @@ pub struct AreaSampler<'a> {
 
 /// How a polygon is sampled.
 #[derive(Clone, Copy, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "made for each shading point, must not allocate, and most are parallelograms"
-)]
 enum Cut {
     /// By a corner and the edges from it.
     Parallelogram(DVec3, DVec3, DVec3),
