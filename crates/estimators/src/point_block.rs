@@ -16,6 +16,9 @@ pub(crate) const BLOCK: u32 = u64::BITS;
 
 const SIZE: usize = BLOCK as usize;
 
+/// Fewer points than this are faster one by one.
+pub(crate) const LEAST: usize = 3;
+
 /// A number of each point of a block, eight side by side.
 pub(crate) type Column = [[f64; 8]; SIZE / 8];
 
@@ -105,6 +108,32 @@ impl PointBlock {
         sum
     }
 
+    /// Draws the points of some numbers of a set, which are no more than a block, into columns, as
+    /// [`DrawPoints::draw_columns`]; where that gives none, their random numbers are there.
+    pub(crate) fn draw_columns<S>(
+        &mut self,
+        source: &impl DrawPoints<S>,
+        set: &SampleSet,
+        numbers: &Range<u32>,
+    ) -> Option<bool> {
+        let len = numbers.len().min(SIZE);
+        let u = self.columns.u.each_mut();
+        set.fill_2d(numbers.start, u.map(|u| &mut u.as_flattened_mut()[..len]));
+        source.draw_columns(len.div_ceil(8), &mut self.columns)
+    }
+
+    /// The random numbers of a point in the columns.
+    #[inline]
+    pub(crate) fn numbers(&self, i: usize) -> [f64; 2] {
+        self.columns.u.each_ref().map(|u| number(u, i))
+    }
+
+    /// A point in the columns.
+    #[inline]
+    pub(crate) fn on_light(&self, i: usize) -> DVec3 {
+        at(&self.columns.point, i)
+    }
+
     /// Draws the points of some numbers of a set, which are no more than a block, side by side:
     /// what one by one would give, to the bit. Draws none and says `false` where the surface is
     /// not flat, or its source draws no points of its own.
@@ -120,13 +149,10 @@ impl PointBlock {
         let Some(normal) = surface.flat() else {
             return false;
         };
-        let len = numbers.len().min(SIZE);
-        let (rows, columns) = (len.div_ceil(8), &mut self.columns);
-        let u = columns.u.each_mut();
-        set.fill_2d(numbers.start, u.map(|u| &mut u.as_flattened_mut()[..len]));
-        let Some(local) = source.draw_columns(rows, columns) else {
+        let Some(local) = self.draw_columns(source, set, numbers) else {
             return false;
         };
+        let len = numbers.len().min(SIZE);
         let even = query.light.even().zip(query.point.bsdf.constant());
         let seen = Seen {
             x: query.point.position,
@@ -138,7 +164,8 @@ impl PointBlock {
                 ..emission
             }),
         };
-        let mut carry = look(Isa::best(), &seen, rows, columns) & (u64::MAX >> (SIZE - len));
+        let mut carry = look(Isa::best(), &seen, len.div_ceil(8), &mut self.columns)
+            & (u64::MAX >> (SIZE - len));
         let columns = &self.columns;
         let targets = match target {
             Target::ToLight => &columns.to_light,

@@ -1,7 +1,7 @@
 //! Point samples: the mean of L f_r V cos θ/p_ω, whatever draws the points and whoever knows V.
 
 use crate::light::Shape;
-use crate::point_block::{BLOCK, PointBlock, Target};
+use crate::point_block::{BLOCK, LEAST, PointBlock, Target};
 use crate::techniques::point_techniques;
 use crate::techniques::points::{DrawPoints, PointDensity, Polygon};
 use crate::{Buffers, EmissionTexture, PointBy, Points, Query};
@@ -10,9 +10,6 @@ use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
 use linelit_visibility::Shaft;
 use std::ops::Range;
-
-/// Fewer points than this are faster one by one.
-const LEAST: usize = 3;
 
 /// The mean of L f_r V cos θ/p_ω over points (Billen & Dutré 2016, eqs. 1–2, per solid angle).
 ///

@@ -13,7 +13,7 @@ mod round;
 mod smooth;
 mod visibility;
 
-use crate::point_block::BLOCK;
+use crate::point_block::{BLOCK, LEAST};
 use crate::techniques::lines::DrawLines;
 use crate::techniques::points::{DrawPoints, LightPoint, Polygon};
 use crate::{
@@ -26,6 +26,7 @@ use linelit_bsdf::Reflection;
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
 use linelit_mis::{Heuristic, smoothing};
+use linelit_samplers::SampleSet;
 use linelit_visibility::{ShaftClass, ShaftQuery};
 use optimal::Round;
 use prepared::{PreparedTechnique, Source, allot};
@@ -237,8 +238,7 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             let hits = match &buffers.techniques[index].source {
                 Source::Lines(..) => self.draw_lines(index, buffers, |i| set.get_2d(i)),
                 Source::Points(source) => {
-                    let samples = &mut buffers.samples;
-                    self.draw_points(index, source, count, |i| set.get_2d(i), samples)
+                    self.draw_points(index, source, &set, &mut buffers.samples)
                 }
             };
             buffers.misses[round][index] = count as usize - hits;
@@ -268,19 +268,32 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         &mut self,
         index: usize,
         source: &impl DrawPoints<S>,
-        count: u32,
-        u: impl Fn(u32) -> [f64; 2],
+        set: &SampleSet,
         samples: &mut Vec<Sample>,
     ) -> usize {
-        let (point, before) = (self.query.point, samples.len());
+        let (count, point, before) = (set.count(), self.query.point, samples.len());
         let mut targets = std::mem::take(&mut self.buffers.targets);
         let mut first = 0;
         while first < count {
-            let end = count.min(first.saturating_add(BLOCK));
+            let numbers = first..count.min(first.saturating_add(BLOCK));
+            first = numbers.end;
+            let filled = numbers.len() >= LEAST;
+            let block = &mut self.buffers.points;
+            let in_columns = filled && block.draw_columns(source, set, &numbers).is_some();
+            let block = &self.buffers.points;
             let drawn = samples.len();
-            samples.extend((first..end).filter_map(|i| {
-                let (drawn, _) = source.draw(u(i), self.light, point)?;
-                let at = LightPoint::new(drawn.point, point.position, self.light);
+            samples.extend(numbers.enumerate().filter_map(|(k, i)| {
+                let on_light = if in_columns {
+                    block.on_light(k)
+                } else {
+                    let u = if filled {
+                        block.numbers(k)
+                    } else {
+                        set.get_2d(i)
+                    };
+                    source.draw(u, self.light, point)?.0.point
+                };
+                let at = LightPoint::new(on_light, point.position, self.light);
                 self.sample(index, at, source.density(&at, point))
             }));
             targets.clear();
@@ -293,7 +306,6 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
                 visible &= visible - 1;
             }
             samples.truncate(kept);
-            first = end;
         }
         self.buffers.targets = targets;
         samples.len() - before

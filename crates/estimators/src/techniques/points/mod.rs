@@ -274,6 +274,14 @@ impl DrawPoints<ConvexPolygon> for PointSource<'_> {
         }
     }
 
+    fn draw_columns(&self, rows: usize, columns: &mut Columns) -> Option<bool> {
+        point_techniques! { with_source
+            [self, PointSource, source => {
+                DrawPoints::<ConvexPolygon>::draw_columns(source, rows, columns)
+            }]
+        }
+    }
+
     fn density<R: Reflection>(&self, at: &LightPoint, point: &ShadingPoint<R>) -> f64 {
         point_techniques! { with_source
             [self, PointSource, source => DrawPoints::<ConvexPolygon>::density(source, at, point)]
