@@ -85,7 +85,7 @@ fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     let bucket = |h: u64| (h >> 32) as usize % buckets;
     let entry = |(i, h): (u32, u64)| h << 32 | u64::from(i);
     let with_hash = || ids().map(|i| (i, hash(i)));
-    let (first, mut order) = grouped(buckets, with_hash().map(|e| (bucket(e.1), entry(e))));
+    let (first, mut order) = grouped(buckets, with_hash().map(|e| [(bucket(e.1), entry(e))]));
     let mut weld = vec![0; positions.len()];
     for_groups(&first, &mut order, |same| {
         for same in same.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
@@ -110,25 +110,30 @@ fn low(entry: u64) -> u32 {
     entry as u32
 }
 
-/// Entries by their group's number, and where each group ends in the list.
-fn grouped(
+/// Entries, some at a time, by their group's number, and where each group ends in the list.
+fn grouped<const N: usize>(
     groups: usize,
-    entries: impl Iterator<Item = (usize, u64)> + Clone,
+    entries: impl Iterator<Item = [(usize, u64); N]> + Clone,
 ) -> (Vec<u32>, Vec<u64>) {
     let mut ends = vec![0_u32; groups + 1];
-    // Whole iterators, which are faster than loops where they are nested.
-    entries.clone().for_each(|(group, _)| ends[group + 1] += 1);
+    for few in entries.clone() {
+        for (group, _) in few {
+            ends[group + 1] += 1;
+        }
+    }
     let mut sum = 0;
     for count in &mut ends {
         sum += *count;
         *count = sum;
     }
     let mut list = vec![0; sum as usize];
-    entries.for_each(|(group, entry)| {
-        let next = &mut ends[group];
-        list[*next as usize] = entry;
-        *next += 1;
-    });
+    for few in entries {
+        for (group, entry) in few {
+            let next = &mut ends[group];
+            list[*next as usize] = entry;
+            *next += 1;
+        }
+    }
     // Each entry of `ends` has moved to where the next group begins.
     (ends, list)
 }
@@ -160,7 +165,7 @@ fn edges(
             (v.min(w) as usize, u64::from(other) << 32 | u64::from(id))
         })
     };
-    grouped(places, corners.flat_map(sides))
+    grouped(places, corners.map(sides))
 }
 
 impl ClosedMeshes {

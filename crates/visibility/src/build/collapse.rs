@@ -25,7 +25,7 @@ const PARTS: usize = 1 << 8;
 
 /// The wide nodes of the best hierarchy, and the triangles of its leaves; `leaf_cost` is what
 /// testing a leaf costs, in tests of a node.
-pub(super) fn collapse(nodes: &[Binary], leaf_cost: f64) -> (Vec<Node>, Vec<Triangles>) {
+pub(super) fn collapse(nodes: Vec<Binary>, leaf_cost: f64) -> (Vec<Node>, Vec<Triangles>) {
     let mut choices = Vec::new();
     choices.resize_with(nodes.len() / 2, || AtomicU32::new(0));
     let tree = Tree {
@@ -52,8 +52,8 @@ struct Cost {
 }
 
 /// A binary tree, and what has been decided about its nodes.
-struct Tree<'a> {
-    nodes: &'a [Binary],
+struct Tree {
+    nodes: Vec<Binary>,
     /// For each pair of nodes, about their parent.
     choices: Vec<AtomicU32>,
     leaf_cost: f64,
@@ -66,7 +66,7 @@ struct Part {
     leaves: Vec<Triangles>,
 }
 
-impl Tree<'_> {
+impl Tree {
     /// Decides for all nodes below one.
     fn decide(&self, at: u32, levels: u32) -> Cost {
         let node = &self.nodes[at as usize];
@@ -150,7 +150,7 @@ impl Tree<'_> {
     }
 
     /// The wide nodes and the leaves: those at the top, and below them part by part.
-    fn widen(&self) -> (Vec<Node>, Vec<Triangles>) {
+    fn widen(self) -> (Vec<Node>, Vec<Triangles>) {
         let mut top = Part::default();
         let mut todo = VecDeque::from([(0, 0)]);
         top.nodes.push(Node::EMPTY);
@@ -170,6 +170,7 @@ impl Tree<'_> {
             }
             part
         });
+        drop(self);
         let Part {
             mut nodes,
             mut leaves,
@@ -228,8 +229,8 @@ fn decide_one(area: f64, left: &Cost, right: &Cost, leaf_cost: f64) -> (Cost, u3
         triangles: left.triangles.saturating_add(right.triangles),
     };
     let mut split = [0_u32; 8];
-    // Two triangles are two pieces at most.
-    let most = if cost.triangles == 2 { 2 } else { 8_usize };
+    // There are no more pieces than triangles.
+    let most = cost.triangles.min(LEAF_SIZE) as usize;
     for pieces in 2..=most {
         let mut best = (f64::INFINITY, 0);
         for k in 1..pieces {
@@ -242,7 +243,7 @@ fn decide_one(area: f64, left: &Cost, right: &Cost, leaf_cost: f64) -> (Cost, u3
         split[pieces - 1] = index(best.1);
     }
     for pieces in most..8 {
-        (cost.pieces[pieces], split[pieces]) = (cost.pieces[1], split[1]);
+        (cost.pieces[pieces], split[pieces]) = (cost.pieces[most - 1], split[most - 1]);
     }
     let opened = area + cost.pieces[7];
     let closed = if cost.triangles <= LEAF_SIZE {

@@ -130,12 +130,11 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
     let tree = split::grow(&mut references, geometry.extent);
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
-    // Neither takes much memory now.
-    let (ClosedMeshes { meshes, of }, (nodes, ids)) = pool::join(
+    // Both together take little more memory than the tree took with the boxes.
+    let ((nodes, ids), ClosedMeshes { meshes, of }) = pool::join(
+        || collapse::collapse(tree, leaf_cost),
         || ClosedMeshes::find(geometry, kept),
-        || collapse::collapse(&tree, leaf_cost),
     );
-    drop(tree);
     let mesh_of = match &meshes[..] {
         [] => Vec::new(),
         _ => ids
