@@ -3,7 +3,7 @@
 use crate::{
     build::{self, Geometry, Hierarchy, least, most},
     node::Child,
-    pool,
+    pool, ray,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::{InstructionSet, Isa};
@@ -21,6 +21,8 @@ pub struct Occluders {
     pub(crate) origin: DVec3,
     /// Largest absolute coordinate relative to the origin.
     pub(crate) extent: f64,
+    /// [`ray::largest_inverse_at`] that.
+    pub(crate) largest_inverse: f64,
     /// Room that a depth-first walk needs on its stack.
     pub(crate) stack_size: usize,
     pub(crate) isa: Isa,
@@ -68,6 +70,7 @@ impl Occluders {
             hierarchy,
             origin: DVec3::new(origin[0].into(), origin[1].into(), origin[2].into()),
             extent: extent.into(),
+            largest_inverse: ray::largest_inverse_at(extent.into()),
             stack_size,
             isa: Isa::best(),
             triangle_count: count,

@@ -71,15 +71,20 @@ struct RayQuery {
     offset_leave: [f32; 3],
     t_min32: f32,
     t_max32: f32,
-    /// Origin and shear for the leaf test, and the rounding error of a sheared coordinate there.
-    origin: [f32; 3],
-    shear: [f32; 2],
-    error: f32,
 }
 
 /// 2⁻²⁰, sixteen roundings of `f32`: room for the few operations of a box or triangle test
 /// relative to the largest coordinate involved.
 pub(crate) const ROOM: f64 = 9.536_743_164_062_5e-7;
+
+/// Room for what `f32` cannot hold: its least normal number.
+const LEAST: f64 = 1.175_494_350_822_287_5e-38;
+
+/// The largest reciprocal of a direction's component that boxes are tested with in a scene of this
+/// size: smaller components move the ray by less than the room over any distance in `f32`.
+pub(crate) fn largest_inverse_at(size: f64) -> f64 {
+    (1e36 / size).min(1e37)
+}
 
 #[allow(
     clippy::cast_possible_truncation,
@@ -93,14 +98,17 @@ impl RayQuery {
     fn new(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
         let d = ray.direction;
         let o = ray.origin - occluders.origin;
-        let sane = d.is_finite() && o.is_finite() && d != DVec3::ZERO;
-        if !sane || !(ray.t_min <= ray.t_max) || occluders.hierarchy.nodes.is_empty() {
+        let nodes = &occluders.hierarchy.nodes;
+        let finite = d * 0.0 + o * 0.0 == DVec3::ZERO;
+        if !finite || d == DVec3::ZERO || !(ray.t_min <= ray.t_max) || nodes.is_empty() {
             return None;
         }
         let exact = WatertightRay::new(o, d);
-        let size = occluders.extent.max(o.abs().max_element());
-        // A component this small moves the ray by less than the room over any distance in f32.
-        let largest_inverse = (1e36 / size).min(1e37);
+        let (mut size, mut largest_inverse) = (occluders.extent, occluders.largest_inverse);
+        let from = o.abs().max_element();
+        if from > size {
+            (size, largest_inverse) = (from, largest_inverse_at(from));
+        }
         let mut q = Self {
             exact,
             t_min: ray.t_min,
@@ -111,11 +119,8 @@ impl RayQuery {
             inverse: [0.0; 3],
             offset_enter: [0.0; 3],
             offset_leave: [0.0; 3],
-            t_min32: (ray.t_min as f32).next_down().max(-1e30),
-            t_max32: (ray.t_max as f32).next_up().min(1e30),
-            origin: o.as_vec3().to_array(),
-            shear: [exact.shear[0] as f32, exact.shear[1] as f32],
-            error: (ROOM * size) as f32,
+            t_min32: ((ray.t_min - ray.t_min.abs() * ROOM - LEAST) as f32).max(-1e30),
+            t_max32: ((ray.t_max + ray.t_max.abs() * ROOM + LEAST) as f32).min(1e30),
         };
         for axis in 0..3 {
             let inverse = (1.0 / d[axis]).clamp(-largest_inverse, largest_inverse) as f32;
@@ -131,80 +136,108 @@ impl RayQuery {
         Some(q)
     }
 
-    /// The boxes of a node that the ray may enter before `t_max`, and where.
+    /// Where the ray enters and leaves the slabs of a node's boxes between two planes.
     #[inline(always)]
-    fn boxes<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (u8, S::F) {
-        let mut near = s.splat(self.t_min32);
-        let mut far = s.splat(t_max);
-        for axis in 0..3 {
-            let inverse = s.splat(self.inverse[axis]);
-            let enter = s.load(&node.bounds[self.enter[axis]]);
-            let leave = s.load(&node.bounds[self.leave[axis]]);
-            near = s.max(
-                s.fma(enter, inverse, s.splat(self.offset_enter[axis])),
-                near,
-            );
-            far = s.min(s.fma(leave, inverse, s.splat(self.offset_leave[axis])), far);
-        }
-        (s.le(near, far) & node.valid, near)
-    }
-
-    /// The sheared x and y of the leaf's vertices in rows `first` to `first + 2`.
-    #[inline(always)]
-    fn shear<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> (S::F, S::F) {
-        let [kx, ky, kz] = self.exact.axes;
-        let z = s.load(&vertices[first + kz]) - self.origin[kz];
-        let x = s.load(&vertices[first + kx]) - self.origin[kx];
-        let y = s.load(&vertices[first + ky]) - self.origin[ky];
+    fn along<S: Simd>(&self, s: S, node: &Node, axis: usize) -> (S::F, S::F) {
+        let inverse = s.splat(self.inverse[axis]);
+        let enter = s.load(&node.bounds[self.enter[axis]]);
+        let leave = s.load(&node.bounds[self.leave[axis]]);
         (
-            s.fma(s.splat(-self.shear[0]), z, x),
-            s.fma(s.splat(-self.shear[1]), z, y),
+            s.fma(enter, inverse, s.splat(self.offset_enter[axis])),
+            s.fma(leave, inverse, s.splat(self.offset_leave[axis])),
         )
     }
 
-    /// The triangles of a leaf whose plane figure may contain the ray: all that do, and rarely
-    /// one that does not.
+    /// The boxes of a node that the ray may enter before `t_max`, and where.
     #[inline(always)]
-    fn triangles<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9]) -> u8 {
-        let (ax, ay) = self.shear(s, vertices, 0);
-        let (bx, by) = self.shear(s, vertices, 3);
-        let (cx, cy) = self.shear(s, vertices, 6);
+    fn boxes<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (u8, S::F) {
+        let ((x0, x1), (y0, y1), (z0, z1)) = (
+            self.along(s, node, 0),
+            self.along(s, node, 1),
+            self.along(s, node, 2),
+        );
+        let near = s.max(s.max(x0, y0), s.max(z0, s.splat(self.t_min32)));
+        let far = s.min(s.min(x1, y1), s.min(z1, s.splat(t_max)));
+        (s.le(near, far) & node.valid, near)
+    }
+
+    /// The triangles of a leaf that the ray meets between `t_min` and `t_max`, and where:
+    /// [`WatertightRay::intersect`] for eight, to the bit.
+    ///
+    /// Nothing is left to a test in single precision first: half of the leaves hold a triangle
+    /// that it could not exclude, such as the one that a shadow ray begins on.
+    #[inline(always)]
+    fn meets<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, S::D) {
+        let [ax, ay, az] = self.sheared(s, &leaf.vertices, 0);
+        let [bx, by, bz] = self.sheared(s, &leaf.vertices, 3);
+        let [cx, cy, cz] = self.sheared(s, &leaf.vertices, 6);
         let u = cx * by - cy * bx;
         let v = ax * cy - ay * cx;
         let w = bx * ay - by * ax;
-        // Each coordinate is off by at most e = ROOM · size, a product of two by 2 e r + e² for
-        // the largest coordinate r, a difference by twice that; rounding of the products, with
-        // r below 4 sizes, is less than another e r.
-        let r = s.max(
-            s.max(s.max(s.abs(ax), s.abs(ay)), s.max(s.abs(bx), s.abs(by))),
-            s.max(s.abs(cx), s.abs(cy)),
-        );
-        let e = s.splat(self.error);
-        let room = e * s.fma(r, s.splat(6.0), e * 2.0);
-        let low = s.min(s.min(u, v), w);
-        let high = s.max(s.max(u, v), w);
-        // low ≥ −room or high ≤ room, or NaN, where far vertices overflow.
-        !(s.lt(low, s.splat(0.0) - room) & s.lt(room, high))
+        let zero = s.dsplat(0.0);
+        let negative = s.dlt(u, zero) | s.dlt(v, zero) | s.dlt(w, zero);
+        let positive = s.dlt(zero, u) | s.dlt(zero, v) | s.dlt(zero, w);
+        let outside = negative & positive;
+        if s.bits(outside) == 0xff {
+            return (0, zero);
+        }
+        let det = u + v + w;
+        let t = (u * az + v * bz + w * cz) * self.exact.shear[2] / det;
+        let some = s.dlt(det, zero) | s.dlt(zero, det);
+        let within = s.dle(s.dsplat(self.t_min), t) & s.dle(t, s.dsplat(self.t_max));
+        (s.bits(some & within & !outside), t)
+    }
+
+    /// A vertex of each triangle in the ray's coordinates: as [`WatertightRay`] has them.
+    #[inline(always)]
+    fn sheared<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> [S::D; 3] {
+        let [kx, ky, kz] = self.exact.axes;
+        let o = &self.exact.origin;
+        let x = s.widen(s.load(&vertices[first + kx])) - o[kx];
+        let y = s.widen(s.load(&vertices[first + ky])) - o[ky];
+        let z = s.widen(s.load(&vertices[first + kz])) - o[kz];
+        [x - z * self.exact.shear[0], y - z * self.exact.shear[1], z]
+    }
+
+    /// Which of the triangles `among` those of a leaf the ray meets first, and before what it met
+    /// at `t_max`, if any: then the ray ends there.
+    #[inline(always)]
+    fn nearer<S: Simd>(
+        &mut self,
+        s: S,
+        leaf: &Leaf,
+        among: u8,
+        best: Option<(&Leaf, usize)>,
+    ) -> Option<usize> {
+        let (met, t) = self.meets(s, leaf);
+        let mut met = met & among;
+        if met == 0 {
+            return None;
+        }
+        let mut at = Lanes([0.0; 8]);
+        s.dstore(t, &mut at);
+        let mut least = best.map(|(leaf, lane)| leaf.id[lane]);
+        let mut found = None;
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize;
+            met &= met - 1;
+            #[allow(clippy::float_cmp, reason = "the tie rule is about equal bits")]
+            let tie = at[lane] == self.t_max && least.is_none_or(|id| leaf.id[lane] < id);
+            if at[lane] < self.t_max || tie {
+                self.t_max = at[lane];
+                least = Some(leaf.id[lane]);
+                found = Some(lane);
+            }
+        }
+        self.t_max32 = (self.t_max as f32).next_up().min(self.t_max32);
+        found
     }
 
     /// Whether the ray meets any of the triangles `among` those of a leaf that are not excluded.
     #[inline(always)]
-    fn meets<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> bool {
-        let mut maybe = self.triangles(s, &leaf.vertices) & among;
-        while maybe != 0 {
-            let lane = maybe.trailing_zeros() as usize;
-            maybe &= maybe - 1;
-            if leaf.id[lane].wrapping_sub(self.exclude.0) < self.exclude.1 {
-                continue;
-            }
-            if let Some((t, _)) = self.exact.intersect(&leaf.triangle(lane))
-                && t >= self.t_min
-                && t <= self.t_max
-            {
-                return true;
-            }
-        }
-        false
+    fn any<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> bool {
+        let met = self.meets(s, leaf).0 & among;
+        met != 0 && met & !s.in_range(&leaf.id, self.exclude.0, self.exclude.1) != 0
     }
 }
 
@@ -220,64 +253,65 @@ fn any_kernel<S: Simd>(
         return false;
     };
     let hierarchy = &occluders.hierarchy;
-    let counters = &mut scratch.counters;
-    if scratch.stack.len() < occluders.stack_size {
-        scratch.stack.resize(occluders.stack_size, 0);
-    }
+    let Scratch {
+        counters,
+        stack,
+        last,
+        ..
+    } = scratch;
     // What met the latest ray from here often meets the next. Only from here, so that what is
     // tested does not depend on which points a thread was given.
-    if let Some((origin, child)) = scratch.last
+    if let Some((origin, child)) = *last
         && origin == ray.origin
         && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
     {
         counters.triangle_tests += u64::from(child.count());
-        if q.meets(s, leaf, child.mask()) {
+        if q.any(s, leaf, child.mask()) {
             return true;
         }
     }
-    let stack = &mut scratch.stack[..];
-    stack[0] = Child::node(0).0;
-    let mut top = 1;
-    let mut order = [0.0_f32; 8];
-    while top > 0 {
-        top -= 1;
-        let node = &hierarchy.nodes[stack[top] as usize];
+    if stack.len() < occluders.stack_size {
+        stack.resize(occluders.stack_size, 0);
+    }
+    let mut top = 0;
+    let mut at = 0;
+    loop {
+        let node = &hierarchy.nodes[at as usize];
         counters.node_tests += u64::from(node.valid.count_ones());
-        let (found, near) = q.boxes(s, node, q.t_max32);
+        let (found, _) = q.boxes(s, node, q.t_max32);
         let mut leaves = found & node.leaf;
         while leaves != 0 {
-            let child = Child(node.child[leaves.trailing_zeros() as usize]);
-            leaves &= leaves - 1;
+            let lane = highest(leaves);
+            leaves &= !(1 << lane);
+            let child = Child(node.child[lane]);
             counters.triangle_tests += u64::from(child.count());
-            let leaf = &hierarchy.leaves[child.index()];
-            if q.meets(s, leaf, child.mask()) {
-                scratch.last = Some((ray.origin, child));
+            let leaf = &hierarchy.leaves[child.leaf_index()];
+            if q.any(s, leaf, child.mask()) {
+                *last = Some((ray.origin, child));
                 return true;
             }
         }
-        let mut inner = found & !node.leaf;
-        if inner == 0 {
-            continue;
-        }
-        let mut entry = Lanes([0.0; 8]);
-        s.store(near, &mut entry);
-        let base = top;
-        while inner != 0 {
-            let lane = inner.trailing_zeros() as usize;
-            inner &= inner - 1;
-            // Insertion keeps the farthest lowest on the stack.
-            let mut k = top;
-            while k > base && order[k - base - 1] < entry[lane] {
-                order[k - base] = order[k - base - 1];
-                stack[k] = stack[k - 1];
-                k -= 1;
-            }
-            order[k - base] = entry[lane];
-            stack[k] = node.child[lane];
-            top += 1;
+        let inner = found & !node.leaf;
+        if inner != 0 {
+            // The next one does not wait for the stack.
+            let lane = highest(inner);
+            at = node.child[lane];
+            let others = inner & !(1 << lane);
+            s.pack(others, &node.child, stack, top);
+            top += others.count_ones() as usize;
+        } else if top > 0 {
+            top -= 1;
+            at = stack[top];
+        } else {
+            return false;
         }
     }
-    false
+}
+
+/// The highest bit of a number that is not zero.
+#[inline(always)]
+fn highest(bits: u8) -> usize {
+    (7 - bits.leading_zeros()) as usize
 }
 
 #[inline(always)]
@@ -293,7 +327,8 @@ fn closest_kernel<S: Simd>(
     let stack = &mut scratch.near_stack;
     stack.clear();
     stack.push((Child::node(0), f32::NEG_INFINITY));
-    let mut best: Option<Hit> = None;
+    // Met at `q.t_max`.
+    let mut best: Option<(&Leaf, usize)> = None;
     while let Some((child, near)) = stack.pop() {
         if near > q.t_max32 {
             continue;
@@ -301,28 +336,8 @@ fn closest_kernel<S: Simd>(
         if child.is_leaf() {
             counters.triangle_tests += u64::from(child.count());
             let leaf = &hierarchy.leaves[child.index()];
-            let mut maybe = q.triangles(s, &leaf.vertices) & child.mask();
-            while maybe != 0 {
-                let lane = maybe.trailing_zeros() as usize;
-                maybe &= maybe - 1;
-                let Some((t, barycentric)) = q.exact.intersect(&leaf.triangle(lane)) else {
-                    continue;
-                };
-                #[allow(clippy::float_cmp, reason = "the tie rule is about equal bits")]
-                let nearer =
-                    best.is_none_or(|b| t < b.t || (t == b.t && leaf.id[lane] < b.triangle));
-                if t >= q.t_min && t <= q.t_max && nearer {
-                    best = Some(Hit {
-                        triangle: leaf.id[lane],
-                        t,
-                        barycentric,
-                    });
-                    q.t_max = t;
-                    #[allow(clippy::cast_possible_truncation, reason = "rounded up")]
-                    {
-                        q.t_max32 = (t as f32).next_up().min(q.t_max32);
-                    }
-                }
+            if let Some(lane) = q.nearer(s, leaf, child.mask(), best) {
+                best = Some((leaf, lane));
             }
             continue;
         }
@@ -345,7 +360,13 @@ fn closest_kernel<S: Simd>(
             }
         }
     }
-    best
+    let (leaf, lane) = best?;
+    let (t, barycentric) = q.exact.intersect(&leaf.triangle(lane))?;
+    Some(Hit {
+        triangle: leaf.id[lane],
+        t,
+        barycentric,
+    })
 }
 
 dispatch! {

@@ -14,7 +14,7 @@ use linelit_geometry::DVec3;
 /// **Source**: Woop, Benthin & Wald 2013, in `f64` from end to end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WatertightRay {
-    origin: [f64; 3],
+    pub(crate) origin: [f64; 3],
     pub(crate) axes: [usize; 3],
     pub(crate) shear: [f64; 3],
 }

@@ -5,6 +5,7 @@
 
 mod binary;
 mod collapse;
+mod order;
 mod reinsert;
 mod split;
 #[cfg(test)]
@@ -131,7 +132,7 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
     // Both together take little more memory than the tree took with the boxes.
-    let ((nodes, ids), ClosedMeshes { meshes, of }) = pool::join(
+    let ((mut nodes, ids), ClosedMeshes { meshes, of }) = pool::join(
         || collapse::collapse(tree, leaf_cost),
         || ClosedMeshes::find(geometry, kept),
     );
@@ -157,6 +158,7 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
         }
         leaf
     });
+    order::by_crossings(&mut nodes, &leaves);
     Hierarchy {
         nodes,
         leaves,

@@ -217,3 +217,48 @@ fn wide_nodes_are_filled() {
         assert!(filled >= 2.0, "{name}: {filled} triangles a leaf");
     }
 }
+
+/// The area of the triangles below each box, and whether boxes of the node and below stand in the
+/// order of area by half of the box's surface.
+fn areas(mesh: &Mesh, hierarchy: &Hierarchy, node: usize) -> ([f64; 8], bool) {
+    let node = &hierarchy.nodes[node];
+    let (mut areas_below, mut ordered, mut before) = ([0.0; 8], true, 0.0);
+    let used = node.valid.count_ones() as usize;
+    for (lane, below) in areas_below.iter_mut().enumerate().take(used) {
+        let child = Child(node.child[lane]);
+        *below = if child.is_leaf() {
+            let ids = &hierarchy.leaves[child.index()].id[..child.count() as usize];
+            let area = |&id| {
+                let [a, b, c] = mesh.geometry().vertices(id);
+                let side = |v: [f32; 3]| std::array::from_fn(|k| f64::from(v[k]) - f64::from(a[k]));
+                let ([bx, by, bz], [cx, cy, cz]): ([f64; 3], [f64; 3]) = (side(b), side(c));
+                let n = [by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx];
+                0.5 * n.iter().map(|x| x * x).sum::<f64>().sqrt()
+            };
+            ids.iter().map(area).sum()
+        } else {
+            let (areas, there) = areas(mesh, hierarchy, child.index());
+            ordered &= there;
+            areas.iter().sum()
+        };
+        let [x, y, z] = std::array::from_fn(|axis| {
+            f64::from(node.bounds[axis + 3][lane]) - f64::from(node.bounds[axis][lane])
+        });
+        let crossings = *below / (x * y + y * z + z * x);
+        // Sums in another order.
+        ordered &= crossings >= before * (1.0 - 1e-12);
+        before = crossings;
+    }
+    (areas_below, ordered)
+}
+
+#[test]
+fn boxes_with_most_triangles_for_their_size_stand_last() {
+    // Few and small on one side, many and large on the other.
+    let mesh = Mesh::of(3_000, |k| {
+        let [x, y, z] = [3 * k, 3 * k + 1, 3 * k + 2].map(random);
+        corner(x * x, y, z, 0.05 * x + 1e-3)
+    });
+    let (_, ordered) = areas(&mesh, &mesh.hierarchy(), 0);
+    assert!(ordered);
+}
