@@ -11,20 +11,17 @@ use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
 use linelit_visibility::{Shaft, ShaftClass};
 
-/// Below this many lines a shaft query costs more than it saves where it holds much: shadow rays.
+/// Below this many lines a shaft query costs more than it saves: shadow rays.
 const FEW_LINES: u32 = 4;
 
-/// Rays that take about as long as a line where `FEW_LINES` decides.
-const RAYS_FOR_A_LINE: u32 = 2;
+/// Rays, traced together, that take about as long as a line where `FEW_LINES` decides, and for a
+/// dense shaft.
+const RAYS_FOR_A_LINE: u32 = 4;
 
-/// What a shaft may hold on average, for each line after the first, to be asked for in place of
-/// rays.
-const CANDIDATES_FOR_A_LINE: f64 = 24.0;
+/// Below this many triangles in a shaft on average, points share it in place of `FEW_LINES` lines.
+const CANDIDATES_FOR_FEW_LINES: f64 = 72.0;
 
-/// Below this many lines, points that share a shaft which holds little.
-const FEW_LINES_IN_SHAFT: u32 = 5;
-
-/// Points that take about as long as a line where `FEW_LINES_IN_SHAFT` decides.
+/// Points that take about as long as a line there.
 const POINTS_FOR_A_LINE: u32 = 4;
 
 /// Points that take about as long as the closed form of transformed cosines, which they complete.
@@ -37,10 +34,8 @@ const SMOOTH: f64 = 4.0;
 /// `FEW_LINES` towards a light that is densely occluded, and for a dense shaft.
 const FEW_LINES_IF_DENSE: u32 = 17;
 
-/// Rays that take about as long as a line in a dense shaft.
-const RAYS_FOR_A_LINE_IF_DENSE: u32 = 4;
-
-/// Points that share a shaft in place of a line towards densely occluded lights.
+/// Rays in place of a line towards densely occluded lights; in combinations, points that share a
+/// shaft.
 const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
 
 /// Where the solid angle of a piece of the light differs by no more than this from corner to
@@ -57,8 +52,11 @@ const LINES_FOR_THE_FIRST: f64 = 1.2;
 /// By how much of its time in an empty shaft a line takes longer for each candidate.
 const LINE_BY_CANDIDATES: f64 = 0.011;
 
-/// What `LINES_FOR_AN_EDGE` grows by where the surface has a lobe, before a light that is narrow
-/// for the lobe, and before a wide one.
+/// Lines that take as long as the light's own edges for each lobe of the surface.
+const LINES_FOR_A_LOBE: f64 = 12.0;
+
+/// What `LINES_FOR_AN_EDGE` grows by for each lobe, before a light that is narrow for it, and before
+/// a wide one.
 const LINES_FOR_A_NARROW_LOBE: f64 = 2.0;
 const LINES_FOR_A_WIDE_LOBE: f64 = 80.0;
 
@@ -97,16 +95,11 @@ impl Integral for Cheapest {
                 cheap_points(query, area)
             };
             let times = if lines < FEW_LINES {
-                RAYS_FOR_A_LINE_IF_DENSE
+                RAYS_FOR_A_LINE
             } else {
                 POINTS_FOR_A_LINE_IF_DENSE
             };
-            if is_fitted || lines < FEW_LINES {
-                return point_sum::by_rays(&query.times(times), area, by, buffers);
-            }
-            return through_shaft(query, area, options, buffers, |_| {
-                (Strategy::Points(by), times)
-            });
+            return point_sum::by_rays(&query.times(times), area, by, buffers);
         }
         if is_fitted && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines) {
             let times = POINTS_FOR_A_LINE.max(POINTS_WITH_FITS.div_ceil(lines));
@@ -120,20 +113,19 @@ impl Integral for Cheapest {
                 }
             });
         }
-        let affordable = CANDIDATES_FOR_A_LINE * f64::from(lines - 1);
-        let by = if is_fitted {
-            PointBy::Ltc
-        } else {
-            PointBy::Area
-        };
-        if lines < FEW_LINES_IN_SHAFT && occlusion.candidates < affordable {
+        if lines < FEW_LINES {
+            let by = if is_fitted {
+                PointBy::Ltc
+            } else {
+                PointBy::Area
+            };
+            return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, by, buffers);
+        }
+        if lines == FEW_LINES && occlusion.candidates < CANDIDATES_FOR_FEW_LINES {
             let points = (Strategy::Points(PointBy::Area), POINTS_FOR_A_LINE);
             return through_shaft(query, area, options, buffers, |shaft| {
                 exact_or(points, query, area, shaft)
             });
-        }
-        if lines < FEW_LINES {
-            return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, by, buffers);
         }
         through_shaft(query, area, options, buffers, |shaft| {
             if shaft.is_dense() {
@@ -174,7 +166,7 @@ fn by_texture<R: Reflection, T: EmissionTexture>(
 /// What to do about a light that is partly hidden behind more than a shaft keeps.
 fn in_dense_shaft(lines: u32, by: PointBy) -> (Strategy, u32) {
     if lines < FEW_LINES_IF_DENSE {
-        (Strategy::Rays(by), RAYS_FOR_A_LINE_IF_DENSE)
+        (Strategy::Rays(by), RAYS_FOR_A_LINE)
     } else {
         (Strategy::Lines, 1)
     }
@@ -203,9 +195,10 @@ pub(crate) fn lines_of_exact<R: Reflection, T>(
 ) -> f64 {
     #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
     let candidates = shaft.candidates() as f64;
-    let for_an_edge = lines_for_an_edge(query, area);
+    let [for_lobes, for_an_edge] = lines_for_lobes(query, area);
     let for_a_candidate = LINES_FOR_A_CANDIDATE + for_an_edge * query.light.occlusion.edges;
-    (for_a_candidate * candidates - LINES_FOR_THE_FIRST) / (1.0 + LINE_BY_CANDIDATES * candidates)
+    (for_a_candidate * candidates + for_lobes - LINES_FOR_THE_FIRST)
+        / (1.0 + LINE_BY_CANDIDATES * candidates)
 }
 
 /// Whether what the light sends to the viewer is smooth over it.
@@ -223,11 +216,12 @@ fn is_smooth<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>, area: &
         })
 }
 
-/// Lines that take as long as an edge in the closed form.
-fn lines_for_an_edge<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) -> f64 {
+/// Lines that take as long as the lobes over the light's own edges in the closed form, and as an
+/// edge.
+fn lines_for_lobes<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) -> [f64; 2] {
     let point = query.point;
     let Some(reflection) = point.bsdf.closed_form() else {
-        return LINES_FOR_AN_EDGE;
+        return [0.0, LINES_FOR_AN_EDGE];
     };
     let (vertices, x) = (area.polygon.vertices(), point.position);
     let first = (vertices[0] - x).normalize_or_zero();
@@ -244,7 +238,9 @@ fn lines_for_an_edge<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight
         }
     };
     let lobes = reflection.lobes(point.outgoing, point.normal);
-    LINES_FOR_AN_EDGE + lobes.map(for_a_lobe).sum::<f64>()
+    lobes.fold([0.0, LINES_FOR_AN_EDGE], |[own, edge], lobe| {
+        [own + LINES_FOR_A_LOBE, edge + for_a_lobe(lobe)]
+    })
 }
 
 /// The density of points that reaches an error first.
