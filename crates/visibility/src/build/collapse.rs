@@ -25,13 +25,19 @@ const PARTS: usize = 1 << 8;
 
 /// The wide nodes of the best hierarchy, and the triangles of its leaves; `leaf_cost` is what
 /// testing a leaf costs, in tests of a node.
+///
+/// A scene that is a node alone takes all of its boxes. The expected cost would have the walls of a
+/// room in one leaf, for a line through the room meets some of them; a shadow ray within it meets
+/// the box of none.
 pub(super) fn collapse(nodes: Vec<Binary>, leaf_cost: f64) -> (Vec<Node>, Vec<Triangles>) {
+    let most = (index(nodes.len() / 2 + 1) / 8).clamp(2, LEAF_SIZE);
     let mut choices = Vec::new();
     choices.resize_with(nodes.len() / 2, || AtomicU32::new(0));
     let tree = Tree {
         nodes,
         choices,
         leaf_cost,
+        most,
     };
     tree.decide(0, SHARED_LEVELS);
     tree.widen()
@@ -57,6 +63,8 @@ struct Tree {
     /// For each pair of nodes, about their parent.
     choices: Vec<AtomicU32>,
     leaf_cost: f64,
+    /// The most triangles of a leaf.
+    most: u32,
 }
 
 /// Wide nodes, the first of which is the root, and leaves, both numbered from zero.
@@ -83,9 +91,51 @@ impl Tree {
         } else {
             (child(node.first), child(node.first + 1))
         };
-        let (cost, choice) = decide_one(area, &left, &right, self.leaf_cost);
+        let (cost, choice) = self.decide_one(area, &left, &right);
         self.choices[node.first as usize / 2].store(choice, Ordering::Relaxed);
         cost
+    }
+
+    /// What a node with two children costs, and the choice.
+    fn decide_one(&self, area: f64, left: &Cost, right: &Cost) -> (Cost, u32) {
+        let mut cost = Cost {
+            pieces: [0.0; 8],
+            triangles: left.triangles.saturating_add(right.triangles),
+        };
+        let mut split = [0_u32; 8];
+        // There are no more pieces than triangles.
+        let most = cost.triangles.min(LEAF_SIZE) as usize;
+        for pieces in 2..=most {
+            let mut best = (f64::INFINITY, 0);
+            for k in 1..pieces {
+                let c = left.pieces[k - 1] + right.pieces[pieces - k - 1];
+                if c < best.0 {
+                    best = (c, k);
+                }
+            }
+            cost.pieces[pieces - 1] = best.0;
+            split[pieces - 1] = index(best.1);
+        }
+        for pieces in most..8 {
+            (cost.pieces[pieces], split[pieces]) = (cost.pieces[most - 1], split[most - 1]);
+        }
+        let opened = area + cost.pieces[7];
+        let closed = if cost.triangles <= self.most {
+            area * self.leaf_cost
+        } else {
+            f64::INFINITY
+        };
+        cost.pieces[0] = closed.min(opened);
+        let mut choice = if closed <= opened { ONE_PIECE } else { 0 };
+        for k in 1..8 {
+            if cost.pieces[k - 1] <= cost.pieces[k] {
+                // As for one piece fewer.
+                cost.pieces[k] = cost.pieces[k - 1];
+                split[k] = split[k - 1];
+            }
+            choice |= split[k] << (BITS * (index(k) - 1));
+        }
+        (cost, choice)
     }
 
     fn choice(&self, inner: &Binary) -> u32 {
@@ -220,46 +270,4 @@ impl Tree {
 
 fn left_pieces(choice: u32, pieces: usize) -> usize {
     (choice >> (BITS * index(pieces - 2)) & 7) as usize
-}
-
-/// What a node with two children costs, and the choice.
-fn decide_one(area: f64, left: &Cost, right: &Cost, leaf_cost: f64) -> (Cost, u32) {
-    let mut cost = Cost {
-        pieces: [0.0; 8],
-        triangles: left.triangles.saturating_add(right.triangles),
-    };
-    let mut split = [0_u32; 8];
-    // There are no more pieces than triangles.
-    let most = cost.triangles.min(LEAF_SIZE) as usize;
-    for pieces in 2..=most {
-        let mut best = (f64::INFINITY, 0);
-        for k in 1..pieces {
-            let c = left.pieces[k - 1] + right.pieces[pieces - k - 1];
-            if c < best.0 {
-                best = (c, k);
-            }
-        }
-        cost.pieces[pieces - 1] = best.0;
-        split[pieces - 1] = index(best.1);
-    }
-    for pieces in most..8 {
-        (cost.pieces[pieces], split[pieces]) = (cost.pieces[most - 1], split[most - 1]);
-    }
-    let opened = area + cost.pieces[7];
-    let closed = if cost.triangles <= LEAF_SIZE {
-        area * leaf_cost
-    } else {
-        f64::INFINITY
-    };
-    cost.pieces[0] = closed.min(opened);
-    let mut choice = if closed <= opened { ONE_PIECE } else { 0 };
-    for k in 1..8 {
-        if cost.pieces[k - 1] <= cost.pieces[k] {
-            // As for one piece fewer.
-            cost.pieces[k] = cost.pieces[k - 1];
-            split[k] = split[k - 1];
-        }
-        choice |= split[k] << (BITS * (index(k) - 1));
-    }
-    (cost, choice)
 }
