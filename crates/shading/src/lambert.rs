@@ -112,8 +112,19 @@ pub(crate) fn sum(vertices: &[DVec3], n: DVec3) -> Option<[f64; 2]> {
     (round.held == u8::MAX).then_some([round.sum, round.squares])
 }
 
+/// A side of less than the root of this times the distance makes too much cancel.
+const SMALL: f64 = 1e-4;
+
 /// Half of the [`sum`], where it holds to 5e-13 relative to itself.
 pub(crate) fn polygon(vertices: &[DVec3], n: DVec3) -> Option<f64> {
+    let [first, second, ..] = vertices else {
+        return None;
+    };
+    // Not worth a try.
+    let is_small = first.distance_squared(*second) < SMALL * first.length_squared();
+    if is_small || vertices.iter().any(|v| n.dot(*v) < 0.0) {
+        return None;
+    }
     let [sum, squares] = sum(vertices, n)?;
     // The sum of lengths is at most the root of their number times their squares' sum.
     #[allow(clippy::cast_precision_loss, reason = "at most eight")]
