@@ -55,8 +55,8 @@ const LINE_BY_CANDIDATES: f64 = 0.011;
 /// Lines that take as long as the light's own edges for each lobe of the surface.
 const LINES_FOR_A_LOBE: f64 = 12.0;
 
-/// What `LINES_FOR_AN_EDGE` grows by for each lobe, before a light that is narrow for it, and before
-/// a wide one.
+/// What `LINES_FOR_AN_EDGE` grows by for each lobe, before a light that is narrow for it, and
+/// before a wide one.
 const LINES_FOR_A_NARROW_LOBE: f64 = 2.0;
 const LINES_FOR_A_WIDE_LOBE: f64 = 80.0;
 
