@@ -32,7 +32,7 @@ const POINTS_WITH_FITS: u32 = 16;
 const SMOOTH: f64 = 4.0;
 
 /// `FEW_LINES` towards a light that is densely occluded, and for a dense shaft.
-const FEW_LINES_IF_DENSE: u32 = 17;
+const FEW_LINES_IF_DENSE: u32 = 33;
 
 /// Rays in place of a line towards densely occluded lights; in combinations, points that share a
 /// shaft.
