@@ -213,9 +213,7 @@ impl Assembly {
 
     /// Whether the scene may name such a file, and it is there.
     pub fn has_file(&self, name: &str) -> bool {
-        self.files
-            .find(name)
-            .is_ok_and(|(_, whole)| whole.is_file())
+        self.files.has(name)
     }
 
     /// As [`Assembly::open`], and decompressed if its name ends in `.gz`.

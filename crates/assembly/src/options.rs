@@ -2,7 +2,9 @@
 
 use crate::diagnostics::Warning;
 use linelit_scene::Scene;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// How to load.
 #[derive(Clone, Debug)]
@@ -29,6 +31,8 @@ pub enum Root {
     Folder(PathBuf),
     /// Anywhere.
     Anywhere,
+    /// Nowhere on a disk: only these, by their names as the scene writes them.
+    Memory(Arc<BTreeMap<String, Vec<u8>>>),
 }
 
 impl Default for LoadOptions {

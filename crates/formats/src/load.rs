@@ -81,7 +81,8 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded> {
 }
 
 /// Reads a scene of a known format from memory. Files that it names are looked up in the
-/// working folder; `name` is what messages call the bytes.
+/// working folder, or in [`Root::Memory`](linelit_assembly::Root::Memory); `name` is what messages
+/// call the bytes.
 ///
 /// # Errors
 /// As [`load`].

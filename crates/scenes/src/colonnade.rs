@@ -4,10 +4,6 @@ use super::mesh::{Mesh, Random};
 use super::{Files, facing_down, light_text, line_text, main_file, main_files};
 use std::f64::consts::{PI, TAU};
 
-/// Changes whenever the generator does: old files are then written anew.
-#[cfg(feature = "load")]
-pub(super) const VERSION: u32 = 4;
-
 /// Distance between columns.
 const BAY: f64 = 2.0;
 /// Columns on each side of each storey.

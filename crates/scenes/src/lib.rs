@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
+mod built_in;
 mod colonnade;
 mod gloss;
 #[cfg(feature = "load")]
@@ -15,8 +16,9 @@ mod text;
 mod visibility;
 mod window;
 
+pub use built_in::BuiltIn;
 #[cfg(feature = "load")]
-pub use library::{Library, locate};
+pub use library::{Library, Place};
 #[cfg(feature = "load")]
 pub use visibility::{VisibilityScene, stratified_lines};
 
@@ -24,33 +26,6 @@ use text::{diffuse, facing_down, facing_up, light_text, line_text, main_file, ma
 
 /// A scene as files: names and contents.
 pub type Files = Vec<(String, Vec<u8>)>;
-
-/// The names of the built-in scenes, as [`locate`] takes them.
-pub const BUILT_IN: [&str; 17] = [
-    "cornell-box-small",
-    "cornell-box-large",
-    "cornell-box-line",
-    "grid-planes-small",
-    "grid-planes-large",
-    "triangle-soup-small",
-    "triangle-soup-large",
-    "logo-small",
-    "logo-large",
-    "colonnade-small",
-    "colonnade-large",
-    "floating-quad",
-    "strips",
-    "monoliths",
-    "plates",
-    "window",
-    "colonnade-line",
-];
-
-/// The files of the colonnade, three meshes of a quarter of a million triangles together.
-#[must_use]
-pub fn colonnade() -> Files {
-    colonnade::colonnade()
-}
 
 /// The files of the scenes that are kept in the repository.
 #[must_use]
@@ -86,6 +61,25 @@ mod tests {
                 "{name} differs: run `cargo run -p linelit-scenes --example write_scenes`"
             );
         }
+    }
+
+    /// Each generator makes the main file of each scene that it stands for, and whatever that
+    /// includes.
+    #[test]
+    fn built_in_scenes_have_their_files() {
+        for scene in BuiltIn::ALL {
+            let files = scene.files();
+            let named = |name: &str| files.iter().find(|(n, _)| n == name);
+            let (_, main) = named(&scene.main_file()).expect(scene.name);
+            let main = String::from_utf8_lossy(main);
+            for word in main.split("Include \"").skip(1) {
+                let name = word.split('"').next().unwrap();
+                assert!(named(name).is_some(), "{}: {name}", scene.name);
+            }
+            assert_eq!(BuiltIn::find(scene.name).unwrap().name, scene.name);
+        }
+        assert_eq!(BuiltIn::find("colonnade").unwrap().name, "colonnade-large");
+        assert!(BuiltIn::find("").is_none() && BuiltIn::find("no").is_none());
     }
 
     /// Each scene with a small light comes with a large one, and the reverse.

@@ -1,18 +1,13 @@
 //! Finding and reading scenes: files, and the built-in ones by name.
-#![allow(
-    clippy::disallowed_methods,
-    reason = "scenes are looked for from the working folder upwards"
-)]
+#![allow(clippy::disallowed_methods, reason = "scenes are files, too")]
 
-use crate::{BUILT_IN, colonnade};
-use anyhow::{Context, Result, bail, ensure};
-use linelit_film::write_atomically;
-use linelit_formats::{LoadOptions, Loaded};
-use std::fmt;
+use crate::BuiltIn;
+use anyhow::{Result, bail};
+use linelit_formats::{Format, LoadOptions, Loaded, Root};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// Scenes that are made by a generator on first use rather than kept in the repository.
-const GENERATED: [&str; 3] = ["colonnade-small", "colonnade-large", "colonnade-line"];
+use std::sync::Arc;
+use std::{fmt, fs, io};
 
 /// How scenes are read, and who is told what is strange about them.
 #[derive(Clone, Debug)]
@@ -34,16 +29,35 @@ impl Default for Library {
 }
 
 impl Library {
-    /// Loads the scene that [`locate`] finds.
+    /// Loads the scene that [`Place::find`] finds. One that is built in is made in memory, and
+    /// touches no file.
     ///
     /// # Errors
     /// If the scene cannot be found or read.
     pub fn load(&self, name: &str) -> Result<Loaded> {
-        let loaded = linelit_formats::load(locate(name)?, &self.options)?;
+        let loaded = match Place::find(name)? {
+            Place::File(path) => linelit_formats::load(path, &self.options)?,
+            Place::BuiltIn(scene) => self.make(scene)?,
+        };
         for warning in &loaded.warnings {
             (self.note)(format_args!("{warning}"));
         }
         Ok(loaded)
+    }
+
+    fn make(&self, scene: BuiltIn) -> Result<Loaded> {
+        let (files, name) = (BTreeMap::from_iter(scene.files()), scene.main_file());
+        let main = files.get(&name).cloned().unwrap_or_default();
+        let options = LoadOptions {
+            root: Root::Memory(Arc::new(files)),
+            ..self.options.clone()
+        };
+        Ok(linelit_formats::from_bytes(
+            Format::Pbrt,
+            &main,
+            &name,
+            &options,
+        )?)
     }
 
     /// Loads a scene, and gives one without lights a square beside the camera, which is noted.
@@ -65,78 +79,58 @@ impl Library {
     }
 }
 
-/// The file of a scene: a path that exists, or the name of a built-in scene (`cornell-box` is
-/// short for `cornell-box-large`).
-///
-/// # Errors
-/// If there is neither, or the generator cannot write.
-pub fn locate(name: &str) -> Result<PathBuf> {
-    let path = Path::new(name);
-    if path.is_file() {
-        return Ok(path.to_owned());
-    }
-    let full = if BUILT_IN.contains(&name) {
-        name.to_owned()
-    } else {
-        format!("{name}-large")
-    };
-    if !BUILT_IN.contains(&full.as_str()) {
+/// Where a scene is.
+#[derive(Clone, Debug)]
+pub enum Place {
+    /// In this file, which exists.
+    File(PathBuf),
+    /// In this program.
+    BuiltIn(BuiltIn),
+}
+
+impl Place {
+    /// The place of a scene by a path that exists, or the name of a built-in scene (`cornell-box`
+    /// is short for `cornell-box-large`).
+    ///
+    /// # Errors
+    /// If there is neither.
+    pub fn find(name: &str) -> Result<Self> {
+        let path = Path::new(name);
+        if path.is_file() {
+            return Ok(Self::File(path.to_owned()));
+        }
+        if let Some(scene) = BuiltIn::find(name) {
+            return Ok(Self::BuiltIn(scene));
+        }
         if path.exists() {
             bail!("cannot read the scene `{name}`: it is not a regular file");
         }
+        let short = |scene: &BuiltIn| scene.name.strip_suffix("-large");
+        let all = BuiltIn::ALL.iter();
+        let known = all.flat_map(|scene| [Some(scene.name), short(scene)]);
+        if let Some(near) = linelit_formats::nearest(name, known.flatten()) {
+            bail!("no scene `{name}`: neither a file nor a built-in scene; did you mean `{near}`?");
+        }
+        let names: Vec<&str> = BuiltIn::ALL.iter().map(|scene| scene.name).collect();
         bail!(
             "no scene `{name}`: neither a file nor one of the built-in scenes {}",
-            BUILT_IN.join(", ")
-        );
-    }
-    if GENERATED.contains(&full.as_str()) {
-        let dir = generated_dir();
-        return generate(&full, &dir)
-            .with_context(|| format!("generating `{full}` in {}", dir.display()));
-    }
-    let path = scenes_dir().join(format!("{full}.pbrt"));
-    if path.is_file() {
-        Ok(path)
-    } else {
-        bail!(
-            "the built-in scene `{full}` is missing: {} does not exist",
-            path.display()
+            names.join(", ")
         )
     }
-}
 
-/// `scenes/` of the workspace.
-fn scenes_dir() -> PathBuf {
-    workspace().join("scenes")
-}
-
-/// Where generated scenes are kept: beside what cargo builds.
-fn generated_dir() -> PathBuf {
-    workspace().join("target").join("scenes")
-}
-
-/// The workspace: where the current folder or one above it has `scenes/`, else where the tool was
-/// built.
-fn workspace() -> PathBuf {
-    let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let here = std::env::current_dir().unwrap_or_default();
-    here.ancestors()
-        .find(|d| d.join("scenes/cornell-box-large.pbrt").is_file())
-        .map_or(built, Path::to_owned)
-}
-
-/// Writes the generated scene of this name (`colonnade-small` or `colonnade-large`) into a folder,
-/// unless it is there, and returns the path of its main file.
-fn generate(name: &str, dir: &Path) -> Result<PathBuf> {
-    let main = dir.join(format!("{name}.pbrt"));
-    let stamp = dir.join(format!("colonnade-{}.stamp", colonnade::VERSION));
-    if stamp.is_file() && main.is_file() {
-        return Ok(main);
+    /// The bytes of a file that the scene names.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn read(&self, name: &str) -> io::Result<Vec<u8>> {
+        match self {
+            Self::File(scene) => fs::read(scene.with_file_name(name)),
+            Self::BuiltIn(scene) => {
+                let mut files = scene.files().into_iter();
+                let found = files.find(|(known, _)| known == name);
+                let (_, bytes) = found.ok_or(io::ErrorKind::NotFound)?;
+                Ok(bytes)
+            }
+        }
     }
-    for (file, bytes) in colonnade::colonnade() {
-        write_atomically(&dir.join(file), &bytes)?;
-    }
-    write_atomically(&stamp, b"")?;
-    ensure!(main.is_file(), "no generated scene `{name}`");
-    Ok(main)
 }

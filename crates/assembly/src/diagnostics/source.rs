@@ -6,6 +6,7 @@
 
 use super::error::{ErrorKind, SceneError};
 use crate::options::{LoadOptions, Root};
+use std::collections::BTreeMap;
 use std::fs::{self, File, Metadata};
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -95,6 +96,8 @@ pub(crate) struct Files {
     folder: PathBuf,
     /// The folder that must hold them, links followed, and what messages call it; `None`: any.
     root: Option<(PathBuf, String)>,
+    /// In place of all folders.
+    memory: Option<Arc<BTreeMap<String, Vec<u8>>>>,
     max_bytes: u64,
 }
 
@@ -102,8 +105,13 @@ impl Files {
     /// For the scene in the file at `path`, or in memory.
     pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
+        let mut memory = None;
         let root = match &options.root {
             Root::Anywhere => None,
+            Root::Memory(files) => {
+                memory = Some(Arc::clone(files));
+                None
+            }
             Root::SceneFolder => Some((folder, "the scene's folder".to_owned())),
             Root::Folder(root) => Some((root.as_path(), format!("`{}`", root.display()))),
         };
@@ -120,6 +128,7 @@ impl Files {
         Self {
             folder: folder.to_owned(),
             root,
+            memory,
             max_bytes: options.max_file_bytes,
         }
     }
@@ -127,6 +136,11 @@ impl Files {
     /// The path of a file by its name in the scene, and the same with links followed; refused
     /// outside of the root, whether or not there is such a file.
     pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf), Refusal> {
+        if let Some(files) = &self.memory {
+            let there = files.contains_key(name).then(|| PathBuf::from(name));
+            let absent = || Refusal::io(&io::ErrorKind::NotFound.into());
+            return there.map(|p| (p.clone(), p)).ok_or_else(absent);
+        }
         let path = self.folder.join(name);
         let found = path.canonicalize();
         if let Some((root, shown)) = &self.root {
@@ -145,7 +159,19 @@ impl Files {
 
     /// The bytes of a file that [`Files::find`] has found.
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, Refusal> {
-        read(path, self.max_bytes)
+        let Some(files) = &self.memory else {
+            return read(path, self.max_bytes);
+        };
+        let found = path.to_str().and_then(|name| files.get(name));
+        let bytes = found.ok_or_else(|| Refusal::io(&io::ErrorKind::NotFound.into()))?;
+        within(bytes.len() as u64, self.max_bytes)?;
+        Ok(bytes.clone())
+    }
+
+    /// Whether there is such a file, a regular one, and the scene may name it.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        let found = self.find(name);
+        found.is_ok_and(|(_, whole)| self.memory.is_some() || whole.is_file())
     }
 }
 

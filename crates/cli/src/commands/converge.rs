@@ -143,7 +143,7 @@ fn command() -> String {
         }
     });
     let words: Vec<String> = words.collect();
-    format!("cargo xtask {}", words.join(" "))
+    format!("linelit {}", words.join(" "))
 }
 
 fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError> {

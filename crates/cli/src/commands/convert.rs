@@ -8,8 +8,8 @@ use linelit_formats::ExportOptions;
 use linelit_integrator::{LightChoice, Renderer, Settings, Workspace};
 use linelit_lights::Light;
 use linelit_scene::{ImageData, ImageTexture, Material, Scene};
+use linelit_scenes::Place;
 use std::cell::RefCell;
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,7 +23,7 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     linelit_film::check_writable(&args.output)?;
     let mut scene = args.read.library().load(&args.scene)?.scene;
     let images = Images {
-        from: parent(&linelit_scenes::locate(&args.scene)?),
+        from: Place::find(&args.scene)?,
         to: &args.output,
         written: RefCell::default(),
         copied: RefCell::default(),
@@ -151,14 +151,21 @@ fn parent(path: &Path) -> PathBuf {
 
 /// Names of images in the new file.
 struct Images<'a> {
-    /// Where the old names start.
-    from: PathBuf,
+    /// Where the old names are known.
+    from: Place,
     /// The new file.
     to: &'a Path,
     /// Images that have no file yet.
     written: RefCell<Vec<Arc<ImageData>>>,
-    /// Files of images to copy beside the new file, and their names there.
-    copied: RefCell<Vec<(PathBuf, String)>>,
+    /// Images of files to copy beside the new file, with their old names and those there.
+    copied: RefCell<Vec<Copied>>,
+}
+
+struct Copied {
+    /// Links followed: a file may have several names.
+    whole: PathBuf,
+    old: String,
+    new: String,
 }
 
 impl Images<'_> {
@@ -175,20 +182,27 @@ impl Images<'_> {
             });
             return self.file_name(number, &image.data);
         }
-        let whole = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
-        if whole(&self.from) == whole(&parent(self.to)) {
-            return image.filename.clone();
-        }
-        let path = whole(&self.from.join(&image.filename));
+        let old = &image.filename;
+        let whole = match &self.from {
+            Place::BuiltIn(_) => PathBuf::from(old),
+            Place::File(scene) => {
+                let whole = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
+                if whole(&parent(scene)) == whole(&parent(self.to)) {
+                    return old.clone();
+                }
+                whole(&scene.with_file_name(old))
+            }
+        };
         let mut copied = self.copied.borrow_mut();
-        if let Some((_, name)) = copied.iter().find(|(from, _)| *from == path) {
-            return name.clone();
+        if let Some(known) = copied.iter().find(|c| c.whole == whole) {
+            return known.new.clone();
         }
         let stem = self.to.file_stem().unwrap_or_default().to_string_lossy();
-        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        let file = whole.file_name().unwrap_or_default().to_string_lossy();
         // Files of several folders may have one name.
-        let name = format!("{stem}-{}-{file}", copied.len());
-        copied.push((path, name.clone()));
+        let new = format!("{stem}-{}-{file}", copied.len());
+        let (old, name) = (old.clone(), new.clone());
+        copied.push(Copied { whole, old, new });
         name
     }
 
@@ -200,9 +214,9 @@ impl Images<'_> {
     }
 
     fn write(&self) -> Result<(), FilmError> {
-        for (from, name) in self.copied.borrow().iter() {
-            write_atomically_with(&parent(self.to).join(name), |mut file| {
-                io::copy(&mut File::open(from)?, &mut file).map(|_| ())
+        for image in self.copied.borrow().iter() {
+            write_atomically_with(&parent(self.to).join(&image.new), |file| {
+                file.write_all(&self.from.read(&image.old)?)
             })?;
         }
         for (number, image) in self.written.borrow().iter().enumerate() {

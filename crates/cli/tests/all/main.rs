@@ -1,5 +1,6 @@
 //! The program as a user runs it.
 
+mod alone;
 mod command;
 mod common;
 mod files;

@@ -10,4 +10,5 @@ mod gltf;
 mod images;
 mod lights;
 mod limits;
+mod memory;
 mod pbrt;

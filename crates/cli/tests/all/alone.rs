@@ -1,0 +1,77 @@
+//! The program far from the repository that it was built in.
+
+use crate::common::{PROGRAM, folder, names, path, small_study, text};
+use linelit_film::Image;
+use linelit_scenes::BuiltIn;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The program in a folder of nothing, without a home.
+fn in_folder(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(PROGRAM);
+    let command = command.args(arguments).current_dir(folder).env_clear();
+    command.output().unwrap()
+}
+
+/// No built-in scene reads a file, or leaves one.
+#[test]
+fn built_in_scenes_need_no_folder() {
+    let (dir, out) = (folder("alone"), folder("alone-out"));
+    for scene in ["colonnade", "window", "cornell-box"] {
+        let image = out.join(format!("{scene}.exr"));
+        let size = ["--resolution", "8x8", "--samples", "1"];
+        let render = ["render", scene, "-o", path(&image)];
+        let output = in_folder(&dir, &[&render[..], &size].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let mean = Image::read(&image).unwrap().mean();
+        assert!(mean.iter().all(|c| *c > 0.0), "{scene}: {mean:?}");
+    }
+    let study = out.join("study");
+    let output = in_folder(&dir, &small_study("colonnade-line", &study));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(names(&dir).is_empty(), "{:?}", names(&dir));
+    for scene in BuiltIn::ALL
+        .iter()
+        .filter(|s| !s.name.starts_with("colonnade"))
+    {
+        let output = in_folder(&dir, &["info", scene.name, "--json"]);
+        assert!(
+            output.status.success(),
+            "{}: {}",
+            scene.name,
+            text(&output.stderr)
+        );
+    }
+
+    // A file of the name is the user's, and comes first.
+    std::fs::write(dir.join("plates"), "").unwrap();
+    let said = text(&in_folder(&dir, &["info", "plates"]).stderr);
+    assert!(
+        said.contains("cannot tell the format of `plates`"),
+        "{said}"
+    );
+    std::fs::remove_dir_all(dir).unwrap();
+    std::fs::remove_dir_all(out).unwrap();
+}
+
+/// The view from the window is in the program; a converted scene has it beside itself.
+#[test]
+fn a_built_in_image_is_written_beside_the_text() {
+    let dir = folder("alone-convert");
+    let output = in_folder(
+        &dir,
+        &["convert", "window", "-o", "copy.pbrt", "--extensions"],
+    );
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(names(&dir), ["copy-0-window.tga", "copy.pbrt"]);
+    let view = std::fs::read(dir.join("copy-0-window.tga")).unwrap();
+    let files = BuiltIn::find("window").unwrap().files();
+    assert!(
+        files
+            .iter()
+            .any(|(name, b)| name == "window.tga" && *b == view)
+    );
+    let output = in_folder(&dir, &["info", "copy.pbrt", "--strict"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    std::fs::remove_dir_all(dir).unwrap();
+}

@@ -1,0 +1,53 @@
+//! Scenes in memory, with all that they name: no file is read.
+
+use linelit_film::{ByteImage, encode_tga};
+use linelit_formats::{ErrorKind, Format, LoadOptions, Loaded, Root, SceneError, from_bytes};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The scene `a.pbrt` among these.
+fn load(text: &str, files: &[(&str, &[u8])]) -> Result<Loaded, SceneError> {
+    let files = files.iter().map(|(name, b)| ((*name).into(), b.to_vec()));
+    let options = LoadOptions {
+        root: Root::Memory(Arc::new(BTreeMap::from_iter(files))),
+        max_file_bytes: 1000,
+        ..LoadOptions::default()
+    };
+    from_bytes(Format::Pbrt, text.as_bytes(), "a.pbrt", &options)
+}
+
+#[test]
+fn what_a_scene_in_memory_names_is_found_there_and_nowhere_else() {
+    let rgb = vec![[255, 0, 0]; 4];
+    let picture = ByteImage {
+        width: 2,
+        height: 2,
+        rgb,
+    };
+    let picture = encode_tga(&picture).unwrap();
+    let part = b"Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"sub/red.tga\"
+        Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"";
+    let files = [("part.pbrt", &part[..]), ("sub/red.tga", &picture)];
+    let scene = load("WorldBegin Include \"part.pbrt\"", &files)
+        .unwrap()
+        .scene;
+    assert!(scene.texture_memory() > 0 && !scene.triangles.is_empty());
+
+    // The manifest of this crate is there on the disk, in the working folder.
+    for absent in ["Cargo.toml", "./part.pbrt", "/etc/hostname", ""] {
+        let error = load(&format!("WorldBegin\n Include \"{absent}\""), &files).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Io, "{error}");
+        assert!(error.message().contains("no such file"), "{error}");
+        assert_eq!(
+            (error.line(), error.column()),
+            (Some(2), Some(10)),
+            "{error}"
+        );
+    }
+    let itself = [("b.pbrt", &b"Include \"b.pbrt\""[..])];
+    let error = load("WorldBegin Include \"b.pbrt\"", &itself).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Recursion, "{error}");
+    let long = [("b.pbrt", &[b' '; 1001][..])];
+    let error = load("WorldBegin Include \"b.pbrt\"", &long).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Limit, "{error}");
+}
