@@ -5,6 +5,9 @@ use super::orient::Point;
 /// Bins along each axis; a few hundred boxes on a light do not want more.
 const BINS: usize = 16;
 
+/// Up to as many boxes all may meet: most penumbrae have no more, and filling bins takes longer.
+const FEW: usize = 20;
+
 /// A rectangle along the axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
@@ -78,20 +81,30 @@ impl Bounds {
 #[derive(Debug, Default)]
 pub(super) struct Bins {
     words: usize,
+    /// How many boxes there are; there are no sets if they are few.
+    few: usize,
     low: Point,
     scale: Point,
     /// For x then y, starts then ends: `BINS` sets of `words` words.
     sets: Vec<u64>,
 }
 
-/// The four sets that answer for one box.
+/// The four sets that answer for one box, or the one of all if they are few.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Query<'a>([&'a [u64]; 4]);
+struct Query<'a> {
+    sets: [&'a [u64]; 4],
+    few: u64,
+}
 
 impl Bins {
     /// Sorts boxes into bins over `area`; what is beyond it goes to the bins at its rim.
     pub(super) fn fill(&mut self, area: &Bounds, boxes: impl ExactSizeIterator<Item = Bounds>) {
-        self.words = boxes.len().div_ceil(64).max(1);
+        self.few = boxes.len();
+        self.words = 0;
+        if self.few <= FEW {
+            return;
+        }
+        self.words = self.few.div_ceil(64);
         self.low = area.low;
         #[allow(clippy::cast_precision_loss, reason = "a small constant")]
         let scale =
@@ -117,12 +130,18 @@ impl Bins {
         }
     }
 
-    /// The sets of those that may meet a box.
+    /// The numbers from `first` on of those that may meet a box, in ascending order.
     #[inline]
-    pub(super) fn near(&self, b: &Bounds) -> Query<'_> {
+    pub(super) fn near(&self, b: &Bounds, first: usize) -> impl Iterator<Item = usize> {
+        if self.words == 0 {
+            let sets = [&[][..]; 4];
+            let few = (1 << self.few) - 1;
+            return Query { sets, few }.from(first);
+        }
         // What starts before its end and ends after its start.
         let rows = self.rows(&b.high, &b.low);
-        Query(rows.map(|row| &self.sets[row * self.words..(row + 1) * self.words]))
+        let sets = rows.map(|row| &self.sets[row * self.words..(row + 1) * self.words]);
+        Query { sets, few: 0 }.from(first)
     }
 
     /// Rows of the starts of x, the ends of x, and the same of y.
@@ -149,14 +168,16 @@ impl Bins {
 impl Query<'_> {
     /// The numbers from `first` on.
     #[inline]
-    pub(super) fn from(self, first: usize) -> impl Iterator<Item = usize> {
-        let words = self.0[0].len();
-        let word = move |w: usize| self.0[0][w] & self.0[1][w] & self.0[2][w] & self.0[3][w];
+    fn from(self, first: usize) -> impl Iterator<Item = usize> {
+        let [a, b, c, d] = self.sets;
+        let words = a.len();
+        let word = move |w: usize| a[w] & b[w] & c[w] & d[w];
         let mut w = first / 64;
-        let mut bits = if w < words {
-            word(w) & (u64::MAX << (first % 64))
-        } else {
-            0
+        let mut bits = u64::MAX << (first % 64);
+        bits &= match w {
+            _ if w < words => word(w),
+            0 => self.few,
+            _ => 0,
         };
         std::iter::from_fn(move || {
             while bits == 0 {
@@ -185,7 +206,7 @@ mod tests {
             high: [1.0, 2.0],
         };
         let mut bins = Bins::default();
-        for count in [0usize, 1, 63, 64, 65, 200] {
+        for count in [0usize, 1, FEW, FEW + 1, 63, 64, 65, 200] {
             let mut any = || {
                 let (x, y) = (rng.in_range(-1.0, 2.0), rng.in_range(-1.0, 3.0));
                 let (w, h) = (rng.in_range(0.0, 0.5), rng.in_range(0.0, 0.5));
@@ -195,13 +216,14 @@ mod tests {
             bins.fill(&area, boxes.iter().copied());
             for _ in 0..200 {
                 let query = any();
-                let found: Vec<usize> = bins.near(&query).from(0).collect();
+                let found: Vec<usize> = bins.near(&query, 0).collect();
                 assert!(found.is_sorted() && found.iter().all(|i| *i < count));
                 for (i, b) in boxes.iter().enumerate() {
                     assert!(!b.meets(&query) || found.contains(&i), "{b:?} {query:?}");
                 }
-                let later: Vec<usize> = bins.near(&query).from(70).collect();
-                assert!(later.iter().eq(found.iter().filter(|i| **i >= 70)));
+                let first = if count > 64 { 70 } else { count / 2 };
+                let later: Vec<usize> = bins.near(&query, first).collect();
+                assert!(later.iter().eq(found.iter().filter(|i| **i >= first)));
             }
         }
     }

@@ -86,7 +86,11 @@ const CLOSE: f64 = 1e-9;
 /// serves any number of polygons with the same buffers.
 #[derive(Debug, Default)]
 pub struct Penumbra {
+    /// The light as it was given: often the same again.
+    given: Vec<Point>,
     light: Vec<Point>,
+    /// Its sides, and where they may matter.
+    around: Vec<(Side, Bounds)>,
     /// The light's largest coordinate.
     unit: f64,
     /// A part of the light; what is within it need not be cut.
@@ -149,6 +153,11 @@ impl Penumbra {
     }
 
     fn set_light(&mut self, light: &[Point]) {
+        if self.given == light {
+            return;
+        }
+        self.given.clear();
+        self.given.extend_from_slice(light);
         self.light.clear();
         self.light.extend(light.iter().copied().map(settled));
         let area: f64 = (1..light.len().max(1) - 1)
@@ -159,6 +168,7 @@ impl Penumbra {
         }
         let sizes = self.light.iter().flatten().map(|x| x.abs());
         self.unit = sizes.fold(0.0, f64::max);
+        self.collect_around();
         let core = Bounds::of_all(&self.light).wider(-CLOSE * self.unit);
         let Bounds {
             low: [a, b],
@@ -175,6 +185,34 @@ impl Penumbra {
         } else {
             Bounds::NONE
         };
+    }
+
+    /// The light's sides, backwards, and how they meet each other.
+    fn collect_around(&mut self) {
+        self.around.clear();
+        let count = self.light.len();
+        for i in (0..count).rev() {
+            let (from, to) = (self.light[(i + 1) % count], self.light[i]);
+            let edge = Edge::new(from, to);
+            let bounds = Bounds::of([from, to]).wider(CLOSE * self.unit);
+            let whole = Some(edge.whole());
+            let mut side = Side::new(edge, 0, whole);
+            side.light = true;
+            if i > 0 {
+                side.next = index(self.around.len() + 2);
+            }
+            self.around.push((side, bounds));
+        }
+        // Only that they touch: nothing comes or goes where they do.
+        for i in 0..count {
+            let (before, after) = self.around.split_at_mut(i + 1);
+            let (e, here) = &mut before[i];
+            for (j, (f, there)) in (i + 1..).zip(after) {
+                if here.meets(there) && !are_neighbours((e, i), (f, j)) {
+                    meet(e, f, &mut self.events);
+                }
+            }
+        }
     }
 
     /// The edges where the number of images changes, each once.
@@ -276,17 +314,13 @@ impl Penumbra {
                 side.next = if next.weight > 0 { next.side } else { 0 };
             }
         }
-        for i in (0..self.light.len()).rev() {
-            let (from, to) = (self.light[(i + 1) % self.light.len()], self.light[i]);
-            let edge = Edge::new(from, to);
-            let bounds = Bounds::of([from, to]).wider(room);
-            let whole = Some(edge.whole());
-            self.boxes.push(bounds);
-            let mut side = Side::new(edge, 0, whole);
-            side.light = true;
-            if i > 0 {
-                side.next = index(self.sides.len() + 2);
+        let first = index(self.sides.len());
+        for (side, bounds) in &self.around {
+            let mut side = *side;
+            if side.next > 0 {
+                side.next += first;
             }
+            self.boxes.push(*bounds);
             self.sides.push(side);
         }
     }
@@ -295,6 +329,7 @@ impl Penumbra {
     #[inline(never)]
     fn collect_events(&mut self, on_light: &Bounds) {
         let Self {
+            light,
             sides,
             boxes,
             events,
@@ -303,17 +338,16 @@ impl Penumbra {
         } = self;
         events.clear();
         sides_near.fill(on_light, boxes.iter().copied());
-        for i in 0..sides.len() {
+        for i in 0..sides.len() - light.len() {
             let (before, after) = sides.split_at_mut(i + 1);
             let e = &mut before[i];
-            for j in sides_near.near(&boxes[i]).from(i + 1) {
+            for j in sides_near.near(&boxes[i], i + 1) {
                 if !boxes[i].meets(&boxes[j]) {
                     continue;
                 }
                 let f = &mut after[j - i - 1];
-                // Neighbours around an image only meet where it turns.
-                let neighbours = (e.next as usize == j + 1) | (f.next as usize == i + 1);
-                if !neighbours && (e.part.is_some() | f.part.is_some()) {
+                let matters = e.part.is_some() | f.part.is_some();
+                if matters && !are_neighbours((e, i), (f, j)) {
                     meet(e, f, events);
                 }
             }
@@ -388,10 +422,17 @@ impl Penumbra {
     }
 
     /// Puts the events of a side in order.
-    #[inline(never)]
+    #[inline]
     fn sort_own(&mut self, i: usize) {
         self.own.clear();
-        let mut next = self.sides[i].events;
+        let first = self.sides[i].events;
+        if first > 0 {
+            self.sort_from(first);
+        }
+    }
+
+    #[inline(never)]
+    fn sort_from(&mut self, mut next: u32) {
         while let Some(place) = next.checked_sub(1) {
             let event = &self.events[place as usize];
             let this = (event.end.at, place);
@@ -422,7 +463,7 @@ impl Penumbra {
         }
         let around = Bounds::of([start]).wider(room);
         let mut count = 0;
-        for i in self.images_near.near(&around).from(0) {
+        for i in self.images_near.near(&around, 0) {
             let image = &self.images[i];
             if image.bounds.meets(&around) {
                 count += i32::from(if cut {
@@ -512,6 +553,13 @@ impl Side {
             self.events = index(events.len());
         }
     }
+}
+
+/// Whether two sides at places i and j are neighbours around an image, or the light: these only
+/// meet where it turns.
+#[inline]
+fn are_neighbours((e, i): (&Side, usize), (f, j): (&Side, usize)) -> bool {
+    (e.next as usize == j + 1) | (f.next as usize == i + 1)
 }
 
 /// What two sides, of which the first comes first, are to each other's counts.

@@ -217,3 +217,20 @@ proptest! {
         prop_assert!((area(&SQUARE, &triangles) - before).abs() < AREA);
     }
 }
+
+#[test]
+fn what_is_kept_of_a_light_serves_no_other() {
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let mut other = square;
+    other[2] = [0.7, 0.8];
+    let mut around = square;
+    around.reverse();
+    let triangle = [[0.2, -1.0], [0.9, 0.6], [-0.4, 0.9]];
+    let mut kept = Penumbra::default();
+    for light in [&square[..], &square, &other, &around, &square[1..], &square] {
+        let pieces = kept.boundary(light, [triangle].into_iter()).to_vec();
+        let mut fresh = Penumbra::default();
+        assert_eq!(pieces, fresh.boundary(light, [triangle].into_iter()));
+        assert!(!pieces.is_empty());
+    }
+}
