@@ -18,3 +18,6 @@ pub use diagnostics::{
 pub use framing::add_framing_light;
 pub use options::{LoadOptions, Loaded, Root};
 pub use polygon::triangulate;
+
+// What public signatures name, so that one dependency is enough.
+pub use {linelit_film as film, linelit_geometry as geometry, linelit_scene as scene};

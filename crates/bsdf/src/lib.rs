@@ -32,6 +32,9 @@ pub use reflector::Reflector;
 pub use substrate::Substrate;
 pub use transformed_cosine::{TransformedCosine, TransformedCosines};
 
+// What public signatures name, so that one dependency is enough.
+pub use linelit_geometry as geometry;
+
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::{FRAC_1_PI, TAU};

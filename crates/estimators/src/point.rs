@@ -1,7 +1,7 @@
 //! The point whose light is estimated.
 
 use linelit_bsdf::{Bsdf, Reflection};
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Vector3};
 
 /// A point of a surface, what it reflects and who looks at it.
 ///
@@ -32,12 +32,18 @@ impl<R: Reflection> ShadingPoint<R> {
     /// A point of a flat surface: the geometric normal is the shading normal. `position` must be
     /// lifted off the surface if the surface is among the occluders.
     #[must_use]
-    pub const fn new(position: DVec3, normal: DVec3, outgoing: DVec3, bsdf: R) -> Self {
+    pub fn new(
+        position: impl Vector3,
+        normal: impl Vector3,
+        outgoing: impl Vector3,
+        bsdf: R,
+    ) -> Self {
+        let normal = normal.dvec3();
         Self {
-            position,
+            position: position.dvec3(),
             geometric_normal: normal,
             normal,
-            outgoing,
+            outgoing: outgoing.dvec3(),
             bsdf,
         }
     }

@@ -12,3 +12,6 @@ pub use linelit_assembly::{
 };
 pub use linelit_pbrt::{ExportOptions, from_pbrt_str, nearest_in_pbrt_v4, write_pbrt};
 pub use load::{Format, from_bytes, load};
+
+// What public signatures name, so that one dependency is enough.
+pub use {linelit_assembly as assembly, linelit_scene as scene};

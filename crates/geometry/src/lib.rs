@@ -8,7 +8,7 @@
 //!
 //! Everything is `f64`, does no I/O, allocates only where the documentation says so, and cannot
 //! fail on degenerate input: that yields an empty set or `None`. Lengths are in scene units,
-//! angles in radians.
+//! angles in radians. Constructors take anyone's vectors ([`Vector3`]).
 //!
 //! ```
 //! use linelit_geometry::{
@@ -58,6 +58,7 @@ pub mod predicates;
 mod segment;
 mod shadow;
 mod triangle;
+mod vector;
 
 pub use close_lines::CloseLines;
 pub use elliptic_cone::EllipticCone;
@@ -70,6 +71,7 @@ pub use polygon::{ConvexPolygon, MAX_VERTICES, PolygonError};
 pub use segment::Segment;
 pub use shadow::{LIGHT_MARGIN, POINT_MARGIN, ShadowCoords, ShadowTriangle, point_margin};
 pub use triangle::Triangle;
+pub use vector::{Vector3, vector};
 
 /// The README's example is a test.
 #[cfg(doctest)]

@@ -1,6 +1,6 @@
 //! Convex planar polygons: the shape of a light.
 
-use crate::{DMat3, DVec3, PlaneFrame, predicates};
+use crate::{DMat3, DVec3, PlaneFrame, Vector3, predicates};
 use std::fmt;
 
 /// The most vertices that [`ConvexPolygon::try_new`] takes.
@@ -97,6 +97,17 @@ impl PartialEq for ConvexPolygon {
     }
 }
 
+impl<V: Vector3, const N: usize> TryFrom<[V; N]> for ConvexPolygon {
+    type Error = PolygonError;
+
+    /// [`ConvexPolygon::try_new`] of anyone's vectors; does not compile for numbers of vertices
+    /// that no polygon has.
+    fn try_from(points: [V; N]) -> Result<Self, PolygonError> {
+        const { assert!(3 <= N && N <= MAX_VERTICES, "3 to MAX_VERTICES vertices") };
+        Self::try_new(&points.map(V::dvec3))
+    }
+}
+
 impl ConvexPolygon {
     /// The most vertices that a polygon can have: [`MAX_VERTICES`], and one for each of eight
     /// clips. What holds the vertices of a polygon, or a number for each, has this much room.
@@ -152,15 +163,24 @@ impl ConvexPolygon {
     ///
     /// # Errors
     /// See [`PolygonError`].
-    pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> Result<Self, PolygonError> {
-        Self::try_new(&[a, b, c])
+    pub fn triangle(
+        a: impl Vector3,
+        b: impl Vector3,
+        c: impl Vector3,
+    ) -> Result<Self, PolygonError> {
+        Self::try_new(&[a.dvec3(), b.dvec3(), c.dvec3()])
     }
 
     /// The parallelogram `o`, `o + u`, `o + u + v`, `o + v`, with the normal along `u × v`.
     ///
     /// # Errors
     /// See [`PolygonError`].
-    pub fn parallelogram(o: DVec3, u: DVec3, v: DVec3) -> Result<Self, PolygonError> {
+    pub fn parallelogram(
+        o: impl Vector3,
+        u: impl Vector3,
+        v: impl Vector3,
+    ) -> Result<Self, PolygonError> {
+        let (o, u, v) = (o.dvec3(), u.dvec3(), v.dvec3());
         Self::try_new(&[o, o + u, o + u + v, o + v])
     }
 

@@ -1,6 +1,6 @@
 //! Segments: the geometry of a line sample.
 
-use crate::{DVec3, predicates};
+use crate::{DVec3, Vector3, predicates};
 
 /// A segment from `p0` to `p1`; its parameter t runs from 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,6 +9,13 @@ pub struct Segment {
     pub p0: DVec3,
     /// The end with t = 1.
     pub p1: DVec3,
+}
+
+impl<V: Vector3> From<[V; 2]> for Segment {
+    #[inline]
+    fn from([p0, p1]: [V; 2]) -> Self {
+        Self::new(p0.dvec3(), p1.dvec3())
+    }
 }
 
 impl Segment {

@@ -7,7 +7,7 @@
 //! name their measure in their type, [`Pdf`].
 //!
 //! ```
-//! use linelit_geometry::{ConvexPolygon, DVec3};
+//! use linelit_lights::geometry::{ConvexPolygon, DVec3};
 //! use linelit_lights::{AreaSampler, PointTechnique, SolidAngleSampler};
 //!
 //! let corner = DVec3::new(0.0, 0.0, 3.0);
@@ -59,6 +59,9 @@ pub use polygon::triangle::triangle_solid_angle;
 #[cfg(feature = "rand")]
 pub use random::Random;
 pub use technique::{LineTechnique, LinearPointTechnique, PointTechnique, PointsOnLines};
+
+// What public signatures name, so that one dependency is enough.
+pub use linelit_geometry as geometry;
 
 /// The README's example is a test.
 #[cfg(doctest)]

@@ -8,7 +8,7 @@ use rand::{Rng, RngExt};
 /// Any technique as a [`Distribution`]: its samples from a generator's numbers.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{AreaSampler, PointSample, PointTechnique, Random};
 /// use rand::distr::Distribution;
 /// /// Gives ½, ½, …

@@ -6,7 +6,7 @@
 //! works for any technique is generic over [`PointTechnique`] or [`LineTechnique`].
 //!
 //! ```
-//! use linelit_geometry::{ConvexPolygon, DVec3};
+//! use linelit_lights::geometry::{ConvexPolygon, DVec3};
 //! use linelit_lights::{AreaSampler, PointTechnique, SolidAngleSampler};
 //!
 //! /// Where the technique's random numbers ½, ½ lead, and back.

@@ -9,3 +9,6 @@ mod tessellate;
 
 pub use export::{ExportOptions, nearest_in_pbrt_v4, write_pbrt};
 pub use reader::{from_pbrt_str, load};
+
+// What public signatures name, so that one dependency is enough.
+pub use {linelit_assembly as assembly, linelit_scene as scene};

@@ -130,7 +130,7 @@ impl Camera {
     /// first pixel is (0.5, 0.5). Error: a few ulps of the direction.
     ///
     /// ```
-    /// use linelit_geometry::{DVec3, glam::DAffine3};
+    /// use linelit_scene::geometry::{DVec3, glam::DAffine3};
     /// use linelit_scene::{Camera, Projection};
     ///
     /// let view = Projection::Perspective { fov_degrees: 90.0 };
@@ -177,7 +177,7 @@ impl Camera {
     /// in the spacing: the differences are those over a whole pixel, scaled, as in pbrt.
     ///
     /// ```
-    /// use linelit_geometry::{DVec3, glam::DAffine3};
+    /// use linelit_scene::geometry::{DVec3, glam::DAffine3};
     /// use linelit_scene::{Camera, Projection};
     ///
     /// let camera = Camera::new(DAffine3::IDENTITY, Projection::Orthographic, None, None, [2, 2]);

@@ -32,3 +32,6 @@ pub use response::{Bounce, Response, index_of_refraction};
 pub use scene::{EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
+
+// What public signatures name, so that one dependency is enough.
+pub use {linelit_bsdf as bsdf, linelit_geometry as geometry, linelit_lights as lights};

@@ -246,7 +246,7 @@ impl Material {
     /// glass. A `mix` is black here: [`crate::Scene::diffuse_reflectance`] resolves it.
     ///
     /// ```
-    /// use linelit_geometry::{DVec2, DVec3};
+    /// use linelit_scene::geometry::{DVec2, DVec3};
     /// use linelit_scene::Material;
     ///
     /// let red = Material::matte("red", DVec3::new(0.5, 0.0, 0.0));

@@ -37,7 +37,7 @@ macro_rules! table {
         /// the models that it has), or of pbrt-v3 and linelit.
         ///
         /// ```
-        /// use linelit_geometry::DVec3;
+        /// use linelit_scene::geometry::DVec3;
         /// use linelit_scene::Material;
         ///
         /// let mut grey = Material::matte("grey", DVec3::splat(0.5));

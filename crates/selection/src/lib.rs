@@ -35,6 +35,9 @@ pub use contribution::{
 pub use reflected::{Cosines, reflecting};
 pub use tree::{Importance, LightTree};
 
+// What public signatures name, so that one dependency is enough.
+pub use {linelit_bsdf as bsdf, linelit_geometry as geometry, linelit_lights as lights};
+
 use linelit_geometry::finite::BELOW_ONE;
 use linelit_lights::Light;
 

@@ -79,8 +79,8 @@ const WAITING: usize = 80;
 /// takes `light`, which must give for an index the light that the tree was built over.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DVec3};
-/// use linelit_lights::{AreaLight, Emission, Light};
+/// use linelit_selection::geometry::{ConvexPolygon, DVec3};
+/// use linelit_selection::lights::{AreaLight, Emission, Light};
 /// use linelit_selection::{Importance, LightTree, diffuse};
 /// let lamp = |x: f64| {
 ///     let o = DVec3::new(x, 0.0, 3.0);

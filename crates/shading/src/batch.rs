@@ -34,7 +34,7 @@ impl Columns<'_> {
 /// of the two slices counts.
 ///
 /// ```
-/// use linelit_geometry::{DVec3, Segment};
+/// use linelit_shading::geometry::{DVec3, Segment};
 /// use linelit_shading::{batch, ribbon};
 /// let segments: Vec<Segment> = (0..20)
 ///     .map(|i| Segment::new(DVec3::new(-1.0, f64::from(i), 2.0), DVec3::new(1.0, 0.5, 2.0)))

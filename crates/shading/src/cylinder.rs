@@ -38,7 +38,7 @@ use linelit_simd::One;
 /// **Source**: Nishita et al. 1985; Peters 2021, eqs. 1–3, whose `F(ω₁) − F(ω₀)` cancels.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// let e = linelit_shading::cylinder::irradiance(
 ///     DVec3::new(-1e9, 0.0, 2.0), DVec3::new(1e9, 0.0, 2.0), DVec3::Z);
 /// assert!((e - std::f64::consts::FRAC_PI_2).abs() < 1e-8); // π/h for an infinite line

@@ -34,7 +34,7 @@ const CLOSE: f64 = 1e-6;
 /// **Source**: Lambert 1760 for the sum; the arcs are elementary integrals.
 ///
 /// ```
-/// use linelit_geometry::{DVec3, EllipticCone};
+/// use linelit_shading::geometry::{DVec3, EllipticCone};
 /// use linelit_shading::elliptic_cone::PartOfCone;
 /// use std::f64::consts::PI;
 /// // A disk overhead, of which the half with x > 0 is hidden.

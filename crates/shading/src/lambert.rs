@@ -146,7 +146,7 @@ pub(crate) fn polygon(vertices: &[DVec3], n: DVec3) -> Option<f64> {
 /// relative to itself. Numbers that are not finite give 0.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::polygon;
 /// // A square at unit distance, of four edges in a plane.
 /// let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];

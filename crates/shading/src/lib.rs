@@ -28,3 +28,6 @@ pub mod solid_angle;
 mod span;
 mod special;
 pub mod spherical_gaussian;
+
+// What public signatures name, so that one dependency is enough.
+pub use linelit_geometry as geometry;

@@ -45,7 +45,7 @@ pub fn normalisation(k: f64) -> f64 {
 /// of k_s, radiance and width.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::{phong, ribbon};
 /// let (p0, p1) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let diffuse = phong::ribbon(p0, p1, DVec3::Z, DVec3::Z, 0.0); // exponent 0

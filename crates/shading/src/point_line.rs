@@ -26,7 +26,7 @@ use linelit_simd::One;
 /// hat-function integrals of the segment.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// let e = linelit_shading::point_line::irradiance(
 ///     DVec3::new(-1e9, 0.0, 2.0), DVec3::new(1e9, 0.0, 2.0), DVec3::Z);
 /// assert!((e - 1.0).abs() < 1e-8); // 2/h for an infinite line

@@ -55,7 +55,7 @@ const ANY: f64 = -2.0;
 /// own.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::polygon;
 /// // A huge square overhead fills the hemisphere: π.
 /// let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]

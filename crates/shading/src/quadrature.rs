@@ -56,7 +56,7 @@ const STACK: usize = 48;
 /// **Source**: Kronrod 1965; Piessens et al. 1983 (QUADPACK).
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::quadrature::adaptive;
 /// let e = adaptive(|x| DVec3::splat(x.abs().sqrt()), -1.0, 1.0, 1e-10, 100_000);
 /// assert!((e.value.x - 4.0 / 3.0).abs() < 1e-9);
@@ -151,7 +151,7 @@ pub enum Model {
 /// integrand is. **Error**: see there.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::{quadrature, ribbon};
 /// let (p0, p1, n) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0), DVec3::Z);
 /// let one = |_| DVec3::ONE;

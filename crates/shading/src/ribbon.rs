@@ -37,7 +37,7 @@ use linelit_simd::One;
 /// symbols; corrected, it still cancels. The form above is a rearrangement of our own.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::ribbon;
 /// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let irradiance = 2.0 * ribbon::irradiance(p0, p1, DVec3::Z); // the light faces down: −m·p = 2
@@ -103,7 +103,7 @@ pub fn emitter(p0: DVec3, p1: DVec3, m: DVec3, sides: Sides) -> f64 {
 /// radiance and width: `(k_d/π) (−m·p) ∫ max(0, n·p)/|p|⁴ dt`, in 1/length.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::ribbon::{Sides, reflected};
 /// let (p0, p1) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let radiance = reflected(p0, p1, DVec3::Z, -DVec3::Z, Sides::One, 0.5);

@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 /// **Source**: Van Oosterom & Strackee 1983.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// let octant = linelit_shading::solid_angle::triangle(DVec3::X, DVec3::Y, DVec3::Z);
 /// assert!((octant - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
 /// ```

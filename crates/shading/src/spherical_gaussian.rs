@@ -22,7 +22,7 @@ const DEPTH: f64 = 40.0;
 /// **Source**: Wang et al. 2009 for the lobe; the windowing is our own.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::{ribbon, spherical_gaussian};
 /// let (p0, p1) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let flat = spherical_gaussian::ribbon(p0, p1, DVec3::Z, DVec3::X, 0.0);

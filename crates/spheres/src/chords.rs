@@ -57,8 +57,8 @@ const SINES: [f64; PIECES / 2 + 1] = [
 /// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
 ///
 /// ```
-/// use linelit_geometry::{DVec3, intervals::Interval};
-/// use linelit_lights::Disk;
+/// use linelit_spheres::geometry::{DVec3, intervals::Interval};
+/// use linelit_spheres::lights::Disk;
 /// use linelit_spheres::{ChordMeasure, DiskChords};
 /// let disk = Disk { center: DVec3::Z, normal: -DVec3::Z, radius: 0.5 };
 /// let chords = DiskChords::new(&disk, 0.3, DVec3::ZERO, &[DVec3::Z], ChordMeasure::SolidAngle);

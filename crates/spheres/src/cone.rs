@@ -27,8 +27,8 @@ const LEAST: f64 = 1e-6;
 /// than 1e-6 of its distance in the image, where directions would have too few digits.
 ///
 /// ```
-/// use linelit_geometry::{DMat3, DVec3};
-/// use linelit_lights::Disk;
+/// use linelit_spheres::geometry::{DMat3, DVec3};
+/// use linelit_spheres::lights::Disk;
 /// use linelit_spheres::TransformedCone;
 /// let disk = Disk { center: DVec3::Z, normal: DVec3::Z, radius: 0.5 };
 /// // A lobe a fifth as wide as the cosine.

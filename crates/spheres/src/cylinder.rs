@@ -19,8 +19,8 @@ use linelit_lights::{Area, Cylinder, Pdf, PointSample, PointTechnique};
 /// fraction t is where the fraction t of the line is.
 ///
 /// ```
-/// use linelit_geometry::{DVec3, Segment};
-/// use linelit_lights::Cylinder;
+/// use linelit_spheres::geometry::{DVec3, Segment};
+/// use linelit_spheres::lights::Cylinder;
 /// use linelit_spheres::CylinderView;
 /// let axis = Segment::new(DVec3::new(0.0, 2.0, -1.0), DVec3::new(0.0, 2.0, 1.0));
 /// let view = CylinderView::new(&Cylinder { axis, radius: 1.0 }, DVec3::ZERO).unwrap();
@@ -467,8 +467,8 @@ fn between(p: [f64; 3], q: [f64; 3], t: f64) -> [f64; 3] {
 /// `None` beside what is sampled by more than 64 ε of its coordinates.
 ///
 /// ```
-/// use linelit_geometry::{DVec3, Segment};
-/// use linelit_lights::{Cylinder, PointTechnique};
+/// use linelit_spheres::geometry::{DVec3, Segment};
+/// use linelit_spheres::lights::{Cylinder, PointTechnique};
 /// use linelit_spheres::CylinderArea;
 /// let tube = Cylinder { axis: Segment::new(DVec3::ZERO, DVec3::Z), radius: 0.5 };
 /// let by_area = CylinderArea::visible(&tube, DVec3::X);

@@ -41,8 +41,8 @@ const LEAST: f64 = 0.05;
 /// Salesin & Jarosz 2019, eqs. 12–19, for polygons.
 ///
 /// ```
-/// use linelit_geometry::{DVec3, Segment, intervals::Interval};
-/// use linelit_lights::Cylinder;
+/// use linelit_spheres::geometry::{DVec3, Segment, intervals::Interval};
+/// use linelit_spheres::lights::Cylinder;
 /// use linelit_spheres::{ChordMeasure, CylinderLines};
 /// let axis = Segment::new(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.0, 2.0));
 /// let tube = Cylinder { axis, radius: 0.5 };

@@ -11,8 +11,8 @@ use linelit_lights::{Area, Disk, Pdf, PointSample, PointTechnique};
 /// stay stratified. `invert` gives `None` outside the disk by more than 64 ε of its coordinates.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
-/// use linelit_lights::{Disk, PointTechnique};
+/// use linelit_spheres::geometry::DVec3;
+/// use linelit_spheres::lights::{Disk, PointTechnique};
 /// use linelit_spheres::DiskArea;
 /// let by_area = DiskArea::new(&Disk { center: DVec3::Z, normal: DVec3::Z, radius: 1.0 });
 /// let u = by_area.invert(by_area.sample([0.2, 0.9]).point).unwrap();

@@ -31,8 +31,8 @@ const PIECES: usize = 8;
 /// times 1 + R/h, h the distance from the plane.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
-/// use linelit_lights::{Disk, PointTechnique};
+/// use linelit_spheres::geometry::DVec3;
+/// use linelit_spheres::lights::{Disk, PointTechnique};
 /// use linelit_spheres::DiskCone;
 /// let disk = Disk { center: DVec3::new(0.0, 0.0, 3.0), normal: DVec3::Z, radius: 4.0 };
 /// let cone = DiskCone::new(&disk, DVec3::ZERO);

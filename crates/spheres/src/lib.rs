@@ -7,8 +7,8 @@
 //! `linelit-lights`.
 //!
 //! ```
-//! use linelit_geometry::DVec3;
-//! use linelit_lights::{PointTechnique, Sphere};
+//! use linelit_spheres::geometry::DVec3;
+//! use linelit_spheres::lights::{PointTechnique, Sphere};
 //! use linelit_spheres::SphereCone;
 //! let lamp = Sphere { center: DVec3::new(0.0, 0.0, 5.0), radius: 3.0 };
 //! let sample = SphereCone::new(&lamp, DVec3::ZERO).sample([0.3, 0.8]);
@@ -39,6 +39,9 @@ pub use disk::DiskArea;
 pub use disk_cone::DiskCone;
 pub use projected::SphereProjected;
 pub use sphere::{SphereCap, SphereCone};
+
+// What public signatures name, so that one dependency is enough.
+pub use {linelit_geometry as geometry, linelit_lights as lights};
 
 #[cfg(doc)]
 use linelit_lights::{Cylinder, Disk, PointTechnique, Sphere};

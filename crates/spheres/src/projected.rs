@@ -42,8 +42,8 @@ use linelit_lights::{Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
 /// ns where that cuts: both well below a shadow ray.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
-/// use linelit_lights::{PointTechnique, Sphere};
+/// use linelit_spheres::geometry::DVec3;
+/// use linelit_spheres::lights::{PointTechnique, Sphere};
 /// use linelit_spheres::SphereProjected;
 /// let lamp = Sphere { center: DVec3::new(2.0, 0.0, 0.5), radius: 1.0 };
 /// let sampler = SphereProjected::new(&lamp, DVec3::ZERO, DVec3::Z).unwrap();

@@ -70,8 +70,8 @@ fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
 /// `1/(4πR²)`; at least half of it is wasted outside.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
-/// use linelit_lights::{PointTechnique, Sphere};
+/// use linelit_spheres::geometry::DVec3;
+/// use linelit_spheres::lights::{PointTechnique, Sphere};
 /// use linelit_spheres::SphereCap;
 /// let sphere = Sphere { center: DVec3::new(0.0, 0.0, 4.0), radius: 1.0 };
 /// let cap = SphereCap::visible(&sphere, DVec3::ZERO);
@@ -160,8 +160,8 @@ impl PointTechnique for SphereCap {
 /// the side that faces away. (Wang 1992; Shirley & Wang 1991, Fig. 3.)
 ///
 /// ```
-/// use linelit_geometry::DVec3;
-/// use linelit_lights::{PointTechnique, Sphere};
+/// use linelit_spheres::geometry::DVec3;
+/// use linelit_spheres::lights::{PointTechnique, Sphere};
 /// use linelit_spheres::SphereCone;
 /// let moon = Sphere { center: DVec3::new(0.0, 0.0, 1e9), radius: 1.0 };
 /// let cone = SphereCone::new(&moon, DVec3::ZERO);

@@ -11,6 +11,9 @@ pub mod report;
 pub mod stats;
 pub mod tables;
 
+// What public signatures name, so that one dependency is enough.
+pub use {linelit_film as film, linelit_geometry as geometry};
+
 /// Version of linelit, for metadata.
 #[must_use]
 pub fn version() -> String {

@@ -200,7 +200,7 @@ impl LightFrame {
 /// too large to answer.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_visibility::geometry::{ConvexPolygon, DVec3};
 /// use linelit_visibility::LightCorners;
 /// let square = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y).unwrap();
 /// assert_eq!(LightCorners::from(&square).corners().len(), 4);

@@ -38,7 +38,7 @@
 //! # Example
 //!
 //! ```
-//! use linelit_geometry::{DVec3, Segment};
+//! use linelit_visibility::geometry::{DVec3, Segment};
 //! use linelit_visibility::{Occluders, Scratch, ShaftClass, ShaftQuery, VisibleLines};
 //!
 //! // A triangle halfway up hides the part of the light with x > 0.
@@ -56,8 +56,7 @@
 //! let line = Segment::new(DVec3::new(-0.5, 0.0, 2.0), DVec3::new(0.5, 0.0, 2.0));
 //!
 //! let mut scratch = Scratch::new();
-//! let query = ShaftQuery { point: DVec3::ZERO, light: (&light).into(), exclude: 0..0 };
-//! let mut shaft = occluders.shaft(query, &mut scratch);
+//! let mut shaft = occluders.shaft(ShaftQuery::new(DVec3::ZERO, &light), &mut scratch);
 //! assert_eq!(shaft.class(), ShaftClass::Partial);
 //!
 //! let mut visible = VisibleLines::new();
@@ -103,3 +102,6 @@ pub use occluders::Occluders;
 pub use ray::{Hit, Ray};
 pub use scratch::Scratch;
 pub use shaft::{Shaft, ShaftClass, ShaftQuery};
+
+// What public signatures name, so that one dependency is enough.
+pub use linelit_geometry as geometry;

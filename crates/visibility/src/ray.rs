@@ -6,7 +6,7 @@ use crate::{
     sweep::Lanes,
     watertight::WatertightRay,
 };
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Vector3};
 use linelit_simd::{Simd, dispatch};
 use std::ops::Range;
 
@@ -22,6 +22,19 @@ pub struct Ray {
     pub t_min: f64,
     /// Largest t, possibly infinite.
     pub t_max: f64,
+}
+
+impl Ray {
+    /// The whole ray: 0 ≤ t, without end.
+    #[must_use]
+    pub fn new(origin: impl Vector3, direction: impl Vector3) -> Self {
+        Self {
+            origin: origin.dvec3(),
+            direction: direction.dvec3(),
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        }
+    }
 }
 
 /// Where a ray meets a triangle.

@@ -7,7 +7,7 @@ use crate::{
     sweep,
     walk::{self, Found},
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN, Segment, point_margin};
+use linelit_geometry::{DVec3, LIGHT_MARGIN, Segment, Vector3, point_margin};
 use std::ops::Range;
 
 /// What to look at: a light from a shading point.
@@ -19,6 +19,18 @@ pub struct ShaftQuery<'a> {
     pub light: LightCorners<'a>,
     /// The light's own triangles, which do not hide it.
     pub exclude: Range<u32>,
+}
+
+impl<'a> ShaftQuery<'a> {
+    /// A view of a light that none of the triangles belongs to.
+    #[must_use]
+    pub fn new(point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Self {
+        Self {
+            point: point.dvec3(),
+            light: light.into(),
+            exclude: 0..0,
+        }
+    }
 }
 
 /// How much of a light its occluders may hide.

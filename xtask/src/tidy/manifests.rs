@@ -84,7 +84,7 @@ pub(super) fn hygiene(house: &House) -> Vec<String> {
         if member.manifest.contains("dependencies.") {
             complain("a dependency is one line, not a table".to_owned());
         }
-        let published = !member.section("package").any(|l| l == "publish = false");
+        let published = member.is_published();
         for key in WANTED.split(' ') {
             if published && !member.section("package").any(|line| name(line) == key) {
                 complain(format!("package.{key} is missing, crates.io wants it"));

@@ -45,7 +45,7 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         Ok(house) => house,
         Err(problem) => return vec![problem],
     };
-    let rules: [Rule; 16] = [
+    let rules: [Rule; 17] = [
         manifests::dependency_table,
         manifests::hygiene,
         manifests::unused_workspace_dependencies,
@@ -59,6 +59,7 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         sources::cases_are_scaled,
         sources::layout,
         sources::crate_pages,
+        sources::one_dependency,
         repository::machine_paths,
         repository::documents,
         repository::links,
@@ -103,6 +104,12 @@ impl House {
         fs::read_to_string(self.root.join(path)).unwrap_or_default()
     }
 
+    /// Whether crates.io gets the crate with this folder.
+    fn is_published(&self, owner: &str) -> bool {
+        let member = self.members.iter().find(|m| m.owner == owner);
+        member.is_some_and(Member::is_published)
+    }
+
     /// The front pages of libraries.
     fn libraries(&self) -> impl Iterator<Item = &Source> {
         self.sources
@@ -115,6 +122,10 @@ impl Member {
     /// The lines of a section of the manifest, without comments.
     fn section<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
         section(&self.manifest, name)
+    }
+
+    fn is_published(&self) -> bool {
+        !self.section("package").any(|l| l == "publish = false")
     }
 
     /// `package.name`.

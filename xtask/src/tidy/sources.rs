@@ -49,7 +49,7 @@ pub(super) fn lints(house: &House) -> Vec<String> {
 
 /// Files and folders that may except themselves from what `clippy.toml` disallows; each says why.
 const EXCEPTIONS: &str = "assembly/src/diagnostics/source.rs film/src/atomic.rs \
-    geometry/src/intervals/tree.rs lights/src/image.rs lights/src/line/by_texture.rs \
+    geometry/src/intervals/tree.rs geometry/src/vector.rs lights/src/image.rs lights/src/line/by_texture.rs \
     lights/src/linear/precision.rs lights/src/linear/profile.rs papers/src/peters_table1.rs \
     papers/src/scene_study/run.rs papers/src/shirley.rs samplers/src/kind.rs scenes/src/library.rs \
     bsdf/src/facet_cosine.rs study/src/engine/ study/src/memory.rs study/src/tables.rs \
@@ -238,9 +238,48 @@ pub(super) fn crate_pages(house: &House) -> Vec<String> {
         .collect()
 }
 
+/// Examples of a published library name no other crate of ours: who reads them needs one line in
+/// their manifest, and what signatures name is re-exported, or the examples would not compile.
+pub(super) fn one_dependency(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for file in &house.sources {
+        let own = format!("linelit_{}", file.owner);
+        let other = |line: &str| {
+            let doc = line.trim_start();
+            let doc = doc.strip_prefix("///").or_else(|| doc.strip_prefix("//!"));
+            doc.is_some_and(|line| names_another(line, &own))
+        };
+        let why = "an example that needs another crate than its own";
+        if !file.code.is_empty() && house.is_published(&file.owner) {
+            problems.extend(file.complain(&file.text, other, why));
+        }
+    }
+    for member in &house.members {
+        let path = format!("crates/{}/README.md", member.owner);
+        let own = format!("linelit_{}", member.owner);
+        let text = house.text(&path);
+        let lines = text.lines().enumerate();
+        let others = lines.filter(|(_, line)| names_another(line, &own));
+        if house.is_published(&member.owner) {
+            problems
+                .extend(others.map(|(i, _)| {
+                    format!("{path}:{}: an example that needs another crate", i + 1)
+                }));
+        }
+    }
+    problems
+}
+
+/// Whether a line of an example uses a crate of ours but `own`.
+fn names_another(line: &str, own: &str) -> bool {
+    let used = line.trim_start().strip_prefix("use ").unwrap_or_default();
+    let used = used.split("::").next().unwrap_or_default();
+    used.starts_with("linelit_") && used != own
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::Rule;
+    use super::super::{Member, Rule};
     use super::*;
 
     /// What a rule says of a file of a crate's.
@@ -291,6 +330,20 @@ mod tests {
         assert_eq!(found(words, "study", "fn a(l: &dyn Light) {}"), 0);
         assert_eq!(found(fallibility, "mis", constructors), 0);
         assert_eq!(found(layout, "mis", &"a\n".repeat(700)), 0);
+    }
+
+    #[test]
+    fn examples_need_one_dependency() {
+        let mut house = House::of("crates/mis/src/x.rs", "/// use linelit_mis::a;\n");
+        let manifest = "[package]\n".to_owned();
+        let owner = "mis".to_owned();
+        house.members.push(Member { owner, manifest });
+        assert!(one_dependency(&house).is_empty());
+        let text = "//! use linelit_lights::a;\n/// use linelit_mis::b;\nuse linelit_lights::c;\n";
+        house.sources = House::of("crates/mis/src/x.rs", text).sources;
+        assert_eq!(one_dependency(&house).len(), 1);
+        house.members[0].manifest += "publish = false\n";
+        assert!(one_dependency(&house).is_empty());
     }
 
     #[test]

@@ -9,7 +9,7 @@ use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGT
 use linelit_geometry::{
     CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, POINT_MARGIN,
     ParallelLines, PlaneFrame, PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle,
-    point_margin, predicates,
+    Vector3, point_margin, predicates, vector,
 };
 use linelit_testkit::public;
 use linelit_testkit::rng::SplitMix64;
@@ -40,10 +40,6 @@ fn every_public_function_is_called_here() {
     assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 
-fn vector(v: [f64; 3]) -> DVec3 {
-    DVec3::from(v)
-}
-
 /// Unit to a few ε; orthogonal to 4 ε over the least angle, 1e-3, of the plain cross product.
 fn is_orthonormal(f: &Frame) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() < 4e3 * f64::EPSILON;
@@ -68,6 +64,11 @@ proptest! {
         let points = points.map(vector);
         let _ = ConvexPolygon::parallelogram(points[0], points[1], points[2]).map(|p| sound(&p));
         let _ = ConvexPolygon::triangle(points[0], points[1], points[2]).map(|p| sound(&p));
+        // Anyone's vectors are the same numbers.
+        let three = [points[0], points[1], points[2]];
+        prop_assert_eq!(ConvexPolygon::try_from(three.map(|p| p.to_array())), ConvexPolygon::try_new(&three));
+        let ends = Segment::from([three[0], three[1]]);
+        prop_assert!(ends.p0.dvec3().to_array().map(f64::to_bits) == three[0].to_array().map(f64::to_bits));
         let Ok(polygon) = ConvexPolygon::try_new(&points[..count]) else {
             return Ok(());
         };

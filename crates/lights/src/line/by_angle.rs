@@ -75,7 +75,7 @@ const MOST_STEPS: u32 = 64;
 /// its order of magnitude. `docs/accuracy-lights.md` has the rows.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval};
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3, intervals::Interval};
 /// use linelit_lights::{AngularLines, LineTechnique};
 /// let light = ConvexPolygon::triangle(
 ///     DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 0.5, 2.0), DVec3::new(0.0, 1.0, 2.0)).unwrap();

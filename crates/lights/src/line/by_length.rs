@@ -64,7 +64,7 @@ pub struct LineSample {
 /// mean.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{LineSampler, LineTechnique, OffsetDensity};
 /// let light = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, DVec3::Y).unwrap();
 /// // Lines along the first edge: their length shrinks from 1 to 0, so that half of them lie

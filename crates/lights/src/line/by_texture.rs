@@ -32,8 +32,8 @@ use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates}
 /// **Accuracy**: round trips to a few ε over the density relative to its mean.
 ///
 /// ```
-/// use linelit_geometry::intervals::Interval;
-/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::geometry::intervals::Interval;
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{ImportanceImage, LineTechnique, TextureAxis, TexturedLines};
 /// let light = ConvexPolygon::parallelogram(DVec3::ZERO, 2.0 * DVec3::X, DVec3::Y).unwrap();
 /// // The upper row is three times as bright as the lower.

@@ -101,7 +101,7 @@ enum Kind {
 /// One technique set up for one linear light and one shading point.
 ///
 /// ```
-/// use linelit_geometry::{DVec3, Segment};
+/// use linelit_lights::geometry::{DVec3, Segment};
 /// use linelit_lights::LinearPointTechnique;
 /// use linelit_lights::linear::{LinearSampler, LinearTechnique};
 /// let tube = Segment::new(DVec3::new(-1.0, 0.5, 1.0), DVec3::new(2.0, 0.5, 1.5));

@@ -78,7 +78,7 @@ impl PointColumns<'_> {
 /// **Accuracy**: points lie in the polygon to the rounding of their coordinates.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{AreaSampler, PointTechnique};
 /// let light = ConvexPolygon::triangle(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y).unwrap();
 /// let sampler = AreaSampler::new(&light);

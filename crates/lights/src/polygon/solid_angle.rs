@@ -29,7 +29,7 @@ const KEPT: usize = 2;
 /// coordinates.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DVec3};
+/// use linelit_lights::geometry::{ConvexPolygon, DVec3};
 /// use linelit_lights::{PointTechnique, SolidAngleSampler};
 /// // One face of a cube seen from the cube's centre: 4π/6.
 /// let corner = DVec3::new(-1.0, -1.0, 1.0);

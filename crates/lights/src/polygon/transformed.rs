@@ -22,7 +22,7 @@ use std::f64::consts::FRAC_1_PI;
 /// **Source**: Heitz, Dupuy, Hill & Neubelt 2016, for the map.
 ///
 /// ```
-/// use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
+/// use linelit_lights::geometry::{ConvexPolygon, DMat3, DVec3};
 /// use linelit_lights::{PointTechnique, TransformedSampler};
 /// let light = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X, DVec3::Y).unwrap();
 /// // A lobe a fifth as wide as the cosine.

@@ -44,7 +44,7 @@ fn pixel([u, v]: [f64; 2]) -> usize {
 /// Parallelograms: plain, sheared, tiny, huge, needle-like, far from the origin.
 fn quads() -> Vec<(&'static str, ConvexPolygon)> {
     let quad = |name, o: [f64; 3], a: [f64; 3], b: [f64; 3]| {
-        let quad = ConvexPolygon::parallelogram(o.into(), a.into(), b.into()).expect("a quad");
+        let quad = ConvexPolygon::parallelogram(o, a, b).expect("a quad");
         (name, quad)
     };
     vec![

@@ -75,7 +75,7 @@ const SMALL: f64 = 1e-3;
 /// edge and needs an integer; both forms are our own.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::phong_polygon;
 /// // A huge square overhead, the lobe straight up: 2π/(k + 2).
 /// let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
@@ -130,7 +130,7 @@ pub fn irradiance(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
 /// QUADPACK's (Piessens et al. 1983), which is on the safe side for integrands as smooth as these.
 ///
 /// ```
-/// use linelit_geometry::DVec3;
+/// use linelit_shading::geometry::DVec3;
 /// use linelit_shading::phong_polygon::{irradiance, irradiance_to};
 /// let corners = [(-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2)];
 /// let square = corners.map(|(x, y)| DVec3::new(x, y, 1.0));

@@ -83,13 +83,13 @@ impl ImageMetrics {
     /// [`FilmError::Size`] when the sizes differ.
     ///
     /// ```
-    /// use linelit_film::Image;
+    /// use linelit_study::film::Image;
     /// use linelit_study::stats::metrics::ImageMetrics;
     /// let reference = Image::from_fn(2, 1, |_, _| [1.0; 3]);
     /// let picture = Image::from_fn(2, 1, |x, _| [1.0 + x as f32; 3]);
     /// let m = ImageMetrics::compare(&picture, &reference)?;
     /// assert_eq!((m.mse, m.bias, m.bias_stderr, m.largest_at), (0.5, 0.5, 0.5, [1, 0]));
-    /// # Ok::<(), linelit_film::FilmError>(())
+    /// # Ok::<(), linelit_study::film::FilmError>(())
     /// ```
     pub fn compare(picture: &Image, reference: &Image) -> Result<Self, FilmError> {
         if (picture.width, picture.height) != (reference.width, reference.height) {
