@@ -1,12 +1,23 @@
 //! How occluded a light usually is.
 
+use crate::query::free;
 use crate::{Buffers, EmissionTexture, LightSource};
 use linelit_geometry::DVec3;
-use linelit_lights::AreaLight;
-use linelit_visibility::{Occluders, ShaftQuery};
+use linelit_lights::{AreaLight, AreaSampler, PointTechnique as _};
+use linelit_visibility::{Counters, Occluders, ShaftClass, ShaftQuery};
 
 /// A light is densely occluded if more than this share of its shafts is dense.
 const DENSE: f64 = 0.2;
+
+/// Points of the light, across and down, that rays are sent to.
+const POINTS: usize = 4;
+
+/// Tests of boxes and triangles that take as long as keeping one triangle for points to be tested
+/// against: measured.
+const TESTS_FOR_A_CANDIDATE: u64 = 5;
+
+/// The same for drawing a few points, which an empty shaft does without: measured.
+const TESTS_FOR_POINTS: u64 = 15;
 
 /// How occluded a light usually is: chooses the strategy of `hybrid`. Geometry alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,18 +30,22 @@ pub struct OcclusionStats {
     /// Edges that bound what is hidden, for each triangle in between: up to three if triangles are
     /// loose, few in meshes.
     pub edges: f64,
+    /// How many times what points with rays take, traced together, points that share a shaft do: by
+    /// the tests that sixteen rays and a shaft take.
+    pub shaft_cost: f64,
     /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
     /// it was measured ([`Calibration`](crate::Calibration)).
     pub exact_cost: f64,
 }
 
 impl Default for OcclusionStats {
-    /// Few triangles, all loose.
+    /// Few triangles, all loose; rays and shafts alike.
     fn default() -> Self {
         Self {
             dense: false,
             candidates: 1.0,
             edges: 3.0,
+            shaft_cost: 1.0,
             exact_cost: 1.0,
         }
     }
@@ -47,10 +62,14 @@ pub struct OcclusionProbe {
     candidates: usize,
     /// Edges that bound what those hide.
     edges: usize,
+    /// Tests that take as long as shafts and what is done with them.
+    shaft_tests: u64,
+    /// As long as rays.
+    ray_tests: u64,
 }
 
 impl OcclusionProbe {
-    /// Asks for the shaft from `position` to the light.
+    /// Asks for the shaft from `position` to the light, and sends rays there.
     pub fn look<T: EmissionTexture>(
         &mut self,
         occluders: &Occluders,
@@ -64,32 +83,69 @@ impl OcclusionProbe {
             light: (&area.polygon).into(),
             exclude: light.triangles.clone(),
         };
+        let scratch = &mut buffers.scratch;
+        let start = tests(&scratch.counters);
+        let to_light = points(area).map(|at| at - position);
+        free(occluders, position, &to_light, &light.triangles, scratch);
+        let with_rays = tests(&scratch.counters);
+        self.ray_tests += with_rays - start + TESTS_FOR_POINTS;
+
         let shaft = occluders.shaft(query, &mut buffers.scratch);
+        let (class, candidates) = (shaft.class(), shaft.candidates());
         self.shafts += 1;
         self.dense += u32::from(shaft.is_dense());
         if let Some(images) = shaft.images() {
             let penumbra = &mut buffers.samples.penumbra;
             penumbra.boundary(images.light(), images.triangles());
-            self.candidates += shaft.candidates();
+            self.candidates += candidates;
             self.edges += penumbra.edge_count();
+        }
+        let in_shaft = tests(&buffers.scratch.counters) - with_rays;
+        self.shaft_tests += in_shaft + TESTS_FOR_A_CANDIDATE * candidates as u64;
+        if class == ShaftClass::Partial {
+            self.shaft_tests += TESTS_FOR_POINTS;
         }
     }
 
     /// What the shafts say.
     #[must_use]
     pub fn stats(self) -> OcclusionStats {
-        let dense = f64::from(self.dense) > DENSE * f64::from(self.shafts);
-        if self.candidates == 0 {
-            let none = OcclusionStats::default();
-            return OcclusionStats { dense, ..none };
-        }
-        #[allow(clippy::cast_precision_loss, reason = "a few hundred shafts")]
-        let (edges, candidates) = (self.edges as f64, self.candidates as f64);
-        OcclusionStats {
-            dense,
-            candidates: candidates / f64::from(self.shafts),
-            edges: edges / candidates,
+        let mut stats = OcclusionStats {
+            dense: f64::from(self.dense) > DENSE * f64::from(self.shafts),
             ..OcclusionStats::default()
+        };
+        #[allow(clippy::cast_precision_loss, reason = "a few hundred shafts")]
+        let [edges, candidates, shaft_tests, ray_tests] = [
+            self.edges as f64,
+            self.candidates as f64,
+            self.shaft_tests as f64,
+            self.ray_tests as f64,
+        ];
+        if ray_tests > 0.0 {
+            stats.shaft_cost = shaft_tests / ray_tests;
         }
+        if candidates > 0.0 {
+            stats.candidates = candidates / f64::from(self.shafts);
+            stats.edges = edges / candidates;
+        }
+        stats
     }
+}
+
+/// Points spread over the light.
+fn points(area: &AreaLight) -> [DVec3; POINTS * POINTS] {
+    let sampler = AreaSampler::new(&area.polygon);
+    #[allow(clippy::cast_precision_loss, reason = "below eight")]
+    let middle = |i: usize| (2 * i + 1) as f64 / (2 * POINTS) as f64;
+    let point = |i| {
+        sampler
+            .sample([middle(i % POINTS), middle(i / POINTS)])
+            .point
+    };
+    std::array::from_fn(point)
+}
+
+/// Boxes and triangles tested.
+fn tests(counters: &Counters) -> u64 {
+    counters.node_tests + counters.triangle_tests
 }

@@ -1,4 +1,4 @@
-//! What a clock tells `hybrid`.
+//! What `hybrid` is told: by shafts and rays, and by a clock.
 
 use crate::common::{CLUTTER, SQUARE, points, room, settings};
 use linelit_integrator::{Renderer, Workspace};
@@ -17,13 +17,13 @@ fn clock(exact: f64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Shading points at which two seeds of `hybrid` with 8 lines differ.
-fn noisy(renderer: &Renderer<'_>) -> usize {
+/// Shading points at which two seeds of `hybrid` with so many lines differ.
+fn noisy(renderer: &Renderer<'_>, lines: u32) -> usize {
     let mut workspace = Workspace::new();
     let mut differs = |(pixel, point): &([u32; 2], _)| {
         let mut value = |seed| {
             renderer.direct(
-                &settings("hybrid", 8, seed),
+                &settings("hybrid", lines, seed),
                 point,
                 *pixel,
                 0,
@@ -40,7 +40,7 @@ fn what_the_clock_says_is_what_hybrid_takes() {
     let scene = room(SQUARE, CLUTTER);
     let mut renderer = Renderer::new(&scene);
     let cost = |renderer: &Renderer<'_>| renderer.plan().lights()[0].occlusion.exact_cost;
-    let table = noisy(&renderer);
+    let table = noisy(&renderer, 8);
     assert_eq!(
         cost(&renderer).to_bits(),
         1.0_f64.to_bits(),
@@ -49,12 +49,43 @@ fn what_the_clock_says_is_what_hybrid_takes() {
     // The closed form in the time of 4 lines less 12 times 1/3: none.
     renderer.calibrate(clock(2.0 / 3.0));
     assert!(
-        cost(&renderer) < 1e-12 && noisy(&renderer) == 0,
+        cost(&renderer) < 1e-12 && noisy(&renderer, 8) == 0,
         "for nothing"
     );
     renderer.calibrate(clock(100.0));
     assert!(
-        cost(&renderer) > 10.0 && noisy(&renderer) >= table.max(1),
+        cost(&renderer) > 10.0 && noisy(&renderer, 8) >= table.max(1),
         "too dear"
+    );
+}
+
+/// Upright slivers that fill the room between floor and light, so that a shaft keeps very many.
+fn grass(blades: usize) -> String {
+    let blade = |i: usize| {
+        let (x, y) = (0.31 * (i % 40) as f64 - 6.2, 0.27 * (i / 40) as f64 - 6.0);
+        format!("{x} {y} 0.2  {} {y} 0.2  {x} {} 1.8 ", x + 0.01, y + 0.01)
+    };
+    let indices: String = (0..3 * blades).map(|i| format!("{i} ")).collect();
+    let corners: String = (0..blades).map(blade).collect();
+    format!(r#"Shape "trianglemesh" "integer indices" [ {indices} ] "point P" [ {corners} ]"#)
+}
+
+#[test]
+fn a_shaft_for_few_points_is_asked_where_it_is_cheap() {
+    let cost = |occluders: &str| {
+        let scene = room(SQUARE, occluders);
+        let renderer = Renderer::new(&scene);
+        let lit = points(&renderer).len();
+        let cost = renderer.plan().lights()[0].occlusion.shaft_cost;
+        (cost, noisy(&renderer, 1), lit)
+    };
+    let (open, noisy, _) = cost("");
+    assert!(open < 0.9, "{open}");
+    assert_eq!(noisy, 0, "empty shafts are answered in closed form");
+    let (grown, noisy, lit) = cost(&grass(1600));
+    assert!(grown > 1.0, "{grown}");
+    assert!(
+        noisy * 2 > lit,
+        "by rays, but where all are blocked: {noisy} of {lit}"
     );
 }

@@ -2,6 +2,7 @@
 //! Where the numbers come from: `docs/decisions/007-what-hybrid-asks.md`.
 
 use super::Integral;
+use super::exact::ExactOptions;
 use crate::strategy::{Strategy, through_shaft};
 use crate::techniques::points::LightPoint;
 use crate::{Buffers, EmissionTexture, Estimator, Lines, PointBy, Points, Query};
@@ -17,6 +18,10 @@ const FEW_LINES: u32 = 4;
 /// Rays, traced together, that take about as long as a line where `FEW_LINES` decides, and for a
 /// dense shaft.
 const RAYS_FOR_A_LINE: u32 = 4;
+
+/// Points share a shaft in place of `FEW_LINES` where it costs less than this many times as much as
+/// rays.
+const SHAFT_FOR_FEW: f64 = 0.9;
 
 /// Below this many triangles in a shaft on average, points share it in place of `FEW_LINES` lines.
 const CANDIDATES_FOR_FEW_LINES: f64 = 72.0;
@@ -53,7 +58,7 @@ const LINES_FOR_THE_FIRST: f64 = 1.2;
 const LINE_BY_CANDIDATES: f64 = 0.011;
 
 /// Lines that take as long as the light's own edges for each lobe of the surface.
-const LINES_FOR_A_LOBE: f64 = 12.0;
+const LINES_FOR_A_LOBE: f64 = 20.0;
 
 /// What `LINES_FOR_AN_EDGE` grows by for each lobe, before a light that is narrow for it, and
 /// before a wide one.
@@ -82,12 +87,14 @@ impl Integral for Cheapest {
         options: &Lines,
         buffers: &mut Buffers,
     ) -> DVec3 {
+        let query = &query.with_tolerance(ExactOptions::default().tolerance);
         let (lines, occlusion) = (query.samples, &query.light.occlusion);
         if lines >= FEW_LINES && query.light.texture.is_some() {
             return by_texture(query, area, buffers);
         }
+        let closed = query.point.bsdf.closed_form();
         // Without a closed form, but as transformed cosines (or nothing is known of it).
-        let is_fitted = query.light.texture.is_none() && query.point.bsdf.closed_form().is_none();
+        let is_fitted = query.light.texture.is_none() && closed.is_none();
         if occlusion.dense && lines < FEW_LINES_IF_DENSE {
             let by = if is_fitted {
                 PointBy::Ltc
@@ -114,14 +121,14 @@ impl Integral for Cheapest {
             });
         }
         if lines < FEW_LINES {
-            let by = if is_fitted {
-                PointBy::Ltc
-            } else {
-                PointBy::Area
-            };
-            return point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, by, buffers);
+            return by_few_points(query, area, options, buffers);
         }
         if lines == FEW_LINES && occlusion.candidates < CANDIDATES_FOR_FEW_LINES {
+            let is_diffuse = closed.is_some_and(|form| form.is_diffuse());
+            if !is_diffuse && occlusion.shaft_cost > 1.0 {
+                let query = &query.times(POINTS_FOR_A_LINE);
+                return point_sum::by_rays(query, area, PointBy::Area, buffers);
+            }
             let points = (Strategy::Points(PointBy::Area), POINTS_FOR_A_LINE);
             return through_shaft(query, area, options, buffers, |shaft| {
                 exact_or(points, query, area, shaft)
@@ -141,6 +148,31 @@ impl Integral for Cheapest {
         let affordable = CANDIDATES_OF_FITS * f64::from(samples);
         !shaft.is_dense() && (shaft.candidates() as f64) < affordable
     }
+}
+
+/// Points where lines would be fewer than `FEW_LINES`: in a shaft, if that costs less than rays do
+/// and where it is empty closed forms cost little.
+fn by_few_points<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    options: &Lines,
+    buffers: &mut Buffers,
+) -> DVec3 {
+    let shaft_cost = query.light.occlusion.shaft_cost;
+    let closed = query.point.bsdf.closed_form();
+    let by = if query.light.texture.is_none() && closed.is_none() {
+        PointBy::Ltc
+    } else if shaft_cost > 1.0 {
+        // So much is in between that fewer and better points pay.
+        cheap_points(query, area)
+    } else {
+        PointBy::Area
+    };
+    if shaft_cost < SHAFT_FOR_FEW && closed.is_some_and(|form| form.is_diffuse()) {
+        let points = (Strategy::Points(by), POINTS_FOR_A_LINE);
+        return through_shaft(query, area, options, buffers, |_| points);
+    }
+    point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, by, buffers)
 }
 
 /// Points of a light that emits an image, half of them by the image.
