@@ -1,8 +1,9 @@
 #![doc = include_str!("../README.md")]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
-#[cfg(feature = "formats")]
+#[cfg(feature = "pbrt")]
 pub use linelit_assembly as assembly;
 pub use linelit_bsdf as bsdf;
 pub use linelit_estimators as estimators;
@@ -15,11 +16,11 @@ pub use linelit_geometry as geometry;
 pub use linelit_integrator as integrator;
 pub use linelit_lights as lights;
 pub use linelit_mis as mis;
-#[cfg(feature = "formats")]
+#[cfg(feature = "pbrt")]
 pub use linelit_pbrt as pbrt;
 pub use linelit_penumbra as penumbra;
 pub use linelit_samplers as samplers;
-#[cfg(feature = "render")]
+#[cfg(any(feature = "render", feature = "pbrt"))]
 pub use linelit_scene as scene;
 pub use linelit_selection as selection;
 pub use linelit_shading as shading;
@@ -30,6 +31,6 @@ pub use linelit_study as study;
 pub use linelit_visibility as visibility;
 
 /// The example of the project's page, run as a test.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "formats", feature = "render"))]
 #[doc = include_str!("../../../README.md")]
 struct Project;
