@@ -18,7 +18,7 @@ pub use picture_study::Context;
 
 use anyhow::Result;
 use linelit_study::report::Report;
-use scene_study::StudySpec;
+use scene_study::{Duel, StudySpec};
 
 /// Page, files and numbers of a study of pictures and tables.
 #[derive(Debug, Default)]
@@ -97,11 +97,16 @@ pub fn study(name: &str, scene: Option<&str>) -> Option<Study> {
     }
 }
 
-/// [`StudySpec::default`], beside the orders that Billen & Dutré report for its scenes.
+/// [`StudySpec::default`] with pictures for the same time, beside the orders that Billen & Dutré
+/// report for its scenes.
 #[must_use]
 pub fn default_study() -> StudySpec {
     StudySpec {
         papers: billen_orders::paper_orders(),
+        duel: Some(Duel {
+            side: 256,
+            samples: 16,
+        }),
         ..StudySpec::default()
     }
 }

@@ -193,6 +193,7 @@ fn line(name: String, points: Vec<PlotPoint>) -> Series {
         estimator: name,
         sampler: "independent".to_owned(),
         points,
+        noiseless: Vec::new(),
     }
 }
 
@@ -203,6 +204,7 @@ fn plot(series: Vec<Series>) -> Plot {
         x_label: "shadow rays of a shading point".to_owned(),
         y_label: "root mean squared error".to_owned(),
         x_ticks: Some(vec![1.0, 4.0, 16.0, 64.0]),
+        more_is_better: false,
         guides: vec![-0.5],
         series,
         palette,

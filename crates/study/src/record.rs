@@ -1,11 +1,11 @@
 //! From what was measured to what is told: the record of a study.
 
 use crate::engine::{CellResult, Method, Results};
-use crate::report::{Picture, Report, plot_files};
+use crate::plots::signed;
+use crate::report::{Exhibits, Report, plot_files};
 use crate::stats::slopes::{Bootstrap, Order, SlopePoint, fit_trials};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
 use linelit_film::FilmError;
-use std::collections::BTreeMap;
 
 /// An order of convergence that a paper reports.
 #[derive(Clone, Debug)]
@@ -51,6 +51,7 @@ impl StudyRecord {
         let name = scene.scene.clone();
         scene.shading_points = results.integrals;
         scene.pixels = results.pixels;
+        scene.power = results.power;
         scene.reference_mse = results.reference.mse;
         scene.reference.clone_from(&results.reference.source);
         self.scenes.push(scene);
@@ -66,20 +67,17 @@ impl StudyRecord {
         }
     }
 
-    /// The files of a study, by name: its tables, `plots/*.svg` and `report.html`; `pictures` by
-    /// the scenes' names.
+    /// The files of a study, by name: its tables, `plots/*.svg` and `report.html`, which shows the
+    /// exhibits.
     ///
     /// # Errors
     /// [`FilmError`] if a number cannot be written as JSON.
-    pub fn files(
-        &self,
-        pictures: BTreeMap<String, Vec<Picture>>,
-    ) -> Result<Vec<(String, Vec<u8>)>, FilmError> {
+    pub fn files(&self, exhibits: Exhibits) -> Result<Vec<(String, Vec<u8>)>, FilmError> {
         let mut files: Vec<(String, String)> = Vec::new();
         files.extend(self.tables()?.map(|(name, text)| (name.to_owned(), text)));
         let plots = plot_files(self).into_iter();
         files.extend(plots.map(|(name, svg)| (format!("plots/{name}"), svg)));
-        let page = Report::of_study(self, pictures).render();
+        let page = Report::of_study(self, exhibits).render();
         files.push(("report.html".to_owned(), page));
         let bytes = |(name, text): (String, String)| (name, text.into_bytes());
         Ok(files.into_iter().map(bytes).collect())
@@ -98,6 +96,7 @@ fn row(scene: &str, pixels: &str, cell: &CellResult) -> ResultRow {
         mse: cell.score.mse,
         mse_stderr: cell.score.mse_stderr,
         mrse: cell.score.mrse,
+        variance: cell.score.variance,
         bias: cell.score.bias,
         bias_stderr: cell.score.bias_stderr,
         cpu_seconds: cell.times.seconds(),
@@ -111,21 +110,30 @@ fn row(scene: &str, pixels: &str, cell: &CellResult) -> ResultRow {
     }
 }
 
+/// The fewest numbers of samples with noise that an order is fitted to where others have none.
+const LEAST_NOISY: usize = 3;
+
 /// The order of the standard deviation of one estimator and pattern, from the spread of the trials
-/// (which needs no reference).
+/// (which needs no reference). What has no noise has no part in the fit; `None` where too little
+/// else is left, as of an estimator that changes to a closed form.
 fn slope(
     [scene, estimator, sampler]: [&String; 3],
     results: &Results,
     papers: &[PaperOrder],
 ) -> Option<SlopeRow> {
-    let cells = results.cells.iter();
+    let of = |cell: &&CellResult| (&cell.estimator, &cell.sampler) == (estimator, sampler);
+    let all = results.cells.iter().filter(of).count();
+    let cells = results.cells.iter().filter(of);
     let points: Vec<SlopePoint> = cells
-        .filter(|cell| (&cell.estimator, &cell.sampler) == (estimator, sampler))
+        .filter(|cell| cell.score.variance > 0.0)
         .map(|cell| SlopePoint {
             samples: f64::from(cell.samples),
             trial_variances: cell.score.trial_variance.clone(),
         })
         .collect();
+    if points.len() < all && points.len() < LEAST_NOISY {
+        return None;
+    }
     let fit = fit_trials(&points, &Bootstrap::default())?;
     let mut row = SlopeRow::new(scene, estimator, sampler, &fit);
     let paper = papers
@@ -159,7 +167,13 @@ fn remark(points: &[SlopePoint], fit: &Order) -> String {
         "a straight line over the whole range: the order of this scene, which is not the paper's"
     };
     format!(
-        "{why}: {early:.2} from N = {} to {}, {late:.2} from N = {} to {}; lack of fit {:.1}",
-        first[0].samples, first[1].samples, last[0].samples, last[1].samples, fit.lack_of_fit
+        "{why}: {} from N = {} to {}, {} from N = {} to {}; lack of fit {:.1}",
+        signed(early, 2),
+        first[0].samples,
+        first[1].samples,
+        signed(late, 2),
+        last[0].samples,
+        last[1].samples,
+        fit.lack_of_fit
     )
 }

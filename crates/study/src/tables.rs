@@ -14,7 +14,7 @@ use crate::stats::slopes::Order;
 
 /// The columns of `results.csv`, in order.
 pub const RESULT_COLUMNS: &str = "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,\
-    bias,bias_stderr,cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,\
+    variance,bias,bias_stderr,cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,\
     intervals";
 
 /// The columns of `slopes.csv`, in order.
@@ -41,6 +41,9 @@ pub struct ResultRow {
     pub mse_stderr: f64,
     /// Mean relative squared error, ε = 1e-6.
     pub mrse: f64,
+    /// Mean squared distance of one estimate from the mean of its trials, which needs no reference;
+    /// zero where it is rounding alone: the estimator has no noise.
+    pub variance: f64,
     /// Mean error.
     pub bias: f64,
     /// Its standard error over the trials.
@@ -61,6 +64,15 @@ pub struct ResultRow {
     pub triangle_tests: u64,
     /// Visible intervals.
     pub intervals: u64,
+}
+
+impl ResultRow {
+    /// Whether trials do not differ but by rounding: what is left of the error is the reference's,
+    /// or bias.
+    #[must_use]
+    pub fn is_noiseless(&self) -> bool {
+        self.trials > 1 && self.variance <= 0.0
+    }
 }
 
 /// The order of convergence of one estimator with one sampler on one scene.
@@ -139,6 +151,8 @@ pub struct SceneRecord {
     pub build_seconds: f64,
     /// Bytes of the hierarchy.
     pub hierarchy_bytes: usize,
+    /// Mean over pixels and channels of the reference's square.
+    pub power: f64,
     /// Mean squared error of the reference itself.
     pub reference_mse: f64,
     /// Estimator and samples of the reference.
@@ -387,12 +401,12 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(
             lines[0],
-            "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,bias,bias_stderr,\
+            "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,variance,bias,bias_stderr,\
              cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,intervals"
         );
         assert_eq!(
             lines[1],
-            "grid,32x32,\"line-area[orientation=fixed:0.25,offset=length]\",sobol,16,8,1.25e-7,0,0,0,,\
+            "grid,32x32,\"line-area[orientation=fixed:0.25,offset=length]\",sobol,16,8,1.25e-7,0,0,0,0,,\
              0.30000000000000004,0.01,0,18446744073709551615,0,0,0,0"
         );
         let slope = SlopeRow {

@@ -2,7 +2,7 @@
 
 use linelit_geometry::DVec3;
 use linelit_study::engine::{Contest, Counts, Design, Method, Problem, Truth, contest, measure};
-use linelit_study::report::Picture;
+use linelit_study::report::Exhibits;
 use linelit_study::tables::{SceneRecord, StudyRecord};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -75,8 +75,11 @@ fn study(truth: &Truth<bool>) -> (StudyRecord, BTreeMap<String, Vec<u8>>) {
         ..SceneRecord::default()
     };
     record.add(scene, "all", &design.methods, &results, &[]);
-    let no_pictures = BTreeMap::<String, Vec<Picture>>::new();
-    let files = record.files(no_pictures).unwrap().into_iter().collect();
+    let files = record
+        .files(Exhibits::default())
+        .unwrap()
+        .into_iter()
+        .collect();
     (record, files)
 }
 

@@ -7,8 +7,8 @@ use crate::output::{Output, OutputError, note};
 use anyhow::Result;
 use linelit_papers::scene_study::{StudySpec, open_all};
 use linelit_papers::{Context, Findings, Study, default_study, names, study, takes_scene};
+use linelit_study::report::Exhibits;
 use linelit_study::tables::{GalleryRow, SlopeRow};
-use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// Runs a study and writes its report.
@@ -104,17 +104,19 @@ fn converge(
         .time_budget
         .map(|s| start + Duration::from_secs_f64(s.min(1e9)));
     let mut record = spec.record(command());
-    let mut pictures = BTreeMap::new();
+    let mut exhibits = Exhibits {
+        compared: spec.compared(),
+        ..Exhibits::default()
+    };
     let library = args.common.read.library();
     for opened in open_all(spec, &mut |name| Ok(library.load_lit(name)?.scene))? {
         let label = opened.label().to_owned();
         let progress = bar(&label);
-        let shown = opened.run(spec, deadline, &progress, &mut record)?;
+        opened.run(spec, deadline, &progress, &mut record, &mut exhibits)?;
         progress.finish_and_clear();
-        pictures.insert(label, shown);
     }
     record.seconds = start.elapsed().as_secs_f64();
-    for (name, bytes) in record.files(pictures)? {
+    for (name, bytes) in record.files(exhibits)? {
         folder.add(&name, bytes);
     }
     let report = folder.path_of("report.html");

@@ -27,7 +27,7 @@ pub(super) struct GalleryPicture {
 const REFERENCE_SAMPLES: u32 = 256;
 /// Samples by which the cost of a picture is found: what each adds, and what comes before the
 /// first.
-const PROBES: [u32; 2] = [4, 32];
+pub(super) const PROBES: [u32; 2] = [4, 32];
 
 /// Renders the gallery of a study on one scene.
 pub(super) fn gallery(
@@ -100,7 +100,7 @@ fn picture(
     clippy::cast_possible_truncation,
     reason = "clamped to the range first"
 )]
-fn fitting(seconds: f64, [few, many]: [f64; 2]) -> u32 {
+pub(super) fn fitting(seconds: f64, [few, many]: [f64; 2]) -> u32 {
     let [a, b] = PROBES.map(f64::from);
     let sample = ((many - few) / (b - a)).max(1e-3 * many / b);
     let setup = (few - a * sample).max(0.0);

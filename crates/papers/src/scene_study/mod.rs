@@ -1,11 +1,13 @@
 //! Convergence studies of scenes: our integrator as what `linelit-study` measures.
 
+mod duel;
 mod gallery;
 mod run;
 mod spec;
+mod words;
 
 pub use run::{Opened, open_all};
-pub use spec::{Budget, Gallery, Spot, StudySpec, View};
+pub use spec::{Budget, Duel, Gallery, Spot, StudySpec, View};
 
 use indicatif::ProgressBar;
 use linelit_estimators::{Estimator, LineBy, Points};
@@ -46,17 +48,22 @@ impl<'a> Targets<'a> {
     /// lines and BSDF samples combined.
     #[must_use]
     pub fn truth(&self, spheres: Spheres) -> Truth<Settings> {
+        Truth::Computed(spec::method(self.true_settings(spheres)))
+    }
+
+    /// The settings of [`Targets::truth`].
+    fn true_settings(&self, spheres: Spheres) -> Settings {
         let closed = self.points.iter().all(|(_, p)| p.has_closed_form());
         let estimator = if closed {
             Estimator::analytic()
         } else {
             Estimator::lines(LineBy::SolidAngle).with(Points::bsdf())
         };
-        Truth::Computed(spec::method(Settings {
+        Settings {
             estimator,
             spheres,
             ..Settings::default()
-        }))
+        }
     }
 }
 

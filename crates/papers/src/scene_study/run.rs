@@ -1,6 +1,7 @@
 //! From a study of scenes to its results.
 #![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
+use super::duel::duel;
 use super::gallery::{GalleryPicture, gallery};
 use super::{StudySpec, Targets, View, all_pixels, render};
 use anyhow::{Result, bail};
@@ -12,7 +13,7 @@ use linelit_scene::Scene;
 use linelit_study::engine::measure;
 use linelit_study::memory;
 use linelit_study::pixels::Pixels;
-use linelit_study::report::{Picture, scientific};
+use linelit_study::report::{Exhibits, Picture, scientific};
 use linelit_study::tables::{GalleryRow, SceneRecord, StudyRecord};
 use std::time::Instant;
 
@@ -22,7 +23,8 @@ pub struct Opened {
     view: View,
     scene: Scene,
     pixels: Vec<[u32; 2]>,
-    picture_size: [u32; 2],
+    /// The scene's own proportions.
+    aspect: [u32; 2],
     load_seconds: f64,
 }
 
@@ -57,14 +59,14 @@ impl Opened {
         let start = Instant::now();
         let mut scene = load(&view.scene)?;
         let load_seconds = start.elapsed().as_secs_f64();
-        let picture_size = picture_size(&scene);
+        let aspect = [scene.film.width.max(1), scene.film.height.max(1)];
         check_memory(spec, &view.pixels)?;
         let pixels = pixels(&mut scene, &view.pixels)?;
         Ok(Self {
             view,
             scene,
             pixels,
-            picture_size,
+            aspect,
             load_seconds,
         })
     }
@@ -75,8 +77,8 @@ impl Opened {
         &self.view.label
     }
 
-    /// Runs a study on this view, and adds what was found to `record`. Pictures for the report are
-    /// returned.
+    /// Runs a study on this view, and adds what was found to `record`, and what the report shows of
+    /// it to `exhibits`.
     ///
     /// # Errors
     /// If the camera sees nothing at the pixels.
@@ -86,7 +88,8 @@ impl Opened {
         deadline: Option<Instant>,
         progress: &ProgressBar,
         record: &mut StudyRecord,
-    ) -> Result<Vec<Picture>> {
+        exhibits: &mut Exhibits,
+    ) -> Result<()> {
         let Self {
             view, mut scene, ..
         } = self;
@@ -109,7 +112,23 @@ impl Opened {
         };
         let pixels = view.pixels.to_string();
         record.add(about, &pixels, &design.methods, &results, &spec.papers);
-        let picture = picture(&mut scene, self.picture_size);
+        let name = view.label.clone();
+        let compared = match &spec.duel {
+            Some(wanted) => {
+                let size = fitted(self.aspect, wanted.side);
+                duel(spec, wanted, &name, record, &mut scene, size)?
+            }
+            None => None,
+        };
+        let mut shown = Vec::new();
+        // The comparison shows the scene already.
+        if let Some(compared) = compared {
+            exhibits.comparisons.insert(name.clone(), compared);
+        } else {
+            let image = picture(&mut scene, fitted(self.aspect, PICTURE_SIDE));
+            let caption = format!("{name}: line-analytic, 16 stratified lines a point");
+            shown.push(Picture::exposed(&image, exposure(&image), &caption)?);
+        }
         let gallery = match &spec.gallery {
             Some(wanted) if view.with_gallery => gallery(spec, wanted, &mut scene, progress),
             _ => Vec::new(),
@@ -121,7 +140,9 @@ impl Opened {
             cpu_seconds: p.cpu_seconds,
             mrse: p.mrse,
         }));
-        Ok(pictures(&view.label, &picture, &gallery)?)
+        shown.extend(pictures(&gallery)?);
+        exhibits.pictures.insert(name, shown);
+        Ok(())
     }
 }
 
@@ -175,11 +196,15 @@ fn pixels(scene: &mut Scene, pixels: &Pixels) -> Result<Vec<[u32; 2]>> {
     }
 }
 
-/// The scene's own proportions at 320 pixels on the longer side.
-fn picture_size(scene: &Scene) -> [u32; 2] {
-    let (w, h) = (scene.film.width.max(1), scene.film.height.max(1));
-    let fit = |side: u32| (320 * side / w.max(h)).max(1);
-    [fit(w), fit(h)]
+/// Pixels on the longer side of the picture of a scene.
+const PICTURE_SIDE: u32 = 320;
+
+/// A picture's proportions with this many pixels on the longer side.
+fn fitted([w, h]: [u32; 2], side: u32) -> [u32; 2] {
+    [w, h].map(|length| {
+        let scaled = u64::from(side) * u64::from(length) / u64::from(w.max(h));
+        u32::try_from(scaled).unwrap_or(side).max(1)
+    })
 }
 
 fn picture(scene: &mut Scene, [width, height]: [u32; 2]) -> Image {
@@ -189,17 +214,17 @@ fn picture(scene: &mut Scene, [width, height]: [u32; 2]) -> Image {
     render(&renderer, &settings, window, &ProgressBar::hidden()).0
 }
 
-/// The scene, then its gallery, for the report.
-fn pictures(
-    scene: &str,
-    image: &Image,
-    gallery: &[GalleryPicture],
-) -> Result<Vec<Picture>, FilmError> {
-    // A tenth of the pixels are white, so that a light in the picture leaves the rest bright.
-    let exposure = |image: &Image| Exposure::fitting(image, 0.9);
-    let caption = format!("{scene}: line-analytic, 16 stratified lines a point");
-    let mut shown = vec![Picture::exposed(image, exposure(image), &caption)?];
-    for one in gallery {
+/// A tenth of the pixels are white, so that a light in the picture leaves the rest bright.
+fn exposure(image: &Image) -> Exposure {
+    Exposure::fitting(image, 0.9)
+}
+
+/// A gallery, for the report.
+fn pictures(gallery: &[GalleryPicture]) -> Result<Vec<Picture>, FilmError> {
+    let Some(first) = gallery.first() else {
+        return Ok(Vec::new());
+    };
+    let picture = |one: &GalleryPicture| {
         let caption = format!(
             "{}: N = {}, {:.2} s of CPU, MRSE {}",
             one.estimator,
@@ -207,8 +232,7 @@ fn pictures(
             one.cpu_seconds,
             scientific(one.mrse)
         );
-        let exposure = exposure(&gallery[0].image);
-        shown.push(Picture::exposed(&one.image, exposure, &caption)?);
-    }
-    Ok(shown)
+        Picture::exposed(&one.image, exposure(&first.image), &caption)
+    };
+    gallery.iter().map(picture).collect()
 }

@@ -1,11 +1,13 @@
 //! What a convergence study of scenes is made of.
 
+use super::words;
 use linelit_estimators::{LineBy, PointBy};
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_study::engine::{CELL_SECONDS, Design, Method, REFERENCE_LIMIT};
 use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::record::PaperOrder;
+use linelit_study::report::Entry;
 use linelit_study::tables::StudyRecord;
 use std::time::{Duration, Instant};
 
@@ -45,6 +47,8 @@ pub struct StudySpec {
     pub spots: Vec<Spot>,
     /// Pictures to render of each scene.
     pub gallery: Option<Gallery>,
+    /// Points and lines for the same time, of each scene.
+    pub duel: Option<Duel>,
     /// The longest that a reference may take beyond its first round.
     pub reference_limit: Duration,
     /// Processor seconds that each estimator, pattern and number of samples is measured for at
@@ -76,6 +80,16 @@ pub struct Gallery {
     pub estimators: Vec<Estimator>,
     /// The longest that the reference may take beyond its first round.
     pub reference_limit: Duration,
+}
+
+/// Two pictures for the same time under a slider: the best points of the study, as many as fit, and
+/// its best lines.
+#[derive(Clone, Copy, Debug)]
+pub struct Duel {
+    /// Pixels on the longer side.
+    pub side: u32,
+    /// Lines at each shading point and light.
+    pub samples: u32,
 }
 
 /// Limit of the cost of a picture.
@@ -127,6 +141,9 @@ impl StudySpec {
         });
         self.reference_limit = Duration::ZERO;
         self.cell_seconds = 0.0;
+        if let Some(duel) = &mut self.duel {
+            (duel.side, duel.samples) = (8, 1);
+        }
         if let Some(gallery) = &mut self.gallery {
             (gallery.width, gallery.height) = (8, 8);
             gallery.reference_limit = Duration::ZERO;
@@ -166,6 +183,12 @@ impl StudySpec {
                 self.samples.clone(),
             )
         }
+    }
+
+    /// The estimators in words, for the report.
+    #[must_use]
+    pub fn compared(&self) -> Vec<Entry> {
+        self.estimators.iter().map(words::entry).collect()
     }
 
     /// A record without results; `command` is the one that repeats the study.
@@ -218,7 +241,8 @@ fn joined<T: ToString>(list: &[T]) -> String {
 }
 
 impl Default for StudySpec {
-    /// Points and lines by three patterns on two scenes, in about a minute on two cores.
+    /// Points, lines and closed forms by three patterns on two scenes, in about a minute on two
+    /// cores.
     fn default() -> Self {
         Self {
             title: "Points and lines: direct light from area lights".to_owned(),
@@ -231,6 +255,8 @@ impl Default for StudySpec {
                 Estimator::points(PointBy::SolidAngle),
                 Estimator::lines(LineBy::Area),
                 Estimator::analytic(),
+                Estimator::exact(),
+                Estimator::hybrid(),
             ],
             samplers: vec![
                 SamplerKind::Independent,
@@ -252,6 +278,7 @@ impl Default for StudySpec {
             papers: Vec::new(),
             spots: Vec::new(),
             gallery: None,
+            duel: None,
             reference_limit: REFERENCE_LIMIT,
             cell_seconds: CELL_SECONDS,
         }

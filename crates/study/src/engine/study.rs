@@ -53,6 +53,9 @@ pub struct Results {
     pub pixels: usize,
     /// The reference.
     pub reference: Reference,
+    /// Mean over pixels and channels of the reference's square: what squared errors are relative
+    /// to.
+    pub power: f64,
     /// All measurements, in the order they were made.
     pub cells: Vec<CellResult>,
     /// Measurements that the deadline left out; the scene's name is still empty.
@@ -79,7 +82,8 @@ pub struct CellResult {
 }
 
 /// Measures all methods on a problem, on the threads of the rayon pool that it is called in. The
-/// error of a computed reference is below a tenth of the smallest variance found, if it can be.
+/// error of a computed reference is below a tenth of the smallest variance found, if it can be;
+/// what has none but rounding ([`Score::variance`]) does not count.
 ///
 /// Only times depend on how many those are. `begun` is called once for each method and number of
 /// samples, before they are measured or left out: for those who show progress.
@@ -143,9 +147,11 @@ pub fn measure<P: Problem>(
         counts: run.counts,
     };
     let cells = runs.iter().map(result).collect();
+    let squares: f64 = reference.values.iter().map(|v| v.length_squared()).sum();
     Results {
         integrals: problem.integrals(),
         pixels: problem.pixels(),
+        power: squares / (3.0 * problem.pixels().max(1) as f64),
         reference,
         cells,
         left_out,

@@ -3,6 +3,7 @@
 use super::axis::{self, LogAxis, Unit};
 use super::palette::Palette;
 use super::svg::{Anchor, Canvas, text_width};
+use crate::report::scientific;
 use crate::tables::ResultRow;
 
 /// One measurement.
@@ -25,6 +26,9 @@ pub struct Series {
     pub sampler: String,
     /// The measurements, in the order in which a line joins them.
     pub points: Vec<PlotPoint>,
+    /// Samples or seconds at which there is no noise: open marks on the edge towards which better
+    /// ones lie.
+    pub noiseless: Vec<f64>,
 }
 
 /// A log–log plot.
@@ -38,6 +42,8 @@ pub struct ConvergencePlot {
     pub y_label: String,
     /// Ticks of the horizontal axis, else powers of ten (as seconds).
     pub x_ticks: Option<Vec<f64>>,
+    /// Whether more is better: where open marks stand above, not below.
+    pub more_is_better: bool,
     /// Slopes drawn as dashed lines from the first point of the worst estimator.
     pub guides: Vec<f64>,
     /// The data. Points that are not positive cannot be drawn and are left out.
@@ -59,18 +65,13 @@ const LEGEND_ROW: f64 = 20.0;
 /// Root mean squared error over the number of samples, with the slopes −½, −1 and −3/2.
 #[must_use]
 pub fn error_over_samples(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
-    let series = gather(scene, rows, |row| f64::from(row.samples));
-    let mut ticks: Vec<f64> = series
-        .iter()
-        .flat_map(|s| s.points.iter().map(|p| p.x))
-        .collect();
-    ticks.sort_by(f64::total_cmp);
-    ticks.dedup();
+    let series = gather(scene, rows, |row| f64::from(row.samples), rmse);
     ConvergencePlot {
         title: format!("{scene}: error over samples"),
         x_label: "light samples of a shading point".to_owned(),
         y_label: "root mean squared error".to_owned(),
-        x_ticks: Some(ticks),
+        x_ticks: Some(counts(&series)),
+        more_is_better: false,
         guides: vec![-0.5, -1.0, -1.5],
         series,
         palette: palette.clone(),
@@ -85,31 +86,97 @@ pub fn error_over_time(scene: &str, rows: &[ResultRow], palette: &Palette) -> Co
         x_label: "processor time of one trial, without set-up".to_owned(),
         y_label: "root mean squared error".to_owned(),
         x_ticks: None,
+        more_is_better: false,
         guides: Vec::new(),
-        series: gather(scene, rows, |row| row.cpu_seconds),
+        series: gather(scene, rows, |row| row.cpu_seconds, rmse),
         palette: palette.clone(),
     }
 }
 
-fn gather(scene: &str, rows: &[ResultRow], x: impl Fn(&ResultRow) -> f64) -> Vec<Series> {
+/// Efficiency, 1/(mean squared error · processor time), over the number of samples, the least on
+/// the scene being one: level for independent samples, rising where stratification pays.
+#[must_use]
+pub fn efficiency_over_samples(
+    scene: &str,
+    rows: &[ResultRow],
+    palette: &Palette,
+) -> ConvergencePlot {
+    let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
+    let noisy = rows
+        .iter()
+        .filter(|r| r.scene == scene && !r.is_noiseless());
+    let most = noisy
+        .map(cost)
+        .filter(|c| c.is_finite())
+        .fold(0.0, f64::max);
+    let efficiency = |row: &ResultRow| {
+        let value = most / cost(row);
+        // The time's error belongs to all measurements of a moment: it is left to the tables.
+        (value, value * row.mse_stderr / row.mse)
+    };
+    let series = gather(scene, rows, |row| f64::from(row.samples), efficiency);
+    ConvergencePlot {
+        title: format!("{scene}: efficiency over samples"),
+        x_label: "light samples of a shading point".to_owned(),
+        y_label: "efficiency".to_owned(),
+        x_ticks: Some(counts(&series)),
+        more_is_better: true,
+        guides: Vec::new(),
+        series,
+        palette: palette.clone(),
+    }
+}
+
+/// The root mean squared error and its standard error.
+fn rmse(row: &ResultRow) -> (f64, f64) {
+    let rmse = row.mse.sqrt();
+    // d√m = dm/(2√m).
+    (rmse, 0.5 * row.mse_stderr / rmse)
+}
+
+/// All abscissae, ascending.
+fn counts(series: &[Series]) -> Vec<f64> {
+    let mut ticks: Vec<f64> = series.iter().flat_map(Series::abscissae).collect();
+    ticks.sort_by(f64::total_cmp);
+    ticks.dedup();
+    ticks
+}
+
+impl Series {
+    fn abscissae(&self) -> impl Iterator<Item = f64> + '_ {
+        let noisy = self.points.iter().filter(|p| drawable(p)).map(|p| p.x);
+        noisy.chain(self.noiseless.iter().copied())
+    }
+}
+
+fn gather(
+    scene: &str,
+    rows: &[ResultRow],
+    x: impl Fn(&ResultRow) -> f64,
+    y: impl Fn(&ResultRow) -> (f64, f64),
+) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
     for row in rows.iter().filter(|row| row.scene == scene) {
-        let rmse = row.mse.sqrt();
-        // d√m = dm/(2√m).
-        let point = PlotPoint {
-            x: x(row),
-            y: rmse,
-            y_error: 0.5 * row.mse_stderr / rmse,
-        };
-        let same = |s: &&mut Series| s.estimator == row.estimator && s.sampler == row.sampler;
-        match all.iter_mut().find(same) {
-            Some(series) => series.points.push(point),
-            None => all.push(Series {
+        let same = |s: &Series| s.estimator == row.estimator && s.sampler == row.sampler;
+        let index = all.iter().position(same).unwrap_or(all.len());
+        if index == all.len() {
+            all.push(Series {
                 estimator: row.estimator.clone(),
                 sampler: row.sampler.clone(),
-                points: vec![point],
-            }),
+                points: Vec::new(),
+                noiseless: Vec::new(),
+            });
         }
+        if row.is_noiseless() {
+            all[index].noiseless.push(x(row));
+            continue;
+        }
+        let (y, y_error) = y(row);
+        all[index].points.push(PlotPoint {
+            x: x(row),
+            y,
+            y_error,
+        });
     }
     all
 }
@@ -180,7 +247,8 @@ impl ConvergencePlot {
     }
 
     fn axes(&self) -> (LogAxis, LogAxis) {
-        let mut x = LogAxis::spanning(self.points().map(|p| p.x), 1.35);
+        let abscissae = self.series.iter().flat_map(Series::abscissae);
+        let mut x = LogAxis::spanning(abscissae, 1.35);
         if !self.guides.is_empty() {
             // Room beyond the last point, where the guides' orders stand.
             x.high *= (x.high / x.low).powf(0.1).max(1.2);
@@ -288,16 +356,38 @@ impl ConvergencePlot {
                     canvas.line(&class, [end[0] - 3.0, end[1]], [end[0] + 3.0, end[1]]);
                 }
             }
-            let x = if self.x_ticks.is_some() {
-                format!("{} samples", point.x)
-            } else {
-                axis::seconds(point.x)
-            };
             let hover = format!(
-                "{} · {} · {x}: {:.3e} ± {:.1e}",
-                series.estimator, series.sampler, point.y, point.y_error
+                "{} · {} · {}: {} ± {}",
+                series.estimator,
+                series.sampler,
+                self.abscissa(point.x),
+                scientific(point.y),
+                scientific(point.y_error)
             );
             canvas.mark(&format!("ll-m{colour}"), colour, *pixel, &hover);
+        }
+        let edge = if self.more_is_better {
+            panel.y.high
+        } else {
+            panel.y.low
+        };
+        for &x in &series.noiseless {
+            let at = panel.pixel(x, edge);
+            let hover = format!(
+                "{} · {} · {}: no noise",
+                series.estimator,
+                series.sampler,
+                self.abscissa(x)
+            );
+            canvas.mark(&format!("ll-o{colour}"), colour, at, &hover);
+        }
+    }
+
+    fn abscissa(&self, x: f64) -> String {
+        if self.x_ticks.is_some() {
+            format!("{x} samples")
+        } else {
+            axis::seconds(x)
         }
     }
 }
@@ -350,12 +440,14 @@ mod tests {
             estimator: "a<b".to_owned(),
             sampler: "sobol".to_owned(),
             points,
+            noiseless: vec![4.0],
         };
         ConvergencePlot {
             title: "t".to_owned(),
             x_label: "x".to_owned(),
             y_label: "y".to_owned(),
             x_ticks: Some(vec![1.0, 4.0, 16.0]),
+            more_is_better: false,
             guides: vec![-0.5, -1.5],
             series: vec![series],
             palette: Palette::new(["a<b"]),
@@ -371,7 +463,9 @@ mod tests {
             [64.0, 1e-3, f64::NAN],
         ])
         .render();
-        assert_eq!(svg.matches("<title>").count(), 2);
+        // Two with noise, and one without on the lower edge.
+        assert_eq!(svg.matches("<title>").count(), 3);
+        assert_eq!(svg.matches(r#"class="ll-o"#).count(), 1);
         assert!(!svg.contains("inf") && !svg.contains("\"NaN"), "{svg}");
         assert!(svg.contains("a&lt;b") && !svg.contains("a<b"));
         assert_eq!(svg.matches("ll-guide\"").count(), 2);
@@ -397,14 +491,26 @@ mod tests {
             samples,
             mse,
             mse_stderr: 0.1 * mse,
+            trials: 8,
+            variance: mse,
+            cpu_seconds: 1e-3,
             ..ResultRow::default()
         };
         let other = ResultRow {
             scene: "other".to_owned(),
             ..row(1, 1.0)
         };
-        let plot = error_over_samples("s", &[row(1, 4.0), other, row(4, 1.0)], &Palette::default());
+        let closed = ResultRow {
+            variance: 0.0,
+            ..row(16, 1e-12)
+        };
+        let rows = [row(1, 4.0), other, row(4, 1.0), closed];
+        let plot = error_over_samples("s", &rows, &Palette::default());
         assert_eq!(plot.series.len(), 1);
+        assert_eq!(plot.series[0].noiseless, [16.0]);
+        let efficiency = efficiency_over_samples("s", &rows, &Palette::default());
+        let values = efficiency.series[0].points.iter().map(|p| p.y);
+        assert_eq!(values.collect::<Vec<_>>(), [1.0, 4.0]);
         let points = &plot.series[0].points;
         assert_eq!(
             (points.len(), points[0].y.to_bits()),

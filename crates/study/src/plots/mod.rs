@@ -13,7 +13,10 @@ mod svg;
 
 pub(crate) use axis::{seconds, short};
 pub(crate) use convergence::unique;
-pub use convergence::{ConvergencePlot, PlotPoint, Series, error_over_samples, error_over_time};
+pub use convergence::{
+    ConvergencePlot, PlotPoint, Series, efficiency_over_samples, error_over_samples,
+    error_over_time,
+};
 pub use orders::orders;
 pub(crate) use orders::signed;
 pub use palette::Palette;

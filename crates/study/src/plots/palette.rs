@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 pub(crate) const MARK_COUNT: usize = 6;
 
 /// Estimators with a colour of their own: points cold, lines warm.
-const KNOWN: [&str; 7] = [
+const KNOWN: [&str; 8] = [
     "point-area",
     "point-solid-angle",
     "point-bsdf",
@@ -15,7 +15,11 @@ const KNOWN: [&str; 7] = [
     "line-solid-angle",
     "line-analytic",
     "exact",
+    "hybrid",
 ];
+
+/// Where `exact` stands in [`KNOWN`].
+const GREY: usize = 6;
 
 /// Light-theme and dark-theme colours: first those of [`KNOWN`], then spares for combinations and
 /// options. Each has at least 3 : 1 contrast on its paper.
@@ -27,11 +31,11 @@ const COLOURS: [[&str; 2]; 13] = [
     ["#a3286e", "#f08cc0"],
     ["#cc2f2f", "#ff8377"],
     ["#5b6570", "#a9b4c0"],
+    ["#3f7d3a", "#86cc80"],
     ["#6d7500", "#ccd24f"],
     ["#8a5a3a", "#d8a583"],
     ["#40708c", "#8fc0dc"],
     ["#b0498f", "#e39ad2"],
-    ["#3f7d3a", "#86cc80"],
     ["#8c6a00", "#e0bd45"],
 ];
 
@@ -76,7 +80,7 @@ impl Palette {
     /// The number of an estimator's colour and mark; that of `exact`, grey, for an unknown name.
     #[must_use]
     pub fn index(&self, name: &str) -> usize {
-        self.indices.get(name).copied().unwrap_or(KNOWN.len() - 1)
+        self.indices.get(name).copied().unwrap_or(GREY)
     }
 }
 
@@ -101,6 +105,7 @@ pub(crate) fn css() -> String {
             css,
             ".ll .ll-l{index}{{fill:none;stroke:{light};stroke-width:1.8;stroke-linejoin:round}}\
              .ll .ll-m{index}{{fill:{light};stroke:#ffffff;stroke-width:.8}}\
+             .ll .ll-o{index}{{fill:#ffffff;stroke:{light};stroke-width:1.5}}\
              .ll .ll-e{index}{{stroke:{light};stroke-width:1.1}}"
         );
     }
@@ -121,6 +126,7 @@ pub(crate) fn css() -> String {
             css,
             ".ll .ll-l{index}{{stroke:{dark}}}\
              .ll .ll-m{index}{{fill:{dark};stroke:#151a21}}\
+             .ll .ll-o{index}{{fill:#151a21;stroke:{dark}}}\
              .ll .ll-e{index}{{stroke:{dark}}}"
         );
     }
@@ -161,7 +167,7 @@ mod tests {
                 palette.index("c"),
                 palette.index("exact")
             ],
-            [7, 8, 6]
+            [8, 9, 6]
         );
         assert_eq!(palette.index("never named"), 6);
     }

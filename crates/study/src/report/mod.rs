@@ -1,14 +1,19 @@
-//! The report: one self-contained HTML page, without scripts, that a person would rather look at.
+//! The report: one self-contained HTML page that a person would rather look at.
 //!
 //! [`Report`] is the page's content, whatever the study; [`Report::of_study`] fills it from a
 //! [`StudyRecord`](crate::tables::StudyRecord): a summary in words made from the numbers, and for
-//! each scene its pictures, the two error plots, the orders beside the papers', and the table.
+//! each scene its pictures, the error and efficiency plots, the orders beside the papers', and the
+//! tables. Nothing is loaded from elsewhere. A short script moves the slider between two pictures
+//! and sorts tables; without it both pictures stand side by side, and everything else is the same.
 
+mod comparison;
 mod page;
 mod study;
 mod summary;
+mod words;
 
-pub use study::plot_files;
+pub use comparison::{Comparison, Named};
+pub use study::{Exhibits, plot_files};
 
 use crate::tables::{commit, cpu_name};
 use linelit_film::{Exposure, FilmError, HeatMap, Image, encode_png};
@@ -20,8 +25,12 @@ pub struct Report {
     pub title: String,
     /// Paragraphs under the title.
     pub summary: Vec<String>,
+    /// What was compared, each in words.
+    pub compared: Vec<Entry>,
     /// The parts, in order.
     pub sections: Vec<Section>,
+    /// What the words mean.
+    pub glossary: Vec<Entry>,
     /// Settings and circumstances: name and value.
     pub facts: Vec<(String, String)>,
     /// The command that repeats it all.
@@ -41,9 +50,20 @@ impl Report {
                 ("commit".to_owned(), commit()),
                 ("processor".to_owned(), cpu_name()),
             ],
-            command: String::new(),
+            ..Self::default()
         }
     }
+}
+
+/// A name, what it means, and where more is said.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Entry {
+    /// The name.
+    pub name: String,
+    /// What it means, in a sentence or two.
+    pub words: String,
+    /// Sources: how each is cited, and its address.
+    pub sources: Vec<(String, String)>,
 }
 
 /// A part of a page: one scene, or one figure.
@@ -53,6 +73,8 @@ pub struct Section {
     pub title: String,
     /// One sentence under it.
     pub lead: String,
+    /// Two pictures under a slider.
+    pub comparison: Option<Comparison>,
     /// Pictures, side by side.
     pub pictures: Vec<Picture>,
     /// Plots, one below the other.
@@ -164,6 +186,8 @@ pub struct Cell {
     pub strong: bool,
     /// Text shown on hovering.
     pub hover: String,
+    /// The number that tables are sorted by, if it is one.
+    pub value: Option<f64>,
 }
 
 impl Cell {
@@ -176,13 +200,30 @@ impl Cell {
         }
     }
 
-    /// A number, already written out.
+    /// A number, already written out; sorted by what it reads as, if it does.
     #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
+        let text = text.into();
         Self {
-            text: text.into(),
+            value: text.replace('−', "-").parse().ok(),
+            text,
             numeric: true,
             ..Self::default()
+        }
+    }
+
+    /// A number as [`scientific`] writes it.
+    #[must_use]
+    pub fn scientific(value: f64) -> Self {
+        Self::number(scientific(value)).sorted_by(value)
+    }
+
+    /// The same cell, sorted by a number; by none if it is not finite.
+    #[must_use]
+    pub fn sorted_by(self, value: f64) -> Self {
+        Self {
+            value: Some(value).filter(|v| v.is_finite()),
+            ..self
         }
     }
 
@@ -238,6 +279,15 @@ mod tests {
     }
 
     #[test]
+    fn numbers_are_sorted_by_what_they_are() {
+        assert_eq!(Cell::number("−0.25").value, Some(-0.25));
+        assert_eq!(Cell::scientific(1.5e-7).value, Some(1.5e-7));
+        assert_eq!(Cell::scientific(f64::NAN).value, None);
+        assert_eq!(Cell::number("12 ms").sorted_by(0.012).value, Some(0.012));
+        assert_eq!(Cell::text("a").value, None);
+    }
+
+    #[test]
     fn a_page_is_self_contained_and_escapes() {
         let image = Image::from_fn(4, 2, |x, y| [x as f32, y as f32, 0.5]);
         let report = Report {
@@ -258,17 +308,31 @@ mod tests {
             }],
             facts: vec![("seed".to_owned(), "7".to_owned())],
             command: "linelit converge \"a b\"".to_owned(),
+            compared: vec![Entry {
+                name: "line-area".to_owned(),
+                words: "N < 3 lines.".to_owned(),
+                sources: vec![(
+                    "A & B 2016".to_owned(),
+                    "https://doi.org/10.1111/x".to_owned(),
+                )],
+            }],
+            ..Report::default()
         };
         let html = report.render();
         assert!(html.starts_with("<!DOCTYPE html>"));
         assert!(
             html.contains("A &lt;b&gt; &amp; title") && html.contains("One &lt;/p&gt; paragraph.")
         );
-        assert!(!html.contains("<script"), "no scripts");
-        assert!(
-            !html.contains("http://") && !html.contains("https://"),
-            "nothing from elsewhere"
-        );
+        assert_eq!(html.matches("<script").count(), 1, "ours alone");
+        assert!(html.contains("&lt;script&gt;alert(1)"));
+        assert!(html.contains(r#"<a href="https://doi.org/10.1111/x">A &amp; B 2016</a>"#));
+        // A link goes elsewhere when it is followed; nothing else does.
+        let rest = html.replace(r#"<a href="https://"#, "");
+        for loading in [
+            "http://", "https://", "@import", "url(", "src=\"h", "fetch(",
+        ] {
+            assert!(!rest.contains(loading), "{loading}");
+        }
         assert!(html.contains("src=\"data:image/png;base64,iVBORw0KGgo"));
     }
 }

@@ -3,10 +3,13 @@
 use base64::{Engine as _, prelude::BASE64_STANDARD as STANDARD};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Cell, Picture, Report, Section, Table};
+use super::{Cell, Comparison, Entry, Picture, Report, Section, Table, scientific};
 use crate::plots::short;
 
 const CSS: &str = include_str!("style.css");
+
+/// What moves: the sliders, and the order of tables. The page is whole without it.
+const SCRIPT: &str = include_str!("script.js");
 
 impl Report {
     /// The page.
@@ -26,11 +29,18 @@ impl Report {
                 body {
                     header { (self.head()) }
                     main {
+                        @if !self.compared.is_empty() {
+                            section #compared { h2 { "What is compared" } (entries(&self.compared)) }
+                        }
                         @for (index, part) in self.sections.iter().enumerate() {
                             (section(index, part))
                         }
+                        @if !self.glossary.is_empty() {
+                            section #words { h2 { "Words" } (entries(&self.glossary)) }
+                        }
                         (self.circumstances())
                     }
+                    script { (PreEscaped(SCRIPT)) }
                 }
             }
         }
@@ -46,9 +56,11 @@ impl Report {
             }
             @if self.sections.len() > 1 {
                 nav {
+                    @if !self.compared.is_empty() { a href="#compared" { "what is compared" } }
                     @for (index, part) in self.sections.iter().enumerate() {
                         a href={ "#part-" (index) } { (part.title) }
                     }
+                    @if !self.glossary.is_empty() { a href="#words" { "words" } }
                     a href="#circumstances" { "how it was made" }
                 }
             }
@@ -63,7 +75,7 @@ impl Report {
                     p { "The same command, seed and version give the same numbers on any number of threads (times aside):" }
                     pre { code { (self.command) } }
                 }
-                dl {
+                dl.facts {
                     @for (name, value) in &self.facts {
                         div { dt { (name) } dd { (value) } }
                     }
@@ -73,11 +85,59 @@ impl Report {
     }
 }
 
+fn entries(list: &[Entry]) -> Markup {
+    html! {
+        dl.entries {
+            @for entry in list {
+                div {
+                    dt { (entry.name) }
+                    dd {
+                        (entry.words)
+                        @for (citation, address) in &entry.sources {
+                            " " a href=(address) { (citation) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn comparison(part: &Comparison) -> Markup {
+    let [left, right] = &part.sides;
+    html! {
+        p.caption { (part.lead) }
+        div.slide {
+            div.stage {
+                @for side in [left, right] {
+                    figure { (image(side, "pixels")) figcaption { (side.caption) } }
+                }
+            }
+            input type="range" min="0" max="100" value="50" step="1"
+                aria-label={ "left of the slider " (left.caption) ", right of it " (right.caption) };
+        }
+        @if !part.details.is_empty() {
+            p.caption { "Magnified where " (left.caption) " is most wrong:" }
+            @for detail in &part.details {
+                div.details { @for picture in detail { (figure(picture)) } }
+            }
+        }
+        p.caption {
+            "The reference, and the distance from it, pixel by pixel, on one logarithmic scale:"
+        }
+        div.pictures {
+            (figure(&part.truth))
+            @for picture in &part.errors { (figure(picture)) }
+        }
+    }
+}
+
 fn section(index: usize, part: &Section) -> Markup {
     html! {
         section id={ "part-" (index) } {
             h2 { (part.title) }
             @if !part.lead.is_empty() { p.lead { (part.lead) } }
+            @if let Some(shown) = &part.comparison { (comparison(shown)) }
             @if !part.pictures.is_empty() {
                 div.pictures { @for picture in &part.pictures { (figure(picture)) } }
             }
@@ -96,21 +156,36 @@ fn section(index: usize, part: &Section) -> Markup {
 }
 
 fn figure(picture: &Picture) -> Markup {
-    let source = format!("data:image/png;base64,{}", STANDARD.encode(&picture.png));
     let small = picture.width.max(picture.height) <= 128;
     html! {
         figure {
-            img class=(if small { "small" } else { "" }) src=(source) alt=(picture.caption)
-                width=(picture.width) height=(picture.height);
+            (image(picture, if small { "small" } else { "" }))
             @if let Some(scale) = picture.scale {
                 div.scale {
-                    span { (short(scale.low)) }
+                    span { (end(scale.low)) }
                     span.bar {}
-                    span { (short(scale.high)) }
+                    span { (end(scale.high)) }
                 }
             }
             figcaption { (picture.caption) }
         }
+    }
+}
+
+/// A scale's end: few digits, whatever its size.
+fn end(value: f64) -> String {
+    if value.abs() >= 0.01 || value.abs() <= 0.0 {
+        short(value).replace('-', "−")
+    } else {
+        scientific(value)
+    }
+}
+
+fn image(picture: &Picture, class: &str) -> Markup {
+    let source = format!("data:image/png;base64,{}", STANDARD.encode(&picture.png));
+    html! {
+        img class=(class) src=(source) alt=(picture.caption)
+            width=(picture.width) height=(picture.height);
     }
 }
 
@@ -165,7 +240,8 @@ fn cell(cell: &Cell) -> Markup {
         (false, false) => "",
     };
     let hover = (!cell.hover.is_empty()).then_some(cell.hover.as_str());
-    html! { td class=(class) title=[hover] { (cell.text) } }
+    let value = cell.value.map(|v| format!("{v:e}"));
+    html! { td class=(class) title=[hover] data-v=[value] { (cell.text) } }
 }
 
 /// The style sheet, with the false-colour scale as a gradient.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::summary::{bias_test, comparison, paragraphs, reference_share};
-use super::{Cell, Picture, Plot, Report, Section, Table, scientific};
+use super::summary::{bias_test, comparison, curve, paragraphs, reference_share, time_to};
+use super::words::glossary;
+use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, scientific};
 use crate::plots::{self, Palette, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 
@@ -11,23 +12,37 @@ use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 /// power law exceeds it less than once in a thousand.
 const BENT: f64 = 5.5;
 
+/// What a page shows beside the numbers of its record.
+#[derive(Clone, Debug, Default)]
+pub struct Exhibits {
+    /// Pictures, by the scenes' short names.
+    pub pictures: BTreeMap<String, Vec<Picture>>,
+    /// Two pictures under a slider, by the scenes' short names.
+    pub comparisons: BTreeMap<String, Comparison>,
+    /// The estimators in words.
+    pub compared: Vec<Entry>,
+}
+
 impl Report {
-    /// The page of a convergence study; `pictures` by the scenes' short names.
+    /// The page of a convergence study.
     #[must_use]
-    pub fn of_study(record: &StudyRecord, mut pictures: BTreeMap<String, Vec<Picture>>) -> Self {
+    pub fn of_study(record: &StudyRecord, mut exhibits: Exhibits) -> Self {
         let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
         let sections = record
             .scenes
             .iter()
-            .map(|scene| {
-                let shown = pictures.remove(&scene.scene).unwrap_or_default();
-                section(record, scene, shown, &palette)
+            .map(|scene| Section {
+                pictures: exhibits.pictures.remove(&scene.scene).unwrap_or_default(),
+                comparison: exhibits.comparisons.remove(&scene.scene),
+                ..section(record, scene, &palette)
             })
             .collect();
         Self {
             title: record.title.clone(),
             summary: paragraphs(record),
+            compared: exhibits.compared,
             sections,
+            glossary: glossary(),
             facts: facts(record),
             command: record.command.clone(),
         }
@@ -35,7 +50,7 @@ impl Report {
 }
 
 /// The plots of a study by the names under which they are stored: `SCENE-samples.svg`,
-/// `SCENE-time.svg`, `SCENE-orders.svg`.
+/// `SCENE-time.svg`, `SCENE-efficiency.svg`, `SCENE-orders.svg`.
 #[must_use]
 pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
     let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
@@ -68,7 +83,8 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
             Plot {
                 svg: plots::error_over_samples(scene, &record.rows, palette).render(),
                 caption: "Error over samples. Dashed: the orders −0.5, −1 and −1.5 from the worst \
-                          estimator's first point. Bars: one standard error over the trials."
+                          estimator's first point. Bars: one standard error over the trials. Open \
+                          marks on the lower edge: no noise."
                     .to_owned(),
             },
         ),
@@ -76,7 +92,19 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
             "time",
             Plot {
                 svg: plots::error_over_time(scene, &record.rows, palette).render(),
-                caption: "The same errors over the processor time that they cost.".to_owned(),
+                caption: "Equal time: the same errors over the processor time that they cost. What is \
+                          lower at the same place is better; open marks have no noise from that time \
+                          on."
+                    .to_owned(),
+            },
+        ),
+        (
+            "efficiency",
+            Plot {
+                svg: plots::efficiency_over_samples(scene, &record.rows, palette).render(),
+                caption: "Efficiency, 1/(MSE · time), over the least of the scene. Open marks on the \
+                          upper edge: no noise."
+                    .to_owned(),
             },
         ),
     ];
@@ -99,12 +127,7 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
     all
 }
 
-fn section(
-    record: &StudyRecord,
-    scene: &SceneRecord,
-    pictures: Vec<Picture>,
-    palette: &Palette,
-) -> Section {
+fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Section {
     let rows: Vec<&ResultRow> = record
         .rows
         .iter()
@@ -118,13 +141,16 @@ fn section(
     Section {
         title: scene.scene.clone(),
         lead: lead(record, scene),
-        pictures,
         plots: scene_plots(record, &scene.scene, palette)
             .into_iter()
             .map(|(_, plot)| plot)
             .collect(),
-        tables: vec![at_most_samples(&rows, &slopes), all_rows(&rows, scene)],
+        tables: vec![
+            at_most_samples(&rows, &slopes, scene),
+            all_rows(&rows, scene),
+        ],
         notes: notes(record, scene, &slopes),
+        ..Section::default()
     }
 }
 
@@ -157,27 +183,57 @@ fn grouped(number: usize) -> String {
     out
 }
 
-/// One row for each estimator and sampler at its largest number of samples, with its order.
-fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow]) -> Table {
+/// One row for each estimator and sampler at its largest number of samples, with its order. What
+/// has no noise by any sampler has one row.
+fn at_most_samples(rows: &[&ResultRow], slopes: &[&SlopeRow], scene: &SceneRecord) -> Table {
     let most = rows.iter().map(|row| row.samples).max().unwrap_or(0);
-    let last = || rows.iter().filter(|row| row.samples == most);
+    let last = || rows.iter().copied().filter(|row| row.samples == most);
+    let of = |row: &ResultRow| {
+        let name = row.estimator.clone();
+        last().filter(move |other| other.estimator == name)
+    };
     let least = COMPARED.map(|value| {
-        let positive = last().map(|row| value(row)).filter(|v| *v > 0.0);
+        let noisy = last().filter(|row| !row.is_noiseless());
+        let positive = noisy.map(value).filter(|v| *v > 0.0);
         positive.reduce(f64::min).unwrap_or(f64::NAN)
     });
-    let body = last().map(|row| {
-        let slope = slopes
-            .iter()
-            .find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
-        [errors(row, least), order(slope.copied())].concat()
-    });
-    let columns = "estimator,sampler,RMSE,MRSE,time,efficiency,order,95 %,paper";
+    let target = PERCENT * scene.power.sqrt();
+    let mut body: Vec<Vec<Cell>> = Vec::new();
+    for row in last() {
+        let alike = of(row).all(ResultRow::is_noiseless);
+        let first = of(row).next().is_some_and(|r| r.sampler == row.sampler);
+        if alike && !first {
+            continue;
+        }
+        let sampler = if alike && of(row).count() > 1 {
+            "any"
+        } else {
+            &row.sampler
+        };
+        let names = [&row.estimator, sampler].map(Cell::text);
+        // An order belongs to one pattern, and to what has noise.
+        let mut own = slopes.iter().filter(|_| !alike);
+        let slope = own.find(|s| s.estimator == row.estimator && s.sampler == row.sampler);
+        let time_to = time_to(&curve(rows, row, |r| r.cpu_seconds), target);
+        let reached = match time_to {
+            Some(time) => Cell::number(seconds(time)).sorted_by(time),
+            None => Cell::number("–").hover("not reached"),
+        };
+        let numbers = errors(row, least);
+        body.push([&names[..], &numbers[..], &[reached], &order(slope.copied())].concat());
+    }
+    let columns = "estimator,sampler,RMSE,MRSE,time,efficiency,time to 1 %,order,95 %,paper";
     let caption = format!(
-        "With {most} samples. Efficiency is 1/(MSE · time), the best being one; the best of a \
-         column is marked."
+        "With {most} samples. Efficiency is 1/(MSE · time), the best with noise being one; the best \
+         with noise of a column is marked. Time to 1 %: to an RMSE of a hundredth of the root mean \
+         square, {}.",
+        scientific(target)
     );
     Table::new(caption, columns.split(','), body)
 }
+
+/// The relative error whose time is told.
+const PERCENT: f64 = 0.01;
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.
 const COMPARED: [fn(&ResultRow) -> f64; 3] = [
@@ -186,25 +242,29 @@ const COMPARED: [fn(&ResultRow) -> f64; 3] = [
     |row| row.mse * row.cpu_seconds,
 ];
 
-/// The cells up to the efficiency; the least values of the table are marked.
-fn errors(row: &ResultRow, least: [f64; 3]) -> Vec<Cell> {
+/// The cells from the error up to the efficiency; the least values of the table are marked.
+fn errors(row: &ResultRow, least: [f64; 3]) -> [Cell; 4] {
     let [mse, mrse, cost] = COMPARED.map(|value| value(row));
-    let best = |value: f64, least: f64| value > 0.0 && value <= least;
     let spread = format!("MSE {} ± {}", scientific(mse), scientific(row.mse_stderr));
+    if row.is_noiseless() {
+        let none = Cell::number("no noise").sorted_by(0.0);
+        let left = format!("what is left is the reference's own error: {spread}");
+        let efficiency = Cell::number("∞").sorted_by(f64::MAX);
+        return [none.clone().hover(left), none, time(row), efficiency];
+    }
+    let best = |value: f64, least: f64| value > 0.0 && value <= least;
     let efficiency = if cost > 0.0 {
-        short(least[2] / cost)
+        Cell::number(short(least[2] / cost)).sorted_by(least[2] / cost)
     } else {
-        "–".to_owned()
+        Cell::number("–")
     };
-    vec![
-        Cell::text(&row.estimator),
-        Cell::text(&row.sampler),
-        Cell::number(scientific(mse.sqrt()))
+    [
+        Cell::scientific(mse.sqrt())
             .strong(best(mse, least[0]))
             .hover(spread),
-        Cell::number(scientific(mrse)).strong(best(mrse, least[1])),
+        Cell::scientific(mrse).strong(best(mrse, least[1])),
         time(row),
-        Cell::number(efficiency).strong(best(cost, least[2])),
+        efficiency.strong(best(cost, least[2])),
     ]
 }
 
@@ -224,7 +284,8 @@ fn order(slope: Option<&SlopeRow>) -> Vec<Cell> {
 }
 
 fn time(row: &ResultRow) -> Cell {
-    Cell::number(seconds(row.cpu_seconds)).hover(format!("± {}", error_of_time(row)))
+    let text = Cell::number(seconds(row.cpu_seconds)).sorted_by(row.cpu_seconds);
+    text.hover(format!("± {}", error_of_time(row)))
 }
 
 /// A dash where it is not known.
@@ -243,21 +304,22 @@ fn all_rows(rows: &[&ResultRow], scene: &SceneRecord) -> Table {
             Cell::text(&row.estimator),
             Cell::text(&row.sampler),
             Cell::number(row.samples.to_string()),
-            Cell::number(scientific(row.mse)),
-            Cell::number(scientific(row.mse_stderr)),
-            Cell::number(scientific(row.mrse)),
-            Cell::number(scientific(row.bias)),
+            Cell::scientific(row.mse),
+            Cell::scientific(row.mse_stderr),
+            Cell::scientific(row.mrse),
+            Cell::scientific(row.variance),
+            Cell::scientific(row.bias),
             Cell::number(test.map_or("–".to_owned(), |(z, _)| signed(z, 1)))
                 .hover(test.map_or(String::new(), |(_, p)| format!("p = {}", scientific(p)))),
             time(row),
-            Cell::number(error_of_time(row)),
-            Cell::number(scientific(row.rays as f64)),
-            Cell::number(scientific(row.line_queries as f64)),
-            Cell::number(scientific(row.node_tests as f64)),
-            Cell::number(scientific(row.triangle_tests as f64)),
+            Cell::number(error_of_time(row)).sorted_by(row.cpu_error),
+            Cell::scientific(row.rays as f64),
+            Cell::scientific(row.line_queries as f64),
+            Cell::scientific(row.node_tests as f64),
+            Cell::scientific(row.triangle_tests as f64),
         ]
     });
-    let columns = "estimator,sampler,samples,MSE,± (s.e.),MRSE,bias,bias / s.e.,time,± (s.d.),rays,\
+    let columns = "estimator,sampler,samples,MSE,± (s.e.),MRSE,variance,bias,bias / s.e.,time,± (s.d.),rays,\
                    line queries,node tests,triangle tests";
     let caption = format!("All {} measurements", rows.len());
     Table {
@@ -347,7 +409,7 @@ mod tests {
 
     #[test]
     fn an_empty_study_is_a_page_too() {
-        let html = Report::of_study(&StudyRecord::default(), BTreeMap::new()).render();
+        let html = Report::of_study(&StudyRecord::default(), Exhibits::default()).render();
         assert!(html.contains("How it was made"));
     }
 }

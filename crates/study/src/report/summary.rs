@@ -14,15 +14,116 @@ pub(super) fn paragraphs(record: &StudyRecord) -> Vec<String> {
         .iter()
         .filter_map(|scene| comparison(record, &scene.scene))
         .collect();
+    let scenes = record.scenes.iter();
+    let headlines: Vec<String> = scenes.filter_map(|scene| headline(record, scene)).collect();
     let mut results: Vec<String> = overall(&found).into_iter().collect();
     results.extend(orders(&record.slopes));
     let mut trust = vec![bias(record)];
     trust.extend(references(record));
     let left_out = record.left_out_sentences();
-    [left_out.join(" "), results.join(" "), trust.join(" ")]
+    [left_out, headlines, results, trust]
+        .map(|sentences| sentences.join(" "))
         .into_iter()
         .filter(|text| !text.is_empty())
         .collect()
+}
+
+/// What one scene shows in a sentence: how many points do what a middling number of lines does,
+/// what each takes, and what has no noise at all.
+fn headline(record: &StudyRecord, scene: &SceneRecord) -> Option<String> {
+    let rows: Vec<&ResultRow> = record
+        .rows
+        .iter()
+        .filter(|r| r.scene == scene.scene)
+        .collect();
+    let line = middling(&rows).and_then(|n| {
+        let noisy = rows.iter().filter(|r| r.samples == n && measured(r));
+        let lines = noisy.filter(|r| is_kind(&r.estimator, "line"));
+        lines.copied().min_by(|a, b| a.mse.total_cmp(&b.mse))
+    });
+    let against = line.and_then(|line| {
+        let error = line.mse.sqrt();
+        let relative = match scene.power {
+            power if power > 0.0 => format!(
+                " ({} % of the root mean square)",
+                short(100.0 * error / power.sqrt())
+            ),
+            _ => String::new(),
+        };
+        Some(format!(
+            "{} lines ({}, {}) leave a root mean squared error of {}{relative} in {}: {}",
+            line.samples,
+            line.estimator,
+            line.sampler,
+            super::scientific(error),
+            seconds(line.cpu_seconds),
+            points_for(&rows, line, error)?
+        ))
+    });
+    let mut closed = rows.iter().filter(|r| r.is_noiseless());
+    let first = closed.next().map(|first| {
+        let quickest = closed.fold(
+            first,
+            |a, b| if b.cpu_seconds < a.cpu_seconds { b } else { a },
+        );
+        format!(
+            "{} has no noise, and takes {}",
+            quickest.estimator,
+            seconds(quickest.cpu_seconds)
+        )
+    });
+    let told: Vec<String> = against.into_iter().chain(first).collect();
+    (!told.is_empty()).then(|| format!("On {}, {}.", scene.scene, told.join("; ")))
+}
+
+/// How many points have an error, the pattern being the one that needs fewest, and what they take.
+fn points_for(rows: &[&ResultRow], line: &ResultRow, error: f64) -> Option<String> {
+    let points = || {
+        rows.iter()
+            .copied()
+            .filter(|r| measured(r) && is_kind(&r.estimator, "point"))
+    };
+    let fewest = points()
+        .filter_map(|row| {
+            let samples = time_to(&curve(rows, row, |r| f64::from(r.samples)), error)?;
+            let time = time_to(&curve(rows, row, |r| r.cpu_seconds), error)?;
+            Some((row, samples, time))
+        })
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((row, samples, time)) = fewest else {
+        let best = points().min_by(|a, b| a.mse.total_cmp(&b.mse))?;
+        return Some(format!(
+            "more than {} points do, which leave {} in {} ({}, {})",
+            best.samples,
+            super::scientific(best.mse.sqrt()),
+            seconds(best.cpu_seconds),
+            best.estimator,
+            best.sampler
+        ));
+    };
+    let ratio = short(time / line.cpu_seconds);
+    Some(format!(
+        "as {samples:.0} points do ({}, {}), in {} or {ratio} times the time",
+        row.estimator,
+        row.sampler,
+        seconds(time)
+    ))
+}
+
+/// The middle one of the numbers of samples of lines.
+fn middling(rows: &[&ResultRow]) -> Option<u32> {
+    let lines = rows
+        .iter()
+        .filter(|r| measured(r) && is_kind(&r.estimator, "line"));
+    let mut counts: Vec<u32> = lines.map(|r| r.samples).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    counts.get(counts.len() / 2).copied()
+}
+
+/// Whether an error is the estimator's own.
+fn measured(row: &ResultRow) -> bool {
+    row.mse > 0.0 && !row.is_noiseless()
 }
 
 /// The best lines against the best points on one scene.
@@ -39,14 +140,12 @@ pub(super) struct Comparison<'a> {
 /// Compares at the largest number of samples of a scene, and at the longest time that both reach.
 pub(super) fn comparison<'a>(record: &'a StudyRecord, scene: &str) -> Option<Comparison<'a>> {
     let rows: Vec<&ResultRow> = record.rows.iter().filter(|r| r.scene == scene).collect();
-    let measured = |r: &&&ResultRow| r.mse > 0.0;
-    let samples = rows.iter().filter(measured).map(|r| r.samples).max()?;
+    let noisy = || rows.iter().copied().filter(|r| measured(r));
+    let samples = noisy().map(|r| r.samples).max()?;
     let best = |kind: &str| {
-        rows.iter()
-            .filter(measured)
+        noisy()
             .filter(|r| r.samples == samples && is_kind(&r.estimator, kind))
             .min_by(|a, b| a.mse.total_cmp(&b.mse))
-            .copied()
     };
     let (line, point) = (best("line")?, best("point")?);
     let ratio = (point.mse / line.mse).sqrt();
@@ -65,10 +164,11 @@ impl Comparison<'_> {
             line, point, ratio, ..
         } = self;
         let mut text = format!(
-            "With {} samples, {} ({}) leaves {} {} ({})",
+            "With {} samples, {} ({}) leaves an RMSE of {}, {} {} ({})",
             line.samples,
             line.estimator,
             line.sampler,
+            super::scientific(line.mse.sqrt()),
             less_or_more(*ratio),
             point.estimator,
             point.sampler
@@ -84,7 +184,7 @@ impl Comparison<'_> {
     }
 }
 
-fn less_or_more(ratio: f64) -> String {
+pub(super) fn less_or_more(ratio: f64) -> String {
     if ratio >= 1.0 {
         format!("{} times less error than", short(ratio))
     } else {
@@ -95,17 +195,17 @@ fn less_or_more(ratio: f64) -> String {
 /// All scenes in one sentence.
 fn overall(found: &[Comparison<'_>]) -> Option<String> {
     let same_samples = span(found.iter().map(|c| c.ratio))?;
-    let scenes = if found.len() == 1 {
-        "the scene".to_owned()
-    } else {
-        format!("{} scenes", found.len())
-    };
+    let mut counts: Vec<u32> = found.iter().map(|c| c.line.samples).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let counts: Vec<String> = counts.iter().map(u32::to_string).collect();
     let mut text = format!(
-        "On {scenes}, the best points leave {same_samples} times the error of the best lines with \
-         as many samples"
+        "With {} samples, the most that were taken, the best points leave {same_samples} times the \
+         root mean squared error of the best lines",
+        counts.join(" or ")
     );
     if let Some(same_time) = span(found.iter().filter_map(|c| c.equal_time).map(|(_, r)| r)) {
-        text += &format!(", and {same_time} times in as much processor time");
+        text += &format!(", and {same_time} times for as much processor time");
     }
     Some(text + ".")
 }
@@ -129,22 +229,49 @@ fn is_kind(estimator: &str, kind: &str) -> bool {
 /// The longest time that both series reach, and the ratio of their errors (points over lines)
 /// there.
 fn equal_time(rows: &[&ResultRow], line: &ResultRow, point: &ResultRow) -> Option<(f64, f64)> {
-    let curve = |of: &ResultRow| -> Vec<[f64; 2]> {
-        let mut curve: Vec<[f64; 2]> = rows
-            .iter()
-            .filter(|r| r.estimator == of.estimator && r.sampler == of.sampler)
-            .filter(|r| r.mse > 0.0 && r.cpu_seconds > 0.0)
-            .map(|r| [r.cpu_seconds, r.mse.sqrt()])
-            .collect();
-        curve.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let [lines, points] = [line, point].map(|of| {
+        let mut curve = curve(rows, of, |r| r.cpu_seconds);
+        curve.retain(|[_, error]| *error > 0.0);
         curve
-    };
-    let (lines, points) = (curve(line), curve(point));
+    });
     let time = lines.last()?[0].min(points.last()?[0]);
     Some((
         time,
         interpolate(&points, time)? / interpolate(&lines, time)?,
     ))
+}
+
+/// The root mean squared errors of one estimator and pattern over time, or over another cost,
+/// ascending; zero where there is no noise.
+pub(super) fn curve(
+    rows: &[&ResultRow],
+    of: &ResultRow,
+    cost: fn(&ResultRow) -> f64,
+) -> Vec<[f64; 2]> {
+    let mut curve: Vec<[f64; 2]> = rows
+        .iter()
+        .filter(|r| r.estimator == of.estimator && r.sampler == of.sampler)
+        .filter(|r| r.mse > 0.0 || r.is_noiseless())
+        .filter(|r| cost(r) > 0.0)
+        .map(|r| [cost(r), if r.is_noiseless() { 0.0 } else { r.mse.sqrt() }])
+        .collect();
+    curve.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    curve
+}
+
+/// The least cost at which a curve reaches an error: straight between its points on logarithmic
+/// scales, but for what has none. `None` where it does not.
+pub(super) fn time_to(curve: &[[f64; 2]], error: f64) -> Option<f64> {
+    let reached = curve.iter().find(|point| point[1] <= error).map(|p| p[0]);
+    let between = curve.windows(2).find_map(|pair| {
+        let ([x, above], [y, below]) = (pair[0], pair[1]);
+        let t = (error / above).ln() / (below / above).ln();
+        (above > error && error >= below && below > 0.0).then(|| x * (y / x).powf(t))
+    });
+    match (between, reached) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
 }
 
 /// The value of a curve at `x`, straight between its points on logarithmic scales; `None` outside.
@@ -234,7 +361,7 @@ fn bias(record: &StudyRecord) -> String {
         super::scientific(*p)
     );
     let measurement = format!(
-        "{} ({}) with {} samples on {}",
+        "{} ({}), N = {}, on {}",
         row.estimator, row.sampler, row.samples, row.scene
     );
     if *p >= threshold {
@@ -279,7 +406,7 @@ pub(super) fn reference_share(record: &StudyRecord, scene: &SceneRecord) -> Opti
     let smallest = record
         .rows
         .iter()
-        .filter(|row| row.scene == scene.scene && row.mse > 0.0)
+        .filter(|row| row.scene == scene.scene && measured(row))
         .map(|row| row.mse)
         .reduce(f64::min)?;
     Some(scene.reference_mse / smallest)
@@ -298,6 +425,7 @@ mod tests {
             samples,
             trials: 8,
             mse,
+            variance: mse,
             cpu_seconds,
             bias: 1e-4,
             bias_stderr: 1e-4,
@@ -311,6 +439,7 @@ mod tests {
                 scene: "room".to_owned(),
                 reference_mse: 1e-9,
                 shading_points: 100,
+                power: 0.25,
                 ..SceneRecord::default()
             }],
             rows: vec![
@@ -332,24 +461,61 @@ mod tests {
     #[test]
     fn the_summary_says_what_the_numbers_say() {
         let text = paragraphs(&record());
-        // At 4 s points are at 0.01; lines halfway between 0.01 and 0.001 in logarithms: 0.00316.
         assert_eq!(
             text[0],
-            "On the scene, the best points leave 10 times the error of the best lines with as many \
-             samples, and 3.16 times in as much processor time. The standard deviation falls with \
-             the order: lines −1.10 with stratified samples."
+            "On room, 16 lines (line-area, stratified) leave a root mean squared error of 1.00·10⁻³ \
+             (0.2 % of the root mean square) in 8 s: more than 16 points do, which leave 1.00·10⁻² in \
+             4 s (point-area, stratified)."
+        );
+        // At 4 s points are at 0.01; lines halfway between 0.01 and 0.001 in logarithms: 0.00316.
+        assert_eq!(
+            text[1],
+            "With 16 samples, the most that were taken, the best points leave 10 times the root mean \
+             squared error of the best lines, and 3.16 times for as much processor time. The standard \
+             deviation falls with the order: lines −1.10 with stratified samples."
         );
         assert_eq!(
             comparison(&record(), "room").unwrap().sentence(),
-            "With 16 samples, line-area (stratified) leaves 10 times less error than point-area \
-             (stratified); in the same 4 s, 3.16 times less error than it. "
+            "With 16 samples, line-area (stratified) leaves an RMSE of 1.00·10⁻³, 10 times less error \
+             than point-area (stratified); in the same 4 s, 3.16 times less error than it. "
         );
+        let text = &text[1..];
         assert!(
             text[1].starts_with("No estimator shows a bias"),
             "{}",
             text[1]
         );
         assert!(text[1].contains("at most 0.1 %"), "{}", text[1]);
+    }
+
+    #[test]
+    fn lines_are_told_by_the_points_that_do_the_same() {
+        let mut record = record();
+        // 4 lines among 1, 4 and 16 leave 0.01, which 16 points do: 4 s against 2.
+        record.rows.push(row("line-area", 1, 4e-4, 1.0));
+        let closed = ResultRow {
+            variance: 0.0,
+            ..row("exact", 4, 1e-12, 0.5)
+        };
+        record.rows.push(closed);
+        assert_eq!(
+            headline(&record, &record.scenes[0]).unwrap(),
+            "On room, 4 lines (line-area, stratified) leave a root mean squared error of 1.00·10⁻² \
+             (2 % of the root mean square) in 2 s: as 16 points do (point-area, stratified), in 4 s \
+             or 2 times the time; exact has no noise, and takes 500 ms."
+        );
+        // What has no noise is not what the reference is held to.
+        let share = reference_share(&record, &record.scenes[0]).unwrap();
+        assert!((share - 1e-3).abs() < 1e-12, "{share}");
+    }
+
+    #[test]
+    fn curves_are_read_at_an_error() {
+        let curve = [[1.0, 1e-1], [10.0, 1e-2], [100.0, 0.0]];
+        let near = |error, want: f64| (time_to(&curve, error).unwrap() / want - 1.0).abs() < 1e-12;
+        assert!(near(1e-1, 1.0) && near(0.1 / 10f64.sqrt(), 10f64.sqrt()));
+        assert!(near(1e-3, 100.0) && near(1.0, 1.0));
+        assert!(time_to(&curve[..2], 1e-3).is_none());
     }
 
     #[test]

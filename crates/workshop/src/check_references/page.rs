@@ -38,8 +38,8 @@ pub(super) fn write(mut out: OutputFolder, all: &[Comparison]) -> Result<()> {
         title: "Our renders against those of other renderers".to_owned(),
         summary: vec![summary(all)],
         sections,
-        facts: Vec::new(),
         command: "cargo xtask check-references FOLDER --out OUT".to_owned(),
+        ..Report::default()
     };
     out.add("report.html", report.render());
     out.finish()
