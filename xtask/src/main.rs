@@ -1,9 +1,10 @@
 //! The workshop: `cargo xtask COMMAND`.
 //!
 //! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the
-//! crates. What is the user's (`render`, `converge`, `compare`, `info`, `convert`) goes to the
-//! `linelit` program word for word; what is the developers' is listed in [`USAGE`]. Exit status: 0
-//! done, 1 failed, 2 usage.
+//! crates. What is the user's (`render`, `converge`, `compare`, `info`, `convert`, `list`) goes to
+//! the `linelit` program word for word; what is the developers' is listed in [`USAGE`].
+//!
+//! Exit status: 0 done, 1 failed, 2 usage.
 
 #![allow(
     clippy::print_stdout,
@@ -26,6 +27,7 @@ the linelit program (same words as `linelit COMMAND`, see `cargo xtask COMMAND -
   compare A B               compare two images
   info SCENE                what is in a scene and what the plan skips
   convert SCENE -o OUT.pbrt write a scene as pbrt-v4 text
+  list [WHAT]               names of scenes, studies, estimators, samplers
 
 the workshop:
   test [--long [--seed N]] [STEP…]
@@ -61,7 +63,7 @@ fn main() -> ExitCode {
             println!("{USAGE}");
             0
         }
-        "render" | "converge" | "compare" | "info" | "convert" => {
+        "render" | "converge" | "compare" | "info" | "convert" | "list" => {
             cargo::run("cli", &["--bin", "linelit"], &arguments)
         }
         "check-references" | "load-all" => {

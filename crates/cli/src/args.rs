@@ -1,8 +1,12 @@
-//! The command line: what can be said, and what the words mean.
+//! The command line: what can be said.
 
 use crate::output::note;
-use clap::builder::{PathBufValueParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand};
+use crate::words::{
+    Crop, LightEstimator, List, MOST_SAMPLES, SampleCounts, estimator, instruction_set,
+    light_choice, path_ending, sampler, seconds, spheres, threads,
+};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use linelit_film::Compression;
 use linelit_formats::{LoadOptions, Root};
 use linelit_integrator::{Estimator, LightChoice, Spheres};
@@ -12,15 +16,6 @@ use linelit_simd::InstructionSet;
 use linelit_study::pixels::{Pixels, Resolution};
 use std::fmt;
 use std::path::PathBuf;
-use std::str::FromStr;
-
-/// The most samples of a light for one shading point: they are all in memory at once.
-pub const MOST_SAMPLES: i64 = 1 << 24;
-
-/// The most threads for a core, beyond [`ALWAYS_THREADS`]: more than one of each only wait.
-const THREADS_OF_CORE: usize = 4;
-/// Threads that any machine may start.
-const ALWAYS_THREADS: usize = 64;
 
 /// A contradiction in the command line itself: the program exits with 2.
 #[derive(Debug)]
@@ -34,43 +29,9 @@ impl fmt::Display for UsageError {
 
 impl std::error::Error for UsageError {}
 
-/// A path whose name must end in one of these.
-fn path_ending(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(move |path| {
-        let ending = path.extension().and_then(|e| e.to_str());
-        if ending.is_some_and(|e| endings.contains(&e)) {
-            return Ok(path);
-        }
-        let list: Vec<String> = endings.iter().map(|e| format!(".{e}")).collect();
-        Err(format!("the name must end in {}", list.join(" or ")))
-    })
-}
-
-/// A number of threads that the machine has any use for.
-fn threads(text: &str) -> Result<usize, String> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let most = ALWAYS_THREADS.max(THREADS_OF_CORE * cores);
-    match text.parse::<usize>() {
-        Ok(threads) if threads <= most => Ok(threads),
-        Ok(_) => Err(format!("at most {most} threads on {cores} cores")),
-        Err(e) => Err(e.to_string()),
-    }
-}
-
-/// Seconds, more than none.
-///
-/// # Errors
-/// What is expected.
-pub fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(seconds),
-        _ => Err("expected a positive number of seconds".to_owned()),
-    }
-}
-
 /// Direct light with line samples, and studies of how fast it converges.
 #[derive(Debug, Parser)]
-#[command(name = "linelit", version, about, disable_help_subcommand = true)]
+#[command(name = "linelit", version, about)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -81,26 +42,6 @@ pub struct Cli {
     pub isa: Option<InstructionSet>,
 }
 
-/// An instruction set that this processor has.
-///
-/// # Errors
-/// The sets there are.
-pub fn instruction_set(text: &str) -> Result<InstructionSet, String> {
-    let set: InstructionSet = text.parse().map_err(|e| format!("{e}"))?;
-    if set.is_available() {
-        return Ok(set);
-    }
-    let all = InstructionSet::ALL.into_iter();
-    let names: Vec<_> = all
-        .filter(|s| s.is_available())
-        .map(|s| s.to_string())
-        .collect();
-    Err(format!(
-        "this processor has no {set}; it has {}",
-        names.join(", ")
-    ))
-}
-
 /// The commands.
 #[derive(Debug, Subcommand)]
 #[allow(
@@ -109,16 +50,83 @@ pub fn instruction_set(text: &str) -> Result<InstructionSet, String> {
 )]
 pub enum Command {
     /// Render a scene to an EXR or PNG image.
+    #[command(after_help = RENDER_EXAMPLES)]
     Render(Box<RenderArgs>),
     /// Measure how the error falls with samples and with time; writes a report.
+    #[command(after_help = CONVERGE_EXAMPLES)]
     Converge(ConvergeArgs),
     /// Compare two images (EXR or PFM): MSE, RMSE, MRSE, bias.
+    #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
     /// Say what is in a scene and what the plan skips.
+    #[command(after_help = INFO_EXAMPLES)]
     Info(InfoArgs),
     /// Write a scene as pbrt-v4 text, for other renderers.
+    #[command(after_help = CONVERT_EXAMPLES)]
     Convert(ConvertArgs),
+    /// Name the built-in scenes, studies, estimators and sampling patterns.
+    #[command(after_help = LIST_EXAMPLES)]
+    List(ListArgs),
+    /// Print a script that completes the words of this command in a shell.
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write those of all commands into a folder.
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArgs),
 }
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  linelit render cornell-box -o box.exr
+      16 samples of what is cheapest at each point, as linear radiance
+  linelit render room.pbrt -o room.png --estimator line-analytic --samples 4 --resolution 640x480
+      four lines a point and light, as an 8-bit picture
+  linelit render colonnade-line -o hall.exr --crop 0.25,0.5,0.25,0.5 --explain
+      a part of it, and what was done about which lights";
+
+const CONVERGE_EXAMPLES: &str = "\
+Examples:
+  linelit converge
+      the default study: out/report.html, results.csv, slopes.csv, results.json, plots
+  linelit converge room.gltf --estimators point-solid-angle,line-analytic,hybrid --out study
+      a scene of your own
+  linelit converge grid-planes --samples 1,4,16,64 --trials 32 --pixels 64x48 --time-budget 60
+      more of it, for a minute";
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  linelit compare a.exr reference.exr
+  linelit compare a.exr:LAYER reference.pfm --json
+      a layer of an EXR file";
+
+const INFO_EXAMPLES: &str = "\
+Examples:
+  linelit info room.obj
+  linelit info plates --json";
+
+const CONVERT_EXAMPLES: &str = "\
+Examples:
+  linelit convert room.gltf -o room.pbrt
+      for pbrt-v4 and Mitsuba; what they do not have becomes the nearest that they have
+  linelit convert room.gltf -o room.pbrt --extensions
+      for linelit: reading it back is the same scene";
+
+const LIST_EXAMPLES: &str = "\
+Examples:
+  linelit list
+  linelit list estimators
+  linelit list scenes --json";
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  linelit completions bash > ~/.local/share/bash-completion/completions/linelit
+  linelit completions zsh > ~/.zfunc/_linelit
+  linelit completions fish > ~/.config/fish/completions/linelit.fish";
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  linelit man | man -l -
+  linelit man ~/.local/share/man/man1";
 
 /// How a scene is read.
 #[derive(Args, Clone, Debug, Default)]
@@ -177,14 +185,14 @@ pub struct SceneArgs {
 /// `render`.
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// Scene file, or the name of a built-in scene.
+    /// Scene file, or the name of a built-in scene (`linelit list scenes`).
     pub scene: String,
     /// Image to write: .exr (linear, with metadata) or .png.
     #[arg(short, long, value_parser = path_ending(&["exr", "png"]))]
     pub output: PathBuf,
-    /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; a wrong name lists
-    /// all, docs/estimators.md says what they do.
-    #[arg(long, default_value = "hybrid")]
+    /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; `linelit list
+    /// estimators` names all.
+    #[arg(long, default_value = "hybrid", value_parser = estimator)]
     pub estimator: Estimator,
     /// Another estimator for light K of the scene, counted from 0; may be repeated.
     #[arg(long, value_name = "K=ESTIMATOR")]
@@ -198,18 +206,16 @@ pub struct RenderArgs {
     #[arg(long)]
     pub calibrate: bool,
     /// Sampling pattern.
-    #[arg(long, default_value = "stratified")]
+    #[arg(long, default_value = "stratified", value_parser = sampler())]
     pub sampler: SamplerKind,
     /// Light samples per shading point and light.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
     pub samples: u32,
-    /// Which lights a point samples: all, or for each sample one: one:uniform, one:power,
-    /// one:estimate, one:exact, tree.
-    #[arg(long, default_value = "all")]
+    /// Which lights a point samples.
+    #[arg(long, default_value = "all", value_parser = light_choice())]
     pub lights: LightChoice,
-    /// Emissive spheres, disks and cylinders: exact, where they are whole, emit outwards and no
-    /// image, or facets.
-    #[arg(long, default_value = "exact")]
+    /// Emissive spheres, disks and cylinders.
+    #[arg(long, default_value = "exact", value_parser = spheres())]
     pub spheres: Spheres,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
@@ -246,21 +252,20 @@ pub struct RenderArgs {
 /// `converge`.
 #[derive(Args, Debug)]
 pub struct ConvergeArgs {
-    /// A named study, or scene files and names of built-in scenes; without any, the default study.
+    /// A named study (`linelit list studies`), or scene files and names of built-in scenes; without
+    /// any, the default study.
     pub what: Vec<String>,
-    /// Estimators to compare, separated by commas outside brackets.
+    /// Estimators to compare, separated by commas outside brackets (`linelit list estimators`).
     #[arg(long, value_name = "E,E…")]
     pub estimators: Option<List<Estimator>>,
-    /// Sampling patterns to compare.
+    /// Sampling patterns to compare (`linelit list samplers`).
     #[arg(long, value_name = "S,S…")]
     pub samplers: Option<List<SamplerKind>>,
-    /// Which lights a point samples: all, or for each sample one: one:uniform, one:power,
-    /// one:estimate, one:exact, tree.
-    #[arg(long, default_value = "all")]
+    /// Which lights a point samples.
+    #[arg(long, default_value = "all", value_parser = light_choice())]
     pub lights: LightChoice,
-    /// Emissive spheres, disks and cylinders: exact, where they are whole, emit outwards and no
-    /// image, or facets.
-    #[arg(long, default_value = "exact")]
+    /// Emissive spheres, disks and cylinders.
+    #[arg(long, default_value = "exact", value_parser = spheres())]
     pub spheres: Spheres,
     /// Light samples per shading point, ascending.
     #[arg(long, value_name = "1,4,16…")]
@@ -303,7 +308,7 @@ pub struct CompareArgs {
 /// `info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// Scene file, or the name of a built-in scene.
+    /// Scene file, or the name of a built-in scene (`linelit list scenes`).
     pub scene: String,
     /// Common flags.
     #[command(flatten)]
@@ -313,7 +318,7 @@ pub struct InfoArgs {
 /// `convert`.
 #[derive(Args, Debug)]
 pub struct ConvertArgs {
-    /// Scene file, or the name of a built-in scene.
+    /// Scene file, or the name of a built-in scene (`linelit list scenes`).
     pub scene: String,
     /// Text to write; its name must end in .pbrt.
     #[arg(short, long, value_parser = path_ending(&["pbrt"]))]
@@ -326,155 +331,68 @@ pub struct ConvertArgs {
     pub read: ReadArgs,
 }
 
-/// `K=ESTIMATOR`: the estimator of one light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightEstimator {
-    /// The light's number in the scene, from 0.
-    pub light: u32,
-    /// Its estimator.
-    pub estimator: Estimator,
+/// `list`.
+#[derive(Args, Debug)]
+pub struct ListArgs {
+    /// What to name; everything unless told.
+    pub what: Option<Listed>,
+    /// Print machine-readable results on standard output.
+    #[arg(long)]
+    pub json: bool,
 }
 
-impl FromStr for LightEstimator {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('=');
-        let light = parts.and_then(|(k, e)| Some((k.trim().parse().ok()?, e)));
-        let Some((light, estimator)) = light else {
-            return Err(format!(
-                "`{text}` is not LIGHT=ESTIMATOR, such as 0=point-bsdf"
-            ));
-        };
-        let estimator: Estimator = estimator.parse().map_err(|e| format!("{e}"))?;
-        Ok(Self { light, estimator })
-    }
+/// What `list` names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Listed {
+    /// Built-in scenes.
+    Scenes,
+    /// Named studies.
+    Studies,
+    /// Techniques that estimators are put together from.
+    Estimators,
+    /// Sampling patterns.
+    Samplers,
 }
 
-/// A crop window in fractions of the image: x0, x1, y0, y1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Crop(pub [f64; 4]);
-
-impl FromStr for Crop {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected =
-            || format!("`{text}` is not X0,X1,Y0,Y1 with 0 <= X0 < X1 <= 1 and likewise Y");
-        let numbers: Vec<f64> = text
-            .split(',')
-            .map(|t| t.trim().parse::<f64>())
-            .collect::<Result<_, _>>()
-            .map_err(|_| expected())?;
-        let [x0, x1, y0, y1] = <[f64; 4]>::try_from(numbers).map_err(|_| expected())?;
-        let ok = |a: f64, b: f64| (0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b) && a < b;
-        if ok(x0, x1) && ok(y0, y1) {
-            Ok(Self([x0, x1, y0, y1]))
-        } else {
-            Err(expected())
-        }
-    }
+/// `completions`.
+#[derive(Args, Debug)]
+pub struct CompletionsArgs {
+    /// The shell.
+    pub shell: Shell,
 }
 
-/// A list separated by commas outside brackets.
-#[derive(Clone, Debug, PartialEq)]
-pub struct List<T>(pub Vec<T>);
-
-/// Numbers of samples: positive, ascending, none above [`MOST_SAMPLES`].
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SampleCounts(pub Vec<u32>);
-
-impl FromStr for SampleCounts {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let List(counts) = text.parse::<List<u32>>()?;
-        if counts.first() == Some(&0) || !counts.windows(2).all(|w| w[0] < w[1]) {
-            return Err("the numbers must be positive and ascending".to_owned());
-        }
-        match counts.last() {
-            Some(most) if i64::from(*most) > MOST_SAMPLES => {
-                Err(format!("{most} is more than {MOST_SAMPLES}"))
-            }
-            _ => Ok(Self(counts)),
-        }
-    }
-}
-
-impl<T: FromStr> FromStr for List<T>
-where
-    T::Err: fmt::Display,
-{
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parsed: Result<Vec<T>, String> = split_outside_brackets(text)
-            .map(|t| t.parse::<T>().map_err(|e| format!("`{t}`: {e}")))
-            .collect();
-        match parsed? {
-            list if list.is_empty() => Err("the list is empty".to_owned()),
-            list => Ok(Self(list)),
-        }
-    }
-}
-
-fn split_outside_brackets(text: &str) -> impl Iterator<Item = &str> {
-    let mut depth = 0i32;
-    let comma = move |c: char| {
-        depth += i32::from(c == '[') - i32::from(c == ']');
-        c == ',' && depth == 0
-    };
-    text.split(comma).map(str::trim).filter(|t| !t.is_empty())
+/// `man`.
+#[derive(Args, Debug)]
+pub struct ManArgs {
+    /// Folder for a page for each command, linelit-render.1 and so on.
+    pub dir: Option<PathBuf>,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// What the examples of `--help` say can be said.
     #[test]
-    fn lists_split_outside_brackets() {
-        let list: List<Estimator> =
-            "point-area,line-area[orientation=fixed:0.5,offset=uniform],exact"
-                .parse()
-                .unwrap();
-        assert_eq!(list.0.len(), 3);
-        assert!("".parse::<List<u32>>().is_err());
-        assert_eq!("1, 4,16".parse::<List<u32>>().unwrap().0, [1, 4, 16]);
-        for (list, fine) in [
-            ("1,4", true),
-            ("0,4", false),
-            ("4,1", false),
-            ("16777217", false),
-        ] {
-            assert_eq!(list.parse::<SampleCounts>().is_ok(), fine, "{list}");
+    fn examples_are_understood() {
+        use clap::CommandFactory;
+        let mut count = 0;
+        for command in Cli::command().get_subcommands() {
+            let Some(text) = command.get_after_help() else {
+                panic!("no examples of {}", command.get_name());
+            };
+            let text = text.to_string();
+            let lines = text.lines().filter(|line| line.starts_with("  linelit "));
+            for line in lines {
+                let words = line
+                    .split_whitespace()
+                    .take_while(|w| !["|", ">"].contains(w));
+                let parsed = Cli::try_parse_from(words);
+                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+                count += 1;
+            }
         }
-        assert!("1,x".parse::<List<u32>>().unwrap_err().contains("`x`"));
-    }
-
-    #[test]
-    fn crops_are_checked() {
-        assert!("0,1,0.5".parse::<Crop>().is_err());
-        assert!("0.5,0.2,0,1".parse::<Crop>().is_err());
-        assert!("0,nan,0,1".parse::<Crop>().is_err());
-        assert_eq!(
-            "0,0.5,0,1".parse::<Crop>().unwrap(),
-            Crop([0.0, 0.5, 0.0, 1.0])
-        );
-    }
-
-    #[test]
-    fn threads_have_a_limit() {
-        assert_eq!((threads("0"), threads("64")), (Ok(0), Ok(64)));
-        assert!(threads("1000000").unwrap_err().starts_with("at most "));
-        assert!(threads("-1").is_err() && threads("99999999999999999999").is_err());
-    }
-
-    #[test]
-    fn seconds_are_positive_numbers() {
-        assert!(seconds("0.5").is_ok());
-        for text in ["0", "-1", "nan", "inf", "x"] {
-            assert!(seconds(text).is_err(), "{text}");
-        }
+        assert!(count >= 15, "{count}");
     }
 
     #[test]

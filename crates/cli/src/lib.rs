@@ -7,3 +7,4 @@ pub mod commands;
 pub mod folder;
 pub mod output;
 pub mod program;
+pub mod words;

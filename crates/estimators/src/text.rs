@@ -25,6 +25,25 @@ const WEIGHTS: [(&str, Weights); 9] = [
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParseEstimatorError {
     message: String,
+    unknown: Option<(String, Vec<&'static str>)>,
+}
+
+impl ParseEstimatorError {
+    /// The word that is no name, and the names that there are for what stands there: of a
+    /// technique, an option, or an option's value. `None` where something else is wrong.
+    ///
+    /// ```
+    /// use linelit_estimators::Estimator;
+    ///
+    /// let error = "line-area[offst=uniform]".parse::<Estimator>().unwrap_err();
+    /// let (word, names) = error.unknown().unwrap();
+    /// assert_eq!((word, names.contains(&"offset")), ("offst", true));
+    /// ```
+    #[must_use]
+    pub fn unknown(&self) -> Option<(&str, &[&'static str])> {
+        let (word, names) = self.unknown.as_ref()?;
+        Some((word, names))
+    }
 }
 
 impl fmt::Display for ParseEstimatorError {
@@ -40,7 +59,14 @@ pub(crate) type Result<T> = std::result::Result<T, ParseEstimatorError>;
 pub(crate) fn error<T>(message: impl Into<String>) -> Result<T> {
     Err(ParseEstimatorError {
         message: message.into(),
+        unknown: None,
     })
+}
+
+/// As [`error`], about a word that is none of some names.
+pub(crate) fn unknown<T>(message: String, word: &str, names: Vec<&'static str>) -> Result<T> {
+    let unknown = Some((word.to_owned(), names));
+    Err(ParseEstimatorError { message, unknown })
 }
 
 /// What stands with any technique and counts for all.
@@ -126,10 +152,9 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
     let name = name.trim();
     let Some(technique) = Technique::all().find(|t| t.name() == name) else {
         let names: Vec<&str> = Technique::all().map(|t| t.name()).collect();
-        return error(format!(
-            "unknown estimator `{name}`; expected one of {}",
-            names.join(", ")
-        ));
+        let expected = names.join(", ");
+        let message = format!("unknown estimator `{name}`; expected one of {expected}");
+        return unknown(message, name, names);
     };
     let mut options = Options::new(name, options);
     let technique: Technique = match technique {
@@ -210,12 +235,19 @@ impl<'a> Options<'a> {
     pub(crate) fn choose<V: Copy, const N: usize>(
         &mut self,
         key: &'static str,
-        choices: [(&str, V); N],
+        choices: [(&'static str, V); N],
         option: &mut V,
     ) -> Result<bool> {
-        let named = |text: &str| choices.iter().find(|(name, _)| *name == text);
-        let expected = choices.map(|(name, _)| name).join(" or ");
-        self.read(key, &expected, |text| named(text).map(|(_, v)| *v), option)
+        let Some(value) = self.take(key) else {
+            return Ok(false);
+        };
+        let Some((_, chosen)) = choices.iter().find(|(name, _)| *name == value) else {
+            let names = choices.map(|(name, _)| name);
+            let message = format!("{key} `{value}`; expected {}", names.join(" or "));
+            return unknown(message, value, names.to_vec());
+        };
+        *option = *chosen;
+        Ok(true)
     }
 
     /// That all have been read.
@@ -227,10 +259,11 @@ impl<'a> Options<'a> {
             [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
             only => only.concat(),
         };
-        error(format!(
+        let message = format!(
             "`{}` has no option `{key}`; expected {expected}",
             self.technique
-        ))
+        );
+        unknown(message, key, self.keys)
     }
 }
 
@@ -238,8 +271,9 @@ impl Shared {
     /// An estimator has one way to weigh, however often it is said.
     fn weigh(&mut self, value: &str) -> Result<()> {
         let Some((_, found)) = WEIGHTS.iter().find(|(name, _)| *name == value) else {
-            let names = WEIGHTS.map(|(name, _)| name).join(", ");
-            return error(format!("mis `{value}`; expected one of {names}"));
+            let names = WEIGHTS.map(|(name, _)| name);
+            let message = format!("mis `{value}`; expected one of {}", names.join(", "));
+            return unknown(message, value, names.to_vec());
         };
         match self.weights.replace(*found) {
             Some(before) if before != *found => error(format!(

@@ -42,49 +42,77 @@ pub enum Study {
     Findings(fn(&Context<'_>) -> Result<Findings>),
 }
 
-/// A study by its name.
-type NamedStudy = (&'static str, fn() -> Study);
+/// A study's name, what it shows in a line, and how it is made.
+type NamedStudy = (&'static str, &'static str, fn() -> Study);
 
 /// The named studies, but for those that take a scene.
 const STUDIES: [NamedStudy; 10] = [
-    ("default", || convergence(default_study())),
-    ("billen-orders", || convergence(billen_orders::spec())),
-    ("billen-table1", || Study::Findings(billen_table1::run)),
-    ("billen-figures", || Study::Findings(billen_figures::run)),
-    ("peters-fig1", || {
-        Study::Findings(|c| peters_gloss::figure_1(c)?.findings("peters-fig1"))
-    }),
-    ("peters-fig4", || {
-        Study::Findings(|c| peters_diffuse::figure_4(c)?.findings("peters-fig4"))
-    }),
-    ("peters-fig6", || {
-        Study::Findings(|c| peters_diffuse::figure_6(c)?.findings("peters-fig6"))
-    }),
-    ("peters-fig7", || {
-        Study::Findings(|c| peters_gloss::figure_7(c)?.findings("peters-fig7"))
-    }),
-    ("peters-table1", || {
-        Study::Findings(|c| peters_table1::table_1(c)?.findings("peters-table1"))
-    }),
-    ("shirley", || {
-        Study::Findings(|c| shirley::run(c)?.findings("shirley"))
-    }),
+    (
+        "default",
+        "points and lines on two scenes, three patterns: how fast errors fall",
+        || convergence(default_study()),
+    ),
+    (
+        "billen-orders",
+        "orders of convergence beside the paper's (Billen & Dutré 2016, Figs. 9 and 13)",
+        || convergence(billen_orders::spec()),
+    ),
+    (
+        "billen-table1",
+        "time and tests of 1024 lines a point (Billen & Dutré 2016, Table 1)",
+        || Study::Findings(billen_table1::run),
+    ),
+    (
+        "billen-figures",
+        "pictures of orientations, offset densities and numbers of lines (Figs. 2, 3, 5)",
+        || Study::Findings(billen_figures::run),
+    ),
+    (
+        "peters-fig1",
+        "gloss under a long linear light, by four heuristics of MIS (Peters 2021, Fig. 1)",
+        || Study::Findings(|c| peters_gloss::figure_1(c)?.findings("peters-fig1")),
+    ),
+    (
+        "peters-fig4",
+        "backward errors of single precision, as printed and ours (Peters 2021, Fig. 4)",
+        || Study::Findings(|c| peters_diffuse::figure_4(c)?.findings("peters-fig4")),
+    ),
+    (
+        "peters-fig6",
+        "a diffuse room by every technique for linear lights (Peters 2021, Fig. 6)",
+        || Study::Findings(|c| peters_diffuse::figure_6(c)?.findings("peters-fig6")),
+    ),
+    (
+        "peters-fig7",
+        "white and blue noise, independent and jittered uniformly (Peters 2021, Fig. 7)",
+        || Study::Findings(|c| peters_gloss::figure_7(c)?.findings("peters-fig7")),
+    ),
+    (
+        "peters-table1",
+        "cost per light and per sample of every technique (Peters 2021, Table 1)",
+        || Study::Findings(|c| peters_table1::table_1(c)?.findings("peters-table1")),
+    ),
+    (
+        "shirley",
+        "many luminaires: one shadow ray for all, spheres, a light tree (Shirley & Wang 1991)",
+        || Study::Findings(|c| shirley::run(c)?.findings("shirley")),
+    ),
 ];
 
 fn convergence(spec: StudySpec) -> Study {
     Study::Convergence(Box::new(spec))
 }
 
-/// All named studies.
-pub fn names() -> impl Iterator<Item = &'static str> {
-    let own = STUDIES.into_iter().map(|(name, _)| name);
-    own.chain(salesin::names())
+/// The names of all named studies, and what each shows, in a line.
+pub fn studies() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let own = STUDIES.into_iter().map(|(name, about, _)| (name, about));
+    own.chain(salesin::studies())
 }
 
 /// Whether a study of this name may be given a scene of the user's own.
 #[must_use]
 pub fn takes_scene(name: &str) -> bool {
-    salesin::names().any(|n| n == name)
+    salesin::studies().any(|(n, _)| n == name)
 }
 
 /// The study of this name, on its own scene or on one that is given ([`takes_scene`]). `None` if
@@ -92,7 +120,7 @@ pub fn takes_scene(name: &str) -> bool {
 #[must_use]
 pub fn study(name: &str, scene: Option<&str>) -> Option<Study> {
     match STUDIES.into_iter().find(|study| study.0 == name) {
-        Some((_, study)) => Some(study()),
+        Some((.., study)) => Some(study()),
         None => salesin::spec(name, scene).map(convergence),
     }
 }

@@ -9,24 +9,60 @@ use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::record::PaperOrder;
 use std::time::Duration;
 
-/// A figure by the name of its study.
-type Figure = (&'static str, fn() -> StudySpec);
+/// The name of a figure's study, what it shows in a line, and how it is made.
+type Figure = (&'static str, &'static str, fn() -> StudySpec);
 
 const FIGURES: [Figure; 9] = [
-    ("salesin-fig1", fig1),
-    ("salesin-fig3", fig3),
-    ("salesin-fig5", fig5),
-    ("salesin-fig6", fig6),
-    ("salesin-fig7", fig7),
-    ("salesin-fig8", fig8),
-    ("salesin-fig9", fig9),
-    ("salesin-fig10", fig10),
-    ("salesin-fig11", fig11),
+    (
+        "salesin-fig1",
+        "points, lines and BSDF samples for the same time (Salesin & Jarosz 2019, Fig. 1)",
+        fig1,
+    ),
+    (
+        "salesin-fig3",
+        "one sample a pixel: what solid angle adds to lines (Salesin & Jarosz 2019, Fig. 3)",
+        fig3,
+    ),
+    (
+        "salesin-fig5",
+        "two directions of lines, one without a discontinuity (Salesin & Jarosz 2019, Fig. 5)",
+        fig5,
+    ),
+    (
+        "salesin-fig6",
+        "BSDF samples and lines on rough and glossy strips (Salesin & Jarosz 2019, Fig. 6)",
+        fig6,
+    ),
+    (
+        "salesin-fig7",
+        "the heuristic that smooths discontinuities (Salesin & Jarosz 2019, Fig. 7)",
+        fig7,
+    ),
+    (
+        "salesin-fig8",
+        "all strategies on the Cornell box, for the same time (Salesin & Jarosz 2019, Fig. 8)",
+        fig8,
+    ),
+    (
+        "salesin-fig9",
+        "ratios of lines to BSDF samples, on a scene of your own (Salesin & Jarosz 2019, Fig. 9)",
+        fig9,
+    ),
+    (
+        "salesin-fig10",
+        "plates from glossy to rough under lights of several sizes (Salesin & Jarosz 2019, Fig. 10)",
+        fig10,
+    ),
+    (
+        "salesin-fig11",
+        "points and lines that know a light's image or not (Salesin & Jarosz 2019, Fig. 11)",
+        fig11,
+    ),
 ];
 
-/// The studies' names.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
-    FIGURES.into_iter().map(|(name, _)| name)
+/// The studies' names, and what each shows.
+pub(super) fn studies() -> impl Iterator<Item = (&'static str, &'static str)> {
+    FIGURES.into_iter().map(|(name, about, _)| (name, about))
 }
 
 /// Lines along the first edge of the light, and across.
@@ -36,7 +72,7 @@ const LINE2: &str = "line-solid-angle[orientation=fixed:0.5]";
 /// The study of a figure; `scene` replaces the built-in one. `None` for a figure that has no scene
 /// of ours and was given none.
 pub(super) fn spec(name: &str, scene: Option<&str>) -> Option<StudySpec> {
-    let (_, figure) = FIGURES.into_iter().find(|figure| figure.0 == name)?;
+    let (.., figure) = FIGURES.into_iter().find(|figure| figure.0 == name)?;
     let mut spec = figure();
     if let Some(scene) = scene.filter(|scene| spec.scenes != [*scene]) {
         spec.scenes = vec![scene.to_owned()];
@@ -385,7 +421,7 @@ mod tests {
     /// Every text is an estimator's, and prints as the paper's orders name it.
     #[test]
     fn all_estimators_are_understood() {
-        assert!(names().all(|name| spec(name, Some("x.pbrt")).is_some()));
+        assert!(studies().all(|(name, _)| spec(name, Some("x.pbrt")).is_some()));
         for name in ["salesin-fig5", "salesin-fig7"] {
             let spec = spec(name, None).unwrap();
             for paper in &spec.papers {

@@ -1,9 +1,8 @@
 //! The command line of the workshop.
 
 use clap::{Args, Parser, Subcommand};
-use linelit_cli::args::{
-    List, MOST_SAMPLES, ReadArgs, SampleCounts, SceneArgs, instruction_set, seconds,
-};
+use linelit_cli::args::{ReadArgs, SceneArgs};
+use linelit_cli::words::{List, MOST_SAMPLES, SampleCounts, instruction_set, seconds};
 use linelit_integrator::Estimator;
 use linelit_simd::InstructionSet;
 use linelit_study::pixels::Resolution;

@@ -4,11 +4,13 @@ use super::{bar, pool};
 use crate::args::{ConvergeArgs, UsageError};
 use crate::folder::OutputFolder;
 use crate::output::{Output, OutputError, note};
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use linelit_papers::scene_study::{StudySpec, open_all};
-use linelit_papers::{Context, Findings, Study, default_study, names, study, takes_scene};
+use linelit_papers::{Context, Findings, Study, default_study, studies, study, takes_scene};
+use linelit_scenes::Place;
 use linelit_study::report::Exhibits;
 use linelit_study::tables::{GalleryRow, SlopeRow};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Runs a study and writes its report.
@@ -47,7 +49,7 @@ fn resolve(args: &ConvergeArgs) -> Result<Study> {
             ))
         });
     }
-    let named = |what: &String| names().any(|n| n == what && !takes_scene(n));
+    let named = |what: &String| studies().any(|(n, _)| n == what && !takes_scene(n));
     match args.what.as_slice() {
         [] => Ok(Study::Convergence(Box::new(default_study()))),
         [_, _, ..] if args.what.iter().any(named) => Err(usage(format!(
@@ -55,11 +57,27 @@ fn resolve(args: &ConvergeArgs) -> Result<Study> {
             args.what.join(" ")
         ))),
         [what] if let Some(study) = study(what, None) => Ok(study),
-        scenes => Ok(Study::Convergence(Box::new(StudySpec {
-            scenes: scenes.to_vec(),
-            ..default_study()
-        }))),
+        scenes => {
+            scenes.iter().try_for_each(|scene| scene_is_there(scene))?;
+            Ok(Study::Convergence(Box::new(StudySpec {
+                scenes: scenes.to_vec(),
+                ..default_study()
+            })))
+        }
     }
+}
+
+/// That a name is that of a scene, and no misspelt study.
+fn scene_is_there(name: &str) -> Result<()> {
+    Place::find(name).map(drop).map_err(|error| {
+        let studies = studies().map(|(name, _)| name);
+        match linelit_formats::nearest(name, studies) {
+            Some(study) if !Path::new(name).exists() => {
+                anyhow!("no scene or study `{name}`; did you mean the study `{study}`?")
+            }
+            _ => error,
+        }
+    })
 }
 
 fn usage(what: String) -> anyhow::Error {

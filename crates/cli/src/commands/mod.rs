@@ -4,11 +4,15 @@ mod compare;
 mod converge;
 mod convert;
 mod info;
+mod list;
+mod pages;
 mod render;
 
 pub use converge::run as converge;
 pub use convert::run as convert;
 pub use info::run as info;
+pub use list::run as list;
+pub use pages::{completions, man};
 pub use render::run as render;
 
 use crate::args::{CompareArgs, SceneArgs};

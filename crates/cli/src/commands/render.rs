@@ -1,8 +1,9 @@
 //! `linelit render`.
 
 use super::{bar, pool};
-use crate::args::{Crop, RenderArgs, UsageError};
+use crate::args::{RenderArgs, UsageError};
 use crate::output::{Output, OutputError};
+use crate::words::Crop;
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile};
 use linelit_integrator::{Counts, Renderer, Settings};

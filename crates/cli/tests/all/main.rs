@@ -9,3 +9,4 @@ mod isa;
 mod killed;
 mod outside;
 mod studies;
+mod words;

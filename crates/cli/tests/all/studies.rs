@@ -8,7 +8,7 @@ use std::time::Instant;
 fn every_named_study_runs() {
     let dir = folder("studies");
     let mut count = 0;
-    for name in linelit_papers::names() {
+    for (name, _) in linelit_papers::studies() {
         let out = dir.join(name);
         let mut arguments = vec!["converge", name];
         if name == "salesin-fig9" {

@@ -3,8 +3,8 @@
 use super::scenes;
 use crate::args::BenchArgs;
 use anyhow::{Context, Result, bail};
-use linelit_cli::args::SampleCounts;
 use linelit_cli::output::{Output, OutputError};
+use linelit_cli::words::SampleCounts;
 use linelit_integrator::{Counts, Estimator, Renderer, Settings, Workspace};
 use linelit_papers::scene_study::{Targets, all_pixels};
 use linelit_study::pixels::Resolution;

@@ -3,7 +3,7 @@
 use super::solid_angle::SolidAngle;
 use super::{PointDensity, Polygon};
 use crate::EmissionTexture;
-use crate::text::{Options, OwnOptions, Result, error};
+use crate::text::{Options, OwnOptions, Result, error, unknown};
 use linelit_lights::SolidAngleSampler;
 use linelit_lights::linear::LinearTechnique;
 
@@ -109,8 +109,10 @@ fn named(name: &str) -> Result<LinearTechnique> {
     let found = LinearTechnique::ALL.into_iter().find(|t| t.name() == name);
     found.map_or_else(
         || {
-            let names = LinearTechnique::ALL.map(LinearTechnique::name).join(", ");
-            error(format!("technique `{name}`; expected {names} or ltc"))
+            let mut names = LinearTechnique::ALL.map(LinearTechnique::name).to_vec();
+            let message = format!("technique `{name}`; expected {} or ltc", names.join(", "));
+            names.push("ltc");
+            unknown(message, name, names)
         },
         Ok,
     )
@@ -133,9 +135,10 @@ fn heuristic(
             return error(format!("`mis={name}` knows no nu"));
         }
         Some(name) => {
-            return error(format!(
-                "mis `{name}`; expected balance, weighted-balance, optimal or clamped-optimal"
-            ));
+            let expected = "balance, weighted-balance, optimal or clamped-optimal";
+            let names = ["balance", "weighted-balance", "optimal", "clamped-optimal"];
+            let message = format!("mis `{name}`; expected {expected}");
+            return unknown(message, name, names.to_vec());
         }
     })
 }

@@ -1,0 +1,117 @@
+//! `linelit list`: the names that other commands take.
+
+use crate::args::{ListArgs, Listed};
+use crate::output::{Output, OutputError};
+use crate::words::about_sampler;
+use anyhow::Result;
+use clap::ValueEnum as _;
+use linelit_estimators::Technique;
+use linelit_samplers::SamplerKind;
+use linelit_scenes::BuiltIn;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A name and what it means, in a line.
+#[derive(Clone, Debug, Serialize)]
+struct Row {
+    name: &'static str,
+    about: &'static str,
+}
+
+/// Names what there is.
+///
+/// # Errors
+/// If nothing can be printed.
+pub fn run(args: &ListArgs, out: &mut Output) -> Result<()> {
+    match args.what {
+        Some(what) if args.json => writeln!(out, "{}", serde_json::to_string(&rows(what))?)?,
+        Some(what) => print(what, "", out)?,
+        None if args.json => {
+            let all = Listed::value_variants().iter();
+            let all: BTreeMap<_, _> = all.map(|what| (heading(*what), rows(*what))).collect();
+            writeln!(out, "{}", serde_json::to_string(&all)?)?;
+        }
+        None => {
+            for (k, what) in Listed::value_variants().iter().enumerate() {
+                writeln!(out, "{}{}:", if k > 0 { "\n" } else { "" }, heading(*what))?;
+                print(*what, "  ", out)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+const fn heading(what: Listed) -> &'static str {
+    match what {
+        Listed::Scenes => "scenes",
+        Listed::Studies => "studies",
+        Listed::Estimators => "estimators",
+        Listed::Samplers => "samplers",
+    }
+}
+
+fn print(what: Listed, indent: &str, out: &mut Output) -> Result<(), OutputError> {
+    let rows = rows(what);
+    let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+    for Row { name, about } in rows {
+        writeln!(out, "{indent}{name:width$}  {about}")?;
+    }
+    Ok(())
+}
+
+fn rows(what: Listed) -> Vec<Row> {
+    let row = |(name, about)| Row { name, about };
+    match what {
+        Listed::Scenes => BuiltIn::ALL.map(|s| row((s.name, s.about))).to_vec(),
+        Listed::Studies => linelit_papers::studies().map(row).collect(),
+        Listed::Estimators => {
+            let names = Technique::all().map(|technique| technique.name());
+            names.map(|name| row((name, about(name)))).collect()
+        }
+        Listed::Samplers => {
+            let samplers = SamplerKind::ALL.map(|kind| row((kind.name(), about_sampler(kind))));
+            samplers.to_vec()
+        }
+    }
+}
+
+/// What a technique does, in a line; `docs/estimators.md` says more.
+fn about(technique: &str) -> &'static str {
+    match technique {
+        "point-area" => "points uniform on the area",
+        "point-visible-area" => "points uniform on the part that faces the shading point (spheres)",
+        "point-proxy" => "points by the triangles that a polygon spans at unit distance",
+        "point-solid-angle" => "points uniform in the solid angle",
+        "point-projected-solid-angle" => "points uniform in the projected solid angle",
+        "point-ltc" => "points by transformed cosines that look like the reflection",
+        "point-texture" => "points by the image of a textured light",
+        "point-bsdf" => "directions drawn from the material",
+        "point-linear" => "points on linear lights by one of Peters' techniques",
+        "line-area" => "lines, a point of what is visible of each, uniform in length",
+        "line-solid-angle" => "lines, points on them uniform in solid angle",
+        "line-warped" => "nearly the same for less than half of the time a line",
+        "line-projected" => "lines, points on them uniform in projected solid angle",
+        "line-texture" => "lines, and points on them, by the image of a textured light",
+        "line-analytic" => "lines, the light along their visible parts in closed form",
+        "exact" => "closed form over what is visible, lines where too much is between",
+        "hybrid" => "the cheapest of exact, lines, points and rays, at each point: the default",
+        _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_is_said_in_a_line_of_its_own() {
+        for what in Listed::value_variants() {
+            let mut seen = std::collections::BTreeSet::new();
+            for Row { name, about } in rows(*what) {
+                let long = about.chars().count();
+                assert!((10..=90).contains(&long), "{name}: {about}");
+                assert!(seen.insert(name) && seen.insert(about), "{name}: {about}");
+            }
+        }
+    }
+}

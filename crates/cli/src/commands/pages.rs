@@ -1,0 +1,52 @@
+//! `linelit completions` and `linelit man`: what shells and readers want of the command line.
+
+use crate::args::{Cli, ManArgs};
+use crate::output::{Output, note};
+use anyhow::{Context as _, Result};
+use clap::{Command, CommandFactory as _};
+use clap_complete::Shell;
+use clap_mangen::Man;
+
+/// Prints a script that completes words in a shell.
+///
+/// # Errors
+/// If nothing can be printed.
+pub fn completions(shell: Shell, out: &mut Output) -> Result<()> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "linelit", &mut script);
+    write!(out, "{}", String::from_utf8_lossy(&script))?;
+    Ok(())
+}
+
+/// Prints the page of the program, or writes it into a folder with those of its commands.
+///
+/// # Errors
+/// If nothing can be printed or written.
+pub fn man(args: &ManArgs, out: &mut Output) -> Result<()> {
+    let mut program = Cli::command().disable_help_subcommand(true);
+    program.build();
+    let Some(dir) = &args.dir else {
+        write!(out, "{}", String::from_utf8_lossy(&page(program)?))?;
+        return Ok(());
+    };
+    let failed = || format!("creating the folder {}", dir.display());
+    std::fs::create_dir_all(dir).with_context(failed)?;
+    let commands: Vec<Command> = program.get_subcommands().cloned().collect();
+    let named = commands.into_iter().map(|command| {
+        let name = format!("linelit-{}", command.get_name());
+        command.display_name(name.clone()).name(name)
+    });
+    let all: Vec<Command> = [program.clone()].into_iter().chain(named).collect();
+    for command in all {
+        let path = dir.join(format!("{}.1", command.get_name()));
+        linelit_film::write_atomically(&path, &page(command)?)?;
+        note(format_args!("{}", path.display()));
+    }
+    Ok(())
+}
+
+fn page(command: Command) -> Result<Vec<u8>> {
+    let mut page = Vec::new();
+    Man::new(command).render(&mut page)?;
+    Ok(page)
+}

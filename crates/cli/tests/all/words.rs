@@ -1,0 +1,126 @@
+//! What the program says of its words: lists, help, completions, and words that mean nothing.
+
+use crate::common::{folder, linelit, names, path, text};
+use linelit_estimators::Estimator;
+use linelit_samplers::SamplerKind;
+
+fn said(arguments: &[&str]) -> String {
+    let output = linelit(arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Whatever `list` names, other commands take.
+#[test]
+fn what_is_listed_is_understood() {
+    let all = said(&["list"]);
+    let all_json: serde_json::Value = serde_json::from_str(&said(&["list", "--json"])).unwrap();
+    for (what, count) in [
+        ("scenes", 17),
+        ("studies", 19),
+        ("estimators", 17),
+        ("samplers", 9),
+    ] {
+        let json: serde_json::Value =
+            serde_json::from_str(&said(&["list", what, "--json"])).unwrap();
+        let rows = json.as_array().unwrap();
+        assert_eq!(rows.len(), count, "{what}");
+        assert_eq!(json, all_json[what]);
+        let lines = said(&["list", what]);
+        for (row, line) in rows.iter().zip(lines.lines()) {
+            let [name, about] = ["name", "about"].map(|key| row[key].as_str().unwrap());
+            assert!(line.starts_with(name) && line.ends_with(about), "{line}");
+            assert!(all.contains(&format!("  {line}\n")), "{line}");
+            match what {
+                "scenes" => drop(linelit_scenes::Place::find(name).unwrap()),
+                "studies" => assert!(
+                    linelit_papers::study(name, Some("plates")).is_some(),
+                    "{name}"
+                ),
+                "estimators" => drop(name.parse::<Estimator>().unwrap()),
+                _ => drop(name.parse::<SamplerKind>().unwrap()),
+            }
+        }
+        assert_eq!(lines.lines().count(), count);
+    }
+}
+
+#[test]
+fn near_misses_are_answered() {
+    for (line, status, near) in [
+        ("rendr plates", 2, "'render'"),
+        ("render plates -o x.exr --smaples 4", 2, "'--samples'"),
+        (
+            "render plates -o x.exr --estimator line-analitic",
+            2,
+            "`line-analytic`",
+        ),
+        (
+            "render plates -o x.exr --light-estimator 0=point-bsfd",
+            2,
+            "`point-bsdf`",
+        ),
+        ("render plates -o x.exr --sampler sobl", 2, "'sobol'"),
+        (
+            "render plates -o x.exr --lights one:unifrm",
+            2,
+            "'one:uniform'",
+        ),
+        ("render plates -o x.exr --spheres facet", 2, "'facets'"),
+        (
+            "converge --estimators point-area,point-aera",
+            2,
+            "`point-area`",
+        ),
+        ("converge --samplers stratifed", 2, "`stratified`"),
+        ("converge shirly", 1, "`shirley`"),
+        ("converge plates stirps", 1, "`strips`"),
+        ("info conell-box", 1, "`cornell-box`"),
+        ("list scense", 2, "'scenes'"),
+    ] {
+        let output = linelit(&line.split(' ').collect::<Vec<_>>());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{line}: {said}");
+        let asked = said.contains("did you mean") || said.contains("similar");
+        assert!(asked && said.contains(near), "{line}: {said}");
+    }
+    let said = text(&linelit(&["info", "bananas"]).stderr);
+    assert!(
+        !said.contains("did you mean") && said.contains("triangle-soup-small"),
+        "{said}"
+    );
+}
+
+#[test]
+fn help_shells_and_readers_hear_of_all_commands() {
+    let help = said(&["help"]);
+    assert_eq!(help, said(&["--help"]));
+    let (bash, page) = (said(&["completions", "bash"]), said(&["man"]));
+    let dir = folder("man");
+    assert!(said(&["man", path(&dir)]).is_empty());
+    let pages = names(&dir);
+    let commands = [
+        "render",
+        "converge",
+        "compare",
+        "info",
+        "convert",
+        "list",
+        "completions",
+        "man",
+    ];
+    assert_eq!(pages.len(), 1 + commands.len(), "{pages:?}");
+    for command in commands {
+        assert!(help.contains(&format!("\n  {command}")), "{help}");
+        assert!(
+            bash.contains(&format!("linelit__subcmd__{command}")),
+            "{command}"
+        );
+        assert!(page.contains(&format!("linelit\\-{command}(1)")), "{page}");
+        let page = std::fs::read_to_string(dir.join(format!("linelit-{command}.1"))).unwrap();
+        assert!(page.contains("Examples:"), "{command}");
+    }
+    // Values of options are completed, too.
+    assert!(bash.contains("multijitter") && bash.contains("one:estimate"));
+    std::fs::remove_dir_all(dir).unwrap();
+}
