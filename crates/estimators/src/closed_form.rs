@@ -101,17 +101,24 @@ pub(crate) fn whole_light<R>(
     tolerance: f64,
 ) -> Option<DVec3> {
     let (emitted, _) = even_emission(light, point.position);
-    let clipped = if point.normal == point.geometric_normal {
-        Some(light.polygon)
+    let x = point.position;
+    let value = if point.normal != point.geometric_normal {
+        let Some(polygon) = light.polygon.clip(x, point.geometric_normal) else {
+            return Some(DVec3::ZERO);
+        };
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let relative = polygon.relative_to(x, &mut relative);
+        convex(relative, point, reflection, tolerance)
+    } else if let [a, b, c, d] = light.polygon.vertices() {
+        // Of a quadrilateral, as most lights are, without room for more corners to clear.
+        let relative = [*a - x, *b - x, *c - x, *d - x];
+        convex(&relative, point, reflection, tolerance)
     } else {
-        light.polygon.clip(point.position, point.geometric_normal)
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let relative = light.polygon.relative_to(x, &mut relative);
+        convex(relative, point, reflection, tolerance)
     };
-    let Some(polygon) = clipped else {
-        return Some(DVec3::ZERO);
-    };
-    let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-    let relative = polygon.relative_to(point.position, &mut relative);
-    Some(emitted * convex(relative, point, reflection, tolerance)?)
+    Some(emitted * value?)
 }
 
 /// Light of a whole round light with nothing in between, of what it sends to the shading point: a
