@@ -10,8 +10,8 @@ use linelit_estimators::{
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::{Bounce, RayDifferential, Response, Scene, Surface};
-use linelit_visibility::{Hit, Occluders, Ray};
+use linelit_scene::{Bounce, Projection, RayDifferential, Response, Scene, Surface};
+use linelit_visibility::{Fan, Hit, Occluders, Ray};
 
 /// A scene ready to be estimated: occluders built, plan made.
 #[derive(Debug)]
@@ -107,19 +107,86 @@ impl<'s> Renderer<'s> {
             let offset = self.film_offset(jitter);
             // By reference: points are large, and a move is a copy.
             if let Some(point) = &self.shading_point_at(pixel, offset, spacing, workspace) {
-                if settings.show_lights {
-                    sum += point.emitted;
-                }
-                let mut path = Path {
+                let path = Path {
                     settings,
                     pixel,
                     repetition: i,
                     stride: count,
                 };
-                sum += self.reflected(&mut path, point, settings.bounces, workspace);
+                sum += self.shown(path, point, workspace);
             }
         }
         sum / f64::from(count)
+    }
+
+    /// The radiance of neighbouring pixels of a row, from `first` on to the right, in place of what
+    /// `out` holds: as [`Renderer::pixel`] for one after the other, but that their camera rays are
+    /// traced together ([`Occluders::closest_hits`]) where each has one, and one place is where all
+    /// begin.
+    pub fn row(
+        &self,
+        settings: &Settings,
+        first: [u32; 2],
+        out: &mut [DVec3],
+        workspace: &mut Workspace,
+    ) {
+        let [mut x, y] = first;
+        let camera = &self.scene.camera;
+        let one_place = matches!(camera.projection(), Projection::Perspective { .. });
+        if settings.pixel_samples > 1 || !one_place {
+            for value in out {
+                *value = self.pixel(settings, [x, y], workspace);
+                x = x.wrapping_add(1);
+            }
+            return;
+        }
+        let [dx, dy] = self.film_offset([0.5, 0.5]);
+        let at = |x: u32| [f64::from(x) + dx, f64::from(y) + dy];
+        let mut directions = [DVec3::ZERO; 8];
+        for out in out.chunks_mut(8) {
+            let mut origin = DVec3::ZERO;
+            let mut next = x;
+            for direction in &mut directions[..out.len()] {
+                let [x, y] = at(next);
+                let ray = camera.ray(x, y);
+                (origin, *direction) = (ray.origin, ray.direction);
+                next = next.wrapping_add(1);
+            }
+            let fan = Fan {
+                origin,
+                directions: &directions[..out.len()],
+                t_max: f64::INFINITY,
+            };
+            let Workspace { buffers, hits, .. } = &mut *workspace;
+            (self.occluders).closest_hits(&fan, hits, &mut buffers.scratch);
+            for (i, value) in out.iter_mut().enumerate() {
+                *value = match workspace.hits[i] {
+                    None => DVec3::ZERO,
+                    Some(hit) => {
+                        let point = &self.seen_at(at(x), &hit, directions[i], 1.0);
+                        let path = Path {
+                            settings,
+                            pixel: [x, y],
+                            repetition: 0,
+                            stride: 1,
+                        };
+                        self.shown(path, point, workspace)
+                    }
+                };
+                x = x.wrapping_add(1);
+            }
+        }
+    }
+
+    /// What a camera ray brings from a point.
+    fn shown(&self, mut path: Path<'_>, point: &ShadingPoint, workspace: &mut Workspace) -> DVec3 {
+        let settings = path.settings;
+        let emitted = if settings.show_lights {
+            point.emitted
+        } else {
+            DVec3::ZERO
+        };
+        emitted + self.reflected(&mut path, point, settings.bounces, workspace)
     }
 
     /// Direct light, and what perfect mirrors and glass show.
@@ -195,8 +262,13 @@ impl<'s> Renderer<'s> {
         let hit = self
             .occluders
             .closest_hit(&ray, &mut workspace.buffers.scratch)?;
+        Some(self.seen_at([x, y], &hit, camera.direction, spacing))
+    }
+
+    /// What the camera ray through a place of the film has met.
+    fn seen_at(&self, [x, y]: [f64; 2], hit: &Hit, direction: DVec3, spacing: f64) -> ShadingPoint {
         let beside = (self.has_textures).then(|| self.scene.camera.differential(x, y, spacing));
-        Some(self.surface_point(&hit, camera.direction, beside.as_ref()))
+        self.surface_point(hit, direction, beside.as_ref())
     }
 
     fn surface_point(

@@ -2,7 +2,7 @@
 
 use crate::selection::Drawn;
 use linelit_estimators::{Buffers, PlanCounters, SegmentCounters};
-use linelit_visibility::Counters;
+use linelit_visibility::{Counters, Hit};
 use std::ops::AddAssign;
 
 /// Reusable buffers and counters; one for each thread. Nothing in it outlives a shading point but
@@ -10,6 +10,8 @@ use std::ops::AddAssign;
 #[derive(Debug, Default)]
 pub struct Workspace {
     pub(crate) buffers: Buffers,
+    /// What the camera rays of a few pixels meet.
+    pub(crate) hits: Vec<Option<Hit>>,
     /// Lights picked for a shading point, and the weights by which.
     pub(crate) drawn: Vec<Drawn>,
     pub(crate) weights: Vec<f64>,

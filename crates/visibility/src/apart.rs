@@ -43,7 +43,7 @@ pub(crate) fn apart<S: Simd>(
 }
 
 /// Eight rays, ready for boxes: as [`Beam`], but that which side is entered is found for each ray.
-struct Slabs {
+pub(crate) struct Slabs {
     inverse: [[f32; 8]; 3],
     offset: [[f32; 8]; 3],
     room: [[f32; 8]; 3],
@@ -51,7 +51,7 @@ struct Slabs {
 
 impl Slabs {
     #[inline(always)]
-    fn new<S: Simd>(s: S, rays: &Rays, tests: &Tests) -> Self {
+    pub(crate) fn new<S: Simd>(s: S, rays: &Rays, tests: &Tests) -> Self {
         let (origin, size) = (tests.origin, tests.size);
         let largest = Beam::largest_inverse(size);
         let mut out = Self {
@@ -71,11 +71,10 @@ impl Slabs {
         out
     }
 
-    /// The rays that may enter a box of a node.
+    /// The rays that may enter a box of a node before each comes to `far`.
     #[inline(always)]
-    fn enter<S: Simd>(&self, s: S, node: &Node, lane: usize, t_max: f32) -> u8 {
+    pub(crate) fn enter<S: Simd>(&self, s: S, node: &Node, lane: usize, mut far: S::F) -> u8 {
         let mut near = s.splat(0.0);
-        let mut far = s.splat(t_max);
         for k in 0..3 {
             let inverse = s.load(&self.inverse[k]);
             let offset = s.load(&self.offset[k]);
@@ -196,7 +195,7 @@ fn eight<S: Simd>(
             leaves &= leaves - 1;
             let mut entering = open & mine;
             if !single {
-                entering &= slabs.enter(s, node, lane, beam.t_max);
+                entering &= slabs.enter(s, node, lane, s.splat(beam.t_max));
             }
             if entering == 0 {
                 continue;
@@ -220,7 +219,7 @@ fn eight<S: Simd>(
             inner &= inner - 1;
             let mut entering = open & mine;
             if !single {
-                entering &= slabs.enter(s, node, lane, beam.t_max);
+                entering &= slabs.enter(s, node, lane, s.splat(beam.t_max));
                 if entering == 0 {
                     continue;
                 }

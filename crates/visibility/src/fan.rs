@@ -26,7 +26,7 @@ use std::ops::Range;
 pub const FAN: usize = u64::BITS as usize;
 
 /// Fewer rays are traced one by one.
-const FEW: usize = 4;
+pub(crate) const FEW: usize = 4;
 
 /// Nodes and leaves that so many rays visit together before those that are open go on in
 /// groups.
@@ -46,7 +46,7 @@ pub struct Fan<'a> {
 }
 
 impl Fan<'_> {
-    fn ray(&self, i: usize) -> Ray {
+    pub(crate) fn ray(&self, i: usize) -> Ray {
         Ray {
             origin: self.origin,
             direction: self.directions[i],
@@ -119,13 +119,13 @@ impl Default for Directions {
 
 /// The largest distances and direction components, and the reciprocal of the smallest direction,
 /// for which the products of five of them that tests are made of neither overflow nor vanish.
-const LARGEST: f64 = 1e30;
+pub(crate) const LARGEST: f64 = 1e30;
 
 impl Directions {
     /// Becomes those of a fan and gives the box that holds them; `None` if not all are for the
     /// tests of this module.
     #[inline(always)]
-    fn set<S: Simd>(&mut self, s: S, fan: &Fan<'_>) -> Option<[[f64; 3]; 2]> {
+    pub(crate) fn set<S: Simd>(&mut self, s: S, fan: &Fan<'_>) -> Option<[[f64; 3]; 2]> {
         let (mut low, mut high) = ([s.dsplat(f64::MAX); 3], [s.dsplat(-f64::MAX); 3]);
         let mut all = 0xff;
         for (eight, rays) in fan.directions.chunks(8).zip(&mut self.0) {
@@ -287,7 +287,7 @@ impl Tests {
     /// and t_max times the sum of edge functions are that much apart, t is on the same side of
     /// t_max. R² is at most the sum of the squares of the corners; R at most twice `size`.
     #[inline(always)]
-    fn new(
+    pub(crate) fn new(
         fan: &Fan<'_>,
         exclude: &Range<u32>,
         origin: [f64; 3],

@@ -3,8 +3,8 @@
 //! [`Occluders`] holds the triangles of a scene under a hierarchy of boxes, eight to a node, and
 //! answers
 //!
-//! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight, and
-//!   [`Occluders::any_hits`] for many from one point;
+//! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight, and for many from one
+//!   point [`Occluders::closest_hits`] and [`Occluders::any_hits`];
 //! - *shafts*: [`Occluders::shaft`] finds with **one** walk all that is between a shading point and
 //!   a polygonal or linear light. The [`Shaft`] then tells for all line samples of the point at
 //!   once which intervals of each are visible ([`Shaft::visible`]), for single points of the light
@@ -74,6 +74,7 @@ mod bounds;
 pub mod brute;
 mod build;
 mod closed_mesh;
+mod closest;
 mod counters;
 mod dense_shaft;
 mod fan;

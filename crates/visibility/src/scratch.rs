@@ -25,6 +25,8 @@ pub struct Scratch {
     pub(crate) masks: Vec<u8>,
     /// Nodes and leaves still to visit and where the ray enters them.
     pub(crate) near_stack: Vec<(Child, f32)>,
+    /// The same for eight rays: where the first of them enters, and which of them do.
+    pub(crate) group_stack: Vec<(Child, f32, u8)>,
     /// Where the latest ray that met anything began, and the leaf of what it met.
     pub(crate) last: Option<(DVec3, Child)>,
     /// Rays that are traced together.

@@ -14,5 +14,6 @@ mod mixes;
 mod orders;
 mod own_renderer;
 mod responses;
+mod rows;
 mod selection;
 mod textures;

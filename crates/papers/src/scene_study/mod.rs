@@ -126,9 +126,14 @@ pub fn render(
     window: Tile,
     progress: &ProgressBar,
 ) -> (Image, linelit_integrator::Counts) {
-    map(window, progress, |pixel, workspace| {
-        renderer.pixel(settings, pixel, workspace)
-    })
+    progress.set_length(u64::from(window.height()));
+    let row_done = || progress.inc(1);
+    let shade = |first, row: &mut [DVec3], workspace: &mut Workspace| {
+        renderer.row(settings, first, row, workspace);
+    };
+    let result = image::map_rows(window, row_done, Workspace::take_counts, shade);
+    progress.finish_and_clear();
+    result
 }
 
 /// Renders a window with any function of a pixel.

@@ -22,16 +22,30 @@ pub fn check_memory(window: Tile) -> Result<()> {
     memory::check(&what, pixels.saturating_mul(BYTES_PER_PIXEL))
 }
 
-/// Computes a window of an image with a function of the pixel, row by row over the threads of the
-/// current pool. The pixels do not depend on the number of threads.
-///
-/// Each thread has a workspace of its own; `take_counts` reads what was counted in it, and sets it
-/// to zero. The sum is returned beside the image. `row_done` is called after each row.
+/// Computes a window of an image with a function of the pixel, as [`map_rows`].
 pub fn map<W: Default, C: AddAssign + Default + Send>(
     window: Tile,
     row_done: impl Fn() + Sync,
     take_counts: impl Fn(&mut W) -> C + Sync,
     shade: impl Fn([u32; 2], &mut W) -> DVec3 + Sync,
+) -> (Image, C) {
+    map_rows(window, row_done, take_counts, |[x0, y], row, workspace| {
+        for (x, value) in (x0..).zip(row) {
+            *value = shade([x, y], workspace);
+        }
+    })
+}
+
+/// Computes a window of an image with a function that fills pixels from one on to the right, row by
+/// row over the threads of the current pool. The pixels do not depend on the number of threads.
+///
+/// Each thread has a workspace of its own; `take_counts` reads what was counted in it, and sets it
+/// to zero. The sum is returned beside the image. `row_done` is called after each row.
+pub fn map_rows<W: Default, C: AddAssign + Default + Send>(
+    window: Tile,
+    row_done: impl Fn() + Sync,
+    take_counts: impl Fn(&mut W) -> C + Sync,
+    shade: impl Fn([u32; 2], &mut [DVec3], &mut W) + Sync,
 ) -> (Image, C) {
     let mut image = Image::new(window.width(), window.height());
     let rows = image.rgb.par_chunks_mut(window.width().max(1) as usize);
@@ -39,11 +53,16 @@ pub fn map<W: Default, C: AddAssign + Default + Send>(
         .into_par_iter()
         .zip(rows)
         .map_init(W::default, |workspace, (y, row)| {
-            for (pixel, x) in row.iter_mut().zip(window.x0..) {
-                let value = shade([x, y], workspace).to_array();
-                #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
-                let stored = value.map(|v| v as f32);
-                *pixel = stored;
+            let mut values = [DVec3::ZERO; 64];
+            let starts = (window.x0..window.x1).step_by(values.len());
+            for (x, pixels) in starts.zip(row.chunks_mut(values.len())) {
+                let values = &mut values[..pixels.len()];
+                shade([x, y], values, workspace);
+                for (pixel, value) in pixels.iter_mut().zip(values) {
+                    #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
+                    let stored = value.to_array().map(|v| v as f32);
+                    *pixel = stored;
+                }
             }
             row_done();
             take_counts(workspace)

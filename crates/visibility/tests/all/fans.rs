@@ -1,10 +1,10 @@
 //! Rays traced together against the same rays one by one.
 
-use crate::common::{InSpace, Mesh, NONE, closed, soup};
+use crate::common::{InSpace, Mesh, NONE, closed, on_all_sets, soup};
 use linelit_geometry::DVec3;
 use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::rng::SplitMix64;
-use linelit_visibility::{Counters, FAN, Fan, InstructionSet, Occluders, Ray, Scratch};
+use linelit_visibility::{Counters, FAN, Fan, Occluders, Ray, Scratch};
 use std::ops::Range;
 
 /// A bit for each ray that meets anything, one by one.
@@ -40,16 +40,6 @@ fn agree(case: u32, sets: &[Occluders], fan: &Fan<'_>, exclude: &Range<u32>) -> 
         assert_eq!(counters, scratch.counters, "case {case}");
     }
     want
-}
-
-fn on_all_sets(mesh: &Mesh) -> Vec<Occluders> {
-    let sets = [
-        InstructionSet::Scalar,
-        InstructionSet::Avx2,
-        InstructionSet::Avx512,
-    ];
-    let build = || Occluders::build(&mesh.positions, &mesh.triangles);
-    sets.map(|set| build().limited_to(set)).into()
 }
 
 /// A point of a triangle: a corner, on an edge, or within.

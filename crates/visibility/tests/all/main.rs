@@ -4,6 +4,7 @@ mod agreement;
 mod builtin;
 mod candidates;
 mod closed_mesh;
+mod closest;
 mod common;
 mod degenerate;
 mod fans;

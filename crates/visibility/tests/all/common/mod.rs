@@ -4,7 +4,8 @@ use linelit_geometry::{DVec3, Segment};
 use linelit_scenes::VisibilityScene;
 use linelit_testkit::rng::SplitMix64;
 use linelit_visibility::{
-    LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines, brute,
+    InstructionSet, LightCorners, Occluders, Ray, Scratch, ShaftClass, ShaftQuery, VisibleLines,
+    brute,
 };
 use std::ops::Range;
 
@@ -259,3 +260,14 @@ pub(crate) fn chord(rng: &mut SplitMix64, light: &[DVec3], angle: Option<f64>) -
 
 /// Nothing excluded.
 pub(crate) const NONE: Range<u32> = 0..0;
+
+/// The triangles of a mesh for each instruction set.
+pub(crate) fn on_all_sets(mesh: &Mesh) -> Vec<Occluders> {
+    let sets = [
+        InstructionSet::Scalar,
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+    ];
+    let build = || Occluders::build(&mesh.positions, &mesh.triangles);
+    sets.map(|set| build().limited_to(set)).into()
+}
