@@ -11,6 +11,9 @@
 //!   whether they are ([`Shaft::point_visible`]), and beforehand whether there is anything to ask
 //!   ([`Shaft::class`]).
 //!
+//! Renderers that have a hierarchy of their own keep it: [`Gathered`] answers the same from the
+//! triangles that it finds between a point and a light.
+//!
 //! # How a shaft works
 //!
 //! In the light's projective frame, (P, Q, W) are linear in position, W is zero at the shading
@@ -79,6 +82,7 @@ mod counters;
 mod dense_shaft;
 mod fan;
 mod frame;
+mod gathered;
 mod images;
 mod lines;
 mod merge;
@@ -96,6 +100,7 @@ mod watertight;
 pub use counters::Counters;
 pub use fan::{FAN, Fan};
 pub use frame::LightCorners;
+pub use gathered::{Between, Found, Gathered};
 pub use images::Images;
 pub use linelit_simd::InstructionSet;
 pub use lines::VisibleLines;

@@ -28,6 +28,25 @@ pub struct Occluders {
     pub(crate) isa: Isa,
     triangle_count: usize,
     left_out: usize,
+    /// Which triangles were kept: the memory of [`Occluders::become_flat`].
+    kept: Vec<bool>,
+}
+
+impl Default for Occluders {
+    /// None.
+    fn default() -> Self {
+        Self {
+            hierarchy: Hierarchy::default(),
+            origin: DVec3::ZERO,
+            extent: 0.0,
+            largest_inverse: ray::largest_inverse_at(0.0),
+            stack_size: 32,
+            isa: Isa::best(),
+            triangle_count: 0,
+            left_out: 0,
+            kept: Vec::new(),
+        }
+    }
 }
 
 impl Occluders {
@@ -44,12 +63,38 @@ impl Occluders {
     #[must_use]
     pub fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let mut kept = vec![false; triangles.len()];
-        let Kept { count, lo, hi } = pool::fold_stretches(
+        let found = pool::fold_stretches(
             &mut kept,
             AT_ONCE,
             &|first, kept| Kept::find(positions, &triangles[first..], kept),
             &Kept::and,
         );
+        let mut occluders = Self::default();
+        occluders.become_built(positions, triangles, &found, |geometry, hierarchy| {
+            *hierarchy = build::build(geometry, &kept);
+        });
+        occluders
+    }
+
+    /// Becomes those of other triangles, without a hierarchy that would take long to build.
+    pub(crate) fn become_flat(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
+        let mut kept = std::mem::take(&mut self.kept);
+        kept.clear();
+        kept.resize(triangles.len(), false);
+        let found = Kept::find(positions, triangles, &mut kept);
+        self.become_built(positions, triangles, &found, |geometry, hierarchy| {
+            build::flat(geometry, &kept, hierarchy);
+        });
+        self.kept = kept;
+    }
+
+    fn become_built(
+        &mut self,
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        &Kept { count, lo, hi }: &Kept,
+        build: impl FnOnce(&Geometry<'_>, &mut Hierarchy),
+    ) {
         let origin = exact_origin(lo, hi);
         let mut extent = 0.0_f32;
         for (x, origin) in [lo, hi].into_iter().flat_map(|v| v.into_iter().zip(origin)) {
@@ -63,19 +108,14 @@ impl Occluders {
             origin,
             extent,
         };
-        let hierarchy = build::build(&geometry, &kept);
+        build(&geometry, &mut self.hierarchy);
+        self.origin = DVec3::new(origin[0].into(), origin[1].into(), origin[2].into());
+        self.extent = extent.into();
+        self.largest_inverse = ray::largest_inverse_at(extent.into());
         // Eight more places, as packed stores write eight at a time.
-        let stack_size = 16 * depth(&hierarchy) + 32;
-        Self {
-            hierarchy,
-            origin: DVec3::new(origin[0].into(), origin[1].into(), origin[2].into()),
-            extent: extent.into(),
-            largest_inverse: ray::largest_inverse_at(extent.into()),
-            stack_size,
-            isa: Isa::best(),
-            triangle_count: count,
-            left_out: triangles.len() - count,
-        }
+        self.stack_size = 16 * depth(&self.hierarchy) + 32;
+        self.triangle_count = count;
+        self.left_out = triangles.len() - count;
     }
 
     /// The number of triangles that can hide something.

@@ -5,6 +5,7 @@
 
 mod binary;
 mod collapse;
+mod flat;
 mod order;
 mod reinsert;
 mod split;
@@ -18,6 +19,7 @@ use crate::{
 };
 use binary::Bounds;
 pub(crate) use binary::{least, most};
+pub(crate) use flat::flat;
 use linelit_simd::Simd;
 use split::Reference;
 
@@ -96,14 +98,31 @@ impl Geometry<'_> {
         [x - u, y - v, z - w]
     }
 
+    /// Triangles side by side.
+    fn leaf(&self, id: [u32; 8]) -> Leaf {
+        let mut leaf = Leaf { id, ..Leaf::EMPTY };
+        for (lane, &id) in id.iter().enumerate() {
+            for (slots, v) in leaf.vertices.chunks_exact_mut(3).zip(self.vertices(id)) {
+                for (slot, x) in slots.iter_mut().zip(v) {
+                    slot[lane] = x;
+                }
+            }
+        }
+        leaf
+    }
+
     #[inline]
-    fn reference(&self, id: u32) -> Reference {
+    fn bounds(&self, id: u32) -> Bounds {
         let [a, b, c] = self.vertices(id);
-        let bounds = Bounds {
+        Bounds {
             lo: std::array::from_fn(|k| least(a[k], least(b[k], c[k]))),
             hi: std::array::from_fn(|k| most(a[k], most(b[k], c[k]))),
-        };
-        Reference::new(&bounds, id)
+        }
+    }
+
+    #[inline]
+    fn reference(&self, id: u32) -> Reference {
+        Reference::new(&self.bounds(id), id)
     }
 }
 
@@ -144,20 +163,7 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
             .collect(),
     };
     drop(of);
-    let leaves = pool::collect(ids.len(), AT_ONCE, &|k| {
-        let mut leaf = Leaf {
-            id: ids[k],
-            ..Leaf::EMPTY
-        };
-        for (lane, &id) in ids[k].iter().enumerate() {
-            for (slots, v) in leaf.vertices.chunks_exact_mut(3).zip(geometry.vertices(id)) {
-                for (slot, x) in slots.iter_mut().zip(v) {
-                    slot[lane] = x;
-                }
-            }
-        }
-        leaf
-    });
+    let leaves = pool::collect(ids.len(), AT_ONCE, &|k| geometry.leaf(ids[k]));
     order::by_crossings(&mut nodes, &leaves);
     Hierarchy {
         nodes,

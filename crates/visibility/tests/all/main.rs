@@ -8,6 +8,7 @@ mod closest;
 mod common;
 mod degenerate;
 mod fans;
+mod gathered;
 mod laws;
 mod leaks;
 mod limits;
