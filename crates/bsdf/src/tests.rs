@@ -3,7 +3,7 @@
 use super::*;
 use crate::lobe::Model;
 use crate::microfacet::TrowbridgeReitz;
-use linelit_testkit::{chi2, quadrature::cubature, rng::SplitMix64};
+use linelit_testkit::{chi2, laws, quadrature::cubature, rng::SplitMix64};
 
 #[test]
 fn black_is_not_sampled() {
@@ -117,68 +117,32 @@ fn reciprocal() {
     }
 }
 
-/// χ² over the sphere (with a cell for what falls below) against the density integrated in each
-/// cell, for facets wide enough that cells resolve them; at a family-wise level of 1e-3.
+/// Every law of `linelit-testkit`, for facets wide enough that cells resolve them; at a family-wise
+/// level of 1e-3. Facets as rough as can be lose less than half below the horizon.
 #[test]
-fn layers_sample_by_their_density() {
-    const CELLS: [u32; 2] = [16, 24];
-    const COUNT: u32 = 100_000;
-    let (n, frame) = tilted();
+fn layers_obey_the_laws() {
     let wide: Vec<_> = models()
         .into_iter()
         .filter(|(name, _)| !name.contains("0.001"))
         .collect();
-    let level = chi2::sidak(1e-3, 2 * wide.len());
+    let level = chi2::sidak(1e-3, 4 * wide.len());
     for (k, (name, bsdf)) in wide.iter().enumerate() {
         for tilt in [0.4, 3.0] {
-            let wo = (n + tilt * frame.x + 0.2 * frame.y).normalize();
-            let cells = CELLS[0] * CELLS[1];
-            let mut random = SplitMix64::new(k as u64 + 100);
-            let mut observed = vec![0u64; cells as usize + 1];
-            for _ in 0..COUNT {
-                let u = [random.next_f64(), random.next_f64()];
-                let w = bsdf.sample(u, wo, n).map(|w| frame.to_local(w));
-                let cell = w.filter(|w| w.z > 0.0).map_or(cells, |w| {
-                    let turn = (w.y.atan2(w.x) / TAU).rem_euclid(1.0);
-                    index(w.z, CELLS[0]) * CELLS[1] + index(turn, CELLS[1])
-                });
-                observed[cell as usize] += 1;
-            }
-            let edge = |i: u32, count: u32| f64::from(i) / f64::from(count);
-            let mut expected: Vec<f64> = (0..cells)
-                .map(|cell| {
-                    let (i, j) = (cell / CELLS[1], cell % CELLS[1]);
-                    let density = |z: f64, turn: f64| {
-                        bsdf.pdf(frame.to_world(about(DVec3::Z, z, turn)), wo, n) * TAU
-                    };
-                    let ranges = [
-                        [edge(i, CELLS[0]), edge(i + 1, CELLS[0])],
-                        [edge(j, CELLS[1]), edge(j + 1, CELLS[1])],
-                    ];
-                    // A fiftieth of a count's deviation in a mean cell.
-                    let mass = cubature(density, ranges[0], ranges[1], 2e-6, 10);
-                    f64::from(COUNT) * mass.value
-                })
-                .collect();
-            let inside: f64 = expected.iter().sum();
-            // Facets as rough as can be lose less than half below the horizon: what draws less
-            // than that draws by nothing.
-            let drawn = inside / f64::from(COUNT);
-            assert!((0.5..=1.0 + 1e-3).contains(&drawn), "{name}: {drawn}");
-            expected.push((f64::from(COUNT) - inside).max(0.0));
-            let test = chi2::chi2_test(&observed, &expected, 5.0);
-            assert!(test.p_value > level, "{name} {tilt}: {test:?}");
+            let wo = (DVec3::Z + tilt * DVec3::X + 0.2 * DVec3::Y).normalize();
+            laws::Bsdf::new(format!("{name} {tilt}"))
+                .seed(k as u64 + 100)
+                .alpha(level)
+                .lost(0.5)
+                // What its documentation says of Frostbite's.
+                .most(1.13)
+                .check(
+                    wo.to_array(),
+                    |wi, wo| bsdf.eval(wi.into(), wo.into(), DVec3::Z).x,
+                    |u, wo| bsdf.sample(u, wo.into(), DVec3::Z).map(Into::into),
+                    |wi, wo| bsdf.pdf(wi.into(), wo.into(), DVec3::Z),
+                );
         }
     }
-}
-
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a cell"
-)]
-fn index(v: f64, cells: u32) -> u32 {
-    ((v * f64::from(cells)).max(0.0) as u32).min(cells - 1)
 }
 
 /// The mean of f cos/pdf, stratified: the albedo.

@@ -63,8 +63,8 @@ pub(super) fn dependency_table(house: &House) -> Vec<String> {
     problems
 }
 
-/// What is for this repository alone: tests, tools, and what leans on the papers' numbers.
-const UNPUBLISHED: [&str; 5] = ["testkit", "papers", "cli", "workshop", "xtask"];
+/// What is for this repository alone: tools, and what leans on the papers' numbers.
+const UNPUBLISHED: [&str; 4] = ["papers", "cli", "workshop", "xtask"];
 
 /// What crates.io wants of a published crate.
 const WANTED: &str = "description readme license repository keywords categories rust-version";

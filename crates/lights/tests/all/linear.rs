@@ -4,7 +4,7 @@ use linelit_geometry::{DMat3, DVec3, Segment};
 use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, LtcSampler};
 use linelit_lights::{LinearPointTechnique, Pdf, ThinSolidAngle};
 use linelit_testkit::chi2::sidak;
-use linelit_testkit::laws::Laws;
+use linelit_testkit::laws::Technique;
 use linelit_testkit::quadrature::gauss_kronrod;
 use std::f64::consts::PI;
 
@@ -110,7 +110,7 @@ fn laws(case: &Case, name: &str, level: &Level<'_>, technique: &impl LinearPoint
         0.0
     };
     let slack = 64.0 * case.resolution();
-    Laws::new(format!("{name} on {}", case.name))
+    Technique::new(format!("{name} on {}", case.name))
         .samples(level.samples as usize)
         .alpha(level.alpha)
         .seed(23)

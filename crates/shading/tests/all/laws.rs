@@ -4,6 +4,7 @@ use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_shading::ltc::Ltc;
 use linelit_shading::{cylinder, phong, phong_polygon, point_line, polygon, ribbon, solid_angle};
 use linelit_testkit::assert_close;
+use linelit_testkit::laws;
 use linelit_testkit::strategies::unit_vector;
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
@@ -60,6 +61,31 @@ proptest! {
             let scale = f(p0, p1, n) + f(p0, p1, -n);
             assert_close!(parts, whole, rel = 64.0 * f64::EPSILON / closeness, scale = scale, "{name} split at {t}");
         }
+    }
+
+    /// ∫ n·p/|p|³ dt above the horizon, whole and in parts; below it the integrand has a corner,
+    /// near which quadrature errs by more than it says.
+    #[test]
+    fn a_line_of_points_is_its_integral(
+        directions in [unit(), unit()],
+        distances in [0.5..2.0f64, 0.5..2.0f64],
+        n in unit(),
+    ) {
+        // Ends about as far as each other: quadrature sees all that there is.
+        let [p0, p1] = [0, 1].map(|k| directions[k] * distances[k]);
+        prop_assume!(n.dot(p0) > 0.0 && n.dot(p1) > 0.0);
+        let (line, length) = (Segment::new(p0, p1), (p1 - p0).length());
+        let closeness = p0.cross(p1).length() / length / (p0.length() + p1.length());
+        prop_assume!(closeness > 0.01);
+        // Ends of parts are rounded, which moves the distance of the line by ε over its closeness.
+        laws::Integral::new("point line").tolerance(LINE + 64.0 * f64::EPSILON / closeness).check_1d(
+            [0.0, 1.0],
+            |a, b| point_line::irradiance(line.at(a), line.at(b), n),
+            |t| {
+                let p = line.at(t);
+                n.dot(p) / p.length().powi(3) * length
+            },
+        );
     }
 
     #[test]

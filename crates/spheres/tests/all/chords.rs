@@ -4,7 +4,7 @@ use linelit_geometry::{DVec3, Frame, intervals::Interval};
 use linelit_lights::{Disk, PointTechnique};
 use linelit_spheres::{ChordMeasure, DiskChords, DiskCone};
 use linelit_testkit::chi2::sidak;
-use linelit_testkit::laws::Laws;
+use linelit_testkit::laws::Technique;
 use linelit_testkit::quadrature::gauss_legendre;
 use linelit_testkit::rng::SplitMix64;
 use proptest::prelude::*;
@@ -62,7 +62,7 @@ fn chords_obey_the_laws() {
             let range = last - first;
             let sixteenth = |k: u32| first + 0.5 * range * (1.0 - (PI * f64::from(k) / 16.0).cos());
             let kinks: Vec<f64> = (1..16).map(sixteenth).collect();
-            let laws = Laws::new(format!("{name} {measure:?} {angle}"))
+            let laws = Technique::new(format!("{name} {measure:?} {angle}"))
                 .alpha(sidak(1e-4, tests))
                 // Coordinates are rounded, over the size of the disk.
                 .round_trip(256.0 * f64::EPSILON * size)

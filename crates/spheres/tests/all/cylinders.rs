@@ -5,7 +5,7 @@ use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{Cylinder, PointTechnique};
 use linelit_spheres::{ChordMeasure, CylinderArea, CylinderLines, CylinderView};
 use linelit_testkit::chi2::{chi2_test, sidak};
-use linelit_testkit::laws::Laws;
+use linelit_testkit::laws::Technique;
 use linelit_testkit::quadrature::gauss_legendre;
 use linelit_testkit::rng::SplitMix64;
 use proptest::prelude::*;
@@ -92,7 +92,7 @@ fn lines_obey_the_laws() {
         let [first, last] = [0.0, 1.0 - 1e-16].map(|u| lines.sample(u).offset);
         let range = last - first;
         let eps = resolution(view);
-        let laws = Laws::new(format!("{} {measure:?}", view.name))
+        let laws = Technique::new(format!("{} {measure:?}", view.name))
             .samples(SAMPLES)
             .alpha(sidak(1e-4, tests))
             .round_trip(1024.0 * eps)

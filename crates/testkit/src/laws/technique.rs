@@ -1,25 +1,34 @@
 //! The three laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to
 //! one, and sample → invert → sample returns to the same place.
-//!
-//! A sampler is three closures over an interval: `sample` maps uniform numbers in [0, 1) into the
-//! domain, `pdf` is the density with respect to the domain's own measure (zero where nothing is
-//! sampled), `invert` maps a point back to uniform numbers. They know no type of any other crate,
-//! so that they serve anybody's techniques: offsets of lines, places along a light.
 
+use super::{Broken, Surface};
 use crate::chi2::{ChiSquare, chi2_test};
-use crate::quadrature::gauss_kronrod;
+use crate::quadrature::{gauss_kronrod, gauss_legendre};
 use crate::rng::SplitMix64;
-use std::fmt;
 
-/// What to check and how hard; build with [`Laws::new`] and the setters.
+/// The laws of a technique that draws places, points or directions: what to check and how hard;
+/// build with [`Technique::new`] and the setters.
+///
+/// A technique is three closures: `sample` maps uniform numbers in [0, 1) into the domain, `pdf` is
+/// the density with respect to the domain's own measure (zero where nothing is sampled), `invert`
+/// maps a point back to uniform numbers.
 ///
 /// ```
-/// use linelit_testkit::laws::Laws;
+/// use linelit_testkit::laws::{Technique, surface};
 /// // p(x) = 2x on [0, 1].
-/// Laws::new("linear ramp").check_1d([0.0, 1.0], |u| u.sqrt(), |x| 2.0 * x, |x| Some(x * x));
+/// Technique::new("ramp").check_1d([0.0, 1.0], |u| u.sqrt(), |x| 2.0 * x, |x| Some(x * x));
+///
+/// // Points of a triangle, uniform by area ½.
+/// let triangle = surface::triangle([0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
+/// let sample = |[u, v]: [f64; 2]| [v.sqrt(), u * v.sqrt(), 0.0];
+/// let invert = |p: [f64; 3]| Some([p[1] / p[0], p[0] * p[0]]);
+/// Technique::new("triangle").check_2d(&triangle, sample, |_| 2.0, invert);
+/// // A density that forgets the half is no density.
+/// let broken = Technique::new("triangle").try_2d(&triangle, sample, |_| 1.0, invert);
+/// assert!(broken.unwrap_err().message.contains("not 1"));
 /// ```
 #[derive(Clone, Debug)]
-pub struct Laws {
+pub struct Technique {
     name: String,
     samples: usize,
     bins: usize,
@@ -45,25 +54,10 @@ pub struct Report {
     pub round_trip: f64,
 }
 
-/// Which law was broken, and how.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Broken {
-    /// The sampler's name and the story.
-    pub message: String,
-}
-
-impl fmt::Display for Broken {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for Broken {}
-
 /// Quadrature cannot vouch for an integral whose own error estimate exceeds this.
 const WORST_INTEGRAL_ERROR: f64 = 5e-3;
 
-impl Laws {
+impl Technique {
     /// Checks with 100 000 samples, 64 bins, α = 10⁻⁴, seed 1, round trips to 2⁻⁴⁰.
     ///
     /// The level is low because each run uses a fixed seed: a correct sampler fails with
@@ -113,7 +107,7 @@ impl Laws {
     }
 
     /// The allowed error of round trips, of the uniform number where places are exact (see
-    /// [`Laws::resolution`]).
+    /// [`Technique::resolution`]).
     #[must_use]
     pub fn round_trip(mut self, tolerance: f64) -> Self {
         self.round_trip = tolerance;
@@ -151,7 +145,7 @@ impl Laws {
         self
     }
 
-    /// Checks a sampler on the interval `domain`; see [`Laws::try_1d`].
+    /// Checks a sampler on the interval `domain`; see [`Technique::try_1d`].
     ///
     /// # Panics
     /// If a law is broken.
@@ -166,12 +160,12 @@ impl Laws {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// As [`Laws::check_1d`], returning what is broken.
+    /// As [`Technique::check_1d`], returning what is broken.
     ///
     /// The laws: every sample lies in the domain and has a positive, finite pdf; `invert` recovers
-    /// its uniform number, to [`Laws::round_trip`] and [`Laws::resolution`] times the pdf; the
-    /// histogram passes a χ² test against the pdf integrated over each bin, between its
-    /// [`Laws::kinks`] to 1e-10; these integrals sum to one.
+    /// its uniform number, to [`Technique::round_trip`] and [`Technique::resolution`] times the
+    /// pdf; the histogram passes a χ² test against the pdf integrated over each bin, between its
+    /// [`Technique::kinks`] to 1e-10; these integrals sum to one.
     ///
     /// # Errors
     /// The first broken law.
@@ -209,6 +203,96 @@ impl Laws {
         let expected: Vec<f64> = masses.iter().map(|m| m * self.samples as f64).collect();
         let chi2 = self.fits(&histogram, &expected, |i| {
             format!("{:.4}", 0.5 * (borders[i] + borders[i + 1]))
+        })?;
+        Ok(Report {
+            chi2,
+            integral,
+            integral_error: error,
+            round_trip: worst,
+        })
+    }
+
+    /// Checks a technique on a surface; see [`Technique::try_2d`].
+    ///
+    /// # Panics
+    /// If a law is broken.
+    pub fn check_2d<P, L>(
+        &self,
+        surface: &Surface<P, L>,
+        sample: impl FnMut([f64; 2]) -> [f64; 3],
+        pdf: impl FnMut([f64; 3]) -> f64,
+        invert: impl FnMut([f64; 3]) -> Option<[f64; 2]>,
+    ) -> Report
+    where
+        P: Fn([f64; 2]) -> ([f64; 3], f64),
+        L: Fn([f64; 3]) -> Option<[f64; 2]>,
+    {
+        self.try_2d(surface, sample, pdf, invert)
+            .unwrap_or_else(|broken| panic!("{broken}"))
+    }
+
+    /// As [`Technique::check_2d`], returning what is broken.
+    ///
+    /// The laws are those of [`Technique::try_1d`], with a quarter of its bins along each
+    /// coordinate of the surface, the pdf integrated over each by the Gauss–Legendre rule of
+    /// 12 × 12 nodes (its error: the difference from that of 8 × 8), and round trips measured
+    /// between points: that of a sample's inverse lies within [`Technique::resolution`] of the
+    /// sample, or else [`Technique::round_trip`] times the surface's extent.
+    ///
+    /// # Errors
+    /// The first broken law.
+    pub fn try_2d<P, L>(
+        &self,
+        surface: &Surface<P, L>,
+        mut sample: impl FnMut([f64; 2]) -> [f64; 3],
+        mut pdf: impl FnMut([f64; 3]) -> f64,
+        mut invert: impl FnMut([f64; 3]) -> Option<[f64; 2]>,
+    ) -> Result<Report, Broken>
+    where
+        P: Fn([f64; 2]) -> ([f64; 3], f64),
+        L: Fn([f64; 3]) -> Option<[f64; 2]>,
+    {
+        let bins = (self.bins / 4).max(2);
+        let corners =
+            [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|c| (surface.place)(c).0);
+        let extent = corners
+            .iter()
+            .map(|c| distance(*c, corners[0]))
+            .fold(0.0, f64::max);
+        let near = self.resolution.unwrap_or(self.round_trip * extent);
+        let mut histogram = vec![0_u64; bins * bins];
+        let mut rng = SplitMix64::new(self.seed);
+        let mut worst = 0.0_f64;
+        for _ in 0..self.samples {
+            let u = [rng.next_f64(), rng.next_f64()];
+            let p = sample(u);
+            let Some(at) = (surface.locate)(p) else {
+                return self.broken(format!("sample({u:?}) = {p:?} lies beside the surface"));
+            };
+            histogram[cell(at[0], bins) * bins + cell(at[1], bins)] += 1;
+            let density = pdf(p);
+            if density <= 0.0 || !density.is_finite() {
+                return self.broken(format!("sample({u:?}) = {p:?} has pdf {density:?}"));
+            }
+            let Some(back) = invert(p) else {
+                return self.broken(format!("invert({p:?}) finds nothing, yet it was sampled"));
+            };
+            let error = distance(sample(back), p);
+            if error.is_nan() || error > near {
+                return self.broken(format!(
+                    "sample(invert({p:?}) = {back:?}) is off by {error:.1e}, more than {near:.1e}"
+                ));
+            }
+            worst = worst.max(error);
+        }
+        let (masses, error) = masses_2d(surface, bins, pdf);
+        let integral = masses.iter().sum();
+        self.normalised(integral, error, self.mass)?;
+        let expected: Vec<f64> = masses.iter().map(|m| m * self.samples as f64).collect();
+        let middle = |i: usize| (i as f64 + 0.5) / bins as f64;
+        let chi2 = self.fits(&histogram, &expected, |i| {
+            let (p, _) = (surface.place)([middle(i / bins), middle(i % bins)]);
+            format!("{p:.4?}")
         })?;
         Ok(Report {
             chi2,
@@ -308,12 +392,62 @@ impl Laws {
     }
 }
 
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let square = |k: usize| (a[k] - b[k]).powi(2);
+    (square(0) + square(1) + square(2)).sqrt()
+}
+
+/// The cell of a number in [0, 1].
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a number of cells"
+)]
+pub(super) fn cell(at: f64, cells: usize) -> usize {
+    ((at * cells as f64) as usize).min(cells - 1)
+}
+
+/// The integrals of a density over the cells of a surface, between its seams, and their estimated
+/// error together.
+pub(super) fn masses_2d<P, L>(
+    surface: &Surface<P, L>,
+    bins: usize,
+    mut pdf: impl FnMut([f64; 3]) -> f64,
+) -> (Vec<f64>, f64)
+where
+    P: Fn([f64; 2]) -> ([f64; 3], f64),
+{
+    let rules = [gauss_legendre(12), gauss_legendre(8)];
+    let edge = |i: usize| i as f64 / bins as f64;
+    let mut density = |s: f64, t: f64| {
+        let (p, measure) = (surface.place)([s, t]);
+        pdf(p) * measure
+    };
+    let (mut masses, mut error) = (Vec::with_capacity(bins * bins), 0.0);
+    for i in 0..bins {
+        let mut cuts = vec![edge(i), edge(i + 1)];
+        let inside = |s: &&f64| **s > edge(i) && **s < edge(i + 1);
+        cuts.extend(surface.seams.iter().filter(inside));
+        cuts.sort_by(f64::total_cmp);
+        for j in 0..bins {
+            let side = [edge(j), edge(j + 1)];
+            let [fine, coarse] = rules.each_ref().map(|rule| {
+                let part = |c: &[f64]| rule.integrate_2d([c[0], c[1]], side, &mut density);
+                cuts.windows(2).map(part).sum::<f64>()
+            });
+            masses.push(fine);
+            error += (fine - coarse).abs();
+        }
+    }
+    (masses, error)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn ramp() -> Laws {
-        Laws::new("ramp").samples(50_000)
+    fn ramp() -> Technique {
+        Technique::new("ramp").samples(50_000)
     }
 
     #[test]
@@ -373,7 +507,10 @@ mod tests {
     fn false_alarms_are_as_rare_as_alpha_says() {
         let mut alarms = 0;
         for seed in 0..200 {
-            let laws = Laws::new("uniform").samples(2000).alpha(0.05).seed(seed);
+            let laws = Technique::new("uniform")
+                .samples(2000)
+                .alpha(0.05)
+                .seed(seed);
             alarms += u32::from(laws.try_1d([0.0, 1.0], |u| u, |_| 1.0, Some).is_err());
         }
         // Binomial(200, 0.05): mean 10, standard deviation 3.1; five of them.

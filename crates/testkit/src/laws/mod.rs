@@ -1,0 +1,43 @@
+//! Laws that anyone can hold their own light techniques, closed forms and reflections to:
+//! [`Technique`], [`Integral`] and [`Bsdf`].
+//!
+//! All take closures over plain numbers and arrays, and know no type of any other crate. A law
+//! that is broken is an error that says which, where and by how much ([`Broken`]); `check_…`
+//! panics with it, `try_…` returns it. Inputs from proptest make a property of each:
+//!
+//! ```
+//! use linelit_testkit::laws::Integral;
+//! use proptest::prelude::*;
+//!
+//! proptest!(|(a in 0.1..2.0_f64, b in 2.0..9.0_f64)| {
+//!     // ∫ dx/x = ln b − ln a.
+//!     Integral::new("1/x").check_1d([a, b], |a, b| (b / a).ln(), |x| 1.0 / x);
+//! });
+//! ```
+
+mod bsdf;
+mod integral;
+pub mod surface;
+mod technique;
+
+pub use bsdf::{Bsdf, Measured};
+pub use integral::{Agreement, Integral};
+pub use surface::Surface;
+pub use technique::{Report, Technique};
+
+use std::fmt;
+
+/// Which law was broken, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Broken {
+    /// The name of what broke it, and the story.
+    pub message: String,
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Broken {}
