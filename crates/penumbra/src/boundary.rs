@@ -90,7 +90,8 @@ pub struct Penumbra {
     given: Vec<Point>,
     light: Vec<Point>,
     /// Its sides, and where they may matter.
-    around: Vec<(Side, Bounds)>,
+    around: Vec<Side>,
+    around_boxes: Vec<Bounds>,
     /// The light's largest coordinate.
     unit: f64,
     /// A part of the light; what is within it need not be cut.
@@ -190,6 +191,7 @@ impl Penumbra {
     /// The light's sides, backwards, and how they meet each other.
     fn collect_around(&mut self) {
         self.around.clear();
+        self.around_boxes.clear();
         let count = self.light.len();
         for i in (0..count).rev() {
             let (from, to) = (self.light[(i + 1) % count], self.light[i]);
@@ -198,17 +200,18 @@ impl Penumbra {
             let whole = Some(edge.whole());
             let mut side = Side::new(edge, 0, whole);
             side.light = true;
-            if i > 0 {
-                side.next = index(self.around.len() + 2);
-            }
-            self.around.push((side, bounds));
+            // The last has the first after it.
+            side.next = index(if i > 0 { self.around.len() + 2 } else { 1 });
+            self.around.push(side);
+            self.around_boxes.push(bounds);
         }
         // Only that they touch: nothing comes or goes where they do.
         for i in 0..count {
             let (before, after) = self.around.split_at_mut(i + 1);
-            let (e, here) = &mut before[i];
-            for (j, (f, there)) in (i + 1..).zip(after) {
-                if here.meets(there) && !are_neighbours((e, i), (f, j)) {
+            let e = &mut before[i];
+            for (j, f) in (i + 1..).zip(after) {
+                let boxes = &self.around_boxes;
+                if boxes[i].meets(&boxes[j]) && !are_neighbours((e, i), (f, j)) {
                     meet(e, f, &mut self.events);
                 }
             }
@@ -314,14 +317,11 @@ impl Penumbra {
                 side.next = if next.weight > 0 { next.side } else { 0 };
             }
         }
-        let first = index(self.sides.len());
-        for (side, bounds) in &self.around {
-            let mut side = *side;
-            if side.next > 0 {
-                side.next += first;
-            }
-            self.boxes.push(*bounds);
-            self.sides.push(side);
+        let first = self.sides.len();
+        self.boxes.extend_from_slice(&self.around_boxes);
+        self.sides.extend_from_slice(&self.around);
+        for side in &mut self.sides[first..] {
+            side.next += index(first);
         }
     }
 
