@@ -39,6 +39,7 @@ the workshop:
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words
   vectors DIR               hold the closed forms to the reference vectors in DIR
+  pictures [--check]        draw the pictures of README and gallery, or say which of the gallery are old
   check-references DIR      hold renders to the reference images below DIR
   load-all DIR              load and render every scene file below DIR
   fuzz [--minutes N] [--seed S]
@@ -66,7 +67,7 @@ fn main() -> ExitCode {
         "render" | "converge" | "compare" | "info" | "convert" | "list" => {
             cargo::run("cli", &["--bin", "linelit"], &arguments)
         }
-        "check-references" | "load-all" => {
+        "check-references" | "load-all" | "pictures" => {
             cargo::run("workshop", &["--bin", "workshop"], &arguments)
         }
         "bench" => match rest.split_first() {

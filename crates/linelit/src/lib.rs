@@ -34,3 +34,8 @@ pub use linelit_visibility as visibility;
 #[cfg(all(doctest, feature = "formats", feature = "render"))]
 #[doc = include_str!("../../../README.md")]
 struct Project;
+
+/// The blocks of the guide, run as tests.
+#[cfg(all(doctest, feature = "formats", feature = "render"))]
+#[doc = include_str!("../../../docs/guide.md")]
+struct Guide;

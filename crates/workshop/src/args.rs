@@ -28,6 +28,8 @@ pub(crate) enum Command {
     CheckReferences(CheckArgs),
     /// Load and render every scene file below a folder; a line per file.
     LoadAll(LoadAllArgs),
+    /// Draw the pictures of README and gallery.
+    Pictures(PicturesArgs),
     /// Measure speed.
     #[command(subcommand)]
     Bench(Bench),
@@ -101,6 +103,20 @@ pub(crate) struct VisibilityArgs {
     /// Print machine-readable results on standard output.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// `pictures`.
+#[derive(Args, Debug)]
+pub(crate) struct PicturesArgs {
+    /// Folder of the pictures.
+    #[arg(long, default_value = "docs/pictures")]
+    pub(crate) out: PathBuf,
+    /// Write nothing, and fail if a picture of the gallery is of an old state.
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// How scenes are read.
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
 }
 
 /// `load-all`.

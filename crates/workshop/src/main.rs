@@ -6,6 +6,7 @@ mod args;
 mod bench;
 mod check_references;
 mod load_all;
+mod pictures;
 mod visibility;
 
 use args::{Cli, Command};
@@ -20,6 +21,7 @@ fn main() -> ExitCode {
         match &cli.command {
             Command::CheckReferences(args) => check_references::run(args, out),
             Command::LoadAll(args) => load_all::run(args, out),
+            Command::Pictures(args) => pictures::run(args, out),
             Command::Bench(args) => bench::run(args, out),
         }
     })

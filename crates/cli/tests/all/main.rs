@@ -5,6 +5,7 @@ mod command;
 mod common;
 mod files;
 mod folders;
+mod guide;
 mod isa;
 mod killed;
 mod outside;
