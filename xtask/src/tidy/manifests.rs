@@ -4,9 +4,10 @@ use super::{House, Member, section};
 use std::collections::BTreeSet;
 
 /// What any crate may use in its tests and benches, beside what it knows anyway: scenes and
-/// pictures to ask queries about, the lobes that shading's transformed cosines are fitted to.
+/// pictures to ask queries about, the lobes that shading's transformed cosines are fitted to, and
+/// random numbers of a renderer that is none of ours.
 const FOR_TESTS: &str = "linelit-testkit linelit-scenes linelit-bsdf linelit-film linelit-lights \
-    proptest criterion rayon rustix sobol_burley";
+    proptest criterion rand rand_pcg rayon rustix sobol_burley";
 
 /// Crates that end in images: their tests may look at the whole way.
 const WHOLE_WAY: [&str; 3] = ["integrator", "papers", "cli"];
