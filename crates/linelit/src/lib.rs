@@ -32,10 +32,10 @@ pub use linelit_visibility as visibility;
 
 /// The example of the project's page, run as a test.
 #[cfg(all(doctest, feature = "formats", feature = "render"))]
-#[doc = include_str!("../../../README.md")]
+#[doc = include_str!("../pages/project")]
 struct Project;
 
 /// The blocks of the guide, run as tests.
 #[cfg(all(doctest, feature = "formats", feature = "render"))]
-#[doc = include_str!("../../../docs/guide.md")]
+#[doc = include_str!("../pages/guide")]
 struct Guide;

@@ -61,6 +61,21 @@ pub fn missing(folder: &Path, test: &str, exempt: &[&str]) -> Vec<String> {
         .collect()
 }
 
+/// A file of the repository that the crate in `folder` (`env!("CARGO_MANIFEST_DIR")`) stands in;
+/// `None` where there is none, as in a package, whose tests then hold nothing to that file.
+///
+/// # Panics
+/// If there is a repository and not that file in it.
+pub fn page(folder: &str, path: &str) -> Option<String> {
+    let root = Path::new(folder).join("../..");
+    if !root.join("crates").is_dir() {
+        return None;
+    }
+    let path = root.join(path);
+    let text = std::fs::read_to_string(&path);
+    Some(text.unwrap_or_else(|e| panic!("{}: {e}", path.display())))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,14 +87,26 @@ mod tests {
     }
 
     #[test]
-    fn this_module_has_two() {
+    fn pages_are_in_the_repository_or_nowhere() {
+        let folder = env!("CARGO_MANIFEST_DIR");
+        let repository = Path::new(folder).join("../../crates").is_dir();
+        let found = page(folder, "crates/testkit/README.md");
+        assert_eq!(
+            found.is_some_and(|t| t.contains("# linelit-testkit")),
+            repository
+        );
+        assert_eq!(page(&format!("{folder}/src"), "README.md"), None);
+    }
+
+    #[test]
+    fn this_module_has_three() {
         let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
         let here = |text: &str| {
             let all = missing(&src, text, &[]);
             all.iter().filter(|m| m.contains("public.rs")).count()
         };
-        assert_eq!(here(""), 2);
-        assert_eq!(here("functions(x); not_missing(y)"), 1);
-        assert_eq!(here("map(public::functions); missing::<T>(y)"), 0);
+        assert_eq!(here(""), 3);
+        assert_eq!(here("functions(x); not_missing(y)"), 2);
+        assert_eq!(here("map(public::functions); missing::<T>(y); page(z)"), 0);
     }
 }

@@ -45,7 +45,25 @@ pub(super) fn documents(house: &House) -> Vec<String> {
         .map(str::to_owned)
         .chain(readmes);
     let missing = expected.filter(|path| !house.root.join(path).is_file());
-    missing.map(|path| format!("{path} is missing")).collect()
+    let missing = missing.map(|path| format!("{path} is missing"));
+    missing.chain(licences(house)).collect()
+}
+
+/// Each package has the licences: symbolic links, which cargo packages as what they lead to.
+fn licences(house: &House) -> Vec<String> {
+    let mut problems = Vec::new();
+    for member in house.members.iter().filter(|m| m.owner != "xtask") {
+        for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+            let path = format!("crates/{}/{licence}", member.owner);
+            let text = house.text(&path);
+            // A checkout without symbolic links has what they say in their place.
+            let link = text == format!("../../{licence}");
+            if !link && (text.is_empty() || text != house.text(licence)) {
+                problems.push(format!("{path}: not the licence of the repository"));
+            }
+        }
+    }
+    problems
 }
 
 /// Relative links in Markdown lead somewhere.
@@ -58,6 +76,9 @@ pub(super) fn links(house: &House) -> Vec<String> {
             for target in targets(line) {
                 let plain = target.split('#').next().unwrap_or_default();
                 let local = !plain.is_empty() && !plain.contains(':') && !plain.starts_with('<');
+                if local && path.starts_with("crates/") && plain.contains("../") {
+                    problems.push(format!("{path}:{}: {target} is in no package", i + 1));
+                }
                 if local && !folder.join(plain).exists() {
                     problems.push(format!(
                         "{path}:{}: the link to {target} leads nowhere",

@@ -1,24 +1,27 @@
 //! The techniques against reference vectors of 25 digits.
 
-use crate::reference;
+use crate::reference::{self, Rows};
+use linelit_testkit::public::page;
+
+/// Holds what a file of vectors is about to it; packages are without.
+fn held(file: &str, compare: fn(&str) -> Rows) {
+    let path = format!("crates/testkit/vectors/{file}");
+    if let Some(vectors) = page(env!("CARGO_MANIFEST_DIR"), &path) {
+        compare(&vectors).assert();
+    }
+}
 
 #[test]
 fn linear_lights() {
-    reference::linear_lights(include_str!(
-        "../../../testkit/vectors/e_linear_sampling.json"
-    ))
-    .assert();
+    held("e_linear_sampling.json", reference::linear_lights);
 }
 
 #[test]
 fn polygons() {
-    reference::polygons(include_str!("../../../testkit/vectors/d_polygon.json")).assert();
+    held("d_polygon.json", reference::polygons);
 }
 
 #[test]
 fn solid_angle_lines() {
-    reference::solid_angle_lines(include_str!(
-        "../../../testkit/vectors/f_solid_angle_lines.json"
-    ))
-    .assert();
+    held("f_solid_angle_lines.json", reference::solid_angle_lines);
 }
