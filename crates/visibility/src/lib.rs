@@ -3,8 +3,9 @@
 //! [`Occluders`] holds the triangles of a scene under a hierarchy of boxes, eight to a node, and
 //! answers
 //!
-//! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight, and for many from one
-//!   point [`Occluders::closest_hits`] and [`Occluders::any_hits`];
+//! - rays: [`Occluders::closest_hit`] and [`Occluders::any_hit`], watertight; for many from one
+//!   point [`Occluders::closest_hits`] and [`Occluders::any_hits`], for many from anywhere
+//!   [`Occluders::any_hit_stream`];
 //! - *shafts*: [`Occluders::shaft`] finds with **one** walk all that is between a shading point and
 //!   a polygonal or linear light. The [`Shaft`] then tells for all line samples of the point at
 //!   once which intervals of each are visible ([`Shaft::visible`]), for single points of the light
@@ -93,6 +94,7 @@ mod project;
 mod ray;
 mod scratch;
 mod shaft;
+mod stream;
 mod sweep;
 mod walk;
 mod watertight;

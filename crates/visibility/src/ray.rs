@@ -69,7 +69,7 @@ impl Occluders {
 
 /// A ray in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug)]
-struct RayQuery {
+pub(crate) struct RayQuery {
     exact: WatertightRay,
     t_min: f64,
     t_max: f64,
@@ -83,7 +83,7 @@ struct RayQuery {
     offset_enter: [f32; 3],
     offset_leave: [f32; 3],
     t_min32: f32,
-    t_max32: f32,
+    pub(crate) t_max32: f32,
 }
 
 /// 2⁻²⁰, sixteen roundings of `f32`: room for the few operations of a box or triangle test
@@ -104,11 +104,30 @@ pub(crate) fn largest_inverse_at(size: f64) -> f64 {
     reason = "the bounds allow for the rounding"
 )]
 impl RayQuery {
+    /// Of a ray that is not traced.
+    pub(crate) const IDLE: Self = Self {
+        exact: WatertightRay {
+            origin: [0.0; 3],
+            axes: [0; 3],
+            shear: [0.0; 3],
+        },
+        t_min: 0.0,
+        t_max: 0.0,
+        exclude: (0, 0),
+        enter: [0; 3],
+        leave: [0; 3],
+        inverse: [0.0; 3],
+        offset_enter: [0.0; 3],
+        offset_leave: [0.0; 3],
+        t_min32: 0.0,
+        t_max32: 0.0,
+    };
+
     /// `None` for a ray that cannot meet anything: not finite, without direction, or empty.
     ///
     /// Inlined into the kernels, so that it is never copied.
     #[inline(always)]
-    fn new(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
+    pub(crate) fn new(occluders: &Occluders, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
         let d = ray.direction;
         let o = ray.origin - occluders.origin;
         let nodes = &occluders.hierarchy.nodes;
@@ -163,7 +182,7 @@ impl RayQuery {
 
     /// The boxes of a node that the ray may enter before `t_max`, and where.
     #[inline(always)]
-    fn boxes<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (u8, S::F) {
+    pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (u8, S::F) {
         let ((x0, x1), (y0, y1), (z0, z1)) = (
             self.along(s, node, 0),
             self.along(s, node, 1),
@@ -248,7 +267,7 @@ impl RayQuery {
 
     /// Whether the ray meets any of the triangles `among` those of a leaf that are not excluded.
     #[inline(always)]
-    fn any<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> bool {
+    pub(crate) fn any<S: Simd>(&self, s: S, leaf: &Leaf, among: u8) -> bool {
         let met = self.meets(s, leaf).0 & among;
         met != 0 && met & !s.in_range(&leaf.id, self.exclude.0, self.exclude.1) != 0
     }
@@ -323,7 +342,7 @@ fn any_kernel<S: Simd>(
 
 /// The highest bit of a number that is not zero.
 #[inline(always)]
-fn highest(bits: u8) -> usize {
+pub(crate) fn highest(bits: u8) -> usize {
     (7 - bits.leading_zeros()) as usize
 }
 

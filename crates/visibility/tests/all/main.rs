@@ -12,3 +12,4 @@ mod gathered;
 mod laws;
 mod leaks;
 mod limits;
+mod streams;
