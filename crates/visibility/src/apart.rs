@@ -168,7 +168,6 @@ fn eight<S: Simd>(
     stack[0] = Child::node(0).0;
     masks[0] = all;
     let mut top = 1;
-    let mut order = [0.0_f32; 8];
     while top > 0 {
         top -= 1;
         let mine = masks[top] & open;
@@ -188,7 +187,7 @@ fn eight<S: Simd>(
         } else {
             &together
         };
-        let (found, near) = beam.boxes(s, node);
+        let (found, _) = beam.boxes(s, node);
         let mut leaves = found & node.leaf;
         while leaves != 0 {
             let lane = leaves.trailing_zeros() as usize;
@@ -208,34 +207,17 @@ fn eight<S: Simd>(
                 .to_le_bytes()[0];
         }
         let mut inner = found & !node.leaf;
-        if inner == 0 || open & mine == 0 {
-            continue;
-        }
-        let mut entry = Lanes([0.0; 8]);
-        s.store(near, &mut entry);
-        let base = top;
+        // That which is expected to meet most is the last, and highest on the stack.
         while inner != 0 {
             let lane = inner.trailing_zeros() as usize;
             inner &= inner - 1;
             let mut entering = open & mine;
             if !single {
                 entering &= slabs.enter(s, node, lane, s.splat(beam.t_max));
-                if entering == 0 {
-                    continue;
-                }
             }
-            // Insertion keeps the farthest lowest on the stack.
-            let mut k = top;
-            while k > base && order[k - base - 1] < entry[lane] {
-                order[k - base] = order[k - base - 1];
-                stack[k] = stack[k - 1];
-                masks[k] = masks[k - 1];
-                k -= 1;
-            }
-            order[k - base] = entry[lane];
-            stack[k] = node.child[lane];
-            masks[k] = entering;
-            top += 1;
+            stack[top] = node.child[lane];
+            masks[top] = entering;
+            top += usize::from(entering != 0);
         }
     }
     all & !open

@@ -31,7 +31,7 @@ pub(crate) const FEW: usize = 4;
 /// Nodes and leaves that so many rays visit together before those that are open go on in
 /// groups.
 const fn budget(count: usize) -> usize {
-    2 + count / 8
+    3 + count / 16
 }
 
 /// Rays from one point, `origin + t·direction` for 0 ≤ t ≤ `t_max`, each with its own direction.
@@ -516,7 +516,6 @@ fn fan_kernel<S: Simd>(
     let stack = &mut stack[..];
     stack[0] = Child::node(0).0;
     let mut top = 1;
-    let mut order = [0.0_f32; 8];
     let (mut visited, budget) = (0, budget(fan.directions.len()));
     while top > 0 && open != 0 {
         if visited >= budget {
@@ -526,7 +525,7 @@ fn fan_kernel<S: Simd>(
         top -= 1;
         let node = &hierarchy.nodes[stack[top] as usize];
         counters.node_tests += u64::from(node.valid.count_ones());
-        let (found, near) = beam.boxes(s, node);
+        let (found, _) = beam.boxes(s, node);
         visited += 1 + (found & node.leaf).count_ones() as usize;
         let mut leaves = found & node.leaf;
         while leaves != 0 && open != 0 {
@@ -540,27 +539,10 @@ fn fan_kernel<S: Simd>(
                 open &= !hidden;
             }
         }
-        let mut inner = found & !node.leaf;
-        if inner == 0 {
-            continue;
-        }
-        let mut entry = Lanes([0.0; 8]);
-        s.store(near, &mut entry);
-        let base = top;
-        while inner != 0 {
-            let lane = inner.trailing_zeros() as usize;
-            inner &= inner - 1;
-            // Insertion keeps the farthest lowest on the stack.
-            let mut k = top;
-            while k > base && order[k - base - 1] < entry[lane] {
-                order[k - base] = order[k - base - 1];
-                stack[k] = stack[k - 1];
-                k -= 1;
-            }
-            order[k - base] = entry[lane];
-            stack[k] = node.child[lane];
-            top += 1;
-        }
+        // That which is expected to meet most is the last, and highest on the stack.
+        let inner = found & !node.leaf;
+        s.pack(inner, &node.child, stack, top);
+        top += inner.count_ones() as usize;
     }
     fan.all() & !open
 }
