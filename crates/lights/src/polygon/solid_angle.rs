@@ -5,6 +5,7 @@ use crate::density::{Pdf, SolidAngle};
 use crate::pieces::{Pieces, fraction_each};
 use crate::polygon::area::{PointColumns, PointSample};
 use crate::polygon::fan;
+use crate::polygon::quadrilateral::Quadrilateral;
 use crate::polygon::spherical_triangle::{Corner, Side, SphericalTriangle};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{ConvexPolygon, DVec3};
@@ -76,6 +77,30 @@ impl SolidAngleSampler {
 
     /// Looks at the triangles of the fan, of which neighbours share a side.
     fn look(&mut self) {
+        if let [a, b, c, d] = *self.polygon.vertices()
+            && let Some(seen) = Quadrilateral::new(Isa::best(), &[a, b, c, d], self.x)
+        {
+            self.look_at_two([a, b, c, d], &seen);
+        } else {
+            self.look_at_each();
+        }
+        self.pdf = Pdf::new(1.0 / self.solid_angle());
+    }
+
+    fn look_at_two(&mut self, [a, b, c, d]: [DVec3; 4], seen: &Quadrilateral) {
+        let [at_a, at_b, at_c, _] = seen.corners;
+        let [la, lb, lc, ld] = seen.lengths;
+        let [ab, ac, ad, bc, cd] = &seen.sides;
+        let [first, second] = &mut self.kept;
+        let edges = [b - a, c - b];
+        first.complete([at_a, at_b], edges, [la, lb, lc], [ab, bc, ac], seen.det[0]);
+        let edges = [c - a, d - c];
+        second.complete([at_a, at_c], edges, [la, lc, ld], [ac, cd, ad], seen.det[1]);
+        self.pieces.push(first.solid_angle());
+        self.pieces.push(second.solid_angle());
+    }
+
+    fn look_at_each(&mut self) {
         let [first, second, rest @ ..] = self.polygon.vertices() else {
             return;
         };
@@ -90,7 +115,6 @@ impl SolidAngleSampler {
             self.pieces.push(triangle.solid_angle());
             (b, ab) = (c, ac);
         }
-        self.pdf = Pdf::new(1.0 / self.solid_angle());
     }
 
     /// What `ask` says of a triangle of the fan.
@@ -205,6 +229,42 @@ impl PointTechnique for SolidAngleSampler {
 mod tests {
     use super::*;
     use crate::polygon::area::tests::{columns_are_samples, fans};
+    use linelit_simd::InstructionSet;
+
+    #[test]
+    fn quadrilaterals_are_seen_as_their_triangles_are() {
+        let mut quick = 0;
+        for (polygon, x) in fans() {
+            let [a, b, c, d] = *polygon.vertices() else {
+                continue;
+            };
+            for scale in [1.0, 1e-3, 1e70, 1e-70, 1e140] {
+                let Ok(polygon) = ConvexPolygon::try_new(&[a, b, c, d].map(|v| v * scale)) else {
+                    continue;
+                };
+                let at_once = SolidAngleSampler::new(&polygon, x * scale);
+                let mut each = SolidAngleSampler {
+                    kept: [SphericalTriangle::default(); KEPT],
+                    pieces: Pieces::default(),
+                    ..at_once
+                };
+                each.look_at_each();
+                // All digits of all numbers, and the signs of zeros.
+                assert_eq!(format!("{each:?}"), format!("{at_once:?}"), "{scale}");
+                let [a, b, c, d] = *polygon.vertices() else {
+                    continue;
+                };
+                let corners = [a, b, c, d];
+                let seen = InstructionSet::ALL.map(|set| {
+                    let seen = Quadrilateral::new(Isa::detect(set), &corners, x * scale);
+                    quick += usize::from(seen.is_some());
+                    format!("{seen:?}")
+                });
+                assert!(seen.iter().all(|s| *s == seen[0]), "{seen:?}");
+            }
+        }
+        assert!(quick > 20, "{quick} in lanes");
+    }
 
     #[test]
     fn lanes_give_the_bits_of_samples() {

@@ -90,13 +90,13 @@ impl Corner {
 
 /// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b; all
 /// relatively accurate.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
-    one_plus: f64,
-    tan_half: f64,
-    cross: DVec3,
+    pub(crate) one_plus: f64,
+    pub(crate) tan_half: f64,
+    pub(crate) cross: DVec3,
     /// Length of the product: |a| |b| sin θ.
-    length: f64,
+    pub(crate) length: f64,
 }
 
 impl Side {
@@ -194,13 +194,27 @@ pub(crate) fn half_angle_in_plane(
 impl SphericalTriangle {
     /// Becomes the triangle of three corners, given its sides ab and ac.
     pub(crate) fn set(&mut self, [a, b, c]: [&Corner; 3], ab: &Side, ac: &Side) {
-        let sides = [*ab, Side::between(b, c), ac.reversed()];
+        let sides = [ab, &Side::between(b, c), ac];
         let length = [a.length, b.length, c.length];
         let edges = [b.vertex - a.vertex, c.vertex - b.vertex];
         // Distance from the plane times twice the area.
         let normal = predicates::cross(edges[0], c.vertex - a.vertex);
         let det = predicates::dot(normal, a.from_x).abs();
-        let (a, b) = (a.from_x, b.from_x);
+        self.complete([a.from_x, b.from_x], edges, length, sides, det);
+    }
+
+    /// Becomes the triangle of corners a, b, c, of which a and b stand relative to the shading
+    /// point, with the edges b − a and c − b, given its sides ab, bc and ac.
+    #[inline]
+    pub(crate) fn complete(
+        &mut self,
+        [a, b]: [DVec3; 2],
+        edges: [DVec3; 2],
+        length: [f64; 3],
+        [ab, bc, ac]: [&Side; 3],
+        det: f64,
+    ) {
+        let sides = [*ab, *bc, ac.reversed()];
         let half = half_solid_angle(&sides, &length, det);
         let d = det / (length[0] * sides[1].length);
         let (p, tau_end) = (sides[0].one_plus, sides[1].tan_half);
