@@ -47,8 +47,9 @@ impl Bounds {
         let mut high = [f64::NEG_INFINITY; 2];
         for p in points {
             for k in 0..2 {
-                low[k] = low[k].min(p[k]);
-                high[k] = high[k].max(p[k]);
+                // One instruction each, as `min` and `max` are not; NaN is passed over as there.
+                low[k] = if p[k] < low[k] { p[k] } else { low[k] };
+                high[k] = if p[k] > high[k] { p[k] } else { high[k] };
             }
         }
         Self { low, high }
@@ -133,15 +134,22 @@ impl Bins {
     /// The numbers from `first` on of those that may meet a box, in ascending order.
     #[inline]
     pub(super) fn near(&self, b: &Bounds, first: usize) -> impl Iterator<Item = usize> {
-        if self.words == 0 {
+        let query = if self.words == 0 {
             let sets = [&[][..]; 4];
             let few = (1 << self.few) - 1;
-            return Query { sets, few }.from(first);
-        }
+            Query { sets, few }
+        } else {
+            self.query(b)
+        };
+        query.from(first)
+    }
+
+    #[inline(never)]
+    fn query(&self, b: &Bounds) -> Query<'_> {
         // What starts before its end and ends after its start.
         let rows = self.rows(&b.high, &b.low);
         let sets = rows.map(|row| &self.sets[row * self.words..(row + 1) * self.words]);
-        Query { sets, few: 0 }.from(first)
+        Query { sets, few: 0 }
     }
 
     /// Rows of the starts of x, the ends of x, and the same of y.
