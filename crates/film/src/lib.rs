@@ -5,6 +5,7 @@
 //! - [`Moments`], [`MomentImage`]: count, mean and M2 in `f64`, merged after Chan in a fixed order.
 //! - [`tiles`]: rectangles of work in a fixed order.
 //! - [`Document`]: named layers and metadata, read from and written to EXR.
+//! - [`Flip`]: the difference that one sees when two pictures alternate.
 //! - [`decode_picture`]: any PNG, TGA, EXR, PFM or, with the feature `jpeg`, JPEG file.
 //! - [`write_pfm`], [`write_png`], [`encode_tga`], [`HeatMap`].
 //!
@@ -38,6 +39,7 @@ mod decode;
 mod display;
 mod document;
 mod error;
+mod flip;
 mod header_order;
 mod image;
 #[cfg(feature = "jpeg")]
@@ -56,10 +58,11 @@ pub use atomic::{check_writable, write_atomically, write_atomically_with};
 pub use compression::Compression;
 pub use decode::{ByteImage, DecodeError, Decoded, Pixels, decode_picture};
 pub use display::{
-    Exposure, HeatMap, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
+    Exposure, HeatMap, ToneCurve, encode_png, heat_colour, srgb_decode, srgb_encode, write_png,
 };
 pub use document::{Channel, Document, Layer, Placement, Samples, decode as decode_exr};
 pub use error::{FilmError, FormatError};
+pub use flip::Flip;
 pub use image::Image;
 pub use moments::{MomentImage, Moments};
 pub use pfm::write_pfm;
