@@ -179,6 +179,13 @@ impl SceneBuilder {
         index(self.emission_maps.len() - 1)
     }
 
+    /// How many lights so far are remembered as the spheres, disks and cylinders that they stand
+    /// for ([`Scene::spheres`], [`Scene::disks`], [`Scene::cylinders`]).
+    #[must_use]
+    pub fn round_light_count(&self) -> usize {
+        self.spheres.len() + self.disks.len() + self.cylinders.len()
+    }
+
     /// Adds a mesh: transforms, rounds, drops triangles without area, makes lights.
     ///
     /// # Errors

@@ -317,8 +317,21 @@ fn round_lights_say_why_they_are_facets() {
     };
     let (tube, disk) = ("Shape \"cylinder\"", "Shape \"disk\"");
     let two_sided = "\"bool twosided\" true";
-    assert!(!warned("", tube).contains("exact are"));
-    assert!(!warned(two_sided, disk).contains("exact are"));
+    // Those that are taken as they are need no words.
+    for light in [
+        warned("", tube),
+        warned(two_sided, disk),
+        warned("", "Shape \"sphere\""),
+    ] {
+        assert!(!light.contains("facets"), "{light}");
+    }
+    for bent in ["Scale 1 2 1", "Scale 1 1 2", "Rotate 30 1 0 0 Scale 3 1 1"] {
+        let light = warned("", &format!("{bent} Shape \"sphere\""));
+        assert!(
+            light.contains("exact are those that its transform leaves round only"),
+            "{light}"
+        );
+    }
     let outwards = "triangles; exact are those that emit outwards only";
     assert!(warned(two_sided, tube).contains(outwards));
     assert!(warned("", &format!("ReverseOrientation {tube}")).contains(outwards));

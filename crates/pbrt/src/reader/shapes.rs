@@ -94,7 +94,19 @@ impl Loader {
             Geometry::Line(p0, p1) => return self.add_line(params, [*p0, *p1], place),
         };
         let owner = &params.owner;
+        let before = self.base.builder.round_light_count();
         self.base.add_mesh(mesh, place, owner, params.at())?;
+        let is_round = self.base.builder.round_light_count() > before;
+        let mut names = ["sphere", "disk", "cylinder"].into_iter();
+        if let Some(emission) = &place.emission
+            && let Some(name) = names.find(|name| owner.ends_with(&format!("`{name}`")))
+            && let why = why_facets(mesh, emission, place, is_round)
+            && !why.is_empty()
+        {
+            let message = format!("an emissive {name} is lit and drawn as flat facets");
+            let label = format!("{} triangles; {why}", mesh.triangles.len());
+            self.base.suspicious(message, &label, params.at())?;
+        }
         let split = place.emission.is_some_and(|e| e.power.is_some())
             && !mesh.one_shape
             && mesh.triangles.len() > 1;
@@ -329,25 +341,24 @@ impl Loader {
                 mesh
             }
         };
-        if let Some(emission) = &self.state.emission {
-            let message = format!("an emissive {name} is drawn with flat facets");
-            let why = why_facets(&mesh, emission, self.state.reverse);
-            let label = format!("{} triangles{why}", mesh.triangles.len());
-            self.base.suspicious(message, &label, params.at())?;
-        }
         Ok(mesh)
     }
 }
 
-/// What keeps `--spheres exact` from taking an emissive round shape as it is, to be added to a
-/// label.
-fn why_facets(mesh: &MeshData, emission: &EmissionSpec, reverse: bool) -> &'static str {
-    let inwards = emission.two_sided || reverse;
+/// What keeps an emissive round shape from being a light as it is, which is its facets then.
+fn why_facets(
+    mesh: &MeshData,
+    emission: &EmissionSpec,
+    place: &Placement,
+    is_round: bool,
+) -> &'static str {
+    let inwards = emission.two_sided || place.reverse;
     match mesh.round {
-        None => "; exact are whole spheres, disks and cylinders only",
-        Some(_) if emission.map.is_some() => "; exact are those without an image only",
+        None => "exact are whole spheres, disks and cylinders only",
+        Some(_) if emission.map.is_some() => "exact are those without an image only",
+        Some(_) if !is_round => "exact are those that its transform leaves round only",
         Some(RoundShape::Sphere(_) | RoundShape::Cylinder(_)) if inwards => {
-            "; exact are those that emit outwards only"
+            "exact are those that emit outwards only"
         }
         Some(_) => "",
     }
