@@ -3,11 +3,11 @@
 use crate::output::note;
 use crate::words::{
     Crop, LightEstimator, List, MOST_SAMPLES, SampleCounts, estimator, instruction_set,
-    light_choice, path_ending, sampler, seconds, spheres, threads,
+    light_choice, path_ending, sampler, seconds, spheres, stops, threads, tone_curve,
 };
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use linelit_film::Compression;
+use linelit_film::{Compression, ToneCurve};
 use linelit_formats::{LoadOptions, Root};
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
@@ -55,7 +55,7 @@ pub enum Command {
     /// Measure how the error falls with samples and with time; writes a report.
     #[command(after_help = CONVERGE_EXAMPLES)]
     Converge(ConvergeArgs),
-    /// Compare two images (EXR or PFM): MSE, RMSE, MRSE, bias.
+    /// Compare two images: MSE, RMSE, MRSE, bias, FLIP, and maps of them.
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
     /// Say what is in a scene and what the plan skips.
@@ -82,7 +82,11 @@ Examples:
   linelit render room.pbrt -o room.png --estimator line-analytic --samples 4 --resolution 640x480
       four lines a point and light, as an 8-bit picture
   linelit render colonnade-line -o hall.exr --crop 0.25,0.5,0.25,0.5 --explain
-      a part of it, and what was done about which lights";
+      a part of it, and what was done about which lights
+  linelit render cornell-box -o box.png --exposure 1 --tone-curve reinhard
+      twice as bright, and the light not clipped
+  linelit render cornell-box -o box.exr --pixel-samples 4 --aovs albedo,normal,depth,variance
+      for a denoiser";
 
 const CONVERGE_EXAMPLES: &str = "\
 Examples:
@@ -97,7 +101,9 @@ const COMPARE_EXAMPLES: &str = "\
 Examples:
   linelit compare a.exr reference.exr
   linelit compare a.exr:LAYER reference.pfm --json
-      a layer of an EXR file";
+      a layer of an EXR file
+  linelit compare a.exr reference.exr --crop 0.5,1,0,0.5 --flip --error-map errors.png
+      a quarter of the pictures, as one sees it, and where the errors are";
 
 const INFO_EXAMPLES: &str = "\
 Examples:
@@ -236,6 +242,15 @@ pub struct RenderArgs {
     /// Follow up to this many perfect mirrors and sheets of glass in a row.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=64))]
     pub bounces: u32,
+    /// Doublings of brightness, in a PNG file.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
+    pub exposure: f64,
+    /// What a PNG file shows of values above white.
+    #[arg(long, value_name = "CURVE", default_value = "clip", value_parser = tone_curve())]
+    pub tone_curve: ToneCurve,
+    /// Layers beside the picture, in an EXR file, separated by commas.
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',')]
+    pub aovs: Vec<Aov>,
     /// How an EXR file is packed, always without loss: none, rle, or zip:1 (fast, the default) to
     /// zip:9 (small).
     #[arg(long, value_name = "HOW")]
@@ -247,6 +262,21 @@ pub struct RenderArgs {
     /// Common flags.
     #[command(flatten)]
     pub common: SceneArgs,
+}
+
+/// A layer beside the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Aov {
+    /// What the surface in the middle of the pixel reflects of light from everywhere.
+    Albedo,
+    /// Its shading normal, towards the viewer; 0 where there is none.
+    Normal,
+    /// Its distance from the camera; infinite where there is none.
+    Depth,
+    /// Variance of the pixel, by its camera samples: two or more.
+    Variance,
+    /// Camera samples, rays and lines of the pixel: layers samples, rays, lines.
+    Samples,
 }
 
 /// `converge`.
@@ -296,10 +326,30 @@ pub struct ConvergeArgs {
 /// `compare`.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
-    /// The image to judge.
+    /// The image to judge: EXR (a layer as FILE:LAYER), PFM, PNG, TGA or JPEG.
     pub image: PathBuf,
-    /// The image to judge it by.
+    /// The image to judge it by, of the same size.
     pub reference: PathBuf,
+    /// Part of the images to compare, as fractions of them (as `render --crop`).
+    #[arg(long, value_name = "X0,X1,Y0,Y1")]
+    pub crop: Option<Crop>,
+    /// FLIP, too: the difference that one sees when the two alternate on a screen (Andersson et
+    /// al. 2020), from 0 to 1.
+    #[arg(long)]
+    pub flip: bool,
+    /// Doublings of brightness on that screen, and in a PNG file of the difference.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
+    pub exposure: f64,
+    /// Write image − reference: .exr as it is, .png around a middle grey.
+    #[arg(long, value_name = "FILE", value_parser = path_ending(&["exr", "png"]))]
+    pub difference: Option<PathBuf>,
+    /// Write the relative squared error of each pixel, whose mean is the MRSE: .exr as it is, .png
+    /// in false colours over four powers of ten.
+    #[arg(long, value_name = "FILE", value_parser = path_ending(&["exr", "png"]))]
+    pub error_map: Option<PathBuf>,
+    /// Write FLIP of each pixel: .exr as it is, .png in false colours from 0 to 1.
+    #[arg(long, value_name = "FILE", value_parser = path_ending(&["exr", "png"]))]
+    pub flip_map: Option<PathBuf>,
     /// Print machine-readable results on standard output.
     #[arg(long)]
     pub json: bool,

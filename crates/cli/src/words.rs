@@ -1,6 +1,7 @@
 //! The words of the command line, and what is said of those that mean nothing.
 
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
+use linelit_film::{Tile, ToneCurve};
 use linelit_formats::nearest;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
@@ -152,6 +153,30 @@ pub(crate) fn spheres() -> impl TypedValueParser<Value = Spheres> {
     )
 }
 
+/// What a PNG file shows of values above white.
+pub(crate) fn tone_curve() -> impl TypedValueParser<Value = ToneCurve> {
+    one_of(
+        &[ToneCurve::Clip, ToneCurve::Reinhard],
+        |curve| match curve {
+            ToneCurve::Clip => "white",
+            ToneCurve::Reinhard => {
+                "v(1 + v/w²)/(1 + v) of each channel, w the largest in the picture"
+            }
+        },
+    )
+}
+
+/// Doublings of brightness.
+///
+/// # Errors
+/// What is expected.
+pub(crate) fn stops(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(stops) if (-100.0..=100.0).contains(&stops) => Ok(stops),
+        _ => Err("expected a number of doublings from -100 to 100".to_owned()),
+    }
+}
+
 /// A path whose name must end in one of these.
 pub(crate) fn path_ending(
     endings: &'static [&'static str],
@@ -236,6 +261,22 @@ impl FromStr for LightEstimator {
 /// A crop window in fractions of the image: x0, x1, y0, y1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crop(pub [f64; 4]);
+
+impl Crop {
+    /// The pixels of a picture that it stands for, at least one (pbrt: rounded up at both ends).
+    #[must_use]
+    pub fn window(self, width: u32, height: u32) -> Tile {
+        let Self([x0, x1, y0, y1]) = self;
+        let span = |lo: f64, hi: f64, size: u32| {
+            #[allow(clippy::cast_possible_truncation, reason = "fractions of a u32")]
+            let pixel = |f: f64| ((f64::from(size) * f).ceil() as u32).min(size);
+            let first = pixel(lo).min(size.saturating_sub(1));
+            (first, pixel(hi).max(first + 1))
+        };
+        let ((x0, x1), (y0, y1)) = (span(x0, x1, width), span(y0, y1, height));
+        Tile { x0, x1, y0, y1 }
+    }
+}
 
 impl FromStr for Crop {
     type Err = String;

@@ -93,6 +93,19 @@ impl<'s> Renderer<'s> {
     /// (pbrt-v4 keeps an eighth of the pixel from 64 samples on.)
     #[must_use]
     pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
+        self.pixel_samples(settings, pixel, workspace, |_| {})
+    }
+
+    /// [`Renderer::pixel`], which tells `each` the radiance of every camera sample: of a film's
+    /// moments, for one. Samples are spread evenly over the pixel, so that the variance of their
+    /// mean is less than what they, as if independent, say.
+    pub fn pixel_samples(
+        &self,
+        settings: &Settings,
+        pixel: [u32; 2],
+        workspace: &mut Workspace,
+        mut each: impl FnMut(DVec3),
+    ) -> DVec3 {
         let count = settings.pixel_samples.max(1);
         let camera = (count > 1).then(|| {
             let sampler = Sampler::new(settings.sampler, settings.seed);
@@ -106,6 +119,7 @@ impl<'s> Renderer<'s> {
                 .map_or([0.5, 0.5], |camera| camera.get_2d(i));
             let offset = self.film_offset(jitter);
             // By reference: points are large, and a move is a copy.
+            let mut sample = DVec3::ZERO;
             if let Some(point) = &self.shading_point_at(pixel, offset, spacing, workspace) {
                 let path = Path {
                     settings,
@@ -113,8 +127,10 @@ impl<'s> Renderer<'s> {
                     repetition: i,
                     stride: count,
                 };
-                sum += self.shown(path, point, workspace);
+                sample = self.shown(path, point, workspace);
+                sum += sample;
             }
+            each(sample);
         }
         sum / f64::from(count)
     }

@@ -1,66 +1,320 @@
 //! `linelit compare`: how far one picture is from another.
 
+use crate::args::{CompareArgs, UsageError};
+use crate::output::{Output, note};
+use anyhow::{Context as _, Result};
+use linelit_film::{
+    Decoded, Document, Exposure, Flip, HeatMap, Image, Pixels, Tile, decode_picture, srgb_decode,
+};
+use linelit_study::stats::metrics::{ImageMetrics, MRSE_EPSILON};
+use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-use linelit_film::{Document, FilmError, Image};
-use serde::Serialize;
-
-use linelit_study::stats::metrics::ImageMetrics;
-
 /// Two pictures and the errors of the first against the second, in linear radiance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Comparison {
+struct Comparison {
     /// The picture.
-    pub picture: String,
+    picture: String,
     /// The reference.
-    pub reference: String,
+    reference: String,
+    /// First and last but one of columns and rows, where a part was compared.
+    crop: Option<[u32; 4]>,
     /// The errors.
     #[serde(flatten)]
-    pub metrics: ImageMetrics,
+    metrics: ImageMetrics,
+    /// Those of red, green and blue.
+    channels: [ChannelMetrics; 3],
+    /// Mean of FLIP, if it was asked for.
+    flip: Option<f64>,
     /// Metadata that both files have with different values: name, picture's, reference's.
-    pub differing_metadata: Vec<(String, String, String)>,
+    differing_metadata: Vec<(String, String, String)>,
 }
 
-/// Compares two EXR or PFM files of one size. A name may end in `:LAYER` to choose a layer of an
-/// EXR file (a file whose own name ends so is found first).
-pub(super) fn run(picture: &Path, reference: &Path) -> Result<Comparison, FilmError> {
-    let (ours, our_metadata) = read(picture)?;
-    let (theirs, their_metadata) = read(reference)?;
-    let metrics = ImageMetrics::compare(&ours, &theirs)?;
-    let differing_metadata = our_metadata
-        .iter()
-        .filter_map(|(name, value)| {
-            let other = their_metadata.iter().find(|(other, _)| other == name)?;
-            (other.1 != *value).then(|| (name.clone(), value.clone(), other.1.clone()))
-        })
-        .collect();
-    Ok(Comparison {
-        picture: picture.display().to_string(),
-        reference: reference.display().to_string(),
-        metrics,
-        differing_metadata,
+/// Errors of one channel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct ChannelMetrics {
+    mse: f64,
+    rmse: f64,
+    mrse: f64,
+    bias: f64,
+    mean: f64,
+    reference_mean: f64,
+}
+
+/// Compares two pictures of one size, prints by how much they differ, and writes the maps that are
+/// asked for.
+///
+/// # Errors
+/// If a picture cannot be read, the two differ in size, or something cannot be printed or written.
+pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
+    let maps = [&args.difference, &args.error_map, &args.flip_map];
+    for map in maps.into_iter().flatten() {
+        if [&args.image, &args.reference].contains(&map) {
+            let text = format!("{} would be written over what is compared", map.display());
+            return Err(UsageError(text).into());
+        }
+        linelit_film::check_writable(map)?;
+    }
+    let (ours, theirs) = (Picture::read(&args.image)?, Picture::read(&args.reference)?);
+    if ours.is_bytes != theirs.is_bytes {
+        note(format_args!(
+            "note: one of the pictures has 8 bits a channel, which hold nothing above white"
+        ));
+    }
+    let [picture, reference] = [&ours.image, &theirs.image];
+    // Of the whole pictures, as one sees them; the sizes are checked here.
+    let flip = (args.flip || args.flip_map.is_some()).then(|| seen(picture, reference, args));
+    let flip = flip.transpose()?;
+    ImageMetrics::compare(picture, reference)?;
+    let (width, height) = (picture.width, picture.height);
+    let whole = Tile {
+        x0: 0,
+        x1: width,
+        y0: 0,
+        y1: height,
+    };
+    let window = args.crop.map_or(whole, |crop| crop.window(width, height));
+    let [picture, reference] = [picture, reference].map(|image| part(image, window));
+    let flip = flip.map(|map| part(&map, window));
+    let comparison = Comparison {
+        picture: args.image.display().to_string(),
+        reference: args.reference.display().to_string(),
+        crop: args
+            .crop
+            .map(|_| [window.x0, window.x1, window.y0, window.y1]),
+        metrics: ImageMetrics::compare(&picture, &reference)?,
+        channels: channels(&picture, &reference)?,
+        flip: flip.as_ref().map(|map| map.mean()[0]),
+        differing_metadata: differing(&ours.metadata, &theirs.metadata),
+    };
+    write_maps(args, &picture, &reference, flip.as_ref())?;
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string(&comparison)?)?;
+    } else {
+        writeln!(out, "{comparison}")?;
+    }
+    Ok(())
+}
+
+/// FLIP of each pixel, in all channels.
+fn seen(picture: &Image, reference: &Image, args: &CompareArgs) -> Result<Image> {
+    let exposure = Exposure {
+        stops: args.exposure,
+    };
+    let [ours, theirs] =
+        [picture, reference].map(|image| linelit_film::ToneCurve::Clip.apply(image, exposure));
+    let map = Flip::default().map(&ours, &theirs)?;
+    Ok(Image {
+        rgb: map.into_iter().map(|v| [v; 3]).collect(),
+        ..*picture
     })
+}
+
+/// A part of a picture.
+fn part(image: &Image, window: Tile) -> Image {
+    Image::from_fn(window.width(), window.height(), |x, y| {
+        image.get(window.x0 + x, window.y0 + y)
+    })
+}
+
+fn channels(picture: &Image, reference: &Image) -> Result<[ChannelMetrics; 3]> {
+    let of = |k: usize| -> Result<ChannelMetrics> {
+        let grey = |image: &Image| Image {
+            rgb: image.rgb.iter().map(|pixel| [pixel[k]; 3]).collect(),
+            ..*image
+        };
+        let m = ImageMetrics::compare(&grey(picture), &grey(reference))?;
+        let ImageMetrics {
+            mse,
+            rmse,
+            mrse,
+            bias,
+            mean,
+            reference_mean,
+            ..
+        } = m;
+        Ok(ChannelMetrics {
+            mse,
+            rmse,
+            mrse,
+            bias,
+            mean,
+            reference_mean,
+        })
+    };
+    Ok([of(0)?, of(1)?, of(2)?])
+}
+
+fn differing(ours: &Metadata, theirs: &Metadata) -> Vec<(String, String, String)> {
+    let both = ours.iter().filter_map(|(name, value)| {
+        let other = theirs.iter().find(|(other, _)| other == name)?;
+        (other.1 != *value).then(|| (name.clone(), value.clone(), other.1.clone()))
+    });
+    both.collect()
+}
+
+fn write_maps(
+    args: &CompareArgs,
+    picture: &Image,
+    reference: &Image,
+    flip: Option<&Image>,
+) -> Result<()> {
+    let per_pixel = |value: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| Image {
+        rgb: (picture.rgb.iter().zip(&reference.rgb))
+            .map(|(p, r)| value(*p, *r))
+            .collect(),
+        ..*picture
+    };
+    if let Some(path) = &args.difference {
+        let difference = per_pixel(&|p, r| [0, 1, 2].map(|k| p[k] - r[k]));
+        if is_png(path) {
+            let gain = args.exposure.exp2();
+            // Half of the encoded range to either side, so that as much more and as much less are
+            // as far from the middle.
+            let around = |v: f32| srgb_decode((0.5 + 0.5 * f64::from(v) * gain).clamp(0.0, 1.0));
+            #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
+            let rgb = difference.rgb.iter().map(|p| p.map(|v| around(v) as f32));
+            let shown = Image {
+                rgb: rgb.collect(),
+                ..difference
+            };
+            linelit_film::write_png(path, &shown, Exposure::default())?;
+        } else {
+            let mut document = Document::new(difference.width, difference.height);
+            document.add_image("", &difference)?;
+            document.write(path)?;
+        }
+    }
+    if let Some(path) = &args.error_map {
+        let error = per_pixel(&|p, r| [relative_square(p, r); 3]);
+        let worst = scalar(&error).into_iter().filter(|v| v.is_finite());
+        let high = f64::from(worst.fold(0.0f32, f32::max));
+        let high = if high > 0.0 { high } else { 1.0 };
+        write_scalar(
+            path,
+            &error,
+            HeatMap {
+                low: 1e-4 * high,
+                high,
+                logarithmic: true,
+            },
+        )?;
+    }
+    if let (Some(path), Some(map)) = (&args.flip_map, flip) {
+        write_scalar(
+            path,
+            map,
+            HeatMap {
+                low: 0.0,
+                high: 1.0,
+                logarithmic: false,
+            },
+        )?;
+    }
+    Ok(())
+}
+
+/// The mean over channels of the relative squared error.
+#[allow(clippy::cast_possible_truncation, reason = "the map is f32")]
+fn relative_square(p: [f32; 3], r: [f32; 3]) -> f32 {
+    let of = |k: usize| {
+        let (p, r) = (f64::from(p[k]), f64::from(r[k]));
+        (p - r) * (p - r) / (r * r + MRSE_EPSILON)
+    };
+    ((of(0) + of(1) + of(2)) / 3.0) as f32
+}
+
+fn scalar(image: &Image) -> Vec<f32> {
+    image.rgb.iter().map(|[v, ..]| *v).collect()
+}
+
+/// One number a pixel: as it is, or in colours whose scale is said.
+fn write_scalar(path: &Path, image: &Image, colours: HeatMap) -> Result<()> {
+    let (width, height) = (image.width, image.height);
+    if is_png(path) {
+        let png = colours.encode_png(width, height, &scalar(image))?;
+        linelit_film::write_atomically(path, &png)?;
+        let HeatMap { low, high, .. } = colours;
+        note(format_args!(
+            "{}: {low:.3e} is darkest, {high:.3e} brightest",
+            path.display()
+        ));
+    } else {
+        let mut document = Document::new(width, height);
+        document.add_scalar("", scalar(image))?;
+        document.write(path)?;
+    }
+    Ok(())
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "png")
 }
 
 type Metadata = Vec<(String, String)>;
 
-fn read(name: &Path) -> Result<(Image, Metadata), FilmError> {
-    let text = name.to_string_lossy();
-    if !name.exists()
-        && let Some((file, layer)) = text.rsplit_once(':')
-    {
-        let path = Path::new(file);
-        return Ok((Image::read_layer(path, Some(layer))?, metadata(path)));
-    }
-    Ok((Image::read(name)?, metadata(name)))
+/// A picture from a file.
+struct Picture {
+    /// Linear.
+    image: Image,
+    metadata: Metadata,
+    /// Whether it had 8 bits a channel, encoded as sRGB.
+    is_bytes: bool,
 }
 
-/// The metadata of an EXR file; none of any other.
-fn metadata(path: &Path) -> Metadata {
-    Document::read(path)
-        .map(|d| d.metadata.into_iter().collect())
-        .unwrap_or_default()
+impl Picture {
+    /// A name may end in `:LAYER` to choose a layer of an EXR file (a file whose own name ends so
+    /// is found first).
+    fn read(name: &Path) -> Result<Self> {
+        let text = name.to_string_lossy();
+        let extension = name.extension().unwrap_or_default().to_ascii_lowercase();
+        if ["png", "tga", "jpg", "jpeg"]
+            .iter()
+            .any(|known| extension == *known)
+        {
+            return Self::of_bytes(name);
+        }
+        let (path, layer) = match text.rsplit_once(':') {
+            Some((file, layer)) if !name.exists() => (Path::new(file), Some(layer)),
+            _ => (name, None),
+        };
+        let document = Document::read(path).map(|d| d.metadata.into_iter().collect());
+        Ok(Self {
+            image: Image::read_layer(path, layer)?,
+            metadata: document.unwrap_or_default(),
+            is_bytes: false,
+        })
+    }
+
+    fn of_bytes(path: &Path) -> Result<Self> {
+        let failed = || format!("cannot read {}", path.display());
+        let bytes = std::fs::read(path).with_context(failed)?;
+        let decoded = decode_picture(&path.to_string_lossy(), &bytes);
+        let Decoded { pixels, warning } = decoded
+            .context("no picture of a known kind")
+            .and_then(|decoded| Ok(decoded?))
+            .with_context(failed)?;
+        if let Some(warning) = warning {
+            note(format_args!("warning: {}: {warning}", path.display()));
+        }
+        let (image, is_bytes) = match pixels {
+            Pixels::Linear(image) => (image, false),
+            Pixels::Bytes(picture) => {
+                #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
+                let linear = |byte: u8| srgb_decode(f64::from(byte) / 255.0) as f32;
+                let rgb = picture.rgb.iter().map(|pixel| pixel.map(linear)).collect();
+                let (width, height) = (picture.width, picture.height);
+                (Image { width, height, rgb }, true)
+            }
+        };
+        let metadata = Metadata::new();
+        Ok(Self {
+            image,
+            metadata,
+            is_bytes,
+        })
+    }
 }
 
 impl fmt::Display for Comparison {
@@ -68,6 +322,9 @@ impl fmt::Display for Comparison {
         let m = &self.metrics;
         writeln!(f, "picture    {}", self.picture)?;
         writeln!(f, "reference  {}", self.reference)?;
+        if let Some([x0, x1, y0, y1]) = self.crop {
+            writeln!(f, "part       columns {x0} to {x1}, rows {y0} to {y1}")?;
+        }
         writeln!(f, "pixels     {}", m.pixels)?;
         if m.skipped > 0 {
             writeln!(f, "skipped    {} pixels that are not finite", m.skipped)?;
@@ -87,89 +344,19 @@ impl fmt::Display for Comparison {
         )?;
         let [x, y] = m.largest_at;
         write!(f, "largest    {:.6e} at {x},{y}", m.largest)?;
+        for (name, c) in ["red", "green", "blue"].into_iter().zip(&self.channels) {
+            let (mse, mrse, bias) = (c.mse, c.mrse, c.bias);
+            write!(
+                f,
+                "\n{name:<10} MSE {mse:.3e}, MRSE {mrse:.3e}, bias {bias:.3e}"
+            )?;
+        }
+        if let Some(flip) = self.flip {
+            write!(f, "\nFLIP       {flip:.6}")?;
+        }
         for (name, ours, theirs) in &self.differing_metadata {
             write!(f, "\n{name:<10} {ours}, of the reference {theirs}")?;
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use linelit_film::write_pfm;
-    use std::path::PathBuf;
-
-    fn folder(name: &str) -> PathBuf {
-        std::env::temp_dir().join(format!("linelit-compare-{name}-{}", std::process::id()))
-    }
-
-    #[test]
-    fn an_exr_and_a_pfm_are_compared_by_layer() {
-        let folder = folder("layers");
-        let image = Image::from_fn(3, 2, |x, y| [x as f32, y as f32, 1.0]);
-        let shifted = Image::from_fn(3, 2, |x, y| [x as f32 + 0.5, y as f32, 1.0]);
-        let mut document = Document::new(3, 2);
-        document.add_image("", &image).unwrap();
-        document.add_image("other", &shifted).unwrap();
-        document.set("seed", 1);
-        let (a, b, c) = (
-            folder.join("a.exr"),
-            folder.join("b.pfm"),
-            folder.join("c.exr"),
-        );
-        document.write(&a).unwrap();
-        document.set("seed", 2);
-        document.write(&c).unwrap();
-        write_pfm(&b, &image).unwrap();
-
-        let same = run(&a, &b).unwrap();
-        assert!(same.metrics.mse <= 0.0 && same.differing_metadata.is_empty());
-        let other = run(Path::new(&format!("{}:other", c.display())), &a).unwrap();
-        // One channel of three is off by a half: MSE 1/12, mean difference 1/6 everywhere.
-        assert!((other.metrics.mse - 0.25 / 3.0).abs() < 1e-15);
-        assert!((other.metrics.bias - 0.5 / 3.0).abs() < 1e-15);
-        assert_eq!(
-            other.differing_metadata,
-            [("seed".into(), "2".into(), "1".into())]
-        );
-        let text = other.to_string();
-        assert!(
-            text.contains("MSE        8.333333e-2\n")
-                && text.ends_with("seed       2, of the reference 1"),
-            "{text}"
-        );
-        let json = serde_json::to_value(&other).unwrap();
-        assert!(
-            json["mrse"].is_number() && json["bias"].is_number(),
-            "{json}"
-        );
-        std::fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn sizes_and_names_are_checked() {
-        let folder = folder("errors");
-        let (a, b) = (folder.join("a.pfm"), folder.join("b.pfm"));
-        write_pfm(&a, &Image::new(2, 3)).unwrap();
-        write_pfm(&b, &Image::new(3, 2)).unwrap();
-        assert_eq!(
-            run(&a, &b).unwrap_err().to_string(),
-            "expected 3 × 2 pixels, found 2 × 3"
-        );
-        let layer = format!("{}:x", a.display());
-        assert!(
-            run(Path::new(&layer), &b)
-                .unwrap_err()
-                .to_string()
-                .contains("named `x`")
-        );
-        assert!(
-            run(&folder.join("none.exr"), &b)
-                .unwrap_err()
-                .to_string()
-                .contains("none.exr")
-        );
-        std::fs::remove_dir_all(folder).unwrap();
     }
 }

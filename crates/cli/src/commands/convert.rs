@@ -10,6 +10,7 @@ use linelit_lights::Light;
 use linelit_scene::{ImageData, ImageTexture, Material, Scene};
 use linelit_scenes::Place;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -38,6 +39,7 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
         linelit_formats::write_pbrt(&scene, &mut file, &options)?;
         images.write().map_err(io::Error::other)
     })?;
+    say_what_is_written(&scene, &images, args);
     say_what_is_lost(&scene, &options);
     if !options.extensions {
         say_what_changes(&mut scene);
@@ -48,22 +50,29 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
 /// Says how much brighter or darker the picture becomes by the materials that pbrt-v4 does not
 /// have, when linelit reads the nearest that it has instead.
 fn say_what_changes(scene: &mut Scene) {
+    /// Names of materials that are said.
+    const SHOWN: usize = 3;
     let nearest =
         |m: &Material| linelit_formats::nearest_in_pbrt_v4(m).unwrap_or_else(|| m.clone());
-    let replaced = |m: &&Material| linelit_formats::nearest_in_pbrt_v4(m).is_some();
-    let mut changed = scene.materials.iter().filter(replaced);
-    let Some(first) = changed.next() else {
+    let mut changed: BTreeMap<[&str; 2], Vec<&str>> = BTreeMap::new();
+    for material in &scene.materials {
+        if let Some(near) = linelit_formats::nearest_in_pbrt_v4(material) {
+            let kinds = [material.kind.name(), near.kind.name()];
+            changed.entry(kinds).or_default().push(&material.name);
+        }
+    }
+    if changed.is_empty() {
         return;
-    };
-    let others = match changed.count() {
-        0 => String::new(),
-        count => format!(", and {count} others"),
-    };
-    let [ours, theirs] = [first.kind.name(), nearest(first).kind.name()];
-    let what = format!(
-        "`{}` is written as `{theirs}` in place of `{ours}`{others}",
-        first.name
-    );
+    }
+    let changed = changed.iter().map(|([ours, theirs], names)| {
+        let more = match names.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let names: Vec<String> = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect();
+        format!("{ours} as {theirs} ({}{more})", names.join(", "))
+    });
+    let what = changed.collect::<Vec<_>>().join(", ");
     // As `render` lights it.
     if scene.lights.is_empty() {
         linelit_formats::add_framing_light(scene);
@@ -119,6 +128,28 @@ fn brightness(scene: &mut Scene) -> f64 {
         }
     }
     sum / (3.0 * f64::from(width) * f64::from(height))
+}
+
+/// Says what is in the new file, and which files are new beside it.
+fn say_what_is_written(scene: &Scene, images: &Images<'_>, args: &ConvertArgs) {
+    let beside = images.beside();
+    let beside = match beside.len() {
+        0 => String::new(),
+        _ => format!("; beside it {}", beside.join(", ")),
+    };
+    note(format_args!(
+        "note: {}: {} triangles in {} meshes, {} materials, {} lights{beside}",
+        args.output.display(),
+        scene.triangles.len(),
+        scene.meshes.len(),
+        scene.materials.len(),
+        scene.lights.len()
+    ));
+    if scene.lights.is_empty() {
+        note(format_args!(
+            "warning: the scene has no lights, and gets none (`render` lights it by a square)"
+        ));
+    }
 }
 
 fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
@@ -211,6 +242,15 @@ impl Images<'_> {
         let stem = self.to.file_stem().unwrap_or_default().to_string_lossy();
         let kind = if image.is_linear() { "pfm" } else { "tga" };
         format!("{stem}-image{number}.{kind}")
+    }
+
+    /// Names of the files that stand beside the new one because of it.
+    fn beside(&self) -> Vec<String> {
+        let (copied, written) = (self.copied.borrow(), self.written.borrow());
+        let written = written.iter().enumerate();
+        let written = written.map(|(number, image)| self.file_name(number, image));
+        let copied = copied.iter().map(|image| image.new.clone());
+        copied.chain(written).collect()
     }
 
     fn write(&self) -> Result<(), FilmError> {

@@ -1,5 +1,6 @@
 //! What each command does.
 
+mod aovs;
 mod compare;
 mod converge;
 mod convert;
@@ -8,6 +9,7 @@ mod list;
 mod pages;
 mod render;
 
+pub use compare::run as compare;
 pub use converge::run as converge;
 pub use convert::run as convert;
 pub use info::run as info;
@@ -15,25 +17,10 @@ pub use list::run as list;
 pub use pages::{completions, man};
 pub use render::run as render;
 
-use crate::args::{CompareArgs, SceneArgs};
-use crate::output::Output;
+use crate::args::SceneArgs;
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPool;
-
-/// `compare`: prints how two images differ.
-///
-/// # Errors
-/// If an image cannot be read, the two differ in size, or nothing can be printed.
-pub fn compare(args: &CompareArgs, out: &mut Output) -> Result<()> {
-    let comparison = compare::run(&args.image, &args.reference)?;
-    if args.json {
-        writeln!(out, "{}", serde_json::to_string(&comparison)?)?;
-    } else {
-        writeln!(out, "{comparison}")?;
-    }
-    Ok(())
-}
 
 /// A pool of the threads that the flags ask for.
 ///

@@ -1,13 +1,13 @@
 //! `linelit render`.
 
+use super::aovs::{self, Rendered};
 use super::{bar, pool};
 use crate::args::{RenderArgs, UsageError};
 use crate::output::{Output, OutputError};
 use crate::words::Crop;
 use anyhow::{Result, bail};
-use linelit_film::{Document, Exposure, Image, Tile};
+use linelit_film::{Document, Exposure, Image, Tile, ToneCurve};
 use linelit_integrator::{Counts, Renderer, Settings};
-use linelit_papers::scene_study;
 use linelit_study::engine::{CpuClock, image};
 use linelit_study::{short_name, version};
 use std::collections::BTreeSet;
@@ -22,6 +22,11 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     if args.compression.is_some() && is_png(&args.output) {
         return Err(UsageError("--compression is for EXR files".to_owned()).into());
     }
+    if (args.exposure.abs() > 0.0 || args.tone_curve != ToneCurve::Clip) && !is_png(&args.output) {
+        let text = "--exposure and --tone-curve are for PNG files: EXR files hold radiance";
+        return Err(UsageError(text.to_owned()).into());
+    }
+    aovs::check(args, is_png(&args.output))?;
     // Before the work, lest that be lost.
     linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
@@ -55,12 +60,16 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         share: true,
     };
     let drawn = Instant::now();
-    let (image, counts) =
-        pool.install(|| scene_study::render(&renderer, &settings, window, &bar("rendering")));
+    let rendered =
+        pool.install(|| aovs::render(&renderer, &settings, window, &args.aovs, &bar("rendering")));
     let seconds = drawn.elapsed().as_secs_f64();
     let times = [load_seconds, build_seconds, seconds];
-    let result = args.common.json.then(|| json(args, &image, &counts, times));
-    pool.install(|| write(image, args, &settings))?;
+    let result = args
+        .common
+        .json
+        .then(|| json(args, &rendered.image, &rendered.counts, times));
+    let counts = rendered.counts;
+    pool.install(|| write(rendered, &renderer, window, args, &settings))?;
     if let Some(result) = result {
         writeln!(out, "{result}")?;
     } else if args.explain {
@@ -102,21 +111,9 @@ fn set_lights(renderer: &mut Renderer<'_>, args: &RenderArgs) -> Result<()> {
 }
 
 fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Tile {
-    let Some(Crop([x0, x1, y0, y1])) = crop else {
-        let [x0, x1, y0, y1] = scene.film.crop;
-        return Tile { x0, x1, y0, y1 };
-    };
-    let (x0, x1) = span(x0, x1, scene.film.width);
-    let (y0, y1) = span(y0, y1, scene.film.height);
-    Tile { x0, x1, y0, y1 }
-}
-
-/// The pixels of a range of fractions, at least one (pbrt: rounded up at both ends).
-fn span(lo: f64, hi: f64, size: u32) -> (u32, u32) {
-    #[allow(clippy::cast_possible_truncation, reason = "fractions of a u32")]
-    let pixel = |f: f64| ((f64::from(size) * f).ceil() as u32).min(size);
-    let first = pixel(lo).min(size - 1);
-    (first, pixel(hi).max(first + 1))
+    let [x0, x1, y0, y1] = scene.film.crop;
+    let (width, height) = (scene.film.width, scene.film.height);
+    crop.map_or(Tile { x0, x1, y0, y1 }, |crop| crop.window(width, height))
 }
 
 fn is_png(path: &Path) -> bool {
@@ -124,15 +121,31 @@ fn is_png(path: &Path) -> bool {
 }
 
 /// Takes the image, whose memory the file's text needs.
-fn write(image: Image, args: &RenderArgs, settings: &Settings) -> Result<()> {
-    let path = &args.output;
+fn write(
+    rendered: Rendered,
+    renderer: &Renderer<'_>,
+    window: Tile,
+    args: &RenderArgs,
+    settings: &Settings,
+) -> Result<()> {
+    let (path, image) = (&args.output, &rendered.image);
     if is_png(path) {
-        linelit_film::write_png(path, &image, Exposure::default())?;
+        let exposure = Exposure {
+            stops: args.exposure,
+        };
+        match args.tone_curve {
+            ToneCurve::Clip => linelit_film::write_png(path, image, exposure)?,
+            curve => {
+                let shown = curve.apply(image, exposure);
+                linelit_film::write_png(path, &shown, Exposure::default())?;
+            }
+        }
         return Ok(());
     }
     let mut document = Document::new(image.width, image.height);
-    document.add_image("", &image)?;
-    drop(image);
+    document.add_image("", image)?;
+    aovs::add(&mut document, &rendered, renderer, window, &args.aovs)?;
+    drop(rendered);
     document.set("scene", short_name(&args.scene));
     document.set("estimator", settings.estimator);
     for own in &args.light_estimator {

@@ -133,8 +133,7 @@ fn what_a_conversion_changes_is_said_with_its_number() {
     let output = linelit(&["convert", path(&scene), "-o", path(&copy)]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stderr);
-    let is_change =
-        |l: &&str| l.contains("`clay` is written as `coateddiffuse` in place of `substrate`;");
+    let is_change = |l: &&str| l.contains("substrate as coateddiffuse (`clay`);");
     let line = said.lines().find(is_change).unwrap();
     let (_, rest) = line.split_once("changes by ").unwrap();
     let said: f64 = rest.split(' ').next().unwrap().parse().unwrap();
@@ -174,7 +173,16 @@ fn converted_scenes_have_their_images_beside_them() {
     std::fs::write(&scene, words).unwrap();
     let copy = dir.join("copy.pbrt");
     let output = linelit(&["convert", path(&scene), "-o", path(&copy)]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("in 1 meshes, 2 materials, 0 lights; beside it copy-0-a.png\n"),
+        "{said}"
+    );
+    assert!(
+        said.contains("warning: the scene has no lights, and gets none"),
+        "{said}"
+    );
     let output = linelit(&["info", path(&copy)]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let same = std::fs::read(dir.join("copy-0-a.png")).unwrap();

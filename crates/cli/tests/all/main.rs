@@ -3,11 +3,14 @@
 mod alone;
 mod command;
 mod common;
+mod compare;
+mod described;
 mod files;
 mod folders;
 mod guide;
 mod isa;
 mod killed;
 mod outside;
+mod pictures;
 mod studies;
 mod words;

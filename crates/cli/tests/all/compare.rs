@@ -1,0 +1,236 @@
+//! `compare`: figures, parts, and the pictures that it writes.
+
+use crate::common::{folder, linelit, path, text};
+use linelit_film::{Document, Exposure, Image, srgb_decode, write_pfm, write_png};
+use serde_json::Value;
+use std::path::Path;
+
+fn compared(arguments: &[&str]) -> Value {
+    let all = [&["compare"], arguments, &["--json"]].concat();
+    let output = linelit(&all);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key} of {value}"))
+}
+
+/// A ramp, and the same with an error that grows downwards, in red alone.
+fn pair(folder: &Path) -> [std::path::PathBuf; 2] {
+    let ramp = Image::from_fn(16, 12, |x, y| [x as f32 / 15.0, 0.5, y as f32 / 11.0]);
+    let seen = Image::from_fn(16, 12, |x, y| {
+        [x as f32 / 15.0 + y as f32 / 32.0, 0.5, y as f32 / 11.0]
+    });
+    let names = ["seen.exr", "ramp.pfm"].map(|name| folder.join(name));
+    let mut document = Document::new(16, 12);
+    document.add_image("", &ramp).unwrap();
+    document.add_image("seen", &seen).unwrap();
+    document.set("seed", 2);
+    document.write(&names[0]).unwrap();
+    write_pfm(&names[1], &ramp).unwrap();
+    names
+}
+
+#[test]
+fn layers_channels_and_metadata_are_told_apart() {
+    let dir = folder("compare-layers");
+    let [exr, pfm] = pair(&dir);
+    let same = compared(&[path(&exr), path(&pfm)]);
+    assert!(number(&same, "mse") <= 0.0 && same["flip"].is_null() && same["crop"].is_null());
+    let layer = format!("{}:seen", exr.display());
+    let other = compared(&[&layer, path(&pfm)]);
+    // Σ y²/32² over 12 rows, a third of all channels.
+    let square = f64::from((0..12).map(|y| y * y).sum::<i32>()) / 1024.0 / 12.0;
+    // Each value is an f32 near 1, of which the difference is off by 2⁻²⁴ and the square by twice
+    // that of a third.
+    let rounding = 2f64.powi(-24);
+    assert!(
+        (number(&other, "mse") - square / 3.0).abs() < rounding,
+        "{other}"
+    );
+    let channels = other["channels"].as_array().unwrap();
+    assert!((number(&channels[0], "mse") - square).abs() < rounding);
+    assert!(number(&channels[1], "mse") <= 0.0 && number(&channels[2], "mrse") <= 0.0);
+    let mrse = number(&channels[0], "mrse") / 3.0;
+    assert!(
+        (number(&other, "mrse") - mrse).abs() <= 1e-14 * mrse,
+        "{other}"
+    );
+
+    let again = dir.join("again.exr");
+    let mut document = Document::read(&exr).unwrap();
+    document.set("seed", 1);
+    document.write(&again).unwrap();
+    let output = linelit(&["compare", path(&exr), path(&again)]);
+    let said = text(&output.stdout);
+    assert!(
+        said.contains("\nred        MSE 0.000e0, MRSE 0.000e0, bias 0.000e0\n"),
+        "{said}"
+    );
+    assert!(
+        said.ends_with("\nseed       2, of the reference 1\n"),
+        "{said}"
+    );
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn what_cannot_be_compared_is_said() {
+    let dir = folder("compare-errors");
+    let [exr, pfm] = pair(&dir);
+    let small = dir.join("small.pfm");
+    write_pfm(&small, &Image::new(2, 3)).unwrap();
+    let (layer, absent) = (format!("{}:x", pfm.display()), dir.join("none.png"));
+    std::fs::write(dir.join("broken.png"), "no picture").unwrap();
+    for (arguments, status, what) in [
+        (
+            vec![path(&small), path(&pfm)],
+            1,
+            "expected 16 × 12 pixels, found 2 × 3",
+        ),
+        (vec![&layer, path(&pfm)], 1, "named `x`"),
+        (vec![path(&absent), path(&pfm)], 1, "none.png"),
+        (
+            vec![path(&dir.join("broken.png")), path(&pfm)],
+            1,
+            "broken.png: ",
+        ),
+        (
+            vec![path(&exr), path(&pfm), "--difference", path(&exr)],
+            2,
+            "written over",
+        ),
+        (
+            vec![path(&exr), path(&pfm), "--error-map", "a.jpg"],
+            2,
+            ".exr or .png",
+        ),
+        (
+            vec![path(&exr), path(&pfm), "--crop", "0,2,0,1"],
+            2,
+            "0 <= X0 < X1 <= 1",
+        ),
+    ] {
+        let output = linelit(&[&["compare"], &arguments[..]].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {said}");
+        assert!(
+            said.contains(what) && output.stdout.is_empty(),
+            "{arguments:?}: {said}"
+        );
+    }
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn maps_are_what_the_figures_are_means_of() {
+    let dir = folder("compare-maps");
+    let [exr, pfm] = pair(&dir);
+    let layer = format!("{}:seen", exr.display());
+    let [difference, error, flip] = ["d.exr", "e.exr", "f.exr"].map(|name| dir.join(name));
+    let maps = [
+        "--difference",
+        path(&difference),
+        "--error-map",
+        path(&error),
+    ];
+    let maps = [&maps[..], &["--flip-map", path(&flip)]].concat();
+    let whole = compared(&[&[&layer, path(&pfm)], &maps[..]].concat());
+    let mean = |file: &Path| Image::read(file).unwrap().mean();
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * b.abs();
+    assert!(near(mean(&error)[0], number(&whole, "mrse")), "{whole}");
+    assert!(near(mean(&flip)[0], number(&whole, "flip")), "{whole}");
+    assert!(near(
+        mean(&difference).iter().sum::<f64>() / 3.0,
+        number(&whole, "bias")
+    ));
+    assert!(number(&whole, "flip") > 0.01);
+
+    // The right half of the rows from the middle: as if cut out before, but for FLIP, which sees
+    // the whole.
+    let crop = ["--crop", "0.5,1,0.5,1"];
+    let part = compared(&[&[&layer, path(&pfm)], &crop[..], &maps].concat());
+    assert_eq!(part["crop"], serde_json::json!([8, 16, 6, 12]));
+    assert_eq!(part["pixels"], 48);
+    let cut = |file: &Path, layer| {
+        let image = Image::read_layer(file, layer).unwrap();
+        let cut = Image::from_fn(8, 6, |x, y| image.get(x + 8, y + 6));
+        let name = dir.join(format!("cut-{}.pfm", layer.unwrap_or("")));
+        write_pfm(&name, &cut).unwrap();
+        name
+    };
+    let [a, b] = [cut(&exr, Some("seen")), cut(&pfm, None)];
+    assert_eq!(compared(&[path(&a), path(&b)])["mrse"], part["mrse"]);
+    let map = Image::read(&flip).unwrap();
+    assert_eq!((map.width, map.height), (8, 6));
+
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+/// Red above the middle grey, which the others are; colours from dark to light.
+#[test]
+fn maps_are_pictures_too() {
+    let dir = folder("compare-shown");
+    let [exr, pfm] = pair(&dir);
+    let layer = format!("{}:seen", exr.display());
+    let [difference, error, flip] = ["d.png", "e.png", "f.png"].map(|name| dir.join(name));
+    let maps = [
+        "--difference",
+        path(&difference),
+        "--error-map",
+        path(&error),
+    ];
+    let arguments = [
+        &["compare", &layer, path(&pfm)],
+        &maps[..],
+        &["--flip-map", path(&flip)],
+    ];
+    let output = linelit(&arguments.concat());
+    assert!(output.status.success());
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("e.png: ") && said.contains("f.png: 0.000e0 is darkest"),
+        "{said}"
+    );
+    let bytes = std::fs::read(&difference).unwrap();
+    let decoded = linelit_film::decode_picture("d.png", &bytes)
+        .unwrap()
+        .unwrap();
+    let linelit_film::Pixels::Bytes(shown) = decoded.pixels else {
+        panic!("a PNG file has bytes");
+    };
+    assert_eq!(shown.rgb[0], [128; 3]);
+    // 11/32 of half of the range above the middle.
+    assert_eq!(shown.rgb[11 * 16], [171, 128, 128]);
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+/// A picture of 8 bits is what a screen shows; FLIP of it and of the numbers are near.
+#[test]
+fn pictures_of_bytes_are_read() {
+    let dir = folder("compare-png");
+    let [_, pfm] = pair(&dir);
+    let (png, black) = (dir.join("ramp.png"), dir.join("black.png"));
+    let ramp = Image::read(&pfm).unwrap();
+    write_png(&png, &ramp, Exposure::default()).unwrap();
+    write_png(&black, &Image::new(16, 12), Exposure::default()).unwrap();
+    assert!(number(&compared(&[path(&png), path(&png), "--flip"]), "flip") <= 0.0);
+    let m = compared(&[path(&png), path(&pfm), "--flip"]);
+    // Half a step of the encoding where it is steepest, at white; seen far less than the picture.
+    let step = 1.0 - srgb_decode(254.5 / 255.0);
+    assert!(number(&m, "largest") <= step, "{m}");
+    let absent = compared(&[path(&black), path(&pfm), "--flip"]);
+    assert!(number(&m, "flip") < 0.1 * number(&absent, "flip"), "{m}");
+    let output = linelit(&["compare", path(&png), path(&pfm)]);
+    assert!(text(&output.stderr).contains("8 bits a channel"));
+    // Darker by any number of doublings, black stays black.
+    let dark = compared(&[path(&png), path(&black), "--flip", "--exposure", "-100"]);
+    assert!(
+        number(&dark, "flip") < 1e-3 && number(&dark, "mse") > 0.1,
+        "{dark}"
+    );
+    std::fs::remove_dir_all(dir).unwrap();
+}

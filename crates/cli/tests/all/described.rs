@@ -1,0 +1,207 @@
+//! `docs/formats.schema.json` and `docs/formats.md` say what the program writes, no less, no more.
+
+use crate::common::{folder, linelit, path, small_study, text};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+fn page(name: &str) -> String {
+    let path = format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).unwrap()
+}
+
+fn document(arguments: &[&str]) -> Value {
+    let output = linelit(arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Checks documents, as far as our schema uses its words: type, properties, required,
+/// additionalProperties, items, minItems, maxItems, $ref.
+struct Schema {
+    root: Value,
+    /// Of each definition the keys that were seen.
+    seen: BTreeSet<(String, String)>,
+}
+
+impl Schema {
+    fn check(&mut self, name: &str, value: &Value) -> Result<(), String> {
+        let schema = self.root["$defs"][name].clone();
+        assert!(schema.is_object(), "no definition `{name}`");
+        self.value(name, &schema, value)
+    }
+
+    /// `owner` is the definition that the schema is in.
+    fn value(&mut self, owner: &str, schema: &Value, value: &Value) -> Result<(), String> {
+        if let Some(name) = schema["$ref"].as_str() {
+            return self.check(name.strip_prefix("#/$defs/").unwrap(), value);
+        }
+        let types = match &schema["type"] {
+            Value::String(one) => vec![one.as_str()],
+            Value::Array(several) => several.iter().map(|t| t.as_str().unwrap()).collect(),
+            other => panic!("{owner}: type {other}"),
+        };
+        let is = |name: &&str| match *name {
+            "null" => value.is_null(),
+            "string" => value.is_string(),
+            "number" => value.is_number(),
+            "integer" => value.is_u64() || value.is_i64(),
+            "array" => value.is_array(),
+            "object" => value.is_object(),
+            other => panic!("{owner}: type {other}"),
+        };
+        if !types.iter().any(is) {
+            return Err(format!("{owner}: {value} is none of {types:?}"));
+        }
+        if let Some(items) = value.as_array() {
+            let count = items.len() as u64;
+            let bound = |key: &str, other| schema[key].as_u64().unwrap_or(other);
+            if count < bound("minItems", 0) || count > bound("maxItems", u64::MAX) {
+                return Err(format!("{owner}: {count} items in {value}"));
+            }
+            for item in items {
+                self.value(owner, &schema["items"], item)?;
+            }
+        }
+        let Some(object) = value.as_object() else {
+            return Ok(());
+        };
+        for key in schema["required"].as_array().unwrap_or(&Vec::new()) {
+            if !object.contains_key(key.as_str().unwrap()) {
+                return Err(format!("{owner}: {key} is missing"));
+            }
+        }
+        for (key, value) in object {
+            let known = &schema["properties"][key];
+            if known.is_object() {
+                self.seen.insert((owner.to_owned(), key.clone()));
+                self.value(owner, known, value)?;
+            } else if schema["additionalProperties"].is_object() {
+                self.value(owner, &schema["additionalProperties"], value)?;
+            } else {
+                return Err(format!("{owner}: `{key}` is not described"));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn documents_schema_and_page_agree() {
+    let dir = folder("described");
+    let mut schema = Schema {
+        root: serde_json::from_str(&page("formats.schema.json")).unwrap(),
+        seen: BTreeSet::new(),
+    };
+    let mut check = |name: &str, arguments: &[&str]| {
+        let found = document(&[arguments, &["--json"]].concat());
+        schema.check(name, &found).unwrap_or_else(|e| panic!("{e}"));
+        found
+    };
+    let (image, out) = (dir.join("a.exr"), dir.join("out"));
+    let size = ["--resolution", "8x8", "--crop", "0,1,0,0.5"];
+    check(
+        "render",
+        &[&["render", "plates", "-o", path(&image)], &size[..]].concat(),
+    );
+    let maps = ["--flip", "--crop", "0,0.5,0,1"];
+    check("compare", &["compare", path(&image), path(&image)]);
+    check(
+        "compare",
+        &[&["compare", path(&image), path(&image)], &maps[..]].concat(),
+    );
+    check("list", &["list"]);
+    for scene in ["plates", "window", "cornell-box-line"] {
+        check("info", &["info", scene]);
+    }
+    let bulb = dir.join("bulb.pbrt");
+    std::fs::write(
+        &bulb,
+        "WorldBegin AreaLightSource \"diffuse\" Shape \"sphere\"",
+    )
+    .unwrap();
+    let exact = check("info", &["info", path(&bulb)]);
+    assert!(exact["exact_lights"]["sphere"].is_object(), "{exact}");
+
+    let study = check("converge", &small_study("cornell-box", &out));
+    tables_are_of(&schema.root, &study, &out);
+    let mut check = |arguments: &[&str]| {
+        let found = document(&[arguments, &["--smallest", "--json", "--out", path(&out)]].concat());
+        schema
+            .check("converge", &found)
+            .unwrap_or_else(|e| panic!("{e}"));
+    };
+    check(&["converge", "cornell-box", "--time-budget", "1e-9"]);
+    check(&["converge", "salesin-fig8"]);
+    check(&["converge", "billen-orders"]);
+
+    all_is_there(&schema);
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+/// The rows of the tables are those of the document, and their columns described.
+fn tables_are_of(schema: &Value, study: &Value, out: &Path) {
+    for (file, key, name) in [
+        ("results.csv", "rows", "result"),
+        ("slopes.csv", "slopes", "slope"),
+    ] {
+        let table = std::fs::read_to_string(out.join(file)).unwrap();
+        let (head, rows) = table.split_once('\n').unwrap();
+        assert_eq!(
+            rows.lines().count(),
+            study[key].as_array().unwrap().len(),
+            "{file}"
+        );
+        let of_json = schema["$defs"][name]["properties"].as_object().unwrap();
+        let only = |text: &Value| {
+            text["description"]
+                .as_str()
+                .unwrap()
+                .ends_with("(JSON only).")
+        };
+        let columns: Vec<&str> = head.split(',').collect();
+        let described = of_json
+            .iter()
+            .filter(|(_, text)| !only(text))
+            .map(|(key, _)| key.as_str());
+        let sorted = |names: Vec<&str>| {
+            names
+                .into_iter()
+                .map(str::to_owned)
+                .collect::<BTreeSet<_>>()
+        };
+        assert_eq!(
+            sorted(columns.clone()),
+            sorted(described.collect()),
+            "{file}"
+        );
+        let list: Vec<String> = columns.iter().map(|c| format!("`{c}`")).collect();
+        let words = page("formats.md")
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        assert!(
+            words.contains(&list.join(", ")),
+            "columns of {file} on the page"
+        );
+    }
+}
+
+/// Nothing is described that is not there, but remarks, which want a curve that bends; and the page
+/// says it in the same words.
+fn all_is_there(schema: &Schema) {
+    let page = page("formats.md");
+    for (name, definition) in schema.root["$defs"].as_object().unwrap() {
+        for (key, text) in definition["properties"].as_object().unwrap() {
+            let seen = schema.seen.contains(&(name.clone(), key.clone()));
+            assert!(seen || key == "remark", "{name}: `{key}` was never written");
+            let row = format!("| `{key}` | ");
+            let meaning = format!(" | {} |", text["description"].as_str().unwrap());
+            let mut rows = page.lines().filter(|line| line.starts_with(&row));
+            assert!(
+                rows.any(|line| line.ends_with(&meaning)),
+                "{name}: `{key}` on the page"
+            );
+        }
+    }
+}

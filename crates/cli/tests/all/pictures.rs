@@ -1,0 +1,127 @@
+//! What `render` writes beside radiance: exposure, tone curve, layers.
+
+use crate::common::{folder, linelit, path, text};
+use linelit_film::{Document, Image, Pixels, Samples, decode_picture};
+use std::path::Path;
+
+fn render(image: &Path, more: &[&str]) {
+    let fixed = [
+        "render",
+        "cornell-box",
+        "-o",
+        path(image),
+        "--resolution",
+        "32x32",
+    ];
+    let output = linelit(&[&fixed[..], &["--samples", "4"], more].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+fn bytes(image: &Path) -> Vec<[u8; 3]> {
+    let bytes = std::fs::read(image).unwrap();
+    match decode_picture("a.png", &bytes).unwrap().unwrap().pixels {
+        Pixels::Bytes(picture) => picture.rgb,
+        Pixels::Linear(_) => panic!("a PNG file has bytes"),
+    }
+}
+
+#[test]
+fn a_tone_curve_does_not_clip_and_exposure_doubles() {
+    let dir = folder("tone");
+    let [plain, bright, curved] = ["a.png", "b.png", "c.png"].map(|name| dir.join(name));
+    render(&plain, &[]);
+    render(&bright, &["--exposure", "2"]);
+    render(&curved, &["--exposure", "2", "--tone-curve", "reinhard"]);
+    let [plain, bright, curved] = [plain, bright, curved].map(|image| bytes(&image));
+    let white = |image: &[[u8; 3]]| image.iter().filter(|p| p.contains(&255)).count();
+    // The light alone is white at first; four times as bright much else is, and along the curve
+    // the brightest channel only.
+    let counts = [&plain, &bright, &curved].map(|image| white(image));
+    assert!(
+        counts[0] < counts[1] && counts[2] <= counts[0] && counts[2] > 0,
+        "{counts:?}"
+    );
+    for ((plain, bright), curved) in plain.iter().zip(&bright).zip(&curved) {
+        let darker = (0..3).all(|k| plain[k] <= bright[k] && curved[k] <= bright[k]);
+        assert!(darker, "{plain:?} {bright:?} {curved:?}");
+    }
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn layers_stand_beside_the_same_picture() {
+    let dir = folder("aovs");
+    let [plain, layered] = ["plain.exr", "layered.exr"].map(|name| dir.join(name));
+    let four = ["--pixel-samples", "4"];
+    let four = [&four[..], &["--estimator", "line-analytic"]].concat();
+    render(&plain, &four);
+    let aovs = ["--aovs", "albedo,normal,depth,variance,samples"];
+    render(&layered, &[&four[..], &aovs].concat());
+    let document = Document::read(&layered).unwrap();
+    assert_eq!(Image::read(&plain).unwrap(), document.main_image().unwrap());
+    let layer = |name: &str| {
+        document
+            .image(name)
+            .unwrap_or_else(|| panic!("no layer {name}"))
+    };
+
+    // In the middle of the lowest row is the floor: white, level, four to five units away.
+    let at = |image: &Image| image.get(16, 31);
+    let [x, y, z] = at(&layer("normal"));
+    assert!(
+        (y - 1.0).abs() < 1e-6 && x.abs() + z.abs() < 1e-6,
+        "{x} {y} {z}"
+    );
+    let [r, g, b] = at(&layer("albedo"));
+    assert!(
+        r > 0.6 && r < 0.8 && (r - g).abs() < 0.05 && (r - b).abs() < 0.05,
+        "{r} {g} {b}"
+    );
+    let [depth, ..] = at(&layer("depth"));
+    assert!(depth > 1.0 && depth < 10.0, "{depth}");
+    // Where the camera sees one surface under all samples the variance is noise; across the rim of
+    // the light it is large.
+    let variance = layer("variance");
+    assert!(
+        variance
+            .rgb
+            .iter()
+            .flatten()
+            .all(|v| *v >= 0.0 && v.is_finite())
+    );
+    let worst = variance.rgb.iter().map(|p| p[0]).fold(0.0, f32::max);
+    assert!(worst > 1.0, "{worst}");
+    let counts = |name: &str| match document.layer(name).unwrap().channel("Y").unwrap() {
+        Samples::Count(counts) => counts.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert!(counts("samples").iter().all(|n| *n == 4));
+    // A ray of the camera for each sample at least.
+    assert!(counts("rays").iter().all(|n| *n >= 4));
+    assert!(counts("lines").iter().sum::<u32>() > 0);
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
+fn what_a_file_cannot_hold_is_said() {
+    for (line, what) in [
+        ("render plates -o x.png --aovs depth", "layers of EXR files"),
+        (
+            "render plates -o x.exr --aovs variance",
+            "--pixel-samples 2 or more",
+        ),
+        ("render plates -o x.exr --aovs detph", "'depth'"),
+        ("render plates -o x.exr --exposure 1", "for PNG files"),
+        (
+            "render plates -o x.exr --tone-curve reinhard",
+            "for PNG files",
+        ),
+        ("render plates -o x.png --exposure nan", "from -100 to 100"),
+        ("render plates -o x.png --tone-curve reinhart", "'reinhard'"),
+    ] {
+        let output = linelit(&line.split(' ').collect::<Vec<_>>());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}: {said}");
+        assert!(said.contains(what), "{line}: {said}");
+    }
+}
