@@ -13,6 +13,7 @@
 )]
 
 mod cargo;
+mod packages;
 mod suite;
 mod tidy;
 
@@ -33,7 +34,7 @@ the workshop:
   test [--long [--seed N]] [STEP…]
                             everything that must hold; --long adds the long tests, on new random cases unless
                             N says which; STEP… runs only these:
-                            fmt tidy clippy test doctest doc features long
+                            fmt tidy clippy package test doctest doc features long outside
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md

@@ -1,7 +1,7 @@
 //! `cargo xtask test`: everything that must hold, step by step, timed and summed up.
 
-use crate::cargo;
 use crate::tidy::{self, House};
+use crate::{cargo, packages};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,8 +9,8 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The steps by name, in the order in which they run: quick ones first.
-const STEPS: [&str; 8] = [
-    "fmt", "tidy", "clippy", "test", "doctest", "doc", "features", "long",
+const STEPS: [&str; 10] = [
+    "fmt", "tidy", "clippy", "package", "test", "doctest", "doc", "features", "long", "outside",
 ];
 
 /// Which steps to run.
@@ -39,7 +39,7 @@ impl Selection {
             }
         }
         let chosen = |step: &&&str| match (**step, named.is_empty()) {
-            ("long", _) => long || named.contains(&"long"),
+            ("long" | "outside", _) => long || named.contains(step),
             (_, true) => true,
             (name, false) => named.contains(&name),
         };
@@ -136,6 +136,10 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
             );
             one("clippy, all targets", all)
         }
+        "package" => vec![Part::new(
+            "packages of published crates",
+            Box::new(packages::package),
+        )],
         // Test programs run one after another, and each ends with its longest test alone on one
         // core: the steps behind take the other. Examples and benches, which nothing here runs,
         // clippy has compiled.
@@ -169,6 +173,10 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
                 Part::new(format!("long tests, seed {seed}"), checked(long)),
                 Part::new(properties_name, checked(properties)),
             ]
+        }
+        "outside" => {
+            let work = Box::new(packages::outside);
+            vec![Part::new("a renderer outside, on the packages", work)]
         }
         _ => Vec::new(),
     }
@@ -360,7 +368,7 @@ mod tests {
 
     #[test]
     fn selections() {
-        assert_eq!(parse(&[]).unwrap(), STEPS[..7]);
+        assert_eq!(parse(&[]).unwrap(), STEPS[..8]);
         assert_eq!(parse(&["--long"]).unwrap(), STEPS);
         assert_eq!(parse(&["tidy", "fmt"]).unwrap(), ["fmt", "tidy"]);
         assert_eq!(parse(&["--seed", "7", "long"]).unwrap(), ["long"]);

@@ -5,6 +5,7 @@
 mod billen_figures;
 mod billen_orders;
 mod billen_table1;
+#[path = "../../lights/tests/all/peters_as_printed.rs"]
 mod peters_as_printed;
 mod peters_diffuse;
 mod peters_gloss;

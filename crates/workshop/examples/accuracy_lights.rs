@@ -14,7 +14,7 @@
 
 #[path = "../../lights/tests/all/accuracy.rs"]
 mod accuracy;
-#[path = "../../papers/src/peters_as_printed.rs"]
+#[path = "../../lights/tests/all/peters_as_printed.rs"]
 mod peters_as_printed;
 #[path = "../../lights/tests/all/precise.rs"]
 mod precise;

@@ -110,6 +110,25 @@ impl House {
         member.is_some_and(Member::is_published)
     }
 
+    /// Packages that crates.io would get.
+    pub(crate) fn published(&self) -> impl Iterator<Item = &str> {
+        let members = self.members.iter().filter(|m| m.is_published());
+        members.map(Member::package)
+    }
+
+    /// Packages that are for this repository alone.
+    pub(crate) fn unpublished(&self) -> impl Iterator<Item = &str> {
+        let members = self.members.iter().filter(|m| !m.is_published());
+        members.map(Member::package)
+    }
+
+    /// The version of all crates.
+    pub(crate) fn version(&self) -> String {
+        let text = self.text("Cargo.toml");
+        let line = section(&text, "workspace.package").find_map(|l| l.strip_prefix("version = "));
+        line.map_or_else(String::new, |v| v.trim_matches('"').to_owned())
+    }
+
     /// The front pages of libraries.
     fn libraries(&self) -> impl Iterator<Item = &Source> {
         self.sources

@@ -10,7 +10,6 @@ mod hostile;
 mod laws;
 mod linear;
 mod next_to_the_plane;
-#[path = "../../../papers/src/peters_as_printed.rs"]
 mod peters_as_printed;
 mod precise;
 mod reference;

@@ -1,0 +1,176 @@
+//! The example `engine` of linelit outside of the workspace, on linelit's packages, with vectors of
+//! glam 0.29 and random numbers of rand 0.8: `cargo xtask test package outside`, a part of
+//! `--long`, builds and runs it.
+
+use glam::DVec3;
+use linelit::geometry::{vector, ConvexPolygon};
+use linelit::lights::{LineSampler, LineTechnique, OffsetDensity, PointTechnique, SolidAngleSampler};
+use linelit::mis::balance;
+use linelit::shading::ribbon::{reflected, Sides};
+use linelit::visibility::{Between, Gathered, Scratch, ShaftQuery, VisibleLines};
+use rand::{Rng as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
+use std::f64::consts::{PI, TAU};
+use std::process::ExitCode;
+
+type Vector = DVec3;
+
+/// The floor's normal, and its albedo over π.
+const UP: Vector = DVec3::Z;
+const REFLECTED: f64 = 0.5 / PI;
+/// What the lamp emits.
+const RADIANCE: f64 = 10.0;
+
+/// A box and the triangles in it.
+type Boxed = ([f32; 3], [f32; 3], Vec<[[f32; 3]; 3]>);
+
+/// Triangles under boxes, one for each part of the table: the engine's hierarchy.
+struct Engine {
+    boxes: Vec<Boxed>,
+    lamp: ConvexPolygon,
+}
+
+impl Engine {
+    fn new() -> Self {
+        let lamp = ConvexPolygon::parallelogram([-0.5, -0.5, 3.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+        let mut engine = Self { boxes: Vec::new(), lamp: lamp.expect("a square") };
+        engine.add_box([-0.8, -0.5, 1.0], [0.8, 0.5, 1.1]);
+        for [x, y] in [[-0.75, -0.45], [0.65, -0.45], [-0.75, 0.35], [0.65, 0.35]] {
+            engine.add_box([x, y, 0.0], [x + 0.1, y + 0.1, 1.0]);
+        }
+        engine
+    }
+
+    fn add_box(&mut self, low: [f32; 3], high: [f32; 3]) {
+        let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] });
+        let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+        let halves = faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let triangles = halves.map(|t| t.map(corner)).collect();
+        self.boxes.push((low, high, triangles));
+    }
+
+    /// Whether a ray of the engine, from `x` along `d` up to t = 1, is free: Möller and Trumbore.
+    fn is_free(&self, x: Vector, d: Vector) -> bool {
+        !self.boxes.iter().flat_map(|(_, _, all)| all).any(|t| {
+            let [a, b, c] = t.map(|v| DVec3::from_array(v.map(f64::from)));
+            let (u, v, from) = (b - a, c - a, x - a);
+            let (p, q) = (d.cross(v), from.cross(u));
+            let volume = u.dot(p);
+            let [s, r, t] = [from.dot(p), d.dot(q), v.dot(q)].map(|x| x / volume);
+            s >= 0.0 && r >= 0.0 && s + r <= 1.0 && t > 1e-6 && t < 1.0 - 1e-6
+        })
+    }
+
+    /// Where a direction from `x` meets the lamp, as a vector from `x`.
+    fn to_lamp(&self, x: Vector, d: Vector) -> Option<Vector> {
+        let t = (3.0 - x.z) / d.z;
+        let to = d * t;
+        let meets = |k: usize| (x[k] + to[k]).abs() < 0.5;
+        (t > 0.0 && meets(0) && meets(1)).then_some(to)
+    }
+
+    /// One point of the lamp by solid angle, and a ray.
+    fn by_points(&self, x: Vector, random: &mut Pcg64Mcg) -> f64 {
+        let sample = SolidAngleSampler::new(&self.lamp, vector(x.to_array())).sample(random.gen());
+        let d = DVec3::from(sample.point.to_array()) - x;
+        if !self.is_free(x, d) {
+            return 0.0;
+        }
+        RADIANCE * REFLECTED * UP.dot(d.normalize()) / sample.pdf.value()
+    }
+
+    /// One line of the lamp, along what of it is visible past the triangles in between.
+    fn by_lines(&self, x: Vector, random: &mut Pcg64Mcg, room: &mut Room) -> f64 {
+        let sampler = LineSampler::new(&self.lamp, random.gen_range(0.0..PI), OffsetDensity::Uniform);
+        let sample = sampler.sample(random.gen());
+        let occluders = room.gathered.gather(&Between::new(x.to_array(), &self.lamp), |between, found| {
+            let boxes = self.boxes.iter().filter(|(low, high, _)| between.may_meet(*low, *high));
+            boxes.flat_map(|(_, _, all)| all).for_each(|t| found.push(*t));
+        });
+        let mut shaft = occluders.shaft(ShaftQuery::new(x.to_array(), &self.lamp), &mut room.scratch);
+        shaft.visible(&[sample.segment], &mut room.visible);
+        let (line, down) = (sample.segment.relative_to(vector(x.to_array())), self.lamp.normal());
+        let parts = room.visible.line(0).iter();
+        let along = parts.map(|part| {
+            reflected(line.at(part.lo), line.at(part.hi), vector(UP.to_array()), down, Sides::One, 0.5)
+        });
+        RADIANCE * along.sum::<f64>() / sample.pdf.value()
+    }
+
+    /// One point of the lamp and one direction of the floor, weighted by the balance heuristic.
+    fn by_both(&self, x: Vector, random: &mut Pcg64Mcg) -> f64 {
+        let technique = SolidAngleSampler::new(&self.lamp, vector(x.to_array()));
+        let point = DVec3::from(technique.sample(random.gen()).point.to_array()) - x;
+        let (r2, turn) = (random.gen::<f64>(), TAU * random.gen::<f64>());
+        let across = r2.sqrt();
+        let direction = DVec3::new(across * turn.cos(), across * turn.sin(), (1.0 - r2).sqrt());
+        let both = [Some(point), self.to_lamp(x, direction)];
+        let one = |(i, d): (usize, Option<Vector>)| {
+            let d = d?;
+            let by_light = technique.pdf(vector((x + d).to_array())).value();
+            let cosine = UP.dot(d.normalize());
+            let densities = [by_light, cosine / PI];
+            let weight = balance(&[1.0; 2], &densities, i) / densities[i];
+            self.is_free(x, d).then_some(RADIANCE * REFLECTED * cosine * weight)
+        };
+        both.into_iter().enumerate().filter_map(one).sum()
+    }
+}
+
+/// What lines need from one point to the next.
+#[derive(Default)]
+struct Room {
+    gathered: Gathered,
+    scratch: Scratch,
+    visible: VisibleLines,
+}
+
+/// Pixels of the floor along each side, 4 by 4 metres.
+const SIDE: u32 = 16;
+/// Samples of a pixel, each way.
+const SAMPLES: u32 = 400;
+
+pub(crate) fn main() -> ExitCode {
+    let (engine, mut room, mut random) = (Engine::new(), Room::default(), Pcg64Mcg::seed_from_u64(1));
+    // Sums of the three ways and their variances, over the floor and its darkest pixels.
+    let (mut sums, mut picture) = ([[0.0; 2]; 3], String::new());
+    for row in 0..SIDE {
+        for column in 0..SIDE {
+            let at = |k: u32| (f64::from(k) + 0.5) * 4.0 / f64::from(SIDE) - 2.0;
+            let (x, mut pixel) = (DVec3::new(at(column), at(row), 1e-4), [[0.0; 2]; 3]);
+            for _ in 0..SAMPLES {
+                let values = [
+                    engine.by_points(x, &mut random),
+                    engine.by_lines(x, &mut random, &mut room),
+                    engine.by_both(x, &mut random),
+                ];
+                for (sum, value) in pixel.iter_mut().zip(values) {
+                    *sum = [sum[0] + value, sum[1] + value * value];
+                }
+            }
+            let n = f64::from(SAMPLES);
+            for (sum, [first, second]) in sums.iter_mut().zip(pixel) {
+                let mean = first / n;
+                *sum = [sum[0] + mean, sum[1] + (second / n - mean * mean) / (n - 1.0)];
+            }
+            let bright = 20.0 * pixel[1][0] / n;
+            let shades = ".:-=+#".chars().zip(1..);
+            let shade = shades.take_while(|(_, k)| f64::from(*k) <= 1.0 + bright).last();
+            picture.extend([shade.map_or(' ', |(c, _)| c); 2]);
+        }
+        picture.push('\n');
+    }
+    print!("{picture}");
+    for ([mean, variance], name) in sums.iter().zip(["points", "lines", "both"]) {
+        println!("{name:>6} {mean:.4} ± {:.4}", variance.sqrt());
+    }
+    // Three comparisons, one false alarm in 10⁵ runs of other seeds.
+    let z = |i: usize, j: usize| (sums[i][0] - sums[j][0]) / (sums[i][1] + sums[j][1]).sqrt();
+    let worst = [z(0, 1), z(1, 2), z(2, 0)].into_iter().fold(0.0, |w: f64, z| w.max(z.abs()));
+    println!("they differ by {worst:.2} standard errors at most");
+    if worst < 4.6 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
