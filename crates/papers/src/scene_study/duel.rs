@@ -17,6 +17,10 @@ use linelit_study::tables::{ResultRow, StudyRecord};
 const TRUE_SAMPLES: u32 = 256;
 const TRUE_TRIALS: u32 = 4;
 
+/// Each of both pictures is timed so often again, in turns, until that many seconds are measured.
+const TIMES: u32 = 4;
+const TIMED_SECONDS: f64 = 0.5;
+
 /// The comparison of a scene's best points with its best lines, by what the study found; `None`
 /// if it had not both.
 ///
@@ -50,9 +54,18 @@ pub(super) fn duel(
         sampler,
         size,
     };
-    let right = easel.paint(lines, wanted.samples);
-    let cost = |n| easel.run(easel.by(points), n, 1).times.seconds();
-    let left = easel.paint(points, fitting(right.seconds, PROBES.map(cost)));
+    let mut right = easel.run(easel.by(lines), wanted.samples, 1);
+    let samples = as_long(&rows, sampler, [points, lines], wanted.samples).unwrap_or_else(|| {
+        let cost = |n| easel.run(easel.by(points), n, 1).times.seconds();
+        fitting(right.times.seconds(), PROBES.map(cost))
+    });
+    let mut left = easel.run(easel.by(points), samples, 1);
+    for _ in 0..TIMES {
+        left.time_again(&easel.targets, TIMED_SECONDS);
+        right.time_again(&easel.targets, TIMED_SECONDS);
+    }
+    let left = easel.show(&left, format!("{samples} × {points}"));
+    let right = easel.show(&right, format!("{} × {lines}", wanted.samples));
     let truth = easel.truth(noiseless(spec, &rows));
     let all = [&left, &right, &truth].map(|p| Named {
         image: &p.image,
@@ -60,6 +73,33 @@ pub(super) fn duel(
         seconds: p.seconds,
     });
     Comparison::new(all[0], all[1], all[2]).map(Some)
+}
+
+/// How many points take as long as so many lines, by the times of the study: straight between
+/// numbers of samples on logarithmic scales. `None` outside them.
+fn as_long(
+    rows: &[&ResultRow],
+    sampler: SamplerKind,
+    [points, lines]: [Estimator; 2],
+    samples: u32,
+) -> Option<u32> {
+    let pattern = sampler.to_string();
+    let of = |estimator: Estimator| {
+        let name = estimator.to_string();
+        let own = |r: &&ResultRow| r.sampler == pattern && r.estimator == name;
+        rows.iter().copied().filter(own).collect::<Vec<_>>()
+    };
+    let time = of(lines).iter().find(|r| r.samples == samples)?.cpu_seconds;
+    let curve = of(points);
+    let within = |w: &&[&ResultRow]| w[0].cpu_seconds <= time && time < w[1].cpu_seconds;
+    let [few, many] = *curve.windows(2).find(within)? else {
+        return None;
+    };
+    let t = (time / few.cpu_seconds).ln() / (many.cpu_seconds / few.cpu_seconds).ln();
+    let growth = f64::from(many.samples) / f64::from(few.samples);
+    #[allow(clippy::cast_possible_truncation, reason = "between two of u32")]
+    let fitting = (f64::from(few.samples) * growth.powf(t)).round() as u32;
+    Some(fitting)
 }
 
 /// What pictures of a scene are made with.
@@ -97,11 +137,6 @@ impl Easel<'_> {
             trials,
         };
         run_cell(&self.targets, cell)
-    }
-
-    fn paint(&self, estimator: Estimator, samples: u32) -> Painted {
-        let run = self.run(self.by(estimator), samples, 1);
-        self.show(&run, format!("{samples} × {estimator}"))
     }
 
     /// By the estimator without noise, if there is one, else by many samples.
@@ -164,4 +199,32 @@ fn noiseless(spec: &StudySpec, rows: &[&ResultRow]) -> Option<Estimator> {
         own.peek().is_some() && own.all(|r| r.is_noiseless())
     };
     spec.estimators.iter().find(never).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_points_fit_as_the_times_say() {
+        let row = |estimator: &str, samples, cpu_seconds| ResultRow {
+            estimator: estimator.to_owned(),
+            sampler: "stratified".to_owned(),
+            samples,
+            cpu_seconds,
+            ..ResultRow::default()
+        };
+        let rows = [
+            row("point-area", 16, 1.0),
+            row("point-area", 64, 4.0),
+            row("line-analytic", 16, 2.0),
+            row("line-analytic", 64, 9.0),
+        ];
+        let rows: Vec<&ResultRow> = rows.iter().collect();
+        let both = ["point-area", "line-analytic"].map(|e| e.parse().unwrap());
+        let found = |samples| as_long(&rows, SamplerKind::Stratified, both, samples);
+        // Halfway between 1 and 4 s in logarithms: halfway between 16 and 64.
+        assert_eq!(found(16), Some(32));
+        assert_eq!((found(64), found(4)), (None, None));
+    }
 }

@@ -45,7 +45,7 @@ const SPAN: f64 = 1e-3;
 
 impl Comparison {
     /// The comparison of two pictures with the true one, all of one size and shown alike. The
-    /// details are where the left picture is most wrong.
+    /// details are where the left picture is most wrong for its brightness, as in penumbrae.
     ///
     /// # Errors
     /// [`FilmError::Invalid`] for pictures without pixels or of different sizes.
@@ -72,7 +72,7 @@ impl Comparison {
             let one = |p: Named<'_>| Picture::exposed(&part(p.image, at, side), exposure, p.name);
             Ok([one(left)?, one(right)?, one(truth)?])
         };
-        let places = most_wrong(&wrong[0], size, side);
+        let places = most_wrong(&relative(&wrong[0], truth.image), size, side);
         let scale = scale(&wrong[0]);
         let map = |p: Named<'_>, values: &[f32]| {
             let caption = format!("{}: RMSE {}", p.name, scientific(rms(values)));
@@ -117,6 +117,20 @@ fn distances(image: &Image, truth: &Image) -> Vec<f32> {
         (square / 3.0).sqrt()
     };
     image.rgb.iter().zip(&truth.rgb).map(distance).collect()
+}
+
+/// Distances over the brightness of the true picture there, dark pixels counting as a tenth of the
+/// mean one.
+fn relative(wrong: &[f32], truth: &Image) -> Vec<f32> {
+    let black = Image::new(truth.width, truth.height);
+    let bright = distances(truth, &black);
+    #[allow(clippy::cast_possible_truncation, reason = "a weight")]
+    let least = (0.1 * rms(&bright)).max(f64::from(f32::MIN_POSITIVE)) as f32;
+    wrong
+        .iter()
+        .zip(bright)
+        .map(|(w, b)| w / (b + least))
+        .collect()
 }
 
 fn rms(values: &[f32]) -> f64 {

@@ -117,7 +117,7 @@ fn comparison(part: &Comparison) -> Markup {
                 aria-label={ "left of the slider " (left.caption) ", right of it " (right.caption) };
         }
         @if !part.details.is_empty() {
-            p.caption { "Magnified where " (left.caption) " is most wrong:" }
+            p.caption { "Magnified where " (left.caption) " is most wrong for the brightness:" }
             @for detail in &part.details {
                 div.details { @for picture in detail { (figure(picture)) } }
             }
