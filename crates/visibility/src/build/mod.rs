@@ -7,6 +7,7 @@ mod binary;
 mod collapse;
 mod flat;
 mod order;
+mod refit;
 mod reinsert;
 mod split;
 #[cfg(test)]
@@ -21,6 +22,7 @@ use binary::Bounds;
 pub(crate) use binary::{least, most};
 pub(crate) use flat::flat;
 use linelit_simd::Simd;
+pub(crate) use refit::refit;
 use split::Reference;
 
 /// Cost of testing a leaf, in tests of a node; `docs/decisions/003-growing-the-hierarchy.md`.
@@ -65,6 +67,7 @@ impl Hierarchy {
 /// The collapsed hierarchy.
 #[derive(Debug, Default)]
 pub(crate) struct Hierarchy {
+    /// The root first; those of a tree that was built, each before the nodes in it.
     pub(crate) nodes: Vec<Node>,
     pub(crate) leaves: Vec<Leaf>,
     /// Closed meshes, and which of them the triangles of each leaf belong to (one more than the
@@ -151,18 +154,11 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
     // Both together take little more memory than the tree took with the boxes.
-    let ((mut nodes, ids), ClosedMeshes { meshes, of }) = pool::join(
+    let ((mut nodes, ids), closed) = pool::join(
         || collapse::collapse(tree, leaf_cost),
         || ClosedMeshes::find(geometry, kept),
     );
-    let mesh_of = match &meshes[..] {
-        [] => Vec::new(),
-        _ => ids
-            .iter()
-            .map(|ids| ids.map(|id| of[id as usize]))
-            .collect(),
-    };
-    drop(of);
+    let (meshes, mesh_of) = by_leaves(closed, ids.iter());
     let leaves = pool::collect(ids.len(), AT_ONCE, &|k| geometry.leaf(ids[k]));
     order::by_crossings(&mut nodes, &leaves);
     Hierarchy {
@@ -171,6 +167,18 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
         meshes,
         mesh_of,
     }
+}
+
+/// Closed meshes, and which of them the triangles of each leaf belong to: [`Hierarchy::mesh_of`].
+fn by_leaves<'a>(
+    ClosedMeshes { meshes, of }: ClosedMeshes,
+    ids: impl Iterator<Item = &'a [u32; 8]>,
+) -> (Vec<ClosedMesh>, Vec<[u16; 8]>) {
+    let mesh_of = match &meshes[..] {
+        [] => Vec::new(),
+        _ => ids.map(|ids| ids.map(|id| of[id as usize])).collect(),
+    };
+    (meshes, mesh_of)
 }
 
 /// Numbers of nodes and of what is in them are below 2³²: a leaf holds a triangle at least, and

@@ -12,4 +12,5 @@ mod gathered;
 mod laws;
 mod leaks;
 mod limits;
+mod refit;
 mod streams;
