@@ -75,10 +75,11 @@ impl Occluders {
     ///
     /// Answers are those of a fresh [`Occluders::build`], to the bit; where more than 224 triangles
     /// are between a point and a light, to the rounding of interval ends, for what is looked at one
-    /// by one there depends on the tree. Boxes are made anew under the tree that stands, which takes
+    /// by one there depends on the tree. Boxes are made anew under the tree that stands. This takes
     /// less than half of the time of building, most of it to find closed meshes again; the farther
-    /// triangles go from their neighbours, the more boxes overlap and the longer queries take. Where other triangles than before can hide something (a
-    /// vertex has become finite, or two have met), the hierarchy is built anew.
+    /// triangles go from their neighbours, the more boxes overlap, and the longer queries take.
+    /// Where other triangles than before can hide something (a vertex has become finite, or two
+    /// have met), the hierarchy is built anew.
     pub fn refit(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
         let (kept, found) = Kept::find_all(positions, triangles);
         let leaves = &self.hierarchy.leaves;
