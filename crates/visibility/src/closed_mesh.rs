@@ -69,38 +69,58 @@ impl Connected {
     }
 }
 
+/// The bits of a position; zero has two signs.
+fn bits(position: [f32; 3]) -> [u32; 3] {
+    position.map(|x| (x + 0.0).to_bits())
+}
+
 /// One number for each place: the least index of a position there.
 fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
-    // Zero has two signs.
-    let bits = |i: u32| positions[i as usize].map(|x| (x + 0.0).to_bits());
-    // Sorted by a hash first: neighbours in the list are compared far more often than looked up.
-    let hash = |i: u32| {
-        let mix = |h: u64, x: u32| (h ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let [x, y, z] = bits(i);
-        mix(mix(mix(0, x).rotate_left(29), y).rotate_left(29), z)
-    };
-    let ids = || (0..).take(positions.len());
-    let buckets = positions.len().next_power_of_two();
-    // Of the hash, the upper half says the bucket; the lower half is kept with the number.
-    let bucket = |h: u64| (h >> 32) as usize % buckets;
-    let entry = |(i, h): (u32, u64)| h << 32 | u64::from(i);
-    let with_hash = || ids().map(|i| (i, hash(i)));
-    let (first, mut order) = grouped(buckets, with_hash().map(|e| [(bucket(e.1), entry(e))]));
-    let mut weld = vec![0; positions.len()];
-    for_groups(&first, &mut order, |same| {
-        for same in same.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
-            let number = |entry: &u64| low(*entry);
-            let first = number(&same[0]);
-            if same[1..].iter().any(|e| bits(number(e)) != bits(first)) {
-                same.sort_unstable_by_key(|e| (bits(number(e)), number(e)));
+    // A table takes two looks or so for each position, unless somebody has aimed at it.
+    weld_in_table(positions, 16 * positions.len()).unwrap_or_else(|| weld_sorted(positions))
+}
+
+/// By a table of places, in as many looks at it as are allowed.
+fn weld_in_table(positions: &[[f32; 3]], mut looks: usize) -> Option<Vec<u32>> {
+    const FREE: u32 = u32::MAX;
+    let slots = (positions.len() + positions.len() / 2 + 1).next_power_of_two();
+    let mut table = vec![FREE; slots];
+    let mix = |h: u64, x: u32| (h ^ u64::from(x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut weld = Vec::with_capacity(positions.len());
+    for (i, position) in (0_u32..).zip(positions) {
+        let here = bits(*position);
+        let [x, y, z] = here;
+        let hash = mix(mix(mix(0, x).rotate_left(29), y).rotate_left(29), z);
+        let mut slot = (hash >> 32) as usize % slots;
+        loop {
+            looks = looks.checked_sub(1)?;
+            let first = table[slot];
+            if first == FREE {
+                table[slot] = i;
+                weld.push(i);
+                break;
             }
-            for here in same.chunk_by(|a, b| bits(number(a)) == bits(number(b))) {
-                for entry in here {
-                    weld[number(entry) as usize] = number(&here[0]);
-                }
+            if bits(positions[first as usize]) == here {
+                weld.push(first);
+                break;
             }
+            slot = (slot + 1) % slots;
         }
-    });
+    }
+    Some(weld)
+}
+
+/// By sorting them.
+fn weld_sorted(positions: &[[f32; 3]]) -> Vec<u32> {
+    let key = |i: u32| bits(positions[i as usize]);
+    let mut order: Vec<u32> = (0..).take(positions.len()).collect();
+    order.sort_unstable_by_key(|&i| (key(i), i));
+    let mut weld = vec![0; positions.len()];
+    for here in order.chunk_by(|&i, &j| key(i) == key(j)) {
+        for &i in here {
+            weld[i as usize] = here[0];
+        }
+    }
     weld
 }
 
@@ -385,7 +405,28 @@ impl<'a> BackfaceFilter<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{ClosedMeshes, Geometry, TURNED};
+    use super::{ClosedMeshes, Geometry, TURNED, weld_in_table, weld_sorted};
+
+    #[allow(clippy::float_cmp, reason = "the very same place")]
+    #[test]
+    fn places_in_a_table_are_those_sorted() {
+        for count in [0, 1, 2, 100, 5000_u32] {
+            // Three numbers of few, zero with either sign.
+            let random = |k: u32| k.wrapping_mul(2_654_435_769) >> 20;
+            let positions: Vec<[f32; 3]> = (0..count)
+                .map(|k| [k, k + 1, 7 * k].map(|k| [0.0, -0.0, 1.0, 1e30][random(k) as usize % 4]))
+                .collect();
+            let sorted = weld_sorted(&positions);
+            assert_eq!(weld_in_table(&positions, 100_000).as_ref(), Some(&sorted));
+            for (&first, i) in sorted.iter().zip(0..) {
+                let same = |k: &u32| positions[*k as usize] == positions[i as usize];
+                assert_eq!((0..count).find(same), Some(first));
+            }
+            // Fewer looks than positions do not do.
+            let looks = positions.len().saturating_sub(1);
+            assert_eq!(weld_in_table(&positions, looks).is_some(), count == 0);
+        }
+    }
 
     /// The triangles of a cube, or all but the last of them, some turned; every triangle with
     /// corners of its own.
