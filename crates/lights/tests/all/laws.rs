@@ -222,17 +222,17 @@ impl Law for Obeys {
         // A narrow lobe over a light 40 times as wide as far: the rule is too coarse.
         let narrow = name == "transformed solid angle" && case.name == "huge";
         let tolerance = if cut || kinked || narrow { 1e-3 } else { 1e-8 };
-        let near_vertex = (f64::from(self.samples) / 500.0).sqrt();
+        // Rounded coordinates move the place; the density per area over its mean, at most 1e3 here,
+        // scales it to ξ. Lines shrink to a point at a vertex: d from there on a light D wide,
+        // ξ = (d/D)², so that the rounding of their CDF moves d by D/(2√ξ) times as much. Of N
+        // samples the nearest has ξ < α/N with probability α.
+        let near_vertex = 0.5 * (f64::from(self.samples) / self.alpha).sqrt();
         Technique::new(format!("{name} on {}", case.name))
             .samples(self.samples as usize)
             .alpha(self.alpha)
             .seed(7)
             .mass(tolerance)
-            // Rounded coordinates move the place; the density per area over its mean, at most 1e3
-            // here, scales it to ξ. The CDF of the line techniques adds its own ε times the full
-            // turn, over the density of offsets, which goes to zero with the lines' length at a
-            // vertex: the last of N samples is 1/√N of the way from there, so that 1e3 is for 500.
-            .resolution(1e3 * near_vertex * resolution(case) * case.polygon.area().sqrt())
+            .resolution((1e3 + near_vertex) * resolution(case) * case.polygon.area().sqrt())
             .check_2d(
                 &surface(case),
                 |u| technique.sample(u).point.to_array(),
