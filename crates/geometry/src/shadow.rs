@@ -118,6 +118,14 @@ impl ShadowTriangle {
     /// hides nothing: right for almost every line, and its neighbours cover for it.
     #[must_use]
     pub fn blocked(&self, c: &[ShadowCoords; 3]) -> Option<Interval> {
+        Some(self.chord(c)?.hidden())
+    }
+
+    /// How the triangle with these corners cuts the shadow triangle, where it hides a part of the
+    /// line: [`Chord::hidden`] is that of [`ShadowTriangle::blocked`], to the bit.
+    #[must_use]
+    #[inline]
+    pub fn chord(&self, c: &[ShadowCoords; 3]) -> Option<Chord> {
         let above = c.map(|v| v.sigma >= 0.0);
         // The lone vertex on its side; the two edges that leave it cross the plane.
         let (lone, j, k) = match above {
@@ -126,26 +134,70 @@ impl ShadowTriangle {
             [a, b, _] if a != b => (1, 2, 0),
             _ => (2, 0, 1),
         };
-        let ends = [j, k].map(|far| Crossing::of(&c[lone], &c[far]));
+        let ends = [j, k].map(|far| Crossing::of([&c[lone], &c[far]], [lone, far]));
         clip_chord(ends, self.near)
     }
 }
 
+/// The straight cut of a triangle and a [`ShadowTriangle`]: the part of it that hides something of
+/// the line. Places on it are numbers from 0 at one end to 1 at the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Chord([Crossing; 2]);
+
+impl Chord {
+    /// Where it is on the triangle: barycentric coordinates of the second and third corner, at both
+    /// ends. Each is rounded by a few ε, divided by the sine of the angle at which the edge that
+    /// the end is on crosses the plane of the shadow triangle.
+    #[must_use]
+    pub fn ends(&self) -> [[f64; 2]; 2] {
+        self.0.each_ref().map(|end| end.place)
+    }
+
+    /// The parameter of the line at whose point a place of the cut stands: projective in `s`, and
+    /// monotone. Depths are interpolated, not found from the triangle's plane, so that it is as
+    /// good for one that is seen edge on: a few ε over the depth of the nearer end, as for the
+    /// interval.
+    #[must_use]
+    #[inline]
+    pub fn t(&self, s: f64) -> f64 {
+        let [a, b] = &self.0;
+        let mix = |x: f64, y: f64| x * (1.0 - s) + y * s;
+        let (lam0, lam1) = (mix(a.lam0, b.lam0), mix(a.lam1, b.lam1));
+        (lam1 / (lam0 + lam1)).clamp(0.0, 1.0)
+    }
+
+    /// The part of the line behind all of it.
+    #[must_use]
+    #[inline]
+    pub fn hidden(&self) -> Interval {
+        let (t0, t1) = (self.0[0].t().clamp(0.0, 1.0), self.0[1].t().clamp(0.0, 1.0));
+        let (lo, hi) = if t0 <= t1 { (t0, t1) } else { (t1, t0) };
+        Interval { lo, hi }
+    }
+}
+
 /// Where an edge crosses the plane of the shadow triangle.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Crossing {
     lam0: f64,
     lam1: f64,
+    /// Barycentric coordinates of the second and third corner.
+    place: [f64; 2],
 }
 
 impl Crossing {
-    /// The same bits for (i, j) and (j, i): numerator and denominator both change sign.
+    /// The same bits for (i, j) and (j, i): numerator and denominator both change sign. The two are
+    /// corners of these numbers.
     #[inline]
-    fn of(i: &ShadowCoords, j: &ShadowCoords) -> Self {
+    fn of([i, j]: [&ShadowCoords; 2], corners: [usize; 2]) -> Self {
         let d = j.sigma - i.sigma;
+        let mut place = [0.0; 3];
+        place[corners[0]] = j.sigma / d;
+        place[corners[1]] = -i.sigma / d;
         Self {
             lam0: (i.lam0 * j.sigma - j.lam0 * i.sigma) / d,
             lam1: (i.lam1 * j.sigma - j.lam1 * i.sigma) / d,
+            place: [place[1], place[2]],
         }
     }
 
@@ -161,23 +213,25 @@ impl Crossing {
     /// The point where `f` vanishes between two points on either side of it.
     fn between(a: &Self, fa: f64, b: &Self, fb: f64) -> Self {
         let d = fb - fa;
+        let mix = |a: f64, b: f64| (a * fb - b * fa) / d;
         Self {
-            lam0: (a.lam0 * fb - b.lam0 * fa) / d,
-            lam1: (a.lam1 * fb - b.lam1 * fa) / d,
+            lam0: mix(a.lam0, b.lam0),
+            lam1: mix(a.lam1, b.lam1),
+            place: [0, 1].map(|k| mix(a.place[k], b.place[k])),
         }
     }
 }
 
 /// Clips the chord to the shadow triangle and projects its ends back onto the line. The sides
 /// come first, so that no point behind the shading point reaches the projection.
-fn clip_chord([mut a, mut b]: [Crossing; 2], near: f64) -> Option<Interval> {
+fn clip_chord([mut a, mut b]: [Crossing; 2], near: f64) -> Option<Chord> {
     clip_end(&mut a, &mut b, |c| c.lam0, |c| Crossing { lam0: 0.0, ..c })?;
     clip_end(&mut a, &mut b, |c| c.lam1, |c| Crossing { lam1: 0.0, ..c })?;
     clip_end(&mut a, &mut b, |c| c.depth() - near, |c| c)?;
     clip_end(&mut a, &mut b, |c| (1.0 - LIGHT_MARGIN) - c.depth(), |c| c)?;
-    let (t0, t1) = (a.t().clamp(0.0, 1.0), b.t().clamp(0.0, 1.0));
-    let (lo, hi) = if t0 <= t1 { (t0, t1) } else { (t1, t0) };
-    (lo < hi).then_some(Interval { lo, hi })
+    let chord = Chord([a, b]);
+    let hidden = chord.hidden();
+    (hidden.lo < hidden.hi).then_some(chord)
 }
 
 /// Moves the end with `f < 0` to where `f = 0` (made exact by `snap`); `None` if both are out.

@@ -141,7 +141,7 @@ fn eight<S: Simd>(
     (rays, count): (&Rays, usize),
     scratch: &mut Scratch,
 ) -> u8 {
-    let hierarchy = &occluders.hierarchy;
+    let hierarchy = &*occluders.hierarchy;
     let all = 0xff_u8 >> (8 - count);
     let mut open = all;
     let (mut low, mut high) = ([f64::MAX; 3], [-f64::MAX; 3]);

@@ -2,12 +2,12 @@
 //! may be in it.
 
 use crate::{
-    Occluders,
+    Occluders, Ray,
     frame::LightFrame,
     node::{Leaf, Node},
     ray::ROOM,
 };
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, LIGHT_MARGIN, point_margin};
 use linelit_simd::Simd;
 
 /// P, Q and W of eight places, or the coefficients of eight linear forms in them.
@@ -389,6 +389,19 @@ fn within<S: Simd>(s: S, x: S::D, range: [f64; 2]) -> u8 {
 #[inline(always)]
 pub(crate) fn reach(occluders: &Occluders, point: DVec3) -> f64 {
     occluders.extent + point.abs().max_element()
+}
+
+/// The ray from a point to a target on a light, without what is too near to either to hide it;
+/// `None` where no ray leads there, since numbers overflow.
+pub(crate) fn shadow_ray(occluders: &Occluders, point: DVec3, target: DVec3) -> Option<Ray> {
+    let direction = target - point;
+    let reach = reach(occluders, point - occluders.origin);
+    (point.is_finite() && direction.is_finite()).then(|| Ray {
+        origin: point,
+        direction,
+        t_min: point_margin(reach, direction.length()),
+        t_max: 1.0 - LIGHT_MARGIN,
+    })
 }
 
 /// The plane through the shading point and two vertices: their cross product.

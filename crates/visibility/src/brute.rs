@@ -4,7 +4,7 @@
 
 use crate::{Occluders, bounds};
 use linelit_geometry::{
-    DVec3, Segment, ShadowTriangle,
+    Chord, DVec3, Segment, ShadowTriangle,
     intervals::{Interval, IntervalTree, VisibleSet},
 };
 use std::ops::Range;
@@ -61,32 +61,64 @@ pub(crate) fn past_all(
     line: &Segment,
     exclude: &Range<u32>,
 ) -> Option<PastAll> {
-    let relative = line.relative_to(point);
-    let largest = relative.p0.abs().max(relative.p1.abs()).max_element();
-    // By a power of two: nothing is rounded, and nothing near one overflows.
-    let unit = largest.log2().floor().exp2().recip();
-    let scaled = Segment::new(relative.p0 * unit, relative.p1 * unit);
-    let reach = bounds::reach(occluders, point - occluders.origin) * unit;
-    let shadow = ShadowTriangle::new(DVec3::ZERO, &scaled)?.with_reach(reach);
+    let view = LineView::new(occluders, point, line)?;
     let mut set = IntervalTree::full();
-    for leaf in &occluders.hierarchy.leaves {
-        for (lane, id) in leaf.id.iter().enumerate() {
+    for (leaf, triangles) in occluders.hierarchy.leaves.iter().enumerate() {
+        for (lane, id) in triangles.id.iter().enumerate() {
             // Lanes that are not in use repeat the first.
-            let repeated = lane > 0 && *id == leaf.id[0];
+            let repeated = lane > 0 && *id == triangles.id[0];
             if exclude.contains(id) || repeated {
                 continue;
             }
-            let corner = |v: [f32; 3]| {
-                let world = DVec3::from(v.map(f64::from)) + occluders.origin;
-                (world - point) * unit
-            };
-            if let Some(blocked) = shadow.blocked_by(&leaf.triangle(lane).map(corner)) {
+            if let Some(chord) = view.chord(8 * leaf + lane) {
+                let blocked = chord.hidden();
                 set.clip(blocked.lo, blocked.hi);
             }
         }
     }
     Some(PastAll {
         parts: pieces(&set),
-        point_like: scaled.length() < POINT_LIKE,
+        point_like: view.point_like,
     })
+}
+
+/// A line seen from a point past triangles of a hierarchy, one by one.
+pub(crate) struct LineView<'a> {
+    occluders: &'a Occluders,
+    point: DVec3,
+    shadow: ShadowTriangle,
+    /// What lengths are multiplied by: a power of two, so that nothing is rounded, and nothing near
+    /// one overflows.
+    unit: f64,
+    /// As in [`PastAll`].
+    pub(crate) point_like: bool,
+}
+
+impl<'a> LineView<'a> {
+    /// `None` for a line that the point lies on, or sees end on.
+    pub(crate) fn new(occluders: &'a Occluders, point: DVec3, line: &Segment) -> Option<Self> {
+        let relative = line.relative_to(point);
+        let largest = relative.p0.abs().max(relative.p1.abs()).max_element();
+        let unit = largest.log2().floor().exp2().recip();
+        let scaled = Segment::new(relative.p0 * unit, relative.p1 * unit);
+        let reach = bounds::reach(occluders, point - occluders.origin) * unit;
+        Some(Self {
+            occluders,
+            point,
+            shadow: ShadowTriangle::new(DVec3::ZERO, &scaled)?.with_reach(reach),
+            unit,
+            point_like: scaled.length() < POINT_LIKE,
+        })
+    }
+
+    /// How the triangle at leaf × 8 + lane cuts the view of the line.
+    #[inline]
+    pub(crate) fn chord(&self, slot: usize) -> Option<Chord> {
+        let leaf = &self.occluders.hierarchy.leaves[slot / 8];
+        let corner = |v: [f32; 3]| {
+            let world = DVec3::from(v.map(f64::from)) + self.occluders.origin;
+            self.shadow.vertex((world - self.point) * self.unit)
+        };
+        self.shadow.chord(&leaf.triangle(slot % 8).map(corner))
+    }
 }

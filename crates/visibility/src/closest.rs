@@ -43,6 +43,11 @@ impl Occluders {
                 out.extend((0..count).map(|i| ray::closest(self.isa, self, &few.ray(i), scratch)));
             }
         }
+        if let Some(instances) = &self.instances {
+            for (i, hit) in out.iter_mut().enumerate() {
+                *hit = instances.closest(self.mask, &fan.ray(i), *hit, scratch);
+            }
+        }
     }
 }
 
@@ -146,7 +151,7 @@ fn closest_of_kernel<S: Simd>(
     hits: &mut [Option<Hit>; 8],
     scratch: &mut Scratch,
 ) -> bool {
-    let hierarchy = &occluders.hierarchy;
+    let hierarchy = &*occluders.hierarchy;
     let origin = fan.origin - occluders.origin;
     let size = occluders.extent.max(origin.abs().max_element());
     let sane = origin.is_finite() && size <= LARGEST && fan.t_max >= 0.0;
@@ -232,6 +237,7 @@ fn closest_of_kernel<S: Simd>(
             triangle,
             t: rows[0][lane],
             barycentric: [rows[2][lane], rows[3][lane]],
+            instance: None,
         });
     }
     true

@@ -348,7 +348,8 @@ fn dense_kernel<S: Simd>(
     let Some(bounds) = &bounds else {
         return false;
     };
-    let meshes = occluders.hierarchy.meshes();
+    let hierarchy = &*occluders.hierarchy;
+    let meshes = hierarchy.meshes();
     let backfaces = &mut BackfaceFilter::new(meshes, clear_of, point, around, query.exclude);
     slots_per_line.reset(lines.count);
     covered.start(lines);
@@ -366,14 +367,14 @@ fn dense_kernel<S: Simd>(
             }
             if b.child.is_leaf() {
                 counters.triangle_tests += u64::from(b.child.count());
-                let leaf = &occluders.hierarchy.leaves[b.child.index()];
+                let leaf = &hierarchy.leaves[b.child.index()];
                 push_triangles(s, bounds, leaf, b.child, covered, corners, backfaces);
             } else {
-                let node = &occluders.hierarchy.nodes[b.child.index()];
+                let node = &hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
                 let found = bounds.boxes(s, node);
                 let found = push_boxes(s, bounds, node, found, covered, stack);
-                occluders.hierarchy.prefetch(s, node, found);
+                hierarchy.prefetch(s, node, found);
             }
         }
         // Eight triangles at a time, and what is left at the end.

@@ -77,11 +77,18 @@ impl Occluders {
         let count = fan.directions.len();
         assert!(count <= FAN, "a bit for each ray");
         scratch.counters.rays += count as u64;
-        match count {
+        let mut hidden = match count {
             0 => 0,
             1..FEW => one_by_one(self, fan, fan.all(), exclude, scratch),
             _ => any_of(self.isa, self, fan, exclude, scratch),
+        };
+        if self.instances.is_some() {
+            for i in 0..count {
+                let open = hidden >> i & 1 == 0;
+                hidden |= u64::from(open && self.any_instance(&fan.ray(i), scratch)) << i;
+            }
         }
+        hidden
     }
 }
 
@@ -481,7 +488,7 @@ fn fan_kernel<S: Simd>(
     exclude: &Range<u32>,
     scratch: &mut Scratch,
 ) -> u64 {
-    let hierarchy = &occluders.hierarchy;
+    let hierarchy = &*occluders.hierarchy;
     let mut open = fan.all();
     let origin = fan.origin - occluders.origin;
     let size = occluders.extent.max(origin.abs().max_element());

@@ -12,6 +12,10 @@
 //!   whether they are ([`Shaft::point_visible`]), and beforehand whether there is anything to ask
 //!   ([`Shaft::class`]).
 //!
+//! An [`Instance`] is occluders that stand elsewhere, moved by an affine map and sharing their
+//! hierarchy; with a [`Filter`], as of an [`AlphaMask`], their triangles have holes, for rays and
+//! lines; with a mask, only some lights' rays meet them ([`Occluders::with_mask`]).
+//!
 //! Renderers that have a hierarchy of their own keep it: [`Gathered`] answers the same from the
 //! triangles that it finds between a point and a light.
 //!
@@ -72,6 +76,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
+mod alpha;
 mod apart;
 mod block;
 mod bounds;
@@ -79,12 +84,18 @@ pub mod brute;
 mod build;
 mod closed_mesh;
 mod closest;
+mod collect;
 mod counters;
 mod dense_shaft;
 mod fan;
+mod filter;
+mod filtered;
 mod frame;
 mod gathered;
 mod images;
+mod in_instances;
+mod instance;
+mod instances;
 mod lines;
 mod merge;
 mod node;
@@ -99,11 +110,14 @@ mod sweep;
 mod walk;
 mod watertight;
 
+pub use alpha::{AlphaCutoff, AlphaError, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap};
 pub use counters::Counters;
 pub use fan::{FAN, Fan};
+pub use filter::{AnyFilter, Filter, SharedFilter};
 pub use frame::LightCorners;
 pub use gathered::{Between, Found, Gathered};
 pub use images::Images;
+pub use instance::{Instance, InstanceError};
 pub use linelit_simd::InstructionSet;
 pub use lines::VisibleLines;
 pub use occluders::Occluders;

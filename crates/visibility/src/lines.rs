@@ -1,6 +1,6 @@
 //! The visible parts of a shading point's line samples.
 
-use linelit_geometry::intervals::Interval;
+use linelit_geometry::intervals::{Interval, MIN_LENGTH, VisibleSet};
 
 /// The visible intervals of several lines, in one reusable buffer.
 ///
@@ -118,6 +118,45 @@ impl VisibleLines {
             *span = (start, end);
         }
         self.filled = end;
+    }
+
+    /// Keeps of each line what is visible in `other`, too; `room` is overwritten.
+    pub(crate) fn keep_common(&mut self, other: &Self, room: &mut Self) {
+        room.reset(self.len());
+        for i in 0..self.len() {
+            let start = room.filled;
+            let (mut mine, mut others) = (self.line(i), other.line(i));
+            while let ([a, ..], [b, ..]) = (mine, others) {
+                let common = Interval::new(a.lo.max(b.lo), a.hi.min(b.hi));
+                if common.length() >= MIN_LENGTH {
+                    if room.intervals.len() <= room.filled {
+                        room.grow(room.filled + 1);
+                    }
+                    room.intervals[room.filled] = common;
+                    room.filled += 1;
+                }
+                if a.hi <= b.hi {
+                    mine = &mine[1..];
+                } else {
+                    others = &others[1..];
+                }
+            }
+            room.spans[i] = (start, room.filled);
+        }
+        std::mem::swap(self, room);
+    }
+
+    /// Sets the visible intervals of a line.
+    pub(crate) fn put_set(&mut self, line: usize, set: &impl VisibleSet) {
+        let start = self.filled;
+        if self.intervals.len() < start + set.count() {
+            self.grow(start + set.count());
+        }
+        set.for_each(|part| {
+            self.intervals[self.filled] = part;
+            self.filled += 1;
+        });
+        self.spans[line] = (start, self.filled);
     }
 
     /// Makes a line visible as a whole.

@@ -1,12 +1,15 @@
 //! The occluders of a scene: triangles under a hierarchy of boxes.
 
 use crate::{
+    Instance,
     build::{self, Geometry, Hierarchy, least, most},
+    instances::Instances,
     node::Child,
     pool, ray,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::{InstructionSet, Isa};
+use std::sync::Arc;
 
 /// The triangles of a scene, ready for ray and line queries.
 ///
@@ -14,9 +17,13 @@ use linelit_simd::{InstructionSet, Isa};
 /// hide nothing (a vertex that is not finite, an index out of range, two vertices in one place)
 /// are left out and counted. Three distinct vertices on a line stay: they hide next to nothing,
 /// but keep the seam between their neighbours closed.
-#[derive(Debug)]
+///
+/// Beside triangles of their own they may have [`Instance`]s of other occluders: moved, with a
+/// filter that cuts holes into triangles, or with a ray mask ([`Occluders::with_instances`]). Where
+/// there are none, no query costs more than a branch. A clone shares the hierarchies.
+#[derive(Clone, Debug)]
 pub struct Occluders {
-    pub(crate) hierarchy: Hierarchy,
+    pub(crate) hierarchy: Arc<Hierarchy>,
     /// What the hierarchy's coordinates are relative to; an exact difference for every vertex.
     pub(crate) origin: DVec3,
     /// Largest absolute coordinate relative to the origin.
@@ -30,13 +37,16 @@ pub struct Occluders {
     left_out: usize,
     /// Which triangles were kept: the memory of [`Occluders::become_flat`].
     kept: Vec<bool>,
+    pub(crate) instances: Option<Arc<Instances>>,
+    /// Of rays and lines.
+    pub(crate) mask: u32,
 }
 
 impl Default for Occluders {
     /// None.
     fn default() -> Self {
         Self {
-            hierarchy: Hierarchy::default(),
+            hierarchy: Arc::default(),
             origin: DVec3::ZERO,
             extent: 0.0,
             largest_inverse: ray::largest_inverse_at(0.0),
@@ -45,6 +55,8 @@ impl Default for Occluders {
             triangle_count: 0,
             left_out: 0,
             kept: Vec::new(),
+            instances: None,
+            mask: u32::MAX,
         }
     }
 }
@@ -73,18 +85,21 @@ impl Occluders {
     /// Moves the triangles to new positions of their corners: what was given when they were built,
     /// in the same order.
     ///
-    /// Answers are those of a fresh [`Occluders::build`], to the bit; where more than 224 triangles
-    /// are between a point and a light, to the rounding of interval ends, for what is looked at one
-    /// by one there depends on the tree. Boxes are made anew under the tree that stands. This takes
-    /// less than half of the time of building, most of it to find closed meshes again; the farther
-    /// triangles go from their neighbours, the more boxes overlap, and the longer queries take.
-    /// Where other triangles than before can hide something (a vertex has become finite, or two
-    /// have met), the hierarchy is built anew.
+    /// Answers are those of a fresh [`Occluders::build`], to the bit, but that of a shaft with
+    /// nothing hidden it may depend on the tree whether it is known to be empty; where more than
+    /// 224 triangles are between a point and a light, to the rounding of interval ends, for what is
+    /// looked at one by one there depends on the tree. Boxes are made anew under the tree that
+    /// stands. This takes less than half of the time of building, most of it to find closed meshes
+    /// again; the farther triangles go from their neighbours, the more boxes overlap, and the
+    /// longer queries take. Where other triangles than before can hide something (a vertex has
+    /// become finite, or two have met), or a clone shares the hierarchy, it is built anew.
+    /// Instances stay as they are.
     pub fn refit(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
         let (kept, found) = Kept::find_all(positions, triangles);
         let leaves = &self.hierarchy.leaves;
         let mut used = leaves.iter().flat_map(|leaf| leaf.id);
-        let same = found.count == self.triangle_count
+        let same = Arc::strong_count(&self.hierarchy) == 1
+            && found.count == self.triangle_count
             && used.all(|id| kept.get(id as usize) == Some(&true));
         self.become_built(positions, triangles, &found, |geometry, hierarchy| {
             if same {
@@ -127,7 +142,12 @@ impl Occluders {
             origin,
             extent,
         };
-        build(&geometry, &mut self.hierarchy);
+        if Arc::get_mut(&mut self.hierarchy).is_none() {
+            self.hierarchy = Arc::default();
+        }
+        if let Some(hierarchy) = Arc::get_mut(&mut self.hierarchy) {
+            build(&geometry, hierarchy);
+        }
         self.origin = DVec3::new(origin[0].into(), origin[1].into(), origin[2].into());
         self.extent = extent.into();
         self.largest_inverse = ray::largest_inverse_at(extent.into());
@@ -137,7 +157,7 @@ impl Occluders {
         self.left_out = triangles.len() - count;
     }
 
-    /// The number of triangles that can hide something.
+    /// The number of triangles of their own that can hide something.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
@@ -149,19 +169,12 @@ impl Occluders {
         self.left_out
     }
 
-    /// Bytes that the hierarchy and its copy of the triangles take.
+    /// Bytes that the hierarchy and its copy of the triangles take, those of instances, each
+    /// hierarchy counted once, and what each instance takes; filters have their own.
     #[must_use]
     pub fn memory(&self) -> usize {
-        let Hierarchy {
-            nodes,
-            leaves,
-            meshes,
-            mesh_of,
-        } = &self.hierarchy;
-        size_of_val(&nodes[..])
-            + size_of_val(&leaves[..])
-            + size_of_val(&meshes[..])
-            + size_of_val(&mesh_of[..])
+        let own = self.hierarchy.memory();
+        own + self.instances.as_ref().map_or(0, |all| all.memory())
     }
 
     /// The instruction set in use.
@@ -175,7 +188,60 @@ impl Occluders {
     #[must_use]
     pub fn limited_to(mut self, limit: InstructionSet) -> Self {
         self.isa = Isa::detect(limit);
+        if let Some(instances) = &self.instances {
+            self.instances = Some(Arc::new(instances.limited_to(limit)));
+        }
         self
+    }
+
+    /// The same with these instances in place of those that they had.
+    #[must_use]
+    pub fn with_instances(mut self, instances: Vec<Instance>) -> Self {
+        self.set_instances(instances);
+        self
+    }
+
+    /// Takes instances in place of those that they had: also of what has moved. A small hierarchy
+    /// over their boxes is built, which takes about a microsecond for each.
+    pub fn set_instances(&mut self, instances: Vec<Instance>) {
+        self.instances = Instances::new(instances).map(Arc::new);
+    }
+
+    /// The instances, which [`Hit::instance`](crate::Hit::instance) numbers.
+    #[must_use]
+    pub fn instances(&self) -> &[Instance] {
+        self.instances.as_ref().map_or(&[], |all| &all.list)
+    }
+
+    /// The occluders that rays and lines of this mask meet: instances of whose
+    /// [mask](Instance::with_mask) it has a bit, and all triangles of their own, whose mask has all
+    /// (so that the mask 0 meets nothing). Shadow linking: a light's lines are asked of the
+    /// occluders with its mask.
+    ///
+    /// Shares the hierarchies: it takes no time, and a few hundred bytes.
+    #[must_use]
+    pub fn with_mask(&self, mask: u32) -> Self {
+        let mask = self.mask & mask;
+        match mask {
+            0 => Self {
+                isa: self.isa,
+                mask,
+                ..Self::default()
+            },
+            _ => Self {
+                mask,
+                ..self.clone()
+            },
+        }
+    }
+
+    /// The box of their own triangles; `None` without any.
+    pub(crate) fn bounds(&self) -> Option<[DVec3; 2]> {
+        let [lo, hi] = self
+            .hierarchy
+            .bounds()?
+            .map(|v| DVec3::from(v.map(f64::from)));
+        Some([self.origin + lo, self.origin + hi])
     }
 }
 

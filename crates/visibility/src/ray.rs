@@ -46,24 +46,40 @@ pub struct Hit {
     pub t: f64,
     /// Barycentric coordinates of the triangle's second and third corner.
     pub barycentric: [f64; 2],
+    /// Which of [`Occluders::instances`] the triangle is of; `None` for their own.
+    pub instance: Option<u32>,
 }
 
 impl Occluders {
     /// The nearest triangle that the ray meets; among equally near ones, that with the smallest
-    /// number.
+    /// number, their own before those of instances.
     ///
-    /// Watertight: a ray towards a shared edge or corner meets one of the triangles there.
+    /// Watertight: a ray towards a shared edge or corner meets one of the triangles there. Of an
+    /// instance with a filter, it is the nearest that hides what is behind it.
     pub fn closest_hit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
         scratch.counters.rays += 1;
-        closest(self.isa, self, ray, scratch)
+        let hit = closest(self.isa, self, ray, scratch);
+        match &self.instances {
+            None => hit,
+            Some(instances) => instances.closest(self.mask, ray, hit, scratch),
+        }
     }
 
-    /// Whether the ray meets any triangle but those numbered in `exclude`.
+    /// Whether the ray meets any triangle but those of their own numbered in `exclude`.
     ///
     /// The same triangles count as for [`Occluders::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool {
         scratch.counters.rays += 1;
-        any(self.isa, self, ray, exclude, scratch)
+        any(self.isa, self, ray, exclude, scratch) || self.any_instance(ray, scratch)
+    }
+
+    /// Whether the ray meets anything that is not their own.
+    #[inline]
+    pub(crate) fn any_instance(&self, ray: &Ray, scratch: &mut Scratch) -> bool {
+        match &self.instances {
+            None => false,
+            Some(instances) => instances.any(self.mask, ray, scratch),
+        }
     }
 }
 
@@ -199,7 +215,7 @@ impl RayQuery {
     /// Nothing is left to a test in single precision first: half of the leaves hold a triangle
     /// that it could not exclude, such as the one that a shadow ray begins on.
     #[inline(always)]
-    fn meets<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, S::D) {
+    pub(crate) fn meets<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, S::D) {
         let [ax, ay, az] = self.sheared(s, &leaf.vertices, 0);
         let [bx, by, bz] = self.sheared(s, &leaf.vertices, 3);
         let [cx, cy, cz] = self.sheared(s, &leaf.vertices, 6);
@@ -261,8 +277,68 @@ impl RayQuery {
                 found = Some(lane);
             }
         }
-        self.t_max32 = (self.t_max as f32).next_up().min(self.t_max32);
+        self.end_at(self.t_max);
         found
+    }
+
+    /// Ends the ray at what it has met.
+    #[inline(always)]
+    pub(crate) fn end_at(&mut self, t: f64) {
+        self.t_max = t;
+        self.t_max32 = (t as f32).next_up().min(self.t_max32);
+    }
+
+    /// [`WatertightRay::intersect`] for a triangle of a leaf.
+    #[inline(always)]
+    pub(crate) fn intersect(&self, leaf: &Leaf, lane: usize) -> Option<(f64, [f64; 2])> {
+        self.exact.intersect(&leaf.triangle(lane))
+    }
+
+    /// Visits leaves that the ray enters, nearer ones mostly first: where it does, and a bit for
+    /// each triangle in use; until `visit`, which may shorten the ray, says so.
+    #[inline(always)]
+    pub(crate) fn nearest_first<'a, S: Simd>(
+        &mut self,
+        s: S,
+        occluders: &'a Occluders,
+        scratch: &mut Scratch,
+        mut visit: impl FnMut(&mut Self, f32, &'a Leaf, u8) -> bool,
+    ) {
+        let hierarchy = &*occluders.hierarchy;
+        let counters = &mut scratch.counters;
+        let stack = &mut scratch.near_stack;
+        stack.clear();
+        stack.push((Child::node(0), f32::NEG_INFINITY));
+        while let Some((child, near)) = stack.pop() {
+            if near > self.t_max32 {
+                continue;
+            }
+            if child.is_leaf() {
+                counters.triangle_tests += u64::from(child.count());
+                if visit(self, near, &hierarchy.leaves[child.index()], child.mask()) {
+                    return;
+                }
+                continue;
+            }
+            let node = &hierarchy.nodes[child.index()];
+            counters.node_tests += u64::from(node.valid.count_ones());
+            let (mut found, near) = self.boxes(s, node, self.t_max32);
+            hierarchy.prefetch(s, node, found);
+            let mut entry = Lanes([0.0; 8]);
+            s.store(near, &mut entry);
+            let base = stack.len();
+            while found != 0 {
+                let lane = found.trailing_zeros() as usize;
+                found &= found - 1;
+                // Insertion keeps the farthest lowest on the stack.
+                stack.push((Child(node.child[lane]), entry[lane]));
+                let mut k = stack.len() - 1;
+                while k > base && stack[k - 1].1 < entry[lane] {
+                    stack.swap(k - 1, k);
+                    k -= 1;
+                }
+            }
+        }
     }
 
     /// Whether the ray meets any of the triangles `among` those of a leaf that are not excluded.
@@ -284,7 +360,7 @@ fn any_kernel<S: Simd>(
     let Some(q) = RayQuery::new(occluders, ray, exclude) else {
         return false;
     };
-    let hierarchy = &occluders.hierarchy;
+    let hierarchy = &*occluders.hierarchy;
     let Scratch {
         counters,
         stack,
@@ -353,51 +429,22 @@ fn closest_kernel<S: Simd>(
     ray: &Ray,
     scratch: &mut Scratch,
 ) -> Option<Hit> {
-    let hierarchy = &occluders.hierarchy;
     let mut q = RayQuery::new(occluders, ray, &(0..0))?;
-    let counters = &mut scratch.counters;
-    let stack = &mut scratch.near_stack;
-    stack.clear();
-    stack.push((Child::node(0), f32::NEG_INFINITY));
     // Met at `q.t_max`.
     let mut best: Option<(&Leaf, usize)> = None;
-    while let Some((child, near)) = stack.pop() {
-        if near > q.t_max32 {
-            continue;
+    q.nearest_first(s, occluders, scratch, |q, _, leaf, among| {
+        if let Some(lane) = q.nearer(s, leaf, among, best) {
+            best = Some((leaf, lane));
         }
-        if child.is_leaf() {
-            counters.triangle_tests += u64::from(child.count());
-            let leaf = &hierarchy.leaves[child.index()];
-            if let Some(lane) = q.nearer(s, leaf, child.mask(), best) {
-                best = Some((leaf, lane));
-            }
-            continue;
-        }
-        let node = &hierarchy.nodes[child.index()];
-        counters.node_tests += u64::from(node.valid.count_ones());
-        let (mut found, near) = q.boxes(s, node, q.t_max32);
-        hierarchy.prefetch(s, node, found);
-        let mut entry = Lanes([0.0; 8]);
-        s.store(near, &mut entry);
-        let base = stack.len();
-        while found != 0 {
-            let lane = found.trailing_zeros() as usize;
-            found &= found - 1;
-            // Insertion keeps the farthest lowest on the stack.
-            stack.push((Child(node.child[lane]), entry[lane]));
-            let mut k = stack.len() - 1;
-            while k > base && stack[k - 1].1 < entry[lane] {
-                stack.swap(k - 1, k);
-                k -= 1;
-            }
-        }
-    }
+        false
+    });
     let (leaf, lane) = best?;
-    let (t, barycentric) = q.exact.intersect(&leaf.triangle(lane))?;
+    let (t, barycentric) = q.intersect(leaf, lane)?;
     Some(Hit {
         triangle: leaf.id[lane],
         t,
         barycentric,
+        instance: None,
     })
 }
 

@@ -7,6 +7,7 @@ use crate::{
     dense_shaft::{Covered, Waiting},
     fan::Directions,
     frame::{Light, LightFrame},
+    in_instances::InInstances,
     merge::{Pieces, Slots},
     node::Child,
     project::{Corners, FlatTriangles},
@@ -27,6 +28,12 @@ pub struct Scratch {
     pub(crate) near_stack: Vec<(Child, f32)>,
     /// The same for eight rays: where the first of them enters, and which of them do.
     pub(crate) group_stack: Vec<(Child, f32, u8)>,
+    /// Triangles that may have holes, or boxes of instances, by leaf × 8 + lane.
+    pub(crate) found: Vec<u32>,
+    /// What is asked of instances.
+    pub(crate) instances: Option<Box<InInstances>>,
+    /// Boxes of instances that a ray enters, and where.
+    pub(crate) boxes: Vec<(f32, u32)>,
     /// Where the latest ray that met anything began, and the leaf of what it met.
     pub(crate) last: Option<(DVec3, Child)>,
     /// Rays that are traced together.
@@ -62,6 +69,14 @@ impl Scratch {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Forgets which triangles met the latest ray: rays from the same point try those first.
+    ///
+    /// Answers are the same with and without it. [`Scratch::counters`] are not: called before each
+    /// estimate, they depend on that estimate alone, and not on what the thread did before.
+    pub const fn forget_latest(&mut self) {
+        self.last = None;
     }
 }
 

@@ -1,13 +1,13 @@
 //! Shafts: everything between a shading point and a light.
 
 use crate::{
-    LightCorners, Occluders, Ray, Scratch, VisibleLines, block, bounds, brute,
+    LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
     dense_shaft::{self, DenseQuery},
     images::Images,
-    sweep,
+    ray, sweep,
     walk::{self, Found},
 };
-use linelit_geometry::{DVec3, LIGHT_MARGIN, Segment, Vector3, point_margin};
+use linelit_geometry::{DVec3, Segment, Vector3};
 use std::ops::Range;
 
 /// What to look at: a light from a shading point.
@@ -49,14 +49,18 @@ pub enum ShaftClass {
 /// line samples and points.
 #[derive(Debug)]
 pub struct Shaft<'a> {
-    occluders: &'a Occluders,
-    scratch: &'a mut Scratch,
+    pub(crate) occluders: &'a Occluders,
+    pub(crate) scratch: &'a mut Scratch,
     /// The shading point, in world space.
-    point: DVec3,
+    pub(crate) point: DVec3,
     /// First and number of the light's own triangles.
     exclude: (u32, u32),
-    class: ShaftClass,
+    pub(crate) class: ShaftClass,
+    /// Of the occluders' own triangles.
+    own: ShaftClass,
     known: Known,
+    /// Whether there are [instances](crate::in_instances) in between that may hide a part.
+    pub(crate) instances: bool,
 }
 
 /// What the walk has found out.
@@ -70,6 +74,14 @@ enum Known {
     Nothing,
 }
 
+/// A shaft of own triangles without what its scratch holds: to be asked again through that.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outlook {
+    point: DVec3,
+    class: ShaftClass,
+    known: Known,
+}
+
 /// More triangles than this make a shaft dense: its lines walk the hierarchy themselves, a few at
 /// a time. Depends on the geometry alone; `docs/decisions/010-dense-shafts.md`.
 pub(crate) const DENSE: usize = 224;
@@ -77,7 +89,22 @@ pub(crate) const DENSE: usize = 224;
 impl Occluders {
     /// Finds what is between a point and a light.
     pub fn shaft<'a>(&'a self, query: ShaftQuery<'_>, scratch: &'a mut Scratch) -> Shaft<'a> {
-        scratch.counters.shafts += 1;
+        let light = query.light;
+        let mut shaft = self.own_shaft(query, scratch);
+        if let Some(instances) = &self.instances {
+            shaft.look_into(instances, light);
+        }
+        shaft.count();
+        shaft
+    }
+
+    /// Finds which triangles of their own are between a point and a light.
+    #[inline]
+    pub(crate) fn own_shaft<'a>(
+        &'a self,
+        query: ShaftQuery<'_>,
+        scratch: &'a mut Scratch,
+    ) -> Shaft<'a> {
         if !scratch.light.is(query.light) {
             scratch.light.set(query.light, &mut scratch.frame);
         }
@@ -91,30 +118,67 @@ impl Occluders {
             Found::Many => (ShaftClass::Partial, Known::Dense),
             Found::Unknown => (ShaftClass::Partial, Known::Nothing),
         };
-        let counters = &mut scratch.counters;
-        match class {
-            ShaftClass::Blocked => counters.blocked_shafts += 1,
-            ShaftClass::Empty => counters.empty_shafts += 1,
-            ShaftClass::Partial => {
-                counters.partial_shafts += 1;
-                counters.dense_shafts += u64::from(known != Known::All);
-                if known == Known::All {
-                    counters.candidates += scratch.flat.count as u64;
-                }
-            }
-        }
         Shaft {
             occluders: self,
             scratch,
             point: query.point,
             exclude,
             class,
+            own: class,
             known,
+            instances: false,
+        }
+    }
+
+    /// The [shaft](Occluders::own_shaft) that this is the outlook of; `scratch` holds what it held.
+    pub(crate) fn again<'a>(&'a self, outlook: Outlook, scratch: &'a mut Scratch) -> Shaft<'a> {
+        let Outlook {
+            point,
+            class,
+            known,
+        } = outlook;
+        Shaft {
+            occluders: self,
+            scratch,
+            point,
+            exclude: (0, 0),
+            class,
+            own: class,
+            known,
+            instances: false,
         }
     }
 }
 
 impl Shaft<'_> {
+    /// What it is without its scratch, where nothing is excluded.
+    pub(crate) fn outlook(&self) -> Outlook {
+        Outlook {
+            point: self.point,
+            class: self.own,
+            known: self.known,
+        }
+    }
+
+    /// Counts what was found.
+    #[inline]
+    fn count(&mut self) {
+        let (class, dense) = (self.class(), self.is_dense());
+        let counters = &mut self.scratch.counters;
+        counters.shafts += 1;
+        match class {
+            ShaftClass::Blocked => counters.blocked_shafts += 1,
+            ShaftClass::Empty => counters.empty_shafts += 1,
+            ShaftClass::Partial => {
+                counters.partial_shafts += 1;
+                counters.dense_shafts += u64::from(dense);
+                if self.known == Known::All {
+                    counters.candidates += self.scratch.flat.count as u64;
+                }
+            }
+        }
+    }
+
     /// How much may be hidden.
     #[inline]
     #[must_use]
@@ -127,18 +191,20 @@ impl Shaft<'_> {
     #[must_use]
     pub fn candidates(&self) -> usize {
         match self.class {
-            ShaftClass::Partial if self.known != Known::All => DENSE.max(self.scratch.flat.count),
+            ShaftClass::Partial if self.is_dense() => DENSE.max(self.scratch.flat.count),
             ShaftClass::Partial => self.scratch.flat.count,
             ShaftClass::Empty | ShaftClass::Blocked => 0,
         }
     }
 
     /// Whether there are too many triangles in between to keep them (or nothing is known of them,
-    /// which is as dear): then [`Self::candidates`] is no upper bound, and every few lines cost a
-    /// walk of their own.
+    /// which is as dear): then [`Self::candidates`] is what it takes to look at them, but no bound
+    /// on their number, and every few lines cost a walk of their own. So it is with
+    /// [instances](crate::Instance) in between: what their triangles look like before the light is
+    /// not known together, and where they have holes, is no polygon.
     #[must_use]
     pub fn is_dense(&self) -> bool {
-        self.known != Known::All
+        self.known != Known::All || self.instances
     }
 
     /// The triangles that may hide a part of the light, by their numbers in the list the
@@ -146,7 +212,7 @@ impl Shaft<'_> {
     /// is hidden. Of a closed mesh that neither the shading point nor the light is near, the
     /// triangles that face one way are left out, since those that face the other way hide as
     /// much. None for an empty or blocked shaft; `None` for a dense one, which does not keep
-    /// them.
+    /// them all.
     ///
     /// Fewer than [`Self::candidates`] where triangles were cut to pieces. The order is the same
     /// on every instruction set.
@@ -161,7 +227,7 @@ impl Shaft<'_> {
     /// triangles, of which parts may be beyond the light or behind the shading point.
     #[must_use]
     pub fn candidate_corners(&self) -> Option<impl ExactSizeIterator<Item = [DVec3; 3]> + '_> {
-        let hierarchy = &self.occluders.hierarchy;
+        let hierarchy = &*self.occluders.hierarchy;
         let corners = |&slot: &u32| {
             let leaf = &hierarchy.leaves[slot as usize / 8];
             let world = |v: [f32; 3]| DVec3::from(v.map(f64::from)) + self.occluders.origin;
@@ -174,14 +240,14 @@ impl Shaft<'_> {
     /// few enough triangles to keep.
     #[must_use]
     pub fn images(&self) -> Option<Images<'_>> {
-        (self.class == ShaftClass::Partial && self.known == Known::All)
+        (self.class == ShaftClass::Partial && !self.is_dense())
             .then(|| Images::new(&self.scratch.frame, &self.scratch.flat))
     }
 
     /// Where the candidates are: leaf × 8 + lane.
     fn candidate_slots(&self) -> Option<&[u32]> {
         match self.class {
-            ShaftClass::Partial if self.known != Known::All => None,
+            ShaftClass::Partial if self.is_dense() => None,
             ShaftClass::Partial => Some(self.scratch.corners.slots()),
             ShaftClass::Empty | ShaftClass::Blocked => Some(&[]),
         }
@@ -194,7 +260,19 @@ impl Shaft<'_> {
     pub fn visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         out.reset(lines.len());
         self.scratch.counters.line_queries += lines.len() as u64;
-        match (self.class, self.known) {
+        if self.class != ShaftClass::Blocked {
+            self.own_visible(lines, out);
+            if self.instances {
+                self.past_instances(lines, out);
+            }
+        }
+        self.scratch.counters.intervals += out.interval_count() as u64;
+    }
+
+    /// What is visible past their own triangles.
+    #[inline]
+    pub(crate) fn own_visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
+        match (self.own, self.known) {
             (ShaftClass::Blocked, _) => {}
             (ShaftClass::Empty, _) => out.put_all_whole(lines.iter().map(has_length)),
             (ShaftClass::Partial, Known::Nothing) => {
@@ -211,7 +289,6 @@ impl Shaft<'_> {
                 }
             }
         }
-        self.scratch.counters.intervals += out.interval_count() as u64;
     }
 
     /// Answers the lines from `first` on that share a direction and tells how many they are.
@@ -236,7 +313,8 @@ impl Shaft<'_> {
             light: (&ends).into(),
             exclude: self.excluded(),
         };
-        let mut own = self.occluders.shaft(query, self.scratch);
+        let mut own = self.occluders.own_shaft(query, self.scratch);
+        own.count();
         match (own.class, own.known) {
             (ShaftClass::Blocked, _) => {}
             (ShaftClass::Empty, _) => out.put_whole(i),
@@ -272,18 +350,12 @@ impl Shaft<'_> {
 
     /// Whether nothing is before a point; false where no ray leads there, since numbers overflow.
     fn ray_reaches(&mut self, target: DVec3) -> bool {
-        let direction = target - self.point;
-        if !(self.point.is_finite() && direction.is_finite()) {
+        let Some(ray) = bounds::shadow_ray(self.occluders, self.point, target) else {
             return false;
-        }
-        let reach = bounds::reach(self.occluders, self.point - self.occluders.origin);
-        let ray = Ray {
-            origin: self.point,
-            direction,
-            t_min: point_margin(reach, direction.length()),
-            t_max: 1.0 - LIGHT_MARGIN,
         };
-        !self.occluders.any_hit(&ray, &self.excluded(), self.scratch)
+        self.scratch.counters.rays += 1;
+        let (isa, exclude) = (self.occluders.isa, self.excluded());
+        !ray::any(isa, self.occluders, &ray, &exclude, self.scratch)
     }
 
     /// Answers the lines of a dense shaft, a few at a time.
@@ -362,7 +434,15 @@ impl Shaft<'_> {
     /// Whether a point of the light is visible; a point that is not finite is not.
     pub fn point_visible(&mut self, light_point: DVec3) -> bool {
         self.scratch.counters.shaft_points += 1;
-        match (self.class, self.known) {
+        self.class != ShaftClass::Blocked
+            && self.own_point_visible(light_point)
+            && !(self.instances && self.instance_hides(light_point))
+    }
+
+    /// The same past their own triangles.
+    #[inline]
+    pub(crate) fn own_point_visible(&mut self, light_point: DVec3) -> bool {
+        match (self.own, self.known) {
             (ShaftClass::Blocked, _) => false,
             (ShaftClass::Empty, _) => light_point.is_finite(),
             (ShaftClass::Partial, Known::Dense | Known::Nothing) => self.ray_reaches(light_point),
@@ -380,7 +460,7 @@ impl Shaft<'_> {
 
 /// Whether there is anything of a line to be seen.
 #[inline]
-fn has_length(line: &Segment) -> bool {
+pub(crate) fn has_length(line: &Segment) -> bool {
     // Zero times what is not finite is not a number.
     let nothing = line.p0 * 0.0 + line.p1 * 0.0;
     (nothing == DVec3::ZERO) & (line.p0 != line.p1)

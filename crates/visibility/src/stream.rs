@@ -55,6 +55,11 @@ impl Occluders {
         assert_eq!(rays.len(), hidden.len(), "an answer for each ray");
         scratch.counters.rays += rays.len() as u64;
         stream(self.isa, self, rays, hidden, scratch);
+        if self.instances.is_some() {
+            for ((ray, _), hidden) in rays.iter().zip(hidden) {
+                *hidden |= !*hidden && self.any_instance(ray, scratch);
+            }
+        }
     }
 }
 
@@ -176,7 +181,7 @@ fn stream_kernel<S: Simd>(
     scratch: &mut Scratch,
 ) {
     hidden.fill(false);
-    let hierarchy = &occluders.hierarchy;
+    let hierarchy = &*occluders.hierarchy;
     let Scratch {
         counters, stack, ..
     } = scratch;

@@ -87,7 +87,7 @@ fn find_kernel<S: Simd>(
     } = scratch;
     corners.clear();
     flat.clear();
-    let hierarchy = &occluders.hierarchy;
+    let hierarchy = &*occluders.hierarchy;
     if hierarchy.nodes.is_empty() {
         return Found::Few;
     }

@@ -7,7 +7,7 @@ use linelit_geometry::finite::{
 };
 use linelit_geometry::intervals::{Interval, IntervalSet, IntervalTree, MIN_LENGTH, VisibleSet};
 use linelit_geometry::{
-    CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, POINT_MARGIN,
+    Chord, CloseLines, ConvexPolygon, DMat3, DVec2, DVec3, EllipticCone, Frame, POINT_MARGIN,
     ParallelLines, PlaneFrame, PolygonError, Segment, ShadowCoords, ShadowTriangle, Triangle,
     Vector3, point_margin, predicates, vector,
 };
@@ -183,6 +183,15 @@ proptest! {
         prop_assert!(shadow.blocked(&corners).is_none_or(|i| inside(&i)));
         let any = [a, b, c].map(|p| ShadowCoords { sigma: p.x, lam0: p.y, lam1: p.z });
         prop_assert!(shadow.blocked(&any).is_none_or(|i| inside(&i)));
+        let chord: Option<Chord> = shadow.chord(&any);
+        if let Some(chord) = chord {
+            prop_assert!(inside(&chord.hidden()));
+            // Finite sides, which are not all so near each other that their difference vanishes.
+            let on_triangle = |x: &f64| (-1e-12..=1.0 + 1e-12).contains(x) || x.is_nan();
+            prop_assert!(chord.ends().as_flattened().iter().all(on_triangle), "{chord:?}");
+            let t = chord.t(distance);
+            prop_assert!(t.is_nan() || (0.0..=1.0).contains(&t));
+        }
     }
 
     /// Both sets stay sorted, disjoint, within [0, 1] and equal.

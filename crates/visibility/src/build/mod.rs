@@ -40,6 +40,26 @@ const WORTH_PREFETCHING: usize = 10_000;
 const LEAF_SIZE: u32 = 8;
 
 impl Hierarchy {
+    /// Bytes that it takes.
+    pub(crate) fn memory(&self) -> usize {
+        let Self {
+            nodes,
+            leaves,
+            meshes,
+            mesh_of,
+        } = self;
+        size_of_val(&nodes[..])
+            + size_of_val(&leaves[..])
+            + size_of_val(&meshes[..])
+            + size_of_val(&mesh_of[..])
+    }
+
+    /// The box of all triangles; `None` without any.
+    pub(crate) fn bounds(&self) -> Option<[[f32; 3]; 2]> {
+        let Bounds { lo, hi } = refit::around(self.nodes.first()?);
+        Some([lo, hi])
+    }
+
     /// Closed meshes and the leaves' triangles in them.
     pub(crate) fn meshes(&self) -> (&[ClosedMesh], &[[u16; 8]]) {
         (&self.meshes, &self.mesh_of)

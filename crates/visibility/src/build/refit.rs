@@ -50,7 +50,7 @@ fn fit(node: &mut Node, around: impl Fn(Child) -> Bounds) {
 }
 
 /// The box around those of a node.
-fn around(node: &Node) -> Bounds {
+pub(super) fn around(node: &Node) -> Bounds {
     let b = &node.bounds;
     let mut all = Bounds::EMPTY;
     for lane in (0..8).filter(|lane| node.valid >> lane & 1 != 0) {

@@ -34,8 +34,10 @@ impl Mesh {
 
     fn tree(&self) -> Vec<Binary> {
         let ids = 0..u32::try_from(self.triangles.len()).unwrap();
-        let mut references: Vec<_> = ids.map(|id| self.geometry().reference(id)).collect();
-        split::grow(&mut references, self.geometry().extent)
+        // Once: its extent is that of all vertices.
+        let geometry = self.geometry();
+        let mut references: Vec<_> = ids.map(|id| geometry.reference(id)).collect();
+        split::grow(&mut references, geometry.extent)
     }
 
     fn hierarchy(&self) -> Hierarchy {

@@ -1,6 +1,7 @@
 //! Queries held to brute force, on ordinary, degenerate and hostile meshes.
 
 mod agreement;
+mod alpha;
 mod builtin;
 mod candidates;
 mod closed_mesh;
@@ -9,6 +10,7 @@ mod common;
 mod degenerate;
 mod fans;
 mod gathered;
+mod instances;
 mod laws;
 mod leaks;
 mod limits;

@@ -1,9 +1,9 @@
 //! Triangles that have moved answer as if they had been built where they are.
 
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
-use linelit_geometry::{DVec3, Segment};
+use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_testkit::{cases::cases, rng::SplitMix64};
-use linelit_visibility::{Occluders, Ray, Scratch};
+use linelit_visibility::{Occluders, Ray, Scratch, ShaftClass};
 use proptest::prelude::*;
 
 /// Asks both about rays and lines; neither is so dense that its shafts depend on the tree.
@@ -15,7 +15,11 @@ fn agree(moved: &Occluders, fresh: &Occluders, rng: &mut SplitMix64) -> Result<(
         let lines: Vec<Segment> = (0..6).map(|_| chord(rng, &light, None)).collect();
         let (class, parts) = ask(moved, point, (&light, &lines), &NONE, &mut a);
         let (expected, all) = ask(fresh, point, (&light, &lines), &NONE, &mut b);
-        prop_assert_eq!(class, expected);
+        // Of a triangle beside the shaft, a box may tell, or nothing before its image.
+        if class != expected {
+            prop_assert!(![class, expected].contains(&ShaftClass::Blocked));
+            prop_assert!((0..lines.len()).all(|i| all.line(i) == [Interval::UNIT]));
+        }
         for i in 0..lines.len() {
             prop_assert_eq!(parts.line(i), all.line(i));
         }

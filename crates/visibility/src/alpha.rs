@@ -1,0 +1,432 @@
+//! Alpha masks: grids of texels that cut holes into triangles.
+
+use crate::Filter;
+use linelit_geometry::intervals::Interval;
+use std::{fmt, sync::Arc};
+
+/// What lies beyond the edges of a grid of texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AlphaWrap {
+    /// The grid again.
+    #[default]
+    Repeat,
+    /// The grid again, every other one turned over.
+    Mirror,
+    /// The texels of the edge.
+    Clamp,
+    /// Zero.
+    Zero,
+}
+
+/// How alpha is looked up between the centres of texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AlphaLookup {
+    /// That of the texel.
+    Nearest,
+    /// Linear between the four centres around, in both directions.
+    #[default]
+    Bilinear,
+}
+
+/// Which alpha hides what is behind it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaCutoff {
+    /// More than this. pbrt's: what is exactly 0 is cut out.
+    Above(f32),
+    /// This or more. glTF's `alphaCutoff`.
+    AtLeast(f32),
+}
+
+impl Default for AlphaCutoff {
+    /// pbrt's.
+    fn default() -> Self {
+        Self::Above(0.0)
+    }
+}
+
+impl AlphaCutoff {
+    #[inline]
+    fn hides(self, alpha: f64) -> bool {
+        match self {
+            Self::Above(cutoff) => alpha > f64::from(cutoff),
+            Self::AtLeast(cutoff) => alpha >= f64::from(cutoff),
+        }
+    }
+
+    #[inline]
+    fn value(self) -> f64 {
+        let (Self::Above(cutoff) | Self::AtLeast(cutoff)) = self;
+        cutoff.into()
+    }
+}
+
+/// Why there is no such grid, or mask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AlphaError {
+    /// A grid without texels, or with more or fewer than its width times its height, or more than
+    /// 2²⁴ across or down.
+    Size,
+    /// A texel's value, or the cutoff, is not finite.
+    Value,
+    /// A triangle's coordinates are not finite, or farther than 2²⁴ texels from zero: there, texels
+    /// are not told apart, and to walk along them would take for ever.
+    Coordinates {
+        /// The triangle.
+        triangle: usize,
+    },
+}
+
+impl fmt::Display for AlphaError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size => {
+                f.write_str("an alpha mask needs width × height texels, up to 2^24 a side")
+            }
+            Self::Value => f.write_str("a value of an alpha mask is not finite"),
+            Self::Coordinates { triangle } => write!(
+                f,
+                "texture coordinates of triangle {triangle} are not finite, or beyond 2^24 texels"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for AlphaError {}
+
+/// Most texels from zero.
+const FARTHEST: f64 = 16_777_216.0;
+
+/// A grid of alpha values over the unit square of texture coordinates (u, v), and which of them
+/// hide: the first is at (0, 0), the next to it along u.
+///
+/// Texel (i, j) reaches from i to i + 1 width-ths along u, and its value stands at the middle. For
+/// an image whose rows count from the top and coordinates that count from the bottom, as in pbrt
+/// and OBJ, hand 1 − v to [`AlphaMask::new`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct AlphaTexels {
+    size: [i64; 2],
+    values: Vec<f32>,
+    wrap: [AlphaWrap; 2],
+    lookup: AlphaLookup,
+    cutoff: AlphaCutoff,
+}
+
+impl AlphaTexels {
+    /// A grid that repeats, is looked up bilinearly, and hides where it is not 0, as pbrt's.
+    pub fn new(width: u32, height: u32, values: Vec<f32>) -> Result<Self, AlphaError> {
+        let size = [width, height].map(i64::from);
+        let few = |n: &i64| (1..=1 << 24).contains(n);
+        if !size.iter().all(few) || usize::try_from(size[0] * size[1]) != Ok(values.len()) {
+            return Err(AlphaError::Size);
+        }
+        if !values.iter().all(|value| value.is_finite()) {
+            return Err(AlphaError::Value);
+        }
+        Ok(Self {
+            size,
+            values,
+            wrap: [AlphaWrap::default(); 2],
+            lookup: AlphaLookup::default(),
+            cutoff: AlphaCutoff::default(),
+        })
+    }
+
+    /// With this beyond its edges, along u and v.
+    #[must_use]
+    pub fn with_wrap(self, wrap: [AlphaWrap; 2]) -> Self {
+        Self { wrap, ..self }
+    }
+
+    /// With another lookup.
+    #[must_use]
+    pub fn with_lookup(self, lookup: AlphaLookup) -> Self {
+        Self { lookup, ..self }
+    }
+
+    /// With another cutoff. Nothing hides by one that is not a number.
+    #[must_use]
+    pub fn with_cutoff(self, cutoff: AlphaCutoff) -> Self {
+        Self { cutoff, ..self }
+    }
+
+    /// The value at texture coordinates; not a number where they are not.
+    #[must_use]
+    pub fn alpha(&self, uv: [f64; 2]) -> f64 {
+        if !(uv[0].is_finite() && uv[1].is_finite()) {
+            return f64::NAN;
+        }
+        self.value(self.texels(uv))
+    }
+
+    /// Whether there is something at texture coordinates to hide what is behind it.
+    #[must_use]
+    pub fn hides(&self, uv: [f64; 2]) -> bool {
+        self.cutoff.hides(self.alpha(uv))
+    }
+
+    /// Texture coordinates in texels, such that the cells between whole numbers are those in which
+    /// the value is given by one formula.
+    #[inline]
+    fn texels(&self, uv: [f64; 2]) -> [f64; 2] {
+        let shift = match self.lookup {
+            AlphaLookup::Nearest => 0.0,
+            AlphaLookup::Bilinear => 0.5,
+        };
+        #[allow(clippy::cast_precision_loss, reason = "at most 2^24")]
+        [0, 1].map(|k| uv[k] * self.size[k] as f64 - shift)
+    }
+
+    /// The value at a place in texels.
+    #[inline]
+    fn value(&self, at: [f64; 2]) -> f64 {
+        let cell = at.map(whole);
+        match self.lookup {
+            AlphaLookup::Nearest => self.texel(cell),
+            AlphaLookup::Bilinear => self.corners(cell).at(at, cell),
+        }
+    }
+
+    /// The value of a texel.
+    #[inline]
+    fn texel(&self, at: [i64; 2]) -> f64 {
+        let wrapped = [0, 1].map(|k| {
+            let (i, n) = (at[k], self.size[k]);
+            match self.wrap[k] {
+                AlphaWrap::Repeat => Some(i.rem_euclid(n)),
+                AlphaWrap::Mirror => {
+                    let i = i.rem_euclid(2 * n);
+                    Some(i.min(2 * n - 1 - i))
+                }
+                AlphaWrap::Clamp => Some(i.clamp(0, n - 1)),
+                AlphaWrap::Zero => (0..n).contains(&i).then_some(i),
+            }
+        });
+        let [Some(i), Some(j)] = wrapped else {
+            return 0.0;
+        };
+        let index = usize::try_from(j * self.size[0] + i).unwrap_or(usize::MAX);
+        self.values.get(index).copied().map_or(0.0, f64::from)
+    }
+
+    /// The values at the corners of a cell.
+    #[inline]
+    fn corners(&self, [i, j]: [i64; 2]) -> Corners {
+        let row = |j| [self.texel([i, j]), self.texel([i + 1, j])];
+        Corners([row(j), row(j + 1)])
+    }
+
+    /// Pushes the intervals of a straight way between two texture coordinates that hide.
+    fn hides_along(&self, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>) {
+        let ends = ends.map(|uv| self.texels(uv));
+        let mut piece = |lo: f64, hi: f64, hides: bool| match hidden.last_mut() {
+            _ if !(hides && lo < hi) => {}
+            #[allow(clippy::float_cmp, reason = "the same number")]
+            Some(last) if last.hi == lo => last.hi = hi,
+            _ => hidden.push(Interval { lo, hi }),
+        };
+        march(ends, |cell, lo, hi| match self.lookup {
+            AlphaLookup::Nearest => piece(lo, hi, self.cutoff.hides(self.texel(cell))),
+            AlphaLookup::Bilinear => {
+                let corners = self.corners(cell);
+                // Between values that all hide, all hides; between values that do not, nothing.
+                let hiding = corners.0.as_flattened().iter();
+                let hiding = hiding.filter(|value| self.cutoff.hides(**value)).count();
+                if hiding % 4 == 0 {
+                    piece(lo, hi, hiding > 0);
+                    return;
+                }
+                let [a, b] = [lo, hi].map(|s| along(ends, s));
+                let mut from = 0.0;
+                let mut start = lo;
+                let roots = corners.crossings([a, b], cell, self.cutoff.value());
+                for to in roots.into_iter().chain([1.0]) {
+                    if from < to {
+                        let middle = along([a, b], 0.5 * (from + to));
+                        // The end of a cell is the beginning of the next, to the bit.
+                        let end = if to < 1.0 {
+                            (lo + (hi - lo) * to).min(hi)
+                        } else {
+                            hi
+                        };
+                        piece(start, end, self.cutoff.hides(corners.at(middle, cell)));
+                        (from, start) = (to, end);
+                    }
+                }
+            }
+        });
+    }
+}
+
+/// The largest whole number below.
+#[inline]
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "beyond i64, the last there is"
+)]
+fn whole(x: f64) -> i64 {
+    // Room for neighbours.
+    (x.floor() as i64).clamp(-(1 << 40), 1 << 40)
+}
+
+/// A place of a straight way.
+#[inline]
+fn along([a, b]: [[f64; 2]; 2], s: f64) -> [f64; 2] {
+    [0, 1].map(|k| a[k] * (1.0 - s) + b[k] * s)
+}
+
+/// The values at the corners of a cell, by rows.
+#[derive(Clone, Copy)]
+struct Corners([[f64; 2]; 2]);
+
+impl Corners {
+    /// The value at a place of the cell: exact where all corners are the same.
+    #[inline]
+    fn at(&self, at: [f64; 2], cell: [i64; 2]) -> f64 {
+        let [x, y] = place_in(cell, at);
+        let [low, high] = self.0.map(|[a, b]| a + (b - a) * x);
+        low + (high - low) * y
+    }
+
+    /// Where the value is `cutoff` on a straight way through the cell: up to two places between 0
+    /// and 1, ascending; 1 for each that there is not.
+    ///
+    /// Along the way the value is A + B t + C t². Roots lose no digits to cancellation: the one
+    /// where the two terms have one sign is found first, and the other from their product.
+    fn crossings(&self, [a, b]: [[f64; 2]; 2], cell: [i64; 2], cutoff: f64) -> [f64; 2] {
+        let (from, to) = (place_in(cell, a), place_in(cell, b));
+        let [[v00, v10], [v01, v11]] = self.0;
+        let twist = (v00 - v10) + (v11 - v01);
+        let c = twist * (to[0] - from[0]) * (to[1] - from[1]);
+        let at_start = self.at(a, cell) - cutoff;
+        let at_end = self.at(b, cell) - cutoff;
+        let b = at_end - at_start - c;
+        let discriminant = b * b - 4.0 * c * at_start;
+        if !(discriminant >= 0.0) {
+            return [1.0; 2];
+        }
+        let q = -0.5 * (b + discriminant.sqrt().copysign(b));
+        let inside = |t: f64| if t > 0.0 && t < 1.0 { t } else { 1.0 };
+        let [s, t] = [inside(q / c), inside(at_start / q)];
+        [s.min(t), s.max(t)]
+    }
+}
+
+/// Coordinates in a cell, from 0 to 1.
+#[inline]
+fn place_in(cell: [i64; 2], at: [f64; 2]) -> [f64; 2] {
+    #[allow(clippy::cast_precision_loss, reason = "at most 2^40")]
+    [0, 1].map(|k| (at[k] - cell[k] as f64).clamp(0.0, 1.0))
+}
+
+/// Visits the cells of the unit grid that a straight way passes, in their order, each with where
+/// the way enters and leaves it.
+///
+/// Borders are found one by one from the way's ends, not added up: each is off by the rounding of
+/// one difference and one quotient.
+fn march(ends: [[f64; 2]; 2], mut visit: impl FnMut([i64; 2], f64, f64)) {
+    let [from, to] = ends;
+    let finite = ends.as_flattened().iter().all(|x| x.is_finite());
+    if !finite {
+        return;
+    }
+    let size = [0, 1].map(|k| to[k] - from[k]);
+    let mut cell = from.map(whole);
+    let step = size.map(|d: f64| if d < 0.0 { -1 } else { 1 });
+    // Where the way leaves the cell.
+    let border = |cell: [i64; 2], k: usize| {
+        #[allow(clippy::cast_precision_loss, reason = "at most 2^40")]
+        let at = (cell[k] + i64::from(step[k] > 0)) as f64;
+        match size[k] {
+            0.0 => f64::INFINITY,
+            d => (at - from[k]) / d,
+        }
+    };
+    let mut start = 0.0;
+    loop {
+        let next = [border(cell, 0), border(cell, 1)];
+        let axis = usize::from(next[1] < next[0]);
+        let end = next[axis].clamp(start, 1.0);
+        if start < end {
+            visit(cell, start, end);
+        }
+        if !(next[axis] < 1.0) {
+            return;
+        }
+        cell[axis] += step[axis];
+        start = end;
+    }
+}
+
+/// Triangles with holes where a grid of texels says so: a [`Filter`] for both points and lines.
+///
+/// Lines are exact: along the cut of a line sample's view and a triangle, texture coordinates are
+/// linear, so the cells that it passes are walked from border to border, and where the lookup is
+/// bilinear, the cutoff is met at the roots of a quadratic in each. Ends of intervals are rounded
+/// as texture coordinates are: by 2⁻⁵³ of the texels that the triangle's coordinates are from zero.
+///
+/// ```
+/// use linelit_visibility::{AlphaLookup, AlphaMask, AlphaTexels, Filter};
+/// use std::sync::Arc;
+///
+/// // A checkerboard of two by two, over a triangle that is half of it.
+/// let board = AlphaTexels::new(2, 2, vec![1.0, 0.0, 0.0, 1.0])?.with_lookup(AlphaLookup::Nearest);
+/// let mask = AlphaMask::new(Arc::new(board), vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])?;
+/// assert!(mask.hides(0, [0.25, 0.25]) && !mask.hides(0, [0.75, 0.25]));
+///
+/// let mut hidden = Vec::new();
+/// mask.hides_along(0, [[0.0, 0.25], [0.75, 0.25]], &mut hidden);
+/// assert_eq!((hidden.len(), hidden[0].lo), (1, 0.0));
+/// assert!((hidden[0].hi - 2.0 / 3.0).abs() < 1e-15);
+/// # Ok::<(), linelit_visibility::AlphaError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct AlphaMask {
+    texels: Arc<AlphaTexels>,
+    uv: Vec<[[f64; 2]; 3]>,
+}
+
+impl AlphaMask {
+    /// Of triangles whose corners have these texture coordinates. A triangle beyond the list has no
+    /// holes.
+    pub fn new(texels: Arc<AlphaTexels>, uv: Vec<[[f64; 2]; 3]>) -> Result<Self, AlphaError> {
+        let fits = |corners: &[[f64; 2]; 3]| {
+            let corners = corners.map(|corner| texels.texels(corner));
+            // Not a number is not less.
+            corners.as_flattened().iter().all(|x| x.abs() <= FARTHEST)
+        };
+        match uv.iter().position(|corners| !fits(corners)) {
+            Some(triangle) => Err(AlphaError::Coordinates { triangle }),
+            None => Ok(Self { texels, uv }),
+        }
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn texels(&self) -> &Arc<AlphaTexels> {
+        &self.texels
+    }
+
+    /// The texture coordinates of a place, if the triangle has any; of none beyond the triangle.
+    #[inline]
+    fn uv(&self, triangle: u32, [b, c]: [f64; 2]) -> Option<[f64; 2]> {
+        let corners = self.uv.get(triangle as usize)?;
+        let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
+        let a = 1.0 - b - c;
+        Some([0, 1].map(|k| corners[0][k] * a + corners[1][k] * b + corners[2][k] * c))
+    }
+}
+
+impl Filter for AlphaMask {
+    fn hides(&self, triangle: u32, barycentric: [f64; 2]) -> bool {
+        let uv = self.uv(triangle, barycentric);
+        uv.is_none_or(|uv| self.texels.hides(uv))
+    }
+
+    fn hides_along(&self, triangle: u32, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>) {
+        match ends.map(|end| self.uv(triangle, end)) {
+            [Some(from), Some(to)] => self.texels.hides_along([from, to], hidden),
+            _ => hidden.push(Interval::UNIT),
+        }
+    }
+}
