@@ -7,6 +7,7 @@ mod calibration;
 mod closed_form;
 mod combination;
 mod counters;
+mod direction;
 mod estimate;
 mod estimator;
 mod light;

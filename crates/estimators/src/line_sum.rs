@@ -56,12 +56,7 @@ impl Draws {
             .numbers
             .independent(Stream::Orientation, query.samples);
         let family = |fraction: f64| LineSampler::new(&area.polygon, fraction * PI, options.offset);
-        let mut lines = family(match options.direction {
-            LineDirection::Fixed(fraction) => fraction,
-            LineDirection::Parallel | LineDirection::Spread(_) | LineDirection::UniformPerLine => {
-                angles.get_1d(0)
-            }
-        });
+        let mut lines = family(options.fraction(query, angles.get_1d(0)));
         for i in 0..query.samples {
             if i > 0 && options.direction == LineDirection::UniformPerLine {
                 lines = family(angles.get_1d(i));

@@ -1,10 +1,12 @@
 //! How occluded a light usually is.
 
+use crate::direction::Changes;
 use crate::query::free;
-use crate::{Buffers, EmissionTexture, LightSource};
+use crate::{Buffers, EmissionTexture, Query};
+use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::{AreaLight, AreaSampler, PointTechnique as _};
-use linelit_visibility::{Counters, Occluders, ShaftClass, ShaftQuery};
+use linelit_visibility::{Counters, ShaftClass};
 
 /// A light is densely occluded if more than this share of its shafts is dense.
 const DENSE: f64 = 0.2;
@@ -36,10 +38,14 @@ pub struct OcclusionStats {
     /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
     /// it was measured ([`Calibration`](crate::Calibration)).
     pub exact_cost: f64,
+    /// The direction of lines, in half turns from the light's first edge, in which the visible part
+    /// changes least from one line to the next; of the light's edges and diagonals. `None` if it is
+    /// not known: a random one for each shading point.
+    pub direction: Option<f64>,
 }
 
 impl Default for OcclusionStats {
-    /// Few triangles, all loose; rays and shafts alike.
+    /// Few triangles, all loose; rays and shafts alike; no direction better than others.
     fn default() -> Self {
         Self {
             dense: false,
@@ -47,6 +53,7 @@ impl Default for OcclusionStats {
             edges: 3.0,
             shaft_cost: 1.0,
             exact_cost: 1.0,
+            direction: None,
         }
     }
 }
@@ -66,23 +73,19 @@ pub struct OcclusionProbe {
     shaft_tests: u64,
     /// As long as rays.
     ray_tests: u64,
+    changes: Changes,
 }
 
 impl OcclusionProbe {
-    /// Asks for the shaft from `position` to the light, and sends rays there.
-    pub fn look<T: EmissionTexture>(
+    /// Asks for the shaft from the point of a query to its light, and sends rays there, and lines
+    /// if too much stands in between to keep.
+    pub fn look<R: Reflection, T: EmissionTexture>(
         &mut self,
-        occluders: &Occluders,
-        light: &LightSource<'_, T>,
+        query: &Query<'_, R, T>,
         area: &AreaLight,
-        position: DVec3,
         buffers: &mut Buffers,
     ) {
-        let query = ShaftQuery {
-            point: position,
-            light: (&area.polygon).into(),
-            exclude: light.triangles.clone(),
-        };
+        let (occluders, light, position) = (query.occluders, query.light, query.point.position);
         let scratch = &mut buffers.scratch;
         let start = tests(&scratch.counters);
         let to_light = points(area).map(|at| at - position);
@@ -90,10 +93,11 @@ impl OcclusionProbe {
         let with_rays = tests(&scratch.counters);
         self.ray_tests += with_rays - start + TESTS_FOR_POINTS;
 
-        let shaft = occluders.shaft(query, &mut buffers.scratch);
+        let shaft = occluders.shaft(query.shaft(area), &mut buffers.scratch);
         let (class, candidates) = (shaft.class(), shaft.candidates());
+        let is_dense = shaft.is_dense();
         self.shafts += 1;
-        self.dense += u32::from(shaft.is_dense());
+        self.dense += u32::from(is_dense);
         if let Some(images) = shaft.images() {
             let penumbra = &mut buffers.samples.penumbra;
             penumbra.boundary(images.light(), images.triangles());
@@ -105,6 +109,24 @@ impl OcclusionProbe {
         if class == ShaftClass::Partial {
             self.shaft_tests += TESTS_FOR_POINTS;
         }
+        if is_dense {
+            let shaft = &mut occluders.shaft(query.shaft(area), &mut buffers.scratch);
+            self.changes.look(query, area, shaft, &mut buffers.samples);
+        }
+    }
+
+    /// Sends lines from the point of a query to its light, unless too much stands in between: for
+    /// which [`OcclusionProbe::look`] does, at fewer points.
+    pub fn look_along_lines<R: Reflection, T: EmissionTexture>(
+        &mut self,
+        query: &Query<'_, R, T>,
+        area: &AreaLight,
+        buffers: &mut Buffers,
+    ) {
+        let shaft = &mut (query.occluders).shaft(query.shaft(area), &mut buffers.scratch);
+        if shaft.class() == ShaftClass::Partial && !shaft.is_dense() {
+            self.changes.look(query, area, shaft, &mut buffers.samples);
+        }
     }
 
     /// What the shafts say.
@@ -112,6 +134,7 @@ impl OcclusionProbe {
     pub fn stats(self) -> OcclusionStats {
         let mut stats = OcclusionStats {
             dense: f64::from(self.dense) > DENSE * f64::from(self.shafts),
+            direction: self.changes.least(),
             ..OcclusionStats::default()
         };
         #[allow(clippy::cast_precision_loss, reason = "a few hundred shafts")]
@@ -135,14 +158,14 @@ impl OcclusionProbe {
 /// Points spread over the light.
 fn points(area: &AreaLight) -> [DVec3; POINTS * POINTS] {
     let sampler = AreaSampler::new(&area.polygon);
-    #[allow(clippy::cast_precision_loss, reason = "below eight")]
-    let middle = |i: usize| (2 * i + 1) as f64 / (2 * POINTS) as f64;
-    let point = |i| {
-        sampler
-            .sample([middle(i % POINTS), middle(i / POINTS)])
-            .point
-    };
-    std::array::from_fn(point)
+    let at = |i| [middle(i % POINTS, POINTS), middle(i / POINTS, POINTS)];
+    std::array::from_fn(|i| sampler.sample(at(i)).point)
+}
+
+/// The middle of part `i` of [0, 1] in `count` equal parts.
+#[allow(clippy::cast_precision_loss, reason = "few parts")]
+pub(crate) fn middle(i: usize, count: usize) -> f64 {
+    (2 * i + 1) as f64 / (2 * count) as f64
 }
 
 /// Boxes and triangles tested.

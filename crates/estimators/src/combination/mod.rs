@@ -205,7 +205,7 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         };
         let expected = f64::from(count) / f64::from(rounds);
         let dense = points_for_a_line.is_some();
-        PreparedTechnique::all(estimator, expected, part, dense, u, &mut own.techniques);
+        PreparedTechnique::all(self.query, expected, part, dense, u, &mut own.techniques);
         for round in 0..rounds {
             if round > 0 {
                 own.first_round = Some(own.samples.len());

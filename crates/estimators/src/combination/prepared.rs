@@ -1,7 +1,8 @@
 //! One technique of a combination, made ready for a shading point and a light.
 
 use super::domain::Domain;
-use crate::{Estimator, LineDirection, Pieces, PointBy, Technique, Weights};
+use crate::{EmissionTexture, LineDirection, Pieces, PointBy, Query, Technique, Weights};
+use linelit_bsdf::Reflection;
 
 /// A technique, the samples expected of it and the samples it gets.
 #[derive(Clone, Debug)]
@@ -31,7 +32,7 @@ impl<P, L> PreparedTechnique<P, L> {
     /// The techniques of a combination with this many samples in the mean; `u(k)` are independent
     /// random numbers. `dense` says that too much stands in between to keep it.
     pub(super) fn all<D: Domain<Points = P, Lines = L>>(
-        estimator: &Estimator,
+        query: &Query<'_, impl Reflection, impl EmissionTexture>,
         samples: f64,
         part: &D,
         dense: bool,
@@ -39,6 +40,7 @@ impl<P, L> PreparedTechnique<P, L> {
         out: &mut Vec<Self>,
     ) {
         out.clear();
+        let estimator = query.estimator;
         let total: f64 = estimator.parts().map(|p| f64::from(p.share)).sum();
         for (index, entry) in (0u32..).zip(estimator.parts()) {
             let expected = samples * f64::from(entry.share) / total;
@@ -78,12 +80,14 @@ impl<P, L> PreparedTechnique<P, L> {
                 ),
             };
             let count = match lines.direction {
-                LineDirection::Fixed(fraction) => {
-                    push_lines(fraction, expected);
+                LineDirection::Spread(count) => count,
+                LineDirection::Adaptive
+                | LineDirection::Fixed(_)
+                | LineDirection::Parallel
+                | LineDirection::UniformPerLine => {
+                    push_lines(lines.fraction(query, u(index + 1)), expected);
                     continue;
                 }
-                LineDirection::Parallel | LineDirection::UniformPerLine => 1,
-                LineDirection::Spread(count) => count,
             };
             for k in 0..count {
                 let fraction = lines.measure().spread(u(index + 1), k, count);

@@ -8,9 +8,7 @@ use crate::closed_form::{visible_round, whole_round};
 use crate::light::Shape;
 use crate::round::{CORNERS, RoundView};
 use crate::transformed::visible_round_light;
-use crate::{
-    Buffers, EmissionTexture, LineDirection, Lines, Queries, Query, SampleBuffers, Stream,
-};
+use crate::{Buffers, EmissionTexture, Lines, Queries, Query, SampleBuffers};
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::DVec3;
 use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
@@ -165,16 +163,7 @@ fn along_chords<R: Reflection, T: EmissionTexture>(
     shaft: &mut Shaft<'_>,
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
-    let angles = query.numbers.independent(Stream::Orientation, 1);
-    let chords = part.chords(
-        lines,
-        match lines.direction {
-            LineDirection::Fixed(fraction) => fraction,
-            LineDirection::Parallel | LineDirection::Spread(_) | LineDirection::UniformPerLine => {
-                angles.get_1d(0)
-            }
-        },
-    );
+    let chords = part.chords(lines, lines.only_fraction(query));
     let numbers = query.numbers();
     let mut own = std::mem::take(&mut buffers.round);
     own.drawn.clear();

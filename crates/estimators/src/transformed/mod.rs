@@ -9,7 +9,7 @@ use crate::light::{Shape, even_emission};
 use crate::techniques::integrals::exact::{CORNERS, Seen};
 use crate::techniques::points::DrawPoints;
 use crate::techniques::points::ltc::Lobes;
-use crate::{EmissionTexture, LineDirection, Lines, Query, SampleBuffers, Stream};
+use crate::{EmissionTexture, LineDirection, Lines, Query, SampleBuffers};
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::AreaLight;
@@ -219,13 +219,10 @@ pub(crate) fn along_lines<R: Reflection, T: EmissionTexture>(
         ..
     } = buffers;
     fit.set(&cosines, is_small(polygon, x));
-    let fraction = match options.direction {
-        LineDirection::Fixed(fraction) => fraction,
-        LineDirection::Parallel | LineDirection::Spread(_) => {
-            query.numbers.independent(Stream::Orientation, 1).get_1d(0)
-        }
-        LineDirection::UniformPerLine => return None,
-    };
+    if options.direction == LineDirection::UniformPerLine {
+        return None;
+    }
+    let fraction = options.only_fraction(query);
     let family = CosineLines::new(fit, polygon, x, fraction * PI)?;
     draws.draw_by(query, |u| family.sample(u));
     shaft.visible(&draws.lines, visible);

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod cylinders;
+mod directions;
 mod linear_lights;
 mod methods;
 mod penumbrae;

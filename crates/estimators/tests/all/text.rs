@@ -156,6 +156,7 @@ fn texts_round_trip() {
         "line-area",
         "line-analytic",
         "line-area[orientation=fixed:0.25]",
+        "line-area[orientation=parallel]",
         "line-area[orientation=uniform,offset=uniform]",
         "line-analytic[offset=uniform]",
         "exact",
@@ -191,7 +192,7 @@ fn texts_round_trip() {
     }
     for (spelt, short) in [
         (
-            "line-area[ offset=length , orientation=parallel ]",
+            "line-area[ offset=length , orientation=adaptive ]",
             "line-area",
         ),
         (

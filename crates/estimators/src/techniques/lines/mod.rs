@@ -41,9 +41,14 @@ pub struct Lines {
 /// The directions of the lines of one technique.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LineDirection {
+    /// The direction in which what is visible of the light changes least from one line to the
+    /// next, among those of its edges and diagonals, where it is known
+    /// ([`OcclusionStats::direction`](crate::OcclusionStats::direction)); else, for disks and
+    /// spheres, and for lines by texture, as [`LineDirection::Parallel`].
+    Adaptive,
     /// This fraction of a half turn from the light's first edge.
     Fixed(f64),
-    /// One random direction for each shading point.
+    /// One random direction for each shading point (what Billen & Dutré 2016 prefer).
     Parallel,
     /// A direction for each line, which brings back the rate N^-1/2. Only for a technique that
     /// stands alone.
@@ -69,14 +74,14 @@ impl Lines {
     /// Lines uniform in the area, a point of what is visible of each.
     pub const AREA: Self = Self::by(LineBy::Area);
 
-    /// Lines of a measure with points of their visible parts, one random direction for each shading
-    /// point (what Billen & Dutré prefer), offsets in proportion to length.
+    /// Lines of a measure with points of their visible parts, in the direction that suits the
+    /// shading point best, offsets in proportion to length.
     #[must_use]
     pub const fn by(by: LineBy) -> Self {
         Self {
             by,
             integration: None,
-            direction: LineDirection::Parallel,
+            direction: LineDirection::Adaptive,
             offset: OffsetDensity::Length,
             pieces: Pieces::Each,
             points: 1,
@@ -135,7 +140,8 @@ impl Lines {
             Some(integration) => integration.write(out),
         }
         match self.direction {
-            LineDirection::Parallel => {}
+            LineDirection::Adaptive => {}
+            LineDirection::Parallel => out.push("orientation=parallel".to_owned()),
             LineDirection::Fixed(fraction) => out.push(format!("orientation=fixed:{fraction}")),
             LineDirection::UniformPerLine => out.push("orientation=uniform".to_owned()),
             LineDirection::Spread(count) => out.push(format!("orientation=spread:{count}")),
@@ -169,10 +175,11 @@ const PIECES: [(&str, Pieces); 2] = [("one", Pieces::One), ("each", Pieces::Each
 
 /// What `orientation` may be.
 const DIRECTIONS: &str =
-    "parallel, uniform, fixed:FRACTION (of a half turn) or spread:COUNT (at most 8)";
+    "adaptive, parallel, uniform, fixed:FRACTION (of a half turn) or spread:COUNT (at most 8)";
 
 fn direction(value: &str) -> Option<LineDirection> {
     match value.split_once(':') {
+        None if value == "adaptive" => Some(LineDirection::Adaptive),
         None if value == "parallel" => Some(LineDirection::Parallel),
         None if value == "uniform" => Some(LineDirection::UniformPerLine),
         Some(("spread", count)) => {
