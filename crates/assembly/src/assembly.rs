@@ -5,13 +5,14 @@ use crate::diagnostics::{
 };
 use crate::framing;
 use crate::gzip;
-use crate::options::{LoadOptions, Loaded};
-use linelit_film::{Decoded, Pixels, decode_picture};
+use crate::objects::{Instancing, Waiting};
+use crate::options::{LoadOptions, Loaded, Watch};
+use linelit_film::{Decoded, Pixels, decode_alpha, decode_picture};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::{
-    AddError, Camera, EmissionSpec, FilmSettings, ImageData, MAX_COORDINATE, MeshData, Placement,
-    Projection, SceneBuilder,
+    AddError, Alpha, Camera, EmissionSpec, FilmSettings, ImageData, MAX_COORDINATE, MeshData,
+    Placement, Projection, SceneBuilder, Texture,
 };
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -37,11 +38,16 @@ pub struct Assembly {
     pub warnings: Warnings,
     /// More triangles than this are refused.
     pub max_triangles: usize,
+    pub(crate) instancing: Instancing,
+    pub(crate) waiting: Vec<Waiting>,
     files: Files,
+    watch: Watch,
     /// By the name in the scene and whether bytes are sRGB.
     images: HashMap<(String, bool), Arc<ImageData>>,
     /// Their luminance, as far as it was asked for.
     greys: HashMap<(String, bool), Arc<ImageData>>,
+    /// Their alpha channels, as far as they have some.
+    alpha_channels: HashMap<String, Arc<ImageData>>,
     /// Files that were opened, and bytes read: of each once, and in all.
     opened: HashSet<PathBuf>,
     distinct_bytes: u64,
@@ -67,9 +73,13 @@ impl Assembly {
             builder: SceneBuilder::new(options.max_triangles),
             warnings: Warnings::new(options.strict),
             max_triangles: options.max_triangles,
+            instancing: options.instancing,
+            waiting: Vec::new(),
             files: Files::new(path, options),
+            watch: options.watch.clone(),
             images: HashMap::new(),
             greys: HashMap::new(),
+            alpha_channels: HashMap::new(),
             opened: HashSet::new(),
             distinct_bytes: bytes as u64,
             read_bytes: bytes as u64,
@@ -116,6 +126,7 @@ impl Assembly {
         what: &str,
         at: Location<'_>,
     ) -> Result<()> {
+        self.warn_about_coordinates(mesh, place, at)?;
         let total = mesh.triangles.len();
         let added = match self.builder.add_mesh(mesh, place) {
             Ok(added) => added,
@@ -123,31 +134,80 @@ impl Assembly {
                 let message = format!("{what} is flattened by its transform");
                 return self.warn(ErrorKind::BadTransform, message, "left out", at);
             }
-            Err(AddError::Vertex(k)) => {
-                let message =
-                    format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
-                return Err(at.error(ErrorKind::OutOfRange, message, "after its transform"));
-            }
-            Err(AddError::TooManyLights) => return Err(self.too_many_lights(at)),
-            Err(AddError::TooMany) => {
-                let message = format!("more than {} triangles", self.max_triangles);
-                let error = at.error(ErrorKind::Limit, message, "this one is too many");
-                let so_far = self.builder.triangle_count();
-                return Err(error.note(format!(
-                    "the scene has {so_far} triangles so far, this shape has {total}"
-                )));
-            }
+            Err(error) => return Err(self.refused(error, what, Some(total), at)),
         };
-        if added.degenerate > 0 {
-            let label = format!("{} of {total}", added.degenerate);
-            self.suspicious("triangles without area are left out", &label, at)?;
-        }
+        self.warn_about_degenerate(added.degenerate, total, at)?;
         if let Some(why) = added.why_unlit {
             let label = format!("{} of {total}", added.unlit);
             let message = format!("triangles that would emit give no light: {why}");
             self.suspicious(message, &label, at)?;
         }
         Ok(())
+    }
+
+    pub(crate) fn warn_about_coordinates(
+        &mut self,
+        mesh: &MeshData,
+        place: &Placement,
+        at: Location<'_>,
+    ) -> Result<()> {
+        let alphas = place.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
+        let mut alphas = alphas.into_iter().flatten();
+        if !alphas.any(|alpha| self.builder.alpha(alpha).is_beyond(&mesh.uvs)) {
+            return Ok(());
+        }
+        let message = "texture coordinates that are too large for holes";
+        self.suspicious(message, "beyond 16777216 pixels of the image", at)
+    }
+
+    pub(crate) fn warn_about_degenerate(
+        &mut self,
+        degenerate: usize,
+        total: usize,
+        at: Location<'_>,
+    ) -> Result<()> {
+        if degenerate == 0 {
+            return Ok(());
+        }
+        let label = format!("{degenerate} of {total}");
+        self.suspicious("triangles without area are left out", &label, at)
+    }
+
+    /// Why a shape, of so many triangles, is not taken.
+    pub(crate) fn refused(
+        &self,
+        error: AddError,
+        what: &str,
+        triangles: Option<usize>,
+        at: Location<'_>,
+    ) -> SceneError {
+        let label = "after its transform";
+        match error {
+            AddError::Singular => {
+                let message = format!("{what} is flattened by its transform");
+                at.error(ErrorKind::BadTransform, message, "")
+            }
+            AddError::Vertex(k) => {
+                let message =
+                    format!("vertex {k} of {what} is beyond {MAX_COORDINATE:.2e} of the origin");
+                at.error(ErrorKind::OutOfRange, message, label)
+            }
+            AddError::InstanceTooFar => {
+                let message = format!("{what} reaches beyond {MAX_COORDINATE:.2e} of the origin");
+                at.error(ErrorKind::OutOfRange, message, label)
+            }
+            AddError::TooManyLights => self.too_many_lights(at),
+            AddError::TooMany => {
+                let message = format!("more than {} triangles", self.max_triangles);
+                let error = at.error(ErrorKind::Limit, message, "this one is too many");
+                let so_far = self.builder.triangle_count();
+                let this = triangles.map(|n| format!(", this shape has {n}"));
+                error.note(format!(
+                    "the scene has {so_far} triangles so far{}",
+                    this.unwrap_or_default()
+                ))
+            }
+        }
     }
 
     /// Adds a linear light between two points of the world.
@@ -192,6 +252,7 @@ impl Assembly {
             self.distinct_bytes += count;
         }
         self.count_read(name, count, at)?;
+        self.watch.tell(name, &bytes);
         let path = path.display().to_string();
         Ok(Opened { path, whole, bytes })
     }
@@ -326,6 +387,57 @@ impl Assembly {
         }
     }
 
+    /// Where an image file says that something is there: its alpha channel, or its luminance if it
+    /// has none; `None` as for [`Assembly::image`].
+    pub fn alpha_image(&mut self, name: &str, at: Location<'_>) -> Result<Option<Arc<ImageData>>> {
+        if let Some(known) = self.alpha_channels.get(name) {
+            return Ok(Some(Arc::clone(known)));
+        }
+        let file = self.open(name, at)?;
+        let Some(alpha) = self.alpha_channel(name, &file.bytes, at)? else {
+            return self.luminance(name, false, at);
+        };
+        self.alpha_channels
+            .insert(name.to_owned(), Arc::clone(&alpha));
+        Ok(Some(alpha))
+    }
+
+    /// The alpha channel of an image from memory, as grey; `None` if it has none, or cannot be
+    /// read, of which [`Assembly::decode`] says so.
+    pub fn alpha_channel(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        at: Location<'_>,
+    ) -> Result<Option<Arc<ImageData>>> {
+        let Ok(Some(grey)) = decode_alpha(name, bytes) else {
+            return Ok(None);
+        };
+        let Some(image) = ImageData::new(grey.width, grey.height, grey.rgb, false) else {
+            return Ok(None);
+        };
+        self.add_pixels(image.memory(), at)?;
+        Ok(Some(Arc::new(image)))
+    }
+
+    /// What cuts holes into a shape: where a number over it is below the cutoff. `None` if it cuts
+    /// none, after a warning if it should.
+    pub fn alpha(
+        &mut self,
+        texture: Texture,
+        cutoff: f32,
+        at: Location<'_>,
+    ) -> Result<Option<u32>> {
+        let alpha = Alpha { texture, cutoff };
+        if alpha.grid().is_none() {
+            let message = "an alpha that is a mixture or a product of textures is not supported";
+            return self
+                .unsupported(message, "taken as opaque", at)
+                .map(|()| None);
+        }
+        Ok(Some(self.builder.add_alpha(alpha)))
+    }
+
     /// The finished scene with its warnings; without a camera it gets one that frames it.
     pub fn finish(
         mut self,
@@ -334,6 +446,7 @@ impl Assembly {
         camera: Option<Camera>,
         film: FilmSettings,
     ) -> Result<Loaded> {
+        self.place_objects()?;
         let whole = |e: SceneError| e.in_file(name);
         if !has_shapes {
             let message = "the scene has no shapes";

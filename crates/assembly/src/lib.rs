@@ -7,6 +7,7 @@ mod diagnostics;
 mod framing;
 mod gzip;
 mod monotone;
+mod objects;
 mod options;
 pub mod ply;
 mod polygon;
@@ -16,7 +17,8 @@ pub use diagnostics::{
     ErrorKind, Location, Result, SceneError, Source, Span, Warning, Warnings, nearest, shorten,
 };
 pub use framing::add_framing_light;
-pub use options::{LoadOptions, Loaded, Root};
+pub use objects::{Instancing, ObjectId, ObjectShape};
+pub use options::{LoadOptions, Loaded, Root, Watch};
 pub use polygon::triangulate;
 
 // What public signatures name, so that one dependency is enough.

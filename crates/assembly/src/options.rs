@@ -1,8 +1,10 @@
 //! How to load, and what comes of it.
 
 use crate::diagnostics::Warning;
+use crate::objects::Instancing;
 use linelit_scene::Scene;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,13 +13,54 @@ use std::sync::Arc;
 pub struct LoadOptions {
     /// Warnings become errors.
     pub strict: bool,
-    /// More triangles than this, instances expanded, are an error.
+    /// More triangles than this are an error: copies of what is placed many times counted each,
+    /// what is kept once counted once.
     pub max_triangles: usize,
+    /// Whether what is placed many times is kept once.
+    pub instancing: Instancing,
     /// Files with more bytes than this, the scene's own or those it names, are an error; so are
     /// folders, pipes and devices.
     pub max_file_bytes: u64,
     /// Where the files that the scene names must lie.
     pub root: Root,
+    /// Who is told of the files that are read.
+    pub watch: Watch,
+}
+
+/// Who is told of each file that a scene is made of, with its bytes, when they are read: to know
+/// later whether it is the same scene, or to keep them. Nobody unless told.
+///
+/// The scene's own file comes first, by its name without a folder; then those that it names, as the
+/// scene writes them, each as often as it is read. With these names in [`Root::Memory`] the scene
+/// is read again without any file.
+#[derive(Clone, Default)]
+pub struct Watch(Option<Arc<Told>>);
+
+type Told = dyn Fn(&str, &[u8]) + Send + Sync;
+
+impl Watch {
+    /// Calls this with name and bytes.
+    pub fn new(told: impl Fn(&str, &[u8]) + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(told)))
+    }
+
+    /// Tells of a file: for who reads the scene's own.
+    pub fn tell(&self, name: &str, bytes: &[u8]) {
+        if let Some(told) = &self.0 {
+            told(name, bytes);
+        }
+    }
+}
+
+impl fmt::Debug for Watch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let who = if self.0.is_some() {
+            "someone"
+        } else {
+            "nobody"
+        };
+        write!(f, "Watch({who})")
+    }
 }
 
 /// Where the files that a scene names must lie, links followed: a scene from elsewhere shall not
@@ -42,8 +85,10 @@ impl Default for LoadOptions {
         Self {
             strict: false,
             max_triangles: 32 << 20,
+            instancing: Instancing::Auto,
             max_file_bytes: 4 << 30,
             root: Root::SceneFolder,
+            watch: Watch::default(),
         }
     }
 }

@@ -153,6 +153,22 @@ pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, Decode
     }
 }
 
+/// Reads the alpha channel of a picture as grey, within the same limits; `None` if it has none, and
+/// of files other than PNG and TGA.
+///
+/// # Errors
+/// As [`decode_picture`].
+pub fn decode_alpha(name: &str, bytes: &[u8]) -> Result<Option<ByteImage>, DecodeError> {
+    if bytes.starts_with(b"\x89PNG") {
+        return crate::png::read_alpha(bytes);
+    }
+    let extension = name.rsplit('.').next().unwrap_or("");
+    if extension.eq_ignore_ascii_case("tga") {
+        return crate::tga::read_alpha(bytes);
+    }
+    Ok(None)
+}
+
 /// Reads an EXR or PFM file.
 fn read_numbers(bytes: &[u8]) -> Result<Decoded, DecodeError> {
     let mut image = Image::from_bytes(bytes, limit(bytes.len()))?;

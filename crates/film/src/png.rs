@@ -9,6 +9,37 @@ use std::io::Cursor;
 
 /// Reads an image; the error is a message without a place.
 pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
+    let colour = |p: &[u8]| match *p {
+        [r, g, b, ..] => [r, g, b],
+        [grey, ..] => [grey; 3],
+        [] => [0; 3],
+    };
+    unpack(bytes)?.image(colour)
+}
+
+/// Reads the alpha channel of an image, or of its palette, as grey; `None` if it has none.
+pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<ByteImage>, DecodeError> {
+    let unpacked = unpack(bytes)?;
+    let has_alpha = unpacked.channels.is_multiple_of(2);
+    let alpha = |p: &[u8]| [p.last().copied().unwrap_or(u8::MAX); 3];
+    has_alpha.then(|| unpacked.image(alpha)).transpose()
+}
+
+/// Eight bits for each channel of each pixel.
+struct Unpacked {
+    size: [u32; 2],
+    channels: usize,
+    pixels: Vec<u8>,
+}
+
+impl Unpacked {
+    fn image(&self, pixel: impl Fn(&[u8]) -> [u8; 3]) -> Result<ByteImage, DecodeError> {
+        let rgb = self.pixels.chunks_exact(self.channels).map(pixel).collect();
+        ByteImage::of(self.size, rgb).ok_or_else(|| "an empty PNG image".into())
+    }
+}
+
+fn unpack(bytes: &[u8]) -> Result<Unpacked, DecodeError> {
     check_chunks(bytes)?;
     let mut options = DecodeOptions::default();
     options.set_ignore_checksums(false);
@@ -37,13 +68,11 @@ pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
         ColorType::Rgba => 4,
         ColorType::Indexed => return Err("a PNG image whose palette is missing".into()),
     };
-    let colour = |p: &[u8]| match *p {
-        [r, g, b, ..] => [r, g, b],
-        [grey, ..] => [grey; 3],
-        [] => [0; 3],
-    };
-    let rgb = pixels.chunks_exact(channels).map(colour).collect();
-    ByteImage::of([width, height], rgb).ok_or_else(|| "an empty PNG image".into())
+    Ok(Unpacked {
+        size: [width, height],
+        channels,
+        pixels,
+    })
 }
 
 /// Checks the frames and checksums of the chunks that hold the picture, so that the message can
@@ -152,6 +181,15 @@ mod tests {
             let image = read(&file(4, 1, depth, colour, raw)).unwrap();
             assert_eq!(row(&image), want, "{depth} {colour}");
         }
+    }
+
+    #[test]
+    fn alpha_is_read_where_there_is_one() {
+        let raw = [0, 10, 9, 20, 8, 30, 7, 40, 255];
+        let image = read_alpha(&file(4, 1, 8, 4, &raw)).unwrap().unwrap();
+        assert_eq!(image.rgb, [9, 8, 7, 255].map(|a| [a; 3]));
+        let grey = file(4, 1, 8, 0, &[0, 1, 2, 3, 4]);
+        assert_eq!(read_alpha(&grey), Ok(None));
     }
 
     #[test]

@@ -6,6 +6,18 @@ use crate::{ByteImage, FilmError};
 /// Reads a TGA file: true colour or grey, 8, 24 or 32 bits, plain or run-length encoded.
 /// The error is a message without a place.
 pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
+    read_as(bytes, tga_pixel)
+}
+
+/// Reads the alpha channel of a TGA file as grey; `None` if it has none.
+pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<ByteImage>, DecodeError> {
+    // The bits of alpha, which some files of 32 bits leave without a meaning.
+    let has_alpha = bytes.get(16) == Some(&32) && bytes.get(17).is_some_and(|d| d & 0x0f != 0);
+    let alpha = |p: &[u8]| [p.get(3).copied().unwrap_or(u8::MAX); 3];
+    has_alpha.then(|| read_as(bytes, alpha)).transpose()
+}
+
+fn read_as(bytes: &[u8], pixel: fn(&[u8]) -> [u8; 3]) -> Result<ByteImage, DecodeError> {
     let header: &[u8; 18] = bytes
         .first_chunk()
         .ok_or("the file ends within the TGA header")?;
@@ -45,12 +57,9 @@ pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
     }
     let count = usize::try_from(count).map_err(|e| e.to_string())?;
     let mut rgb = if run_length {
-        decode_runs(data, depth, count)?
+        decode_runs(data, depth, count, pixel)?
     } else {
-        data.chunks_exact(depth)
-            .take(count)
-            .map(tga_pixel)
-            .collect()
+        data.chunks_exact(depth).take(count).map(pixel).collect()
     };
     let w = width as usize;
     if descriptor & 0x20 == 0 {
@@ -72,7 +81,12 @@ fn tga_pixel(bytes: &[u8]) -> [u8; 3] {
     }
 }
 
-fn decode_runs(data: &[u8], depth: usize, count: usize) -> Result<Vec<[u8; 3]>, String> {
+fn decode_runs(
+    data: &[u8],
+    depth: usize,
+    count: usize,
+    pixel: fn(&[u8]) -> [u8; 3],
+) -> Result<Vec<[u8; 3]>, String> {
     let mut rgb = Vec::with_capacity(count);
     let mut rest = data;
     while rgb.len() < count {
@@ -82,9 +96,9 @@ fn decode_runs(data: &[u8], depth: usize, count: usize) -> Result<Vec<[u8; 3]>, 
         let bytes = if packet & 0x80 != 0 { depth } else { n * depth };
         let pixels = tail.get(..bytes).ok_or_else(short)?;
         if packet & 0x80 != 0 {
-            rgb.resize(rgb.len() + n, tga_pixel(pixels));
+            rgb.resize(rgb.len() + n, pixel(pixels));
         } else {
-            rgb.extend(pixels.chunks_exact(depth).map(tga_pixel));
+            rgb.extend(pixels.chunks_exact(depth).map(pixel));
         }
         rest = &tail[bytes..];
     }
@@ -128,6 +142,18 @@ mod tests {
             let image = read(&file).unwrap();
             assert_eq!(image.rgb[0], top);
         }
+    }
+
+    #[test]
+    fn alpha_is_read_where_there_is_one() {
+        let alpha = |bits: u8, descriptor| {
+            let mut file = header(10, 3, 1, bits, descriptor);
+            file.extend([0x81, 1, 2, 3, 9, 0x00, 4, 5, 6, 7]);
+            read_alpha(&file).unwrap().map(|image| image.rgb)
+        };
+        assert_eq!(alpha(32, 0x28), Some(vec![[9; 3], [9; 3], [7; 3]]));
+        assert_eq!(alpha(32, 0x20), None);
+        assert_eq!(alpha(24, 0x28), None);
     }
 
     #[test]

@@ -8,7 +8,8 @@ mod load;
 mod obj;
 
 pub use linelit_assembly::{
-    ErrorKind, LoadOptions, Loaded, Root, SceneError, Warning, add_framing_light, nearest,
+    ErrorKind, Instancing, LoadOptions, Loaded, Root, SceneError, Warning, Watch,
+    add_framing_light, nearest,
 };
 pub use linelit_pbrt::{ExportOptions, from_pbrt_str, nearest_in_pbrt_v4, write_pbrt};
 pub use load::{Format, from_bytes, load};

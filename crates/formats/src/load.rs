@@ -77,7 +77,10 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded> {
             .in_file(&name)
             .help("scenes end in .pbrt, .obj, .ply, .gltf or .glb"));
     };
-    format.read(Source::open(path, options)?, Some(path), options)
+    let source = Source::open(path, options)?;
+    let own = path.file_name().unwrap_or_default().to_string_lossy();
+    options.watch.tell(&own, source.bytes());
+    format.read(source, Some(path), options)
 }
 
 /// Reads a scene of a known format from memory. Files that it names are looked up in the
@@ -92,5 +95,6 @@ pub fn from_bytes(
     name: &str,
     options: &LoadOptions,
 ) -> Result<Loaded> {
+    options.watch.tell(name, bytes);
     format.read(Source::new(name, bytes.to_vec()), None, options)
 }

@@ -2,14 +2,14 @@
 
 use crate::emission::{self, EmissionMap, EmissionSpec, PlaneUv};
 use crate::merge::{self, Facet};
+use crate::object::{is_singular, normal_matrix};
 use crate::scene::{
     EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight, outward, to_f32,
     to_f64,
 };
-use crate::surface::corner_uvs;
-use crate::{Camera, FilmSettings, Material, Texture};
-use linelit_geometry::glam::{DAffine3, DMat3};
-use linelit_geometry::{ConvexPolygon, DVec2, DVec3, Frame, PolygonError, Segment, predicates};
+use crate::{Alpha, Camera, Cutout, FilmSettings, Instance, Links, Material, Object, Texture};
+use linelit_geometry::glam::DAffine3;
+use linelit_geometry::{ConvexPolygon, DVec2, DVec3, PolygonError, Segment};
 use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light, LinearLight, Sphere};
 use std::fmt;
 use std::ops::Range;
@@ -56,6 +56,18 @@ pub struct Placement {
     pub material: u32,
     /// What the outside emits, if anything.
     pub emission: Option<EmissionSpec>,
+    /// The holes of the mesh; one that emits has none.
+    pub cutout: Option<Cutout>,
+    /// Which lights illuminate it, and which it hides.
+    pub links: Links,
+}
+
+impl Placement {
+    /// Whether the transform flattens space.
+    #[must_use]
+    pub fn is_singular(&self) -> bool {
+        is_singular(&self.to_world.matrix3)
+    }
 }
 
 /// What [`SceneBuilder::add_mesh`] made of a mesh.
@@ -82,6 +94,8 @@ pub enum AddError {
     TooMany,
     /// More lights than allowed.
     TooManyLights,
+    /// The instance reaches beyond [`MAX_COORDINATE`] in world space.
+    InstanceTooFar,
 }
 
 impl fmt::Display for AddError {
@@ -91,6 +105,10 @@ impl fmt::Display for AddError {
             Self::Singular => f.write_str("the transform flattens space"),
             Self::TooMany => f.write_str("too many triangles"),
             Self::TooManyLights => f.write_str("too many lights"),
+            Self::InstanceTooFar => {
+                let most = MAX_COORDINATE;
+                write!(f, "the instance reaches beyond {most:.2e} of the origin")
+            }
         }
     }
 }
@@ -112,20 +130,23 @@ const MEAN_BUDGET: f64 = 4e6;
 /// an example.
 #[derive(Debug)]
 pub struct SceneBuilder {
-    positions: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
-    normals: Vec<[f32; 3]>,
-    uvs: Vec<[f32; 2]>,
-    meshes: Vec<Mesh>,
+    /// What will be the scene's own.
+    pub(crate) world: Object,
+    pub(crate) objects: Vec<Object>,
+    pub(crate) instances: Vec<Instance>,
+    /// Triangles that are not in `world`.
+    pub(crate) elsewhere: usize,
     /// The materials so far; the first is a grey matte.
     pub materials: Vec<Material>,
-    lights: Vec<SceneLight>,
+    alphas: Vec<Alpha>,
+    light_sets: Vec<String>,
+    pub(crate) lights: Vec<SceneLight>,
     light_ranges: Vec<(u32, u32, u32)>,
-    spheres: Vec<EmissiveSphere>,
-    disks: Vec<EmissiveDisk>,
-    cylinders: Vec<EmissiveCylinder>,
+    pub(crate) spheres: Vec<EmissiveSphere>,
+    pub(crate) disks: Vec<EmissiveDisk>,
+    pub(crate) cylinders: Vec<EmissiveCylinder>,
     emission_maps: Vec<Arc<Texture>>,
-    max_triangles: usize,
+    pub(crate) max_triangles: usize,
     /// More lights than this are refused: a quarter of the triangles allowed, 2²⁰ at most.
     pub max_lights: usize,
     /// Vertices and triangles looked at so far, whether or not they are kept.
@@ -137,11 +158,12 @@ impl SceneBuilder {
     #[must_use]
     pub fn new(max_triangles: usize) -> Self {
         Self {
-            positions: Vec::new(),
-            triangles: Vec::new(),
-            normals: Vec::new(),
-            uvs: Vec::new(),
-            meshes: Vec::new(),
+            world: Object::default(),
+            objects: Vec::new(),
+            instances: Vec::new(),
+            elsewhere: 0,
+            alphas: Vec::new(),
+            light_sets: vec!["default".to_owned()],
             materials: vec![Material::default_matte()],
             lights: Vec::new(),
             light_ranges: Vec::new(),
@@ -155,10 +177,10 @@ impl SceneBuilder {
         }
     }
 
-    /// Triangles so far.
+    /// Triangles so far, those of objects counted once.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
-        self.triangles.len()
+        self.world.triangles.len() + self.elsewhere
     }
 
     /// Lights so far.
@@ -171,6 +193,51 @@ impl SceneBuilder {
     pub fn add_material(&mut self, material: Material) -> u32 {
         self.materials.push(material);
         index(self.materials.len() - 1)
+    }
+
+    /// Adds what cuts holes into meshes and gives its index: that of the same one, if there is.
+    pub fn add_alpha(&mut self, alpha: Alpha) -> u32 {
+        let known = self.alphas.iter().position(|a| a.is_same(&alpha));
+        let at = known.unwrap_or_else(|| {
+            self.alphas.push(alpha);
+            self.alphas.len() - 1
+        });
+        index(at)
+    }
+
+    /// What cuts holes, by its index.
+    ///
+    /// # Panics
+    /// If there is none of that index.
+    #[must_use]
+    pub fn alpha(&self, index: u32) -> &Alpha {
+        &self.alphas[index as usize]
+    }
+
+    /// The index of a set of lights by its name, which makes it known; `default` is that of the
+    /// lights that are in no other. `None` where there are [`Links::MAX_SETS`] already.
+    pub fn light_set(&mut self, name: &str) -> Option<u32> {
+        let known = self.light_sets.iter().position(|set| set == name);
+        let at = known.unwrap_or(self.light_sets.len());
+        if at >= Links::MAX_SETS {
+            return None;
+        }
+        if known.is_none() {
+            self.light_sets.push(name.to_owned());
+        }
+        Some(index(at))
+    }
+
+    /// The sets of lights so far.
+    #[must_use]
+    pub fn light_sets(&self) -> &[String] {
+        &self.light_sets
+    }
+
+    /// Whether a light so far is in a set.
+    #[must_use]
+    pub fn has_light_in(&self, set: u32) -> bool {
+        self.lights.iter().any(|light| light.set == set)
     }
 
     /// Adds a texture that shapes emit and gives its index.
@@ -196,42 +263,43 @@ impl SceneBuilder {
     /// When an index of the mesh is out of range.
     pub fn add_mesh(&mut self, mesh: &MeshData, place: &Placement) -> Result<Added, AddError> {
         let matrix = place.to_world.matrix3;
-        let determinant = matrix.determinant();
-        let size = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
-        if determinant.abs() <= 1e-14 * size {
+        if place.is_singular() {
             return Err(AddError::Singular);
         }
-        let vertices = self.positions.len() + mesh.positions.len();
+        let vertices = self.world.positions.len() + mesh.positions.len();
         self.work += mesh.positions.len() + mesh.triangles.len();
-        if self.triangles.len() + mesh.triangles.len() > self.max_triangles
+        if self.triangle_count() + mesh.triangles.len() > self.max_triangles
             || vertices > 4 * self.max_triangles
             || self.work > 4 * self.max_triangles
         {
             return Err(AddError::TooMany);
         }
-        let (base, first) = (self.positions.len(), self.triangles.len());
+        let (base, first) = (self.world.positions.len(), self.world.triangles.len());
         self.add_vertices(mesh, place)?;
         let mut added = Added::default();
         for t in &mesh.triangles {
             let t = t.map(|i| i + index(base));
             if self.has_area(t) {
-                self.triangles.push(t);
+                self.world.triangles.push(t);
             } else {
                 added.degenerate += 1;
             }
         }
-        if self.triangles.len() == first {
-            self.positions.truncate(base);
-            self.normals.truncate(base);
-            self.uvs.truncate(base);
+        if self.world.triangles.len() == first {
+            self.world.positions.truncate(base);
+            self.world.normals.truncate(base);
+            self.world.uvs.truncate(base);
             return Ok(added);
         }
-        self.meshes.push(Mesh {
-            triangles: index(first)..index(self.triangles.len()),
+        self.world.meshes.push(Mesh {
+            triangles: index(first)..index(self.world.triangles.len()),
             material: place.material,
-            flipped: place.reverse != (determinant < 0.0),
+            flipped: place.reverse != (matrix.determinant() < 0.0),
             has_normals: !mesh.normals.is_empty(),
             has_uvs: !mesh.uvs.is_empty(),
+            // What emits is opaque.
+            cutout: place.cutout.filter(|_| place.emission.is_none()),
+            links: place.links,
         });
         if let Some(emission) = &place.emission {
             self.add_lights(first, emission, mesh.one_shape, &mut added)?;
@@ -254,33 +322,34 @@ impl SceneBuilder {
     }
 
     fn add_vertices(&mut self, mesh: &MeshData, place: &Placement) -> Result<(), AddError> {
-        let base = self.positions.len();
-        self.positions.reserve(mesh.positions.len());
+        let base = self.world.positions.len();
+        self.world.positions.reserve(mesh.positions.len());
         for (k, p) in mesh.positions.iter().enumerate() {
             let rounded = to_f32(place.to_world.transform_point3(*p));
             if !rounded.iter().all(|c| c.abs() <= MAX_COORDINATE) {
-                self.positions.truncate(base);
+                self.world.positions.truncate(base);
                 return Err(AddError::Vertex(k));
             }
-            self.positions.push(rounded);
+            self.world.positions.push(rounded);
         }
         if !mesh.normals.is_empty() {
-            self.normals.resize(base, [0.0; 3]);
+            self.world.normals.resize(base, [0.0; 3]);
             let sign = if place.reverse { -1.0 } else { 1.0 };
             let to_world = sign * normal_matrix(&place.to_world.matrix3);
             let normals = mesh.normals.iter();
-            self.normals
+            self.world
+                .normals
                 .extend(normals.map(|n| to_f32(unit(to_world * to_f64(*n)))));
         }
         if !mesh.uvs.is_empty() {
-            self.uvs.resize(base, [0.0; 2]);
-            self.uvs.extend_from_slice(&mesh.uvs);
+            self.world.uvs.resize(base, [0.0; 2]);
+            self.world.uvs.extend_from_slice(&mesh.uvs);
         }
         Ok(())
     }
 
     fn has_area(&self, t: [u32; 3]) -> bool {
-        let [a, b, c] = t.map(|i| to_f64(self.positions[i as usize]));
+        let [a, b, c] = t.map(|i| to_f64(self.world.positions[i as usize]));
         // Differences and products of f32 are exact or nearly so in f64; squares do not underflow.
         (b - a).cross(c - a) != DVec3::ZERO
     }
@@ -294,7 +363,7 @@ impl SceneBuilder {
         one_shape: bool,
         added: &mut Added,
     ) -> Result<(), AddError> {
-        let Some(mesh) = self.meshes.last() else {
+        let Some(mesh) = self.world.meshes.last() else {
             return Ok(());
         };
         let facets = self.facets(first, mesh);
@@ -303,6 +372,7 @@ impl SceneBuilder {
         let full = |k: usize| spec.radiance_over(if one_shape { total } else { facets[k].area() });
         let radiance = |k: usize| full(k) * factors.get(k).copied().unwrap_or(DVec3::ONE);
         let texture = Coordinates::new(self, first, mesh, spec);
+        let set = spec.set;
         let is_textured = texture.is_some();
         let plain = |k| if is_textured { full(k) } else { radiance(k) };
         let same = |a: usize, b: usize| {
@@ -310,13 +380,13 @@ impl SceneBuilder {
             (x - y).abs().max_element() <= 1e-5 * x.max_element()
                 && texture.as_ref().is_none_or(|t| t.continues(a, b))
         };
-        let old: Vec<[u32; 3]> = self.triangles[first..].to_vec();
+        let old: Vec<[u32; 3]> = self.world.triangles[first..].to_vec();
         let mut next = first;
         let lights_before = self.lights.len();
         merge::merge(&facets, same, |group| {
             let start = next;
             for &k in &group.facets {
-                self.triangles[next] = old[k];
+                self.world.triangles[next] = old[k];
                 next += 1;
             }
             let k = group.facets[0];
@@ -340,7 +410,7 @@ impl SceneBuilder {
                 factor: Arc::clone(&self.emission_maps[map as usize]),
                 coordinates: texture.plane(k),
             });
-            self.push_area_light(polygon, emission, map, start..next)
+            self.push_area_light((polygon, emission, set), map, start..next)
         })?;
         added.lights = self.lights.len() - lights_before;
         Ok(())
@@ -349,9 +419,11 @@ impl SceneBuilder {
     /// The triangles from `first` on, turned to the side that emits.
     fn facets(&self, first: usize, mesh: &Mesh) -> Vec<Facet> {
         let facet = |t: &[u32; 3]| {
-            let corners = t.map(|i| to_f64(self.positions[i as usize]));
+            let corners = t.map(|i| to_f64(self.world.positions[i as usize]));
             let normal = if mesh.has_normals {
-                t.iter().map(|i| to_f64(self.normals[*i as usize])).sum()
+                t.iter()
+                    .map(|i| to_f64(self.world.normals[*i as usize]))
+                    .sum()
             } else {
                 DVec3::ZERO
             };
@@ -359,7 +431,7 @@ impl SceneBuilder {
                 outward(winding, normal, mesh.flipped) == winding
             })
         };
-        self.triangles[first..].iter().map(facet).collect()
+        self.world.triangles[first..].iter().map(facet).collect()
     }
 
     /// The mean of the emission's texture over each triangle from `first` on; none without one.
@@ -367,10 +439,10 @@ impl SceneBuilder {
         let Some(map) = spec.map.map(|map| &self.emission_maps[map as usize]) else {
             return Vec::new();
         };
-        let triangles = &self.triangles[first..];
+        let triangles = &self.world.triangles[first..];
         let budget = MEAN_BUDGET / triangles.len() as f64;
         let factor = |t: &[u32; 3]| {
-            let uv = corner_uvs(&self.uvs, mesh, t.map(|i| i as usize));
+            let uv = mesh.corner_uvs(&self.world.uvs, *t);
             emission::mean(map, uv, budget).max(DVec3::ZERO)
         };
         triangles.iter().map(factor).collect()
@@ -379,8 +451,7 @@ impl SceneBuilder {
     /// Adds a light that stands for some triangles; the dark parts of a texture are none.
     fn push_area_light(
         &mut self,
-        polygon: ConvexPolygon,
-        emission: Emission,
+        (polygon, emission, set): (ConvexPolygon, Emission, u32),
         map: Option<EmissionMap>,
         triangles: Range<usize>,
     ) -> Result<(), AddError> {
@@ -397,121 +468,9 @@ impl SceneBuilder {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles,
             map,
+            set,
         });
         Ok(())
-    }
-
-    fn note_sphere(
-        &mut self,
-        first: usize,
-        lights: usize,
-        sphere: &Sphere,
-        place: &Placement,
-        spec: &EmissionSpec,
-    ) {
-        let m = place.to_world.matrix3;
-        let scale = m.x_axis.length();
-        let gram = m.transpose() * m;
-        let off = gram - DMat3::from_diagonal(DVec3::splat(scale * scale));
-        let error = [off.x_axis, off.y_axis, off.z_axis].map(|c| c.abs().max_element());
-        if error.iter().any(|e| *e > 1e-6 * scale * scale) {
-            return;
-        }
-        let radius = sphere.radius * scale;
-        let center = place.to_world.transform_point3(sphere.center);
-        if radius == 0.0 || !radius.is_finite() || !center.is_finite() {
-            return;
-        }
-        let area = 4.0 * std::f64::consts::PI * radius * radius;
-        self.spheres.push(EmissiveSphere {
-            center,
-            radius: radius.abs(),
-            emission: spec.emission(spec.radiance_over(area)),
-            inward: place.reverse != (radius < 0.0),
-            lights: index(self.lights.len() - lights)..index(self.lights.len()),
-            triangles: index(first)..index(self.triangles.len()),
-        });
-    }
-
-    fn note_disk(
-        &mut self,
-        first: usize,
-        lights: usize,
-        disk: &Disk,
-        place: &Placement,
-        spec: &EmissionSpec,
-    ) {
-        let lights = self.lights.len() - lights..self.lights.len();
-        let Some(Light::Area(facet)) = self.lights.get(lights.start).map(|l| &*l.light) else {
-            return;
-        };
-        let frame = Frame::from_normal(disk.normal);
-        let [a, b] = [frame.x, frame.y].map(|v| place.to_world.transform_vector3(v * disk.radius));
-        let square = a.length_squared();
-        let error = (b.length_squared() - square).abs().max(a.dot(b).abs());
-        // One that is where it was keeps its bits.
-        let (normal, radius) = match place.to_world.matrix3 == DMat3::IDENTITY {
-            true => (Some(disk.normal), disk.radius),
-            false => (predicates::normalize(a.cross(b)), square.sqrt()),
-        };
-        let Some(normal) = normal else {
-            return;
-        };
-        let outwards = normal.dot(facet.polygon.normal()).signum();
-        let disk = Disk {
-            center: place.to_world.transform_point3(disk.center),
-            normal: normal * outwards,
-            radius,
-        };
-        // An ellipse stays facets.
-        if error > 1e-6 * square || !disk.radius.is_finite() || !disk.center.is_finite() {
-            return;
-        }
-        self.disks.push(EmissiveDisk {
-            disk,
-            emission: spec.emission(spec.radiance_over(disk.area())),
-            lights: index(lights.start)..index(lights.end),
-            triangles: index(first)..index(self.triangles.len()),
-        });
-    }
-
-    fn note_cylinder(
-        &mut self,
-        first: usize,
-        lights: usize,
-        cylinder: &Cylinder,
-        place: &Placement,
-        spec: &EmissionSpec,
-    ) {
-        let (to_world, axis) = (&place.to_world, cylinder.axis);
-        let Frame { x, y, z } = Frame::from_normal(axis.direction());
-        let [x, y, z] = [x, y, z].map(|v| to_world.transform_vector3(v));
-        let square = x.length_squared();
-        let across = (y.length_squared() - square).abs().max(x.dot(y).abs());
-        let slanted = x.dot(z).abs().max(y.dot(z).abs()) / z.length();
-        // One that is where it was keeps its bits.
-        let scale = match to_world.matrix3 == DMat3::IDENTITY {
-            true => 1.0,
-            false => square.sqrt(),
-        };
-        let [p0, p1] = [axis.p0, axis.p1].map(|p| to_world.transform_point3(p));
-        let round = Cylinder {
-            axis: Segment::new(p0, p1),
-            radius: cylinder.radius.abs() * scale,
-        };
-        // Of an ellipse, or slanted, it stays facets.
-        let is_one = across <= 1e-6 * square && slanted <= 1e-6 * scale;
-        let finite = round.radius.is_finite() && p0.is_finite() && p1.is_finite();
-        if !(is_one && finite && round.area() > 0.0) {
-            return;
-        }
-        self.cylinders.push(EmissiveCylinder {
-            cylinder: round,
-            emission: spec.emission(spec.radiance_over(round.area())),
-            inward: place.reverse != (cylinder.radius < 0.0),
-            lights: index(self.lights.len() - lights)..index(self.lights.len()),
-            triangles: index(first)..index(self.triangles.len()),
-        });
     }
 
     /// Adds a linear light between two points of the world; the `radiance` of `spec` is radiance ×
@@ -527,7 +486,7 @@ impl SceneBuilder {
         let factor = spec
             .power
             .map_or(1.0, |p| p / (2.0 * std::f64::consts::PI.powi(2) * length));
-        let at = index(self.triangles.len());
+        let at = index(self.world.triangles.len());
         self.lights.push(SceneLight {
             light: Arc::new(Light::Linear(LinearLight {
                 segment: Segment { p0, p1 },
@@ -535,24 +494,24 @@ impl SceneBuilder {
             })),
             triangles: at..at,
             map: None,
+            set: spec.set,
         });
         Ok(())
     }
 
     /// The finished scene.
     pub fn finish(mut self, camera: Camera, film: FilmSettings) -> Scene {
-        if !self.normals.is_empty() {
-            self.normals.resize(self.positions.len(), [0.0; 3]);
-        }
-        if !self.uvs.is_empty() {
-            self.uvs.resize(self.positions.len(), [0.0; 2]);
-        }
+        self.world.fill();
         Scene {
-            positions: self.positions,
-            triangles: self.triangles,
-            normals: self.normals,
-            uvs: self.uvs,
-            meshes: self.meshes,
+            positions: self.world.positions,
+            triangles: self.world.triangles,
+            normals: self.world.normals,
+            uvs: self.world.uvs,
+            meshes: self.world.meshes,
+            objects: self.objects,
+            instances: self.instances,
+            alphas: self.alphas,
+            light_sets: self.light_sets,
             materials: self.materials,
             lights: self.lights,
             spheres: self.spheres,
@@ -563,17 +522,6 @@ impl SceneBuilder {
             light_ranges: self.light_ranges,
         }
     }
-}
-
-/// The inverse transpose up to a positive factor: the cofactor matrix with the sign of the
-/// determinant.
-fn normal_matrix(m: &DMat3) -> DMat3 {
-    let cofactors = DMat3::from_cols(
-        m.y_axis.cross(m.z_axis),
-        m.z_axis.cross(m.x_axis),
-        m.x_axis.cross(m.y_axis),
-    );
-    cofactors * m.determinant().signum()
 }
 
 /// A unit vector, or zero. What is one to `f32` rounding already stays as it is, so that scenes
@@ -588,7 +536,7 @@ fn unit(n: DVec3) -> DVec3 {
 }
 
 /// Counts are below `u32::MAX`: [`SceneBuilder::add_mesh`] refuses more.
-fn index(i: usize) -> u32 {
+pub(crate) fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }
 
@@ -602,9 +550,9 @@ impl Coordinates {
     /// Of the triangles from `first` on; `None` without a texture.
     fn new(builder: &SceneBuilder, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Option<Self> {
         spec.map?;
-        let triangles = &builder.triangles[first..];
-        let at = |i: &u32| to_f64(builder.positions[*i as usize]);
-        let uv = |t: &[u32; 3]| corner_uvs(&builder.uvs, mesh, t.map(|i| i as usize));
+        let triangles = &builder.world.triangles[first..];
+        let at = |i: &u32| to_f64(builder.world.positions[*i as usize]);
+        let uv = |t: &[u32; 3]| mesh.corner_uvs(&builder.world.uvs, *t);
         Some(Self {
             corners: triangles
                 .iter()

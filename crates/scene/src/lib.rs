@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
+mod alpha;
 mod builder;
 mod camera;
 mod differential;
@@ -10,15 +11,19 @@ mod emission_texture;
 mod film;
 mod footprint;
 mod image;
+mod links;
 mod material;
 mod merge;
 mod mipmap;
+mod object;
 mod parameters;
 mod response;
+mod round;
 mod scene;
 mod surface;
 mod texture;
 
+pub use alpha::{Alpha, AlphaGrid};
 pub use builder::{AddError, Added, MAX_COORDINATE, MeshData, Placement, RoundShape, SceneBuilder};
 pub use camera::{Camera, CameraRay, Projection};
 pub use emission::{EmissionMap, EmissionSpec, PlaneUv};
@@ -26,10 +31,12 @@ pub use emission_texture::EmissionTexture;
 pub use film::{FilmSettings, Filter, FilterKind};
 pub use footprint::{Footprint, RayDifferential};
 pub use image::{ImageData, LUMINANCE};
+pub use links::Links;
 pub use material::{BumpMap, Material, MaterialKind, NormalMap, Remap, Roughness};
+pub use object::{Instance, Object, Place};
 pub use parameters::Parameter;
 pub use response::{Bounce, Response, index_of_refraction};
-pub use scene::{EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight};
+pub use scene::{Cutout, EmissiveCylinder, EmissiveDisk, EmissiveSphere, Mesh, Scene, SceneLight};
 pub use surface::{Covered, Surface};
 pub use texture::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 

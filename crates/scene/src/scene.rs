@@ -1,12 +1,15 @@
-//! The scene: triangles in world space, materials, lights, camera and film.
+//! The scene: triangles in world space, instances, materials, lights, camera and film.
 
+use crate::alpha::Alpha;
 use crate::camera::Camera;
 use crate::emission::EmissionMap;
 use crate::film::FilmSettings;
 use crate::footprint::Footprint;
 use crate::image::ImageData;
 use crate::material::{Material, MaterialKind};
+use crate::object::mesh_of;
 use crate::texture::ImageTexture;
+use crate::{Instance, Links, Object};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{AreaLight, Cylinder, Disk, Emission, Light};
 use std::collections::HashMap;
@@ -29,6 +32,19 @@ pub struct Mesh {
     /// Its vertices have texture coordinates; otherwise the corners of each triangle are at
     /// (0, 0), (1, 0), (1, 1), as in pbrt.
     pub has_uvs: bool,
+    /// Its holes.
+    pub cutout: Option<Cutout>,
+    /// Which lights illuminate it, and which it hides.
+    pub links: Links,
+}
+
+/// The holes of a mesh: which of its points are there, as indices into [`Scene::alphas`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cutout {
+    /// Which are there.
+    pub seen: Option<u32>,
+    /// Which of those hide lights; all if none is said.
+    pub shadow: Option<u32>,
 }
 
 /// A light, and the triangles that look like it.
@@ -41,6 +57,8 @@ pub struct SceneLight {
     pub triangles: Range<u32>,
     /// Emission that varies over an area light; `light` has its mean.
     pub map: Option<EmissionMap>,
+    /// The set of lights that it is in, by its number in [`Scene::light_sets`].
+    pub set: u32,
 }
 
 impl SceneLight {
@@ -105,8 +123,9 @@ pub struct EmissiveCylinder {
     pub triangles: Range<u32>,
 }
 
-/// A scene, flattened to triangles in world space. The `f32` vertices *are* the geometry:
-/// transforms are applied in `f64` and rounded once.
+/// A scene: triangles in world space, and objects that stand in it as instances. The `f32` vertices
+/// *are* the geometry: transforms are applied in `f64` and rounded once, but those of instances,
+/// which nothing rounds.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Vertex positions, all finite.
@@ -119,6 +138,14 @@ pub struct Scene {
     pub uvs: Vec<[f32; 2]>,
     /// Meshes, in the order of their triangles, which they cover without gaps.
     pub meshes: Vec<Mesh>,
+    /// What stands in the scene as instances, beside what the fields above hold.
+    pub objects: Vec<Object>,
+    /// Objects at their places.
+    pub instances: Vec<Instance>,
+    /// What meshes have holes by.
+    pub alphas: Vec<Alpha>,
+    /// Names of the sets of lights that light linking tells apart; the first is `default`.
+    pub light_sets: Vec<String>,
     /// Materials.
     pub materials: Vec<Material>,
     /// Lights.
@@ -143,10 +170,10 @@ impl Scene {
         self.triangles[triangle as usize].map(|i| to_f64(self.positions[i as usize]))
     }
 
-    /// The index of the mesh that a triangle belongs to. Logarithmic in the number of meshes.
+    /// The index of the mesh that a triangle of the scene's own belongs to. Logarithmic in the
+    /// number of meshes.
     pub fn mesh_of(&self, triangle: u32) -> u32 {
-        let k = self.meshes.partition_point(|m| m.triangles.end <= triangle);
-        u32::try_from(k).unwrap_or(u32::MAX)
+        mesh_of(&self.meshes, triangle)
     }
 
     /// The material of a triangle. Logarithmic in the number of meshes.
@@ -198,8 +225,8 @@ impl Scene {
         }
     }
 
-    /// The corners of the smallest box that holds all triangles and linear lights; `None` if there
-    /// are none.
+    /// The corners of the smallest box that holds all triangles, linear lights and the boxes of
+    /// instances; `None` if there are none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let mut points = self
             .triangles
@@ -210,9 +237,9 @@ impl Scene {
             Light::Linear(line) => Some([line.segment.p0, line.segment.p1]),
             _ => None,
         });
-        let mut lines = lines.flatten();
-        let first = points.next().or_else(|| lines.next())?;
-        let all = points.chain(lines);
+        let mut others = lines.flatten().chain(self.instance_corners());
+        let first = points.next().or_else(|| others.next())?;
+        let all = points.chain(others);
         Some(all.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
     }
 
@@ -224,17 +251,23 @@ impl Scene {
             + size_of_val(&self.uvs[..])
             + size_of_val(&self.meshes[..])
             + size_of_val(&self.lights[..])
+            + size_of_val(&self.instances[..])
+            + self.objects.iter().map(Object::memory).sum::<usize>()
     }
 
     /// Bytes that the images of the textures take, each counted once, with the smaller copies that
     /// were made of them.
     pub fn texture_memory(&self) -> usize {
         let mut images: HashMap<*const ImageData, usize> = HashMap::new();
+        let mut count = |image: &ImageTexture| {
+            let bytes = image.data.memory() + image.data.pyramid_memory();
+            images.insert(Arc::as_ptr(&image.data), bytes);
+        };
         for material in &self.materials {
-            material.for_each_image(&mut |image| {
-                let bytes = image.data.memory() + image.data.pyramid_memory();
-                images.insert(Arc::as_ptr(&image.data), bytes);
-            });
+            material.for_each_image(&mut count);
+        }
+        for alpha in &self.alphas {
+            alpha.texture.for_each_image(&mut count);
         }
         images.values().sum()
     }
@@ -272,6 +305,8 @@ impl Scene {
             flipped: false,
             has_normals: false,
             has_uvs: false,
+            cutout: None,
+            links: Links::default(),
         });
         self.materials.push(Material::matte(name, DVec3::ZERO));
         self.light_ranges
@@ -280,6 +315,7 @@ impl Scene {
             light: Arc::new(Light::Area(AreaLight { polygon, emission })),
             triangles: first..first + 2,
             map: None,
+            set: 0,
         });
         true
     }

@@ -6,8 +6,10 @@
 
 use crate::emission::PlaneUv;
 use crate::footprint::{Footprint, RayDifferential};
+use crate::links::Links;
 use crate::material::NormalMap;
-use crate::scene::{Mesh, Scene, outward, to_f64};
+use crate::object::{InWorld, Place};
+use crate::scene::{Mesh, Scene, outward};
 use crate::texture::Texture;
 use linelit_geometry::{DVec2, DVec3, Frame};
 
@@ -25,14 +27,19 @@ pub struct Surface {
     pub uv: DVec2,
     /// What the pixel covers around the point; nothing if it was not asked for.
     pub covered: Covered,
-    /// The triangle.
+    /// The triangle, one of the scene's own or of the instance's object.
     pub triangle: u32,
-    /// The largest component of the edges from its first corner.
+    /// The instance, if it is one.
+    pub instance: Option<u32>,
+    /// The largest component of the edges from its first corner; on an instance, how far the
+    /// corner may be from the object's origin besides.
     pub extent: f64,
     /// Index into the scene's materials.
     pub material: u32,
     /// Index into the scene's lights, if the triangle emits.
     pub light: Option<u32>,
+    /// Which lights illuminate it, and which it hides.
+    pub links: Links,
     /// The ray comes from the outside (for an area light: from the emitting side).
     pub outside: bool,
 }
@@ -49,6 +56,14 @@ pub struct Covered {
 }
 
 impl Surface {
+    /// Its triangle.
+    pub const fn place(&self) -> Place {
+        Place {
+            instance: self.instance,
+            triangle: self.triangle,
+        }
+    }
+
     /// Where to look a texture up, and over what.
     pub const fn footprint(&self) -> Footprint {
         let [dx, dy] = self.covered.uv;
@@ -78,8 +93,13 @@ impl Scene {
     ///
     /// # Panics
     /// If there is no such triangle.
-    pub fn surface(&self, triangle: u32, barycentric: [f64; 2], ray_direction: DVec3) -> Surface {
-        self.surface_over(triangle, barycentric, ray_direction, None)
+    pub fn surface(
+        &self,
+        place: impl Into<Place>,
+        barycentric: [f64; 2],
+        ray_direction: DVec3,
+    ) -> Surface {
+        self.surface_over(place, barycentric, ray_direction, None)
     }
 
     /// As [`Scene::surface`], over the pixel that the rays beside the ray show.
@@ -92,30 +112,28 @@ impl Scene {
     #[inline]
     pub fn surface_over(
         &self,
-        triangle: u32,
+        place: impl Into<Place>,
         [b1, b2]: [f64; 2],
         ray_direction: DVec3,
         beside: Option<&RayDifferential>,
     ) -> Surface {
-        let mesh = &self.meshes[self.mesh_of(triangle) as usize];
-        let indices = self.triangles[triangle as usize].map(|i| i as usize);
+        let place @ Place { instance, triangle } = place.into();
+        let found = &self.in_world(place);
+        let (mesh, uvs) = (found.mesh, found.uvs);
         let weights = [1.0 - b1 - b2, b1, b2];
-        let [p0, p1, p2] = indices.map(|i| to_f64(self.positions[i]));
+        let [p0, p1, p2] = found.points;
         let (e1, e2) = (p1 - p0, p2 - p0);
         let winding = winding(e1, e2);
         let interpolated = if mesh.has_normals {
-            let terms = indices.iter().zip(weights);
-            terms.fold(DVec3::ZERO, |sum, (&i, w)| {
-                sum + w * to_f64(self.normals[i])
-            })
+            let terms = found.normals.iter().zip(weights);
+            terms.fold(DVec3::ZERO, |sum, (&n, w)| sum + w * n)
         } else {
             DVec3::ZERO
         };
-        let outward = outward(winding, interpolated, mesh.flipped);
+        let outward = outward(winding, interpolated, found.flipped);
         let outside = outward.dot(ray_direction) <= 0.0;
         let side = if outside { 1.0 } else { -1.0 };
         let geometric_normal = side * outward;
-        let uvs = corner_uvs(&self.uvs, mesh, indices);
         let mut surface = Surface {
             point: p0 * weights[0] + p1 * b1 + p2 * b2,
             geometric_normal,
@@ -127,17 +145,18 @@ impl Scene {
             uv: uvs[0] * weights[0] + uvs[1] * b1 + uvs[2] * b2,
             covered: Covered::default(),
             triangle,
-            extent: e1.abs().max(e2.abs()).max_element(),
+            instance,
+            extent: e1.abs().max(e2.abs()).max_element() + found.reach,
             material: mesh.material,
-            light: self.light_of(triangle),
+            light: match instance {
+                None => self.light_of(triangle),
+                Some(_) => None,
+            },
+            links: mesh.links,
             outside,
         };
         if let Some(beside) = beside {
-            let vertex_normals = if mesh.has_normals {
-                indices.map(|i| side * to_f64(self.normals[i]))
-            } else {
-                [DVec3::ZERO; 3]
-            };
+            let vertex_normals = found.normals.map(|n| side * n);
             let normals = (vertex_normals, interpolated.length());
             surface.covered = covered(&surface, [p0, p1, p2], uvs, normals, beside);
         }
@@ -146,7 +165,7 @@ impl Scene {
         let material = &self.materials[mesh.material as usize];
         if (material.bump.is_some() || material.normal_map.is_some())
             && let outer = side * surface.shading_normal
-            && let Some(bent) = self.bent_normal(&surface, mesh, indices, outer)
+            && let Some(bent) = self.bent_normal(&surface, found, outer)
             && let Some(normal) = (side * bent).try_normalize()
             && normal.dot(geometric_normal) > 0.0
         {
@@ -160,59 +179,53 @@ impl Scene {
     ///
     /// # Panics
     /// If there is no such triangle.
-    pub fn tangents(&self, triangle: u32) -> [DVec3; 2] {
-        let mesh = &self.meshes[self.mesh_of(triangle) as usize];
-        let indices = self.triangles[triangle as usize].map(|i| i as usize);
-        let uvs = corner_uvs(&self.uvs, mesh, indices);
-        tangents(self.corners(triangle), uvs)
+    pub fn tangents(&self, place: impl Into<Place>) -> [DVec3; 2] {
+        let found = self.in_world(place.into());
+        tangents(found.points, found.uvs)
     }
 
     /// The normal `outer`, which lies on the outside, bent by the bump or normal map of the
     /// material; `None` if it has neither.
-    fn bent_normal(
-        &self,
-        surface: &Surface,
-        mesh: &Mesh,
-        indices: [usize; 3],
-        outer: DVec3,
-    ) -> Option<DVec3> {
+    fn bent_normal(&self, surface: &Surface, found: &InWorld<'_>, outer: DVec3) -> Option<DVec3> {
+        let InWorld { mesh, points, .. } = *found;
         let material = &self.materials[mesh.material as usize];
+        let [dp_du, dp_dv] = tangents(points, found.uvs);
+        let at = surface.footprint();
         let Some(map) = &material.bump else {
             let map = material.normal_map.as_ref()?;
-            let [dp_du, dp_dv] = self.tangents(surface.triangle);
-            return Some(mapped(map, surface.footprint(), [dp_du, dp_dv], outer));
+            return Some(mapped(map, at, [dp_du, dp_dv], outer));
         };
-        let [dp_du, dp_dv] = self.tangents(surface.triangle);
-        let normals = indices.map(|i| self.vertex_normal(mesh, i, outer));
+        let normals = if mesh.has_normals {
+            found.normals
+        } else {
+            [outer; 3]
+        };
         let speed = if map.as_v3 && mesh.has_normals {
             v3_tangents(dp_du, outer)
         } else {
             [dp_du, dp_dv]
         };
-        let change = normal_change(normals, corner_uvs(&self.uvs, mesh, indices));
-        let at = surface.footprint();
+        let change = normal_change(normals, found.uvs);
         Some(bumped(&map.height, &at, speed, outer, change))
-    }
-
-    /// The normal of a vertex, or of the surface if the mesh has none.
-    fn vertex_normal(&self, mesh: &Mesh, index: usize, otherwise: DVec3) -> DVec3 {
-        if mesh.has_normals {
-            to_f64(self.normals[index])
-        } else {
-            otherwise
-        }
     }
 }
 
-/// The texture coordinates of the corners of a triangle of a mesh.
-pub(crate) fn corner_uvs(uvs: &[[f32; 2]], mesh: &Mesh, indices: [usize; 3]) -> [DVec2; 3] {
-    if !mesh.has_uvs {
-        return DEFAULT_UVS;
+impl Mesh {
+    /// The texture coordinates of the corners of one of its triangles, by the indices of its
+    /// vertices and the coordinates of all.
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    #[must_use]
+    pub fn corner_uvs(&self, uvs: &[[f32; 2]], vertices: [u32; 3]) -> [DVec2; 3] {
+        if !self.has_uvs {
+            return DEFAULT_UVS;
+        }
+        vertices.map(|i| {
+            let [u, v] = uvs[i as usize];
+            DVec2::new(f64::from(u), f64::from(v))
+        })
     }
-    indices.map(|i| {
-        let [u, v] = uvs[i];
-        DVec2::new(f64::from(u), f64::from(v))
-    })
 }
 
 /// The right-hand unit normal of a triangle by its edges from the first corner.

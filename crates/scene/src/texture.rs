@@ -262,7 +262,22 @@ impl ImageTexture {
         if !at.uv.is_finite() {
             return DVec3::ZERO;
         }
-        let value = self.scale * self.looked_up(&at);
+        self.finished(self.looked_up(&at))
+    }
+
+    /// Whether it is the same look at the same pixels.
+    #[allow(clippy::float_cmp, reason = "asks whether it is the very same number")]
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.data, &other.data)
+            && (self.mapping, self.wrap, self.filter) == (other.mapping, other.wrap, other.filter)
+            && self.scale == other.scale
+            && self.invert == other.invert
+            && self.filename == other.filename
+    }
+
+    /// What a value of the image stands for.
+    pub(crate) fn finished(&self, value: DVec3) -> DVec3 {
+        let value = self.scale * value;
         if self.invert {
             (DVec3::ONE - value).max(DVec3::ZERO)
         } else {

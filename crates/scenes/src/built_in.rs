@@ -1,6 +1,6 @@
 //! The table of the built-in scenes.
 
-use crate::{Files, colonnade, gloss, logo, rooms, window};
+use crate::{Files, colonnade, foliage, gloss, logo, rooms, window};
 
 /// A scene that a generator makes.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ impl BuiltIn {
     ///
     /// assert!(BuiltIn::ALL.iter().any(|scene| scene.name == "cornell-box-large"));
     /// ```
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::new(
             "cornell-box-small",
             "two blocks in a room, a small square light: nearly hard shadows",
@@ -105,6 +105,11 @@ impl BuiltIn {
             "window",
             "a window with a view behind blinds: a textured light",
             window::window,
+        ),
+        Self::new(
+            "foliage",
+            "a tree of 240 instances of one twig, its leaves cut out by an alpha",
+            foliage::foliage,
         ),
     ];
 

@@ -4,6 +4,7 @@
 
 mod built_in;
 mod colonnade;
+mod foliage;
 mod gloss;
 #[cfg(feature = "load")]
 mod library;
@@ -40,6 +41,7 @@ pub fn kept() -> Files {
         gloss::monoliths(),
         gloss::plates(),
         window::window(),
+        foliage::foliage(),
     ];
     scenes.concat()
 }

@@ -35,29 +35,41 @@ impl Library {
     /// # Errors
     /// If the scene cannot be found or read.
     pub fn load(&self, name: &str) -> Result<Loaded> {
-        let loaded = match Place::find(name)? {
-            Place::File(path) => linelit_formats::load(path, &self.options)?,
-            Place::BuiltIn(scene) => self.make(scene)?,
-        };
-        for warning in &loaded.warnings {
-            (self.note)(format_args!("{warning}"));
+        match Place::find(name)? {
+            Place::File(path) => Ok(self.noted(linelit_formats::load(path, &self.options)?)),
+            Place::BuiltIn(scene) => {
+                self.load_from(BTreeMap::from_iter(scene.files()), &scene.main_file())
+            }
         }
-        Ok(loaded)
     }
 
-    fn make(&self, scene: BuiltIn) -> Result<Loaded> {
-        let (files, name) = (BTreeMap::from_iter(scene.files()), scene.main_file());
-        let main = files.get(&name).cloned().unwrap_or_default();
+    /// Reads the scene in one of these files, which holds all that it names by the names that it
+    /// writes; nothing else is read.
+    ///
+    /// # Errors
+    /// If the file is none of these, or no scene.
+    pub fn load_from(&self, files: BTreeMap<String, Vec<u8>>, main: &str) -> Result<Loaded> {
+        let ending = Path::new(main).extension().and_then(|e| e.to_str());
+        let (Some(format), Some(bytes)) = (
+            ending.and_then(Format::from_extension),
+            files.get(main).cloned(),
+        ) else {
+            bail!("`{main}` is no scene among the files in memory");
+        };
         let options = LoadOptions {
             root: Root::Memory(Arc::new(files)),
             ..self.options.clone()
         };
-        Ok(linelit_formats::from_bytes(
-            Format::Pbrt,
-            &main,
-            &name,
-            &options,
-        )?)
+        let loaded = linelit_formats::from_bytes(format, &bytes, main, &options)?;
+        Ok(self.noted(loaded))
+    }
+
+    /// Says what was strange about a scene's files.
+    fn noted(&self, loaded: Loaded) -> Loaded {
+        for warning in &loaded.warnings {
+            (self.note)(format_args!("{warning}"));
+        }
+        loaded
     }
 
     /// Loads a scene, and gives one without lights a square beside the camera, which is noted.
@@ -65,7 +77,14 @@ impl Library {
     /// # Errors
     /// If the scene cannot be found or read, or has no lights and nothing to be lit.
     pub fn load_lit(&self, name: &str) -> Result<Loaded> {
-        let mut loaded = self.load(name)?;
+        self.lit(self.load(name)?, name)
+    }
+
+    /// A scene, with a square beside the camera if it has no lights, which is noted.
+    ///
+    /// # Errors
+    /// If it has no lights and nothing to be lit.
+    pub fn lit(&self, mut loaded: Loaded, name: &str) -> Result<Loaded> {
         if loaded.scene.lights.is_empty() {
             if !linelit_formats::add_framing_light(&mut loaded.scene) {
                 bail!("`{name}` has no lights, and nothing that one could stand beside");

@@ -139,7 +139,7 @@ impl Mesh {
 }
 
 /// Five decimals: libraries may differ in the last digit of a sine, files must not.
-fn rounded(v: f64) -> f64 {
+pub(super) fn rounded(v: f64) -> f64 {
     let r = (v * 1e5).round() / 1e5;
     if r == 0.0 { 0.0 } else { r }
 }

@@ -50,7 +50,7 @@ fn view(i: u16, j: u16) -> [u8; 3] {
 }
 
 /// An uncompressed TGA file of 24 bits a pixel, top row first.
-fn tga([width, height]: [u16; 2], pixel: impl Fn(u16, u16) -> [u8; 3]) -> Vec<u8> {
+pub(super) fn tga([width, height]: [u16; 2], pixel: impl Fn(u16, u16) -> [u8; 3]) -> Vec<u8> {
     let mut out = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     out.extend(width.to_le_bytes());
     out.extend(height.to_le_bytes());

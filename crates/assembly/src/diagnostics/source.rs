@@ -229,16 +229,14 @@ pub struct Source {
 
 /// Where a message shall point; the line is only looked for when there is a message.
 #[derive(Clone, Copy, Debug)]
-pub struct Location<'a> {
-    source: &'a Source,
-    within: Within,
-}
+pub struct Location<'a>(Within<'a>);
 
 #[derive(Clone, Copy, Debug)]
-enum Within {
-    File,
-    Byte(usize),
-    Text(Span),
+enum Within<'a> {
+    File(&'a Source),
+    Byte(&'a Source, usize),
+    Text(&'a Source, Span),
+    Kept(&'a Place),
 }
 
 impl Location<'_> {
@@ -254,13 +252,23 @@ impl Location<'_> {
 
     /// The same for a message.
     pub(crate) fn place(self) -> Place {
-        let position = match self.within {
-            Within::File => Position::File,
-            Within::Byte(offset) => Position::Byte(offset),
-            Within::Text(span) => Position::Text(Box::new(self.source.text_place(span))),
+        let (source, position) = match self.0 {
+            Within::File(source) => (source, Position::File),
+            Within::Byte(source, offset) => (source, Position::Byte(offset)),
+            Within::Text(source, span) => {
+                (source, Position::Text(Box::new(source.text_place(span))))
+            }
+            Within::Kept(place) => return place.clone(),
         };
-        let file = Arc::clone(&self.source.name);
+        let file = Arc::clone(&source.name);
         Place { file, position }
+    }
+}
+
+impl Place {
+    /// The same for later messages.
+    pub(crate) const fn location(&self) -> Location<'_> {
+        Location(Within::Kept(self))
     }
 }
 
@@ -355,29 +363,17 @@ impl Source {
 
     /// The text under a span, to point at.
     pub const fn at(&self, span: Span) -> Location<'_> {
-        let within = Within::Text(span);
-        Location {
-            source: self,
-            within,
-        }
+        Location(Within::Text(self, span))
     }
 
     /// A byte of a binary file, to point at.
     pub const fn at_byte(&self, offset: usize) -> Location<'_> {
-        let within = Within::Byte(offset);
-        Location {
-            source: self,
-            within,
-        }
+        Location(Within::Byte(self, offset))
     }
 
     /// The file, to point at as a whole.
     pub const fn whole(&self) -> Location<'_> {
-        let within = Within::File;
-        Location {
-            source: self,
-            within,
-        }
+        Location(Within::File(self))
     }
 
     /// `file:line:column` of the start of a span.

@@ -23,8 +23,21 @@ pub(super) struct Entry {
     /// Factor on the emission over the surface: an index into the builder's list.
     pub(super) emission_map: Option<u32>,
     pub(super) two_sided: bool,
+    pub(super) holes: Holes,
     /// The set of texture coordinates that its textures are for.
     pub(super) uv_set: u32,
+}
+
+/// Where what has a material is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Holes {
+    /// Everywhere.
+    #[default]
+    None,
+    /// Where the alpha of this index says so.
+    Some(u32),
+    /// Nowhere.
+    All,
 }
 
 /// Extensions of materials that change more than a detail, and what is drawn instead.
@@ -59,6 +72,7 @@ struct Node<'a> {
     emissive_texture: Option<Raw<'a>>,
     emissive_factor: [f64; 3],
     alpha_mode: Option<Raw<'a>>,
+    alpha_cutoff: Option<f64>,
     double_sided: bool,
     extensions: HashMap<String, Raw<'a>>,
 }
@@ -103,6 +117,7 @@ impl<'a> Reader<'a> {
         let surface = self.metallic_roughness(&node, raw, &mut uv_set)?;
         let normal_map = self.normal_map(&node, &mut uv_set)?;
         let (emission, emission_map) = self.emission(&node, raw, &mut uv_set)?;
+        let holes = self.holes(&node, &mut uv_set)?;
         self.warn_about_rest(&node)?;
         let mut add = |kind| {
             self.base.builder.add_material(Material {
@@ -125,17 +140,57 @@ impl<'a> Reader<'a> {
             emission,
             emission_map,
             two_sided: node.double_sided,
+            holes,
             uv_set: uv_set.unwrap_or(0),
         })
+    }
+
+    /// `alphaMode`: MASK as it says; BLEND, of which nothing shines through here, with an image as
+    /// a mask that cuts at a half, without one as opaque.
+    fn holes(&mut self, node: &Node<'a>, uv_set: &mut Option<u32>) -> Result<Holes> {
+        let doc = self.doc;
+        let Some(mode) = node.alpha_mode else {
+            return Ok(Holes::None);
+        };
+        let is_mask = match mode.get() {
+            "\"OPAQUE\"" => return Ok(Holes::None),
+            "\"MASK\"" => true,
+            _ => false,
+        };
+        let factors = match node.pbr_metallic_roughness {
+            Some(raw) => doc.read(raw)?,
+            None => MetallicRoughness::default(),
+        };
+        let [.., factor] = factors.base_color_factor.unwrap_or([1.0; 4]);
+        let texture = match factors.base_color_texture {
+            Some(named) => self.texture(named, Channel::Alpha, factor, uv_set)?,
+            None => None,
+        };
+        let cutoff = if is_mask {
+            node.alpha_cutoff.unwrap_or(0.5)
+        } else {
+            let message = "blending is not supported: what shines through is not drawn";
+            let label = "an image cuts where its alpha is below 0.5";
+            self.base.unsupported(message, label, doc.at(mode))?;
+            0.5
+        };
+        if !factor.is_finite() || !cutoff.is_finite() {
+            let message = "an alpha that is not finite";
+            let kind = ErrorKind::OutOfRange;
+            return Err(doc.error(kind, message, mode, "its material"));
+        }
+        #[allow(clippy::cast_possible_truncation, reason = "numbers of masks are f32")]
+        let alpha = match texture {
+            Some(texture) => self.base.alpha(texture, cutoff as f32, doc.at(mode))?,
+            None if is_mask && factor < cutoff => return Ok(Holes::All),
+            None => None,
+        };
+        Ok(alpha.map_or(Holes::None, Holes::Some))
     }
 
     /// Names what is not drawn.
     fn warn_about_rest(&mut self, node: &Node<'a>) -> Result<()> {
         let doc = self.doc;
-        if let Some(mode) = node.alpha_mode.filter(|mode| mode.get() != "\"OPAQUE\"") {
-            let message = "transparency is not supported: shapes are opaque";
-            self.base.unsupported(message, "ignored", doc.at(mode))?;
-        }
         // Occlusion textures darken ambient light, of which there is none here.
         for (name, instead) in EXTENSIONS {
             if let Some(extension) = node.extensions.get(*name) {

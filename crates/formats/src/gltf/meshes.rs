@@ -3,71 +3,72 @@
 use super::Reader;
 use super::buffers::Numbers;
 use super::document::{Document, List, Raw};
+use super::materials::Holes;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use linelit_assembly::{ErrorKind, Result};
+use linelit_assembly::{ErrorKind, ObjectId, Result};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
-use linelit_scene::{EmissionSpec, MeshData, Placement};
+use linelit_scene::{Cutout, EmissionSpec, MeshData, Placement};
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::rc::Rc;
 
 #[derive(Deserialize)]
-struct Mesh<'a> {
+struct Node<'a> {
     #[serde(borrow)]
     primitives: Vec<Raw<'a>>,
 }
 
 /// What a primitive is made of.
 #[derive(Debug)]
-pub(super) enum Shape {
-    Triangles(MeshData),
+enum Shape {
+    Triangles(Rc<MeshData>),
     Lines(Vec<[DVec3; 2]>),
 }
 
-/// The primitives of a mesh, each with the number of its material.
-pub(super) type Primitives = Rc<Vec<(Shape, Option<usize>)>>;
+/// A mesh that has been read.
+#[derive(Debug)]
+pub(super) struct Mesh {
+    /// What each node gets a copy of.
+    copied: Vec<(Shape, Placement)>,
+    /// What nodes share.
+    kept: Option<ObjectId>,
+    /// Its primitives.
+    count: usize,
+}
 
 impl<'a> Reader<'a> {
     /// Puts a mesh into the scene.
     pub(super) fn place_mesh(&mut self, index: usize, to_world: DAffine3) -> Result<()> {
         let doc = self.doc;
-        let raw = doc.known(List::Meshes, index);
-        let primitives = match &self.meshes[index] {
-            Some(primitives) => Rc::clone(primitives),
+        let at = doc.at_start(doc.known(List::Meshes, index));
+        let mesh = match &self.meshes[index] {
+            Some(mesh) => Rc::clone(mesh),
             None => {
-                let primitives = Rc::new(self.primitives(raw)?);
-                self.meshes[index] = Some(Rc::clone(&primitives));
-                primitives
+                let mesh = Rc::new(self.mesh(index)?);
+                self.meshes[index] = Some(Rc::clone(&mesh));
+                mesh
             }
         };
-        let at = doc.at_start(raw);
-        for (shape, material) in primitives.iter() {
-            self.shapes += 1;
-            let material = material.map(|m| self.materials[m]);
-            let material = material.unwrap_or_default();
-            let emission = material.emission.map(|radiance| EmissionSpec {
-                radiance,
-                two_sided: material.two_sided,
-                power: None,
-                map: material.emission_map,
-            });
+        self.shapes += mesh.count;
+        if let Some(object) = mesh.kept {
+            self.base.add_instance(object, to_world, "the mesh", at)?;
+        }
+        for (shape, placement) in &mesh.copied {
             match shape {
-                Shape::Triangles(mesh) => {
+                Shape::Triangles(triangles) => {
                     let placement = Placement {
                         to_world,
-                        material: material.index,
-                        emission,
-                        ..Placement::default()
+                        ..*placement
                     };
-                    self.base.add_mesh(mesh, &placement, "the mesh", at)?;
+                    self.base.add_mesh(triangles, &placement, "the mesh", at)?;
                 }
-                Shape::Lines(lines) => match emission {
+                Shape::Lines(lines) => match &placement.emission {
                     Some(spec) => {
                         for line in lines {
                             let ends = line.map(|p| to_world.transform_point3(p));
-                            self.base.add_line(ends, &spec, at)?;
+                            self.base.add_line(ends, spec, at)?;
                         }
                     }
                     None => {
@@ -80,10 +81,70 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Reads a mesh, and keeps what does not emit once if several nodes may have it.
+    fn mesh(&mut self, index: usize) -> Result<Mesh> {
+        let doc = self.doc;
+        let raw = doc.known(List::Meshes, index);
+        let mut copied = Vec::new();
+        let primitives = self.primitives(raw)?;
+        let count = primitives.len();
+        for (shape, material) in primitives {
+            let material = material.map(|m| self.materials[m]);
+            let material = material.unwrap_or_default();
+            let emission = material.emission.map(|radiance| EmissionSpec {
+                radiance,
+                two_sided: material.two_sided,
+                power: None,
+                map: material.emission_map,
+                set: 0,
+            });
+            let cutout = match (material.holes, emission) {
+                (Holes::None, _) => None,
+                (Holes::Some(alpha), None) => Some(Cutout {
+                    seen: Some(alpha),
+                    shadow: None,
+                }),
+                (Holes::All, None) => continue,
+                (_, Some(_)) => {
+                    let message = "what emits is opaque: its alpha is not supported";
+                    let at = doc.at_start(raw);
+                    self.base.unsupported(message, "ignored", at)?;
+                    None
+                }
+            };
+            let placement = Placement {
+                material: material.index,
+                emission,
+                cutout,
+                ..Placement::default()
+            };
+            copied.push((shape, placement));
+        }
+        let dark = |(shape, placement): &(Shape, Placement)| match shape {
+            Shape::Triangles(mesh) if placement.emission.is_none() => {
+                Some((Rc::clone(mesh), *placement))
+            }
+            Shape::Triangles(_) | Shape::Lines(_) => None,
+        };
+        let mut kept = None;
+        if self.uses[index] > 1 {
+            let shapes = copied.iter().filter_map(dark).collect();
+            kept = self.base.add_object(shapes, false, doc.at_start(raw))?;
+        }
+        if kept.is_some() {
+            copied.retain(|shape| dark(shape).is_none());
+        }
+        Ok(Mesh {
+            copied,
+            kept,
+            count,
+        })
+    }
+
     fn primitives(&mut self, mesh: Raw<'a>) -> Result<Vec<(Shape, Option<usize>)>> {
         let doc = self.doc;
         let mut list = Vec::new();
-        for raw in doc.read::<Mesh<'_>>(mesh)?.primitives {
+        for raw in doc.read::<Node<'_>>(mesh)?.primitives {
             let node: Primitive = doc.read(raw)?;
             if node.targets.is_some() {
                 let message = "morph targets are not supported";
@@ -283,7 +344,7 @@ impl Vertices {
         }
         let corners = triangle_corners(mode, indices.len())?.into_iter();
         let triangles = corners.map(|t| t.map(|k| indices[k]));
-        Some(Shape::Triangles(self.compact(triangles)))
+        Some(Shape::Triangles(Rc::new(self.compact(triangles))))
     }
 
     /// A mesh of the vertices that its triangles use.

@@ -28,12 +28,16 @@ use textures::{Channel, NamedImage};
 
 /// Extensions that we read.
 const EXTENSIONS: &[&str] = &[
+    INSTANCING,
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
+
+/// A mesh at many places.
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
 /// Pixels along the shorter side of a camera's picture; glTF has none.
 const SHORTER_SIDE: f64 = 720.0;
@@ -141,6 +145,7 @@ fn read(source: &Arc<Source>, binary: Option<Arc<[u8]>>, base: Assembly) -> Resu
         materials: Vec::new(),
         images: HashMap::new(),
         meshes: vec![None; doc.lists.meshes.len()],
+        uses: vec![0; doc.lists.meshes.len()],
         shapes: 0,
         indices: 0,
     };
@@ -174,10 +179,18 @@ struct Node<'a> {
     children: Vec<Raw<'a>>,
     mesh: Option<usize>,
     camera: Option<usize>,
+    extensions: HashMap<String, Raw<'a>>,
     matrix: Option<[f64; 16]>,
     translation: [f64; 3],
     rotation: Option<[f64; 4]>,
     scale: Option<[f64; 3]>,
+}
+
+/// `EXT_mesh_gpu_instancing`.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Instances {
+    attributes: HashMap<String, usize>,
 }
 
 #[derive(Default, Deserialize)]
@@ -215,7 +228,9 @@ struct Reader<'a> {
     materials: Vec<materials::Entry>,
     /// Images and the names of their files, by index and use.
     images: HashMap<(usize, Channel), Option<NamedImage>>,
-    meshes: Vec<Option<meshes::Primitives>>,
+    meshes: Vec<Option<Rc<meshes::Mesh>>>,
+    /// How many nodes may have each mesh, several of which an instanced one counts for.
+    uses: Vec<usize>,
     shapes: usize,
     /// Indices read so far.
     indices: usize,
@@ -261,6 +276,7 @@ impl<'a> Reader<'a> {
     /// Walks the nodes of the scene; a node may appear only once.
     fn read_nodes(&mut self) -> Result<()> {
         let doc = self.doc;
+        self.count_uses()?;
         let mut seen = vec![false; doc.lists.nodes.len()];
         let scene = match doc.lists.scene {
             Some(raw) => Some(doc.element(List::Scenes, doc.read(raw)?, raw, "scene")?),
@@ -285,12 +301,77 @@ impl<'a> Reader<'a> {
             stack.extend(visit(doc, &node.children, "children", to_world, &mut seen)?);
             if let Some(mesh) = node.mesh {
                 doc.element(List::Meshes, mesh, raw, "mesh")?;
-                self.place_mesh(mesh, to_world)?;
+                match node.extensions.get(INSTANCING) {
+                    Some(instances) => self.place_many(mesh, to_world, instances)?,
+                    None => self.place_mesh(mesh, to_world)?,
+                }
             }
             if let Some(camera) = node.camera {
                 let camera = doc.element(List::Cameras, camera, raw, "camera")?;
                 self.read_camera(camera, to_world)?;
             }
+        }
+        Ok(())
+    }
+
+    /// Counts the nodes that have each mesh, of the scene or not.
+    fn count_uses(&mut self) -> Result<()> {
+        for raw in &self.doc.lists.nodes {
+            let node: Node<'_> = self.doc.read(raw)?;
+            let uses = node.mesh.and_then(|mesh| self.uses.get_mut(mesh));
+            if let Some(uses) = uses {
+                *uses += 1 + usize::from(node.extensions.contains_key(INSTANCING));
+            }
+        }
+        Ok(())
+    }
+
+    /// A mesh at the places of `EXT_mesh_gpu_instancing`.
+    fn place_many(&mut self, mesh: usize, to_world: DAffine3, raw: &Raw<'a>) -> Result<()> {
+        let doc = self.doc;
+        let at = doc.find(raw, &["attributes"]);
+        let attributes = doc.read::<Instances>(raw)?.attributes;
+        let mut count = None;
+        let mut list = |key: &str, width: usize| -> Result<Option<Rc<Numbers>>> {
+            let Some(&index) = attributes.get(key) else {
+                return Ok(None);
+            };
+            let numbers = self.numbers(index, at, key)?;
+            let (got, length) = (numbers.width, numbers.values.len() / numbers.width.max(1));
+            let error = |message: String, label: &str| {
+                Err(doc.error(ErrorKind::BadMesh, message, at, label))
+            };
+            if got != width {
+                let message = format!("`{key}` has {got} numbers per instance, expected {width}");
+                return error(message, "in these attributes");
+            }
+            if *count.get_or_insert(length) != length {
+                let message = format!("`{key}` has another number of entries than the others");
+                return error(message, "must be equal");
+            }
+            Ok(Some(numbers))
+        };
+        let moves = list("TRANSLATION", 3)?;
+        let turns = list("ROTATION", 4)?;
+        let scales = list("SCALE", 3)?;
+        let three = |list: &Option<Rc<Numbers>>, k: usize| {
+            let list = list.as_ref()?;
+            <[f64; 3]>::try_from(list.values.get(3 * k..3 * k + 3)?).ok()
+        };
+        for k in 0..count.unwrap_or(0) {
+            let turn = turns.as_ref().and_then(|t| t.values.get(4 * k..4 * k + 4));
+            let here = Node {
+                translation: three(&moves, k).unwrap_or_default(),
+                rotation: turn.and_then(|t| <[f64; 4]>::try_from(t).ok()),
+                scale: three(&scales, k),
+                ..Node::default()
+            };
+            let to_world = to_world * transform(&here);
+            if !to_world.is_finite() {
+                let message = "the transform is not finite";
+                return Err(doc.error(ErrorKind::BadTransform, message, at, "of an instance"));
+            }
+            self.place_mesh(mesh, to_world)?;
         }
         Ok(())
     }

@@ -48,6 +48,8 @@ pub(super) enum Channel {
     Green,
     /// The third.
     Blue,
+    /// How much is there, if the image says so.
+    Alpha,
 }
 
 impl<'a> Reader<'a> {
@@ -116,6 +118,7 @@ impl<'a> Reader<'a> {
                 whole.map(|(image, _)| (Arc::new(image.component(component)), String::new()))
             }
             Channel::Colour | Channel::Linear => self.decode(index, channel == Channel::Colour)?,
+            Channel::Alpha => self.alpha_channel(index)?,
         };
         self.images.insert((index, channel), image.clone());
         Ok(image)
@@ -137,6 +140,17 @@ impl<'a> Reader<'a> {
             }
             Err(error) => Err(error),
         }
+    }
+
+    /// Of an image that cannot be read, the colour says so.
+    fn alpha_channel(&mut self, index: usize) -> Result<Option<NamedImage>> {
+        let raw = self.doc.known(List::Images, index);
+        let at = self.doc.at(raw);
+        let Ok((name, _, bytes)) = self.image_bytes(raw) else {
+            return Ok(None);
+        };
+        let data = self.base.alpha_channel(&name, &bytes, at)?;
+        Ok(data.map(|data| (data, String::new())))
     }
 
     /// The bytes of an image file, a name that ends in its type, and its file name if it has one.

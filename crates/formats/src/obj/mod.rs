@@ -13,6 +13,7 @@ mod statements;
 use linelit_assembly::{Assembly, LoadOptions, Loaded, Result, Source, triangulate};
 use linelit_geometry::DVec3;
 use linelit_scene::{FilmSettings, MeshData, Placement};
+use mtl::Entry;
 use statements::Statements;
 use std::path::Path;
 use std::sync::Arc;
@@ -47,7 +48,11 @@ pub(crate) fn load(
             continue;
         };
         let at = source.at(group.first);
-        let (material, emission) = group.material;
+        let Entry {
+            index: material,
+            emission,
+            cutout,
+        } = group.material;
         if let Some(spec) = emission.filter(|_| group.is_line) {
             for ends in model.mesh.indices.as_chunks::<2>().0 {
                 base.add_line(ends.map(|k| position(&model.mesh, k)), &spec, at)?;
@@ -58,6 +63,7 @@ pub(crate) fn load(
         let place = Placement {
             material,
             emission,
+            cutout,
             ..Placement::default()
         };
         if !mesh.triangles.is_empty() {

@@ -1,13 +1,15 @@
 //! Material libraries.
 //!
 //! `Kd`, `Ks`, `Ns`, `Ke`, their maps and `norm` are read: a material with `Ks` above zero becomes
-//! our `phong`, one without Lambert. Bump maps are named in a warning: their heights have no unit.
+//! our `phong`, one without Lambert. `map_d` cuts holes where it is below a half. Bump maps are
+//! named in a warning: their heights have no unit.
 
 use super::lines::{Lines, number, numbers};
-use linelit_assembly::{Assembly, ErrorKind, Result, Source, Span, shorten};
+use linelit_assembly::{Assembly, ErrorKind, Location, Result, Source, Span, shorten};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{
-    EmissionSpec, ImageTexture, Material, MaterialKind, NormalMap, Texture, UvMapping, Wrap,
+    Cutout, EmissionSpec, ImageData, ImageTexture, Material, MaterialKind, NormalMap, Texture,
+    UvMapping, Wrap,
 };
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -41,10 +43,19 @@ struct Draft {
     /// The texture, and the statement that named it.
     ke_map: Option<Texture>,
     normals: Option<Texture>,
+    /// Where it is there, as an index into the builder's alphas.
+    alpha: Option<u32>,
 }
 
-/// Index in the scene and emission of a material.
-type Entry = (u32, Option<EmissionSpec>);
+/// A material of the scene.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Entry {
+    /// Index in the scene.
+    pub(super) index: u32,
+    pub(super) emission: Option<EmissionSpec>,
+    /// Where what has it is there.
+    pub(super) cutout: Option<Cutout>,
+}
 
 /// Statements that a library may begin with.
 const FIRST: &[&str] = &[
@@ -98,14 +109,14 @@ fn statement(
     keyword: Span,
     rest: &[Span],
 ) -> Result<()> {
-    const OPAQUE: &str = "transparency is not supported: shapes are opaque";
+    const OPAQUE: &str = "transparency is not supported: surfaces are there or not";
     let at = source.at(keyword);
     match &source.bytes()[keyword.start..keyword.end] {
         b"Kd" => draft.kd = Some(colour(base, source, keyword, rest)?),
         b"Ks" => draft.ks = colour(base, source, keyword, rest)?,
         b"Ke" => draft.ke = colour(base, source, keyword, rest)?,
         b"Ns" => draft.ns = Some(numbers::<1>(source, keyword, rest)?[0].max(0.0)),
-        b"map_d" => base.unsupported(OPAQUE, "ignored", at)?,
+        b"map_d" => draft.alpha = alpha(base, source, keyword, rest)?,
         b"d" | b"Tr" => {
             let value = rest.last().map_or(Ok(1.0), |s| number(source, *s))?;
             let is_opaque = if source.text(keyword) == "d" {
@@ -114,7 +125,7 @@ fn statement(
                 value <= 0.0
             };
             if !is_opaque {
-                base.unsupported(OPAQUE, "ignored", at)?;
+                base.unsupported(OPAQUE, "taken as there", at)?;
             }
         }
         b"map_Kd" => draft.kd_map = image(base, source, rest, true)?,
@@ -161,6 +172,38 @@ fn image(
     words: &[Span],
     srgb: bool,
 ) -> Result<Option<Texture>> {
+    map(
+        base,
+        source,
+        words,
+        "replaced by its colour",
+        |base, name, at| base.image(name, srgb, at),
+    )
+}
+
+/// `map_d [options] name`: the alpha channel of the image, or its luminance if it has none, cuts
+/// where it is below a half.
+fn alpha(
+    base: &mut Assembly,
+    source: &Source,
+    keyword: Span,
+    words: &[Span],
+) -> Result<Option<u32>> {
+    let texture = map(base, source, words, "taken as there", |base, name, at| {
+        base.alpha_image(name, at)
+    })?;
+    let at = source.at(keyword);
+    texture.map_or(Ok(None), |texture| base.alpha(texture, 0.5, at))
+}
+
+/// `[options] name` as a texture of what is read of that file.
+fn map(
+    base: &mut Assembly,
+    source: &Source,
+    words: &[Span],
+    instead: &str,
+    read: impl FnOnce(&mut Assembly, &str, Location<'_>) -> Result<Option<Arc<ImageData>>>,
+) -> Result<Option<Texture>> {
     let (mapping, wrap, rest) = map_options(source, words)?;
     let [first, ..] = rest else {
         return Ok(None);
@@ -168,11 +211,11 @@ fn image(
     let span = first.to(rest[rest.len() - 1]);
     let name = source.text(span).replace('\\', "/");
     let at = source.at(span);
-    let data = match base.image(&name, srgb, at) {
+    let data = match read(base, &name, at) {
         Ok(data) => data,
         // Missing and broken images are common; the shapes are still worth seeing.
         Err(error) if matches!(error.kind(), ErrorKind::Io | ErrorKind::Syntax) => {
-            base.warn(error.kind(), error.message(), "replaced by its colour", at)?;
+            base.warn(error.kind(), error.message(), instead, at)?;
             None
         }
         Err(error) => return Err(error),
@@ -265,7 +308,16 @@ fn finish(base: &mut Assembly, draft: Draft, materials: &mut HashMap<String, Ent
         spec.map = Some(base.builder.add_emission_map(Arc::new(map)));
         emission = Some(spec);
     }
-    materials.insert(draft.name, (index, emission));
+    let cutout = draft.alpha.map(|alpha| Cutout {
+        seen: Some(alpha),
+        shadow: None,
+    });
+    let entry = Entry {
+        index,
+        emission,
+        cutout,
+    };
+    materials.insert(draft.name, entry);
     Ok(())
 }
 

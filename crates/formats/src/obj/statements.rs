@@ -7,9 +7,8 @@
 //! group of faces alike under a name of its own.
 
 use super::lines::{self, Line, Lines};
-use super::mtl;
+use super::mtl::{self, Entry};
 use linelit_assembly::{Assembly, ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
-use linelit_scene::EmissionSpec;
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Read, Write as _};
 
@@ -33,7 +32,7 @@ type Corner = [Option<u32>; 3];
 #[derive(Clone)]
 pub(super) struct Group {
     /// Index and emission.
-    pub(super) material: (u32, Option<EmissionSpec>),
+    pub(super) material: Entry,
     pub(super) is_line: bool,
     /// Which indices its corners have.
     has: [bool; 3],
@@ -51,9 +50,9 @@ pub(super) struct Statements<'a> {
     lines: Lines<'a>,
     /// Positions, texture coordinates and normals so far.
     counts: [usize; 3],
-    materials: HashMap<String, (u32, Option<EmissionSpec>)>,
+    materials: HashMap<String, Entry>,
     libraries: HashSet<String>,
-    material: (u32, Option<EmissionSpec>),
+    material: Entry,
     /// Whether the last group goes on.
     is_open: bool,
     /// The last statement that was taken, and what was wrong with it.
@@ -109,7 +108,7 @@ impl<'a> Statements<'a> {
             counts: [0; 3],
             materials: HashMap::new(),
             libraries: HashSet::new(),
-            material: (0, None),
+            material: Entry::default(),
             is_open: false,
             last: Span::default(),
             refused: None,
@@ -340,7 +339,7 @@ impl<'a> Statements<'a> {
         let ends = ends
             .collect::<Result<Option<Vec<_>>>>()?
             .unwrap_or_default();
-        if self.material.1.is_none() {
+        if self.material.emission.is_none() {
             let message = "line elements without an emissive material are nothing";
             let at = self.source.at(keyword);
             return self.base.suspicious(message, "left out", at);
@@ -357,7 +356,7 @@ impl<'a> Statements<'a> {
         let source = self.source;
         self.is_open = false;
         let found = self.materials.get(&name).copied();
-        self.material = found.unwrap_or((0, None));
+        self.material = found.unwrap_or_default();
         if found.is_none() {
             let shown = shorten(&name);
             let message = format!("unknown material `{shown}`");

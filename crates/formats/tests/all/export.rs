@@ -1,20 +1,9 @@
 //! What is written as pbrt text reads back as the same scene.
 
-use crate::common::{area, load};
+use crate::common::{area, load, written};
 use linelit_formats::ExportOptions;
 use linelit_geometry::DVec2;
 use linelit_scene::Scene;
-
-fn written(scene: &Scene) -> Scene {
-    let mut text = Vec::new();
-    let options = ExportOptions {
-        extensions: true,
-        ..ExportOptions::default()
-    };
-    linelit_formats::write_pbrt(scene, &mut text, &options).unwrap();
-    let text = String::from_utf8(text).unwrap();
-    load(&text).scene
-}
 
 /// The same without extensions.
 fn plainly(scene: &Scene) -> Scene {

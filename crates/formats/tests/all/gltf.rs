@@ -1,5 +1,6 @@
 //! The corners of glTF that collections of test files look into.
 
+use crate::common::assert_near;
 use linelit_formats::{Format, LoadOptions, Loaded, SceneError};
 use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{MaterialKind, Projection, Texture};
@@ -196,7 +197,7 @@ fn what_is_compressed_or_unknown_is_named() {
     let odd = document(
         &floats(&SQUARE),
         &format!(
-            r#""extensionsUsed": [ "KHR_lights_punctual", "KHR_materials_unlit", "EXT_mesh_gpu_instancing" ],
+            r#""extensionsUsed": [ "KHR_lights_punctual", "KHR_materials_unlit", "EXT_other" ],
             "nodes": [ {{ "mesh": 0 }} ], "accessors": [ {POSITIONS} ], "scenes": [ {{ "nodes": [ 0 ] }}, {{ "nodes": [] }} ],
             "materials": [ {{ "alphaMode": "BLEND", "extensions": {{ "KHR_materials_unlit": {{}} }} }} ],
             "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0, "COLOR_0": 0 }}, "mode": 6, "material": 0,
@@ -208,8 +209,8 @@ fn what_is_compressed_or_unknown_is_named() {
     for part in [
         "`KHR_lights_punctual`: lights without size",
         "`KHR_materials_unlit` is not supported",
-        "extension `EXT_mesh_gpu_instancing`",
-        "transparency is not supported",
+        "extension `EXT_other`",
+        "blending is not supported",
         "vertex colours",
         "morph targets",
         "`skins`",
@@ -218,6 +219,54 @@ fn what_is_compressed_or_unknown_is_named() {
     ] {
         assert!(has_warning(&loaded, part), "{part}: {:#?}", loaded.warnings);
     }
+}
+
+#[test]
+fn instanced_nodes_are_many() {
+    // Moves, turns about z by a right angle, and scales of two instances.
+    let half = 0.5_f32.sqrt();
+    let mut numbers = SQUARE.to_vec();
+    numbers.extend([5.0, 0.0, 0.0, 0.0, 0.0, 7.0]);
+    numbers.extend([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half]);
+    numbers.extend([2.0, 2.0, 2.0, 1.0, 3.0, 1.0]);
+    let list = |start: usize, count: usize, kind: &str| {
+        format!(
+            r#"{{ "bufferView": 0, "byteOffset": {}, "componentType": 5126, "count": {count}, "type": "{kind}" }}"#,
+            4 * start
+        )
+    };
+    let text = |scales: &str| {
+        document(
+            &floats(&numbers),
+            &format!(
+                r#""nodes": [ {{ "mesh": 0, "extensions": {{ "EXT_mesh_gpu_instancing": {{ "attributes":
+                {{ "TRANSLATION": 1, "ROTATION": 2, "SCALE": 3 }} }} }} }} ],
+                "accessors": [ {POSITIONS}, {}, {}, {scales} ], "extensionsUsed": [ "EXT_mesh_gpu_instancing" ],
+                "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "mode": 6 }} ] }} ]"#,
+                list(12, 2, "VEC3"),
+                list(18, 2, "VEC4"),
+            ),
+        )
+    };
+    let scene = load(&text(&list(26, 2, "VEC3"))).scene;
+    let corner = |triangle| scene.corners(triangle)[1];
+    assert_near(corner(0), DVec3::new(7.0, 0.0, 0.0));
+    // Scaled by three along y, then turned, then lifted.
+    assert_near(scene.corners(3)[2], DVec3::new(-3.0, 0.0, 7.0));
+    let error = attempt(&text(&list(26, 1, "VEC3")))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("`SCALE` has another number of entries"),
+        "{error}"
+    );
+    let error = attempt(&text(&list(26, 1, "VEC2")))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("`SCALE` has 2 numbers per instance, expected 3"),
+        "{error}"
+    );
 }
 
 /// A 2 × 2 PNG: the rows (50, 100, 150) (200, 40, 80) and (10, 20, 30) (0, 255, 0).

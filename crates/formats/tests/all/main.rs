@@ -2,12 +2,14 @@
 
 mod bad;
 mod common;
+mod cutouts;
 mod export;
 mod filtering;
 mod formats;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod images;
+mod instances;
 mod lights;
 mod limits;
 mod memory;

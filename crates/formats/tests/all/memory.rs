@@ -1,9 +1,11 @@
 //! Scenes in memory, with all that they name: no file is read.
 
 use linelit_film::{ByteImage, encode_tga};
-use linelit_formats::{ErrorKind, Format, LoadOptions, Loaded, Root, SceneError, from_bytes};
+use linelit_formats::{
+    ErrorKind, Format, LoadOptions, Loaded, Root, SceneError, Watch, from_bytes,
+};
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// The scene `a.pbrt` among these.
 fn load(text: &str, files: &[(&str, &[u8])]) -> Result<Loaded, SceneError> {
@@ -50,4 +52,30 @@ fn what_a_scene_in_memory_names_is_found_there_and_nowhere_else() {
     let long = [("b.pbrt", &[b' '; 1001][..])];
     let error = load("WorldBegin Include \"b.pbrt\"", &long).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Limit, "{error}");
+}
+
+#[test]
+fn who_is_told_of_the_files_can_read_the_scene_again() {
+    let folder = std::env::temp_dir().join(format!("linelit-watch-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("sub")).unwrap();
+    let main = "WorldBegin Include \"sub/part.pbrt\" Include \"sub/part.pbrt\"";
+    std::fs::write(folder.join("a.pbrt"), main).unwrap();
+    std::fs::write(folder.join("sub/part.pbrt"), "Shape \"sphere\"").unwrap();
+    let seen = Arc::new(Mutex::new(Vec::new()));
+    let told = Arc::clone(&seen);
+    let options = LoadOptions {
+        watch: Watch::new(move |name, bytes| {
+            told.lock().unwrap().push((name.to_owned(), bytes.to_vec()));
+        }),
+        ..LoadOptions::default()
+    };
+    let scene = linelit_formats::load(folder.join("a.pbrt"), &options);
+    let triangles = scene.unwrap().scene.triangles;
+    std::fs::remove_dir_all(folder).unwrap();
+    let seen = seen.lock().unwrap().clone();
+    let names: Vec<&str> = seen.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["a.pbrt", "sub/part.pbrt", "sub/part.pbrt"]);
+    let files: Vec<_> = seen[1..].iter().map(|(n, b)| (&**n, &b[..])).collect();
+    let again = load(str::from_utf8(&seen[0].1).unwrap(), &files).unwrap();
+    assert!(again.scene.triangles == triangles && !triangles.is_empty());
 }

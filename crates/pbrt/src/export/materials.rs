@@ -132,7 +132,7 @@ impl fmt::Display for Mapping<'_> {
 
 impl Writer<'_> {
     /// Writes the textures that a parameter needs and gives the parameter.
-    fn parameter(
+    pub(super) fn parameter(
         &mut self,
         name: &str,
         texture: &Texture,

@@ -4,14 +4,16 @@ mod materials;
 
 pub use materials::nearest_in_pbrt_v4;
 
+use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{DVec3, Frame};
 use linelit_lights::{Cylinder, Disk, Emission, Light, LinearLight};
 use linelit_scene::{
     EmissionMap, EmissiveCylinder, EmissiveDisk, EmissiveSphere, FilmSettings, FilterKind,
-    ImageTexture, Mesh, Projection, Scene, Texture, UvMapping, Wrap,
+    ImageTexture, Instance, Mesh, Object, Projection, Scene, Texture, UvMapping, Wrap,
 };
 use std::fmt::{self, Write as _};
 use std::io;
+use std::ops::Range;
 
 /// What to write.
 pub struct ExportOptions<'a> {
@@ -89,43 +91,47 @@ pub fn write_pbrt(
         options,
         text: String::new(),
         textures: 0,
+        alphas: Vec::new(),
     };
     for (k, material) in scene.materials.iter().enumerate() {
         let _ = writer.material(k, material);
         writer.flush(out)?;
     }
+    let _ = writer.alphas();
     // Linear lights stand between the meshes where they stood: the order of the lights names
     // their random numbers.
     let mut lines = scene.lights.iter().filter_map(|l| match *l.light {
-        Light::Linear(line) => Some((l.triangles.start, line)),
+        Light::Linear(line) => Some((l.triangles.start, (line, l.set))),
         _ => None,
     });
     let mut next = lines.next();
     for mesh in &scene.meshes {
         while let Some((_, line)) = next.filter(|(at, _)| *at <= mesh.triangles.start) {
-            let _ = writer.line(&line);
+            let _ = writer.line(line);
             next = lines.next();
         }
         let _ = writer.mesh(mesh);
         writer.flush(out)?;
     }
     while let Some((_, line)) = next {
-        let _ = writer.line(&line);
+        let _ = writer.line(line);
         next = lines.next();
+    }
+    for (k, object) in scene.objects.iter().enumerate() {
+        let _ = writer.object(k, object);
+        writer.flush(out)?;
+    }
+    for instance in &scene.instances {
+        let _ = writer.instance(instance);
+        writer.flush(out)?;
     }
     writer.flush(out)
 }
 
 fn header(scene: &Scene, text: &mut String) -> fmt::Result {
     let camera = &scene.camera;
-    let m = camera.world_to_camera;
-    let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis];
     writeln!(text, "# written by linelit; pbrt-v4")?;
-    write!(text, "Transform [")?;
-    for column in columns {
-        write!(text, " {} 0", Triple(column))?;
-    }
-    writeln!(text, " {} 1 ]", Triple(m.translation))?;
+    writeln!(text, "Transform {}", Matrix(&camera.world_to_camera))?;
     match camera.projection() {
         Projection::Perspective { fov_degrees } => {
             write!(
@@ -193,6 +199,20 @@ impl fmt::Display for Triple {
     }
 }
 
+/// An affine map, column by column.
+struct Matrix<'a>(&'a DAffine3);
+
+impl fmt::Display for Matrix<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let m = self.0.matrix3;
+        f.write_char('[')?;
+        for column in [m.x_axis, m.y_axis, m.z_axis] {
+            write!(f, " {} 0", Triple(column))?;
+        }
+        write!(f, " {} 1 ]", Triple(self.0.translation))
+    }
+}
+
 /// A string in quotes.
 struct Quoted<'a>(&'a str);
 
@@ -217,9 +237,31 @@ struct Writer<'a> {
     text: String,
     /// Textures written so far; their number is their name.
     textures: usize,
+    /// The parameter `alpha` of what meshes have holes by.
+    alphas: Vec<String>,
 }
 
-impl Writer<'_> {
+/// Triangles with their vertices: the scene's own, or an object's.
+#[derive(Clone, Copy)]
+struct Geometry<'a> {
+    positions: &'a [[f32; 3]],
+    triangles: &'a [[u32; 3]],
+    normals: &'a [[f32; 3]],
+    uvs: &'a [[f32; 2]],
+}
+
+impl<'a> Writer<'a> {
+    /// The scene's own triangles.
+    const fn own(&self) -> Geometry<'a> {
+        let scene = self.scene;
+        Geometry {
+            positions: scene.positions.as_slice(),
+            triangles: scene.triangles.as_slice(),
+            normals: scene.normals.as_slice(),
+            uvs: scene.uvs.as_slice(),
+        }
+    }
+
     fn flush(&mut self, out: &mut impl io::Write) -> io::Result<()> {
         out.write_all(self.text.as_bytes())?;
         self.text.clear();
@@ -227,16 +269,28 @@ impl Writer<'_> {
     }
 
     /// A linear light.
-    fn line(&mut self, line: &LinearLight) -> fmt::Result {
+    fn line(&mut self, (line, set): (LinearLight, u32)) -> fmt::Result {
         let prefix = if self.options.extensions { "" } else { "# " };
+        let set = self.set(set);
         writeln!(
             self.text,
-            "{prefix}AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ {} ] Shape \"line\" \
+            "{prefix}AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ {} ]{set} Shape \"line\" \
              \"point3 p0\" [ {} ] \"point3 p1\" [ {} ] AttributeEnd",
             Triple(line.radiance_radius),
             Triple(line.segment.p0),
             Triple(line.segment.p1)
         )
+    }
+
+    /// The start of a mesh.
+    fn begin(&mut self, mesh: &Mesh) -> fmt::Result {
+        let material = mesh.material;
+        writeln!(self.text, "AttributeBegin\nNamedMaterial \"m{material}\"")?;
+        // Vertex normals say where the outside is, if there are any.
+        if mesh.flipped && !mesh.has_normals {
+            writeln!(self.text, "ReverseOrientation")?;
+        }
+        Ok(())
     }
 
     /// A mesh, each of its lights a shape of its own.
@@ -253,15 +307,7 @@ impl Writer<'_> {
         if let Some(cylinder) = cylinders.find(|c| c.triangles == mesh.triangles) {
             return self.cylinder(mesh, cylinder);
         }
-        writeln!(
-            self.text,
-            "AttributeBegin\nNamedMaterial \"m{}\"",
-            mesh.material
-        )?;
-        // Vertex normals say where the outside is, if there are any.
-        if mesh.flipped && !mesh.has_normals {
-            writeln!(self.text, "ReverseOrientation")?;
-        }
+        self.begin(mesh)?;
         let mut start = mesh.triangles.start;
         while start < mesh.triangles.end {
             let light = self.scene.light_of(start);
@@ -275,7 +321,7 @@ impl Writer<'_> {
                     "AttributeBegin\nAreaLightSource \"diffuse\"{emission}"
                 )?;
             }
-            self.shape(mesh, start, end)?;
+            self.shape(self.own(), mesh, start..end)?;
             writeln!(self.text)?;
             if light.is_some() {
                 writeln!(self.text, "AttributeEnd")?;
@@ -289,14 +335,15 @@ impl Writer<'_> {
     fn sphere(&mut self, mesh: &Mesh, sphere: &EmissiveSphere) -> fmt::Result {
         writeln!(
             self.text,
-            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}{}",
             mesh.material,
             Triple(sphere.emission.radiance),
-            sphere.emission.two_sided
+            sphere.emission.two_sided,
+            self.set(self.scene.lights[sphere.lights.start as usize].set)
         )?;
         if self.options.extensions {
             let sign = if sphere.inward { -1.0 } else { 1.0 };
-            self.shape(mesh, mesh.triangles.start, mesh.triangles.end)?;
+            self.shape(self.own(), mesh, mesh.triangles.clone())?;
             let (centre, radius) = (Triple(sphere.center), sign * sphere.radius);
             writeln!(self.text, " \"float sphere\" [ {centre} {radius} ]")?;
         } else {
@@ -321,16 +368,17 @@ impl Writer<'_> {
         } = light.disk;
         writeln!(
             self.text,
-            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}{}",
             mesh.material,
             Triple(light.emission.radiance),
-            light.emission.two_sided
+            light.emission.two_sided,
+            self.set(self.scene.lights[light.lights.start as usize].set)
         )?;
         if self.options.extensions {
             if mesh.flipped && !mesh.has_normals {
                 writeln!(self.text, "ReverseOrientation")?;
             }
-            self.shape(mesh, mesh.triangles.start, mesh.triangles.end)?;
+            self.shape(self.own(), mesh, mesh.triangles.clone())?;
             let (centre, normal) = (Triple(center), Triple(normal));
             writeln!(self.text, " \"float disk\" [ {centre} {normal} {radius} ]")?;
         } else {
@@ -349,14 +397,15 @@ impl Writer<'_> {
         let Cylinder { axis, radius } = light.cylinder;
         writeln!(
             self.text,
-            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}",
+            "AttributeBegin\nNamedMaterial \"m{}\"\nAreaLightSource \"diffuse\" \"rgb L\" [ {} ] \"bool twosided\" {}{}",
             mesh.material,
             Triple(light.emission.radiance),
-            light.emission.two_sided
+            light.emission.two_sided,
+            self.set(self.scene.lights[light.lights.start as usize].set)
         )?;
         if self.options.extensions {
             let sign = if light.inward { -1.0 } else { 1.0 };
-            self.shape(mesh, mesh.triangles.start, mesh.triangles.end)?;
+            self.shape(self.own(), mesh, mesh.triangles.clone())?;
             let ([p0, p1], radius) = ([axis.p0, axis.p1].map(Triple), sign * radius);
             writeln!(self.text, " \"float cylinder\" [ {p0} {p1} {radius} ]")?;
         } else {
@@ -399,18 +448,105 @@ impl Writer<'_> {
                 }
             }
         }
-        write!(out, " \"bool twosided\" {}", emission.two_sided)?;
+        let set = self.set(light.set);
+        write!(out, " \"bool twosided\" {}{set}", emission.two_sided)?;
         Ok(out)
     }
 
+    /// An extension: the set of a light, if it is in one.
+    fn set(&self, set: u32) -> String {
+        match self.scene.light_sets.get(set as usize) {
+            Some(name) if set > 0 && self.options.extensions => {
+                format!(" \"string set\" {}", Quoted(name))
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// The textures of what meshes have holes by.
+    fn alphas(&mut self) -> fmt::Result {
+        for alpha in &self.scene.alphas {
+            let parameter = self.parameter("alpha", &alpha.texture, true)?;
+            self.alphas.push(parameter);
+        }
+        Ok(())
+    }
+
+    /// The holes of a mesh, and with extensions their cutoffs and what lights have to do with it.
+    fn extent(&mut self, mesh: &Mesh) -> fmt::Result {
+        let extensions = self.options.extensions;
+        let cutout = mesh.cutout;
+        let seen = cutout.and_then(|holes| Some(("alpha", holes.seen?)));
+        let shadow = cutout.and_then(|holes| Some(("shadowalpha", holes.shadow?)));
+        // pbrt-v4 has no holes for lights alone.
+        for (name, alpha) in seen.into_iter().chain(shadow.filter(|_| extensions)) {
+            let parameter = &self.alphas[alpha as usize];
+            let parameter = parameter.replacen(" alpha\"", &format!(" {name}\""), 1);
+            write!(self.text, "{parameter}")?;
+            if extensions {
+                let cutoff = self.scene.alphas[alpha as usize].cutoff;
+                write!(self.text, " \"float {name}cutoff\" [ {cutoff} ]")?;
+            }
+        }
+        for (name, sets) in [
+            ("litby", mesh.links.lit_by),
+            ("shadows", mesh.links.shadows),
+        ] {
+            let known = self.scene.light_sets.iter().enumerate();
+            let chosen = known.filter(|(k, _)| sets >> k & 1 != 0);
+            let chosen: Vec<_> = chosen.map(|(_, set)| Quoted(set).to_string()).collect();
+            if !extensions || chosen.len() == self.scene.light_sets.len() {
+                continue;
+            }
+            let none = "\"none\"".to_owned();
+            let chosen = if chosen.is_empty() {
+                none
+            } else {
+                chosen.join(" ")
+            };
+            write!(self.text, " \"string {name}\" [ {chosen} ]")?;
+        }
+        Ok(())
+    }
+
+    /// An object, with extensions kept once in any case.
+    fn object(&mut self, number: usize, object: &Object) -> fmt::Result {
+        let once = if self.options.extensions {
+            " \"bool once\" true"
+        } else {
+            ""
+        };
+        writeln!(self.text, "ObjectBegin \"o{number}\"{once}")?;
+        let geometry = Geometry {
+            positions: &object.positions,
+            triangles: &object.triangles,
+            normals: &object.normals,
+            uvs: &object.uvs,
+        };
+        for mesh in &object.meshes {
+            self.begin(mesh)?;
+            self.shape(geometry, mesh, mesh.triangles.clone())?;
+            writeln!(self.text, "\nAttributeEnd")?;
+        }
+        writeln!(self.text, "ObjectEnd")
+    }
+
+    fn instance(&mut self, instance: &Instance) -> fmt::Result {
+        writeln!(
+            self.text,
+            "AttributeBegin ConcatTransform {} ObjectInstance \"o{}\" AttributeEnd",
+            Matrix(&instance.to_world),
+            instance.object
+        )
+    }
+
     /// A shape of some triangles, without the end of its line.
-    fn shape(&mut self, mesh: &Mesh, start: u32, end: u32) -> fmt::Result {
-        let scene = self.scene;
+    fn shape(&mut self, of: Geometry<'_>, mesh: &Mesh, triangles: Range<u32>) -> fmt::Result {
         let mut numbers: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
         let mut vertices = Vec::new();
         write!(self.text, "Shape \"trianglemesh\" \"integer indices\" [")?;
-        for t in start..end {
-            for i in scene.triangles[t as usize] {
+        for t in triangles {
+            for i in of.triangles[t as usize] {
                 let number = *numbers.entry(i).or_insert_with(|| {
                     vertices.push(i as usize);
                     vertices.len() - 1
@@ -419,14 +555,14 @@ impl Writer<'_> {
             }
         }
         write!(self.text, " ]")?;
-        self.list("point3 P", &scene.positions, &vertices)?;
+        self.list("point3 P", of.positions, &vertices)?;
         if mesh.has_normals {
-            self.list("normal N", &scene.normals, &vertices)?;
+            self.list("normal N", of.normals, &vertices)?;
         }
         if mesh.has_uvs {
-            self.list("point2 uv", &scene.uvs, &vertices)?;
+            self.list("point2 uv", of.uvs, &vertices)?;
         }
-        Ok(())
+        self.extent(mesh)
     }
 
     /// A parameter of the numbers that some vertices have.

@@ -3,7 +3,7 @@
 use super::lexer::{Lexer, Token, TokenKind};
 use super::params::Params;
 use super::state::Target;
-use super::{Block, Loader, is_one_of};
+use super::{Block, Geometry, Loader, Object, ObjectShape, OpenObject, is_one_of};
 use linelit_assembly::{ErrorKind, Result, SceneError, Source, Span, nearest, shorten};
 use linelit_geometry::glam::DAffine3;
 use linelit_scene::Placement;
@@ -200,22 +200,47 @@ impl Loader {
     }
 
     fn object_begin(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
-        let (name, _) = self.name(lexer, token, "a name")?;
+        let (name, name_token) = self.name(lexer, token, "a name")?;
         self.needs_world(lexer, token)?;
+        let span = token.span.to(name_token.span);
+        let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
+        let once = params.bool_or("once", false)?;
+        self.warn_unused(&params)?;
         if self.object.is_some() {
             let message = "`ObjectBegin` inside `ObjectBegin`";
             return Err(misplaced(lexer, token.span, message, "objects do not nest"));
         }
         self.open_block(lexer, token, "ObjectBegin")?;
-        self.object = Some((name, Vec::new()));
+        self.object = Some(OpenObject {
+            name,
+            shapes: Vec::new(),
+            once,
+            source: params.source,
+            span,
+        });
         Ok(())
     }
 
     fn object_end(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         self.close_block(lexer, token, "ObjectBegin")?;
-        if let Some((name, shapes)) = self.object.take() {
-            self.objects.insert(name, Rc::new(shapes));
+        let Some(object) = self.object.take() else {
+            return Ok(());
+        };
+        let dark = |shape: &ObjectShape| match &shape.geometry {
+            Geometry::Mesh(mesh) if shape.place.emission.is_none() => {
+                Some((Rc::clone(mesh), shape.place))
+            }
+            Geometry::Mesh(_) | Geometry::Line(..) => None,
+        };
+        let kept = object.shapes.iter().filter_map(dark).collect();
+        let at = object.source.at(object.span);
+        let kept = self.base.add_object(kept, object.once, at)?;
+        let mut shapes = object.shapes;
+        if kept.is_some() {
+            shapes.retain(|shape| dark(shape).is_none());
         }
+        let object_read = Object { shapes, kept };
+        self.objects.insert(object.name, Rc::new(object_read));
         Ok(())
     }
 
@@ -226,19 +251,23 @@ impl Loader {
             let message = "`ObjectInstance` inside `ObjectBegin`";
             return Err(misplaced(lexer, span, message, "instances do not nest"));
         }
-        let Some(shapes) = self.objects.get(&name).map(Rc::clone) else {
+        let Some(object) = self.objects.get(&name).map(Rc::clone) else {
             let names = self.objects.keys().map(String::as_str);
             let message = format!("unknown object `{}`", shorten(&name));
             let error = lexer.error(ErrorKind::UnknownName, message, span, "");
             return Err(error.suggest(nearest(&name, names)));
         };
         let params = Params::parse(lexer, format!("object `{}`", shorten(&name)), span)?;
-        if shapes.iter().any(|s| s.place.emission.is_some()) {
+        if object.shapes.iter().any(|s| s.place.emission.is_some()) {
             let message = format!("object `{}` emits light", shorten(&name));
             let label = "its instances do so here, but not in pbrt";
             self.base.suspicious(message, label, params.at())?;
         }
-        for shape in shapes.iter() {
+        if let Some(kept) = object.kept {
+            let to_world = self.state.ctm;
+            (self.base).add_instance(kept, to_world, &params.owner, params.at())?;
+        }
+        for shape in &object.shapes {
             let to_world = self.state.ctm * shape.place.to_world;
             let place = Placement {
                 to_world,

@@ -36,6 +36,10 @@ impl Loader {
         let map = self.emission_map(&params)?;
         let power = params.float("power")?.filter(|p| *p > 0.0);
         let two_sided = params.bool_or("twosided", false)?;
+        let set = match params.text("set")? {
+            Some(param) => self.light_set(param, 0)?,
+            None => 0,
+        };
         if radiance.min_element() < 0.0 {
             let label = "must not be negative";
             return Err(params.error(ErrorKind::OutOfRange, "negative radiance", label));
@@ -53,6 +57,7 @@ impl Loader {
             two_sided,
             power,
             map,
+            set,
         });
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! `matte`/`diffuse`, `xwidth`/`xradius`) both are known, and where they differ in meaning the
 //! parameter's form decides (documented where it matters).
 
+mod cutout;
 mod directives;
 mod emission;
 mod lexer;
@@ -17,7 +18,7 @@ mod view;
 
 use lexer::{Lexer, Token, TokenKind};
 use linelit_assembly::{
-    Assembly, ErrorKind, LoadOptions, Loaded, Result, SceneError, Source, Span, shorten,
+    Assembly, ErrorKind, LoadOptions, Loaded, ObjectId, Result, SceneError, Source, Span, shorten,
 };
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
@@ -59,6 +60,7 @@ pub fn load(source: Arc<Source>, path: Option<&Path>, options: &LoadOptions) -> 
         textures: HashMap::new(),
         objects: HashMap::new(),
         object: None,
+        sets: HashMap::new(),
         view: view::View::default(),
         in_world: false,
         includes: path
@@ -78,6 +80,26 @@ struct ObjectShape {
     geometry: Geometry,
     /// Its place in the object.
     place: Placement,
+}
+
+/// What stands between `ObjectBegin` and `ObjectEnd`.
+#[derive(Debug)]
+struct OpenObject {
+    name: String,
+    shapes: Vec<ObjectShape>,
+    /// An extension: kept once, however little that saves.
+    once: bool,
+    source: Arc<Source>,
+    span: Span,
+}
+
+/// What `ObjectInstance` places.
+#[derive(Debug)]
+struct Object {
+    /// What is copied.
+    shapes: Vec<ObjectShape>,
+    /// What is kept once, if that pays.
+    kept: Option<ObjectId>,
 }
 
 /// What a shape directive makes.
@@ -104,8 +126,10 @@ struct Loader {
     coordinate_systems: HashMap<String, DAffine3>,
     materials: HashMap<String, Option<u32>>,
     textures: HashMap<(bool, String), Arc<Texture>>,
-    objects: HashMap<String, Rc<Vec<ObjectShape>>>,
-    object: Option<(String, Vec<ObjectShape>)>,
+    objects: HashMap<String, Rc<Object>>,
+    object: Option<OpenObject>,
+    /// Sets of lights, and where each was named first.
+    sets: HashMap<u32, (Arc<Source>, Span)>,
     view: view::View,
     in_world: bool,
     /// The files that are open, links followed.
@@ -139,6 +163,7 @@ impl Loader {
             let error = at.error(ErrorKind::Nesting, message, "opened here");
             return Err(error.help(format!("add `{end}`")));
         }
+        self.warn_about_sets()?;
         let view = std::mem::take(&mut self.view);
         let (camera, film) = view.finish(&mut self.base.warnings, source)?;
         self.base

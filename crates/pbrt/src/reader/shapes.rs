@@ -3,7 +3,6 @@
 use super::lexer::{Lexer, Token};
 use super::params::{Param, Params, Type};
 use super::state::Target;
-use super::textures::NUMBER;
 use super::{Geometry, Loader, ObjectShape, is_one_of};
 use crate::tessellate;
 use linelit_assembly::{ErrorKind, Result, Source, ply};
@@ -37,8 +36,11 @@ impl Loader {
         let Some(geometry) = self.geometry(&name, &params)? else {
             return Ok(());
         };
-        self.warn_about_alpha(&params)?;
+        let extent = self.extent(&params)?;
         self.warn_unused(&params)?;
+        let Some(extent) = extent else {
+            return Ok(());
+        };
         let Some(material) = self.state.material.or(self.state.emission.map(|_| 0)) else {
             let message = "a shape with the material `interface` is left out";
             return self
@@ -50,10 +52,12 @@ impl Loader {
             reverse: self.state.reverse,
             material,
             emission: self.state.emission,
+            cutout: extent.cutout,
+            links: extent.links,
         };
         match &mut self.object {
-            Some((_, shapes)) => {
-                shapes.push(ObjectShape { geometry, place });
+            Some(object) => {
+                object.shapes.push(ObjectShape { geometry, place });
                 Ok(())
             }
             None => self.add_shape(&params, &geometry, &place),
@@ -130,17 +134,6 @@ impl Loader {
             self.base.suspicious(message, label, params.at())?;
         }
         self.base.add_line([p0, p1], &emission, params.at())
-    }
-
-    fn warn_about_alpha(&mut self, params: &Params) -> Result<()> {
-        for name in ["alpha", "shadowalpha"] {
-            let param = params.find(name, NUMBER)?;
-            if let Some(param) = param.filter(|param| param.numbers() != [1.0]) {
-                let message = format!("`{name}` is not supported: shapes are opaque");
-                self.base.unsupported(message, "ignored", param.at())?;
-            }
-        }
-        Ok(())
     }
 
     fn triangle_mesh(&mut self, params: &Params) -> Result<MeshData> {

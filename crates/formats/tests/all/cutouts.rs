@@ -1,0 +1,182 @@
+//! Holes of shapes, and which lights have to do with them, from files of all formats and back.
+
+use crate::common::{load, world, written};
+use linelit_formats::{LoadOptions, Loaded};
+use linelit_geometry::DVec2;
+use linelit_scene::{Alpha, Cutout, Links, Scene};
+use std::path::PathBuf;
+
+/// A folder of this process with `leaf.tga`, 2 × 2 pixels of one colour whose alphas are 0, 100
+/// above 200, 255.
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("linelit-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut file = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 32, 0x28];
+    for alpha in [0, 100, 200, 255] {
+        file.extend([10, 20, 30, alpha]);
+    }
+    std::fs::write(folder.join("leaf.tga"), file).unwrap();
+    folder
+}
+
+const TRIANGLE: &str = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0] \
+    \"point2 uv\" [0 0  1 0  0 1]";
+
+/// What the triangles of a scene have for the holes that are seen, at the centres of the four
+/// quarters of the unit square, the lower left one first.
+fn there(scene: &Scene, alpha: u32) -> [bool; 4] {
+    let alpha = &scene.alphas[alpha as usize];
+    [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]]
+        .map(|uv| alpha.is_there(DVec2::from_array(uv)))
+}
+
+fn seen(scene: &Scene) -> u32 {
+    scene.meshes[0].cutout.and_then(|c| c.seen).unwrap()
+}
+
+#[test]
+fn pbrt_cuts_where_alpha_is_zero_and_version_4_below_a_half() {
+    let texture = "Texture \"leaf\" \"float\" \"checkerboard\" \"float uscale\" 2 \
+        \"float vscale\" 2 \"float tex1\" 0.25 \"float tex2\" 0";
+    let shape = format!("{TRIANGLE} \"texture alpha\" \"leaf\"");
+    let v3 = world(&format!("{texture} {shape}"));
+    assert_eq!(there(&v3, seen(&v3)), [true, false, false, true]);
+    assert!(v3.alphas[0].cutoff.to_bits() == Alpha::ABOVE_ZERO.to_bits());
+    let v4 = format!("Film \"rgb\" Camera \"perspective\" WorldBegin {texture} {shape}");
+    let v4 = load(&v4).scene;
+    assert_eq!(there(&v4, seen(&v4)), [false; 4]);
+    // Constants are there or not; what hides no lights is linked to none.
+    let scene = world(&format!(
+        "{TRIANGLE} \"float alpha\" 0.1 {TRIANGLE} \"float alpha\" 0 \
+         {TRIANGLE} \"float shadowalpha\" 0"
+    ));
+    let links = |shadows| Links {
+        lit_by: Links::ALL,
+        shadows,
+    };
+    let meshes: Vec<_> = scene.meshes.iter().map(|m| (m.cutout, m.links)).collect();
+    assert_eq!(meshes, [(None, links(Links::ALL)), (None, links(0))]);
+}
+
+#[test]
+fn holes_and_links_come_back() {
+    let folder = folder("holes");
+    let file = folder.join("leaf.tga");
+    let scene = world(&format!(
+        "Texture \"leaf\" \"float\" \"imagemap\" \"string filename\" \"{}\"
+         Texture \"check\" \"float\" \"checkerboard\" \"float tex1\" 1 \"float tex2\" 0
+         AttributeBegin AreaLightSource \"diffuse\" \"string set\" \"key\"
+         Shape \"quad\" \"point o\" [0 2 0] \"vector u\" [1 0 0] \"vector v\" [0 0 1]
+         Shape \"sphere\" AttributeEnd
+         AttributeBegin AreaLightSource \"diffuse\" \"string set\" \"a \\\"rim\\\"\"
+         Shape \"line\" \"point3 p0\" [0 0 0] \"point3 p1\" [1 0 0] AttributeEnd
+         {TRIANGLE} \"texture alpha\" \"leaf\" \"texture shadowalpha\" \"check\" \"float alphacutoff\" 0.3
+         {TRIANGLE} \"texture shadowalpha\" \"leaf\"
+         {TRIANGLE} \"string litby\" [ \"key\" ] \"string shadows\" \"none\"
+         {TRIANGLE} \"string shadows\" [ \"default\" \"a \\\"rim\\\"\" ]",
+        file.display()
+    ));
+    let back = written(&scene);
+    for scene in [&scene, &back] {
+        let sets: Vec<_> = scene.lights.iter().map(|l| l.set).collect();
+        assert_eq!(sets[0], 1);
+        assert_eq!(*sets.last().unwrap(), 2);
+        assert_eq!(scene.light_sets, ["default", "key", "a \"rim\""]);
+        let dark = |m: &&linelit_scene::Mesh| scene.light_of(m.triangles.start).is_none();
+        let dark: Vec<_> = scene.meshes.iter().filter(dark).collect();
+        let holes: Vec<_> = dark.iter().map(|m| m.cutout).collect();
+        let cutout = |seen, shadow| Some(Cutout { seen, shadow });
+        let want = [cutout(Some(0), Some(1)), cutout(None, Some(2)), None, None];
+        assert_eq!(holes, want);
+        let cutoffs: Vec<_> = scene.alphas.iter().map(|a| a.cutoff.to_bits()).collect();
+        let zero = Alpha::ABOVE_ZERO.to_bits();
+        assert_eq!(cutoffs, [0.3_f32.to_bits(), zero, zero]);
+        let links: Vec<_> = dark
+            .iter()
+            .map(|m| (m.links.lit_by, m.links.shadows))
+            .collect();
+        assert_eq!(links[0], (Links::ALL, Links::ALL));
+        assert_eq!(links[2..], [(0b10, 0), (Links::ALL, 0b101)]);
+    }
+    let grids = |s: &Scene| s.alphas.iter().map(Alpha::grid).collect::<Vec<_>>();
+    assert_eq!(grids(&scene), grids(&back));
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+fn read(folder: &std::path::Path, name: &str, text: &str) -> Loaded {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    linelit_formats::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn messages(loaded: &Loaded) -> Vec<&str> {
+    loaded.warnings.iter().map(|w| w.message()).collect()
+}
+
+#[test]
+fn obj_cuts_by_the_alpha_channel() {
+    let folder = folder("map_d");
+    let library = "newmtl leaf\nmap_d leaf.tga\nnewmtl glass\nd 0.3\n";
+    std::fs::write(folder.join("a.mtl"), library).unwrap();
+    let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n\
+        usemtl leaf\nf 1/1 2/2 3/3\nusemtl glass\nf 1/1 3/3 2/2\n";
+    let loaded = read(&folder, "a.obj", &format!("mtllib a.mtl\n{faces}"));
+    assert_eq!(
+        there(&loaded.scene, seen(&loaded.scene)),
+        // The lower row is the second of the file.
+        [true, true, false, false]
+    );
+    assert_eq!(loaded.scene.meshes[1].cutout, None);
+    let message = "transparency is not supported: surfaces are there or not";
+    assert!(
+        messages(&loaded).contains(&message),
+        "{:?}",
+        messages(&loaded)
+    );
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// A square, by two materials of those after it.
+#[cfg(feature = "gltf")]
+fn gltf(materials: &str) -> String {
+    // (0,0,0), (1,0,0), (0,1,0): positions and, of the same numbers, coordinates.
+    let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [ {{ "nodes": [ 0 ] }} ], "nodes": [ {{ "mesh": 0 }} ],
+        "buffers": [ {{ "byteLength": 36, "uri": "data:;base64,{data}" }} ],
+        "bufferViews": [ {{ "buffer": 0, "byteLength": 36 }} ],
+        "accessors": [ {{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }} ],
+        "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "material": 0 }} ] }} ],
+        "images": [ {{ "uri": "leaf.tga" }} ], "textures": [ {{ "source": 0 }} ], "materials": [ {materials} ] }}"#
+    )
+}
+
+#[cfg(feature = "gltf")]
+#[test]
+fn gltf_masks_cut_at_their_cutoff() {
+    let folder = folder("mask");
+    let base = r#""pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "baseColorFactor": [ 1, 1, 1, 0.5 ] }"#;
+    // 0, 50, 100 and 127.5 in 255: above 0.196 are all but the first.
+    let cut = r#""alphaMode": "MASK", "alphaCutoff": 0.19"#;
+    for (mode, want) in [
+        (cut, [true, true, false, true]),
+        (r#""alphaMode": "MASK""#, [false, true, false, false]),
+        (r#""alphaMode": "BLEND""#, [false, true, false, false]),
+    ] {
+        let loaded = read(&folder, "a.gltf", &gltf(&format!("{{ {base}, {mode} }}")));
+        assert_eq!(there(&loaded.scene, seen(&loaded.scene)), want, "{mode}");
+        let warned = messages(&loaded).iter().any(|m| m.contains("blending"));
+        assert_eq!(warned, mode.contains("BLEND"));
+    }
+    let plain = read(&folder, "a.gltf", &gltf(&format!("{{ {base} }}"))).scene;
+    assert_eq!(plain.meshes[0].cutout, None);
+    // Without an image all is there or nothing.
+    let base =
+        r#""pbrMetallicRoughness": { "baseColorFactor": [ 1, 1, 1, 0.4 ] }, "alphaMode": "MASK""#;
+    for (cutoff, want) in [(0.3, 1), (0.5, 0)] {
+        let material = format!(r#"{{ {base}, "alphaCutoff": {cutoff} }}"#);
+        let scene = read(&folder, "a.gltf", &gltf(&material)).scene;
+        assert_eq!(scene.meshes.len(), want);
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
