@@ -10,6 +10,7 @@ mod renderer;
 mod selection;
 mod settings;
 mod workspace;
+mod world;
 
 pub use linelit_estimators::{
     Estimator, OcclusionStats, ParseEstimatorError, PlanCounters, SegmentCounters,

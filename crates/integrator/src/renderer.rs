@@ -2,6 +2,7 @@
 
 use crate::point::SURFACE_OFFSET;
 use crate::probe;
+use crate::world::World;
 use crate::{LightChoice, Plan, PlannedLight, Settings, ShadingPoint, Workspace, selection};
 use linelit_bsdf::Reflection;
 use linelit_estimators::{
@@ -10,14 +11,15 @@ use linelit_estimators::{
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
-use linelit_scene::{Bounce, Projection, RayDifferential, Response, Scene, Surface};
+use linelit_scene::{Bounce, Place, Projection, RayDifferential, Response, Scene, Surface};
 use linelit_visibility::{Fan, Hit, Occluders, Ray};
+use std::ops::Range;
 
 /// A scene ready to be estimated: occluders built, plan made.
 #[derive(Debug)]
 pub struct Renderer<'s> {
     scene: &'s Scene,
-    occluders: Occluders,
+    world: World,
     plan: Plan,
     /// Whether the scene has textures, so that the footprint of a pixel matters.
     has_textures: bool,
@@ -27,10 +29,9 @@ impl<'s> Renderer<'s> {
     /// Builds the occluders and the plan of a scene, and the smaller copies of its images.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
-        let occluders = Occluders::build(&scene.positions, &scene.triangles);
         let mut renderer = Self {
             scene,
-            occluders,
+            world: World::new(scene),
             plan: Plan::new(scene),
             has_textures: scene.has_textures(),
         };
@@ -79,10 +80,23 @@ impl<'s> Renderer<'s> {
         self.plan.set_occlusion(&stats);
     }
 
-    /// The occluders.
+    /// What camera rays meet: the triangles of the scene by their numbers, and as instances what
+    /// has holes, hides some lights only, or is an instance of the scene.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
-        &self.occluders
+        self.world.views()
+    }
+
+    /// What hides a light: the same, but for holes to lights alone and light linking.
+    #[must_use]
+    pub fn occluders_of(&self, light: &PlannedLight) -> &Occluders {
+        self.world.of_set(light.set)
+    }
+
+    /// The triangle of the scene that a ray among [`Renderer::occluders`] has met.
+    #[must_use]
+    pub fn place(&self, hit: &Hit) -> Place {
+        self.world.place(hit)
     }
 
     /// The radiance of a pixel, W/(m²·sr), linear RGB. A pure function of the settings and the
@@ -106,6 +120,24 @@ impl<'s> Renderer<'s> {
         workspace: &mut Workspace,
         mut each: impl FnMut(DVec3),
     ) -> DVec3 {
+        let mut sum = DVec3::ZERO;
+        for block in settings.sample_blocks() {
+            sum += self.pixel_block(settings, pixel, block, workspace, &mut each);
+        }
+        sum / f64::from(settings.pixel_samples.max(1))
+    }
+
+    /// The sum of the radiance of some camera samples of a pixel, one of
+    /// [`Settings::sample_blocks`]. Who adds the blocks of a pixel in their order, and divides by
+    /// the number of samples, has [`Renderer::pixel`] to the bit, whoever computed them.
+    pub fn pixel_block(
+        &self,
+        settings: &Settings,
+        pixel: [u32; 2],
+        block: Range<u32>,
+        workspace: &mut Workspace,
+        mut each: impl FnMut(DVec3),
+    ) -> DVec3 {
         let count = settings.pixel_samples.max(1);
         let camera = (count > 1).then(|| {
             let sampler = Sampler::new(settings.sampler, settings.seed);
@@ -113,7 +145,7 @@ impl<'s> Renderer<'s> {
         });
         let spacing = f64::from(count).sqrt().recip();
         let mut sum = DVec3::ZERO;
-        for i in 0..count {
+        for i in block {
             let jitter = camera
                 .as_ref()
                 .map_or([0.5, 0.5], |camera| camera.get_2d(i));
@@ -132,7 +164,7 @@ impl<'s> Renderer<'s> {
             }
             each(sample);
         }
-        sum / f64::from(count)
+        sum
     }
 
     /// The radiance of neighbouring pixels of a row, from `first` on to the right, in place of what
@@ -174,7 +206,8 @@ impl<'s> Renderer<'s> {
                 t_max: f64::INFINITY,
             };
             let Workspace { buffers, hits, .. } = &mut *workspace;
-            (self.occluders).closest_hits(&fan, hits, &mut buffers.scratch);
+            self.occluders()
+                .closest_hits(&fan, hits, &mut buffers.scratch);
             for (i, value) in out.iter_mut().enumerate() {
                 *value = match workspace.hits[i] {
                     None => DVec3::ZERO,
@@ -245,7 +278,7 @@ impl<'s> Renderer<'s> {
             t_max: f64::INFINITY,
         };
         let hit = self
-            .occluders
+            .occluders()
             .closest_hit(&ray, &mut workspace.buffers.scratch)?;
         Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
     }
@@ -276,7 +309,7 @@ impl<'s> Renderer<'s> {
             t_max: f64::INFINITY,
         };
         let hit = self
-            .occluders
+            .occluders()
             .closest_hit(&ray, &mut workspace.buffers.scratch)?;
         Some(self.seen_at([x, y], &hit, camera.direction, spacing))
     }
@@ -293,7 +326,8 @@ impl<'s> Renderer<'s> {
         direction: DVec3,
         beside: Option<&RayDifferential>,
     ) -> ShadingPoint {
-        let surface = (self.scene).surface_over(hit.triangle, hit.barycentric, direction, beside);
+        let surface =
+            (self.scene).surface_over(self.place(hit), hit.barycentric, direction, beside);
         let outgoing = -direction.normalize_or_zero();
         let geometric_normal = towards(surface.geometric_normal, outgoing);
         let normal = towards(surface.shading_normal, geometric_normal);
@@ -308,6 +342,7 @@ impl<'s> Renderer<'s> {
                 bsdf,
             },
             material: surface.material,
+            lit_by: surface.links.lit_by,
             lift,
             bounces,
             emitted: self.emitted(&surface, outgoing),
@@ -350,17 +385,17 @@ impl<'s> Renderer<'s> {
                 t_max: f64::INFINITY,
             };
             let hit = self
-                .occluders
+                .occluders()
                 .closest_hit(&ray, &mut workspace.buffers.scratch);
             hit.map(|hit| {
-                let surface = self
-                    .scene
-                    .surface(hit.triangle, hit.barycentric, camera.direction);
-                (self.scene.mesh_of(hit.triangle), surface.geometric_normal)
+                let place = self.place(&hit);
+                let surface = (self.scene).surface(place, hit.barycentric, camera.direction);
+                let mesh = self.scene.mesh(place).triangles.start;
+                ((place.instance, mesh), surface.geometric_normal)
             })
         };
         let centre = surface_at(0.0, 0.0);
-        let same = |other: &Option<(u32, DVec3)>| match (&centre, other) {
+        let same = |other: &Option<((Option<u32>, u32), DVec3)>| match (&centre, other) {
             (Some((a, n)), Some((b, m))) => a == b && n.dot(*m) > 0.999,
             (a, b) => a.is_none() && b.is_none(),
         };
@@ -391,6 +426,8 @@ impl<'s> Renderer<'s> {
         repetition: u32,
         workspace: &mut Workspace,
     ) -> DVec3 {
+        // What is counted is then a function of the arguments, as the radiance is.
+        workspace.buffers.scratch.forget_latest();
         workspace.buffers.samples.plan.points += 1;
         if settings.skip && point.bsdf.is_black() {
             workspace.buffers.samples.plan.black_materials += 1;
@@ -433,6 +470,9 @@ impl<'s> Renderer<'s> {
         (pixel, repetition): ([u32; 2], u32),
         workspace: &mut Workspace,
     ) -> DVec3 {
+        if !point.is_lit_by(light) {
+            return DVec3::ZERO;
+        }
         let source = light.source();
         let buffers = &mut workspace.buffers;
         if settings.skip && !source.reaches(point, &mut buffers.samples.plan) {
@@ -446,7 +486,7 @@ impl<'s> Renderer<'s> {
             pair: repetition.wrapping_mul(total).wrapping_add(light.index),
         };
         let estimator = light.estimator.as_ref().unwrap_or(&settings.estimator);
-        let (occluders, samples) = (&self.occluders, settings.samples);
+        let (occluders, samples) = (self.occluders_of(light), settings.samples);
         let mut query = Query::new(occluders, &source, point, estimator, numbers, samples);
         query.skip = settings.skip;
         if !settings.share {
@@ -456,7 +496,8 @@ impl<'s> Renderer<'s> {
     }
 
     /// The direct light of all area lights by `count` stratified lines each, with visibility by
-    /// brute force in `f64` ([`brute_force`]).
+    /// brute force in `f64` ([`brute_force`]), past the scene's own triangles: of scenes without
+    /// holes, instances and light linking.
     ///
     /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and
     /// the first camera sample with the sampler `stratified` and the same seed and count.
@@ -481,7 +522,7 @@ impl<'s> Renderer<'s> {
                 pair: light.index,
             };
             let source = light.source();
-            let query = Query::new(&self.occluders, &source, point, &estimator, numbers, count);
+            let query = Query::new(self.occluders(), &source, point, &estimator, numbers, count);
             sum += brute_force(&query, area, &self.scene.positions, &self.scene.triangles);
         }
         sum

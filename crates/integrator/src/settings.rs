@@ -4,6 +4,7 @@ use crate::LightChoice;
 use linelit_estimators::Estimator;
 use linelit_samplers::SamplerKind;
 use std::fmt;
+use std::ops::Range;
 use std::str::FromStr;
 
 /// Settings of a render: estimator, pattern, samples, lights.
@@ -52,6 +53,26 @@ impl Default for Settings {
             skip: true,
             share: true,
         }
+    }
+}
+
+/// Camera samples of a block, unless there are many.
+const BLOCK: u32 = 64;
+/// Blocks of a pixel, at most.
+const MOST_BLOCKS: u32 = 64;
+
+impl Settings {
+    /// The blocks in which the camera samples of a pixel are added up: of 64 each, or longer ones
+    /// so that there are at most 64. What has fewer samples is one block.
+    ///
+    /// ```
+    /// let settings = linelit_integrator::Settings { pixel_samples: 150, ..Default::default() };
+    /// assert!(settings.sample_blocks().eq([0..64, 64..128, 128..150]));
+    /// ```
+    pub fn sample_blocks(&self) -> impl ExactSizeIterator<Item = Range<u32>> + use<> {
+        let count = self.pixel_samples.max(1);
+        let block = BLOCK.max(count.div_ceil(MOST_BLOCKS));
+        (0..count.div_ceil(block)).map(move |k| k * block..count.min((k + 1).saturating_mul(block)))
     }
 }
 

@@ -4,6 +4,7 @@ mod agreement;
 mod calibration;
 mod common;
 mod corners;
+mod cutouts;
 mod exact;
 mod footprints;
 mod linear;

@@ -75,3 +75,79 @@ fn rows_end_where_numbers_do() {
     );
     assert!(row.iter().all(|value| value.is_finite()));
 }
+
+/// What blocks of camera samples say, added in their order, is the pixel: whoever computes which.
+#[test]
+fn a_pixel_is_its_blocks() {
+    let scene = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
+    let renderer = Renderer::new(&scene);
+    let pixel = [5, 9];
+    for (pixel_samples, blocks) in [(0, 1), (1, 1), (64, 1), (65, 2), (4097, 64), (9999, 64)] {
+        let settings = Settings {
+            estimator: "point-area".parse().expect("an estimator"),
+            samples: 1,
+            pixel_samples,
+            bounces: 1,
+            ..Settings::default()
+        };
+        assert_eq!(settings.sample_blocks().len(), blocks);
+        let mut parts: Vec<_> = settings.sample_blocks().enumerate().collect();
+        // From the last on, each in a workspace of its own.
+        parts.reverse();
+        let mut sums = vec![DVec3::ZERO; blocks];
+        let mut seen = 0;
+        for (k, block) in parts {
+            let each = |_| seen += 1;
+            let mut workspace = Workspace::new();
+            sums[k] = renderer.pixel_block(&settings, pixel, block, &mut workspace, each);
+        }
+        let count = pixel_samples.max(1);
+        assert_eq!(seen, count);
+        let sum = sums.into_iter().fold(DVec3::ZERO, |a, b| a + b);
+        let whole = renderer.pixel(&settings, pixel, &mut Workspace::new());
+        assert_eq!(sum / f64::from(count), whole, "{pixel_samples} samples");
+        assert!(whole.min_element() > 0.0);
+    }
+    let most = Settings {
+        pixel_samples: u32::MAX,
+        ..Settings::default()
+    };
+    let ends: Vec<_> = most.sample_blocks().collect();
+    assert_eq!((ends.len(), ends[63].end), (64, u32::MAX));
+    assert!(
+        ends.windows(2)
+            .all(|w| w[0].end == w[1].start && !w[1].is_empty())
+    );
+}
+
+/// Which trials a thread was given, and in which order, is not to be seen in what was counted.
+#[test]
+fn an_estimate_counts_its_own_work_alone() {
+    let scene = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
+    let renderer = Renderer::new(&scene);
+    let mut hidden = 0;
+    for estimator in ["point-area", "line-analytic", "hybrid"] {
+        let settings = |seed| Settings {
+            estimator: estimator.parse().expect("an estimator"),
+            samples: 4,
+            seed,
+            ..Settings::default()
+        };
+        let mut one_thread = Workspace::new();
+        for pixel in (0..256).map(|k| [k % 16, k / 16]) {
+            let Some(point) = renderer.shading_point(pixel, &mut Workspace::new()) else {
+                continue;
+            };
+            for seed in 0..4 {
+                let mut count = |workspace: &mut Workspace| {
+                    let value = renderer.direct(&settings(seed), &point, pixel, 0, workspace);
+                    (value, workspace.take_counts().visibility)
+                };
+                let alone = count(&mut Workspace::new());
+                assert_eq!(count(&mut one_thread), alone, "{estimator}, {pixel:?}");
+                hidden += u32::from(alone.0 == DVec3::ZERO);
+            }
+        }
+    }
+    assert!(hidden > 100, "{hidden} estimates found nothing");
+}

@@ -1,0 +1,358 @@
+//! Holes by masks against holes in the geometry, instances against copies, and light linking.
+
+use crate::common::load;
+use linelit_formats::assembly::film::{ByteImage, encode_tga};
+use linelit_formats::{Instancing, LoadOptions, Root};
+use linelit_geometry::DVec3;
+use linelit_integrator::{Renderer, Settings, Workspace};
+use linelit_samplers::SamplerKind;
+use linelit_scene::Scene;
+use linelit_testkit::{chi2::sidak, ztest::critical_z};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+/// Texels along a side of the mask.
+const SIDE: u32 = 16;
+
+/// Whether a texel of the mask is there; rows count from the top.
+fn is_there(x: u32, y: u32) -> bool {
+    // A leaf with veins: an ellipse less some of its texels.
+    let [a, b] = [x, y].map(|k| f64::from(k) + 0.5 - 8.0);
+    (a * a + 2.0 * b * b < 60.0) && !(x * 7 + y * 13).is_multiple_of(5)
+}
+
+/// A floor and its light seen from below what `panel` says, which stands between.
+fn text(panel: &str) -> String {
+    format!(
+        r#"LookAt 2 -2 0.9  0 0 0  0 0 1
+Camera "perspective" "float fov" [ 60 ]
+Film "image" "integer xresolution" [ 24 ] "integer yresolution" [ 24 ]
+WorldBegin
+Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -3 -3 0  3 -3 0  3 3 0  -3 3 0 ]
+{panel}
+Material "matte" "rgb Kd" [ 0 0 0 ]
+AreaLightSource "diffuse" "rgb L" [ 8 6 4 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
+  "point P" [ -0.5 -0.5 2  -0.5 0.5 2  0.5 0.5 2  0.5 -0.5 2 ]"#
+    )
+}
+
+/// The leaf as a mask on one quadrilateral; `more` goes to its shape.
+fn masked(alpha: &str) -> String {
+    format!(
+        r#"Texture "leaf" "float" "imagemap" "string filename" "leaf.tga" "string filter" "point"
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point2 uv" [ 0 0  1 0  1 1  0 1 ]
+"point P" [ -1 -1 1  1 -1 1  1 1 1  -1 1 1 ] "texture {alpha}" "leaf""#
+    )
+}
+
+/// The leaf as a quadrilateral for each texel that is there. Corners are multiples of 1/8: exact.
+fn cut_out() -> String {
+    let mut points = String::new();
+    let mut indices = String::new();
+    let mut count = 0;
+    for y in 0..SIDE {
+        for x in (0..SIDE).filter(|x| is_there(*x, y)) {
+            let [x, y] = [x, SIDE - 1 - y].map(|k| f64::from(k) / 8.0 - 1.0);
+            for [dx, dy] in [[0.0, 0.0], [0.125, 0.0], [0.125, 0.125], [0.0, 0.125]] {
+                write!(points, " {} {} 1", x + dx, y + dy).unwrap();
+            }
+            for k in [0, 1, 2, 0, 2, 3] {
+                write!(indices, " {}", count + k).unwrap();
+            }
+            count += 4;
+        }
+    }
+    assert!(count > 300);
+    format!("Shape \"trianglemesh\" \"integer indices\" [{indices} ] \"point P\" [{points} ]")
+}
+
+/// A scene that may name the leaf.
+fn with_leaf(text: &str, instancing: Instancing) -> Scene {
+    let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| [u8::from(is_there(x, y)) * 9; 3]));
+    let image = ByteImage {
+        width: SIDE,
+        height: SIDE,
+        rgb: texels.collect(),
+    };
+    let files = BTreeMap::from([("leaf.tga".to_owned(), encode_tga(&image).unwrap())]);
+    let options = LoadOptions {
+        root: Root::Memory(Arc::new(files)),
+        instancing,
+        ..LoadOptions::default()
+    };
+    let loaded = linelit_formats::from_pbrt_str(text, "test.pbrt", &options);
+    let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    loaded.scene
+}
+
+fn picture(scene: &Scene, estimator: &str, samples: u32, seed: u64) -> Vec<DVec3> {
+    rendered(scene, estimator, samples, seed, true)
+}
+
+/// With every sample taken: what is skipped depends on the boxes of instances.
+fn unskipped(scene: &Scene, estimator: &str, samples: u32) -> Vec<DVec3> {
+    rendered(scene, estimator, samples, 1, false)
+}
+
+fn rendered(scene: &Scene, estimator: &str, samples: u32, seed: u64, skip: bool) -> Vec<DVec3> {
+    let renderer = Renderer::new(scene);
+    let settings = Settings {
+        estimator: estimator.parse().expect("an estimator"),
+        samples,
+        seed,
+        skip,
+        ..Settings::default()
+    };
+    let mut workspace = Workspace::new();
+    let [width, height] = [scene.film.width, scene.film.height];
+    let mut all = Vec::new();
+    for y in 0..height {
+        let mut row = vec![DVec3::ZERO; width as usize];
+        renderer.row(&settings, [0, y], &mut row, &mut workspace);
+        all.extend(row);
+    }
+    all
+}
+
+/// The largest difference over the largest value.
+fn difference(a: &[DVec3], b: &[DVec3]) -> f64 {
+    let largest = a.iter().map(|v| v.max_element()).fold(0.0, f64::max);
+    assert!(largest > 0.1, "the picture is not black");
+    let apart = a.iter().zip(b).map(|(a, b)| (*a - *b).abs().max_element());
+    apart.fold(0.0, f64::max) / largest
+}
+
+/// What stands in a picture twice over: more than a few pixels differ from the one without.
+fn assert_shadow(with: &[DVec3], without: &[DVec3]) {
+    let differ = with
+        .iter()
+        .zip(without)
+        .filter(|(a, b)| (**a - **b).length() > 0.01);
+    assert!(differ.count() > 50);
+}
+
+#[test]
+fn masks_cut_what_geometry_cuts() {
+    let mask = with_leaf(&text(&masked("alpha")), Instancing::Auto);
+    let cut = load(&text(&cut_out()));
+    let empty = load(&text(""));
+    for (estimator, room) in [
+        // The same random numbers: rays meet the same but within rounding of an edge, which none
+        // of these does.
+        ("point-area", 0.0),
+        ("point-solid-angle", 0.0),
+        // Ends of visible intervals agree to 1e-9 of the line, up to 30 of them on each.
+        ("line-analytic", 1e-7),
+        ("line-analytic[orientation=fixed:0]", 1e-7),
+        ("line-warped", 1e-7),
+    ] {
+        let [a, b, c] = [&mask, &cut, &empty].map(|scene| unskipped(scene, estimator, 4));
+        assert_shadow(&a, &c);
+        let apart = difference(&a, &b);
+        assert!(apart <= room, "{estimator}: {apart}");
+    }
+}
+
+/// The z as rare as Student's t with so many degrees of freedom (Wallace 1959): means of a few have
+/// heavier tails.
+fn normal(t: f64, f: f64) -> f64 {
+    (f * (t * t / f).ln_1p()).sqrt() * (8.0 * f + 1.0) / (8.0 * f + 3.0)
+}
+
+/// Ways that take other samples past a mask than past what is cut out converge to the same.
+#[test]
+fn other_ways_past_masks_agree_in_the_mean() {
+    const SEEDS: u64 = 24;
+    let mask = with_leaf(&text(&masked("alpha")), Instancing::Auto);
+    let cut = load(&text(&cut_out()));
+    let exact = picture(&cut, "exact[limit=1000]", 1, 0);
+    let ways = [
+        "hybrid",
+        "exact",
+        "line-warped",
+        "line-area+point-bsdf",
+        "point-area[visibility=shaft]",
+    ];
+    let mut worst = 0.0_f64;
+    let mut tests = 0;
+    for way in ways {
+        let pictures: Vec<_> = (0..SEEDS)
+            .map(|seed| picture(&mask, way, 4, seed))
+            .collect();
+        for (k, want) in exact.iter().enumerate() {
+            let n = SEEDS as f64;
+            let values = pictures.iter().map(|p| p[k].y);
+            let mean = values.clone().sum::<f64>() / n;
+            let square = values.map(|v| (v - mean) * (v - mean)).sum::<f64>();
+            let error = (square / (n * (n - 1.0))).sqrt();
+            // Where the closed form is taken there is no noise, but rounding.
+            let z = (mean - want.y).abs() / (error + 1e-9);
+            worst = worst.max(z);
+            tests += 1;
+        }
+    }
+    let z = normal(worst, (SEEDS - 1) as f64);
+    let critical = critical_z(sidak(1e-3, tests));
+    assert!(z < critical, "{z} of {critical}");
+}
+
+#[test]
+fn holes_to_lights_alone_are_not_seen() {
+    let seen = with_leaf(&text(&masked("alpha")), Instancing::Auto);
+    let shadow = with_leaf(&text(&masked("shadowalpha")), Instancing::Auto);
+    // From below, the panel is behind the camera: the shadows are the same.
+    let [a, b] = [&seen, &shadow].map(|scene| picture(scene, "line-analytic", 4, 1));
+    assert_eq!(a, b);
+    // From above, one sees the floor through the holes.
+    let hits = |scene: &Scene| {
+        let renderer = Renderer::new(scene);
+        let mut scratch = linelit_visibility::Scratch::new();
+        (0..SIDE)
+            .flat_map(|y| (0..SIDE).map(move |x| [x, y]))
+            .filter(|[x, y]| {
+                let at = |k: u32| f64::from(k) / 8.0 - 1.0 + 0.0625;
+                let origin = [at(*x), at(SIDE - 1 - y), 1.5];
+                let ray = linelit_visibility::Ray::new(origin, [0.0, 0.0, -1.0]);
+                let hit = renderer
+                    .occluders()
+                    .closest_hit(&ray, &mut scratch)
+                    .unwrap();
+                let on_panel = hit.t < 1.0;
+                let place = renderer.place(&hit);
+                let surface = scene.surface(place, hit.barycentric, -DVec3::Z);
+                assert!((surface.point.z - if on_panel { 1.0 } else { 0.0 }).abs() < 1e-12);
+                on_panel
+            })
+            .count()
+    };
+    let leaf = (0..SIDE * SIDE)
+        .filter(|k| is_there(k % SIDE, k / SIDE))
+        .count();
+    assert_eq!([hits(&seen), hits(&shadow)], [leaf, (SIDE * SIDE) as usize]);
+}
+
+/// Spheres, and a masked panel, on their own and turned, mirrored and sheared.
+fn objects() -> String {
+    let panel = masked("alpha");
+    let [texture, shape] = panel.split_once('\n').map(|(a, b)| [a, b]).unwrap();
+    format!(
+        r#"{texture}
+ObjectBegin "o"
+{shape}
+Translate 0.2 0.3 1
+Shape "sphere" "float radius" 0.25
+ObjectEnd
+AttributeBegin Scale 0.5 0.5 0.5 ObjectInstance "o" AttributeEnd
+AttributeBegin Translate 0.6 0.5 0.5 Rotate 40 1 2 3 Scale -0.3 0.4 0.5 ObjectInstance "o" AttributeEnd
+AttributeBegin ConcatTransform [ 0.3 0.1 0 0  0 0.3 0.2 0  0 0 0.3 0  -0.7 -0.4 0.6 1 ] ObjectInstance "o" AttributeEnd"#
+    )
+}
+
+#[test]
+fn instances_are_their_copies() {
+    let text = text(&objects());
+    let [kept, copied] = [Instancing::Always, Instancing::Never].map(|how| with_leaf(&text, how));
+    assert_eq!((kept.instances.len(), kept.objects.len()), (3, 1));
+    let edges = Renderer::new(&copied);
+    for estimator in ["point-area", "line-analytic"] {
+        let [a, b] = [&kept, &copied].map(|scene| unskipped(scene, estimator, 16));
+        let (mut compared, mut far) = (0, 0);
+        for (k, (a, b)) in a.iter().zip(&b).enumerate() {
+            let pixel = [k % 24, k / 24].map(|k| u32::try_from(k).unwrap());
+            if edges.straddles_edge(pixel, 0.05) {
+                continue;
+            }
+            compared += 1;
+            far += usize::from((*a - *b).abs().max_element() > 1e-4 * (1.0 + b.max_element()));
+        }
+        assert!(compared > 400, "{compared}");
+        // Vertices of copies are rounded to f32, by 6e-8 of at most 1.5, and points on spheres are
+        // lifted by another 1e-6: intervals of lines move by 1e-5 of the light at most. Of 16
+        // points for each pixel, 9,000 in all, one may fall on the other side of an edge; edges
+        // are some 20 long on a light of side 1, and move by 1e-6.
+        assert!(far <= 1, "{estimator}: {far} of {compared}");
+    }
+    let empty = load(&crate::cutouts::text(""));
+    let with = picture(&kept, "line-analytic", 4, 1);
+    assert_shadow(&with, &picture(&empty, "line-analytic", 4, 1));
+}
+
+/// Two lights, `key` and another, and a panel.
+fn linked(panel: &str, floor: &str) -> String {
+    let text = text(&format!(
+        "Shape \"quad\" \"point o\" [ -1 -1 1 ] \"vector u\" [ 2 0 0 ] \"vector v\" [ 0 2 0 ] {panel}
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ 9 9 9 ] \"string set\" \"key\"
+         Shape \"quad\" \"point o\" [ 1 -0.5 1.5 ] \"vector u\" [ 0 1 0 ] \"vector v\" [ 1 0 0 ] AttributeEnd"
+    ));
+    text.replacen("3 3 0  -3 3 0 ]", &format!("3 3 0  -3 3 0 ] {floor}"), 1)
+}
+
+#[test]
+fn linked_lights_light_and_hide_what_they_should() {
+    let scene = |panel: &str, floor: &str| load(&linked(panel, floor));
+    let shown = |scene: &Scene| picture(scene, "line-analytic", 4, 1);
+    let plain = shown(&scene("", ""));
+    // All sets by their names are all.
+    let all = "\"string shadows\" [ \"default\" \"key\" ] \"string litby\" [ \"key\" \"default\" ]";
+    assert_eq!(shown(&scene(all, "")), plain);
+    let key_only = shown(&scene("", "\"string litby\" \"key\""));
+    let other_only = shown(&scene("", "\"string litby\" \"default\""));
+    let dark = shown(&scene("", "\"string litby\" \"none\""));
+    let no_shadow = shown(&scene("\"string shadows\" \"none\"", ""));
+    let of_key = shown(&scene("\"string shadows\" \"key\"", ""));
+    let free = |light: &str| {
+        let floor = format!("\"string litby\" \"{light}\"");
+        shown(&scene("\"string shadows\" \"none\"", &floor))
+    };
+    let sum =
+        |a: &[DVec3], b: &[DVec3]| -> Vec<_> { a.iter().zip(b).map(|(a, b)| *a + *b).collect() };
+    // The lights themselves are seen in the last row of pixels at most: not in these pictures.
+    assert!(dark.iter().all(|v| *v == DVec3::ZERO));
+    for (got, want) in [
+        (&plain, sum(&key_only, &other_only)),
+        (&no_shadow, sum(&free("key"), &free("default"))),
+        (&of_key, sum(&key_only, &free("default"))),
+    ] {
+        // Sums of two, in one order or the other.
+        assert!(difference(got, &want) <= 4.0 * f64::EPSILON);
+    }
+    assert_shadow(&plain, &no_shadow);
+    assert_shadow(&plain, &of_key);
+    assert_shadow(&of_key, &no_shadow);
+}
+
+/// Picking one light for each sample stays right where some do not illuminate what is seen.
+#[test]
+fn picked_lights_may_be_linked_away() {
+    use linelit_integrator::LightChoice;
+    let scene = load(&linked("", "\"string litby\" \"key\""));
+    let want: f64 = picture(&scene, "exact", 1, 0).iter().map(|v| v.y).sum();
+    for choice in [LightChoice::Uniform, LightChoice::Exact, LightChoice::Tree] {
+        let renderer = Renderer::new(&scene);
+        let sum = |seed| {
+            let settings = Settings {
+                estimator: "exact".parse().unwrap(),
+                sampler: SamplerKind::Independent,
+                samples: 3,
+                lights: choice,
+                seed,
+                ..Settings::default()
+            };
+            let mut workspace = Workspace::new();
+            let pixels = (0..24).flat_map(|y| (0..24).map(move |x| [x, y]));
+            let values = pixels.map(|p| renderer.pixel(&settings, p, &mut workspace).y);
+            values.sum::<f64>()
+        };
+        let sums: Vec<f64> = (0..16).map(sum).collect();
+        let mean = sums.iter().sum::<f64>() / 16.0;
+        let square = sums.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>();
+        let error = (square / (16.0 * 15.0)).sqrt();
+        // Sums over all pixels are nearly normal. The exact choice leaves rounding alone.
+        let z = normal((mean - want).abs() / (error + 1e-12 * want), 15.0);
+        assert!(z < critical_z(sidak(1e-3, 3)), "{choice}: {z}");
+    }
+}
