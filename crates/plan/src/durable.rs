@@ -1,0 +1,124 @@
+//! Files that are whole or absent, and on the disk when it is said that they are.
+#![allow(clippy::disallowed_methods, reason = "a plan is a folder of files")]
+
+use crate::PlanError;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+static SERIAL: AtomicU64 = AtomicU64::new(0);
+
+/// The ending of names that mean nothing: of files that are being written, or were when their
+/// process ended.
+pub(crate) const TEMPORARY: &str = ".tmp";
+
+/// A name that no other thread or process of this machine uses, within a folder.
+pub(crate) fn own_name(folder: &Path, of: &str) -> PathBuf {
+    let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
+    let process = std::process::id();
+    folder.join(format!(".{of}.{process}-{serial}{TEMPORARY}"))
+}
+
+/// A new file of a name of its own.
+pub(crate) fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
+    loop {
+        let path = own_name(folder, of);
+        let mut options = OpenOptions::new();
+        match options.write(true).create_new(true).open(&path) {
+            Ok(file) => return Ok((path, file)),
+            // A process of another machine has our number, or one before us had it.
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(e) => return Err(PlanError::io(&path, "create")(e)),
+        }
+    }
+}
+
+/// Writes pieces one after the other to a file of another name, has it on the disk, and renames it:
+/// whoever reads `path` sees what was there before or all of this.
+pub(crate) fn write(path: &Path, pieces: &[&[u8]]) -> Result<(), PlanError> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // Twice, should someone else take the file for one that was left behind.
+    for _ in 0..2 {
+        let (temporary, file) = temporary(folder, &name)?;
+        let written = fill(file, pieces).map_err(PlanError::io(path, "write"));
+        let renamed = written.and_then(|()| match fs::rename(&temporary, path) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(false),
+            other => other
+                .map(|()| true)
+                .map_err(PlanError::io(path, "rename the temporary file to")),
+        });
+        match renamed {
+            Ok(false) => {}
+            Ok(true) => {
+                return sync_folder(folder).map_err(PlanError::io(folder, "flush the folder"));
+            }
+            Err(e) => {
+                // Nothing more can be done about one that refuses to go.
+                let _ = fs::remove_file(&temporary);
+                return Err(e);
+            }
+        }
+    }
+    let gone = io::Error::new(io::ErrorKind::NotFound, "the temporary file goes each time");
+    Err(PlanError::io(path, "write")(gone))
+}
+
+fn fill(mut file: File, pieces: &[&[u8]]) -> io::Result<()> {
+    for piece in pieces {
+        file.write_all(piece)?;
+    }
+    file.sync_all()
+}
+
+/// Has the names in a folder written to the disk, where the system can.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    let unknown = [io::ErrorKind::InvalidInput, io::ErrorKind::Unsupported];
+    match File::open(folder)?.sync_all() {
+        // Some file systems of networks do not know it.
+        Err(e) if unknown.contains(&e.kind()) => Ok(()),
+        other => other,
+    }
+}
+
+/// The bytes of a file, `None` if there is no such name.
+pub(crate) fn read(path: &Path) -> Result<Option<Vec<u8>>, PlanError> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(PlanError::io(path, "read")(e)),
+    }
+}
+
+/// Removes a file, if it is there.
+pub(crate) fn remove(path: &Path) -> Result<(), PlanError> {
+    match fs::remove_file(path) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(PlanError::io(path, "remove")(e)),
+        _ => Ok(()),
+    }
+}
+
+/// Makes a folder and those above it.
+pub(crate) fn make_folder(path: &Path) -> Result<(), PlanError> {
+    fs::create_dir_all(path).map_err(PlanError::io(path, "create the folder"))
+}
+
+/// The names in a folder; none if it is not there.
+pub(crate) fn names(folder: &Path) -> Result<Vec<String>, PlanError> {
+    let failed = || PlanError::io(folder, "list the folder");
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(e) => return Err(failed()(e)),
+    };
+    let mut names = Vec::new();
+    for entry in entries {
+        let name = entry.map_err(|e| failed()(e))?.file_name();
+        names.push(name.to_string_lossy().into_owned());
+    }
+    Ok(names)
+}

@@ -1,0 +1,93 @@
+//! What can go wrong.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// An error of whoever computes units.
+pub type BoxError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Why a plan could not be made, read, run or merged.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The system refused.
+    #[error("cannot {step} {}: {error}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was tried, as a verb.
+        step: &'static str,
+        /// Why not.
+        error: io::Error,
+    },
+    /// A file is there and is not what was written.
+    #[error("{} is broken: {reason}", path.display())]
+    Broken {
+        /// The file.
+        path: PathBuf,
+        /// What was found.
+        reason: String,
+    },
+    /// Something differs from what was planned; the text says what.
+    #[error("{0}")]
+    Refused(String),
+    /// A unit could not be computed.
+    #[error("unit {number} ({name}): {error}")]
+    Work {
+        /// Its number.
+        number: u32,
+        /// Its name.
+        name: String,
+        /// Why not.
+        error: BoxError,
+    },
+    /// Work was stopped from outside; what is done is kept.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl PlanError {
+    pub(crate) fn io(path: &Path, step: &'static str) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |error| Self::Io { path, step, error }
+    }
+
+    pub(crate) fn broken(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Broken {
+            path: path.to_owned(),
+            reason: reason.into(),
+        }
+    }
+
+    /// Whether the same call may succeed later without a change of plan or program: the disk is
+    /// full, the file system does not answer, work was stopped. (Programs end with status 75 then.)
+    #[must_use]
+    pub fn is_temporary(&self) -> bool {
+        match self {
+            Self::Interrupted => true,
+            Self::Io { error, .. } => is_temporary(error),
+            Self::Work { error, .. } => {
+                error.downcast_ref::<Self>().is_some_and(Self::is_temporary)
+            }
+            Self::Broken { .. } | Self::Refused(_) => false,
+        }
+    }
+}
+
+fn is_temporary(error: &io::Error) -> bool {
+    use io::ErrorKind as Kind;
+    matches!(
+        error.kind(),
+        Kind::StorageFull
+            | Kind::QuotaExceeded
+            | Kind::ResourceBusy
+            | Kind::Interrupted
+            | Kind::TimedOut
+            | Kind::WouldBlock
+            | Kind::StaleNetworkFileHandle
+            | Kind::HostUnreachable
+            | Kind::NetworkUnreachable
+            | Kind::NetworkDown
+            | Kind::OutOfMemory
+    )
+}

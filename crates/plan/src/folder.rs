@@ -1,0 +1,270 @@
+//! The folder of a plan.
+
+use crate::durable::{self, make_folder, names, read};
+use crate::hash::{Digest, digest, hex};
+use crate::part::{self, Of};
+use crate::{Missing, Plan, PlanError};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Names within the folder.
+const PLAN: &str = "plan.json";
+const PARTS: &str = "parts";
+const LEASES: &str = "leases";
+const FILES: &str = "files";
+
+/// The folder of a plan: `plan.json`, what is done in `parts/`, what is in hand in `leases/`, and
+/// packed inputs in `files/`.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    plan: Plan,
+    digest: Digest,
+}
+
+impl Folder {
+    /// Makes the folder of a plan, with packed files by their digests. If it is there with the same
+    /// plan, it is opened: what is done in it stays.
+    ///
+    /// # Errors
+    /// If the folder holds another plan, which is said with what differs, or anything else; or
+    /// cannot be written.
+    pub fn create(
+        path: &Path,
+        plan: &Plan,
+        packed: &BTreeMap<String, Vec<u8>>,
+    ) -> Result<Self, PlanError> {
+        let (text, digest) = plan.text()?;
+        let file = path.join(PLAN);
+        if let Some(there) = read(&file)? {
+            let there = Self::of(path, &there)?;
+            if let Some(differs) = there.plan.difference(plan) {
+                return Err(PlanError::Refused(format!(
+                    "{} holds another plan ({differs}): choose another folder, or remove it",
+                    path.display()
+                )));
+            }
+        } else {
+            refuse_others(path)?;
+        }
+        for folder in [PARTS, LEASES] {
+            make_folder(&path.join(folder))?;
+        }
+        if !packed.is_empty() {
+            make_folder(&path.join(FILES))?;
+        }
+        for (name, bytes) in packed {
+            let to = path.join(FILES).join(name);
+            if read(&to)?.is_none_or(|there| there != *bytes) {
+                durable::write(&to, &[bytes])?;
+            }
+        }
+        if read(&file)?.is_none_or(|there| there != text.as_bytes()) {
+            durable::write(&file, &[text.as_bytes()])?;
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            plan: plan.clone(),
+            digest,
+        })
+    }
+
+    /// Opens the folder of a plan.
+    ///
+    /// # Errors
+    /// If there is none, or its text is not what was written.
+    pub fn open(path: &Path) -> Result<Self, PlanError> {
+        let Some(bytes) = read(&path.join(PLAN))? else {
+            return Err(PlanError::Refused(format!(
+                "{} is no folder of a plan: it has no {PLAN}",
+                path.display()
+            )));
+        };
+        Self::of(path, &bytes)
+    }
+
+    fn of(path: &Path, bytes: &[u8]) -> Result<Self, PlanError> {
+        let file = path.join(PLAN);
+        let text = str::from_utf8(bytes).map_err(|e| PlanError::broken(&file, e.to_string()))?;
+        let (plan, digest) = Plan::read(text, &file)?;
+        Ok(Self {
+            path: path.to_owned(),
+            plan,
+            digest,
+        })
+    }
+
+    /// The plan.
+    #[must_use]
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The plan's digest, in hexadecimal digits.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        hex(&self.digest)
+    }
+
+    /// That this is the program that made the plan.
+    ///
+    /// # Errors
+    /// [`PlanError::Refused`], which says both versions.
+    pub fn check_program(&self, program: &str) -> Result<(), PlanError> {
+        if self.plan.program == program {
+            return Ok(());
+        }
+        Err(PlanError::Refused(format!(
+            "{} is a plan of `{}`, this is `{program}`, whose numbers may differ: run it by that \
+             program, or make the plan anew",
+            self.path.display(),
+            self.plan.program
+        )))
+    }
+
+    /// The number of units.
+    #[must_use]
+    pub fn units(&self) -> u32 {
+        u32::try_from(self.plan.units.len()).unwrap_or(u32::MAX)
+    }
+
+    pub(crate) fn parts(&self) -> PathBuf {
+        self.path.join(PARTS)
+    }
+
+    pub(crate) fn leases(&self) -> PathBuf {
+        self.path.join(LEASES)
+    }
+
+    /// The file of a unit's part.
+    #[must_use]
+    pub fn part_path(&self, number: u32) -> PathBuf {
+        self.parts().join(part_name(number))
+    }
+
+    /// What a part must say that it is of: the unit by its number and all that is said of it.
+    fn of_unit(&self, number: u32) -> Of {
+        let unit = self.plan.units.get(number as usize);
+        let (name, work) = unit.map_or(("", ""), |u| (&u.name, &u.work));
+        let number = number.to_le_bytes();
+        let pieces: [&[u8]; 5] = [
+            &self.digest,
+            &number,
+            name.as_bytes(),
+            &[0],
+            work.as_bytes(),
+        ];
+        Of {
+            plan: self.digest,
+            unit: digest(&pieces),
+        }
+    }
+
+    /// What was computed for a unit; `None` if it is not there.
+    ///
+    /// # Errors
+    /// [`PlanError::Broken`] if the file is not that of this unit or not whole, and if it cannot be
+    /// read.
+    pub fn part(&self, number: u32) -> Result<Option<Vec<u8>>, PlanError> {
+        let path = self.part_path(number);
+        let Some(bytes) = read(&path)? else {
+            return Ok(None);
+        };
+        let payload = part::payload(bytes, &self.of_unit(number));
+        payload
+            .map(Some)
+            .map_err(|reason| PlanError::broken(&path, reason))
+    }
+
+    /// Writes a part: on the disk when this returns, in place of what was there.
+    pub(crate) fn write_part(&self, number: u32, payload: &[u8]) -> Result<(), PlanError> {
+        let (header, checksum) = part::frame(&self.of_unit(number), payload);
+        durable::write(&self.part_path(number), &[&header, payload, &checksum])
+    }
+
+    /// Reads all parts in the order of their numbers, one at a time, and hands them on as long as
+    /// none is missing; says which are.
+    ///
+    /// # Errors
+    /// If a file cannot be read, and what `each` fails with.
+    pub fn read_all(
+        &self,
+        mut each: impl FnMut(u32, Vec<u8>) -> Result<(), PlanError>,
+    ) -> Result<Missing, PlanError> {
+        let mut missing = Missing::default();
+        for number in 0..self.units() {
+            match self.part(number) {
+                Ok(Some(payload)) if missing.is_empty() => each(number, payload)?,
+                Ok(Some(_)) => {}
+                Ok(None) => missing.absent.push(number),
+                Err(PlanError::Broken { path, reason }) => {
+                    missing
+                        .broken
+                        .push((number, format!("{}: {reason}", path.display())));
+                }
+                Err(e) => return Err(e),
+            }
+        }
+        Ok(missing)
+    }
+
+    /// A packed file, by its digest.
+    ///
+    /// # Errors
+    /// If it cannot be read or is not what was packed.
+    pub fn file(&self, sha256: &str) -> Result<Vec<u8>, PlanError> {
+        let path = self.path.join(FILES).join(sha256);
+        let broken = |reason: &str| PlanError::broken(&path, reason);
+        let bytes = read(&path)?.ok_or_else(|| broken("it is not there"))?;
+        if crate::hash(&bytes) != sha256 {
+            return Err(broken("its bytes are not those that were packed"));
+        }
+        Ok(bytes)
+    }
+
+    /// Tries whether parts can be written.
+    ///
+    /// # Errors
+    /// If not.
+    pub(crate) fn check_writable(&self) -> Result<(), PlanError> {
+        for folder in [self.parts(), self.leases()] {
+            // Copied without its empty folders, perhaps.
+            make_folder(&folder)?;
+        }
+        let (path, file) = durable::temporary(&self.parts(), "try")?;
+        drop(file);
+        durable::remove(&path)
+    }
+}
+
+/// The name of a part.
+pub(crate) fn part_name(number: u32) -> String {
+    format!("{number:08}.part")
+}
+
+/// The number in the name of a part.
+pub(crate) fn part_number(name: &str) -> Option<u32> {
+    let number = name.strip_suffix(".part")?.parse().ok()?;
+    (part_name(number) == name).then_some(number)
+}
+
+/// That a folder for a plan holds nothing else.
+fn refuse_others(path: &Path) -> Result<(), PlanError> {
+    let own = [PARTS, LEASES, FILES];
+    let begun = format!(".{PLAN}.");
+    for name in names(path)? {
+        if !own.contains(&name.as_str()) && !name.starts_with(&begun) {
+            return Err(PlanError::Refused(format!(
+                "{} holds `{name}`, and is no folder of a plan: choose another",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,305 @@
+//! What a plan says, and its text.
+
+use crate::PlanError;
+use crate::hash::{Digest, digest, hex};
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+use std::fmt::Write as _;
+use std::ops::Range;
+use std::path::Path;
+
+/// The number of this form of `plan.json`.
+const FORMAT: u32 = 1;
+
+/// What stands before the digest of all before it, which ends the text.
+const SEAL: &str = "\n\"sha256\": \"";
+
+/// Work to be done: everything that its result depends on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Plan {
+    /// The program and its version: another may compute other bits.
+    pub program: String,
+    /// What the units compute, such as `render`.
+    pub kind: String,
+    /// What the kind has to know, every default spelled out: JSON.
+    pub settings: String,
+    /// Files that the work reads.
+    pub inputs: Vec<Input>,
+    /// The units, by their numbers.
+    pub units: Vec<Unit>,
+}
+
+/// A unit: what is computed at a time, by one process, and lost when that is killed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// What people call it.
+    pub name: String,
+    /// A guess of what it costs, in seconds of one thread.
+    pub cost: f64,
+    /// Units before this one whose parts it reads ([`Task::parts`](crate::Task::parts)).
+    pub needs: Range<u32>,
+    /// What the kind has to know of it: JSON.
+    pub work: String,
+}
+
+impl Unit {
+    /// A unit that needs no other.
+    #[must_use]
+    pub fn new(name: impl Into<String>, cost: f64, work: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            cost,
+            needs: 0..0,
+            work: work.into(),
+        }
+    }
+}
+
+/// Something that the work reads: a scene, with all files that it names.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// As it was named when the plan was made.
+    pub name: String,
+    /// Whether its files are in the plan's folder.
+    pub packed: bool,
+    /// Its files, in the order in which they were read first.
+    pub files: Vec<InputFile>,
+}
+
+/// A file of an input.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputFile {
+    /// Its name, as what names it writes it.
+    pub name: String,
+    /// Its length.
+    pub bytes: u64,
+    /// Its digest, [`hash`](crate::hash()).
+    pub sha256: String,
+}
+
+impl InputFile {
+    /// The name, length and digest of a file.
+    #[must_use]
+    pub fn of(name: impl Into<String>, bytes: &[u8]) -> Self {
+        Self {
+            name: name.into(),
+            bytes: bytes.len() as u64,
+            sha256: crate::hash(bytes),
+        }
+    }
+}
+
+impl Input {
+    /// That the files are still those of the plan.
+    ///
+    /// # Errors
+    /// [`PlanError::Refused`], which names all that differ.
+    pub fn check(&self, found: &[InputFile]) -> Result<(), PlanError> {
+        let find = |files: &[InputFile], name: &str| {
+            let same = files.iter().find(|f| f.name == name);
+            same.map(|f| f.sha256[..f.sha256.len().min(12)].to_owned())
+        };
+        let mut differs = Vec::new();
+        for file in self.files.iter().chain(found) {
+            let text = match (find(&self.files, &file.name), find(found, &file.name)) {
+                (Some(a), Some(b)) if a == b => continue,
+                (Some(a), Some(b)) => format!("`{}` was {a}, is {b}", file.name),
+                (Some(_), None) => format!("`{}` is read no more", file.name),
+                (None, _) => format!("`{}` was not read then", file.name),
+            };
+            if !differs.contains(&text) {
+                differs.push(text);
+            }
+        }
+        if differs.is_empty() {
+            return Ok(());
+        }
+        Err(PlanError::Refused(format!(
+            "`{}` has changed since the plan was made: {}",
+            self.name,
+            differs.join("; ")
+        )))
+    }
+}
+
+/// The text of a plan, but for its seal.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Text<'a> {
+    linelit_plan: u32,
+    program: String,
+    kind: String,
+    #[serde(borrow)]
+    settings: &'a RawValue,
+    inputs: Vec<Input>,
+    #[serde(borrow)]
+    units: Vec<UnitText<'a>>,
+    #[serde(rename = "sha256")]
+    _seal: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UnitText<'a> {
+    name: String,
+    cost: f64,
+    #[serde(default)]
+    needs: [u32; 2],
+    #[serde(borrow)]
+    work: &'a RawValue,
+}
+
+impl Plan {
+    /// The text, and the digest of it.
+    pub(crate) fn text(&self) -> Result<(String, Digest), PlanError> {
+        self.check()?;
+        let quoted = |text: &str| serde_json::Value::from(text).to_string();
+        let mut text = String::new();
+        let mut add = |piece: std::fmt::Arguments<'_>| {
+            // A string takes everything.
+            let _ = text.write_fmt(piece);
+        };
+        add(format_args!("{{\"linelit_plan\": {FORMAT},\n"));
+        add(format_args!("\"program\": {},\n", quoted(&self.program)));
+        add(format_args!("\"kind\": {},\n", quoted(&self.kind)));
+        add(format_args!(
+            "\"settings\": {},\n\"inputs\": [",
+            self.settings
+        ));
+        let mut comma = "";
+        for input in &self.inputs {
+            let input = serde_json::to_string(input).unwrap_or_default();
+            add(format_args!("{comma}\n{input}"));
+            comma = ",";
+        }
+        add(format_args!("],\n\"units\": ["));
+        comma = "";
+        for unit in &self.units {
+            let Unit {
+                name,
+                cost,
+                needs,
+                work,
+            } = unit;
+            let name = quoted(name);
+            add(format_args!(
+                "{comma}\n{{\"name\": {name}, \"cost\": {cost}"
+            ));
+            if !needs.is_empty() {
+                let [from, to] = [needs.start, needs.end];
+                add(format_args!(", \"needs\": [{from}, {to}]"));
+            }
+            add(format_args!(", \"work\": {work}}}"));
+            comma = ",";
+        }
+        add(format_args!("],"));
+        let seal = digest(&[text.as_bytes()]);
+        let _ = writeln!(text, "{SEAL}{}\"}}", hex(&seal));
+        Ok((text, seal))
+    }
+
+    /// What cannot be a plan: a mistake of who makes it.
+    fn check(&self) -> Result<(), PlanError> {
+        let refused = |text: String| Err(PlanError::Refused(text));
+        if u32::try_from(self.units.len()).is_err() {
+            return refused(format!("{} units, too many to number", self.units.len()));
+        }
+        let is_json = |text: &str| serde_json::from_str::<&RawValue>(text).is_ok();
+        if !is_json(&self.settings) {
+            return refused("the settings of the plan are no JSON".to_owned());
+        }
+        for (unit, number) in self.units.iter().zip(0_u32..) {
+            let name = &unit.name;
+            if !(unit.cost >= 0.0 && unit.cost.is_finite()) {
+                return refused(format!("unit {name} costs {}", unit.cost));
+            }
+            if !unit.needs.is_empty() && unit.needs.end > number {
+                return refused(format!("unit {name} needs others that come later"));
+            }
+            if !is_json(&unit.work) {
+                return refused(format!("the work of unit {name} is no JSON"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the text of a plan.
+    pub(crate) fn read(text: &str, path: &Path) -> Result<(Self, Digest), PlanError> {
+        let broken = |reason: String| PlanError::broken(path, reason);
+        let Some((content, end)) = text.rsplit_once(SEAL) else {
+            return Err(broken("it does not end as a plan does".to_owned()));
+        };
+        let seal = digest(&[content.as_bytes()]);
+        if end.strip_suffix("\"}\n") != Some(&hex(&seal)) {
+            let reason = "its text is not the one that was written: make the plan anew";
+            return Err(broken(reason.to_owned()));
+        }
+        let read: Text<'_> = serde_json::from_str(text).map_err(|e| broken(e.to_string()))?;
+        if read.linelit_plan != FORMAT {
+            return Err(PlanError::Refused(format!(
+                "{}: a plan of form {}, this program reads form {FORMAT}",
+                path.display(),
+                read.linelit_plan
+            )));
+        }
+        let unit = |unit: UnitText<'_>| Unit {
+            name: unit.name,
+            cost: unit.cost,
+            needs: unit.needs[0]..unit.needs[1],
+            work: unit.work.get().to_owned(),
+        };
+        let plan = Self {
+            program: read.program,
+            kind: read.kind,
+            settings: read.settings.get().to_owned(),
+            inputs: read.inputs,
+            units: read.units.into_iter().map(unit).collect(),
+        };
+        plan.check()?;
+        Ok((plan, seal))
+    }
+
+    /// What differs between two plans, in words; `None` if nothing does.
+    #[must_use]
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let differ = [
+            ("program", self.program != other.program),
+            ("kind", self.kind != other.kind),
+            ("settings", self.settings != other.settings),
+            ("inputs", self.inputs != other.inputs),
+            ("units", self.units != other.units),
+        ];
+        let differ = differ.into_iter().filter(|(_, differ)| *differ);
+        let mut words = Vec::new();
+        for (what, _) in differ {
+            words.push(match what {
+                "program" => format!("program `{}`, not `{}`", self.program, other.program),
+                "kind" => format!("kind `{}`, not `{}`", self.kind, other.kind),
+                "settings" => settings_difference(&self.settings, &other.settings),
+                "units" if self.units.len() != other.units.len() => {
+                    format!("{} units, not {}", self.units.len(), other.units.len())
+                }
+                other => other.to_owned(),
+            });
+        }
+        (!words.is_empty()).then(|| words.join("; "))
+    }
+}
+
+/// The keys whose values differ, with both values.
+fn settings_difference(a: &str, b: &str) -> String {
+    let object = |text: &str| {
+        serde_json::from_str::<serde_json::Map<String, serde_json::Value>>(text).unwrap_or_default()
+    };
+    let (a, b) = (object(a), object(b));
+    let mut keys: Vec<&String> = a.keys().chain(b.keys()).collect();
+    keys.sort();
+    keys.dedup();
+    let shown =
+        |value: Option<&serde_json::Value>| value.map_or("nothing".into(), ToString::to_string);
+    let differ = keys.into_iter().filter(|key| a.get(*key) != b.get(*key));
+    let words = differ.map(|k| format!("{k} {}, not {}", shown(a.get(k)), shown(b.get(k))));
+    format!("settings: {}", words.collect::<Vec<_>>().join(", "))
+}

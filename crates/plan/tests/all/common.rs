@@ -1,0 +1,64 @@
+//! A plan whose units cost nothing, and whose sum shows in its bits in which order it was made.
+
+use linelit_plan::{BoxError, Folder, Missing, Plan, Task, Tree, Unit};
+use std::path::{Path, PathBuf};
+
+/// A folder's path for a test.
+pub(crate) fn path(name: &str) -> PathBuf {
+    let process = std::process::id();
+    let path = std::env::temp_dir().join(format!("linelit-plan-{name}-{process}"));
+    let _ = std::fs::remove_dir_all(&path);
+    path
+}
+
+/// A plan of so many units.
+pub(crate) fn plan(units: u32) -> Plan {
+    let unit = |k: u32| {
+        let cost = f64::from(k * 7919 % 13) + 1.0;
+        Unit::new(format!("unit {k}"), cost, format!("{{\"k\": {k}}}"))
+    };
+    Plan {
+        program: "toy 1".into(),
+        kind: "toy".into(),
+        settings: "{\"seed\": 7}".into(),
+        inputs: Vec::new(),
+        units: (0..units).map(unit).collect(),
+    }
+}
+
+/// The folder of such a plan.
+pub(crate) fn folder(path: &Path, units: u32) -> Folder {
+    Folder::create(path, &plan(units), &Default::default()).unwrap()
+}
+
+/// A number of the unit's own, of no round bits.
+pub(crate) fn value(number: u32) -> f64 {
+    (f64::from(number) + 0.1).sqrt().recip()
+}
+
+/// What a unit computes.
+pub(crate) fn work(task: &Task<'_>) -> Result<Vec<u8>, BoxError> {
+    Ok(value(task.number()).to_le_bytes().to_vec())
+}
+
+/// The sum of all units, or what is missing.
+pub(crate) fn merged(folder: &Folder) -> Result<u64, Missing> {
+    let mut sum = Tree::new(|a: f64, b: f64| a + b);
+    let each = |_, part: Vec<u8>| {
+        sum.push(f64::from_le_bytes(part.try_into().unwrap()));
+        Ok(())
+    };
+    let missing = folder.read_all(each).unwrap();
+    if missing.is_empty() {
+        Ok(sum.finish().unwrap_or(0.0).to_bits())
+    } else {
+        Err(missing)
+    }
+}
+
+/// The sum of so many units, without any folder.
+pub(crate) fn expected(units: u32) -> u64 {
+    let mut sum = Tree::new(|a: f64, b: f64| a + b);
+    (0..units).for_each(|k| sum.push(value(k)));
+    sum.finish().unwrap_or(0.0).to_bits()
+}

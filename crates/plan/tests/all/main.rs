@@ -1,0 +1,7 @@
+//! Plans as programs use them.
+
+mod common;
+mod folders;
+mod parts;
+mod runs;
+mod schedules;
