@@ -49,11 +49,20 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
             "uniform direction for each line",
             "line-analytic[orientation=uniform]",
         ),
-        ("parallel for each shading point", "line-analytic"),
+        (
+            "parallel for each shading point",
+            "line-analytic[orientation=parallel]",
+        ),
     ];
     let densities = [
-        ("offsets uniform", "line-analytic[offset=uniform]"),
-        ("offsets in proportion to length", "line-analytic"),
+        (
+            "offsets uniform",
+            "line-analytic[orientation=parallel,offset=uniform]",
+        ),
+        (
+            "offsets in proportion to length",
+            "line-analytic[orientation=parallel]",
+        ),
     ];
     let counted = [
         "grid-planes-large",

@@ -68,15 +68,18 @@ const TABLE: [(&str, &str, [f64; 6]); 8] = [
     ),
 ];
 
+/// The paper's lines: of one random direction for each shading point.
+pub(super) const LINES: &str = "line-analytic[orientation=parallel]";
+
 /// The paper's orders.
 pub(super) fn paper_orders() -> Vec<PaperOrder> {
     let columns = [
         ("point-area", SamplerKind::Independent),
-        ("line-analytic", SamplerKind::Independent),
+        (LINES, SamplerKind::Independent),
         ("point-area", SamplerKind::Stratified),
-        ("line-analytic", SamplerKind::Stratified),
+        (LINES, SamplerKind::Stratified),
         ("point-area", SamplerKind::Sobol),
-        ("line-analytic", SamplerKind::Sobol),
+        (LINES, SamplerKind::Sobol),
     ];
     let row = |&(scene, source, orders): &(&str, &'static str, [f64; 6])| {
         let cell =
@@ -110,7 +113,10 @@ pub(super) fn spec() -> StudySpec {
         ]
         .map(str::to_owned)
         .to_vec(),
-        estimators: vec![Estimator::points(PointBy::Area), Estimator::analytic()],
+        estimators: vec![
+            Estimator::points(PointBy::Area),
+            LINES.parse().expect("names an estimator"),
+        ],
         samples: vec![4, 16, 64, 256, 1024],
         trials: 32,
         independent_trials: Some(128),

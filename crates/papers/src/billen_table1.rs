@@ -4,7 +4,7 @@ use crate::Findings;
 use crate::picture_study::Context;
 use crate::scene_study::{Targets, all_pixels};
 use anyhow::Result;
-use linelit_integrator::{Estimator, Renderer, Settings};
+use linelit_integrator::{Renderer, Settings};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_study::engine::{CELL_SECONDS, Cell, run_cell};
@@ -189,7 +189,9 @@ fn row(paper: &'static Paper, mut scene: Scene, context: &Context<'_>) -> Row {
     let renderer = Renderer::new(&scene);
     let targets = Targets::find(&renderer, &all_pixels(width, height));
     let settings = Settings {
-        estimator: Estimator::analytic(),
+        estimator: crate::billen_orders::LINES
+            .parse()
+            .expect("names an estimator"),
         sampler: SamplerKind::Stratified,
         skip: false,
         ..Settings::default()

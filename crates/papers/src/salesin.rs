@@ -7,7 +7,6 @@ use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
 use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::record::PaperOrder;
-use std::time::Duration;
 
 /// The name of a figure's study, what it shows in a line, and how it is made.
 type Figure = (&'static str, &'static str, fn() -> StudySpec);
@@ -114,7 +113,7 @@ fn gallery([width, height]: [u32; 2], budget: Budget, names: &[&str]) -> Option<
         budget,
         sampler: SamplerKind::MultiJitter,
         estimators: estimators(names),
-        reference_limit: Duration::from_secs(40),
+        reference_rounds: 4,
     })
 }
 

@@ -3,7 +3,7 @@
 use crate::engine::{CellResult, Method, Results};
 use crate::plots::signed;
 use crate::report::{Exhibits, Report, plot_files};
-use crate::stats::slopes::{Bootstrap, Order, SlopePoint, fit_trials};
+use crate::stats::slopes::{Order, SlopePoint, fit_trials};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
 use linelit_film::FilmError;
 
@@ -57,6 +57,9 @@ impl StudyRecord {
         self.scenes.push(scene);
         let cells = results.cells.iter();
         self.rows.extend(cells.map(|cell| row(&name, pixels, cell)));
+        if let processors @ [_, ..] = self.processors().as_slice() {
+            self.cpu = processors.join("; ");
+        }
         for mut cell in results.left_out.iter().cloned() {
             cell.scene.clone_from(&name);
             self.left_out.push(cell);
@@ -65,6 +68,31 @@ impl StudyRecord {
             let names = [&name, &method.estimator, &method.sampler];
             self.slopes.extend(slope(names, results, papers));
         }
+    }
+
+    /// The processors that measured: the one of most rows first.
+    #[must_use]
+    pub fn processors(&self) -> Vec<&str> {
+        let mut found: Vec<(&str, usize)> = Vec::new();
+        for row in &self.rows {
+            match found.iter_mut().find(|(name, _)| *name == row.processor) {
+                Some((_, count)) => *count += 1,
+                None => found.push((&row.processor, 1)),
+            }
+        }
+        found.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        found.into_iter().map(|(name, _)| name).collect()
+    }
+
+    /// The same record with times on one processor alone: those on others are not known in it, as
+    /// times on different processors are not compared.
+    #[must_use]
+    pub fn timed_on(&self, processor: &str) -> Self {
+        let mut record = self.clone();
+        for row in record.rows.iter_mut().filter(|r| r.processor != processor) {
+            (row.cpu_seconds, row.cpu_error, row.wall_seconds) = (f64::NAN, f64::NAN, f64::NAN);
+        }
+        record
     }
 
     /// The files of a study, by name: its tables, `plots/*.svg` and `report.html`, which shows the
@@ -107,6 +135,7 @@ fn row(scene: &str, pixels: &str, cell: &CellResult) -> ResultRow {
         node_tests: counts.node_tests,
         triangle_tests: counts.triangle_tests,
         intervals: counts.intervals,
+        processor: cell.processor.clone(),
     }
 }
 
@@ -134,7 +163,7 @@ fn slope(
     if points.len() < all && points.len() < LEAST_NOISY {
         return None;
     }
-    let fit = fit_trials(&points, &Bootstrap::default())?;
+    let fit = fit_trials(&points, 0.95)?;
     let mut row = SlopeRow::new(scene, estimator, sampler, &fit);
     let paper = papers
         .iter()

@@ -5,6 +5,7 @@
 #![allow(clippy::disallowed_methods, reason = "what tables say of the machine")]
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use linelit_film::FilmError;
 use serde::Serialize;
@@ -15,7 +16,7 @@ use crate::stats::slopes::Order;
 /// The columns of `results.csv`, in order.
 pub const RESULT_COLUMNS: &str = "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,\
     variance,bias,bias_stderr,cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,\
-    intervals";
+    intervals,processor";
 
 /// The columns of `slopes.csv`, in order.
 pub const SLOPE_COLUMNS: &str = "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high";
@@ -64,6 +65,9 @@ pub struct ResultRow {
     pub triangle_tests: u64,
     /// Visible intervals.
     pub intervals: u64,
+    /// The processor that the times were taken on; `several`, and no times, where no single one ran
+    /// all of it.
+    pub processor: String,
 }
 
 impl ResultRow {
@@ -90,7 +94,7 @@ pub struct SlopeRow {
     pub n_max: f64,
     /// The order of the standard deviation.
     pub order: f64,
-    /// Lower end of its 95 % interval.
+    /// Lower end of its 95 % interval; NaN below five trials.
     pub ci_low: f64,
     /// Upper end.
     pub ci_high: f64,
@@ -198,7 +202,7 @@ pub struct StudyRecord {
     pub version: String,
     /// Commit of the sources, if known.
     pub commit: String,
-    /// The processor.
+    /// The processor, or those that measured, where there are several.
     pub cpu: String,
     /// Threads that were used.
     pub threads: usize,
@@ -212,6 +216,9 @@ pub struct StudyRecord {
     pub scenes: Vec<SceneRecord>,
     /// All errors.
     pub rows: Vec<ResultRow>,
+    /// Whether the study was interrupted, and may be gone on with: what it had not measured by then
+    /// is in `left_out`.
+    pub unfinished: bool,
     /// Measurements that the time budget left out.
     pub left_out: Vec<LeftOutRow>,
     /// All orders.
@@ -257,9 +264,13 @@ impl StudyRecord {
             .collect::<Vec<_>>()
             .join("; ");
         (!left_out.is_empty()).then(|| {
+            let why = if self.unfinished {
+                "The study is unfinished: it was interrupted"
+            } else {
+                "The time budget was spent"
+            };
             format!(
-                "The time budget was spent before {} of {} measurements on {scene}, which are \
-                 left out: {list}.",
+                "{why} before {} of {} measurements on {scene}, which are left out: {list}.",
                 left_out.len(),
                 left_out.len() + measured
             )
@@ -352,26 +363,18 @@ pub fn cpu_name() -> String {
     format!("{name} ({cores} logical cores)")
 }
 
-/// The commit that the tool was built from, `unknown` outside of a git checkout; `-dirty` if files
-/// under version control differ from it.
+static COMMIT: OnceLock<&str> = OnceLock::new();
+
+/// A program says at its start which commit it was built from; what it says first stays. This is
+/// for the whole process, as the program is.
+pub fn set_commit(commit: &'static str) {
+    COMMIT.get_or_init(|| commit);
+}
+
+/// What the program said with [`set_commit`], for reports; `unknown` if nothing.
 #[must_use]
 pub fn commit() -> String {
-    let git = |arguments: &[&str]| {
-        let output = std::process::Command::new("git")
-            .args(["-C", env!("CARGO_MANIFEST_DIR")])
-            .args(arguments)
-            .output()
-            .ok()?;
-        let text = String::from_utf8(output.stdout).ok()?.trim().to_owned();
-        output.status.success().then_some(text)
-    };
-    let Some(hash) = git(&["rev-parse", "--short=12", "HEAD"]) else {
-        return "unknown".to_owned();
-    };
-    match git(&["status", "--porcelain", "--untracked-files=no"]) {
-        Some(changes) if changes.is_empty() => hash,
-        _ => format!("{hash}-dirty"),
-    }
+    (*COMMIT.get().unwrap_or(&"unknown")).to_owned()
 }
 
 #[cfg(test)]
@@ -402,12 +405,13 @@ mod tests {
         assert_eq!(
             lines[0],
             "scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,variance,bias,bias_stderr,\
-             cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,intervals"
+             cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,\
+             intervals,processor"
         );
         assert_eq!(
             lines[1],
             "grid,32x32,\"line-area[orientation=fixed:0.25,offset=length]\",sobol,16,8,1.25e-7,0,0,0,0,,\
-             0.30000000000000004,0.01,0,18446744073709551615,0,0,0,0"
+             0.30000000000000004,0.01,0,18446744073709551615,0,0,0,0,"
         );
         let slope = SlopeRow {
             scene: "a\"b".to_owned(),

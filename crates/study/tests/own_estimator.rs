@@ -160,3 +160,32 @@ fn a_contest_tells_which_error_comes_first() {
     );
     assert!(curves[0].time_to(0.5 * stratified).is_none());
 }
+
+/// Times on two processors: most rows lead, the others stand apart, and none are compared.
+#[test]
+fn processors_are_told_apart() {
+    let (mut record, _) = study(&Truth::Known(values()));
+    for row in &mut record.rows {
+        row.cpu_seconds = 0.125;
+        row.processor = "One".to_owned();
+    }
+    let page = |record: &StudyRecord| {
+        let files = record.files(Exhibits::default()).unwrap();
+        let page = files.into_iter().find(|(name, _)| name == "report.html");
+        String::from_utf8(page.unwrap().1).unwrap()
+    };
+    assert!(!page(&record).contains("Times on"));
+    record.rows[1].processor = "Two".to_owned();
+    record.rows[1].cpu_seconds = 77.0;
+    assert_eq!(record.processors(), ["One", "Two"]);
+    let page = page(&record);
+    assert!(page.contains("Times on Two") && !page.contains("Times on One"));
+    assert!(page.contains("1 of 6 measurements were timed there"));
+    // Once in the table of its own processor; in the others a dash.
+    assert_eq!(
+        page.matches("77 s<").count() + page.matches("77.0 s<").count(),
+        1,
+        "{page}"
+    );
+    assert!(page.contains("on Two"));
+}

@@ -7,10 +7,10 @@ use linelit_cli::output::Output;
 use linelit_film::{Exposure, Tile, encode_png, write_atomically};
 use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_papers::default_study;
-use linelit_papers::scene_study::{Duel, StudySpec, open_all, render};
+use linelit_papers::scene_study::{Duel, StudySpec, render, with_work};
 use linelit_samplers::SamplerKind;
 use linelit_scenes::{BuiltIn, Library};
-use linelit_study::report::{Exhibits, plot_files};
+use linelit_study::report::plot_files;
 
 /// Pixels on the longer side of a picture of the gallery.
 const GALLERY: u32 = 112;
@@ -93,16 +93,8 @@ fn readme(library: &Library, out: &mut Output) -> Result<Vec<(String, Vec<u8>)>>
         ..default_study()
     };
     let mut record = spec.record(String::new());
-    let mut exhibits = Exhibits::default();
-    for opened in open_all(&spec, &mut |name| Ok(library.load_lit(name)?.scene))? {
-        opened.run(
-            &spec,
-            None,
-            &ProgressBar::hidden(),
-            &mut record,
-            &mut exhibits,
-        )?;
-    }
+    let load = |name: &str| Ok(library.load_lit(name)?.scene);
+    let mut exhibits = with_work(&spec, &load, |work| work.whole(&mut record))?;
     let Some(found) = exhibits.comparisons.remove(SCENE) else {
         bail!("the study found no points or no lines to show");
     };

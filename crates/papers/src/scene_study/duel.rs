@@ -1,6 +1,7 @@
 //! Points and lines for the same time: two pictures under a slider.
 
 use super::gallery::{PROBES, fitting};
+use super::shown::Shown;
 use super::spec::{Duel, StudySpec};
 use super::{Targets, all_pixels};
 use linelit_estimators::Estimator;
@@ -11,7 +12,7 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_study::engine::{Cell, CellRun, run_cell};
 use linelit_study::report::{Comparison, Named};
-use linelit_study::tables::{ResultRow, StudyRecord};
+use linelit_study::tables::ResultRow;
 
 /// Samples and trials of the picture that others are held to, where no estimator is without noise.
 const TRUE_SAMPLES: u32 = 256;
@@ -21,32 +22,23 @@ const TRUE_TRIALS: u32 = 4;
 const TIMES: u32 = 4;
 const TIMED_SECONDS: f64 = 0.5;
 
-/// The comparison of a scene's best points with its best lines, by what the study found; `None`
-/// if it had not both.
-///
-/// # Errors
-/// [`FilmError`] if a picture has no pixels.
+/// A scene's best points, its best lines and the picture that both are held to, by what the study
+/// found; `None` if it had not both.
 pub(super) fn duel(
     spec: &StudySpec,
     wanted: &Duel,
-    label: &str,
-    record: &StudyRecord,
-    scene: &mut Scene,
+    rows: &[ResultRow],
+    scene: &Scene,
     size: [u32; 2],
-) -> Result<Option<Comparison>, FilmError> {
-    let rows: Vec<&ResultRow> = record.rows.iter().filter(|r| r.scene == label).collect();
+) -> Option<Vec<Shown>> {
+    let rows: Vec<&ResultRow> = rows.iter().collect();
     let stratified = spec
         .samplers
         .iter()
         .find(|s| **s == SamplerKind::Stratified);
-    let Some(&sampler) = stratified.or(spec.samplers.first()) else {
-        return Ok(None);
-    };
+    let sampler = *stratified.or(spec.samplers.first())?;
     let best = |kind: &str| best(spec, &rows, kind, sampler, wanted.samples);
-    let (Some(points), Some(lines)) = (best("point"), best("line")) else {
-        return Ok(None);
-    };
-    scene.set_resolution(size[0], size[1]);
+    let (points, lines) = (best("point")?, best("line")?);
     let renderer = Renderer::new(scene);
     let easel = Easel {
         targets: Targets::find(&renderer, &all_pixels(size[0], size[1])),
@@ -67,7 +59,18 @@ pub(super) fn duel(
     let left = easel.show(&left, format!("{samples} × {points}"));
     let right = easel.show(&right, format!("{} × {lines}", wanted.samples));
     let truth = easel.truth(noiseless(spec, &rows));
-    let all = [&left, &right, &truth].map(|p| Named {
+    Some(vec![left, right, truth])
+}
+
+/// The comparison of what [`duel`] left; `None` of anything else.
+///
+/// # Errors
+/// [`FilmError`] if a picture has no pixels.
+pub(super) fn comparison(shown: &[Shown]) -> Result<Option<Comparison>, FilmError> {
+    let [left, right, truth] = shown else {
+        return Ok(None);
+    };
+    let all = [left, right, truth].map(|p| Named {
         image: &p.image,
         name: &p.name,
         seconds: p.seconds,
@@ -110,13 +113,6 @@ struct Easel<'a> {
     size: [u32; 2],
 }
 
-/// A picture, how it is called, and what it took.
-struct Painted {
-    image: Image,
-    name: String,
-    seconds: f64,
-}
-
 impl Easel<'_> {
     fn by(&self, estimator: Estimator) -> Settings {
         Settings {
@@ -140,7 +136,7 @@ impl Easel<'_> {
     }
 
     /// By the estimator without noise, if there is one, else by many samples.
-    fn truth(&self, noiseless: Option<Estimator>) -> Painted {
+    fn truth(&self, noiseless: Option<Estimator>) -> Shown {
         if let Some(estimator) = noiseless {
             let run = self.run(self.by(estimator), 1, 1);
             return self.show(&run, estimator.to_string());
@@ -151,7 +147,7 @@ impl Easel<'_> {
     }
 
     /// The mean of the trials.
-    fn show(&self, run: &CellRun<Settings>, name: String) -> Painted {
+    fn show(&self, run: &CellRun<Settings>, name: String) -> Shown {
         let mut image = Image::new(self.size[0], self.size[1]);
         for (k, (pixel, _)) in self.targets.points.iter().enumerate() {
             let values = run.trials_of(k);
@@ -159,10 +155,12 @@ impl Easel<'_> {
             #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
             image.set(pixel[0], pixel[1], mean.to_array().map(|v| v as f32));
         }
-        Painted {
+        Shown {
             image,
             name,
+            samples: 0,
             seconds: run.times.seconds(),
+            mrse: f64::NAN,
         }
     }
 }

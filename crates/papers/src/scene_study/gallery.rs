@@ -1,66 +1,45 @@
 //! Pictures by several estimators, for the same time or the same samples, and how wrong each is.
 
+use super::shown::Shown;
 use super::spec::{Budget, Gallery, StudySpec};
 use super::{Targets, all_pixels};
-use indicatif::ProgressBar;
 use linelit_film::Image;
 use linelit_integrator::{Estimator, Renderer, Settings};
 use linelit_scene::Scene;
-use linelit_study::engine::{Cell, Reference, reference, run_cell, score};
+use linelit_study::engine::{Cell, Design, Job, Reference, run_cell, score};
 
-/// One picture of a gallery.
-#[derive(Clone, Debug)]
-pub(super) struct GalleryPicture {
-    /// The estimator.
-    pub(super) estimator: Estimator,
-    /// Samples at each shading point and light.
-    pub(super) samples: u32,
-    /// Processor seconds.
-    pub(super) cpu_seconds: f64,
-    /// Mean relative squared error.
-    pub(super) mrse: f64,
-    /// Linear radiance.
-    pub(super) image: Image,
-}
-
-/// Lines in each replicate of the reference.
-const REFERENCE_SAMPLES: u32 = 256;
 /// Samples by which the cost of a picture is found: what each adds, and what comes before the
 /// first.
 pub(super) const PROBES: [u32; 2] = [4, 32];
 
-/// Renders the gallery of a study on one scene.
-pub(super) fn gallery(
+/// Calls a function with what the gallery is held to on a scene of its resolution: a job that
+/// measures nothing but its reference.
+pub(super) fn with_job<T>(
     spec: &StudySpec,
     gallery: &Gallery,
-    scene: &mut Scene,
-    progress: &ProgressBar,
-) -> Vec<GalleryPicture> {
-    scene.set_resolution(gallery.width, gallery.height);
+    scene: &Scene,
+    call: impl FnOnce(Job<'_, Targets<'_>>) -> T,
+) -> T {
     let renderer = Renderer::new(scene);
     let targets = Targets::find(&renderer, &all_pixels(gallery.width, gallery.height));
-    let limit = gallery.reference_limit;
-    let reference = reference(
-        &targets,
-        &targets.truth(spec.spheres),
-        REFERENCE_SAMPLES,
-        0.0,
-        limit,
-    );
-    let one = |estimator: &Estimator| {
-        progress.inc(1);
-        picture(spec, gallery, &targets, &reference, *estimator)
-    };
-    gallery.estimators.iter().map(one).collect()
+    let truth = targets.truth(spec.spheres);
+    let mut design = Design::new(Vec::new(), Vec::new());
+    design.reference_rounds = gallery.reference_rounds;
+    call(Job {
+        problem: &targets,
+        truth: &truth,
+        design: &design,
+    })
 }
 
-fn picture(
+/// One picture of the gallery.
+pub(super) fn picture(
     spec: &StudySpec,
     gallery: &Gallery,
     targets: &Targets<'_>,
     reference: &Reference,
     estimator: Estimator,
-) -> GalleryPicture {
+) -> Shown {
     let cell = |samples| Cell {
         settings: Settings {
             estimator,
@@ -86,10 +65,10 @@ fn picture(
         #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
         image.set(pixel[0], pixel[1], value.to_array().map(|v| v as f32));
     }
-    GalleryPicture {
-        estimator,
+    Shown {
+        name: estimator.to_string(),
         samples,
-        cpu_seconds: run.times.seconds(),
+        seconds: run.times.seconds(),
         mrse: score(&run, &reference.values, targets.pixels).mrse,
         image,
     }

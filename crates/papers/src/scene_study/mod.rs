@@ -2,12 +2,15 @@
 
 mod duel;
 mod gallery;
-mod run;
+mod shown;
 mod spec;
+mod stage;
 mod words;
+mod work;
 
-pub use run::{Opened, open_all};
 pub use spec::{Budget, Duel, Gallery, Spot, StudySpec, View};
+pub use stage::{Load, Work, with_work};
+pub use work::{EachPart, Piece, PlannedUnit, SceneUnit};
 
 use indicatif::ProgressBar;
 use linelit_estimators::{Estimator, LineBy, Points};

@@ -4,12 +4,11 @@ use super::words;
 use linelit_estimators::{LineBy, PointBy};
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
-use linelit_study::engine::{CELL_SECONDS, Design, Method, REFERENCE_LIMIT};
+use linelit_study::engine::{CELL_SECONDS, Design, Method, REFERENCE_ROUNDS};
 use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::record::PaperOrder;
 use linelit_study::report::Entry;
 use linelit_study::tables::StudyRecord;
-use std::time::{Duration, Instant};
 
 /// A convergence study of scenes.
 #[derive(Clone, Debug)]
@@ -49,8 +48,8 @@ pub struct StudySpec {
     pub gallery: Option<Gallery>,
     /// Points and lines for the same time, of each scene.
     pub duel: Option<Duel>,
-    /// The longest that a reference may take beyond its first round.
-    pub reference_limit: Duration,
+    /// The most rounds of a reference, of four replicates each.
+    pub reference_rounds: u32,
     /// Processor seconds that each estimator, pattern and number of samples is measured for at
     /// least.
     pub cell_seconds: f64,
@@ -78,8 +77,8 @@ pub struct Gallery {
     pub sampler: SamplerKind,
     /// The estimators.
     pub estimators: Vec<Estimator>,
-    /// The longest that the reference may take beyond its first round.
-    pub reference_limit: Duration,
+    /// Rounds of the reference, of four replicates each.
+    pub reference_rounds: u32,
 }
 
 /// Two pictures for the same time under a slider: the best points of the study, as many as fit, and
@@ -139,23 +138,23 @@ impl StudySpec {
             width: 4,
             height: 4,
         });
-        self.reference_limit = Duration::ZERO;
+        self.reference_rounds = 1;
         self.cell_seconds = 0.0;
         if let Some(duel) = &mut self.duel {
             (duel.side, duel.samples) = (8, 1);
         }
         if let Some(gallery) = &mut self.gallery {
             (gallery.width, gallery.height) = (8, 8);
-            gallery.reference_limit = Duration::ZERO;
+            gallery.reference_rounds = 1;
             if let Budget::Seconds(seconds) = &mut gallery.budget {
                 *seconds = 0.01;
             }
         }
     }
 
-    /// The methods that are measured on each scene, until `deadline`.
+    /// The methods that are measured on each scene.
     #[must_use]
-    pub fn design(&self, deadline: Option<Instant>) -> Design<Settings> {
+    pub fn design(&self) -> Design<Settings> {
         let settings = Settings {
             lights: self.lights,
             spheres: self.spheres,
@@ -175,8 +174,7 @@ impl StudySpec {
         };
         Design {
             seed: self.seed,
-            deadline,
-            reference_limit: self.reference_limit,
+            reference_rounds: self.reference_rounds,
             cell_seconds: self.cell_seconds,
             ..Design::new(
                 self.estimators.iter().flat_map(samplers).collect(),
@@ -279,7 +277,7 @@ impl Default for StudySpec {
             spots: Vec::new(),
             gallery: None,
             duel: None,
-            reference_limit: REFERENCE_LIMIT,
+            reference_rounds: REFERENCE_ROUNDS,
             cell_seconds: CELL_SECONDS,
         }
     }

@@ -11,15 +11,16 @@ use std::ops::AddAssign;
 /// of the file's text beside its values, or of those beside the image.
 const BYTES_PER_PIXEL: u64 = 24;
 
-/// Refuses a picture that does not fit into memory.
+/// Refuses a picture that does not fit into memory, with what else is kept of each pixel: so many
+/// bytes `beside` those of the picture.
 ///
 /// # Errors
 /// If the memory it takes is not available.
-pub fn check_memory(window: Tile) -> Result<()> {
+pub fn check_memory(window: Tile, beside: u64) -> Result<()> {
     let (width, height) = (window.width(), window.height());
     let pixels = u64::from(width).saturating_mul(height.into());
     let what = format!("a picture of {width} x {height} pixels");
-    memory::check(&what, pixels.saturating_mul(BYTES_PER_PIXEL))
+    memory::check(&what, pixels.saturating_mul(BYTES_PER_PIXEL + beside))
 }
 
 /// Computes a window of an image with a function of the pixel, as [`map_rows`].

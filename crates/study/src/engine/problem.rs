@@ -42,7 +42,7 @@ pub trait Problem: Sync {
 }
 
 /// Work that does not depend on the machine, for the columns of `results.csv`.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Shadow rays.
     pub rays: u64,
@@ -87,7 +87,8 @@ pub struct Method<S> {
 pub enum Truth<S> {
     /// The integrals, one by one.
     Known(Vec<DVec3>),
-    /// The mean of many estimates by this method: rounds of `trials` estimates of each integral,
-    /// until the error of their mean is small enough or [`Design::reference_limit`] has passed.
+    /// The mean of many estimates by this method: rounds of `trials` estimates of each integral, so
+    /// many that a pilot says the error of their mean is small enough, or
+    /// [`Design::reference_rounds`].
     Computed(Method<S>),
 }

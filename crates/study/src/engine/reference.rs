@@ -1,9 +1,9 @@
 //! The reference that estimates are scored against, and how wrong it is itself.
-#![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
-use super::{Cell, CellRun, Method, Problem, Truth, run_cell};
+use super::window::Window;
+use super::{Cell, Method, Problem, Truth, run_cell};
 use linelit_geometry::DVec3;
-use std::time::{Duration, Instant};
+use std::ops::Range;
 
 /// The seed of references is far from that of any trial.
 const REFERENCE_SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
@@ -32,8 +32,119 @@ impl Reference {
     }
 }
 
-/// The reference of a problem. A computed one takes `samples` to a replicate, until the error of
-/// the replicates' mean is below `target` or `limit` has passed; at least one round is run.
+/// One round of a computed reference on some integrals: number, mean and sum of squared deviations
+/// (M2) of independent replicates, for each integral and channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferencePart {
+    /// The first integral.
+    pub(super) first: usize,
+    /// Replicates of each.
+    pub(super) replicates: u32,
+    pub(super) mean: Vec<DVec3>,
+    pub(super) square: Vec<DVec3>,
+}
+
+/// Runs a round of the reference by a method with so many samples, on some integrals.
+pub(super) fn round<P: Problem>(
+    problem: &P,
+    method: &Method<P::Settings>,
+    samples: u32,
+    round: u32,
+    integrals: Range<usize>,
+) -> ReferencePart {
+    let window = Window {
+        problem,
+        first: integrals.start,
+        step: 1,
+        count: integrals.len(),
+    };
+    let seed = REFERENCE_SEED.wrapping_add(u64::from(round).wrapping_mul(0x0123_4567_89AB_CDEF));
+    let cell = Cell {
+        settings: method.settings.clone(),
+        samples,
+        seed,
+        trials: method.trials,
+    };
+    let run = run_cell(&window, cell);
+    let n = f64::from(method.trials);
+    let mut part = ReferencePart {
+        first: integrals.start,
+        replicates: method.trials,
+        mean: Vec::with_capacity(integrals.len()),
+        square: Vec::with_capacity(integrals.len()),
+    };
+    for integral in 0..integrals.len() {
+        let all = run.trials_of(integral);
+        let mean = all.iter().copied().sum::<DVec3>() / n;
+        let square = all.iter().map(|v| (*v - mean) * (*v - mean)).sum();
+        part.mean.push(mean);
+        part.square.push(square);
+    }
+    part
+}
+
+/// The replicates of a reference, put together from parts: the same bits if the parts come in the
+/// same order.
+#[derive(Clone, Debug)]
+pub struct Replicates {
+    count: Vec<u32>,
+    mean: Vec<DVec3>,
+    square: Vec<DVec3>,
+}
+
+impl Replicates {
+    /// None yet, of so many integrals.
+    #[must_use]
+    pub fn new(integrals: usize) -> Self {
+        Self {
+            count: vec![0; integrals],
+            mean: vec![DVec3::ZERO; integrals],
+            square: vec![DVec3::ZERO; integrals],
+        }
+    }
+
+    /// Adds the replicates of a part (Chan, Golub & LeVeque 1983, eq. 2.1). What is beyond the
+    /// integrals is ignored.
+    pub fn add(&mut self, part: &ReferencePart) {
+        let b = f64::from(part.replicates);
+        let own = self.count.iter_mut().zip(&mut self.mean);
+        let own = own.zip(&mut self.square).skip(part.first);
+        for (((count, mean), square), (m, s)) in own.zip(part.mean.iter().zip(&part.square)) {
+            let a = f64::from(*count);
+            let distance = *m - *mean;
+            *count = count.saturating_add(part.replicates);
+            // The first is taken as it is.
+            *mean = if a > 0.0 {
+                *mean + distance * (b / (a + b))
+            } else {
+                *m
+            };
+            *square += *s + distance * distance * (a * b / (a + b));
+        }
+    }
+
+    /// The reference by a method with so many samples. Its error is NaN where an integral has fewer
+    /// than two replicates.
+    pub(super) fn reference<S>(self, method: &Method<S>, samples: u32, pixels: usize) -> Reference {
+        let mut total = 0.0;
+        for (square, count) in self.square.iter().zip(&self.count) {
+            let r = f64::from(*count);
+            total += square.element_sum() / (3.0 * (r - 1.0) * r);
+        }
+        let replicates = self.count.iter().min().copied().unwrap_or(0);
+        let (estimator, sampler) = (&method.estimator, &method.sampler);
+        Reference {
+            values: self.mean,
+            mse: total / pixels.max(1) as f64,
+            source: format!(
+                "{replicates} replicates of {estimator} with {samples} {sampler} samples"
+            ),
+        }
+    }
+}
+
+/// The reference of a problem. A computed one takes `samples` to a replicate, and so many rounds
+/// of the method's trials, one at least.
 ///
 /// # Panics
 /// If known values are not one for each integral.
@@ -42,10 +153,8 @@ pub fn reference<P: Problem>(
     problem: &P,
     truth: &Truth<P::Settings>,
     samples: u32,
-    target: f64,
-    limit: Duration,
+    rounds: u32,
 ) -> Reference {
-    let start = Instant::now();
     let method = match truth {
         Truth::Known(values) => {
             assert_eq!(values.len(), problem.integrals(), "a value per integral");
@@ -53,45 +162,49 @@ pub fn reference<P: Problem>(
         }
         Truth::Computed(method) => method,
     };
-    let mut rounds = Vec::new();
-    loop {
-        let seed = REFERENCE_SEED.wrapping_add(rounds.len() as u64 * 0x0123_4567_89AB_CDEF);
-        let cell = Cell {
-            settings: method.settings.clone(),
-            samples,
-            seed,
-            trials: method.trials,
-        };
-        rounds.push(run_cell(problem, cell));
-        let reference = merge(problem, method, samples, &rounds);
-        if reference.mse <= target || start.elapsed() > limit {
-            return reference;
-        }
+    let mut replicates = Replicates::new(problem.integrals());
+    for k in 0..rounds.max(1) {
+        replicates.add(&round(problem, method, samples, k, 0..problem.integrals()));
     }
+    replicates.reference(method, samples, problem.pixels())
 }
 
-fn merge<P: Problem>(
-    problem: &P,
-    method: &Method<P::Settings>,
-    samples: u32,
-    rounds: &[CellRun<P::Settings>],
-) -> Reference {
-    let count = u32::try_from(rounds.len()).unwrap_or(u32::MAX);
-    let replicates = method.trials.saturating_mul(count);
-    let r = f64::from(replicates);
-    let mut values = Vec::with_capacity(problem.integrals());
-    let mut total = 0.0;
-    for integral in 0..problem.integrals() {
-        let all = || rounds.iter().flat_map(|run| run.trials_of(integral));
-        let mean = all().copied().sum::<DVec3>() / r;
-        let square: f64 = all().map(|v| (*v - mean).length_squared()).sum();
-        total += square / (3.0 * (r - 1.0) * r);
-        values.push(mean);
-    }
-    let (estimator, sampler) = (&method.estimator, &method.sampler);
-    Reference {
-        values,
-        mse: total / problem.pixels().max(1) as f64,
-        source: format!("{replicates} replicates of {estimator} with {samples} {sampler} samples"),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn replicates_of_parts_are_those_of_all() {
+        let part = |first, replicates, mean: f64, square: f64| ReferencePart {
+            first,
+            replicates,
+            mean: vec![DVec3::splat(mean)],
+            square: vec![DVec3::splat(square)],
+        };
+        let mut all = Replicates::new(2);
+        // Of the second integral 1 and 3, then 4, 5 and 9; of the first 7 and 7.
+        for part in [
+            part(1, 2, 2.0, 2.0),
+            part(0, 2, 7.0, 0.0),
+            part(1, 3, 6.0, 14.0),
+        ] {
+            all.add(&part);
+        }
+        all.add(&part(2, 9, 1.0, 1.0));
+        let method = Method {
+            estimator: "e".to_owned(),
+            sampler: "s".to_owned(),
+            trials: 1,
+            settings: (),
+        };
+        let found = all.reference(&method, 8, 2);
+        // Mean 22/5, squares 132 − 5·4.4² = 35.2, over 4·5, over two pixels.
+        assert!((found.values[1].x - 4.4).abs() < 1e-15 && (found.values[0].x - 7.0).abs() < 1e-15);
+        assert!(
+            (found.mse - 35.2 / 20.0 / 2.0).abs() < 1e-15,
+            "{}",
+            found.mse
+        );
+        assert!(found.source.starts_with("2 replicates of e with 8 s"));
     }
 }

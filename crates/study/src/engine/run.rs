@@ -1,7 +1,8 @@
 //! One estimator at one number of samples, over all pixels and trials.
 #![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
-use super::{Counts, CpuClock, Problem};
+use super::times::PassTime;
+use super::{Counts, CpuClock, Problem, Times};
 use linelit_geometry::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -56,72 +57,15 @@ impl<S> CellRun<S> {
     /// that each is measured in good and in bad times of the machine. Whether the time is known
     /// now.
     pub fn time_again(&mut self, problem: &impl Problem<Settings = S>, enough: f64) -> bool {
-        if self.times.total() >= enough && self.times.passes.len() > 1 {
+        if self.times.total() >= enough && self.times.passes().len() > 1 {
             return true;
         }
         let whole = self.times.seconds() * f64::from(self.cell.trials);
         let repeats = times_into(PASS_SECONDS, whole);
         let pass = pass(problem, &self.cell, 0..self.cell.trials, repeats);
-        self.times
-            .add(&pass, f64::from(self.cell.trials) * f64::from(repeats));
+        let trials = f64::from(self.cell.trials) * f64::from(repeats);
+        self.times.add(pass.time(trials));
         false
-    }
-}
-
-/// Processor and wall time of passes over all integrals.
-#[derive(Clone, Debug, Default)]
-pub struct Times {
-    passes: Vec<PassTime>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct PassTime {
-    trials: f64,
-    cpu: f64,
-    wall: f64,
-}
-
-impl Times {
-    fn add(&mut self, pass: &Pass, trials: f64) {
-        self.passes.push(PassTime {
-            trials,
-            cpu: pass.cpu,
-            wall: pass.wall,
-        });
-    }
-
-    fn total(&self) -> f64 {
-        self.passes.iter().map(|p| p.cpu).sum()
-    }
-
-    fn mean(&self, of: fn(&PassTime) -> f64) -> f64 {
-        let trials: f64 = self.passes.iter().map(|p| p.trials).sum();
-        self.passes.iter().map(of).sum::<f64>() / trials
-    }
-
-    /// Processor seconds of one trial over all threads: the mean of all passes.
-    #[must_use]
-    pub fn seconds(&self) -> f64 {
-        self.mean(|p| p.cpu)
-    }
-
-    /// Seconds on the wall of one trial.
-    #[must_use]
-    pub fn wall_seconds(&self) -> f64 {
-        self.mean(|p| p.wall)
-    }
-
-    /// Standard deviation of [`Times::seconds`] over passes, in seconds: how far a pass of its own,
-    /// 10 ms or more, is from the mean. NaN for one pass, which says nothing of it.
-    ///
-    /// It is not divided by the root of the number of passes: what disturbs a shared machine lasts
-    /// longer than a pass, and would make the mean's error too small.
-    #[must_use]
-    pub fn error(&self) -> f64 {
-        let mean = self.seconds();
-        let n = self.passes.len() as f64;
-        let square = |p: &PassTime| (p.cpu / p.trials - mean).powi(2);
-        (self.passes.iter().map(square).sum::<f64>() / (n - 1.0)).sqrt()
     }
 }
 
@@ -166,7 +110,8 @@ pub fn run_cell<P: Problem>(problem: &P, cell: Cell<P::Settings>) -> CellRun<P::
         // The first pass warms up: it counts where it is long enough for that not to show, or
         // there is no other.
         if first > 0 || pass.cpu >= PASS_SECONDS || n == 1 {
-            run.times.add(&pass, f64::from(trials.end - trials.start));
+            let trials = f64::from(trials.end - trials.start);
+            run.times.add(pass.time(trials));
         }
         group = times_into(PASS_SECONDS, pass.cpu / taken as f64);
         first = trials.end;
@@ -181,6 +126,16 @@ struct Pass {
     cpu: f64,
     wall: f64,
     counts: Counts,
+}
+
+impl Pass {
+    fn time(&self, trials: f64) -> PassTime {
+        PassTime {
+            trials,
+            cpu: self.cpu,
+            wall: self.wall,
+        }
+    }
 }
 
 fn pass<P: Problem>(

@@ -17,7 +17,7 @@ pub struct Score {
     pub bias: f64,
     /// Standard error of `bias`, from its spread over the trials.
     pub bias_stderr: f64,
-    /// Mean squared error of each trial: what the fits resample.
+    /// Mean squared error of each trial: what the fits leave out one of in turn.
     pub trial_mse: Vec<f64>,
     /// Variance of one estimate around the mean of its trials, averaged over pixels and channels:
     /// needs no reference. Zero where it is rounding alone (below 1e-18 of `power`), as that of a
@@ -38,31 +38,35 @@ const ROUNDING: f64 = 1e-18;
 /// Scores a run against the integrals' values; sums are divided by a number of `pixels`.
 #[must_use]
 pub fn score<S>(run: &CellRun<S>, values: &[DVec3], pixels: usize) -> Score {
-    let trials = run.cell.trials as usize;
-    let mut sums = TrialSums::new(trials);
-    for (integral, want) in values.iter().enumerate() {
-        sums.add(run.trials_of(integral), *want);
-    }
-    sums.finish(pixels.max(1))
+    TrialSums::of(run, values).score(pixels)
 }
 
-struct TrialSums {
-    mse: Vec<f64>,
-    bias: Vec<f64>,
-    variance: Vec<f64>,
-    mrse: f64,
-    power: f64,
+/// Sums over integrals, trial by trial: what scores are made of. Sums over blocks of integrals are
+/// added.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct TrialSums {
+    pub(super) mse: Vec<f64>,
+    pub(super) bias: Vec<f64>,
+    pub(super) variance: Vec<f64>,
+    pub(super) mrse: f64,
+    pub(super) power: f64,
 }
 
 impl TrialSums {
-    fn new(trials: usize) -> Self {
-        Self {
+    /// Sums of a run, of integrals that have these values.
+    pub(super) fn of<S>(run: &CellRun<S>, values: &[DVec3]) -> Self {
+        let trials = run.cell.trials as usize;
+        let mut sums = Self {
             mse: vec![0.0; trials],
             bias: vec![0.0; trials],
             variance: vec![0.0; trials],
             mrse: 0.0,
             power: 0.0,
+        };
+        for (integral, want) in values.iter().enumerate() {
+            sums.add(run.trials_of(integral), *want);
         }
+        sums
     }
 
     fn add(&mut self, values: &[DVec3], want: DVec3) {
@@ -79,8 +83,23 @@ impl TrialSums {
         }
     }
 
-    fn finish(self, pixels: usize) -> Score {
-        let scale = 1.0 / (3.0 * pixels as f64);
+    /// Adds the sums over other integrals, of as many trials.
+    pub(super) fn join(&mut self, other: &Self) {
+        let add = |ours: &mut [f64], theirs: &[f64]| {
+            for (a, b) in ours.iter_mut().zip(theirs) {
+                *a += b;
+            }
+        };
+        add(&mut self.mse, &other.mse);
+        add(&mut self.bias, &other.bias);
+        add(&mut self.variance, &other.variance);
+        self.mrse += other.mrse;
+        self.power += other.power;
+    }
+
+    /// The errors; sums are divided by a number of `pixels`.
+    pub(super) fn score(self, pixels: usize) -> Score {
+        let scale = 1.0 / (3.0 * pixels.max(1) as f64);
         let scaled = |v: Vec<f64>| v.into_iter().map(|x| x * scale).collect::<Vec<f64>>();
         let (trial_mse, trial_bias, trial_variance) =
             (scaled(self.mse), scaled(self.bias), scaled(self.variance));

@@ -1,16 +1,14 @@
 //! A whole convergence study of one problem: methods × numbers of samples.
 #![allow(clippy::disallowed_methods, reason = "compares with the deadline")]
 
-use super::{
-    CELL_SECONDS, Cell, CellRun, Counts, Method, Problem, Reference, Score, Times, Truth,
-    reference, run_cell, score,
-};
+use super::bytes::Broken;
+use super::units::{Gathering, Job, Unit};
+use super::{CELL_SECONDS, Counts, Method, Problem, Reference, Score, Times, Truth};
 use crate::tables::LeftOutRow;
-use linelit_geometry::DVec3;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// The longest that the reference of a study may take beyond its first round, unless told.
-pub const REFERENCE_LIMIT: Duration = Duration::from_secs(60);
+/// Rounds that the reference of a study may take, unless told.
+pub const REFERENCE_ROUNDS: u32 = 32;
 
 /// Methods, numbers of samples and limits of a study.
 #[derive(Clone, Debug)]
@@ -23,8 +21,8 @@ pub struct Design<S> {
     pub seed: u64,
     /// When no more measurements are begun.
     pub deadline: Option<Instant>,
-    /// The longest that a computed reference may take beyond its first round.
-    pub reference_limit: Duration,
+    /// The most rounds of a computed reference, at least one.
+    pub reference_rounds: u32,
     /// Processor seconds that each method is measured for at least, at each number of samples.
     pub cell_seconds: f64,
 }
@@ -38,9 +36,23 @@ impl<S> Design<S> {
             samples,
             seed: 1,
             deadline: None,
-            reference_limit: REFERENCE_LIMIT,
+            reference_rounds: REFERENCE_ROUNDS,
             cell_seconds: CELL_SECONDS,
         }
+    }
+
+    /// What is measured: all methods with the least samples first.
+    pub fn cells(&self) -> impl ExactSizeIterator<Item = (&Method<S>, u32)> {
+        let count = self.methods.len();
+        let cell = move |k| (&self.methods[k % count], self.samples[k / count]);
+        (0..count * self.samples.len()).map(cell)
+    }
+
+    /// Samples of each replicate of the reference.
+    #[must_use]
+    pub(super) fn reference_samples(&self) -> u32 {
+        let most = self.samples.last().copied().unwrap_or(1);
+        most.saturating_mul(4).clamp(256, 4096)
     }
 }
 
@@ -56,7 +68,7 @@ pub struct Results {
     /// Mean over pixels and channels of the reference's square: what squared errors are relative
     /// to.
     pub power: f64,
-    /// All measurements, in the order they were made.
+    /// All measurements, in the order of [`Design::cells`].
     pub cells: Vec<CellResult>,
     /// Measurements that the deadline left out; the scene's name is still empty.
     pub left_out: Vec<LeftOutRow>,
@@ -77,13 +89,16 @@ pub struct CellResult {
     pub score: Score,
     /// Seconds of one trial.
     pub times: Times,
+    /// The processor that was timed; of what was measured on several, no time is known.
+    pub processor: String,
     /// Counts of all trials.
     pub counts: Counts,
 }
 
-/// Measures all methods on a problem, on the threads of the rayon pool that it is called in. The
-/// error of a computed reference is below a tenth of the smallest variance found, if it can be;
-/// what has none but rounding ([`Score::variance`]) does not count.
+/// Measures all methods on a problem, on the threads of the rayon pool that it is called in: the
+/// units of [`Job::units`], one after the other. The error of a computed reference is below a tenth
+/// of the smallest variance found, as far as a pilot can tell and [`Design::reference_rounds`]
+/// allow; what has none but rounding ([`Score::variance`]) does not count.
 ///
 /// Only times depend on how many those are. `begun` is called once for each method and number of
 /// samples, before they are measured or left out: for those who show progress.
@@ -96,64 +111,28 @@ pub fn measure<P: Problem>(
     design: &Design<P::Settings>,
     mut begun: impl FnMut(),
 ) -> Results {
+    let job = Job {
+        problem,
+        truth,
+        design,
+    };
     let over = || design.deadline.is_some_and(|d| Instant::now() > d);
-    let (mut runs, mut left_out) = (Vec::new(), Vec::new());
-    for &samples in &design.samples {
-        for method in &design.methods {
-            begun();
+    let mut gathering = Gathering::new(job);
+    let mut reference = None;
+    for planned in job.units() {
+        if let Unit::Cells { cells, integrals } = &planned.unit {
+            if integrals.start == 0 {
+                cells.clone().for_each(|_| begun());
+            }
+            reference.get_or_insert_with(|| gathering.reference());
             if over() {
-                left_out.push(LeftOutRow {
-                    scene: String::new(),
-                    estimator: method.estimator.clone(),
-                    sampler: method.sampler.clone(),
-                    samples,
-                });
                 continue;
             }
-            let cell = Cell {
-                settings: method.settings.clone(),
-                samples,
-                seed: design.seed,
-                trials: method.trials,
-            };
-            runs.push((method, run_cell(problem, cell)));
+        }
+        let values = || reference.as_ref().ok_or(Broken("the reference"));
+        if let Ok(part) = job.compute(&planned.unit, values) {
+            gathering.add(&planned.unit, part);
         }
     }
-    // Short ones are measured again and again, in turns.
-    let mut known = false;
-    while !known && !over() {
-        known = true;
-        for (_, run) in &mut runs {
-            known &= run.time_again(problem, design.cell_seconds);
-        }
-    }
-    // The variance needs no reference, and is what is left of the error of an unbiased estimate.
-    let zeros = vec![DVec3::ZERO; problem.integrals()];
-    let variances = runs
-        .iter()
-        .map(|(_, run)| score(run, &zeros, problem.pixels()).variance);
-    let smallest = variances.filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
-    let most = design.samples.last().copied().unwrap_or(1);
-    let samples = most.saturating_mul(4).clamp(256, 4096);
-    let limit = design.reference_limit;
-    let reference = reference(problem, truth, samples, 0.1 * smallest, limit);
-    let result = |(method, run): &(&Method<P::Settings>, CellRun<P::Settings>)| CellResult {
-        estimator: method.estimator.clone(),
-        sampler: method.sampler.clone(),
-        samples: run.cell.samples,
-        trials: run.cell.trials,
-        score: score(run, &reference.values, problem.pixels()),
-        times: run.times.clone(),
-        counts: run.counts,
-    };
-    let cells = runs.iter().map(result).collect();
-    let squares: f64 = reference.values.iter().map(|v| v.length_squared()).sum();
-    Results {
-        integrals: problem.integrals(),
-        pixels: problem.pixels(),
-        power: squares / (3.0 * problem.pixels().max(1) as f64),
-        reference,
-        cells,
-        left_out,
-    }
+    gathering.results()
 }

@@ -78,9 +78,16 @@ pub fn error_over_samples(scene: &str, rows: &[ResultRow], palette: &Palette) ->
     }
 }
 
+/// The rows whose time is known.
+fn timed(rows: &[ResultRow]) -> Vec<ResultRow> {
+    let known = rows.iter().filter(|row| row.cpu_seconds > 0.0);
+    known.cloned().collect()
+}
+
 /// Root mean squared error over processor seconds.
 #[must_use]
 pub fn error_over_time(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
+    let rows = &timed(rows);
     ConvergencePlot {
         title: format!("{scene}: error over time"),
         x_label: "processor time of one trial, without set-up".to_owned(),
@@ -101,6 +108,7 @@ pub fn efficiency_over_samples(
     rows: &[ResultRow],
     palette: &Palette,
 ) -> ConvergencePlot {
+    let rows = &timed(rows);
     let cost = |row: &ResultRow| row.mse * row.cpu_seconds;
     let noisy = rows
         .iter()

@@ -18,5 +18,5 @@ pub use convergence::{
     error_over_time,
 };
 pub use orders::orders;
-pub(crate) use orders::signed;
+pub(crate) use orders::{interval, signed};
 pub use palette::Palette;

@@ -87,7 +87,7 @@ fn draw_row(canvas: &mut Canvas, axis: &Axis, row: &SlopeRow, colour: usize, top
             row.sampler,
             row.n_min,
             row.n_max,
-            interval(row)
+            with_interval(row)
         );
         canvas.mark(
             &format!("ll-m{colour}"),
@@ -100,17 +100,20 @@ fn draw_row(canvas: &mut Canvas, axis: &Axis, row: &SlopeRow, colour: usize, top
         "",
         [WIDTH - RIGHT + 16.0, y + 4.0],
         Anchor::Start,
-        &interval(row),
+        &with_interval(row),
     );
 }
 
-fn interval(row: &SlopeRow) -> String {
-    format!(
-        "{}  [{}, {}]",
-        signed(row.order, 3),
-        signed(row.ci_low, 3),
-        signed(row.ci_high, 3)
-    )
+fn with_interval(row: &SlopeRow) -> String {
+    let interval = interval(row).unwrap_or_default();
+    format!("{}  {interval}", signed(row.order, 3))
+}
+
+/// The interval of an order, if there is one.
+pub(crate) fn interval(row: &SlopeRow) -> Option<String> {
+    let known = row.ci_low.is_finite() && row.ci_high.is_finite();
+    let [low, high] = [row.ci_low, row.ci_high].map(|end| signed(end, 3));
+    known.then(|| format!("[{low}, {high}]"))
 }
 
 /// A number with a true minus sign; a dash for none.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::summary::{bias_test, comparison, curve, paragraphs, reference_share, time_to};
 use super::words::glossary;
 use super::{Cell, Comparison, Entry, Picture, Plot, Report, Section, Table, scientific};
-use crate::plots::{self, Palette, seconds, short, signed};
+use crate::plots::{self, Palette, interval, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 
 /// χ² over its degrees of freedom above which a fit is remarked on: with three or more degrees a
@@ -28,18 +28,29 @@ impl Report {
     #[must_use]
     pub fn of_study(record: &StudyRecord, mut exhibits: Exhibits) -> Self {
         let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
-        let sections = record
+        let processors = record.processors();
+        let first = processors.first().copied().unwrap_or_default();
+        let timed = &record.timed_on(first);
+        let mut sections: Vec<Section> = timed
             .scenes
             .iter()
             .map(|scene| Section {
                 pictures: exhibits.pictures.remove(&scene.scene).unwrap_or_default(),
                 comparison: exhibits.comparisons.remove(&scene.scene),
-                ..section(record, scene, &palette)
+                ..section(timed, scene, &palette)
             })
             .collect();
+        for other in processors.iter().skip(1) {
+            sections.extend(times_on(record, other, &palette));
+        }
+        let unfinished = if record.unfinished {
+            " (unfinished)"
+        } else {
+            ""
+        };
         Self {
-            title: record.title.clone(),
-            summary: paragraphs(record),
+            title: format!("{}{unfinished}", record.title),
+            summary: paragraphs(timed),
             compared: exhibits.compared,
             sections,
             glossary: glossary(),
@@ -49,10 +60,49 @@ impl Report {
     }
 }
 
+/// What was timed on a processor that is not the one of most measurements.
+fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<Section> {
+    let own: Vec<&ResultRow> = record
+        .rows
+        .iter()
+        .filter(|row| row.processor == processor)
+        .collect();
+    let timed = own.iter().any(|row| row.cpu_seconds > 0.0);
+    let record = record.timed_on(processor);
+    let plots = record.scenes.iter().flat_map(|scene| {
+        let plots = scene_plots(&record, &scene.scene, palette).into_iter();
+        let there = own.iter().any(|row| row.scene == scene.scene);
+        plots.filter_map(move |(kind, plot)| (there && kind == "time").then_some(plot))
+    });
+    let lead = format!(
+        "{} of {} measurements were timed there, and are not compared with the others in time.",
+        own.len(),
+        record.rows.len()
+    );
+    Some(Section {
+        title: format!("Times on {processor}"),
+        lead,
+        plots: plots.collect(),
+        tables: record
+            .scenes
+            .iter()
+            .map(|scene| {
+                let rows = own.iter().copied().filter(|row| row.scene == scene.scene);
+                all_rows(&rows.collect::<Vec<_>>(), scene)
+            })
+            .collect(),
+        ..Section::default()
+    })
+    .filter(|_| timed)
+}
+
 /// The plots of a study by the names under which they are stored: `SCENE-samples.svg`,
-/// `SCENE-time.svg`, `SCENE-efficiency.svg`, `SCENE-orders.svg`.
+/// `SCENE-time.svg`, `SCENE-efficiency.svg`, `SCENE-orders.svg`. Times are those of the processor
+/// that most measurements ran on.
 #[must_use]
 pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
+    let first = record.processors().first().copied().unwrap_or_default();
+    let record = &record.timed_on(first);
     let palette = Palette::new(record.rows.iter().map(|row| row.estimator.as_str()));
     let mut files = Vec::new();
     for scene in &record.scenes {
@@ -274,16 +324,19 @@ fn order(slope: Option<&SlopeRow>) -> Vec<Cell> {
     let Some(s) = slope else {
         return [dash(), String::new(), dash()].map(Cell::number).to_vec();
     };
-    let interval = format!("[{}, {}]", signed(s.ci_low, 3), signed(s.ci_high, 3));
+    let ends = interval(s).unwrap_or_else(dash);
     let paper = s.paper_order.map_or_else(dash, |p| signed(p, 3));
     vec![
         Cell::number(signed(s.order, 3)),
-        Cell::number(interval),
+        Cell::number(ends),
         Cell::number(paper).hover(s.paper_source.clone().unwrap_or_default()),
     ]
 }
 
 fn time(row: &ResultRow) -> Cell {
+    if row.cpu_seconds.is_nan() {
+        return Cell::number("–").hover(format!("on {}", row.processor));
+    }
     let text = Cell::number(seconds(row.cpu_seconds)).sorted_by(row.cpu_seconds);
     text.hover(format!("± {}", error_of_time(row)))
 }

@@ -37,7 +37,7 @@ fn headline(record: &StudyRecord, scene: &SceneRecord) -> Option<String> {
         .filter(|r| r.scene == scene.scene)
         .collect();
     let line = middling(&rows).and_then(|n| {
-        let noisy = rows.iter().filter(|r| r.samples == n && measured(r));
+        let noisy = rows.iter().filter(|r| r.samples == n && timed(r));
         let lines = noisy.filter(|r| is_kind(&r.estimator, "line"));
         lines.copied().min_by(|a, b| a.mse.total_cmp(&b.mse))
     });
@@ -60,7 +60,8 @@ fn headline(record: &StudyRecord, scene: &SceneRecord) -> Option<String> {
             points_for(&rows, line, error)?
         ))
     });
-    let mut closed = rows.iter().filter(|r| r.is_noiseless());
+    let known = |r: &&&ResultRow| r.is_noiseless() && r.cpu_seconds > 0.0;
+    let mut closed = rows.iter().filter(known);
     let first = closed.next().map(|first| {
         let quickest = closed.fold(
             first,
@@ -81,7 +82,7 @@ fn points_for(rows: &[&ResultRow], line: &ResultRow, error: f64) -> Option<Strin
     let points = || {
         rows.iter()
             .copied()
-            .filter(|r| measured(r) && is_kind(&r.estimator, "point"))
+            .filter(|r| timed(r) && is_kind(&r.estimator, "point"))
     };
     let fewest = points()
         .filter_map(|row| {
@@ -114,7 +115,7 @@ fn points_for(rows: &[&ResultRow], line: &ResultRow, error: f64) -> Option<Strin
 fn middling(rows: &[&ResultRow]) -> Option<u32> {
     let lines = rows
         .iter()
-        .filter(|r| measured(r) && is_kind(&r.estimator, "line"));
+        .filter(|r| timed(r) && is_kind(&r.estimator, "line"));
     let mut counts: Vec<u32> = lines.map(|r| r.samples).collect();
     counts.sort_unstable();
     counts.dedup();
@@ -124,6 +125,11 @@ fn middling(rows: &[&ResultRow]) -> Option<u32> {
 /// Whether an error is the estimator's own.
 fn measured(row: &ResultRow) -> bool {
     row.mse > 0.0 && !row.is_noiseless()
+}
+
+/// Whether the time is known, too.
+fn timed(row: &ResultRow) -> bool {
+    measured(row) && row.cpu_seconds > 0.0
 }
 
 /// The best lines against the best points on one scene.
@@ -140,7 +146,7 @@ pub(super) struct Comparison<'a> {
 /// Compares at the largest number of samples of a scene, and at the longest time that both reach.
 pub(super) fn comparison<'a>(record: &'a StudyRecord, scene: &str) -> Option<Comparison<'a>> {
     let rows: Vec<&ResultRow> = record.rows.iter().filter(|r| r.scene == scene).collect();
-    let noisy = || rows.iter().copied().filter(|r| measured(r));
+    let noisy = || rows.iter().copied().filter(|r| timed(r));
     let samples = noisy().map(|r| r.samples).max()?;
     let best = |kind: &str| {
         noisy()

@@ -65,7 +65,8 @@ const GLOSSARY: [(&str, &str); 15] = [
     ),
     (
         "95 %",
-        "The interval that holds the order in 95 of 100 such studies, from resampled trials.",
+        "The interval that holds the order in 95 of 100 such studies, from the spread of \
+         fits without one trial each; none below five trials.",
     ),
     (
         "efficiency",

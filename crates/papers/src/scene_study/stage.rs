@@ -1,0 +1,235 @@
+//! Scenes as a study looks at them: opened when they are first asked for.
+#![allow(clippy::disallowed_methods, reason = "says how long it took")]
+
+use super::{StudySpec, Targets, View, all_pixels};
+use anyhow::{Context as _, Result, bail};
+use linelit_geometry::DVec3;
+use linelit_integrator::{Renderer, Settings, ShadingPoint};
+use linelit_scene::Scene;
+use linelit_study::engine::{BLOCK_ESTIMATES, Design, Gathering, Job, Reference, Truth};
+use linelit_study::memory;
+use linelit_study::pixels::Pixels;
+use std::sync::OnceLock;
+use std::time::Instant;
+
+/// Reads a scene by file or name.
+pub type Load<'a> = &'a (dyn Fn(&str) -> Result<Scene> + Sync);
+
+/// A view whose scene is in memory.
+#[derive(Debug)]
+pub(super) struct Opened {
+    pub(super) scene: Scene,
+    pixels: Vec<[u32; 2]>,
+    /// The scene's own proportions.
+    pub(super) aspect: [u32; 2],
+    pub(super) load_seconds: f64,
+}
+
+impl Opened {
+    fn open(spec: &StudySpec, view: &View, load: Load<'_>) -> Result<Self> {
+        let start = Instant::now();
+        let mut scene = load(&view.scene)?;
+        let load_seconds = start.elapsed().as_secs_f64();
+        let aspect = [scene.film.width.max(1), scene.film.height.max(1)];
+        check_memory(spec, &view.pixels)?;
+        let pixels = pixels(&mut scene, &view.pixels)?;
+        Ok(Self {
+            scene,
+            pixels,
+            aspect,
+            load_seconds,
+        })
+    }
+}
+
+/// A renderer, and how long it took to build.
+#[derive(Debug)]
+pub(super) struct Built<'o> {
+    pub(super) renderer: Renderer<'o>,
+    pub(super) seconds: f64,
+}
+
+/// What is measured on a view, and what it is held to.
+#[derive(Debug)]
+pub(super) struct Seen<'r> {
+    pub(super) targets: Targets<'r>,
+    truth: Truth<Settings>,
+}
+
+/// A study of scenes while it is planned, run or merged: each scene is opened when its first unit
+/// is computed, and kept.
+#[derive(Debug)]
+pub struct Work<'w, 'r, 'o> {
+    pub(super) spec: &'w StudySpec,
+    pub(super) design: Design<Settings>,
+    pub(super) views: &'w [View],
+    opened: &'o [OnceLock<Opened>],
+    built: &'r [OnceLock<Built<'o>>],
+    seen: &'w [OnceLock<Seen<'r>>],
+    references: Vec<OnceLock<Reference>>,
+    load: Loader<'w>,
+}
+
+struct Loader<'a>(Load<'a>);
+
+impl std::fmt::Debug for Loader<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Loader")
+    }
+}
+
+/// Calls a function with the work of a study whose scenes are read by `load`.
+pub fn with_work<T>(
+    spec: &StudySpec,
+    load: Load<'_>,
+    call: impl FnOnce(&Work<'_, '_, '_>) -> T,
+) -> T {
+    let views = spec.views();
+    let opened: Vec<_> = views.iter().map(|_| OnceLock::new()).collect();
+    let built: Vec<_> = views.iter().map(|_| OnceLock::new()).collect();
+    let seen: Vec<_> = views.iter().map(|_| OnceLock::new()).collect();
+    call(&Work {
+        spec,
+        design: spec.design(),
+        references: views.iter().map(|_| OnceLock::new()).collect(),
+        views: &views,
+        opened: &opened,
+        built: &built,
+        seen: &seen,
+        load: Loader(load),
+    })
+}
+
+/// What is kept, made if it is not there.
+fn kept<T>(place: &OnceLock<T>, make: impl FnOnce() -> Result<T>) -> Result<&T> {
+    if let Some(there) = place.get() {
+        return Ok(there);
+    }
+    let made = make()?;
+    Ok(place.get_or_init(|| made))
+}
+
+impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
+    /// What is studied.
+    #[must_use]
+    pub const fn spec(&self) -> &'w StudySpec {
+        self.spec
+    }
+
+    fn place<T>(list: &[T], view: usize) -> Result<&T> {
+        list.get(view)
+            .context("a unit of a scene that the study has not")
+    }
+
+    pub(super) fn view(&self, view: usize) -> Result<&'w View> {
+        Self::place(self.views, view)
+    }
+
+    /// The scene of a view, at the resolution of its pixels.
+    pub(super) fn opened(&self, view: usize) -> Result<&'o Opened> {
+        let about = self.view(view)?;
+        kept(Self::place(self.opened, view)?, || {
+            Opened::open(self.spec, about, self.load.0)
+        })
+    }
+
+    pub(super) fn built(&self, view: usize) -> Result<&'r Built<'o>> {
+        let opened = self.opened(view)?;
+        kept(Self::place(self.built, view)?, || {
+            let start = Instant::now();
+            let renderer = Renderer::new(&opened.scene);
+            Ok(Built {
+                renderer,
+                seconds: start.elapsed().as_secs_f64(),
+            })
+        })
+    }
+
+    fn seen(&self, view: usize) -> Result<&'w Seen<'r>> {
+        let (opened, built) = (self.opened(view)?, self.built(view)?);
+        kept(Self::place(self.seen, view)?, || {
+            let targets = Targets::find(&built.renderer, &opened.pixels);
+            if targets.points.is_empty() {
+                let label = &self.view(view)?.label;
+                bail!("`{label}`: the camera sees nothing at the pixels of the study");
+            }
+            let truth = targets.truth(self.spec.spheres);
+            Ok(Seen { targets, truth })
+        })
+    }
+
+    /// What is measured on a view.
+    pub(super) fn job(&self, view: usize) -> Result<Job<'_, Targets<'r>>> {
+        let seen = self.seen(view)?;
+        Ok(Job {
+            problem: &seen.targets,
+            truth: &seen.truth,
+            design: &self.design,
+        })
+    }
+
+    /// The reference of a view, put together from its parts the first time.
+    pub(super) fn reference(
+        &self,
+        view: usize,
+        add_parts: impl FnOnce(&mut Gathering<'_, Targets<'r>>) -> Result<()>,
+    ) -> Result<&Reference> {
+        let job = self.job(view)?;
+        kept(Self::place(&self.references, view)?, || {
+            let mut gathering = Gathering::new(job);
+            add_parts(&mut gathering)?;
+            Ok(gathering.reference())
+        })
+    }
+
+    /// The scene of a view at another resolution.
+    pub(super) fn resized(&self, view: usize, [width, height]: [u32; 2]) -> Result<Scene> {
+        let mut scene = self.opened(view)?.scene.clone();
+        scene.set_resolution(width, height);
+        Ok(scene)
+    }
+}
+
+/// Bytes of what is kept of a trial for its score and for the fits: three sums.
+const BYTES_PER_TRIAL: u64 = 24;
+
+/// Refuses what does not fit: the shading points with the reference of each, the estimates of one
+/// unit, and what is kept of the trials.
+fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
+    let count = match pixels {
+        Pixels::Grid(r) => u64::from(r.width) * u64::from(r.height),
+        Pixels::List(list) => list.len() as u64,
+    };
+    let trials = spec.samplers.iter().map(|s| u64::from(spec.trials_of(*s)));
+    let cells = spec.samples.len() as u64 * spec.estimators.len() as u64;
+    let most = trials.clone().max().unwrap_or(0);
+    let trials = trials.sum::<u64>().saturating_mul(cells);
+    let point = size_of::<([u32; 2], ShadingPoint)>() as u64;
+    let estimate = size_of::<DVec3>() as u64;
+    // Mean and sum of squares of the reference, those of the round in hand, and the values.
+    let reference = 5 * estimate + 4;
+    // Those that are running are there twice.
+    let estimates = most.max(count.saturating_mul(most).min(BLOCK_ESTIMATES as u64));
+    let bytes = count
+        .saturating_mul(point.saturating_add(reference))
+        .saturating_add(estimates.saturating_mul(2 * estimate))
+        .saturating_add(trials.saturating_mul(BYTES_PER_TRIAL));
+    let what = format!("a study of {count} pixels and {trials} trials of each");
+    memory::check(&what, bytes)
+}
+
+fn pixels(scene: &mut Scene, pixels: &Pixels) -> Result<Vec<[u32; 2]>> {
+    match pixels {
+        Pixels::Grid(r) => {
+            scene.set_resolution(r.width, r.height);
+            Ok(all_pixels(r.width, r.height))
+        }
+        Pixels::List(list) => {
+            let (w, h) = (scene.film.width, scene.film.height);
+            match list.iter().find(|[x, y]| *x >= w || *y >= h) {
+                Some([x, y]) => bail!("pixel {x},{y} is outside the image of {w}x{h} pixels"),
+                None => Ok(list.clone()),
+            }
+        }
+    }
+}
