@@ -1,21 +1,26 @@
 //! The command line: what can be said.
 
 use crate::output::note;
-use crate::words::{
-    Crop, LightEstimator, List, MOST_SAMPLES, SampleCounts, estimator, instruction_set,
-    light_choice, path_ending, sampler, seconds, spheres, stops, threads, tone_curve,
-};
+use crate::words::{Crop, instruction_set, path_ending, stops, threads};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use linelit_film::{Compression, ToneCurve};
-use linelit_formats::{LoadOptions, Root};
-use linelit_integrator::{Estimator, LightChoice, Spheres};
-use linelit_samplers::SamplerKind;
+use linelit_formats::{Instancing, LoadOptions, Root};
 use linelit_scenes::Library;
 use linelit_simd::InstructionSet;
-use linelit_study::pixels::{Pixels, Resolution};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::PathBuf;
+
+mod picture;
+mod plan;
+mod study;
+
+pub use picture::{Aov, ImageArgs, PictureArgs};
+pub use plan::{
+    MergeArgs, PlanArgs, PlanKind, PlanRenderArgs, PlannedArgs, RunArgs, Script, StatusArgs,
+};
+
+pub use study::{ConvergeArgs, PlanConvergeArgs, StudyArgs};
 
 /// A contradiction in the command line itself: the program exits with 2.
 #[derive(Debug)]
@@ -55,6 +60,18 @@ pub enum Command {
     /// Measure how the error falls with samples and with time; writes a report.
     #[command(after_help = CONVERGE_EXAMPLES)]
     Converge(ConvergeArgs),
+    /// Plan work for any number of machines: a folder that `run` works off and `merge` reads.
+    #[command(after_help = plan::PLAN_EXAMPLES)]
+    Plan(PlanArgs),
+    /// Do what is left of a plan, or a shard of it; any number at once, on any machines.
+    #[command(after_help = plan::RUN_EXAMPLES)]
+    Run(RunArgs),
+    /// Put the parts of a plan together; says what is missing.
+    #[command(after_help = plan::MERGE_EXAMPLES)]
+    Merge(MergeArgs),
+    /// Say how far a plan is.
+    #[command(after_help = plan::STATUS_EXAMPLES)]
+    Status(StatusArgs),
     /// Compare two images: MSE, RMSE, MRSE, bias, FLIP, and maps of them.
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
@@ -95,7 +112,9 @@ Examples:
   linelit converge room.gltf --estimators point-solid-angle,line-analytic,hybrid --out study
       a scene of your own
   linelit converge grid-planes --samples 1,4,16,64 --trials 32 --pixels 64x48 --time-budget 60
-      more of it, for a minute";
+      more of it, for a minute
+  linelit converge billen-orders --out orders
+      Ctrl-C leaves a report of what is done; the same command goes on";
 
 const COMPARE_EXAMPLES: &str = "\
 Examples:
@@ -135,7 +154,8 @@ Examples:
   linelit man ~/.local/share/man/man1";
 
 /// How a scene is read.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ReadArgs {
     /// Treat warnings about a scene as errors.
     #[arg(long)]
@@ -147,6 +167,22 @@ pub struct ReadArgs {
     /// Let a scene name files anywhere.
     #[arg(long)]
     pub allow_outside: bool,
+    /// Whether what a scene places many times is kept once.
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    #[serde(default)]
+    pub instances: Instances,
+}
+
+/// When instances are kept.
+#[derive(Clone, Copy, Debug, Default, ValueEnum, Serialize, Deserialize)]
+pub enum Instances {
+    /// Where that saves a million triangles.
+    #[default]
+    Auto,
+    /// Always.
+    Always,
+    /// Never: they are copied.
+    Never,
 }
 
 impl ReadArgs {
@@ -159,6 +195,11 @@ impl ReadArgs {
                 Some(folder) => Root::Folder(folder.clone()),
                 None if self.allow_outside => Root::Anywhere,
                 None => Root::SceneFolder,
+            },
+            instancing: match self.instances {
+                Instances::Auto => Instancing::Auto,
+                Instances::Always => Instancing::Always,
+                Instances::Never => Instancing::Never,
             },
             ..LoadOptions::default()
         }
@@ -196,128 +237,20 @@ pub struct RenderArgs {
     /// Image to write: .exr (linear, with metadata) or .png.
     #[arg(short, long, value_parser = path_ending(&["exr", "png"]))]
     pub output: PathBuf,
-    /// Estimator, such as point-solid-angle or line-analytic[offset=uniform]; `linelit list
-    /// estimators` names all.
-    #[arg(long, default_value = "hybrid", value_parser = estimator)]
-    pub estimator: Estimator,
-    /// Another estimator for light K of the scene, counted from 0; may be repeated.
-    #[arg(long, value_name = "K=ESTIMATOR")]
-    pub light_estimator: Vec<LightEstimator>,
-    /// Light K is sampled for itself where --lights picks one of the others; may be repeated. For
-    /// lights that are bright and mostly hidden.
-    #[arg(long, value_name = "K")]
-    pub light_apart: Vec<u32>,
+    /// The picture.
+    #[command(flatten)]
+    pub picture: PictureArgs,
     /// Have hybrid go by what closed forms and lines cost on this machine, measured first, in place
     /// of its table; the picture's noise then depends on the machine.
     #[arg(long)]
     pub calibrate: bool,
-    /// Sampling pattern.
-    #[arg(long, default_value = "stratified", value_parser = sampler())]
-    pub sampler: SamplerKind,
-    /// Light samples per shading point and light.
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
-    pub samples: u32,
-    /// Which lights a point samples.
-    #[arg(long, default_value = "all", value_parser = light_choice())]
-    pub lights: LightChoice,
-    /// Emissive spheres, disks and cylinders.
-    #[arg(long, default_value = "exact", value_parser = spheres())]
-    pub spheres: Spheres,
-    /// Seed of the random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
-    /// Resolution in place of the scene's.
-    #[arg(long, value_name = "WxH")]
-    pub resolution: Option<Resolution>,
-    /// Part of the image to render, as fractions of it.
-    #[arg(long, value_name = "X0,X1,Y0,Y1")]
-    pub crop: Option<Crop>,
-    /// Camera samples per pixel: 1 goes through the centre, more jitter under the scene's filter.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    pub pixel_samples: u32,
-    /// Do not show lights that the camera sees.
-    #[arg(long)]
-    pub hide_lights: bool,
-
-    /// Follow up to this many perfect mirrors and sheets of glass in a row.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=64))]
-    pub bounces: u32,
-    /// Doublings of brightness, in a PNG file.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops, allow_negative_numbers = true)]
-    pub exposure: f64,
-    /// What a PNG file shows of values above white.
-    #[arg(long, value_name = "CURVE", default_value = "clip", value_parser = tone_curve())]
-    pub tone_curve: ToneCurve,
-    /// Layers beside the picture, in an EXR file, separated by commas.
-    #[arg(long, value_name = "LAYER,…", value_delimiter = ',')]
-    pub aovs: Vec<Aov>,
-    /// How an EXR file is packed, always without loss: none, rle, or zip:1 (fast, the default) to
-    /// zip:9 (small).
-    #[arg(long, value_name = "HOW")]
-    pub compression: Option<Compression>,
+    /// Its file.
+    #[command(flatten)]
+    pub file: ImageArgs,
     /// Print what is done about which lights on which materials, what was skipped and why, and what
     /// visibility cost.
     #[arg(long)]
     pub explain: bool,
-    /// Common flags.
-    #[command(flatten)]
-    pub common: SceneArgs,
-}
-
-/// A layer beside the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Aov {
-    /// What the surface in the middle of the pixel reflects of light from everywhere.
-    Albedo,
-    /// Its shading normal, towards the viewer; 0 where there is none.
-    Normal,
-    /// Its distance from the camera; infinite where there is none.
-    Depth,
-    /// Variance of the pixel, by its camera samples: two or more.
-    Variance,
-    /// Camera samples, rays and lines of the pixel: layers samples, rays, lines.
-    Samples,
-}
-
-/// `converge`.
-#[derive(Args, Debug)]
-pub struct ConvergeArgs {
-    /// A named study (`linelit list studies`), or scene files and names of built-in scenes; without
-    /// any, the default study.
-    pub what: Vec<String>,
-    /// Estimators to compare, separated by commas outside brackets (`linelit list estimators`).
-    #[arg(long, value_name = "E,E…")]
-    pub estimators: Option<List<Estimator>>,
-    /// Sampling patterns to compare (`linelit list samplers`).
-    #[arg(long, value_name = "S,S…")]
-    pub samplers: Option<List<SamplerKind>>,
-    /// Which lights a point samples.
-    #[arg(long, default_value = "all", value_parser = light_choice())]
-    pub lights: LightChoice,
-    /// Emissive spheres, disks and cylinders.
-    #[arg(long, default_value = "exact", value_parser = spheres())]
-    pub spheres: Spheres,
-    /// Light samples per shading point, ascending.
-    #[arg(long, value_name = "1,4,16…")]
-    pub samples: Option<SampleCounts>,
-    /// Independent trials per estimator, pattern and number of samples.
-    #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
-    pub trials: Option<u32>,
-    /// Pixels: a grid over the image (WxH) or single pixels of the scene's resolution (x,y;…).
-    #[arg(long, value_name = "WxH|x,y;…")]
-    pub pixels: Option<Pixels>,
-    /// Stop adding samples once this much time has gone, in seconds.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    pub time_budget: Option<f64>,
-    /// Seed of the random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
-    /// Folder for the report.
-    #[arg(long, default_value = "out")]
-    pub out: PathBuf,
-    /// Run every step at the smallest size, whatever comes out: for tests.
-    #[arg(long, hide = true)]
-    pub smallest: bool,
     /// Common flags.
     #[command(flatten)]
     pub common: SceneArgs,

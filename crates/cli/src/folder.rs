@@ -12,6 +12,10 @@ use std::path::{Component, Path, PathBuf};
 const LOCK: &str = ".linelit-lock";
 /// The files that the last study wrote, a name a line.
 const LIST: &str = ".linelit-files";
+/// The plan of a study that is not finished.
+const PLAN: &str = ".linelit-plan";
+/// What there is of a study that is not finished: a whole one before it stays beside.
+const UNFINISHED: &str = "unfinished";
 
 /// A folder that is ours until this value is dropped or the process ends, however it ends.
 ///
@@ -21,6 +25,10 @@ const LIST: &str = ".linelit-files";
 pub struct OutputFolder {
     path: PathBuf,
     files: BTreeMap<String, Vec<u8>>,
+    /// What goes when the files of a whole study are written.
+    temporary: Option<PathBuf>,
+    /// Whether the files are those of an unfinished study.
+    unfinished: bool,
     /// Held for its drop, which comes after the folder's own.
     _lock: Option<Lock>,
     /// Whether the folder was made for this study, and goes if that fails.
@@ -41,6 +49,8 @@ impl OutputFolder {
         Ok(Self {
             path: path.to_owned(),
             files: BTreeMap::new(),
+            temporary: None,
+            unfinished: false,
             _lock: lock,
             made,
         })
@@ -49,12 +59,42 @@ impl OutputFolder {
     /// Path of a file of the study.
     #[must_use]
     pub fn path_of(&self, name: &str) -> PathBuf {
-        self.path.join(name)
+        self.path.join(self.name_of(name))
+    }
+
+    /// Name of a file of the study within the folder.
+    fn name_of(&self, name: &str) -> String {
+        if self.unfinished {
+            format!("{UNFINISHED}/{name}")
+        } else {
+            name.to_owned()
+        }
+    }
+
+    /// A folder for what is done so far of the study, which goes when its files are written; what
+    /// an interrupted one left there stays, unless one is to begin `fresh`.
+    ///
+    /// # Errors
+    /// If that cannot be removed.
+    pub fn temporary(&mut self, fresh: bool) -> Result<PathBuf> {
+        let path = self.path.join(PLAN);
+        if fresh {
+            remove_all(&path)?;
+        }
+        self.temporary = Some(path.clone());
+        Ok(path)
+    }
+
+    /// From now on the study is an unfinished one: its files go below `unfinished/`, until a whole
+    /// one is written. What is done so far stays for those who go on, and so does a whole study that
+    /// was in the folder before.
+    pub const fn set_unfinished(&mut self) {
+        self.unfinished = true;
     }
 
     /// Adds a file; `name` may be below a folder of its own, as `plots/a.svg`.
     pub fn add(&mut self, name: &str, bytes: impl Into<Vec<u8>>) {
-        self.files.insert(name.to_owned(), bytes.into());
+        self.files.insert(self.name_of(name), bytes.into());
     }
 
     /// Writes all files, each whole or not at all, and removes those of the study before this one
@@ -69,12 +109,19 @@ impl OutputFolder {
         let all: BTreeSet<&str> = names().chain(earlier.iter().map(String::as_str)).collect();
         self.list(&all)?;
         for (name, bytes) in &self.files {
-            write_atomically(&self.path_of(name), bytes)?;
+            write_atomically(&self.path.join(name), bytes)?;
         }
-        for name in earlier.iter().filter(|n| !self.files.contains_key(*n)) {
+        let stays = |name: &str| {
+            self.files.contains_key(name)
+                || self.unfinished && !Path::new(name).starts_with(UNFINISHED)
+        };
+        for name in all.iter().filter(|name| !stays(name)) {
             self.remove(name)?;
         }
-        self.list(&names().collect())?;
+        self.list(&all.iter().copied().filter(|name| stays(name)).collect())?;
+        if let Some(path) = self.temporary.as_ref().filter(|_| !self.unfinished) {
+            remove_all(path)?;
+        }
         if let Some(made) = &mut self.made {
             made.0.clear();
         }
@@ -83,13 +130,13 @@ impl OutputFolder {
 
     fn list(&self, names: &BTreeSet<&str>) -> Result<()> {
         let text: String = names.iter().map(|name| format!("{name}\n")).collect();
-        write_atomically(&self.path_of(LIST), text.as_bytes())?;
+        write_atomically(&self.path.join(LIST), text.as_bytes())?;
         Ok(())
     }
 
     /// Names of the files that the study before this one wrote.
     fn listed(&self) -> BTreeSet<String> {
-        let text = fs::read_to_string(self.path_of(LIST)).unwrap_or_default();
+        let text = fs::read_to_string(self.path.join(LIST)).unwrap_or_default();
         let below = |name: &&str| {
             let mut parts = Path::new(name).components();
             !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))
@@ -98,18 +145,29 @@ impl OutputFolder {
     }
 
     fn remove(&self, name: &str) -> Result<()> {
-        let path = self.path_of(name);
+        let path = self.path.join(name);
         match fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
                 return Err(e).with_context(|| format!("removing {}", path.display()));
             }
             _ => {}
         }
-        if let Some(folder) = path.parent().filter(|folder| **folder != *self.path) {
+        let above = path.ancestors().skip(1);
+        for folder in above.take_while(|folder| **folder != *self.path) {
             // Fails, as it should, while anything is left in it.
             let _ = fs::remove_dir(folder);
         }
         Ok(())
+    }
+}
+
+/// Removes a folder with all that is in it, if it is there.
+fn remove_all(path: &Path) -> Result<()> {
+    match fs::remove_dir_all(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            Err(e).with_context(|| format!("removing {}", path.display()))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -229,6 +287,38 @@ mod tests {
         write(&path, &["report.html"]);
         assert_eq!(fs::read(&outside).unwrap(), b"kept");
         fs::remove_file(outside).unwrap();
+        fs::remove_dir_all(path).unwrap();
+    }
+
+    #[test]
+    fn an_unfinished_study_lies_beside_the_whole_one_until_it_is_whole() {
+        let path = std::env::temp_dir().join(format!("linelit-beside-{}", std::process::id()));
+        let unfinished = |files: &[&str]| {
+            let mut folder = OutputFolder::open(&path).unwrap();
+            let plan = folder.temporary(false).unwrap();
+            fs::create_dir_all(&plan).unwrap();
+            folder.set_unfinished();
+            for file in files {
+                folder.add(file, *file);
+            }
+            folder.finish().unwrap();
+            assert!(plan.exists(), "those who go on need it");
+        };
+        write(&path, &["report.html", "plots/a.svg"]);
+        unfinished(&["report.html", "plots/b.svg"]);
+        unfinished(&["report.html", "plots/c.svg"]);
+        assert_eq!(
+            names(&path),
+            [LIST, PLAN, "plots", "report.html", UNFINISHED]
+        );
+        assert_eq!(names(&path.join("plots")), ["a.svg"]);
+        assert_eq!(names(&path.join("unfinished/plots")), ["c.svg"]);
+
+        let mut whole = OutputFolder::open(&path).unwrap();
+        whole.temporary(false).unwrap();
+        whole.add("report.html", "whole");
+        whole.finish().unwrap();
+        assert_eq!(names(&path), [LIST, "report.html"]);
         fs::remove_dir_all(path).unwrap();
     }
 

@@ -5,6 +5,8 @@
 pub mod args;
 pub mod commands;
 pub mod folder;
+pub mod inputs;
+pub mod interrupt;
 pub mod output;
 pub mod program;
 pub mod words;

@@ -5,6 +5,7 @@ use linelit_cli::{commands, program};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    linelit_study::tables::set_commit(env!("LINELIT_COMMIT"));
     program::start(|cli: &Cli, out| {
         if let Some(set) = cli.isa {
             set.limit();
@@ -12,6 +13,10 @@ fn main() -> ExitCode {
         match &cli.command {
             Command::Render(args) => commands::render(args, out),
             Command::Converge(args) => commands::converge(args, out),
+            Command::Plan(args) => commands::plan(args, out),
+            Command::Run(args) => commands::run(args, out),
+            Command::Merge(args) => commands::merge(args, out),
+            Command::Status(args) => commands::status(args, out),
             Command::Compare(args) => commands::compare(args, out),
             Command::Info(args) => commands::info(args, out),
             Command::Convert(args) => commands::convert(args),

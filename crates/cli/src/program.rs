@@ -5,13 +5,31 @@ use crate::output::{CLOSED_STATUS, Output, OutputError, note};
 use anyhow::Result;
 use clap::Parser;
 use linelit_formats::SceneError;
+use linelit_plan::PlanError;
+use std::fmt;
 use std::process::ExitCode;
 
 /// The exit status for usage errors, which clap has, too.
 const USAGE_STATUS: u8 = 2;
 
-/// Reads the command line, works, and says what went wrong: 0 done, 1 failed, 2 usage, 141 when
-/// nobody reads standard output any more.
+/// The exit status for what may go well later (`EX_TEMPFAIL` of sysexits.h): parts are missing,
+/// work was stopped, the disk is full.
+const TRY_AGAIN_STATUS: u8 = 75;
+
+/// Not yet: the program exits with 75.
+#[derive(Debug)]
+pub struct TryAgain(pub String);
+
+impl fmt::Display for TryAgain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for TryAgain {}
+
+/// Reads the command line, works, and says what went wrong: 0 done, 1 failed, 2 usage, 75 try
+/// again, 141 when nobody reads standard output any more.
 pub fn start<C: Parser>(work: impl FnOnce(&C, &mut Output) -> Result<()>) -> ExitCode {
     let mut out = Output::stdout();
     match run(work, &mut out) {
@@ -52,6 +70,10 @@ fn failure(error: &anyhow::Error) -> ExitCode {
     match error.downcast_ref::<SceneError>() {
         Some(error) => note(format_args!("{error}")),
         None => note(format_args!("error: {error:#}")),
+    }
+    let later = error.downcast_ref().is_some_and(PlanError::is_temporary);
+    if later || error.downcast_ref::<TryAgain>().is_some() {
+        return ExitCode::from(TRY_AGAIN_STATUS);
     }
     ExitCode::FAILURE
 }

@@ -6,6 +6,7 @@ use linelit_formats::nearest;
 use linelit_integrator::{Estimator, LightChoice, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_simd::InstructionSet;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -258,8 +259,14 @@ impl FromStr for LightEstimator {
     }
 }
 
+impl fmt::Display for LightEstimator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.light, self.estimator)
+    }
+}
+
 /// A crop window in fractions of the image: x0, x1, y0, y1.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Crop(pub [f64; 4]);
 
 impl Crop {

@@ -1,7 +1,7 @@
 //! What `render --aovs` writes beside the picture: layers of what the camera sees, and of how well
 //! each pixel is known.
 
-use crate::args::{Aov, RenderArgs, UsageError};
+use crate::args::{Aov, PictureArgs, UsageError};
 use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_estimators::bsdf::Reflection as _;
@@ -9,17 +9,30 @@ use linelit_film::{Document, Image, MomentImage, Moments, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, Settings, ShadingPoint, Workspace};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A picture, and what was learned of its pixels while it was rendered.
+#[derive(Debug, Default)]
 pub(super) struct Rendered {
     pub(super) image: Image,
-    pub(super) counts: Counts,
     /// Moments of camera samples, and rays and lines of each pixel, if they are asked for.
-    pixels: Option<(MomentImage, [Vec<u32>; 2])>,
+    pub(super) pixels: Option<(MomentImage, [Vec<u32>; 2])>,
+    /// What is seen in the middle of each pixel, if it is asked for.
+    pub(super) surfaces: Vec<Surface>,
+}
+
+/// Whether more than the value of each pixel is asked for.
+pub(super) fn wants_moments(aovs: &[Aov]) -> bool {
+    aovs.iter().any(|aov| COUNTED.contains(aov))
+}
+
+/// Whether it is asked for what is seen.
+pub(super) fn wants_surfaces(aovs: &[Aov]) -> bool {
+    aovs.iter().any(|aov| SEEN.contains(aov))
 }
 
 /// That the file can hold the layers, and that there is something to be known.
-pub(super) fn check(args: &RenderArgs, is_png: bool) -> Result<(), UsageError> {
+pub(super) fn check(args: &PictureArgs, is_png: bool) -> Result<(), UsageError> {
     if is_png && !args.aovs.is_empty() {
         return Err(UsageError("--aovs are layers of EXR files".to_owned()));
     }
@@ -31,6 +44,32 @@ pub(super) fn check(args: &RenderArgs, is_png: bool) -> Result<(), UsageError> {
     Ok(())
 }
 
+/// Bytes that a pixel takes for the layers, beside what the picture takes: those of the layers
+/// twice, in the document and in the file, and what they are made from.
+pub(super) fn bytes_per_pixel(aovs: &[Aov]) -> u64 {
+    let layer = |aov: &Aov| match aov {
+        // The samples, and with them rays and lines.
+        Aov::Albedo | Aov::Normal | Aov::Variance | Aov::Samples => 12,
+        Aov::Depth => 4,
+    };
+    let layers: u64 = aovs.iter().map(layer).sum();
+    let bytes = |size: usize| u64::try_from(size).unwrap_or(u64::MAX);
+    let mut made_from = 0;
+    if wants_surfaces(aovs) {
+        made_from += bytes(size_of::<Surface>());
+    }
+    if wants_moments(aovs) {
+        made_from += bytes(size_of::<Pixel>() + size_of::<Moments>() + 2 * size_of::<u32>());
+    }
+    2 * layers + made_from
+}
+
+/// Of the first thing that a camera ray meets.
+const SEEN: [Aov; 3] = [Aov::Albedo, Aov::Normal, Aov::Depth];
+
+/// Of all camera samples of a pixel.
+const COUNTED: [Aov; 2] = [Aov::Variance, Aov::Samples];
+
 /// Renders, with moments if they are asked for; the picture is the same to the bit.
 pub(super) fn render(
     renderer: &Renderer<'_>,
@@ -38,16 +77,21 @@ pub(super) fn render(
     window: Tile,
     aovs: &[Aov],
     progress: &ProgressBar,
-) -> Rendered {
-    if !aovs.contains(&Aov::Variance) && !aovs.contains(&Aov::Samples) {
+) -> (Rendered, Counts) {
+    let surfaces = if wants_surfaces(aovs) {
+        surfaces(renderer, window)
+    } else {
+        Vec::new()
+    };
+    if !wants_moments(aovs) {
         let (image, counts) =
             linelit_papers::scene_study::render(renderer, settings, window, progress);
-        let pixels = None;
-        return Rendered {
+        let rendered = Rendered {
             image,
-            counts,
-            pixels,
+            pixels: None,
+            surfaces,
         };
+        return (rendered, counts);
     }
     progress.set_length(u64::from(window.height()));
     let row = |workspace: &mut Workspace, y: u32| -> Vec<Pixel> {
@@ -62,9 +106,8 @@ pub(super) fn render(
     let (mut rgb, mut moments, mut cost) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
     let mut counts = Counts::default();
     for pixel in rows.into_iter().flatten() {
-        rgb.push(pixel.radiance);
+        rgb.push(single(pixel.sum / f64::from(settings.pixel_samples.max(1))));
         moments.push(pixel.moments);
-        let clamped = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
         cost[0].push(clamped(pixel.counts.visibility.rays));
         cost[1].push(clamped(pixel.counts.visibility.line_queries));
         counts += pixel.counts;
@@ -72,61 +115,81 @@ pub(super) fn render(
     let (width, height) = (window.width(), window.height());
     let pixels = MomentImage::from_pixels(width, height, moments).map(|film| (film, cost));
     let image = Image { width, height, rgb };
-    Rendered {
+    let rendered = Rendered {
         image,
-        counts,
         pixels,
-    }
+        surfaces,
+    };
+    (rendered, counts)
 }
 
-struct Pixel {
-    radiance: [f32; 3],
-    moments: Moments,
-    counts: Counts,
+/// What a film's layer of counts holds.
+pub(super) fn clamped(n: u64) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
 }
 
+/// Some camera samples of a pixel.
+pub(super) struct Pixel {
+    pub(super) sum: DVec3,
+    pub(super) moments: Moments,
+    pub(super) counts: Counts,
+}
+
+/// All camera samples of a pixel.
 fn pixel(
     renderer: &Renderer<'_>,
     settings: &Settings,
     pixel: [u32; 2],
     workspace: &mut Workspace,
 ) -> Pixel {
-    let mut moments = Moments::default();
-    let push = |sample: DVec3| moments.push(sample.to_array());
-    let radiance = renderer.pixel_samples(settings, pixel, workspace, push);
+    samples(
+        renderer,
+        settings,
+        pixel,
+        settings.sample_blocks(),
+        workspace,
+    )
+}
+
+/// Some blocks of them, in which they are added up and their moments merged, so that the bits are
+/// the same wherever each block is computed.
+pub(super) fn samples(
+    renderer: &Renderer<'_>,
+    settings: &Settings,
+    pixel: [u32; 2],
+    blocks: impl Iterator<Item = Range<u32>>,
+    workspace: &mut Workspace,
+) -> Pixel {
+    let (mut moments, mut sum) = (Moments::default(), DVec3::ZERO);
+    for block in blocks {
+        let mut part = Moments::default();
+        let push = |sample: DVec3| part.push(sample.to_array());
+        sum += renderer.pixel_block(settings, pixel, block, workspace, push);
+        moments.merge(&part);
+    }
     Pixel {
-        radiance: single(radiance),
+        sum,
         moments,
         counts: workspace.take_counts(),
     }
 }
 
 /// Adds the layers that are asked for.
-pub(super) fn add(
-    document: &mut Document,
-    rendered: &Rendered,
-    renderer: &Renderer<'_>,
-    window: Tile,
-    aovs: &[Aov],
-) -> Result<()> {
-    let seen = [Aov::Albedo, Aov::Normal, Aov::Depth];
-    if aovs.iter().any(|aov| seen.contains(aov)) {
-        let surfaces = surfaces(renderer, window);
-        let (width, height) = (window.width(), window.height());
-        let picture = |value: fn(&Surface) -> [f32; 3]| Image {
-            width,
-            height,
-            rgb: surfaces.iter().map(value).collect(),
-        };
-        if aovs.contains(&Aov::Albedo) {
-            document.add_image("albedo", &picture(|s| s.albedo))?;
-        }
-        if aovs.contains(&Aov::Normal) {
-            document.add_image("normal", &picture(|s| s.normal))?;
-        }
-        if aovs.contains(&Aov::Depth) {
-            document.add_scalar("depth", surfaces.iter().map(|s| s.depth).collect())?;
-        }
+pub(super) fn add(document: &mut Document, rendered: &Rendered, aovs: &[Aov]) -> Result<()> {
+    let surfaces = &rendered.surfaces;
+    let picture = |value: fn(&Surface) -> [f32; 3]| Image {
+        width: rendered.image.width,
+        height: rendered.image.height,
+        rgb: surfaces.iter().map(value).collect(),
+    };
+    if aovs.contains(&Aov::Albedo) {
+        document.add_image("albedo", &picture(|s| s.albedo))?;
+    }
+    if aovs.contains(&Aov::Normal) {
+        document.add_image("normal", &picture(|s| s.normal))?;
+    }
+    if aovs.contains(&Aov::Depth) {
+        document.add_scalar("depth", surfaces.iter().map(|s| s.depth).collect())?;
     }
     let Some((film, [rays, lines])) = &rendered.pixels else {
         return Ok(());
@@ -135,8 +198,7 @@ pub(super) fn add(
         document.add_image("variance", &film.variance_image())?;
     }
     if aovs.contains(&Aov::Samples) {
-        let taken = film.pixels().iter().map(|m| u32::try_from(m.count));
-        let taken = taken.map(|n| n.unwrap_or(u32::MAX)).collect();
+        let taken = film.pixels().iter().map(|m| clamped(m.count)).collect();
         document.add_counts("samples", taken)?;
         document.add_counts("rays", rays.clone())?;
         document.add_counts("lines", lines.clone())?;
@@ -145,11 +207,11 @@ pub(super) fn add(
 }
 
 /// What the ray through the middle of a pixel meets.
-#[derive(Clone, Copy)]
-struct Surface {
-    albedo: [f32; 3],
-    normal: [f32; 3],
-    depth: f32,
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Surface {
+    pub(super) albedo: [f32; 3],
+    pub(super) normal: [f32; 3],
+    pub(super) depth: f32,
 }
 
 fn surfaces(renderer: &Renderer<'_>, window: Tile) -> Vec<Surface> {
@@ -161,7 +223,11 @@ fn surfaces(renderer: &Renderer<'_>, window: Tile) -> Vec<Surface> {
     pixels.collect()
 }
 
-fn surface(renderer: &Renderer<'_>, pixel: [u32; 2], workspace: &mut Workspace) -> Surface {
+pub(super) fn surface(
+    renderer: &Renderer<'_>,
+    pixel: [u32; 2],
+    workspace: &mut Workspace,
+) -> Surface {
     let Some(point) = renderer.shading_point(pixel, workspace) else {
         return Surface {
             albedo: [0.0; 3],
@@ -211,6 +277,6 @@ fn albedo(point: &ShadingPoint) -> DVec3 {
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
-fn single(value: DVec3) -> [f32; 3] {
+pub(super) fn single(value: DVec3) -> [f32; 3] {
     value.to_array().map(|v| v as f32)
 }

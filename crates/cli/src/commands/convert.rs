@@ -7,7 +7,7 @@ use linelit_film::{ByteImage, FilmError, encode_tga, write_atomically, write_ato
 use linelit_formats::ExportOptions;
 use linelit_integrator::{LightChoice, Renderer, Settings, Workspace};
 use linelit_lights::Light;
-use linelit_scene::{ImageData, ImageTexture, Material, Scene};
+use linelit_scene::{ImageData, ImageTexture, Links, Material, Mesh, Scene};
 use linelit_scenes::Place;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -137,8 +137,12 @@ fn say_what_is_written(scene: &Scene, images: &Images<'_>, args: &ConvertArgs) {
         0 => String::new(),
         _ => format!("; beside it {}", beside.join(", ")),
     };
+    let instances = match (scene.instances.len(), scene.objects.len()) {
+        (0, 0) => String::new(),
+        (count, objects) => format!(", {count} instances of {objects} objects"),
+    };
     note(format_args!(
-        "note: {}: {} triangles in {} meshes, {} materials, {} lights{beside}",
+        "note: {}: {} triangles in {} meshes{instances}, {} materials, {} lights{beside}",
         args.output.display(),
         scene.triangles.len(),
         scene.meshes.len(),
@@ -167,11 +171,36 @@ fn say_what_is_lost(scene: &Scene, options: &ExportOptions<'_>) {
         .map(|l| &*l.light)
         .filter(is_line)
         .count();
+    if !options.extensions {
+        say_what_is_no_pbrt(scene);
+    }
     if lines > 0 && !options.extensions {
         note(format_args!(
             "warning: pbrt-v4 has no linear lights: {lines} are written as comments \
              (--extensions writes them for linelit)"
         ));
+    }
+}
+
+/// Says of meshes what pbrt-v4 does not have.
+fn say_what_is_no_pbrt(scene: &Scene) {
+    let of_objects = scene.objects.iter().flat_map(|object| &object.meshes);
+    let meshes = scene.meshes.iter().chain(of_objects);
+    let shadow = |mesh: &&Mesh| mesh.cutout.is_some_and(|holes| holes.shadow.is_some());
+    let is_linked = |mesh: &&Mesh| mesh.links != Links::default();
+    for (what, count) in [
+        (
+            "holes for lights alone",
+            meshes.clone().filter(shadow).count(),
+        ),
+        ("light linking", meshes.filter(is_linked).count()),
+    ] {
+        if count > 0 {
+            note(format_args!(
+                "warning: pbrt-v4 has no {what}: that of {count} meshes is left out (--extensions \
+                 writes it for linelit)"
+            ));
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use linelit_formats::Loaded;
 use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_lights::Light;
 use linelit_papers::scene_study;
-use linelit_scene::{Projection, Scene};
+use linelit_scene::{Object, Projection, Scene};
 use linelit_study::short_name;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -25,6 +25,14 @@ struct Info {
     triangles: usize,
     vertices: usize,
     meshes: usize,
+    /// Meshes with holes, those of objects among them.
+    cutouts: usize,
+    objects: usize,
+    instances: usize,
+    /// Triangles, those of objects once for each instance.
+    triangles_in_world: usize,
+    /// What light linking tells apart.
+    light_sets: Vec<String>,
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
     texture_bytes: usize,
@@ -132,15 +140,24 @@ fn describe(
     for material in &scene.materials {
         materials.entry(material.kind.name()).or_default().materials += 1;
     }
-    for mesh in &scene.meshes {
+    let of_objects = scene.objects.iter().flat_map(|object| &object.meshes);
+    let meshes = scene.meshes.iter().chain(of_objects);
+    for mesh in meshes.clone() {
         let kind = scene.materials[mesh.material as usize].kind.name();
         materials.entry(kind).or_default().triangles += mesh.triangles.len();
     }
+    let sum =
+        |own: usize, of: fn(&Object) -> usize| own + scene.objects.iter().map(of).sum::<usize>();
     Info {
         scene: short_name(name),
-        triangles: scene.triangles.len(),
-        vertices: scene.positions.len(),
-        meshes: scene.meshes.len(),
+        triangles: sum(scene.triangles.len(), |object| object.triangles.len()),
+        vertices: sum(scene.positions.len(), |object| object.positions.len()),
+        meshes: meshes.clone().count(),
+        cutouts: meshes.filter(|mesh| mesh.cutout.is_some()).count(),
+        objects: scene.objects.len(),
+        instances: scene.instances.len(),
+        triangles_in_world: scene.triangles_in_world(),
+        light_sets: scene.light_sets.clone(),
         bounds: scene
             .bounds()
             .map(|(lo, hi)| [lo.to_array(), hi.to_array()]),
@@ -192,6 +209,23 @@ fn add_light(groups: &mut BTreeMap<&'static str, LightGroup>, light: &Light) {
     group.power += light.power();
 }
 
+/// What few scenes have.
+fn beyond_triangles(info: &Info) -> Vec<(&'static str, String)> {
+    let mut rows = Vec::new();
+    if info.instances > 0 {
+        let (count, objects, all) = (info.instances, info.objects, info.triangles_in_world);
+        let text = format!("{count} of {objects} objects: {all} triangles in the world");
+        rows.push(("instances", text));
+    }
+    if info.cutouts > 0 {
+        rows.push(("with holes", format!("{} meshes", info.cutouts)));
+    }
+    if info.light_sets.len() > 1 {
+        rows.push(("sets of lights", info.light_sets.join(", ")));
+    }
+    rows
+}
+
 fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     let mut row = |key: &str, value: String| writeln!(out, "{key:>20}  {value}");
     row("scene", info.scene.clone())?;
@@ -199,6 +233,9 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
         "triangles",
         format!("{} in {} meshes", info.triangles, info.meshes),
     )?;
+    for (key, value) in beyond_triangles(info) {
+        row(key, value)?;
+    }
     row("vertices", info.vertices.to_string())?;
     if let Some([lo, hi]) = info.bounds {
         row("bounds", format!("{} to {}", triple(lo), triple(hi)))?;

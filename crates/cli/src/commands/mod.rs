@@ -5,17 +5,28 @@ mod compare;
 mod converge;
 mod convert;
 mod info;
+mod kinds;
 mod list;
+mod merge;
 mod pages;
+mod picture;
+mod plan;
 mod render;
+mod run;
+mod status;
+mod study;
 
 pub use compare::run as compare;
 pub use converge::run as converge;
 pub use convert::run as convert;
 pub use info::run as info;
 pub use list::run as list;
+pub use merge::run as merge;
 pub use pages::{completions, man};
+pub use plan::run as plan;
 pub use render::run as render;
+pub use run::run;
+pub use status::run as status;
 
 use crate::args::SceneArgs;
 use anyhow::{Context, Result};
@@ -27,8 +38,12 @@ use rayon::ThreadPool;
 /// # Errors
 /// If the system starts none.
 pub fn pool(args: &SceneArgs) -> Result<ThreadPool> {
+    pool_of(args.threads)
+}
+
+fn pool_of(threads: usize) -> Result<ThreadPool> {
     rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads)
+        .num_threads(threads)
         .build()
         .context("starting the threads")
 }

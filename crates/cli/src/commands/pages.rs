@@ -31,12 +31,19 @@ pub fn man(args: &ManArgs, out: &mut Output) -> Result<()> {
     };
     let failed = || format!("creating the folder {}", dir.display());
     std::fs::create_dir_all(dir).with_context(failed)?;
-    let commands: Vec<Command> = program.get_subcommands().cloned().collect();
-    let named = commands.into_iter().map(|command| {
-        let name = format!("linelit-{}", command.get_name());
-        command.display_name(name.clone()).name(name)
-    });
-    let all: Vec<Command> = [program.clone()].into_iter().chain(named).collect();
+    let mut all = vec![program];
+    let mut next = 0;
+    while let Some(command) = all.get(next) {
+        let (above, below) = (command.get_name().to_owned(), command.get_subcommands());
+        let below = below.filter(|command| command.get_name() != "help");
+        let named = |command: &Command| {
+            let name = format!("{above}-{}", command.get_name());
+            command.clone().display_name(name.clone()).name(name)
+        };
+        let below: Vec<Command> = below.map(named).collect();
+        all.extend(below);
+        next += 1;
+    }
     for command in all {
         let path = dir.join(format!("{}.1", command.get_name()));
         linelit_film::write_atomically(&path, &page(command)?)?;

@@ -2,14 +2,16 @@
 
 use super::aovs::{self, Rendered};
 use super::{bar, pool};
-use crate::args::{RenderArgs, UsageError};
+use crate::args::{ImageArgs, PictureArgs, RenderArgs, UsageError};
 use crate::output::{Output, OutputError};
 use crate::words::Crop;
 use anyhow::{Result, bail};
 use linelit_film::{Document, Exposure, Image, Tile, ToneCurve};
 use linelit_integrator::{Counts, Renderer, Settings};
+use linelit_scene::Scene;
 use linelit_study::engine::{CpuClock, image};
 use linelit_study::{short_name, version};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Instant;
@@ -19,57 +21,43 @@ use std::time::Instant;
 /// # Errors
 /// If the scene cannot be read or the image cannot be written.
 pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
-    if args.compression.is_some() && is_png(&args.output) {
-        return Err(UsageError("--compression is for EXR files".to_owned()).into());
-    }
-    if (args.exposure.abs() > 0.0 || args.tone_curve != ToneCurve::Clip) && !is_png(&args.output) {
-        let text = "--exposure and --tone-curve are for PNG files: EXR files hold radiance";
-        return Err(UsageError(text.to_owned()).into());
-    }
-    aovs::check(args, is_png(&args.output))?;
+    check_file(&args.file, &args.output)?;
+    aovs::check(&args.picture, is_png(&args.output))?;
     // Before the work, lest that be lost.
     linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
     let start = Instant::now();
     let mut scene = args.common.read.library().load_lit(&args.scene)?.scene;
-    if let Some(resolution) = args.resolution {
-        scene.set_resolution(resolution.width, resolution.height);
-    }
-    let window = window(&scene, args.crop);
-    pool.install(|| image::check_memory(window))?;
+    let window = set_film(&mut scene, &args.picture);
+    pool.install(|| image::check_memory(window, aovs::bytes_per_pixel(&args.picture.aovs)))?;
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
     let mut renderer = pool.install(|| Renderer::new(&scene));
-    set_lights(&mut renderer, args)?;
+    set_lights(&mut renderer, &args.picture)?;
     if args.calibrate {
         let clock = CpuClock::start();
         renderer.calibrate(|| clock.seconds());
     }
     let build_seconds = built.elapsed().as_secs_f64();
-    let settings = Settings {
-        estimator: args.estimator,
-        sampler: args.sampler,
-        samples: args.samples,
-        lights: args.lights,
-        spheres: args.spheres,
-        pixel_samples: args.pixel_samples,
-        seed: args.seed,
-        show_lights: !args.hide_lights,
-        bounces: args.bounces,
-        skip: true,
-        share: true,
-    };
+    let (picture, settings) = (&args.picture, args.picture.settings());
     let drawn = Instant::now();
-    let rendered =
-        pool.install(|| aovs::render(&renderer, &settings, window, &args.aovs, &bar("rendering")));
+    let (rendered, counts) = pool.install(|| {
+        aovs::render(
+            &renderer,
+            &settings,
+            window,
+            &picture.aovs,
+            &bar("rendering"),
+        )
+    });
     let seconds = drawn.elapsed().as_secs_f64();
     let times = [load_seconds, build_seconds, seconds];
     let result = args
         .common
         .json
-        .then(|| json(args, &rendered.image, &rendered.counts, times));
-    let counts = rendered.counts;
-    pool.install(|| write(rendered, &renderer, window, args, &settings))?;
+        .then(|| json(args, &rendered.image, &counts, times));
+    let to = (&*args.output, &args.file);
+    pool.install(|| write(rendered, to, &args.scene, picture))?;
     if let Some(result) = result {
         writeln!(out, "{result}")?;
     } else if args.explain {
@@ -93,7 +81,30 @@ fn costs(renderer: &Renderer<'_>, out: &mut Output) -> Result<(), OutputError> {
     Ok(())
 }
 
-fn set_lights(renderer: &mut Renderer<'_>, args: &RenderArgs) -> Result<()> {
+/// That the flags of a file are for files of its format.
+pub(super) fn check_file(args: &ImageArgs, path: &Path) -> Result<(), UsageError> {
+    let contradiction = |text: &str| Err(UsageError(text.to_owned()));
+    if args.compression.is_some() && is_png(path) {
+        return contradiction("--compression is for EXR files");
+    }
+    if (args.exposure.abs() > 0.0 || args.tone_curve != ToneCurve::Clip) && !is_png(path) {
+        return contradiction(
+            "--exposure and --tone-curve are for PNG files: EXR files hold radiance",
+        );
+    }
+    Ok(())
+}
+
+/// Gives a scene the resolution that is asked for, and says which part of its film is.
+pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
+    if let Some(resolution) = args.resolution {
+        scene.set_resolution(resolution.width, resolution.height);
+    }
+    window(scene, args.crop)
+}
+
+/// Gives lights what is asked for them alone.
+pub(super) fn set_lights(renderer: &mut Renderer<'_>, args: &PictureArgs) -> Result<()> {
     let count = renderer.scene().lights.len();
     let own = args.light_estimator.iter().map(|own| own.light);
     for light in own.chain(args.light_apart.iter().copied()) {
@@ -110,30 +121,29 @@ fn set_lights(renderer: &mut Renderer<'_>, args: &RenderArgs) -> Result<()> {
     Ok(())
 }
 
-fn window(scene: &linelit_scene::Scene, crop: Option<Crop>) -> Tile {
+fn window(scene: &Scene, crop: Option<Crop>) -> Tile {
     let [x0, x1, y0, y1] = scene.film.crop;
     let (width, height) = (scene.film.width, scene.film.height);
     crop.map_or(Tile { x0, x1, y0, y1 }, |crop| crop.window(width, height))
 }
 
-fn is_png(path: &Path) -> bool {
+pub(super) fn is_png(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "png")
 }
 
 /// Takes the image, whose memory the file's text needs.
-fn write(
+pub(super) fn write(
     rendered: Rendered,
-    renderer: &Renderer<'_>,
-    window: Tile,
-    args: &RenderArgs,
-    settings: &Settings,
+    (path, file): (&Path, &ImageArgs),
+    scene: &str,
+    picture: &PictureArgs,
 ) -> Result<()> {
-    let (path, image) = (&args.output, &rendered.image);
+    let image = &rendered.image;
     if is_png(path) {
         let exposure = Exposure {
-            stops: args.exposure,
+            stops: file.exposure,
         };
-        match args.tone_curve {
+        match file.tone_curve {
             ToneCurve::Clip => linelit_film::write_png(path, image, exposure)?,
             curve => {
                 let shown = curve.apply(image, exposure);
@@ -144,22 +154,22 @@ fn write(
     }
     let mut document = Document::new(image.width, image.height);
     document.add_image("", image)?;
-    aovs::add(&mut document, &rendered, renderer, window, &args.aovs)?;
+    aovs::add(&mut document, &rendered, &picture.aovs)?;
     drop(rendered);
-    document.set("scene", short_name(&args.scene));
-    document.set("estimator", settings.estimator);
-    for own in &args.light_estimator {
+    document.set("scene", short_name(scene));
+    document.set("estimator", picture.estimator);
+    for own in &picture.light_estimator {
         let name = format!("estimatorOfLight{}", own.light);
         document.set(&name, own.estimator);
     }
-    document.set("sampler", settings.sampler);
-    document.set("samples", settings.samples);
-    document.set("pixelSamples", settings.pixel_samples);
-    document.set("seed", settings.seed);
+    document.set("sampler", picture.sampler);
+    document.set("samples", picture.samples);
+    document.set("pixelSamples", picture.pixel_samples);
+    document.set("seed", picture.seed);
     document.set("linelit", version());
     linelit_film::write_atomically(
         path,
-        &document.into_bytes(args.compression.unwrap_or_default())?,
+        &document.into_bytes(file.compression.unwrap_or_default())?,
     )?;
     Ok(())
 }
@@ -212,27 +222,53 @@ fn explain(
     )
 }
 
-fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> serde_json::Value {
-    let plan: serde_json::Map<_, _> = counts
-        .plan
-        .rows()
-        .map(|(k, v)| (k.to_owned(), v.into()))
-        .collect();
-    serde_json::json!({
-        "scene": args.scene,
-        "output": args.output,
-        "width": image.width,
-        "height": image.height,
-        "mean": image.mean(),
-        "load_seconds": times[0],
-        "build_seconds": times[1],
-        "render_seconds": times[2],
-        "plan": plan,
-        "rays": counts.visibility.rays,
-        "shafts": counts.visibility.shafts,
-        "line_queries": counts.visibility.line_queries,
-        "node_tests": counts.visibility.node_tests,
-        "triangle_tests": counts.visibility.triangle_tests,
-        "intervals": counts.visibility.intervals,
-    })
+fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> Value {
+    let mut found = picture_json(&args.scene, &args.output, image, counted(counts));
+    for (name, seconds) in ["load_seconds", "build_seconds", "render_seconds"]
+        .iter()
+        .zip(times)
+    {
+        found.insert((*name).to_owned(), seconds.into());
+    }
+    found.into()
+}
+
+/// What is said of a picture that was written.
+pub(super) fn picture_json(
+    scene: &str,
+    output: &Path,
+    image: &Image,
+    counted: Map<String, Value>,
+) -> Map<String, Value> {
+    let mut found = counted;
+    for (name, value) in [
+        ("scene", scene.into()),
+        ("output", json!(output)),
+        ("width", image.width.into()),
+        ("height", image.height.into()),
+        ("mean", json!(image.mean())),
+    ] {
+        found.insert(name.to_owned(), value);
+    }
+    found
+}
+
+/// What was counted, by name.
+pub(super) fn counted(counts: &Counts) -> Map<String, Value> {
+    let plan = counts.plan.rows().map(|(k, v)| (k.to_owned(), v.into()));
+    let plan: Map<String, Value> = plan.collect();
+    let visibility = &counts.visibility;
+    let mut found = Map::new();
+    found.insert("plan".to_owned(), plan.into());
+    for (name, count) in [
+        ("rays", visibility.rays),
+        ("shafts", visibility.shafts),
+        ("line_queries", visibility.line_queries),
+        ("node_tests", visibility.node_tests),
+        ("triangle_tests", visibility.triangle_tests),
+        ("intervals", visibility.intervals),
+    ] {
+        found.insert(name.to_owned(), count.into());
+    }
+    found
 }

@@ -46,6 +46,7 @@ impl Schema {
             "string" => value.is_string(),
             "number" => value.is_number(),
             "integer" => value.is_u64() || value.is_i64(),
+            "boolean" => value.is_boolean(),
             "array" => value.is_array(),
             "object" => value.is_object(),
             other => panic!("{owner}: type {other}"),
@@ -104,6 +105,12 @@ fn documents_schema_and_page_agree() {
         "render",
         &[&["render", "plates", "-o", path(&image)], &size[..]].concat(),
     );
+    let plan = dir.join("plan");
+    let tiles = ["plan", "render", "plates", "--tile", "4", "-o", path(&plan)];
+    check("plan", &[&tiles[..], &size[..]].concat());
+    check("run", &["run", path(&plan)]);
+    check("status", &["status", path(&plan)]);
+    check("merge", &["merge", path(&plan), "-o", path(&image)]);
     let maps = ["--flip", "--crop", "0,0.5,0,1"];
     check("compare", &["compare", path(&image), path(&image)]);
     check(

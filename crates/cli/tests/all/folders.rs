@@ -100,6 +100,8 @@ fn what_a_time_budget_leaves_out_is_said() {
     assert_eq!(study["left_out"].as_array().unwrap().len(), 4);
     assert_eq!(study["left_out"][3]["samples"], 4);
     assert_eq!(study["settings"]["time budget"], "0.000000001 s");
+    // Of the program, whatever the repository has become since.
+    assert_eq!(study["commit"], env!("LINELIT_COMMIT"));
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains(what), "{page}");
 

@@ -12,5 +12,7 @@ mod isa;
 mod killed;
 mod outside;
 mod pictures;
+mod plans;
 mod studies;
+mod study_plans;
 mod words;

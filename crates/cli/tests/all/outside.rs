@@ -254,6 +254,18 @@ fn what_does_not_fit_into_memory_is_refused_with_numbers() {
             "a picture of 8192 x 8192 pixels takes 1.5 GiB",
         ),
         (
+            // Of a quarter as many pixels, 28 bytes for what is seen and 2 × 4 for the layer more.
+            limited(
+                "ulimit -v 300000",
+                &[
+                    &render[..],
+                    &["4096x4096", "--threads", "2", "--aovs", "depth"],
+                ]
+                .concat(),
+            ),
+            "a picture of 4096 x 4096 pixels takes 960.0 MiB",
+        ),
+        (
             linelit(&[&trials[..], &["--pixels", "1x1", "--out", path(&study)]].concat()),
             "trials of each takes ",
         ),

@@ -16,7 +16,7 @@ fn what_is_listed_is_understood() {
     let all = said(&["list"]);
     let all_json: serde_json::Value = serde_json::from_str(&said(&["list", "--json"])).unwrap();
     for (what, count) in [
-        ("scenes", 17),
+        ("scenes", 18),
         ("studies", 19),
         ("estimators", 17),
         ("samplers", 9),
@@ -77,6 +77,9 @@ fn near_misses_are_answered() {
         ("converge plates stirps", 1, "`strips`"),
         ("info conell-box", 1, "`cornell-box`"),
         ("list scense", 2, "'scenes'"),
+        ("statsu plan", 2, "'status'"),
+        ("plan rendr plates -o x", 2, "'render'"),
+        ("plan render plates -o x --script slrum", 2, "'slurm'"),
     ] {
         let output = linelit(&line.split(' ').collect::<Vec<_>>());
         let said = text(&output.stderr);
@@ -102,6 +105,10 @@ fn help_shells_and_readers_hear_of_all_commands() {
     let commands = [
         "render",
         "converge",
+        "plan",
+        "run",
+        "merge",
+        "status",
         "compare",
         "info",
         "convert",
@@ -109,7 +116,12 @@ fn help_shells_and_readers_hear_of_all_commands() {
         "completions",
         "man",
     ];
-    assert_eq!(pages.len(), 1 + commands.len(), "{pages:?}");
+    // Those of `plan` have pages of their own.
+    let below = pages
+        .iter()
+        .filter(|page| page.starts_with("linelit-plan-"));
+    assert_eq!(pages.len(), 1 + commands.len() + below.count(), "{pages:?}");
+    assert!(pages.iter().any(|page| page == "linelit-plan-render.1"));
     for command in commands {
         assert!(help.contains(&format!("\n  {command}")), "{help}");
         assert!(

@@ -1,0 +1,86 @@
+//! Tells the program which commit it is built from.
+
+#![allow(
+    clippy::print_stdout,
+    reason = "this is how a build script talks to cargo"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What of the repository the program is made of, for git: all else may change beside it.
+const SOURCES: &str = "Cargo.toml Cargo.lock crates/*/src/* crates/*/Cargo.toml crates/cli/build.rs \
+    :(exclude)crates/workshop";
+
+fn main() {
+    let package = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
+    let commit = of_checkout(&package).or_else(|| of_package(&package));
+    let commit = commit.unwrap_or_else(|| "unknown".to_owned());
+    println!("cargo::rustc-env=LINELIT_COMMIT={commit}");
+    println!("cargo::rerun-if-changed=build.rs");
+}
+
+/// In a clone of the repository: the commit, and whether sources differ from it. A package unpacked
+/// somewhere in a repository is no clone.
+fn of_checkout(package: &Path) -> Option<String> {
+    let root = package.parent()?.parent()?;
+    if git(package, &["rev-parse", "--show-prefix"])? != "crates/cli/" {
+        return None;
+    }
+    // Where git notes that another commit is looked at: its log, or what it would log.
+    let branch = git(root, &["symbolic-ref", "--quiet", "HEAD"]).unwrap_or_default();
+    for name in ["HEAD", "logs/HEAD", &branch, "packed-refs"] {
+        if let Some(path) = git(root, &["rev-parse", "--git-path", name]) {
+            watch(&root.join(path));
+        }
+    }
+    for folder in fs::read_dir(root.join("crates")).ok()?.flatten() {
+        if folder.file_name() == "workshop" {
+            continue;
+        }
+        watch(&folder.path().join("src"));
+        watch(&folder.path().join("Cargo.toml"));
+    }
+    watch(&root.join("Cargo.toml"));
+    watch(&root.join("Cargo.lock"));
+    let hash = git(root, &["rev-parse", "--short=12", "HEAD"])?;
+    let mut status = vec!["status", "--porcelain", "--"];
+    status.extend(SOURCES.split_whitespace());
+    Some(match git(root, &status)?.as_str() {
+        "" => hash,
+        _ => format!("{hash}+changes"),
+    })
+}
+
+/// In a package: the commit that cargo notes there.
+fn of_package(package: &Path) -> Option<String> {
+    let noted = package.join(".cargo_vcs_info.json");
+    watch(&noted);
+    let text = fs::read_to_string(noted).ok()?;
+    let hash = text.split_once("\"sha1\": \"")?.1.get(..12)?;
+    let changes = if text.contains("\"dirty\": true") {
+        "+changes"
+    } else {
+        ""
+    };
+    Some(format!("{hash}{changes}"))
+}
+
+/// Asks for another look when a file, or one in a folder, changes.
+fn watch(path: &Path) {
+    if path.exists() {
+        println!("cargo::rerun-if-changed={}", path.display());
+    }
+}
+
+/// What git says, if it is there and nothing is wrong.
+fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git")
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim_end().to_owned())
+}

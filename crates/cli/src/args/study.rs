@@ -1,0 +1,78 @@
+//! What convergence studies are made of, by `converge` and by plans.
+
+use super::{PlannedArgs, ReadArgs, SceneArgs};
+use crate::words::{List, SampleCounts, light_choice, seconds, spheres};
+use clap::Args;
+use linelit_integrator::{Estimator, LightChoice, Spheres};
+use linelit_samplers::SamplerKind;
+use linelit_study::pixels::Pixels;
+use std::path::PathBuf;
+
+/// Everything that the numbers of a study depend on, beside the files of its scenes.
+#[derive(Args, Clone, Debug)]
+pub struct StudyArgs {
+    /// A named study (`linelit list studies`), or scene files and names of built-in scenes; without
+    /// any, the default study.
+    pub what: Vec<String>,
+    /// Estimators to compare, separated by commas outside brackets (`linelit list estimators`).
+    #[arg(long, value_name = "E,E…")]
+    pub estimators: Option<List<Estimator>>,
+    /// Sampling patterns to compare (`linelit list samplers`).
+    #[arg(long, value_name = "S,S…")]
+    pub samplers: Option<List<SamplerKind>>,
+    /// Which lights a point samples.
+    #[arg(long, default_value = "all", value_parser = light_choice())]
+    pub lights: LightChoice,
+    /// Emissive spheres, disks and cylinders.
+    #[arg(long, default_value = "exact", value_parser = spheres())]
+    pub spheres: Spheres,
+    /// Light samples per shading point, ascending.
+    #[arg(long, value_name = "1,4,16…")]
+    pub samples: Option<SampleCounts>,
+    /// Independent trials per estimator, pattern and number of samples.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..))]
+    pub trials: Option<u32>,
+    /// Pixels: a grid over the image (WxH) or single pixels of the scene's resolution (x,y;…).
+    #[arg(long, value_name = "WxH|x,y;…")]
+    pub pixels: Option<Pixels>,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Run every step at the smallest size, whatever comes out: for tests.
+    #[arg(long, hide = true)]
+    pub smallest: bool,
+}
+
+/// `converge`.
+#[derive(Args, Debug)]
+pub struct ConvergeArgs {
+    /// The study.
+    #[command(flatten)]
+    pub study: StudyArgs,
+    /// Stop adding samples once this much time has gone, in seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time_budget: Option<f64>,
+    /// Folder for the report.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// Begin anew, whatever an interrupted study left in that folder to go on with.
+    #[arg(long)]
+    pub fresh: bool,
+    /// Common flags.
+    #[command(flatten)]
+    pub common: SceneArgs,
+}
+
+/// `plan converge`.
+#[derive(Args, Debug)]
+pub struct PlanConvergeArgs {
+    /// The study.
+    #[command(flatten)]
+    pub study: StudyArgs,
+    /// How scenes are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
+    /// What plans of all kinds have.
+    #[command(flatten)]
+    pub planned: PlannedArgs,
+}

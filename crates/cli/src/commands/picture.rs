@@ -1,0 +1,561 @@
+//! Pictures as plans: a unit is a tile of all its camera samples, or of a block of them.
+
+use super::aovs::{self, Rendered, Surface};
+use super::kinds::{self, RENDER};
+use super::{merge, pool_of, render};
+use crate::args::{MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError};
+use crate::inputs;
+use crate::output::Output;
+use anyhow::{Context as _, Result, bail};
+use linelit_film::{Image, MomentImage, Moments, Tile, tiles};
+use linelit_geometry::DVec3;
+use linelit_integrator::{Counts, Renderer, Settings, Workspace};
+use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Unit};
+use linelit_study::engine::image;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// What a unit takes if all goes as it should, in seconds of one thread: at least, so that writing
+/// its part is little beside it, and at most, so that a kill costs little.
+const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
+/// So many units are enough to share out.
+const ENOUGH: f64 = 256.0;
+/// Sides of tiles that are tried, and whether they are split into blocks of samples.
+const SIDES: [(u32, bool); 14] = [
+    (1024, false),
+    (512, false),
+    (256, false),
+    (128, false),
+    (64, false),
+    (32, false),
+    (16, false),
+    (8, false),
+    (8, true),
+    (4, true),
+    (2, true),
+    (1, true),
+    (2, false),
+    (1, false),
+];
+
+/// What the settings of such a plan say.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Spec {
+    scene: String,
+    read: ReadArgs,
+    /// Columns from and to, rows from and to.
+    window: [u32; 4],
+    picture: PictureArgs,
+}
+
+/// What the plan says of a unit.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Work {
+    /// Columns from and to, rows from and to.
+    tile: [u32; 4],
+    /// Which of the blocks of camera samples; all if none is named.
+    block: Option<u32>,
+}
+
+const fn tile_of([x0, x1, y0, y1]: [u32; 4]) -> Tile {
+    Tile { x0, y0, x1, y1 }
+}
+
+const fn bounds(tile: Tile) -> [u32; 4] {
+    [tile.x0, tile.x1, tile.y0, tile.y1]
+}
+
+/// Makes the plan of a picture, and gives the files to be packed.
+pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<u8>>)> {
+    aovs::check(&args.picture, false)?;
+    let planned = inputs::plan(&args.scene, &args.read, args.planned.pack)?;
+    let mut scene = planned.loaded.scene;
+    let window = render::set_film(&mut scene, &args.picture);
+    let pool = pool_of(0)?;
+    let mut renderer = pool.install(|| Renderer::new(&scene));
+    render::set_lights(&mut renderer, &args.picture)?;
+    let settings = args.picture.settings();
+    let cost = Cost::find(&renderer, &settings, window);
+    let blocks = u32::try_from(settings.sample_blocks().len()).unwrap_or(u32::MAX);
+    let (side, split) = size(args, &cost, window, blocks);
+    let mut units = Vec::new();
+    for tile in tiles(window, side) {
+        let cost = cost.of(tile);
+        let each = split.then_some(0..blocks).into_iter().flatten().map(Some);
+        let each: Vec<Option<u32>> = if split { each.collect() } else { vec![None] };
+        for block in &each {
+            let [x0, x1, y0, y1] = bounds(tile);
+            let mut name = format!("pixels {x0}..{x1} x {y0}..{y1}");
+            if let Some(k) = block {
+                name += &format!(", block {} of {blocks}", k + 1);
+            }
+            let work = Work {
+                tile: bounds(tile),
+                block: *block,
+            };
+            let cost = cost / each.len() as f64;
+            units.push(Unit::new(name, cost, serde_json::to_string(&work)?));
+        }
+    }
+    let mut read = args.read.clone();
+    if let Some(root) = &read.root {
+        read.root = Some(std::path::absolute(root).context("finding the whole path of --root")?);
+    }
+    let spec = Spec {
+        scene: args.scene.clone(),
+        read,
+        window: bounds(window),
+        picture: args.picture.clone(),
+    };
+    let plan = Plan {
+        program: kinds::program(),
+        kind: RENDER.to_owned(),
+        settings: serde_json::to_string_pretty(&spec)?,
+        inputs: vec![planned.input],
+        units,
+    };
+    Ok((plan, planned.packed))
+}
+
+/// The side of tiles, and whether their samples are split: what was asked for, or the largest that
+/// are short enough.
+fn size(args: &PlanRenderArgs, cost: &Cost, window: Tile, blocks: u32) -> (u32, bool) {
+    let pixel = cost.mean();
+    let [least, most] = UNIT_SECONDS;
+    let seconds = (pixel * window.area() as f64 / ENOUGH).clamp(least, most);
+    let fits = |&&(side, split): &&(u32, bool)| {
+        let share = if split { f64::from(blocks) } else { 1.0 };
+        let asked = args.tile.is_none_or(|tile| tile == side) && (split || !args.split_samples);
+        asked && (blocks > 1 || !split) && f64::from(side).powi(2) * pixel / share <= seconds
+    };
+    match (args.tile, SIDES.iter().find(fits)) {
+        (_, Some(size)) => *size,
+        (Some(side), None) => (side, args.split_samples && blocks > 1),
+        (None, None) => (1, blocks > 1),
+    }
+}
+
+/// What pixels cost, by what some of them count: the same on every machine.
+struct Cost {
+    /// Seconds of a pixel, and where it is.
+    pixels: Vec<([u32; 2], f64)>,
+}
+
+impl Cost {
+    /// Pixels of a grid across and down.
+    const GRID: u32 = 24;
+    /// Camera samples of each.
+    const SAMPLES: u32 = 4;
+
+    fn find(renderer: &Renderer<'_>, settings: &Settings, window: Tile) -> Self {
+        let mut workspace = Workspace::new();
+        let count = settings.pixel_samples.clamp(1, Self::SAMPLES);
+        let scale = f64::from(settings.pixel_samples.max(1)) / f64::from(count);
+        let place = |k: u32, from: u32, size: u32| {
+            let middle = u64::from(size) * u64::from(2 * k + 1) / u64::from(2 * Self::GRID);
+            from + u32::try_from(middle).unwrap_or(0)
+        };
+        let mut pixels = Vec::new();
+        for j in 0..Self::GRID {
+            for i in 0..Self::GRID {
+                let pixel = [
+                    place(i, window.x0, window.width()),
+                    place(j, window.y0, window.height()),
+                ];
+                renderer.pixel_block(settings, pixel, 0..count, &mut workspace, |_| {});
+                let seconds = Self::seconds(&workspace.take_counts()) / f64::from(count);
+                // A camera ray at least.
+                pixels.push((pixel, (seconds + 2e-7) * f64::from(count) * scale));
+            }
+        }
+        Self { pixels }
+    }
+
+    /// Seconds of what was counted, within a factor of two or three of those of a core of the
+    /// year 2023: for units of a sensible size, and for shares.
+    fn seconds(counts: &Counts) -> f64 {
+        let visibility = &counts.visibility;
+        let count = |n: u64| n as f64;
+        6e-9 * count(visibility.node_tests)
+            + 1.2e-8 * count(visibility.triangle_tests)
+            + 8e-8 * count(visibility.line_queries)
+            + 3e-8 * count(visibility.rays)
+            + 8e-7 * count(counts.plan.points)
+    }
+
+    fn mean(&self) -> f64 {
+        let sum: f64 = self.pixels.iter().map(|(_, seconds)| seconds).sum();
+        sum / self.pixels.len() as f64
+    }
+
+    /// Of a tile by those of its pixels that are known, or else by all.
+    fn of(&self, tile: Tile) -> f64 {
+        let inside = |&&([x, y], _): &&([u32; 2], f64)| {
+            (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y)
+        };
+        let inside = self.pixels.iter().filter(inside);
+        let (count, sum) = inside.fold((0.0, 0.0), |(n, sum), (_, s)| (n + 1.0, sum + s));
+        let pixel = if count > 0.0 {
+            sum / count
+        } else {
+            self.mean()
+        };
+        pixel * tile.area() as f64
+    }
+}
+
+/// A plan of a picture.
+pub(super) struct PicturePlan {
+    spec: Spec,
+    work: Vec<Work>,
+}
+
+impl PicturePlan {
+    pub(super) fn open(folder: &Folder) -> Result<Self> {
+        let plan = folder.plan();
+        let what = || format!("{}: no plan of a picture", folder.path().display());
+        let spec: Spec = serde_json::from_str(&plan.settings).with_context(what)?;
+        let work = plan.units.iter().map(|u| serde_json::from_str(&u.work));
+        let work: Vec<Work> = work.collect::<Result<_, _>>().with_context(what)?;
+        let window = tile_of(spec.window);
+        let within = |work: &Work| {
+            let [x0, x1, y0, y1] = work.tile;
+            let columns = window.x0 <= x0 && x0 < x1 && x1 <= window.x1;
+            columns && window.y0 <= y0 && y0 < y1 && y1 <= window.y1
+        };
+        if !work.iter().all(within) {
+            bail!("{}: a tile beyond the picture", folder.path().display());
+        }
+        Ok(Self { spec, work })
+    }
+
+    /// Computes what is left of it.
+    pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
+        let picture = &self.spec.picture;
+        let Some(input) = folder.plan().inputs.first() else {
+            bail!("{}: a picture of no scene", folder.path().display());
+        };
+        let mut scene = inputs::open(folder, input, &self.spec.read)?.scene;
+        render::set_film(&mut scene, picture);
+        let pool = pool_of(options.threads)?;
+        let mut renderer = pool.install(|| Renderer::new(&scene));
+        render::set_lights(&mut renderer, picture)?;
+        let settings = picture.settings();
+        let ran = linelit_plan::run(folder, options, |task| {
+            let work = self.work[task.number() as usize];
+            self.compute(&renderer, &settings, work)
+                .map_err(BoxError::from)
+        })?;
+        Ok(ran)
+    }
+
+    /// The bytes of a unit's part: a length and as many bytes of counts as JSON, then the pixels
+    /// ([`Layers::pixel`]), then what is seen in them.
+    fn compute(&self, renderer: &Renderer<'_>, settings: &Settings, work: Work) -> Result<Vec<u8>> {
+        let layers = self.layers();
+        let tile = tile_of(work.tile);
+        let (mut counts, mut workspace) = (Counts::default(), Workspace::new());
+        let mut pixels = Vec::new();
+        if settings.pixel_samples <= 1 && !layers.moments {
+            let mut row = vec![DVec3::ZERO; tile.width() as usize];
+            for y in tile.y0..tile.y1 {
+                renderer.row(settings, [tile.x0, y], &mut row, &mut workspace);
+                let values = row.iter().flat_map(|value| value.to_array());
+                pixels.extend(values.flat_map(f64::to_le_bytes));
+            }
+            counts += workspace.take_counts();
+        } else {
+            let only = work.block.map(|k| k as usize);
+            for pixel in tile.pixels() {
+                let blocks = settings.sample_blocks().enumerate();
+                let blocks = blocks.filter(|(k, _)| only.is_none_or(|only| only == *k));
+                let blocks = blocks.map(|(_, block)| block);
+                let found = aovs::samples(renderer, settings, pixel, blocks, &mut workspace);
+                let value = Pixel {
+                    sum: found.sum,
+                    moments: found.moments,
+                    rays: found.counts.visibility.rays,
+                    lines: found.counts.visibility.line_queries,
+                };
+                layers.write(&value, &mut pixels);
+                counts += found.counts;
+            }
+        }
+        let mut seen = Vec::new();
+        if layers.surfaces && work.is_first() {
+            for pixel in tile.pixels() {
+                let surface = aovs::surface(renderer, pixel, &mut workspace);
+                seen.extend(floats(&surface).into_iter().flat_map(f32::to_le_bytes));
+            }
+        }
+        let counted = Value::from(render::counted(&counts)).to_string();
+        let length = u32::try_from(counted.len())?.to_le_bytes();
+        Ok([&length, counted.as_bytes(), &pixels, &seen].concat())
+    }
+
+    fn layers(&self) -> Layers {
+        let aovs = &self.spec.picture.aovs;
+        Layers {
+            moments: aovs::wants_moments(aovs),
+            surfaces: aovs::wants_surfaces(aovs),
+        }
+    }
+
+    /// Puts the parts together, and writes the image.
+    pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
+        let Some(path) = &args.output else {
+            let text = "merging a picture writes an image: -o IMAGE.exr or IMAGE.png";
+            return Err(UsageError(text.to_owned()).into());
+        };
+        if !path.extension().is_some_and(|e| e == "exr" || e == "png") {
+            let text = format!("{}: the name must end in .exr or .png", path.display());
+            return Err(UsageError(text).into());
+        }
+        render::check_file(&args.file, path)?;
+        aovs::check(&self.spec.picture, render::is_png(path))?;
+        linelit_film::check_writable(path)?;
+        let window = tile_of(self.spec.window);
+        image::check_memory(window, aovs::bytes_per_pixel(&self.spec.picture.aovs))?;
+        let mut film = Film::new(self, window);
+        let missing = folder.read_all(|number, payload| {
+            let work = self.work[number as usize];
+            film.add(work, &payload).map_err(|error| PlanError::Work {
+                number,
+                name: folder.plan().units[number as usize].name.clone(),
+                error,
+            })
+        })?;
+        merge::check(folder, &missing)?;
+        let counted = std::mem::take(&mut film.counted);
+        let rendered = film.finish();
+        let scene = &self.spec.scene;
+        let result =
+            (args.json).then(|| render::picture_json(scene, path, &rendered.image, counted));
+        let to = (&**path, &args.file);
+        pool_of(args.threads)?
+            .install(|| render::write(rendered, to, scene, &self.spec.picture))?;
+        if let Some(result) = result {
+            writeln!(out, "{}", Value::from(result))?;
+        }
+        Ok(())
+    }
+}
+
+impl Work {
+    fn is_first(&self) -> bool {
+        self.block.is_none_or(|k| k == 0)
+    }
+}
+
+fn floats(surface: &Surface) -> [f32; 7] {
+    let ([a, b, c], [x, y, z]) = (surface.albedo, surface.normal);
+    [a, b, c, x, y, z, surface.depth]
+}
+
+/// Some camera samples of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pixel {
+    sum: DVec3,
+    moments: Moments,
+    rays: u64,
+    lines: u64,
+}
+
+/// What parts hold beside the sums of pixels.
+#[derive(Clone, Copy, Debug)]
+struct Layers {
+    moments: bool,
+    surfaces: bool,
+}
+
+impl Layers {
+    /// A pixel: the sum of its camera samples; with moments, also their number, means and M2, rays
+    /// and lines. Eight bytes each, the least first.
+    fn write(self, pixel: &Pixel, to: &mut Vec<u8>) {
+        to.extend(pixel.sum.to_array().into_iter().flat_map(f64::to_le_bytes));
+        if self.moments {
+            let Moments { count, mean, m2 } = pixel.moments;
+            to.extend(count.to_le_bytes());
+            to.extend(mean.into_iter().chain(m2).flat_map(f64::to_le_bytes));
+            to.extend(
+                [pixel.rays, pixel.lines]
+                    .into_iter()
+                    .flat_map(u64::to_le_bytes),
+            );
+        }
+    }
+
+    fn read(self, from: &mut Bytes<'_>) -> Option<Pixel> {
+        let mut pixel = Pixel {
+            sum: DVec3::from_array(from.doubles()?),
+            ..Pixel::default()
+        };
+        if self.moments {
+            pixel.moments = Moments {
+                count: from.integer()?,
+                mean: from.doubles()?,
+                m2: from.doubles()?,
+            };
+            (pixel.rays, pixel.lines) = (from.integer()?, from.integer()?);
+        }
+        Some(pixel)
+    }
+}
+
+/// What is left to be read of a part.
+struct Bytes<'a>(&'a [u8]);
+
+impl Bytes<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (taken, rest) = self.0.split_first_chunk::<N>()?;
+        self.0 = rest;
+        Some(*taken)
+    }
+
+    fn integer(&mut self) -> Option<u64> {
+        Some(u64::from_le_bytes(self.take()?))
+    }
+
+    fn doubles(&mut self) -> Option<[f64; 3]> {
+        let mut values = [0.0; 3];
+        for value in &mut values {
+            *value = f64::from_le_bytes(self.take()?);
+        }
+        Some(values)
+    }
+
+    fn floats<const N: usize>(&mut self) -> Option<[f32; N]> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = f32::from_le_bytes(self.take()?);
+        }
+        Some(values)
+    }
+}
+
+/// A picture in the making.
+struct Film {
+    window: Tile,
+    layers: Layers,
+    /// Blocks of a tile's samples that are units of their own.
+    last_block: u32,
+    samples: f64,
+    image: Image,
+    moments: Vec<Moments>,
+    cost: [Vec<u32>; 2],
+    surfaces: Vec<Surface>,
+    /// The pixels of the tile that is being read.
+    tile: Vec<Pixel>,
+    counted: Map<String, Value>,
+}
+
+impl Film {
+    fn new(plan: &PicturePlan, window: Tile) -> Self {
+        let layers = plan.layers();
+        let all = |wanted: bool| if wanted { window.area() } else { 0 };
+        let cost = || vec![0; all(layers.moments)];
+        Self {
+            window,
+            layers,
+            last_block: plan.work.iter().filter_map(|w| w.block).max().unwrap_or(0),
+            samples: f64::from(plan.spec.picture.pixel_samples.max(1)),
+            image: Image::new(window.width(), window.height()),
+            moments: vec![Moments::default(); all(layers.moments)],
+            cost: [cost(), cost()],
+            surfaces: vec![Surface::default(); all(layers.surfaces)],
+            tile: Vec::new(),
+            counted: Map::new(),
+        }
+    }
+
+    /// Adds a part; those of a tile come in the order of their blocks.
+    fn add(&mut self, work: Work, payload: &[u8]) -> Result<(), BoxError> {
+        self.read(work, &mut Bytes(payload))
+            .ok_or_else(|| BoxError::from("its part does not hold what one of a picture does"))
+    }
+
+    fn read(&mut self, work: Work, from: &mut Bytes<'_>) -> Option<()> {
+        let length = u32::from_le_bytes(from.take()?) as usize;
+        let (counted, rest) = from.0.split_at_checked(length)?;
+        from.0 = rest;
+        let counted: Map<String, Value> = serde_json::from_slice(counted).ok()?;
+        add_counts(&mut self.counted, counted);
+        let tile = tile_of(work.tile);
+        if work.is_first() {
+            self.tile.clear();
+        }
+        for i in 0..tile.area() {
+            let found = self.layers.read(from)?;
+            if work.is_first() {
+                self.tile.push(found);
+            } else {
+                let pixel = self.tile.get_mut(i)?;
+                pixel.sum += found.sum;
+                pixel.moments.merge(&found.moments);
+                pixel.rays += found.rays;
+                pixel.lines += found.lines;
+            }
+        }
+        if self.layers.surfaces && work.is_first() {
+            for [x, y] in tile.pixels() {
+                let [a, b, c, nx, ny, nz, depth] = from.floats()?;
+                let place = self.place(x, y);
+                self.surfaces[place] = Surface {
+                    albedo: [a, b, c],
+                    normal: [nx, ny, nz],
+                    depth,
+                };
+            }
+        }
+        if work.block.is_none_or(|block| block == self.last_block) {
+            self.store(tile);
+        }
+        from.0.is_empty().then_some(())
+    }
+
+    fn place(&self, x: u32, y: u32) -> usize {
+        let [column, row] = [x - self.window.x0, y - self.window.y0];
+        row as usize * self.window.width() as usize + column as usize
+    }
+
+    /// What is known of a tile, now that all of it is.
+    fn store(&mut self, tile: Tile) {
+        for (i, [x, y]) in tile.pixels().enumerate() {
+            let (place, pixel) = (self.place(x, y), self.tile[i]);
+            self.image.rgb[place] = aovs::single(pixel.sum / self.samples);
+            if self.layers.moments {
+                self.moments[place] = pixel.moments;
+                self.cost[0][place] = aovs::clamped(pixel.rays);
+                self.cost[1][place] = aovs::clamped(pixel.lines);
+            }
+        }
+    }
+
+    fn finish(self) -> Rendered {
+        let (width, height) = (self.window.width(), self.window.height());
+        let film = MomentImage::from_pixels(width, height, self.moments);
+        let film = film.filter(|_| self.layers.moments);
+        Rendered {
+            image: self.image,
+            pixels: film.map(|film| (film, self.cost)),
+            surfaces: self.surfaces,
+        }
+    }
+}
+
+/// Adds numbers of the same names.
+fn add_counts(to: &mut Map<String, Value>, from: Map<String, Value>) {
+    for (name, value) in from {
+        let there = to.entry(name).or_insert(Value::Null);
+        match (there, value) {
+            (Value::Object(there), Value::Object(value)) => add_counts(there, value),
+            (there, value) => match (there.as_u64(), value.as_u64()) {
+                (Some(a), Some(b)) => *there = (a + b).into(),
+                _ => *there = value,
+            },
+        }
+    }
+}

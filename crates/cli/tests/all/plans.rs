@@ -1,0 +1,408 @@
+//! Plans of pictures: the bytes of one machine, whoever did which unit and however it ended.
+
+#![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
+
+use crate::common::{PROGRAM, folder, linelit, path, text};
+use linelit_simd::InstructionSet;
+use linelit_testkit::cases::rng;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// A picture, by `render` and by a plan, in a folder of its own.
+struct Case {
+    dir: PathBuf,
+    scene: String,
+    flags: Vec<&'static str>,
+}
+
+impl Case {
+    fn new(name: &str, scene: &str, flags: &[&'static str]) -> Self {
+        Self {
+            dir: folder(name),
+            scene: scene.to_owned(),
+            flags: flags.to_vec(),
+        }
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.dir.join(name)
+    }
+
+    /// The bytes that `render` writes.
+    fn rendered(&self) -> Vec<u8> {
+        let image = self.at("rendered.exr");
+        done(
+            &[
+                &["render", &self.scene, "-o", path(&image)],
+                &self.flags[..],
+            ]
+            .concat(),
+        );
+        fs::read(image).unwrap()
+    }
+
+    fn plan(&self, more: &[&str]) -> PathBuf {
+        let plan = self.at("plan");
+        let words = ["plan", "render", &self.scene, "-o", path(&plan)];
+        done(&[&words, &self.flags[..], more].concat());
+        plan
+    }
+
+    fn merged(&self, plan: &Path) -> Vec<u8> {
+        let image = self.at("merged.exr");
+        done(&["merge", path(plan), "-o", path(&image)]);
+        fs::read(image).unwrap()
+    }
+}
+
+impl Drop for Case {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.dir);
+    }
+}
+
+/// What a command that succeeds prints.
+fn done(words: &[&str]) -> String {
+    let output = linelit(words);
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{words:?}: {said}");
+    text(&output.stdout)
+}
+
+/// What a command complains of, with this status.
+fn refused(words: &[&str], status: i32) -> String {
+    let output = linelit(words);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{words:?}: {said}");
+    said
+}
+
+/// Renders a plan in so many shards, moves their parts to another folder, the last first, and
+/// merges them there.
+fn by_shards(case: &Case, tiles: &[&str], count: u32) -> Vec<u8> {
+    let (plan, gathered) = (case.plan(tiles), case.at("gathered"));
+    let parts = gathered.join("parts");
+    fs::create_dir_all(&parts).unwrap();
+    fs::copy(plan.join("plan.json"), gathered.join("plan.json")).unwrap();
+    let mut seen = 0;
+    for index in (1..=count).rev() {
+        let shard = format!("{index}/{count}");
+        done(&["run", path(&plan), "--shard", &shard, "--only-own"]);
+        for part in fs::read_dir(plan.join("parts")).unwrap() {
+            let part = part.unwrap();
+            fs::rename(part.path(), parts.join(part.file_name())).unwrap();
+            seen += 1;
+        }
+    }
+    assert!(seen > 3, "{seen} parts");
+    let merged = case.merged(&gathered);
+    fs::remove_dir_all(plan).unwrap();
+    fs::remove_dir_all(gathered).unwrap();
+    merged
+}
+
+#[test]
+fn shards_merged_in_any_order_are_the_picture() {
+    let small = ["--resolution", "48x40", "--samples", "4"];
+    let plain = Case::new("plan-plain", "cornell-box", &small);
+    let rendered = plain.rendered();
+    for count in [1, 2, 7, 64] {
+        assert!(
+            by_shards(&plain, &["--tile", "16"], count) == rendered,
+            "{count}"
+        );
+    }
+    let crop = [
+        "--crop",
+        "0.1,0.9,0,0.8",
+        "--bounces",
+        "1",
+        "--light-estimator",
+        "1=point-bsdf",
+    ];
+    let crop = Case::new("plan-crop", "plates", &[&small[..], &crop].concat());
+    assert!(by_shards(&crop, &["--tile", "9"], 3) == crop.rendered());
+}
+
+#[test]
+fn blocks_of_samples_and_layers_are_those_of_the_picture() {
+    let flags = [
+        "--resolution",
+        "12x10",
+        "--samples",
+        "1",
+        "--pixel-samples",
+        "130",
+        "--seed",
+        "3",
+    ];
+    let layers = ["--aovs", "albedo,normal,depth,variance,samples"];
+    let case = Case::new("plan-blocks", "plates", &[&flags[..], &layers].concat());
+    let rendered = case.rendered();
+    for tiles in [&["--tile", "8", "--split-samples"][..], &["--tile", "5"]] {
+        assert!(by_shards(&case, tiles, 3) == rendered, "{tiles:?}");
+    }
+    let case = Case::new("plan-samples", "plates", &flags);
+    let split = by_shards(&case, &["--split-samples"], 2);
+    assert!(split == case.rendered());
+}
+
+#[test]
+fn what_is_missing_or_broken_is_named_and_done() {
+    let small = ["--resolution", "16x8", "--samples", "1"];
+    let case = Case::new("plan-missing", "cornell-box", &small);
+    let plan = case.plan(&["--tile", "4"]);
+    let merge = ["merge", path(&plan), "-o", "x.exr"];
+    let none = refused(&merge, 75);
+    assert!(none.contains("8 of 8 units are missing"), "{none}");
+    done(&["run", path(&plan)]);
+    let part = |k: u32| plan.join(format!("parts/{k:08}.part"));
+    fs::remove_file(part(2)).unwrap();
+    let mut flipped = fs::read(part(5)).unwrap();
+    flipped[200] ^= 4;
+    fs::write(part(5), flipped).unwrap();
+    let some = refused(&merge, 75);
+    for piece in [
+        "2 of 8",
+        "not done: pixels 8..12 x 0..4;",
+        "00000005.part",
+        "checksum",
+    ] {
+        assert!(some.contains(piece), "{some}");
+    }
+    let again = linelit(&["run", path(&plan)]);
+    assert!(text(&again.stderr).contains("once more"), "{again:?}");
+    assert!(
+        text(&again.stdout).contains("2 units computed, 6 found"),
+        "{again:?}"
+    );
+    assert!(case.merged(&plan) == case.rendered());
+    // A part that cannot be read at all is neither missing nor broken.
+    fs::remove_file(part(5)).unwrap();
+    fs::create_dir(part(5)).unwrap();
+    for words in [&merge[..], &["run", path(&plan)]] {
+        assert!(refused(words, 1).contains("cannot read "));
+    }
+}
+
+#[test]
+fn changed_scenes_and_other_programs_are_refused() {
+    let small = ["--resolution", "8x8", "--samples", "1"];
+    let dir = folder("plan-scene");
+    let scene = dir.join("box.pbrt");
+    done(&["convert", "cornell-box", "-o", path(&scene)]);
+    let main = "Include \"box.pbrt\"\n";
+    fs::write(dir.join("main.pbrt"), main).unwrap();
+    let case = Case::new("plan-changed", path(&dir.join("main.pbrt")), &small);
+    let rendered = case.rendered();
+    let (plan, packed) = (case.plan(&[]), case.at("packed"));
+    let words = ["plan", "render", &case.scene, "--pack", "-o", path(&packed)];
+    done(&[&words, &small[..]].concat());
+    fs::write(&scene, fs::read_to_string(&scene).unwrap() + "\n").unwrap();
+    let changed = refused(&["run", path(&plan)], 1);
+    assert!(changed.contains("`box.pbrt` was "), "{changed}");
+    let other = refused(
+        &[
+            &["plan", "render", &case.scene, "-o", path(&plan)],
+            &small[..],
+        ]
+        .concat(),
+        1,
+    );
+    assert!(other.contains("another plan (inputs)"), "{other}");
+    fs::remove_dir_all(dir).unwrap();
+    let gone = refused(&["run", path(&plan)], 1);
+    assert!(gone.contains("--pack"), "{gone}");
+    // With its files the plan needs nothing else, wherever it is.
+    let moved = case.at("moved");
+    fs::rename(&packed, &moved).unwrap();
+    done(&["run", path(&moved)]);
+    assert!(case.merged(&moved) == rendered);
+
+    let file = moved.join("plan.json");
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, text.replacen("\"samples\": 1", "\"samples\": 2", 1)).unwrap();
+    assert!(refused(&["run", path(&moved)], 1).contains("is broken"));
+}
+
+#[test]
+fn schedulers_say_which_shard_it_is() {
+    let case = Case::new("plan-array", "cornell-box", &["--resolution", "8x8"]);
+    let plan = case.plan(&["--tile", "4"]);
+    let run = |variables: &[(&str, &str)], more: &[&str]| {
+        let mut command = Command::new(PROGRAM);
+        command.args(["run", path(&plan), "--only-own"]).args(more);
+        command.envs(variables.iter().copied()).output().unwrap()
+    };
+    let slurm = [
+        ("SLURM_ARRAY_TASK_ID", "5"),
+        ("SLURM_ARRAY_TASK_MIN", "4"),
+        ("SLURM_ARRAY_TASK_COUNT", "2"),
+    ];
+    let said = run(&slurm, &[]);
+    assert!(text(&said.stderr).contains("shard 2/2 by SLURM_ARRAY_TASK_ID"));
+    assert!(text(&said.stdout).contains("2 units computed, 0 found; 2 of 4 are left"));
+    let kubernetes = [("JOB_COMPLETION_INDEX", "0")];
+    assert_eq!(run(&kubernetes, &[]).status.code(), Some(2));
+    let said = run(&kubernetes, &["--shards", "2"]);
+    assert!(text(&said.stdout).starts_with("shard 1/2: 2 units"));
+    assert_eq!(run(&[], &["--shards", "2"]).status.code(), Some(2));
+    for script in ["slurm", "parallel", "kubernetes"] {
+        let lines = case.plan(&["--tile", "4"]);
+        let words = [
+            "plan",
+            "render",
+            "cornell-box",
+            "-o",
+            path(&lines),
+            "--tile",
+            "4",
+        ];
+        let more = ["--resolution", "8x8", "--script", script, "--shards", "5"];
+        let printed = done(&[&words[..], &more].concat());
+        assert!(
+            printed.lines().count() >= 4 && printed.contains("run"),
+            "{printed}"
+        );
+    }
+}
+
+/// How many units of a plan are done.
+fn units_done(plan: &Path) -> u64 {
+    let status = done(&["status", path(plan), "--json"]);
+    let status: serde_json::Value = serde_json::from_str(&status).unwrap();
+    status["done"].as_u64().unwrap()
+}
+
+/// A picture whose units take a while, and how many they are.
+fn slow_case(name: &str) -> (Case, u64) {
+    let flags = [
+        "--resolution",
+        "64x48",
+        "--samples",
+        "64",
+        "--pixel-samples",
+        "16",
+    ];
+    let estimator = ["--estimator", "point-area"];
+    let case = Case::new(name, "grid-planes", &[&flags[..], &estimator].concat());
+    (case, 48)
+}
+
+/// Two processes at a time, on whatever instructions, killed at random moments.
+#[cfg(unix)]
+#[test]
+fn killed_shards_on_any_instructions_are_the_picture() {
+    let (case, units) = slow_case("plan-killed");
+    let plan = case.plan(&["--tile", "8"]);
+    let mut numbers = rng(23);
+    let sets: Vec<String> = InstructionSet::ALL
+        .into_iter()
+        .filter(|set| set.is_available())
+        .map(|set| set.to_string())
+        .collect();
+    let mut kills = 0_u32;
+    while units_done(&plan) < units {
+        let mut children = ["1/2", "2/2"].map(|shard| {
+            let any = numbers.below(sets.len() as u64);
+            let set = &sets[usize::try_from(any).unwrap()];
+            let mut command = Command::new(PROGRAM);
+            command.args(["run", path(&plan), "--shard", shard, "--threads", "1"]);
+            command.args(["--isa", set]);
+            command.stdout(Stdio::null()).stderr(Stdio::null());
+            command.spawn().unwrap()
+        });
+        std::thread::sleep(Duration::from_millis(40 + numbers.below(400)));
+        for child in &mut children {
+            // On a machine that is too slow for these moments, the last ones are let live.
+            if kills < 24 && child.try_wait().unwrap().is_none() {
+                kills += 1;
+                child.kill().unwrap();
+            }
+            child.wait().unwrap();
+        }
+    }
+    println!("{kills} kills, on {sets:?}");
+    assert!(kills > 1);
+    assert!(case.merged(&plan) == case.rendered());
+}
+
+/// The lines that `--script` prints, in a file.
+fn script(case: &Case, scheduler: &str) -> (PathBuf, PathBuf) {
+    let (plan, file) = (case.at("plan"), case.at("script.sh"));
+    let words = [
+        "plan",
+        "render",
+        &case.scene,
+        "-o",
+        path(&plan),
+        "--tile",
+        "8",
+    ];
+    let more = ["--script", scheduler, "--shards", "16"];
+    fs::write(&file, done(&[&words, &case.flags[..], &more].concat())).unwrap();
+    (plan, file)
+}
+
+/// Whether a program is there and answers.
+fn answers(program: &str, words: &[&str]) -> bool {
+    let output = Command::new(program).args(words).output();
+    let there = output.is_ok_and(|output| output.status.success());
+    if !there {
+        println!("skipped: `{program}` is not there, or does not answer");
+    }
+    there
+}
+
+#[test]
+#[ignore = "long: GNU parallel, where it is installed"]
+fn parallel_runs_the_script_as_printed() {
+    if !answers("parallel", &["--version"]) {
+        return;
+    }
+    let (case, _) = slow_case("plan-parallel");
+    let (_, file) = script(&case, "parallel");
+    let mut command = Command::new("sh");
+    let output = command.arg(&file).current_dir(&case.dir).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(fs::read(case.at("picture.exr")).unwrap() == case.rendered());
+}
+
+#[test]
+#[ignore = "long: a job array of Slurm, where one runs"]
+fn slurm_runs_the_script_as_printed() {
+    if !answers("sinfo", &["--noheader"]) {
+        return;
+    }
+    let (case, units) = slow_case("plan-slurm");
+    let (plan, file) = script(&case, "slurm");
+    let slurm = |program: &str, words: &[&str]| {
+        let output = Command::new(program).args(words).output().unwrap();
+        assert!(
+            output.status.success(),
+            "{program}: {}",
+            text(&output.stderr)
+        );
+        text(&output.stdout).trim().to_owned()
+    };
+    let job = slurm("sbatch", &["--parsable", path(&file)]);
+    let wait = |count: u64| {
+        for _ in 0..600 {
+            if units_done(&plan) >= count {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(200));
+        }
+        panic!("{} of {count} units in two minutes", units_done(&plan));
+    };
+    wait(5);
+    slurm("scontrol", &["requeue", &format!("{job}_0")]);
+    slurm("scancel", &[&format!("{job}_1")]);
+    println!("{}", slurm("squeue", &["--noheader"]));
+    wait(units);
+    // What was queued again begins after a while only, and would find nothing.
+    slurm("scancel", &[&job]);
+    assert!(case.merged(&plan) == case.rendered());
+}
