@@ -12,6 +12,12 @@ pub(crate) fn root() -> PathBuf {
         .map_or_else(|| PathBuf::from("."), Path::to_path_buf)
 }
 
+/// Where cargo leaves what it builds.
+pub(crate) fn target() -> PathBuf {
+    let folder = std::env::var_os("CARGO_TARGET_DIR");
+    folder.map_or_else(|| root().join("target"), PathBuf::from)
+}
+
 /// The cargo that runs us, with an argument list begun.
 pub(crate) fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
@@ -48,10 +54,8 @@ pub(crate) fn status(command: &mut Command) -> u8 {
 /// two.
 pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
     let mut run = cargo(["run", "--release", "--manifest-path"]);
-    let folder = std::env::var_os("CARGO_TARGET_DIR");
-    let folder = folder.map_or_else(|| root().join("target"), PathBuf::from);
     run.arg(root().join("Cargo.toml"));
-    if folder.join("release").exists() {
+    if self::target().join("release").exists() {
         run.arg("--quiet");
     }
     run.args(["-p", &format!("linelit-{package}")]).args(target);

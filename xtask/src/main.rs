@@ -12,6 +12,7 @@
     reason = "a command-line tool talks to its user"
 )]
 
+mod api;
 mod cargo;
 mod packages;
 mod suite;
@@ -25,6 +26,10 @@ usage: cargo xtask COMMAND [ARGUMENTS]
 the linelit program (same words as `linelit COMMAND`, see `cargo xtask COMMAND --help`):
   render SCENE -o IMAGE     render a scene to .exr or .png
   converge [STUDY|SCENE…]   measure how the error falls; writes a report
+  plan KIND … -o PLAN       plan work for any number of machines; KIND is render
+  run PLAN [--shard I/N]    do what is left of a plan, or a share of it
+  merge PLAN -o IMAGE       put the parts of a plan together
+  status PLAN               how far a plan is
   compare A B               compare two images
   info SCENE                what is in a scene and what the plan skips
   convert SCENE -o OUT.pbrt write a scene as pbrt-v4 text
@@ -34,9 +39,12 @@ the workshop:
   test [--long [--seed N]] [STEP…]
                             everything that must hold; --long adds the long tests, on new random cases unless
                             N says which; STEP… runs only these:
-                            fmt tidy clippy package test doctest doc features long outside
+                            fmt tidy api clippy package test doctest doc features long outside
+                            and, by name alone: oldest (all compiles with the oldest Rust that is promised),
+                            publish (cargo publish --dry-run of all crates; asks crates.io)
   bench WHAT [--scene PATH] [--json]
                             measure speed; WHAT is visibility, equal-time, mis or CRATE/BENCH for a criterion bench
+  api                       write docs/api, the public signatures that the step `api` holds crates to
   accuracy                  worst errors of the closed forms and of samples, as docs/accuracy*.md
   pixels [WORD…]            hashes of rendered pixels, to compare two programs; only lines with all words
   vectors DIR               hold the closed forms to the reference vectors in DIR
@@ -65,9 +73,8 @@ fn main() -> ExitCode {
             println!("{USAGE}");
             0
         }
-        "render" | "converge" | "compare" | "info" | "convert" | "list" => {
-            cargo::run("cli", &["--bin", "linelit"], &arguments)
-        }
+        "render" | "converge" | "plan" | "run" | "merge" | "status" | "compare" | "info"
+        | "convert" | "list" => cargo::run("cli", &["--bin", "linelit"], &arguments),
         "check-references" | "load-all" | "pictures" => {
             cargo::run("workshop", &["--bin", "workshop"], &arguments)
         }
@@ -84,6 +91,16 @@ fn main() -> ExitCode {
         "accuracy" => table("accuracy").max(table("accuracy_lights")),
         "pixels" => cargo::run("integrator", &["--example", "pixels"], rest),
         "fit-ltc" => table("fit-ltc"),
+        "api" => match api::write(&cargo::root()) {
+            Ok(changed) => {
+                println!("{changed} files of docs/api changed");
+                0
+            }
+            Err(problems) => {
+                problems.iter().for_each(|p| eprintln!("error: {p}"));
+                1
+            }
+        },
         "fuzz" => match suite::fuzz(rest) {
             Ok(status) => status,
             Err(unknown) => return usage(&unknown),

@@ -1,7 +1,7 @@
 //! `cargo xtask test`: everything that must hold, step by step, timed and summed up.
 
 use crate::tidy::{self, House};
-use crate::{cargo, packages};
+use crate::{api, cargo, packages};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,9 +9,16 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// The steps by name, in the order in which they run: quick ones first.
-const STEPS: [&str; 10] = [
-    "fmt", "tidy", "clippy", "package", "test", "doctest", "doc", "features", "long", "outside",
+const STEPS: [&str; 13] = [
+    "fmt", "tidy", "api", "clippy", "package", "test", "doctest", "doc", "features", "long",
+    "outside", "oldest", "publish",
 ];
+
+/// Those that run with `--long`, or when they are named.
+const LONG: [&str; 2] = ["long", "outside"];
+
+/// Those that run only when they are named: they need another toolchain, or crates.io.
+const NAMED: [&str; 2] = ["oldest", "publish"];
 
 /// Which steps to run.
 #[derive(Debug, PartialEq, Eq)]
@@ -38,10 +45,9 @@ impl Selection {
                 None => return Err(format!("unknown step `{argument}`")),
             }
         }
-        let chosen = |step: &&&str| match (**step, named.is_empty()) {
-            ("long" | "outside", _) => long || named.contains(step),
-            (_, true) => true,
-            (name, false) => named.contains(&name),
+        let chosen = |step: &&&str| {
+            let usual = named.is_empty() && !LONG.contains(step) && !NAMED.contains(step);
+            usual || named.contains(step) || long && LONG.contains(step)
         };
         let steps: Vec<_> = STEPS.iter().filter(chosen).copied().collect();
         if seed.is_some() && !steps.contains(&"long") {
@@ -123,12 +129,13 @@ impl Part {
 /// A step's parts.
 fn expand(step: &str, seed: u64) -> Vec<Part> {
     let one = |name: &str, command| vec![Part::new(name, checked(command))];
+    let own = |name: &str, work: fn() -> Vec<String>| vec![Part::new(name, Box::new(work))];
     match step {
         "fmt" => one("rustfmt", quiet("fmt --all --check", "-l")),
-        "tidy" => {
-            let work = Box::new(|| tidy::problems(&cargo::root()));
-            vec![Part::new("tidy: the house rules", work)]
-        }
+        "tidy" => own("tidy: the house rules", || tidy::problems(&cargo::root())),
+        "api" => own("public signatures, as docs/api has them", || {
+            api::problems(&cargo::root())
+        }),
         "clippy" => {
             let all = quiet(
                 "clippy --workspace --all-targets --keep-going",
@@ -136,10 +143,7 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
             );
             one("clippy, all targets", all)
         }
-        "package" => vec![Part::new(
-            "packages of published crates",
-            Box::new(packages::package),
-        )],
+        "package" => own("packages of published crates", packages::package),
         // Test programs run one after another, and each ends with its longest test alone on one
         // core: the steps behind take the other. Examples and benches, which nothing here runs,
         // clippy has compiled.
@@ -174,10 +178,12 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
                 Part::new(properties_name, checked(properties)),
             ]
         }
-        "outside" => {
-            let work = Box::new(packages::outside);
-            vec![Part::new("a renderer outside, on the packages", work)]
-        }
+        "outside" => own(
+            "tests of the packages, and a renderer outside on them",
+            packages::outside,
+        ),
+        "publish" => own("publishing, but for the last step", packages::publish),
+        "oldest" => own("everything compiles with the oldest Rust", oldest),
         _ => Vec::new(),
     }
 }
@@ -185,6 +191,29 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
 /// `cargo test` on some targets of all crates.
 fn tests(targets: &str, after: &str) -> Command {
     quiet(&format!("test --workspace --no-fail-fast {targets}"), after)
+}
+
+/// Compiles everything, tests too, with the Rust that the root manifest names.
+fn oldest() -> Vec<String> {
+    let version = match House::read(&cargo::root()) {
+        Ok(house) => format!("{}.0", house.rust_version()),
+        Err(problem) => return vec![problem],
+    };
+    let mut rustup = Command::new("rustup");
+    rustup.args(["run", &version, "cargo", "check", "--quiet", "--workspace"]);
+    rustup.args(["--all-targets", "--all-features", "--target-dir"]);
+    rustup.arg(cargo::target().join("oldest"));
+    // Or it would be the one that runs us.
+    for variable in ["CARGO", "RUSTC", "RUSTUP_TOOLCHAIN"] {
+        rustup.env_remove(variable);
+    }
+    rustup.current_dir(cargo::root());
+    match cargo::status(&mut rustup) {
+        0 => Vec::new(),
+        _ => vec![format!(
+            "failed with Rust {version}; if it is missing: rustup toolchain install {version} --profile minimal"
+        )],
+    }
 }
 
 /// The variable that proptest takes its seed from.
@@ -368,8 +397,9 @@ mod tests {
 
     #[test]
     fn selections() {
-        assert_eq!(parse(&[]).unwrap(), STEPS[..8]);
-        assert_eq!(parse(&["--long"]).unwrap(), STEPS);
+        assert_eq!(parse(&[]).unwrap(), STEPS[..9]);
+        assert_eq!(parse(&["--long"]).unwrap(), STEPS[..11]);
+        assert_eq!(parse(&["oldest"]).unwrap(), ["oldest"]);
         assert_eq!(parse(&["tidy", "fmt"]).unwrap(), ["fmt", "tidy"]);
         assert_eq!(parse(&["--seed", "7", "long"]).unwrap(), ["long"]);
         let words = ["--long", "--seed", "7"].map(str::to_owned);

@@ -121,18 +121,6 @@ pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
         .collect()
 }
 
-/// Crates whose types meet across crates, or that are large: one version each.
-const ONE_OF_EACH: [&str; 5] = ["glam", "rand", "rand_core", "serde", "obvhs"];
-
-pub(super) fn one_of_each(house: &House) -> Vec<String> {
-    let lock = house.text("Cargo.lock");
-    let count = |name: &str| lock.matches(&format!("name = \"{name}\"\n")).count();
-    let several = ONE_OF_EACH.iter().filter(|name| count(name) > 1);
-    several
-        .map(|name| format!("Cargo.lock: {} versions of {name}", count(name)))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,6 +2,7 @@
 //!
 //! Each rule is a function from the [`House`] to a list of problems, each with its place.
 
+mod foreign;
 mod manifests;
 mod repository;
 mod sources;
@@ -45,11 +46,12 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         Ok(house) => house,
         Err(problem) => return vec![problem],
     };
-    let rules: [Rule; 17] = [
+    let rules: [Rule; 19] = [
         manifests::dependency_table,
         manifests::hygiene,
         manifests::unused_workspace_dependencies,
-        manifests::one_of_each,
+        foreign::one_of_each,
+        foreign::licences,
         sources::lints,
         sources::exceptions,
         sources::words,
@@ -62,6 +64,7 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
         sources::one_dependency,
         repository::machine_paths,
         repository::documents,
+        repository::oldest_rust,
         repository::links,
     ];
     let mut all: Vec<String> = rules.iter().flat_map(|rule| rule(&house)).collect();
@@ -124,9 +127,20 @@ impl House {
 
     /// The version of all crates.
     pub(crate) fn version(&self) -> String {
+        self.of_all_crates("version")
+    }
+
+    /// The oldest Rust that compiles all crates.
+    pub(crate) fn rust_version(&self) -> String {
+        self.of_all_crates("rust-version")
+    }
+
+    /// A text that the root manifest gives for all crates.
+    fn of_all_crates(&self, key: &str) -> String {
         let text = self.text("Cargo.toml");
-        let line = section(&text, "workspace.package").find_map(|l| l.strip_prefix("version = "));
-        line.map_or_else(String::new, |v| v.trim_matches('"').to_owned())
+        let line = section(&text, "workspace.package").find_map(|l| l.strip_prefix(key));
+        let value = line.map(|l| l.trim_start_matches([' ', '=']));
+        value.map_or_else(String::new, |v| v.trim_matches('"').to_owned())
     }
 
     /// The front pages of libraries.
@@ -143,7 +157,7 @@ impl Member {
         section(&self.manifest, name)
     }
 
-    fn is_published(&self) -> bool {
+    pub(crate) fn is_published(&self) -> bool {
         !self.section("package").any(|l| l == "publish = false")
     }
 
