@@ -1,6 +1,6 @@
 //! The table of the built-in scenes.
 
-use crate::{Files, colonnade, foliage, gloss, logo, rooms, window};
+use crate::{Files, colonnade, foliage, gloss, logo, rooms, spheres, window};
 
 /// A scene that a generator makes.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ impl BuiltIn {
     ///
     /// assert!(BuiltIn::ALL.iter().any(|scene| scene.name == "cornell-box-large"));
     /// ```
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::new(
             "cornell-box-small",
             "two blocks in a room, a small square light: nearly hard shadows",
@@ -111,6 +111,35 @@ impl BuiltIn {
             "a tree of 240 instances of one twig, its leaves cut out by an alpha",
             foliage::foliage,
         ),
+        Self::new(
+            "spheres",
+            "closed bumpy spheres of 10⁴ triangles; `spheres-1e3` to `spheres-1e6`: of 10³ to 10⁶",
+            || spheres::spheres("spheres", 9),
+        ),
+    ];
+
+    /// Scenes of a family whose best-known member is in the list.
+    const SIZES: [Self; 4] = [
+        Self::new(
+            "spheres-1e3",
+            "closed bumpy spheres of 10³ triangles",
+            || spheres::spheres("spheres-1e3", 3),
+        ),
+        Self::new(
+            "spheres-1e4",
+            "closed bumpy spheres of 10⁴ triangles",
+            || spheres::spheres("spheres-1e4", 9),
+        ),
+        Self::new(
+            "spheres-1e5",
+            "closed bumpy spheres of 10⁵ triangles",
+            || spheres::spheres("spheres-1e5", 29),
+        ),
+        Self::new(
+            "spheres-1e6",
+            "closed bumpy spheres of 10⁶ triangles",
+            || spheres::spheres("spheres-1e6", 91),
+        ),
     ];
 
     const fn new(name: &'static str, about: &'static str, generator: fn() -> Files) -> Self {
@@ -121,9 +150,11 @@ impl BuiltIn {
         }
     }
 
-    /// The scene of this name; `cornell-box` is short for `cornell-box-large`.
+    /// The scene of this name; `cornell-box` is short for `cornell-box-large`. Of the family of
+    /// `spheres` all sizes are found, of which the list names one.
     pub fn find(name: &str) -> Option<Self> {
-        let find = |name: &str| Self::ALL.into_iter().find(|scene| scene.name == name);
+        let all = || Self::ALL.into_iter().chain(Self::SIZES);
+        let find = |name: &str| all().find(|scene| scene.name == name);
         find(name).or_else(|| find(&format!("{name}-large")))
     }
 

@@ -12,6 +12,7 @@ mod logo;
 pub mod luminaires;
 mod mesh;
 mod rooms;
+mod spheres;
 mod text;
 #[cfg(feature = "load")]
 mod visibility;
@@ -79,6 +80,10 @@ mod tests {
                 assert!(named(name).is_some(), "{}: {name}", scene.name);
             }
             assert_eq!(BuiltIn::find(scene.name).unwrap().name, scene.name);
+        }
+        for size in ["1e3", "1e4", "1e5", "1e6"] {
+            let name = format!("spheres-{size}");
+            assert_eq!(BuiltIn::find(&name).unwrap().name, name);
         }
         assert_eq!(BuiltIn::find("colonnade").unwrap().name, "colonnade-large");
         assert!(BuiltIn::find("").is_none() && BuiltIn::find("no").is_none());
