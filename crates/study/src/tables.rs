@@ -36,11 +36,12 @@ pub struct ResultRow {
     pub samples: u32,
     /// Independent trials.
     pub trials: u32,
-    /// Mean squared error of one estimate, linear radiance squared.
+    /// Mean squared error of one estimate less the reference's own, linear radiance squared; 0 where
+    /// that is negative.
     pub mse: f64,
-    /// Its standard error over the trials.
+    /// Its standard error, over the trials and by the reference's own.
     pub mse_stderr: f64,
-    /// Mean relative squared error, ε = 1e-6.
+    /// Mean relative squared error less the reference's own, ε = 1e-6; 0 where that is negative.
     pub mrse: f64,
     /// Mean squared distance of one estimate from the mean of its trials, which needs no reference;
     /// zero where it is rounding alone: the estimator has no noise.
@@ -174,7 +175,7 @@ pub struct GalleryRow {
     pub samples: u32,
     /// Processor seconds of the picture.
     pub cpu_seconds: f64,
-    /// Mean relative squared error.
+    /// Mean relative squared error less the reference's own; 0 where that is negative.
     pub mrse: f64,
 }
 

@@ -44,6 +44,7 @@ pub(super) fn picture(
         settings: Settings {
             estimator,
             sampler: gallery.sampler,
+            lights: spec.lights,
             spheres: spec.spheres,
             skip: spec.skip,
             ..Settings::default()
@@ -69,7 +70,7 @@ pub(super) fn picture(
         name: estimator.to_string(),
         samples,
         seconds: run.times.seconds(),
-        mrse: score(&run, &reference.values, targets.pixels).mrse,
+        mrse: score(&run, reference, targets.pixels).mrse,
         image,
     }
 }

@@ -116,6 +116,18 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         self.spec
     }
 
+    /// The names under which results of the views stand, in order.
+    #[must_use]
+    pub fn labels(&self) -> Vec<&'w str> {
+        self.views.iter().map(|view| view.label.as_str()).collect()
+    }
+
+    /// Measurements on each view: estimators × patterns × numbers of samples.
+    #[must_use]
+    pub fn measurements(&self) -> usize {
+        self.design.cells().len()
+    }
+
     fn place<T>(list: &[T], view: usize) -> Result<&T> {
         list.get(view)
             .context("a unit of a scene that the study has not")
@@ -206,8 +218,8 @@ fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
     let trials = trials.sum::<u64>().saturating_mul(cells);
     let point = size_of::<([u32; 2], ShadingPoint)>() as u64;
     let estimate = size_of::<DVec3>() as u64;
-    // Mean and sum of squares of the reference, those of the round in hand, and the values.
-    let reference = 5 * estimate + 4;
+    // Mean and sum of squares of the reference, those of the round in hand, values and variances.
+    let reference = 6 * estimate + 4;
     // Those that are running are there twice.
     let estimates = most.max(count.saturating_mul(most).min(BLOCK_ESTIMATES as u64));
     let bytes = count

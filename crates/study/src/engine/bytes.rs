@@ -66,7 +66,7 @@ impl Writer {
         for values in [&sums.mse, &sums.bias, &sums.variance] {
             self.numbers(values.iter().copied());
         }
-        self.numbers([sums.mrse, sums.power]);
+        self.numbers([sums.mrse, sums.power, sums.reference]);
         let c = &part.counts;
         for count in [
             c.rays,
@@ -151,6 +151,7 @@ impl<'a> Reader<'a> {
             variance: self.list(trials, Self::number)?,
             mrse: self.number()?,
             power: self.number()?,
+            reference: self.number()?,
         };
         let counts = Counts {
             rays: self.word()?,
@@ -202,6 +203,7 @@ mod tests {
                 variance: vec![0.5, 0.25],
                 mrse: 0.75,
                 power: 2.0,
+                reference: 0.5,
             },
             times: Times::of(vec![PassTime {
                 trials: 2.0,

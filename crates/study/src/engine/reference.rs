@@ -13,6 +13,10 @@ const REFERENCE_SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
 pub struct Reference {
     /// Per integral; of a computed one the mean over all replicates.
     pub values: Vec<DVec3>,
+    /// Variance of each of `values`, from the spread of the replicates; none where they are known.
+    pub variances: Vec<DVec3>,
+    /// Independent replicates that each value is the mean of, at least; 0 where they are known.
+    pub replicates: u32,
     /// Mean squared error of `values`, from the spread of the replicates: the average over pixels
     /// and channels. Zero where the values are known.
     pub mse: f64,
@@ -26,9 +30,52 @@ impl Reference {
     pub const fn known(values: Vec<DVec3>) -> Self {
         Self {
             values,
+            variances: Vec::new(),
+            replicates: 0,
             mse: 0.0,
             source: String::new(),
         }
+    }
+
+    /// The values of all integrals.
+    pub(super) fn all(&self) -> Values<'_> {
+        Values {
+            values: &self.values,
+            variances: &self.variances,
+            replicates: self.replicates,
+        }
+    }
+
+    /// The values of some integrals; `None` beyond them.
+    pub(super) fn of(&self, integrals: Range<usize>) -> Option<Values<'_>> {
+        let values = self.values.get(integrals.clone())?;
+        Some(Values {
+            values,
+            variances: self.variances.get(integrals).unwrap_or_default(),
+            replicates: self.replicates,
+        })
+    }
+}
+
+/// What some integrals are held to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Values<'a> {
+    pub(super) values: &'a [DVec3],
+    /// As [`Reference::variances`].
+    pub(super) variances: &'a [DVec3],
+    /// As [`Reference::replicates`].
+    pub(super) replicates: u32,
+}
+
+impl Values<'_> {
+    /// The variance of δ² − s², summed over channels: δ the error of a value, s² its variance as
+    /// the replicates have it.
+    ///
+    /// Of a normal δ of variance σ² and R replicates it is 2σ⁴R/(R − 1), and the mean of s⁴ is
+    /// σ⁴(R + 1)/(R − 1): hence 2s⁴R/(R + 1). Channels that err together add up before the square.
+    pub(super) fn variance_of_square(&self, variance: DVec3) -> f64 {
+        let r = f64::from(self.replicates);
+        2.0 * r / (r + 1.0) * variance.element_sum().powi(2)
     }
 }
 
@@ -126,15 +173,18 @@ impl Replicates {
     /// The reference by a method with so many samples. Its error is NaN where an integral has fewer
     /// than two replicates.
     pub(super) fn reference<S>(self, method: &Method<S>, samples: u32, pixels: usize) -> Reference {
-        let mut total = 0.0;
-        for (square, count) in self.square.iter().zip(&self.count) {
+        let variance = |(square, count): (&DVec3, &u32)| {
             let r = f64::from(*count);
-            total += square.element_sum() / (3.0 * (r - 1.0) * r);
-        }
+            *square / ((r - 1.0) * r)
+        };
+        let variances: Vec<DVec3> = self.square.iter().zip(&self.count).map(variance).collect();
+        let total: f64 = variances.iter().map(|v| v.element_sum() / 3.0).sum();
         let replicates = self.count.iter().min().copied().unwrap_or(0);
         let (estimator, sampler) = (&method.estimator, &method.sampler);
         Reference {
             values: self.mean,
+            variances,
+            replicates,
             mse: total / pixels.max(1) as f64,
             source: format!(
                 "{replicates} replicates of {estimator} with {samples} {sampler} samples"

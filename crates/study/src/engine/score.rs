@@ -1,23 +1,30 @@
 //! From estimates and a reference to errors.
 
-use super::CellRun;
+use super::reference::Values;
+use super::{CellRun, Reference};
 use crate::stats::metrics::{MRSE_EPSILON, MeanError};
 use linelit_geometry::DVec3;
 
 /// The errors of one cell.
 #[derive(Clone, Debug)]
 pub struct Score {
-    /// Mean squared error of one estimate over pixels and channels.
+    /// Mean squared error of one estimate over pixels and channels, less the reference's own: the
+    /// mean of (estimate − reference)² − s², s² the variance of the reference by its replicates.
+    ///
+    /// Unbiased, as estimates and reference are independent, but for a clamp: 0 where it would be
+    /// negative, that is, below what the reference can tell.
     pub mse: f64,
-    /// Standard error of `mse`, from its spread over the trials.
+    /// Standard error of `mse`: of its spread over the trials, and of the reference's own error,
+    /// which all trials share, as if that were normal and its channels one (which is the most).
     pub mse_stderr: f64,
-    /// Mean of (estimate − reference)²/(reference² + ε).
+    /// Mean of ((estimate − reference)² − s²)/(reference² + ε), 0 where it would be negative;
+    /// unbiased but for a relative error of the order of s²/(reference² + ε).
     pub mrse: f64,
     /// Mean of estimate − reference over pixels, channels and trials.
     pub bias: f64,
     /// Standard error of `bias`, from its spread over the trials.
     pub bias_stderr: f64,
-    /// Mean squared error of each trial: what the fits leave out one of in turn.
+    /// Mean squared error of each trial less the reference's own, not clamped.
     pub trial_mse: Vec<f64>,
     /// Variance of one estimate around the mean of its trials, averaged over pixels and channels:
     /// needs no reference. Zero where it is rounding alone (below 1e-18 of `power`), as that of a
@@ -35,10 +42,10 @@ pub struct Score {
 /// (10⁻¹²)² and less, 10¹⁶ independent samples a hundred times more.
 const ROUNDING: f64 = 1e-18;
 
-/// Scores a run against the integrals' values; sums are divided by a number of `pixels`.
+/// Scores a run against a reference; sums are divided by a number of `pixels`.
 #[must_use]
-pub fn score<S>(run: &CellRun<S>, values: &[DVec3], pixels: usize) -> Score {
-    TrialSums::of(run, values).score(pixels)
+pub fn score<S>(run: &CellRun<S>, reference: &Reference, pixels: usize) -> Score {
+    TrialSums::of(run, reference.all()).score(pixels)
 }
 
 /// Sums over integrals, trial by trial: what scores are made of. Sums over blocks of integrals are
@@ -50,11 +57,13 @@ pub(super) struct TrialSums {
     pub(super) variance: Vec<f64>,
     pub(super) mrse: f64,
     pub(super) power: f64,
+    /// The variance of what the reference's own error leaves in a sum of squared errors.
+    pub(super) reference: f64,
 }
 
 impl TrialSums {
     /// Sums of a run, of integrals that have these values.
-    pub(super) fn of<S>(run: &CellRun<S>, values: &[DVec3]) -> Self {
+    pub(super) fn of<S>(run: &CellRun<S>, values: Values<'_>) -> Self {
         let trials = run.cell.trials as usize;
         let mut sums = Self {
             mse: vec![0.0; trials],
@@ -62,23 +71,28 @@ impl TrialSums {
             variance: vec![0.0; trials],
             mrse: 0.0,
             power: 0.0,
+            reference: 0.0,
         };
-        for (integral, want) in values.iter().enumerate() {
-            sums.add(run.trials_of(integral), *want);
+        for (integral, want) in values.values.iter().enumerate() {
+            let own = values.variances.get(integral).copied();
+            let own = own.unwrap_or(DVec3::ZERO);
+            sums.add(run.trials_of(integral), *want, own);
+            sums.reference += values.variance_of_square(own);
         }
         sums
     }
 
-    fn add(&mut self, values: &[DVec3], want: DVec3) {
+    /// Adds the trials of an integral, and the value that they are held to with its variance.
+    fn add(&mut self, values: &[DVec3], want: DVec3, own: DVec3) {
         let n = values.len() as f64;
         let mean = values.iter().copied().sum::<DVec3>() / n;
         self.power += mean.length_squared();
         for (trial, value) in values.iter().enumerate() {
             let error = *value - want;
-            self.mse[trial] += error.length_squared();
+            self.mse[trial] += error.length_squared() - own.element_sum();
             self.bias[trial] += error.element_sum();
             self.variance[trial] += (*value - mean).length_squared() * n / (n - 1.0);
-            let relative = error * error / (want * want + MRSE_EPSILON);
+            let relative = (error * error - own) / (want * want + MRSE_EPSILON);
             self.mrse += relative.element_sum() / n;
         }
     }
@@ -95,6 +109,7 @@ impl TrialSums {
         add(&mut self.variance, &other.variance);
         self.mrse += other.mrse;
         self.power += other.power;
+        self.reference += other.reference;
     }
 
     /// The errors; sums are divided by a number of `pixels`.
@@ -107,10 +122,12 @@ impl TrialSums {
         let bias = MeanError::of(&trial_bias);
         let variance = MeanError::of(&trial_variance).mean;
         let power = self.power * scale;
+        // What is not a number stays none.
+        let clamped = |v: f64| if v < 0.0 { 0.0 } else { v };
         Score {
-            mse: mse.mean,
-            mse_stderr: mse.stderr,
-            mrse: self.mrse * scale,
+            mse: clamped(mse.mean),
+            mse_stderr: mse.stderr.hypot(self.reference.sqrt() * scale),
+            mrse: clamped(self.mrse * scale),
             bias: bias.mean,
             bias_stderr: bias.stderr,
             trial_mse,

@@ -1,7 +1,7 @@
 //! A study in pieces, each computed by itself, anywhere and in any order.
 
 use super::bytes::{Broken, Reader, Writer};
-use super::reference::{ReferencePart, Replicates, round};
+use super::reference::{ReferencePart, Replicates, Values, round};
 use super::score::TrialSums;
 use super::study::{CellResult, Design, Results};
 use super::window::Window;
@@ -240,7 +240,8 @@ impl<'a, P: Problem> Job<'a, P> {
             trials: PILOT_TRIALS,
         };
         let run = run_cell(&window, cell);
-        let score = TrialSums::of(&run, &vec![DVec3::ZERO; count]).score(count);
+        let nothing = Reference::known(vec![DVec3::ZERO; count]);
+        let score = TrialSums::of(&run, nothing.all()).score(count);
         let estimates = f64::from(PILOT_TRIALS) * count as f64;
         Pilot {
             variance: score.variance,
@@ -296,7 +297,7 @@ impl<'a, P: Problem> Job<'a, P> {
                 if integrals.end <= self.problem.integrals()
                     && cells.end <= self.design.cells().len() =>
             {
-                let values = reference()?.values.get(integrals.clone());
+                let values = reference()?.of(integrals.clone());
                 let values = values.ok_or(Broken("values of integrals"))?;
                 Ok(Part::Cells(self.cells(
                     cells.clone(),
@@ -308,12 +309,12 @@ impl<'a, P: Problem> Job<'a, P> {
         }
     }
 
-    fn cells(&self, cells: Range<usize>, first: usize, values: &[DVec3]) -> Vec<CellPart> {
+    fn cells(&self, cells: Range<usize>, first: usize, values: Values<'_>) -> Vec<CellPart> {
         let window = Window {
             problem: self.problem,
             first,
             step: 1,
-            count: values.len(),
+            count: values.values.len(),
         };
         let processor = cpu_name();
         let mut runs: Vec<(CellRun<P::Settings>, TrialSums)> = Vec::new();
@@ -330,7 +331,7 @@ impl<'a, P: Problem> Job<'a, P> {
             runs.push((run, sums));
         }
         // Short ones are measured again and again, in turns; blocks are as long as they are.
-        let mut known = values.len() < self.problem.integrals();
+        let mut known = values.values.len() < self.problem.integrals();
         while !known {
             known = true;
             for (run, _) in &mut runs {

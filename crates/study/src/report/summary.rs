@@ -122,9 +122,10 @@ fn middling(rows: &[&ResultRow]) -> Option<u32> {
     counts.get(counts.len() / 2).copied()
 }
 
-/// Whether an error is the estimator's own.
+/// Whether an error is the estimator's own, and more than what the reference leaves open: before
+/// that is taken off, no mean of squares is below its standard error.
 fn measured(row: &ResultRow) -> bool {
-    row.mse > 0.0 && !row.is_noiseless()
+    row.mse > 0.0 && !(row.mse < row.mse_stderr) && !row.is_noiseless()
 }
 
 /// Whether the time is known, too.
@@ -257,7 +258,7 @@ pub(super) fn curve(
     let mut curve: Vec<[f64; 2]> = rows
         .iter()
         .filter(|r| r.estimator == of.estimator && r.sampler == of.sampler)
-        .filter(|r| r.mse > 0.0 || r.is_noiseless())
+        .filter(|r| measured(r) || r.is_noiseless())
         .filter(|r| cost(r) > 0.0)
         .map(|r| [cost(r), if r.is_noiseless() { 0.0 } else { r.mse.sqrt() }])
         .collect();
@@ -394,26 +395,27 @@ fn references(record: &StudyRecord) -> Option<String> {
     let (worst, scene) = shares.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(if worst <= 0.1 {
         format!(
-            "The references' own squared error is at most {} % of the smallest that is scored.",
+            "The references' own squared error, which is taken off, is at most {} % of the smallest \
+             variance that is scored.",
             short((100.0 * worst).max(0.01))
         )
     } else {
         format!(
-            "On {scene} the reference's own squared error is {} % of the smallest that is scored, \
-             more than the tenth that it should be: the smallest errors there are not to be \
-             trusted. The orders need no reference.",
+            "On {scene} the reference's own squared error, which is taken off, is {} % of the \
+             smallest variance that is scored, more than the tenth that it should be: the smallest \
+             errors there have wide intervals. The orders need no reference.",
             short(100.0 * worst)
         )
     })
 }
 
-/// The reference's squared error over the smallest scored on the scene.
+/// The reference's squared error over the smallest variance of the scene.
 pub(super) fn reference_share(record: &StudyRecord, scene: &SceneRecord) -> Option<f64> {
     let smallest = record
         .rows
         .iter()
-        .filter(|row| row.scene == scene.scene && measured(row))
-        .map(|row| row.mse)
+        .filter(|row| row.scene == scene.scene && row.variance > 0.0)
+        .map(|row| row.variance)
         .reduce(f64::min)?;
     Some(scene.reference_mse / smallest)
 }
