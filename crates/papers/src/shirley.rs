@@ -60,6 +60,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
 fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
     let options = LoadOptions {
         strict: context.library.options.strict,
+        instancing: context.library.options.instancing,
         ..LoadOptions::default()
     };
     let mut scene = linelit_formats::from_pbrt_str(text, "luminaires.pbrt", &options)?.scene;
@@ -232,7 +233,7 @@ fn error_at(
     Ok(PlotPoint {
         x: rays * f64::from(samples),
         y: rmse(&image, reference),
-        y_error: 0.0,
+        ..PlotPoint::default()
     })
 }
 

@@ -7,10 +7,12 @@ use crate::report::scientific;
 use crate::tables::ResultRow;
 
 /// One measurement.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlotPoint {
     /// Samples or seconds.
     pub x: f64,
+    /// Standard deviation of `x`, for the horizontal bar; zero or NaN for none.
+    pub x_error: f64,
     /// Error.
     pub y: f64,
     /// Standard error of `y`, for the bar.
@@ -26,9 +28,9 @@ pub struct Series {
     pub sampler: String,
     /// The measurements, in the order in which a line joins them.
     pub points: Vec<PlotPoint>,
-    /// Samples or seconds at which there is no noise: open marks on the edge towards which better
-    /// ones lie.
-    pub noiseless: Vec<f64>,
+    /// Samples or seconds at which there is no noise, with their standard deviations: open marks on
+    /// the edge towards which better ones lie.
+    pub noiseless: Vec<[f64; 2]>,
 }
 
 /// A log–log plot.
@@ -65,7 +67,7 @@ const LEGEND_ROW: f64 = 20.0;
 /// Root mean squared error over the number of samples, with the slopes −½, −1 and −3/2.
 #[must_use]
 pub fn error_over_samples(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
-    let series = gather(scene, rows, |row| f64::from(row.samples), rmse);
+    let series = gather(scene, rows, samples, rmse);
     ConvergencePlot {
         title: format!("{scene}: error over samples"),
         x_label: "light samples of a shading point".to_owned(),
@@ -78,13 +80,19 @@ pub fn error_over_samples(scene: &str, rows: &[ResultRow], palette: &Palette) ->
     }
 }
 
+/// The number of samples, which has no error.
+fn samples(row: &ResultRow) -> [f64; 2] {
+    [row.samples.into(), 0.0]
+}
+
 /// The rows whose time is known.
 fn timed(rows: &[ResultRow]) -> Vec<ResultRow> {
     let known = rows.iter().filter(|row| row.cpu_seconds > 0.0);
     known.cloned().collect()
 }
 
-/// Root mean squared error over processor seconds.
+/// Root mean squared error over processor seconds; horizontal bars are the standard deviation of
+/// the times of passes, how far another run may be.
 #[must_use]
 pub fn error_over_time(scene: &str, rows: &[ResultRow], palette: &Palette) -> ConvergencePlot {
     let rows = &timed(rows);
@@ -95,7 +103,7 @@ pub fn error_over_time(scene: &str, rows: &[ResultRow], palette: &Palette) -> Co
         x_ticks: None,
         more_is_better: false,
         guides: Vec::new(),
-        series: gather(scene, rows, |row| row.cpu_seconds, rmse),
+        series: gather(scene, rows, |row| [row.cpu_seconds, row.cpu_error], rmse),
         palette: palette.clone(),
     }
 }
@@ -122,7 +130,7 @@ pub fn efficiency_over_samples(
         // The time's error belongs to all measurements of a moment: it is left to the tables.
         (value, value * row.mse_stderr / row.mse)
     };
-    let series = gather(scene, rows, |row| f64::from(row.samples), efficiency);
+    let series = gather(scene, rows, samples, efficiency);
     ConvergencePlot {
         title: format!("{scene}: efficiency over samples"),
         x_label: "light samples of a shading point".to_owned(),
@@ -153,14 +161,14 @@ fn counts(series: &[Series]) -> Vec<f64> {
 impl Series {
     fn abscissae(&self) -> impl Iterator<Item = f64> + '_ {
         let noisy = self.points.iter().filter(|p| drawable(p)).map(|p| p.x);
-        noisy.chain(self.noiseless.iter().copied())
+        noisy.chain(self.noiseless.iter().map(|[x, _]| *x))
     }
 }
 
 fn gather(
     scene: &str,
     rows: &[ResultRow],
-    x: impl Fn(&ResultRow) -> f64,
+    x: impl Fn(&ResultRow) -> [f64; 2],
     y: impl Fn(&ResultRow) -> (f64, f64),
 ) -> Vec<Series> {
     let mut all: Vec<Series> = Vec::new();
@@ -179,9 +187,10 @@ fn gather(
             all[index].noiseless.push(x(row));
             continue;
         }
-        let (y, y_error) = y(row);
+        let ([x, x_error], (y, y_error)) = (x(row), y(row));
         all[index].points.push(PlotPoint {
-            x: x(row),
+            x,
+            x_error,
             y,
             y_error,
         });
@@ -355,20 +364,20 @@ impl ConvergencePlot {
         let pixels: Vec<[f64; 2]> = points.iter().map(|p| panel.pixel(p.x, p.y)).collect();
         canvas.polyline(&format!("ll-l{colour}"), &pixels);
         for (point, pixel) in points.iter().zip(&pixels) {
-            if point.y_error > 0.0 {
-                let class = format!("ll-e{colour}");
-                let high = panel.pixel(point.x, point.y + point.y_error);
-                let low = panel.pixel(point.x, (point.y - point.y_error).max(panel.y.low));
-                canvas.line(&class, high, low);
-                for end in [high, low] {
-                    canvas.line(&class, [end[0] - 3.0, end[1]], [end[0] + 3.0, end[1]]);
+            let (y, class) = ([point.y, point.y_error], format!("ll-e{colour}"));
+            if let Some([low, high]) = bar(y, panel.y) {
+                let x = pixel[0];
+                canvas.line(&class, [x, high], [x, low]);
+                for y in [high, low] {
+                    canvas.line(&class, [x - 3.0, y], [x + 3.0, y]);
                 }
             }
+            draw_spread(canvas, panel, colour, [point.x, point.x_error], pixel[1]);
             let hover = format!(
                 "{} · {} · {}: {} ± {}",
                 series.estimator,
                 series.sampler,
-                self.abscissa(point.x),
+                self.abscissa([point.x, point.x_error]),
                 scientific(point.y),
                 scientific(point.y_error)
             );
@@ -380,7 +389,8 @@ impl ConvergencePlot {
             panel.y.low
         };
         for &x in &series.noiseless {
-            let at = panel.pixel(x, edge);
+            let at = panel.pixel(x[0], edge);
+            draw_spread(canvas, panel, colour, x, at[1]);
             let hover = format!(
                 "{} · {} · {}: no noise",
                 series.estimator,
@@ -391,13 +401,33 @@ impl ConvergencePlot {
         }
     }
 
-    fn abscissa(&self, x: f64) -> String {
+    fn abscissa(&self, [x, error]: [f64; 2]) -> String {
         if self.x_ticks.is_some() {
             format!("{x} samples")
+        } else if error > 0.0 {
+            format!("{} ± {}", axis::seconds(x), axis::seconds(error))
         } else {
             axis::seconds(x)
         }
     }
+}
+
+/// The horizontal bar of an abscissa with its standard deviation, at a height.
+fn draw_spread(canvas: &mut Canvas, panel: Panel, colour: usize, x: [f64; 2], y: f64) {
+    let Some([low, high]) = bar(x, panel.x) else {
+        return;
+    };
+    let class = format!("ll-e{colour}");
+    canvas.line(&class, [low, y], [high, y]);
+    for x in [low, high] {
+        canvas.line(&class, [x, y - 3.0], [x, y + 3.0]);
+    }
+}
+
+/// The ends of an error bar along an axis, which end where the axis does; `None` for no error.
+fn bar([value, error]: [f64; 2], axis: LogAxis) -> Option<[f64; 2]> {
+    let ends = [(value - error).max(axis.low), value + error];
+    (error > 0.0).then(|| ends.map(|end| axis.pixel(end)))
 }
 
 fn drawable(point: &PlotPoint) -> bool {
@@ -442,13 +472,18 @@ mod tests {
     fn plot(points: &[[f64; 3]]) -> ConvergencePlot {
         let points = points
             .iter()
-            .map(|&[x, y, y_error]| PlotPoint { x, y, y_error })
+            .map(|&[x, y, y_error]| PlotPoint {
+                x,
+                y,
+                y_error,
+                ..PlotPoint::default()
+            })
             .collect();
         let series = Series {
             estimator: "a<b".to_owned(),
             sampler: "sobol".to_owned(),
             points,
-            noiseless: vec![4.0],
+            noiseless: vec![[4.0, 0.0]],
         };
         ConvergencePlot {
             title: "t".to_owned(),
@@ -477,6 +512,43 @@ mod tests {
         assert!(!svg.contains("inf") && !svg.contains("\"NaN"), "{svg}");
         assert!(svg.contains("a&lt;b") && !svg.contains("a<b"));
         assert_eq!(svg.matches("ll-guide\"").count(), 2);
+    }
+
+    /// A bar along the axis, one across it, and none for an error that is not known.
+    #[test]
+    fn bars_say_how_sure_times_are() {
+        let row = |samples: u32, cpu_error| ResultRow {
+            scene: "s".to_owned(),
+            samples,
+            trials: 8,
+            mse: 1.0 / f64::from(samples),
+            variance: f64::from(u32::from(samples < 64)),
+            cpu_seconds: 1e-3 * f64::from(samples),
+            cpu_error,
+            ..ResultRow::default()
+        };
+        let rows = [row(1, 1e-4), row(4, 9.0), row(16, f64::NAN), row(64, 8e-3)];
+        let plot = error_over_time("s", &rows, &Palette::default());
+        let errors = plot.series[0].points.iter().map(|p| p.x_error);
+        assert_eq!(errors.take(2).collect::<Vec<_>>(), [1e-4, 9.0]);
+        assert_eq!(plot.series[0].noiseless, [[64e-3, 8e-3]]);
+        // Each of the three that are known is a line and its two ends; no error of the error is.
+        let svg = plot.render();
+        assert_eq!(svg.matches(r#"class="ll-e"#).count(), 9, "{svg}");
+        assert!(svg.contains("1 ms ± 100 µs"), "{svg}");
+        assert!(!svg.contains("inf") && !svg.contains("NaN\""));
+        let axis = LogAxis {
+            low: 1.0,
+            high: 100.0,
+            from: 0.0,
+            to: 20.0,
+        };
+        // From 10 − 9 to 10 + 990, which is beyond.
+        assert_eq!(bar([10.0, 9.0], axis), Some([0.0, axis.pixel(19.0)]));
+        assert_eq!(bar([10.0, 990.0], axis), Some([0.0, 20.0]));
+        assert_eq!(bar([10.0, f64::NAN], axis), None);
+        let none = error_over_samples("s", &rows, &Palette::default()).render();
+        assert_eq!(none.matches(r#"class="ll-e"#).count(), 0);
     }
 
     #[test]
@@ -515,7 +587,7 @@ mod tests {
         let rows = [row(1, 4.0), other, row(4, 1.0), closed];
         let plot = error_over_samples("s", &rows, &Palette::default());
         assert_eq!(plot.series.len(), 1);
-        assert_eq!(plot.series[0].noiseless, [16.0]);
+        assert_eq!(plot.series[0].noiseless, [[16.0, 0.0]]);
         let efficiency = efficiency_over_samples("s", &rows, &Palette::default());
         let values = efficiency.series[0].points.iter().map(|p| p.y);
         assert_eq!(values.collect::<Vec<_>>(), [1.0, 4.0]);
