@@ -139,7 +139,7 @@ fn an_estimate_counts_its_own_work_alone() {
                 continue;
             };
             for seed in 0..4 {
-                let mut count = |workspace: &mut Workspace| {
+                let count = |workspace: &mut Workspace| {
                     let value = renderer.direct(&settings(seed), &point, pixel, 0, workspace);
                     (value, workspace.take_counts().visibility)
                 };
