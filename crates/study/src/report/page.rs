@@ -72,7 +72,7 @@ impl Report {
             section #circumstances {
                 h2 { "How it was made" }
                 @if !self.command.is_empty() {
-                    p { "The same command, seed and version give the same numbers on any number of threads (times aside):" }
+                    p { "The same command in the same folder, by the same version, gives the same numbers on any number of threads (times aside):" }
                     pre { code { (self.command) } }
                 }
                 dl.facts {
@@ -143,7 +143,7 @@ fn section(index: usize, part: &Section) -> Markup {
             }
             @for plot in &part.plots {
                 figure.plot {
-                    div.scroll { (PreEscaped(&plot.svg)) }
+                    (scroll(&plot.caption, &PreEscaped(plot.svg.clone())))
                     @if !plot.caption.is_empty() { figcaption { (plot.caption) } }
                 }
             }
@@ -194,16 +194,22 @@ fn folded(content: &Table) -> Markup {
         return html! {
             details {
                 summary { (content.caption) }
-                div.scroll { (table(content)) }
+                (scroll(&content.caption, &table(content)))
             }
         };
     }
     html! {
         div.block {
             @if !content.caption.is_empty() { p.caption { (content.caption) } }
-            div.scroll { (table(content)) }
+            (scroll(&content.caption, &table(content)))
         }
     }
+}
+
+/// What may be wider than the page: a keyboard reaches it, and its arrows move it.
+fn scroll(name: &str, content: &Markup) -> Markup {
+    let name = if name.is_empty() { "wide" } else { name };
+    html! { div.scroll tabindex="0" role="group" aria-label=(name) { (content) } }
 }
 
 fn table(content: &Table) -> Markup {
