@@ -86,8 +86,8 @@ impl OutputFolder {
     }
 
     /// From now on the study is an unfinished one: its files go below `unfinished/`, until a whole
-    /// one is written. What is done so far stays for those who go on, and so does a whole study that
-    /// was in the folder before.
+    /// one is written. What is done so far stays for those who go on, and so does a whole study
+    /// that was in the folder before.
     pub const fn set_unfinished(&mut self) {
         self.unfinished = true;
     }

@@ -5,6 +5,8 @@
 mod billen_figures;
 mod billen_orders;
 mod billen_table1;
+mod costs;
+mod fixed;
 #[path = "../../lights/tests/all/peters_as_printed.rs"]
 mod peters_as_printed;
 mod peters_diffuse;
@@ -15,6 +17,8 @@ mod salesin;
 pub mod scene_study;
 mod shirley;
 
+pub use costs::processor_seconds;
+pub use fixed::Fixed;
 pub use picture_study::Context;
 
 use anyhow::Result;
@@ -40,7 +44,12 @@ pub enum Study {
     /// Errors over samples and time, with slopes.
     Convergence(Box<StudySpec>),
     /// Pictures and tables.
-    Findings(fn(&Context<'_>) -> Result<Findings>),
+    Findings {
+        /// What makes them.
+        run: fn(&Context<'_>) -> Result<Findings>,
+        /// What it sets itself, whatever the command line says.
+        fixed: &'static Fixed,
+    },
 }
 
 /// A study's name, what it shows in a line, and how it is made.
@@ -61,47 +70,84 @@ const STUDIES: [NamedStudy; 10] = [
     (
         "billen-table1",
         "time and tests of 1024 lines a point (Billen & Dutré 2016, Table 1)",
-        || Study::Findings(billen_table1::run),
+        || findings(billen_table1::run, &fixed::BILLEN_TABLE1),
     ),
     (
         "billen-figures",
         "pictures of orientations, offset densities and numbers of lines (Figs. 2, 3, 5)",
-        || Study::Findings(billen_figures::run),
+        || findings(billen_figures::run, &fixed::BILLEN_FIGURES),
     ),
     (
         "peters-fig1",
         "gloss under a long linear light, by four heuristics of MIS (Peters 2021, Fig. 1)",
-        || Study::Findings(|c| peters_gloss::figure_1(c)?.findings("peters-fig1")),
+        || {
+            let fixed = &fixed::PETERS_FIG1;
+            findings(
+                |c| peters_gloss::figure_1(c)?.findings("peters-fig1"),
+                fixed,
+            )
+        },
     ),
     (
         "peters-fig4",
         "backward errors of single precision, as printed and ours (Peters 2021, Fig. 4)",
-        || Study::Findings(|c| peters_diffuse::figure_4(c)?.findings("peters-fig4")),
+        || {
+            let fixed = &fixed::PETERS_FIG4;
+            findings(
+                |c| peters_diffuse::figure_4(c)?.findings("peters-fig4"),
+                fixed,
+            )
+        },
     ),
     (
         "peters-fig6",
         "a diffuse room by every technique for linear lights (Peters 2021, Fig. 6)",
-        || Study::Findings(|c| peters_diffuse::figure_6(c)?.findings("peters-fig6")),
+        || {
+            let fixed = &fixed::PETERS_FIG6;
+            findings(
+                |c| peters_diffuse::figure_6(c)?.findings("peters-fig6"),
+                fixed,
+            )
+        },
     ),
     (
         "peters-fig7",
         "white and blue noise, independent and jittered uniformly (Peters 2021, Fig. 7)",
-        || Study::Findings(|c| peters_gloss::figure_7(c)?.findings("peters-fig7")),
+        || {
+            let fixed = &fixed::PETERS_FIG7;
+            findings(
+                |c| peters_gloss::figure_7(c)?.findings("peters-fig7"),
+                fixed,
+            )
+        },
     ),
     (
         "peters-table1",
         "cost per light and per sample of every technique (Peters 2021, Table 1)",
-        || Study::Findings(|c| peters_table1::table_1(c)?.findings("peters-table1")),
+        || {
+            let fixed = &fixed::PETERS_TABLE1;
+            findings(
+                |c| peters_table1::table_1(c)?.findings("peters-table1"),
+                fixed,
+            )
+        },
     ),
     (
         "shirley",
         "many luminaires: one shadow ray for all, spheres, a light tree (Shirley & Wang 1991)",
-        || Study::Findings(|c| shirley::run(c)?.findings("shirley")),
+        || {
+            let fixed = &fixed::SHIRLEY;
+            findings(|c| shirley::run(c)?.findings("shirley"), fixed)
+        },
     ),
 ];
 
 fn convergence(spec: StudySpec) -> Study {
     Study::Convergence(Box::new(spec))
+}
+
+fn findings(run: fn(&Context<'_>) -> Result<Findings>, fixed: &'static Fixed) -> Study {
+    Study::Findings { run, fixed }
 }
 
 /// The names of all named studies, and what each shows, in a line.

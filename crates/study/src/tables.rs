@@ -36,8 +36,8 @@ pub struct ResultRow {
     pub samples: u32,
     /// Independent trials.
     pub trials: u32,
-    /// Mean squared error of one estimate less the reference's own, linear radiance squared; 0 where
-    /// that is negative.
+    /// Mean squared error of one estimate less the reference's own, linear radiance squared; 0
+    /// where that is negative.
     pub mse: f64,
     /// Its standard error, over the trials and by the reference's own.
     pub mse_stderr: f64,

@@ -20,12 +20,12 @@ pub struct StudyArgs {
     /// Sampling patterns to compare (`linelit list samplers`).
     #[arg(long, value_name = "S,S…")]
     pub samplers: Option<List<SamplerKind>>,
-    /// Which lights a point samples.
-    #[arg(long, default_value = "all", value_parser = light_choice())]
-    pub lights: LightChoice,
-    /// Emissive spheres, disks and cylinders.
-    #[arg(long, default_value = "exact", value_parser = spheres())]
-    pub spheres: Spheres,
+    /// Which lights a point samples; all unless told.
+    #[arg(long, value_parser = light_choice())]
+    pub lights: Option<LightChoice>,
+    /// Emissive spheres, disks and cylinders; exact unless told.
+    #[arg(long, value_parser = spheres())]
+    pub spheres: Option<Spheres>,
     /// Light samples per shading point, ascending.
     #[arg(long, value_name = "1,4,16…")]
     pub samples: Option<SampleCounts>,
@@ -35,9 +35,9 @@ pub struct StudyArgs {
     /// Pixels: a grid over the image (WxH) or single pixels of the scene's resolution (x,y;…).
     #[arg(long, value_name = "WxH|x,y;…")]
     pub pixels: Option<Pixels>,
-    /// Seed of the random numbers.
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    /// Seed of the random numbers; 0 unless told.
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Run every step at the smallest size, whatever comes out: for tests.
     #[arg(long, hide = true)]
     pub smallest: bool,
@@ -55,6 +55,9 @@ pub struct ConvergeArgs {
     /// Folder for the report.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
+    /// Name the studies and what each costs, and do nothing.
+    #[arg(long)]
+    pub list: bool,
     /// Begin anew, whatever an interrupted study left in that folder to go on with.
     #[arg(long)]
     pub fresh: bool,

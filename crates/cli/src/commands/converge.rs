@@ -1,13 +1,14 @@
 //! `linelit converge`.
 
+use super::progress::Progress;
 use super::study::{self, Sources};
-use super::{bar, pool};
-use crate::args::ConvergeArgs;
+use super::{bar, flags, list, pool};
+use crate::args::{ConvergeArgs, ListArgs, Listed};
 use crate::folder::OutputFolder;
 use crate::interrupt;
 use crate::output::{Output, note};
 use crate::program::TryAgain;
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, anyhow, bail};
 use linelit_papers::scene_study::{StudySpec, Work, with_work};
 use linelit_papers::{Context, Findings, Study};
 use linelit_plan::{Event, Folder, PlanError, Run};
@@ -19,10 +20,19 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// If a scene cannot be read, the folder is not to be had, or the report cannot be written.
 pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
+    if args.list {
+        let what = Some(Listed::Studies);
+        let json = args.common.json;
+        return list::run(&ListArgs { what, json }, out);
+    }
     let study = study::resolve(&args.study.what)?;
-    if let Study::Convergence(spec) = &study {
-        let mut scenes = spec.scenes.iter();
-        scenes.try_for_each(|scene| study::scene_is_there(scene))?;
+    match &study {
+        Study::Convergence(spec) => {
+            let mut scenes = spec.scenes.iter();
+            scenes.try_for_each(|scene| study::scene_is_there(scene))?;
+            flags::refuse_without_files(&spec.scenes, &args.common.read)?;
+        }
+        Study::Findings { fixed, .. } => flags::refuse_fixed(name(args), args, fixed)?,
     }
     let folder = OutputFolder::open(&args.out)?;
     let pool = pool(&args.common)?;
@@ -32,8 +42,13 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
             spec.time_budget = args.time_budget.or(spec.time_budget);
             converge(args, &spec, folder, &pool, out)
         }
-        Study::Findings(find) => pool.install(|| findings(args, find, folder, out)),
+        Study::Findings { run, .. } => pool.install(|| findings(args, run, folder, out)),
     }
+}
+
+/// The first word, which names a study of pictures and tables.
+fn name(args: &ConvergeArgs) -> &str {
+    args.study.what.first().map_or("", String::as_str)
 }
 
 /// Plans a study in a folder of its own within that of the report, does what is left, and puts the
@@ -50,17 +65,11 @@ fn converge(
     interrupt::watch().context("watching for signals")?;
     let sources = Sources::new(&args.common.read, false);
     let load = |name: &str| sources.load(name);
-    let mut record = spec.record(format!(
-        "linelit {}",
-        study::quoted(std::env::args().skip(1))
-    ));
+    let mut record = spec.record(command());
     let (exhibits, undone) = with_work(spec, &load, |work| {
         let (plan, packed) = pool.install(|| study::plan(&args.study, work, &sources))?;
         let plan = Folder::create(&path, &plan, &packed).map_err(|e| match e {
-            PlanError::Refused(why) => anyhow::anyhow!(
-                "{why}. An interrupted study is there: the command that began it goes on, --fresh \
-                 begins anew"
-            ),
+            PlanError::Refused(why) => anyhow!("{why}. {INTERRUPTED}"),
             other => other.into(),
         })?;
         let undone = measure(spec, work, &plan, pool, start)?;
@@ -78,9 +87,15 @@ fn converge(
     study::write(&record, exhibits, folder, args.common.json, out)
 }
 
+/// What to do about the plan of another study.
+const INTERRUPTED: &str = "An interrupted study is there: the command that began it goes on, \
+                           --fresh begins anew";
+
 /// The command that was given, as one would give it again.
 fn command() -> String {
-    format!("linelit {}", study::quoted(std::env::args().skip(1)))
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|word| word.to_string_lossy().into_owned());
+    format!("linelit {}", study::quoted(words))
 }
 
 /// What is not measured of a study, and why.
@@ -100,10 +115,9 @@ fn measure(
     pool: &ThreadPool,
     start: Instant,
 ) -> Result<Undone> {
-    let budget = spec
-        .time_budget
-        .map(|s| Duration::from_secs_f64(s.min(1e9)));
-    let late = || budget.is_some_and(|budget| start.elapsed() > budget);
+    let budget = |seconds: f64| start.checked_add(Duration::from_secs_f64(seconds.min(1e9)));
+    let end = spec.time_budget.and_then(budget);
+    let late = || end.is_some_and(|end| Instant::now() > end);
     let before = plan.status(Run::default().lease)?;
     if before.done > 0 {
         note(format_args!(
@@ -111,26 +125,18 @@ fn measure(
             before.done, before.units
         ));
     }
-    let progress = bar("units");
-    progress.set_length(plan.units().into());
     let options = Run {
         stop: &|| interrupt::stopped() || late(),
-        note: &|event| match event {
-            Event::Done(unit) => {
-                progress.set_message(unit.name.clone());
-                progress.inc(1);
-            }
-            Event::Found(_) => progress.inc(1),
-            Event::Broken(unit, why) => {
+        note: &|event| {
+            if let Event::Broken(unit, why) = event {
                 note(format_args!("note: {}, once more: {why}", unit.name));
             }
-            _ => {}
         },
         ..Run::default()
     };
-    let ran = study::run(work, plan, &options, pool);
-    progress.finish_and_clear();
-    match ran {
+    let units = study::units(plan.plan())?;
+    let progress = Progress::new(work, plan.plan(), &units, pool.current_num_threads(), end);
+    match study::run(work, plan, &options, pool, Some(&progress)) {
         Ok(_) => Ok(Undone::Nothing),
         Err(PlanError::Interrupted) if !interrupt::stopped() => Ok(Undone::Late),
         Err(PlanError::Interrupted) => {
@@ -153,11 +159,14 @@ fn findings(
     out: &mut Output,
 ) -> Result<()> {
     let start = Instant::now();
-    let name = args.study.what.first().map_or("", String::as_str);
+    let name = name(args);
+    if folder.temporary(args.fresh)?.exists() {
+        bail!("{INTERRUPTED}");
+    }
     let progress = bar(name);
     let mut found = find(&Context {
         library: args.common.read.library(),
-        seed: args.study.seed,
+        seed: args.study.seed.unwrap_or(0),
         smallest: args.study.smallest,
         progress: &progress,
     })?;

@@ -16,6 +16,9 @@ use std::collections::BTreeMap;
 struct Row {
     name: &'static str,
     about: &'static str,
+    /// Processor seconds that it takes, where they are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cpu_seconds: Option<f64>,
 }
 
 /// Names what there is.
@@ -51,19 +54,56 @@ const fn heading(what: Listed) -> &'static str {
 }
 
 fn print(what: Listed, indent: &str, out: &mut Output) -> Result<(), OutputError> {
-    let rows = rows(what);
-    let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
-    for Row { name, about } in rows {
-        writeln!(out, "{indent}{name:width$}  {about}")?;
+    for line in lines(what) {
+        writeln!(out, "{indent}{line}")?;
     }
     Ok(())
 }
 
+/// A name a line, what it costs, and what it means.
+fn lines(what: Listed) -> Vec<String> {
+    let rows = rows(what);
+    let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+    let line = |row: &Row| {
+        let cost = match (what, row.cpu_seconds) {
+            (Listed::Studies, Some(seconds)) => format!("{:>8} CPU  ", about_seconds(seconds)),
+            (Listed::Studies, None) => format!("{:>8} CPU  ", "?"),
+            _ => String::new(),
+        };
+        format!("{:width$}  {cost}{}", row.name, row.about)
+    };
+    rows.iter().map(line).collect()
+}
+
+/// All studies and what each costs, a line each.
+pub(super) fn studies() -> String {
+    lines(Listed::Studies).join("\n")
+}
+
+/// Seconds, minutes or hours, to two digits.
+fn about_seconds(seconds: f64) -> String {
+    if seconds < 99.5 {
+        format!("{seconds:.0} s")
+    } else if seconds < 5970.0 {
+        format!("{:.0} min", seconds / 60.0)
+    } else {
+        format!("{:.1} h", seconds / 3600.0)
+    }
+}
+
 fn rows(what: Listed) -> Vec<Row> {
-    let row = |(name, about)| Row { name, about };
+    let row = |(name, about)| Row {
+        name,
+        about,
+        cpu_seconds: None,
+    };
+    let study = |(name, about)| Row {
+        cpu_seconds: linelit_papers::processor_seconds(name),
+        ..row((name, about))
+    };
     match what {
         Listed::Scenes => BuiltIn::ALL.map(|s| row((s.name, s.about))).to_vec(),
-        Listed::Studies => linelit_papers::studies().map(row).collect(),
+        Listed::Studies => linelit_papers::studies().map(study).collect(),
         Listed::Estimators => {
             let names = Technique::all().map(|technique| technique.name());
             names.map(|name| row((name, about(name)))).collect()
@@ -104,10 +144,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_studies_cost_is_said_to_two_digits() {
+        let said = [3.4, 99.4, 100.0, 5400.0, 9000.0].map(about_seconds);
+        assert_eq!(said, ["3 s", "99 s", "2 min", "90 min", "2.5 h"]);
+        assert!(studies().lines().all(|line| line.contains(" CPU  ")));
+    }
+
+    #[test]
     fn everything_is_said_in_a_line_of_its_own() {
         for what in Listed::value_variants() {
             let mut seen = std::collections::BTreeSet::new();
-            for Row { name, about } in rows(*what) {
+            for Row { name, about, .. } in rows(*what) {
                 let long = about.chars().count();
                 assert!((10..=90).contains(&long), "{name}: {about}");
                 assert!(seen.insert(name) && seen.insert(about), "{name}: {about}");

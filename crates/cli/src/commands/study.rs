@@ -1,6 +1,7 @@
 //! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
 
-use super::{kinds, merge, pool_of};
+use super::progress::Progress;
+use super::{flags, kinds, list, merge, pool_of};
 use crate::args::{MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError};
 use crate::folder::OutputFolder;
 use crate::inputs;
@@ -10,7 +11,7 @@ use clap::Parser;
 use linelit_film::ToneCurve;
 use linelit_papers::scene_study::{SceneUnit, StudySpec, Work, with_work};
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
-use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
+use linelit_plan::{BoxError, Event, Folder, Input, Plan, PlanError, Ran, Run, Task, Unit};
 use linelit_scene::Scene;
 use linelit_scenes::Place;
 use linelit_study::report::Exhibits;
@@ -70,6 +71,9 @@ pub(super) fn scene_is_there(name: &str) -> Result<()> {
             Some(study) if !Path::new(name).exists() => {
                 anyhow!("no scene or study `{name}`; did you mean the study `{study}`?")
             }
+            None if !Path::new(name).exists() && !error.to_string().contains("did you mean") => {
+                anyhow!("{error}, nor a study:\n{}", list::studies())
+            }
             _ => error,
         }
     })
@@ -101,9 +105,9 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
         spec.pixels.clone_from(pixels);
         spec.spots.clear();
     }
-    spec.seed = args.seed;
-    spec.lights = args.lights;
-    spec.spheres = args.spheres;
+    spec.seed = args.seed.unwrap_or(0);
+    spec.lights = args.lights.unwrap_or(spec.lights);
+    spec.spheres = args.spheres.unwrap_or(spec.spheres);
 }
 
 /// What a plan says of its study, as JSON.
@@ -237,6 +241,7 @@ pub(super) fn make(args: &PlanConvergeArgs) -> Result<(Plan, BTreeMap<String, Ve
     spec.scenes
         .iter()
         .try_for_each(|scene| scene_is_there(scene))?;
+    flags::refuse_without_files(&spec.scenes, &args.read)?;
     apply_flags(&mut spec, &args.study);
     let sources = Sources::new(&args.read, args.planned.pack);
     let load = |name: &str| sources.load(name);
@@ -247,7 +252,7 @@ pub(super) fn make(args: &PlanConvergeArgs) -> Result<(Plan, BTreeMap<String, Ve
 fn spec_of(args: &StudyArgs) -> Result<StudySpec> {
     match resolve(&args.what)? {
         Study::Convergence(spec) => Ok(*spec),
-        Study::Findings(_) => Err(usage(format!(
+        Study::Findings { .. } => Err(usage(format!(
             "`{}` is a study of pictures and tables, which cannot be planned: `linelit converge` \
              runs it whole",
             args.what.join(" ")
@@ -262,19 +267,33 @@ pub(super) fn units(plan: &Plan) -> Result<Vec<SceneUnit>> {
 }
 
 /// Does what is left of a plan, one unit at a time on all threads of the pool: times are measured.
+/// `progress` is told of them, if there is one.
 pub(super) fn run(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
     options: &Run<'_>,
     pool: &ThreadPool,
+    progress: Option<&Progress<'_>>,
 ) -> Result<Ran, PlanError> {
-    let units = units(folder.plan()).map_err(|e| PlanError::Refused(e.to_string()))?;
+    let plan = folder.plan();
+    let units = units(plan).map_err(|e| PlanError::Refused(e.to_string()))?;
+    let number = |unit: &Unit| plan.units.iter().position(|own| std::ptr::eq(own, unit));
     let options = Run {
         threads: 1,
+        note: &|event| {
+            if let (Event::Found(unit), Some(progress)) = (event, progress) {
+                number(unit).into_iter().for_each(|k| progress.found(k));
+            }
+            (options.note)(event);
+        },
         ..*options
     };
     linelit_plan::run(folder, &options, |task| {
-        pool.install(|| compute(work, &units, task))
+        let number = task.number() as usize;
+        progress.inspect(|p| p.begin(number));
+        let part = pool.install(|| compute(work, &units, task));
+        progress.inspect(|p| p.end(number));
+        part
     })
 }
 
@@ -336,7 +355,7 @@ impl StudyPlan {
         let pool = pool_of(options.threads)?;
         let load = |name: &str| self.load(folder, name);
         Ok(with_work(&self.spec, &load, |work| {
-            run(work, folder, options, &pool)
+            run(work, folder, options, &pool, None)
         })?)
     }
 
@@ -357,7 +376,8 @@ impl StudyPlan {
         let to = OutputFolder::open(args.output.as_deref().unwrap_or(default))?;
         let pool = pool_of(args.threads)?;
         let load = |name: &str| self.load(folder, name);
-        let command = format!("linelit converge {}", quoted(self.words.iter().cloned()));
+        let words = self.words.iter().cloned().chain(flags::words(&self.read));
+        let command = format!("linelit converge {}", quoted(words));
         let mut record = self.spec.record(command);
         let exhibits = pool.install(|| {
             with_work(&self.spec, &load, |work| {
@@ -420,13 +440,14 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Words as one would give them again.
+/// Words as one would give them to a shell again.
 pub(super) fn quoted(words: impl Iterator<Item = String>) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+:,./%@".contains(c);
     let words = words.map(|word| {
-        if word.contains(['[', ';', ' ', '*']) {
-            format!("'{word}'")
-        } else {
+        if !word.is_empty() && word.chars().all(plain) {
             word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
         }
     });
     words.collect::<Vec<String>>().join(" ")

@@ -6,6 +6,7 @@ mod common;
 mod compare;
 mod described;
 mod files;
+mod flags;
 mod folders;
 mod guide;
 mod isa;

@@ -44,7 +44,8 @@ fn numbers(folder: &Path) -> (Vec<Vec<String>>, Value, String) {
     (lines.map(kept).collect(), json, read("slopes.csv"))
 }
 
-fn without_times(value: &mut Value) {
+/// Takes away what differs from run to run.
+pub(crate) fn without_times(value: &mut Value) {
     match value {
         Value::Object(map) => {
             map.retain(|key, _| !TIMES.contains(&key.as_str()));

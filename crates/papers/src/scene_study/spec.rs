@@ -193,12 +193,21 @@ impl StudySpec {
     #[must_use]
     pub fn record(&self, command: String) -> StudyRecord {
         let budget = self.time_budget.map(|s| format!("{s} s"));
+        let spots: Vec<[u32; 2]> = self.spots.iter().map(|spot| spot.pixel).collect();
+        let pixels = match spots.as_slice() {
+            [] => self.pixels.to_string(),
+            _ => Pixels::List(spots).to_string(),
+        };
+        let trials = match self.independent_trials {
+            Some(more) => format!("{}, {more} of independent", self.trials),
+            None => self.trials.to_string(),
+        };
         let settings = [
-            ("pixels", self.pixels.to_string()),
+            ("pixels", pixels),
             ("samples", joined(&self.samples)),
             ("samplers", joined(&self.samplers)),
             ("estimators", joined(&self.estimators)),
-            ("trials", self.trials.to_string()),
+            ("trials", trials),
             ("lights", self.lights.to_string()),
             ("spheres", self.spheres.to_string()),
             ("skip", self.skip.to_string()),
