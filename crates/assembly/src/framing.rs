@@ -1,5 +1,6 @@
 //! A view and a light for files that have none.
 
+use linelit_elementary::sin;
 use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{DMat3, DVec3};
 use linelit_scene::{Camera, Projection, Scene};
@@ -11,7 +12,7 @@ pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
     let centre = 0.5 * (lo + hi);
     let radius = (0.5 * (hi - lo).length()).max(f64::MIN_POSITIVE);
     let backward = DVec3::new(0.4, 0.35, 1.0).normalize();
-    let distance = radius / (0.5 * FOV_DEGREES).to_radians().sin();
+    let distance = radius / sin((0.5 * FOV_DEGREES).to_radians());
     let forward = -backward;
     let right = forward.cross(DVec3::Y).normalize();
     let camera_to_world = DAffine3 {

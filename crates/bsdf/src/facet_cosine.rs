@@ -30,6 +30,7 @@
 use crate::lobe::by_cosine;
 use crate::microfacet::TrowbridgeReitz;
 use crate::{Fresnel, TransformedCosine};
+use linelit_elementary::hypot;
 use linelit_geometry::finite::fraction;
 use linelit_geometry::{DMat3, DVec3};
 
@@ -80,9 +81,9 @@ impl Fits {
         let x = x.unwrap_or(DVec3::X);
         let turn = DMat3::from_cols(x, DVec3::new(-x.y, x.x, 0.0), DVec3::Z);
         let [a, b] = facets.alpha();
-        let within = (a * x.x).hypot(b * x.y);
+        let within = hypot(a * x.x, b * x.y);
         let shear = (b + a) * (b - a) * x.x * x.y / within;
-        let (cosine, sine) = (fraction(wo.z), wo.x.hypot(wo.y));
+        let (cosine, sine) = (fraction(wo.z), hypot(wo.x, wo.y));
         let [flat, side] = [within, a * (b / within)].map(|width| {
             let alpha = width.clamp(ALPHAS[0], ALPHAS[1]);
             let place = Place::new(alpha, cosine);

@@ -1,6 +1,7 @@
 //! How much of the light an interface reflects.
 
 use crate::microfacet::schlick;
+use linelit_elementary::hypot;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative_vector};
 
@@ -80,7 +81,7 @@ fn conductor(c: f64, eta: f64, k: f64) -> f64 {
     let (c2, s2) = (c * c, (1.0 - c) * (1.0 + c));
     let difference = eta * eta - k * k - s2;
     // a² + b² and a of the complex refracted cosine a + ib, scaled.
-    let modulus = difference.hypot(2.0 * eta * k);
+    let modulus = hypot(difference, 2.0 * eta * k);
     let a = (0.5 * (modulus + difference)).max(0.0).sqrt();
     let cross = 2.0 * a * c;
     let perpendicular = ratio(modulus + c2, cross);

@@ -2,6 +2,7 @@
 
 use crate::TransformedCosine;
 use crate::lobe::Model;
+use linelit_elementary::{atan2, hypot};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
@@ -83,8 +84,8 @@ impl Model for OrenNayar {
 
     /// The albedo itself: with sin α tan β cos_i integrated below and beyond θ_o.
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
-        let (cos, sin) = (wo.z, wo.x.hypot(wo.y));
-        let below = 0.5 * sin * (sin.atan2(cos) - sin * cos);
+        let (cos, sin) = (wo.z, hypot(wo.x, wo.y));
+        let below = 0.5 * sin * (atan2(sin, cos) - sin * cos);
         // tan (1 − sin³)/3 without the difference.
         let beyond = sin * cos * (1.0 + sin + sin * sin) / (3.0 * (1.0 + sin));
         let rise = self.b * (below + beyond) / FRAC_PI_2;

@@ -187,7 +187,7 @@ const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
 /// The direction at a cosine from `axis`, at the azimuth `turn` (in turns).
 fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
-    let (s, c) = (TAU * turn).sin_cos();
+    let (s, c) = linelit_elementary::sin_cos(TAU * turn);
     Frame::from_normal(axis).to_world(DVec3::new(sine * c, sine * s, cosine))
 }
 

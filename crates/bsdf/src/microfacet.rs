@@ -9,6 +9,7 @@
 
 use crate::facet_cosine::MASKED;
 use crate::{Fresnel, TransformedCosine};
+use linelit_elementary::sin_cos;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative};
 use std::f64::consts::{PI, TAU};
@@ -133,7 +134,7 @@ impl TrowbridgeReitz {
         // A cap of directions around the stretched view; its sum with the view is the normal.
         let z = (1.0 - u[1]) * (1.0 + stretched.z) - stretched.z;
         let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-        let (s, c) = (TAU * u[0]).sin_cos();
+        let (s, c) = sin_cos(TAU * u[0]);
         let cap = DVec3::new(radius * c, radius * s, z) + stretched;
         let h = DVec3::new(a * cap.x, b * cap.y, cap.z.max(0.0)).try_normalize()?;
         let wi = (h * (2.0 * h.dot(wo)) - wo).try_normalize()?;

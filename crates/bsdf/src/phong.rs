@@ -2,6 +2,7 @@
 
 use crate::lobe::Model;
 use crate::{ClosedLobe, Peaks, TransformedCosine};
+use linelit_elementary::pow;
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
 use std::f64::consts::TAU;
@@ -40,7 +41,7 @@ impl Phong {
         if cosine <= 0.0 {
             return DVec3::ZERO;
         }
-        nonnegative_vector(self.scale() * cosine.powf(self.exponent))
+        nonnegative_vector(self.scale() * pow(cosine, self.exponent))
     }
 
     /// The density (k + 1)/(2π) (ω_i·R)ᵏ, per solid angle; zero unless ω_i·R > 0.
@@ -49,12 +50,12 @@ impl Phong {
         if cosine <= 0.0 {
             return 0.0;
         }
-        nonnegative((self.exponent + 1.0) / TAU * cosine.powf(self.exponent))
+        nonnegative((self.exponent + 1.0) / TAU * pow(cosine, self.exponent))
     }
 
     /// The cosine ω_i·R that belongs to a uniform number.
     pub(crate) fn sample_cosine(&self, u: f64) -> f64 {
-        (1.0 - u).powf(1.0 / (self.exponent + 1.0))
+        pow(1.0 - u, 1.0 / (self.exponent + 1.0))
     }
 }
 

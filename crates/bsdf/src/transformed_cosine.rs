@@ -1,6 +1,7 @@
 //! Reflections as sums of linearly transformed cosines.
 
 use crate::{ClosedForm, ClosedLobe, Layers};
+use linelit_elementary::exp_m1;
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DMat3, DVec3, Frame};
 use std::f64::consts::{PI, TAU};
@@ -123,7 +124,7 @@ impl ClosedLobe {
             } => {
                 // Flat ones like the flattest that is told from them.
                 let sharpness = sharpness.max(f64::EPSILON);
-                let whole = -TAU / sharpness * (-2.0 * sharpness).exp_m1();
+                let whole = -TAU / sharpness * exp_m1(-2.0 * sharpness);
                 (axis, whole, whole.min(PI))
             }
         };

@@ -7,6 +7,7 @@ use crate::occlusion::middle;
 use crate::techniques::points::LightPoint;
 use crate::{EmissionTexture, LineBy, LineDirection, Lines, Query, SampleBuffers, Stream};
 use linelit_bsdf::Reflection;
+use linelit_elementary::atan2;
 use linelit_geometry::{ConvexPolygon, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample, LineSampler, LineTechnique as _, OffsetDensity};
 use linelit_visibility::Shaft;
@@ -122,7 +123,7 @@ fn directions(light: &ConvexPolygon) -> [f64; DIRECTIONS] {
     let axes = light.plane_frame().axes;
     let along = |from: usize, to: usize| {
         let way = v[to] - v[from];
-        (axes.y.dot(way).atan2(axes.x.dot(way)) / PI).rem_euclid(1.0)
+        (atan2(axes.y.dot(way), axes.x.dot(way)) / PI).rem_euclid(1.0)
     };
     match v.len() {
         3 => [0.0, along(1, 2), along(2, 0), 0.0],

@@ -12,6 +12,7 @@ use crate::techniques::points::{DrawPoints, Drawn, LightPoint, PointDensity};
 use crate::techniques::{point_techniques, points::area::Area};
 use crate::{PointBy, ShadingPoint};
 use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_elementary::{cos, sin_cos};
 use linelit_geometry::{DVec3, Frame, Segment, Triangle};
 use linelit_lights::{Disk, Emission, Light, Sphere};
 use linelit_spheres::DiskArea;
@@ -160,14 +161,14 @@ impl RoundView {
 /// Sines and cosines of the turns of a regular polygon's corners.
 #[allow(clippy::cast_precision_loss, reason = "few corners")]
 pub(crate) fn turns() -> [(f64, f64); CORNERS] {
-    std::array::from_fn(|k| (TAU / CORNERS as f64 * k as f64).sin_cos())
+    std::array::from_fn(|k| sin_cos(TAU / CORNERS as f64 * k as f64))
 }
 
 /// How far the corners of such a polygon around a circle are from its centre: a little more than
 /// around, since the rim is rounded.
 #[allow(clippy::cast_precision_loss, reason = "few corners")]
 pub(crate) fn around_circle(radius: f64) -> f64 {
-    radius / (0.5 * (TAU / CORNERS as f64)).cos() * (1.0 + 1e-9)
+    radius / cos(0.5 * (TAU / CORNERS as f64)) * (1.0 + 1e-9)
 }
 
 /// The circle in which the cone from `x` touches a sphere.

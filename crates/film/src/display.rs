@@ -1,5 +1,6 @@
 //! From linear radiance to what a screen shows, and PNG.
 
+use linelit_elementary::{exp2, ln, log2, pow};
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -16,7 +17,7 @@ pub fn srgb_encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
         12.92 * linear
     } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
+        1.055 * pow(linear, 1.0 / 2.4) - 0.055
     }
 }
 
@@ -27,7 +28,7 @@ pub fn srgb_decode(encoded: f64) -> f64 {
     if encoded <= 0.040_45 {
         encoded / 12.92
     } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
+        pow((encoded + 0.055) / 1.055, 2.4)
     }
 }
 
@@ -78,14 +79,14 @@ impl Exposure {
         let index = (quantile.clamp(0.0, 1.0) * last as f64).round() as usize;
         let white = f64::from(peaks[index.min(last)]);
         Self {
-            stops: (-2.0 * white.log2()).floor() / 2.0,
+            stops: (-2.0 * log2(white)).floor() / 2.0,
         }
     }
 
     /// One pixel as three bytes.
     #[must_use]
     pub fn show(self, pixel: [f32; 3]) -> [u8; 3] {
-        let gain = self.stops.exp2();
+        let gain = exp2(self.stops);
         pixel.map(|value| to_byte(srgb_encode(f64::from(value) * gain)))
     }
 }
@@ -117,7 +118,7 @@ impl ToneCurve {
     /// the default exposure. Infinite values are white, NaN and what is below zero stay.
     #[must_use]
     pub fn apply(self, image: &Image, exposure: Exposure) -> Image {
-        let gain = exposure.stops.exp2();
+        let gain = exp2(exposure.stops);
         let bright = image.rgb.iter().map(|p| p.map(|v| f64::from(v) * gain));
         let curve = match self {
             Self::Clip => |v: f64, _| v,
@@ -256,7 +257,7 @@ impl HeatMap {
         }
         let scale = |x: f64| {
             if self.logarithmic {
-                x.max(f64::MIN_POSITIVE).ln()
+                ln(x.max(f64::MIN_POSITIVE))
             } else {
                 x
             }

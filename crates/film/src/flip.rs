@@ -6,6 +6,7 @@
 //! border the outermost pixels go on.
 
 use crate::{FilmError, Image};
+use linelit_elementary::{cbrt, exp, hypot, pow};
 use std::f64::consts::PI;
 
 /// The seen difference of pictures on a screen, from 0 (none) to 1.
@@ -82,14 +83,17 @@ impl Flip {
             _ => 1.0,
         };
         let [seen, wanted] = [picture, reference].map(|image| Seen::of(image, density));
-        let farthest = hyab(hunt([0.0, 1.0, 0.0]), hunt([0.0, 0.0, 1.0])).powf(COLOUR_EXPONENT);
+        let farthest = pow(
+            hyab(hunt([0.0, 1.0, 0.0]), hunt([0.0, 0.0, 1.0])),
+            COLOUR_EXPONENT,
+        );
         let difference = |k: usize| {
-            let colour = hyab(seen.colours[k], wanted.colours[k]).powf(COLOUR_EXPONENT);
+            let colour = pow(hyab(seen.colours[k], wanted.colours[k]), COLOUR_EXPONENT);
             let colour = pressed(colour, farthest).min(1.0);
             let [edges, points] =
                 [0, 1].map(|f| (seen.features[k][f] - wanted.features[k][f]).abs());
-            let feature = (edges.max(points) / 2f64.sqrt()).powf(FEATURE_EXPONENT);
-            colour.powf(1.0 - feature.min(1.0))
+            let feature = pow(edges.max(points) / 2f64.sqrt(), FEATURE_EXPONENT);
+            pow(colour, 1.0 - feature.min(1.0))
         };
         #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
         let map = (0..picture.rgb.len()).map(|k| difference(k) as f32);
@@ -214,7 +218,7 @@ fn hunt(rgb: [f64; 3]) -> [f64; 3] {
     const DELTA: f64 = 6.0 / 29.0;
     let [x, y, z] = relative_xyz(rgb).map(|t| {
         if t > DELTA * DELTA * DELTA {
-            t.cbrt()
+            cbrt(t)
         } else {
             t / (3.0 * DELTA * DELTA) + 4.0 / 29.0
         }
@@ -226,7 +230,7 @@ fn hunt(rgb: [f64; 3]) -> [f64; 3] {
 
 /// City block between lightnesses and chromaticities, Euclid among chromaticities.
 fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+    (a[0] - b[0]).abs() + hypot(a[1] - b[1], a[2] - b[2])
 }
 
 /// A channel as the eye resolves it: a sum of Gaussians whose weights sum to one.
@@ -235,7 +239,7 @@ fn sensed(channel: &[f64], size: [usize; 2], terms: &[[f64; 2]], density: f64) -
     let kernels = terms.iter().map(|[a, b]| {
         let kernel = sampled(radius, |x| {
             let degrees = x / density;
-            (-PI * PI * degrees * degrees / b).exp()
+            exp(-PI * PI * degrees * degrees / b)
         });
         // The factor of both passes.
         (a * (PI / b).sqrt(), kernel)
@@ -258,7 +262,7 @@ fn sensed(channel: &[f64], size: [usize; 2], terms: &[[f64; 2]], density: f64) -
 fn features(luminance: &[f64], size: [usize; 2], density: f64) -> Vec<[f64; 2]> {
     let deviation = 0.5 * FEATURE_WIDTH * density;
     let radius = reach(3.0 * deviation);
-    let gauss = |x: f64| (-x * x / (2.0 * deviation * deviation)).exp();
+    let gauss = |x: f64| exp(-x * x / (2.0 * deviation * deviation));
     let smooth = sampled(radius, gauss);
     // Whatever the sum across, a weight's sign is that of the factor along.
     let across: f64 = smooth.iter().sum();
@@ -276,7 +280,7 @@ fn features(luminance: &[f64], size: [usize; 2], density: f64) -> Vec<[f64; 2]> 
         let [x, y] = [[&along, &smooth], [&smooth, &along]].map(|k| filter(luminance, size, k));
         x.into_iter()
             .zip(y)
-            .map(|(x, y)| x.hypot(y))
+            .map(|(x, y)| hypot(x, y))
             .collect::<Vec<_>>()
     });
     edges

@@ -1,6 +1,7 @@
 //! Elliptic cones: how disks are seen, as they are and under linear maps.
 
 use crate::{DVec3, Frame, predicates};
+use linelit_elementary::hypot;
 
 /// The most steps towards the cone's eigenvalue: Newton's iteration comes from below, and each step
 /// takes a third of the way at least.
@@ -74,7 +75,7 @@ impl EllipticCone {
             |a: DVec3, b: DVec3| u.dot(a) * u.dot(b) + v.dot(a) * v.dot(b) - c.dot(a) * c.dot(b);
         let (ee, ef, ff) = (part(e, e), part(e, f), part(f, f));
         let (mean, half) = (0.5 * (ee + ff), 0.5 * (ee - ff));
-        let root = half.hypot(ef);
+        let root = hypot(half, ef);
         let widest = mean + root;
         let along = if half >= 0.0 {
             e * (half + root) + f * ef

@@ -1,6 +1,7 @@
 //! The frame of a planar light: coordinates within its plane.
 
 use crate::{DVec2, DVec3, Frame};
+use linelit_elementary::{atan2, sin_cos};
 
 /// An origin and an orthonormal frame: `x` and `y` span the plane, `z` is its normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +27,7 @@ impl PlaneFrame {
         if angle == 0.0 || !angle.is_finite() {
             return *self;
         }
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = sin_cos(angle);
         let Frame { x, y, z } = self.axes;
         let axes = Frame {
             x: x * cos + y * sin,
@@ -60,7 +61,7 @@ impl PlaneFrame {
     #[must_use]
     pub fn turn_from(&self, other: &Self) -> f64 {
         let x = self.axes.x;
-        x.dot(other.axes.y).atan2(x.dot(other.axes.x))
+        atan2(x.dot(other.axes.y), x.dot(other.axes.x))
     }
 
     /// Signed distance of `p` from the plane, positive on the normal's side.

@@ -1,6 +1,7 @@
 //! Convex planar polygons: the shape of a light.
 
 use crate::{DMat3, DVec3, PlaneFrame, Vector3, predicates};
+use linelit_elementary::atan2;
 use std::fmt;
 
 /// The most vertices that [`ConvexPolygon::try_new`] takes.
@@ -250,10 +251,7 @@ impl ConvexPolygon {
         (0..n)
             .map(|i| {
                 let (e, g) = (edge(i), edge(i + 1));
-                predicates::cross(e, g)
-                    .dot(self.normal)
-                    .atan2(e.dot(g))
-                    .abs()
+                atan2(predicates::cross(e, g).dot(self.normal), e.dot(g)).abs()
             })
             .sum()
     }

@@ -1,5 +1,7 @@
 //! Weights for the multi-sample estimator: balance, power, maximum, cutoff, average.
 
+use linelit_elementary::pow;
+
 /// N·p, or zero where either is not positive (so that NaN and negative densities count as "cannot
 /// sample this").
 #[inline]
@@ -132,7 +134,7 @@ pub fn power(ns: &[f64], ps: &[f64], beta: f64, i: usize) -> f64 {
         share(
             count,
             scores,
-            |t| if t > 0.0 { t.powf(beta) } else { 0.0 },
+            |t| if t > 0.0 { pow(t, beta) } else { 0.0 },
             i,
         )
     }

@@ -7,6 +7,10 @@ mod billen_orders;
 mod billen_table1;
 mod costs;
 mod fixed;
+#[allow(
+    clippy::disallowed_methods,
+    reason = "as it is printed, and as it was run"
+)]
 #[path = "../../lights/tests/all/peters_as_printed.rs"]
 mod peters_as_printed;
 mod peters_diffuse;

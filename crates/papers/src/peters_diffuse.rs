@@ -7,6 +7,7 @@ use crate::picture_study::{
 use crate::scene_study;
 use anyhow::{Result, bail};
 use linelit_bsdf::Reflection;
+use linelit_elementary::atan2;
 use linelit_film::{Image, Tile};
 use linelit_geometry::{DVec3, Segment};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
@@ -250,7 +251,7 @@ fn backward(exact: &ProjectedLine<f64>, w: DVec3, xi: f64) -> f64 {
         DVec3::from(a),
         DVec3::from(a).cross(b.into()).normalize_or_zero(),
     );
-    let v = p0.cross(w).dot(axis).atan2(p0.dot(w));
+    let v = atan2(p0.cross(w).dot(axis), p0.dot(w));
     let error = (exact.cdf(v.clamp(0.0, exact.view().angle())) - xi).abs();
     if error <= 1.0 { error } else { 1.0 }
 }

@@ -6,6 +6,7 @@ use crate::picture_study::{
 use crate::scene_study;
 use anyhow::Result;
 use linelit_bsdf::{Bsdf, Frostbite, Layers, Lobe, Reflection};
+use linelit_elementary::{cos, sin};
 use linelit_film::{Image, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
@@ -38,7 +39,7 @@ fn frostbite(point: &mut ShadingPoint, wet: impl Fn(&ShadingPoint) -> bool) {
 /// A floor that is wet in puddles.
 fn puddle(point: &ShadingPoint) -> bool {
     let p = point.position;
-    let wave = (1.7 * p.x).sin() + (2.3 * p.z + 0.8 * p.x).cos();
+    let wave = sin(1.7 * p.x) + cos(2.3 * p.z + 0.8 * p.x);
     point.normal.y > 0.99 && p.y < 0.1 && wave > -0.6
 }
 

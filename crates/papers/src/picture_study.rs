@@ -3,6 +3,7 @@
 use crate::{Findings, scene_study};
 use anyhow::Result;
 use indicatif::ProgressBar;
+use linelit_elementary::{exp, log10};
 use linelit_film::{Exposure, HeatMap, Image, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
@@ -192,7 +193,7 @@ pub(crate) fn blurred_rmse(a: &Image, b: &Image, sigma: f64) -> f64 {
 /// outside the image does not count.
 fn blur(image: &[[f64; 3]], w: usize, h: usize, sigma: f64, stride: usize) -> Vec<[f64; 3]> {
     let reach: i32 = 6;
-    let weight = |d: i32| (-0.5 * (f64::from(d) / sigma).powi(2)).exp();
+    let weight = |d: i32| exp(-0.5 * (f64::from(d) / sigma).powi(2));
     let length = if stride == 1 { w } else { h };
     (0..w * h)
         .map(|i| {
@@ -233,10 +234,10 @@ pub(crate) fn logarithmic(
     #[allow(clippy::cast_possible_truncation, reason = "colours need no more")]
     let shown: Vec<f32> = values
         .iter()
-        .map(|v| v.max(low).min(high).log10() as f32)
+        .map(|v| log10(v.max(low).min(high)) as f32)
         .collect();
     #[allow(clippy::cast_possible_truncation, reason = "colours need no more")]
-    let map = HeatMap::spanning(&[low.log10() as f32, high.log10() as f32]);
+    let map = HeatMap::spanning(&[log10(low) as f32, log10(high) as f32]);
     let caption = format!("{caption}; the scale is the power of ten");
     Ok(Picture::of_scalars(
         size[0], size[1], &shown, map, &caption,

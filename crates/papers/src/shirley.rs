@@ -7,6 +7,7 @@ use crate::picture_study::{
 use crate::scene_study::{self, Targets};
 use anyhow::Result;
 use indicatif::ProgressBar;
+use linelit_elementary::log2;
 use linelit_film::{Image, Tile};
 use linelit_formats::LoadOptions;
 use linelit_geometry::DVec3;
@@ -407,10 +408,10 @@ fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
             least = least.min(start.elapsed().as_secs_f64() * 1e9 / 256.0);
         }
         let count = f64::from(side * side);
-        costs.push((count.log2(), least));
+        costs.push((log2(count), least));
         let values = [
             ("ns per pick", least),
-            ("ns per doubling", least / count.log2()),
+            ("ns per doubling", least / log2(count)),
         ];
         own.push(Row::new(format!("tree of {count} luminaires"), &values));
     }

@@ -5,6 +5,7 @@
 //! and Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions" (JCGT
 //! 2013), eq. 4, is good to about 1 % of the peak.
 
+use linelit_elementary::{exp, exp_m1};
 use linelit_geometry::{DMat3, DVec3};
 #[cfg(test)]
 use linelit_scene::LUMINANCE;
@@ -23,7 +24,7 @@ pub(crate) fn xyz_to_rgb(xyz: DVec3) -> DVec3 {
 fn matching(nm: f64) -> DVec3 {
     let lobe = |centre: f64, below: f64, above: f64| {
         let t = (nm - centre) * if nm < centre { below } else { above };
-        (-0.5 * t * t).exp()
+        exp(-0.5 * t * t)
     };
     DVec3::new(
         0.362 * lobe(442.0, 0.0624, 0.0374) + 1.056 * lobe(599.8, 0.0264, 0.0323)
@@ -71,7 +72,7 @@ pub(crate) fn blackbody_to_rgb(kelvin: f64, unit_luminance: bool) -> DVec3 {
     // Planck's law up to a factor that cancels in the scaling.
     let planck = |nm: f64| {
         let x = 1.438_776_877e7 / (nm * kelvin);
-        (nm / 1000.0).powi(-5) / x.exp_m1()
+        (nm / 1000.0).powi(-5) / exp_m1(x)
     };
     // Wien: the peak is at 2.8978 mm·K.
     let peak = planck(2.897_771_955e6 / kelvin);

@@ -2,6 +2,7 @@
 
 use super::boundary::BoundaryEdge;
 use super::orient::Point;
+use linelit_elementary::{atan2, hypot, sin_cos};
 use std::f64::consts::{PI, TAU};
 
 /// A piece of the boundary of a region's part on the unit disk; the region lies on its left.
@@ -81,7 +82,7 @@ impl PartOnDisk {
         let half = (((1.0 - offset) * (1.0 + offset)).max(0.0) / square).sqrt();
         let rim = |t: f64| {
             let [x, y] = [from[0] + d[0] * t, from[1] + d[1] * t];
-            let r = x.hypot(y);
+            let r = hypot(x, y);
             [x / r, y / r]
         };
         let misses = half <= 0.0 || !(nearest > 0.0 && nearest < 1.0);
@@ -106,7 +107,7 @@ impl PartOnDisk {
     }
 
     fn cross(&mut self, at: Point, leaves: bool) {
-        let turn = at[1].atan2(at[0]);
+        let turn = atan2(at[1], at[0]);
         let turn = if turn < 0.0 { turn + TAU } else { turn };
         self.crossings.push(Crossing { turn, at, leaves });
     }
@@ -117,7 +118,7 @@ impl PartOnDisk {
         self.crossings.sort_by(|a, b| a.turn.total_cmp(&b.turn));
         let Some(last) = self.crossings.last() else {
             // Not where what touches the rim is likely to.
-            let (y, x) = 1.0f64.sin_cos();
+            let (y, x) = sin_cos(1.0);
             if wind_around(&self.sides, [x, y]) {
                 self.edges.push(DiskEdge::Rim);
             }
@@ -133,7 +134,7 @@ impl PartOnDisk {
         }
         let sides = &self.sides;
         let is_in = |turn: f64| {
-            let (y, x) = turn.sin_cos();
+            let (y, x) = sin_cos(turn);
             wind_around(sides, [x, y])
         };
         let count = self.crossings.len();

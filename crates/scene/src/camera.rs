@@ -1,6 +1,7 @@
 //! Cameras: from a place on the film to a ray.
 
 use crate::footprint::RayDifferential;
+use linelit_elementary::{sin_cos, tan};
 use linelit_geometry::DVec3;
 use linelit_geometry::glam::DAffine3;
 
@@ -82,7 +83,7 @@ impl Camera {
         [width, height]: [u32; 2],
     ) -> Self {
         let tangent = match projection {
-            Projection::Perspective { fov_degrees } => (0.5 * fov_degrees.to_radians()).tan(),
+            Projection::Perspective { fov_degrees } => tan(0.5 * fov_degrees.to_radians()),
             Projection::Orthographic | Projection::Spherical { .. } => 0.0,
         };
         let mut camera = Self {
@@ -153,8 +154,8 @@ impl Camera {
             ),
             Projection::Orthographic => (DVec3::new(screen_x, screen_y, 0.0), DVec3::Z),
             Projection::Spherical { z_up } => {
-                let (sin_theta, cos_theta) = (std::f64::consts::PI * v).sin_cos();
-                let (sin_phi, cos_phi) = (std::f64::consts::TAU * u).sin_cos();
+                let (sin_theta, cos_theta) = sin_cos(std::f64::consts::PI * v);
+                let (sin_phi, cos_phi) = sin_cos(std::f64::consts::TAU * u);
                 let [a, b, c] = [sin_theta * cos_phi, cos_theta, sin_theta * sin_phi];
                 (
                     DVec3::ZERO,

@@ -2,6 +2,7 @@
 
 use crate::mipmap::{Mipmap, Pyramids};
 use crate::texture::Wrap;
+use linelit_elementary::pow;
 use linelit_geometry::DVec3;
 use std::fmt;
 use std::sync::LazyLock;
@@ -175,7 +176,7 @@ fn srgb_to_linear(byte: u8) -> f64 {
     if v <= 0.04045 {
         v / 12.92
     } else {
-        ((v + 0.055) / 1.055).powf(2.4)
+        pow((v + 0.055) / 1.055, 2.4)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::footprint::Footprint;
 use crate::texture::{ImageTexture, Texture};
+use linelit_elementary::ln;
 use linelit_geometry::DVec3;
 
 /// A material with its name in the file (or its type, if it has none).
@@ -69,7 +70,7 @@ impl Remap {
         match self {
             Self::None => roughness,
             Self::V3 => {
-                let x = roughness.max(1e-3).ln();
+                let x = ln(roughness.max(1e-3));
                 1.62142 + x * (0.819_955 + x * (0.1734 + x * (0.017_120_1 + x * 0.000_640_711)))
             }
             Self::V4 => roughness.max(0.0).sqrt(),

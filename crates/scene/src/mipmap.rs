@@ -8,6 +8,7 @@
 use crate::footprint::Footprint;
 use crate::image::ImageData;
 use crate::texture::{Wrap, wrapped};
+use linelit_elementary::{exp, log2, sin_cos};
 use linelit_geometry::{DVec2, DVec3};
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -229,7 +230,7 @@ impl Taps {
         let first = (centre - 1.5).floor();
         // From one pixel to the next, π x grows by a quarter turn: one sine and cosine for all.
         let start = 0.5 * PI * (first + 0.5 - centre);
-        let (sin, cos) = start.sin_cos();
+        let (sin, cos) = sin_cos(start);
         let sines = [sin, cos, -sin, -cos];
         let double = 2.0 * sin * cos;
         let doubles = [double, -double, double, -double];
@@ -329,7 +330,7 @@ impl Mipmap<'_> {
     /// The level whose texels are as wide as `width`, which is in units of the image; the finest
     /// is 0, finer ones are negative.
     fn level(&self, width: f64) -> f64 {
-        self.pyramid.top().1 as f64 + width.max(1e-8).log2()
+        self.pyramid.top().1 as f64 + log2(width.max(1e-8))
     }
 
     /// The texel that holds a place, on the coarsest level whose texels are no wider than the
@@ -491,7 +492,7 @@ fn gaussian(square: f64) -> f64 {
     static TABLE: LazyLock<[f64; COUNT]> = LazyLock::new(|| {
         std::array::from_fn(|i| {
             let square = i as f64 / (COUNT - 1) as f64;
-            (-2.0 * square).exp() - (-2.0f64).exp()
+            exp(-2.0 * square) - exp(-2.0f64)
         })
     });
     #[allow(

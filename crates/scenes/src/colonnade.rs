@@ -2,6 +2,7 @@
 
 use super::mesh::{Mesh, Random};
 use super::{Files, facing_down, light_text, line_text, main_file, main_files};
+use linelit_elementary::{cos, exp, sin};
 use std::f64::consts::{PI, TAU};
 
 /// Distance between columns.
@@ -89,18 +90,18 @@ fn stone() -> Mesh {
 /// A fluted shaft between a base and a capital, 2.5 high.
 fn column(mesh: &mut Mesh, foot: [f64; 3]) {
     let radius = |v: f64, angle: f64| {
-        let flutes = 0.012 * (12.0 * angle).cos();
+        let flutes = 0.012 * cos(12.0 * angle);
         let taper = 0.2 - 0.03 * v;
-        let ends = 0.08 * (-(v * 30.0)).exp() + 0.09 * (-((1.0 - v) * 24.0)).exp();
+        let ends = 0.08 * exp(-(v * 30.0)) + 0.09 * exp(-((1.0 - v) * 24.0));
         taper + flutes * (v * (1.0 - v) * 4.0).min(1.0) + ends
     };
     mesh.surface([24, 44], true, |v, u| {
         let angle = TAU * u;
         let r = radius(v, angle);
         [
-            foot[0] + r * angle.cos(),
+            foot[0] + r * cos(angle),
             foot[1] + 0.12 + 2.26 * v,
-            foot[2] + r * angle.sin(),
+            foot[2] + r * sin(angle),
         ]
     });
     let slab = |mesh: &mut Mesh, y: f64| {
@@ -121,16 +122,16 @@ fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     mesh.surface([24, 20], true, |v, u| {
         let angle = PI * v;
         let turn = TAU * u;
-        let r = inner + 0.1 + (0.1 + 0.02 * (5.0 * turn).cos()) * turn.cos();
+        let r = inner + 0.1 + (0.1 + 0.02 * cos(5.0 * turn)) * cos(turn);
         [
-            centre - r * angle.cos(),
-            y + r * angle.sin(),
-            z + 0.22 * turn.sin(),
+            centre - r * cos(angle),
+            y + r * sin(angle),
+            z + 0.22 * sin(turn),
         ]
     });
     mesh.surface([24, 1], false, |v, u| {
         let angle = PI * v;
-        let (c, s) = (angle.cos(), angle.sin());
+        let (c, s) = (cos(angle), sin(angle));
         let edge = [centre - (inner + 0.2) * c, y + (inner + 0.2) * s];
         let top = [centre - 0.5 * BAY * c.signum() * c.abs().min(1.0), y + 1.38];
         [
@@ -146,11 +147,11 @@ fn balustrade(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     for k in 0..6u32 {
         let c = x + BAY * (f64::from(k) + 0.5) / 6.0;
         mesh.surface([12, 12], true, |v, u| {
-            let r = 0.05 + 0.03 * (TAU * 1.5 * v).sin();
+            let r = 0.05 + 0.03 * sin(TAU * 1.5 * v);
             [
-                c + r * (TAU * u).cos(),
+                c + r * cos(TAU * u),
                 y + 0.05 + 0.6 * v,
-                z + r * (TAU * u).sin(),
+                z + r * sin(TAU * u),
             ]
         });
     }
@@ -203,11 +204,11 @@ fn pots() -> Mesh {
         let side = if k % 2 == 0 { -1.0 } else { 1.0 };
         let foot = [column_x(k + 1) + 1.0, 0.0, side * 1.3];
         mesh.surface([16, 24], true, |v, u| {
-            let r = 0.18 + 0.12 * v + 0.03 * (PI * v * 3.0).sin();
+            let r = 0.18 + 0.12 * v + 0.03 * sin(PI * v * 3.0);
             [
-                foot[0] + r * (TAU * u).cos(),
+                foot[0] + r * cos(TAU * u),
                 0.5 * v,
-                foot[2] + r * (TAU * u).sin(),
+                foot[2] + r * sin(TAU * u),
             ]
         });
         for _ in 0..900 {
@@ -221,7 +222,7 @@ fn pots() -> Mesh {
 fn leaf(mesh: &mut Mesh, random: &mut Random, foot: [f64; 3]) {
     let angle = random.between(0.0, TAU);
     let (out, up) = (random.between(0.05, 0.55), random.between(0.5, 1.5));
-    let root = [foot[0] + out * angle.cos(), up, foot[2] + out * angle.sin()];
+    let root = [foot[0] + out * cos(angle), up, foot[2] + out * sin(angle)];
     let (length, width, drop) = (
         random.between(0.1, 0.25),
         random.between(0.01, 0.03),
@@ -232,9 +233,9 @@ fn leaf(mesh: &mut Mesh, random: &mut Random, foot: [f64; 3]) {
         let bend = drop * v * v;
         let across = width * (2.0 * u - 1.0) * (1.0 - 0.9 * v * v);
         [
-            root[0] + along * angle.cos() - across * angle.sin(),
+            root[0] + along * cos(angle) - across * sin(angle),
             root[1] + bend,
-            root[2] + along * angle.sin() + across * angle.cos(),
+            root[2] + along * sin(angle) + across * cos(angle),
         ]
     });
 }

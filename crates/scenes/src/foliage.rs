@@ -4,6 +4,7 @@ use super::mesh::{Mesh, rounded};
 use super::text::emitter;
 use super::window::tga;
 use super::{Files, diffuse, facing_down, facing_up, gloss, light_text};
+use linelit_elementary::{sin, sin_cos};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 
@@ -53,7 +54,7 @@ fn leaf(i: u16, j: u16) -> [u8; 3] {
         (f64::from(i) + 0.5) / width * 2.0 - 1.0,
         (f64::from(j) + 0.5) / height,
     );
-    let half = (0.92 * (PI * (y / 0.85).min(1.0)).sin().max(0.0)).max(0.08);
+    let half = (0.92 * sin(PI * (y / 0.85).min(1.0)).max(0.0)).max(0.08);
     // In pixels from the edge; the grey of the last one puts the cut where the edge is.
     let inside = (half - x.abs()) * width / 2.0 + 0.5;
     #[allow(
@@ -70,7 +71,7 @@ fn twig() -> String {
     let (mut points, mut uvs, mut indices) = (String::new(), String::new(), String::new());
     for k in 0..LEAVES {
         let t = f64::from(k) / f64::from(LEAVES);
-        let (sin, cos) = (f64::from(k) * GOLDEN).sin_cos();
+        let (sin, cos) = sin_cos(f64::from(k) * GOLDEN);
         // Outwards and upwards, flat about that direction.
         let (out, up, side) = ([cos * 0.8, 0.6, sin * 0.8], 0.45 * t, [-sin, 0.0, cos]);
         for [across, along] in [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 1.0]] {
@@ -98,7 +99,7 @@ fn twigs() -> String {
     let mut text = String::new();
     for k in 0..TWIGS {
         let height = 1.0 - 1.7 * (f64::from(k) + 0.5) / f64::from(TWIGS);
-        let (sin, cos) = (f64::from(k) * GOLDEN).sin_cos();
+        let (sin, cos) = sin_cos(f64::from(k) * GOLDEN);
         let ring = (1.0 - height * height).sqrt();
         let y = [ring * cos, height, ring * sin];
         let x = [-sin, 0.0, cos];

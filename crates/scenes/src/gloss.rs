@@ -4,6 +4,7 @@
 use super::mesh::Mesh;
 use super::rooms::{BOX_CAMERA, walls};
 use super::{Files, diffuse, facing_down, facing_up, light_text};
+use linelit_elementary::sin_cos;
 
 /// One main file without variants of its light.
 pub(super) fn scene(
@@ -73,7 +74,7 @@ pub(super) fn strips() -> Files {
         // the order of convergence.
         world += &plastic([0.0; 3], 0.6, alpha, &strip);
         let (x, y) = (left + 0.5, 0.42);
-        let (sin, cos) = (0.3 + 0.17 * f64::from(k)).sin_cos();
+        let (sin, cos) = sin_cos(0.3 + 0.17 * f64::from(k));
         let corner = |a: f64, b: f64| [x + cos * a - sin * b, y + sin * a + cos * b, 0.35];
         // No edge along the light's.
         let post = Mesh::polygon(&[
@@ -146,7 +147,7 @@ pub(super) fn plates() -> Files {
         (0.0, -0.65, 0.264, 0.25),
     ];
     for (y, z, tilt, alpha) in tilts {
-        let (sin, cos) = tilt.sin_cos();
+        let (sin, cos) = sin_cos(tilt);
         let at = |x: f64, s: f64| [x, y + 0.22 * s * sin, z + 0.22 * s * cos];
         let plate = [at(-2.0, -1.0), at(-2.0, 1.0), at(2.0, 1.0), at(2.0, -1.0)];
         world += &plastic([0.07, 0.09, 0.13], 0.9, alpha, &Mesh::polygon(&plate));

@@ -1,5 +1,6 @@
 //! Triangle meshes of the generators, and a random generator of their own.
 
+use linelit_elementary::sin_cos;
 use std::fmt::Write as _;
 
 /// A triangle mesh.
@@ -43,7 +44,7 @@ impl Mesh {
     /// its centre, facing out.
     pub(super) fn cuboid(&mut self, lo: [f64; 3], hi: [f64; 3], angle: f64) {
         let centre = [0.5 * (lo[0] + hi[0]), 0.5 * (lo[2] + hi[2])];
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = sin_cos(angle);
         let corner = |k: usize| {
             let pick = |axis: usize| {
                 if k >> axis & 1 == 0 {

@@ -2,6 +2,7 @@
 
 use super::mesh::{Mesh, Random};
 use super::{Files, diffuse, facing_down, facing_up, light_text, line_text, main_file, main_files};
+use linelit_elementary::sin_cos;
 
 const WHITE: [f64; 3] = [0.725, 0.71, 0.68];
 const RED: [f64; 3] = [0.63, 0.065, 0.05];
@@ -92,7 +93,7 @@ fn grid(mesh: &mut Mesh, height: f64, count: u32, turn: f64) {
             0.0,
         );
     }
-    let (sin, cos) = turn.sin_cos();
+    let (sin, cos) = sin_cos(turn);
     for p in &mut mesh.points[first..] {
         *p = [cos * p[0] + sin * p[2], p[1], cos * p[2] - sin * p[0]];
     }

@@ -2,6 +2,7 @@
 
 use super::mesh::Mesh;
 use super::{Files, facing_down, facing_up, light_text, text};
+use linelit_elementary::{cos, sin};
 use std::collections::BTreeMap;
 
 /// Where the spheres stand, in x and z, how high their middle is, and their radius.
@@ -62,7 +63,7 @@ pub(super) fn spheres(name: &str, parts: u32) -> Files {
 /// A place of the unit sphere on the bumpy one.
 fn bumpy([x, y, z]: [f64; 3], centre: [f64; 3], radius: f64, k: usize) -> [f64; 3] {
     let phase = [0.0, 1.1, 2.3, 3.1, 4.2, 5.3][k % 6];
-    let waves = (7.0 * x + phase).sin() * (6.0 * y - phase).cos() + (8.0 * z + phase).sin();
+    let waves = sin(7.0 * x + phase) * cos(6.0 * y - phase) + sin(8.0 * z + phase);
     let r = radius * (1.0 + 0.05 * waves);
     [centre[0] + r * x, centre[1] + r * y, centre[2] + r * z]
 }

@@ -2,6 +2,7 @@
 
 use crate::contribution::{Receiver, positive_part};
 use core::f64::consts::PI;
+use linelit_elementary::{atan2, cos, hypot, sin, sin_cos};
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
 
@@ -95,7 +96,8 @@ impl Extent {
             Light::Disk(l) => {
                 let (mean, n) = (l.disk.center, l.disk.normal);
                 // √(1 − n²) by axis, without its cancellation.
-                let r = DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * l.disk.radius;
+                let r =
+                    DVec3::new(hypot(n.y, n.z), hypot(n.x, n.z), hypot(n.x, n.y)) * l.disk.radius;
                 Self {
                     bounds: (mean - r, mean + r),
                     mean,
@@ -106,7 +108,7 @@ impl Extent {
             Light::Cylinder(l) => {
                 let (axis, radius) = (l.cylinder.axis, l.cylinder.radius);
                 let (a, (lo, hi)) = (axis.direction(), bounds_of(&[axis.p0, axis.p1]));
-                let r = DVec3::new(a.y.hypot(a.z), a.x.hypot(a.z), a.x.hypot(a.y)) * radius;
+                let r = DVec3::new(hypot(a.y, a.z), hypot(a.x, a.z), hypot(a.x, a.y)) * radius;
                 Self {
                     bounds: (lo - r, hi + r),
                     mean: axis.at(0.5),
@@ -144,7 +146,7 @@ impl LightBounds {
             radius2: radius2(lo, hi),
             axis,
             spread,
-            cone: spread.sin_cos(),
+            cone: sin_cos(spread),
             around: matches!(
                 light,
                 Light::Linear(_) | Light::Sphere(_) | Light::Cylinder(_)
@@ -172,7 +174,7 @@ impl LightBounds {
             radius2: radius2(lo, hi),
             axis,
             spread,
-            cone: spread.sin_cos(),
+            cone: sin_cos(spread),
             around: self.around && other.around,
             round: self.round || other.round,
             power,
@@ -201,8 +203,8 @@ impl LightBounds {
     fn orientation_measure(&self) -> f64 {
         let o = self.spread;
         let w = (o + 0.5 * PI).min(PI);
-        let (so, co) = o.sin_cos();
-        2.0 * PI * (1.0 - co) + 0.5 * PI * (2.0 * w * so - (o - 2.0 * w).cos() - 2.0 * o * so + co)
+        let (so, co) = sin_cos(o);
+        2.0 * PI * (1.0 - co) + 0.5 * PI * (2.0 * w * so - cos(o - 2.0 * w) - 2.0 * o * so + co)
     }
 
     /// Whether the group is small for its distance from `x`: its box has a radius below `ratio`
@@ -339,7 +341,7 @@ fn less(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
 /// The smallest cone, nearly, that holds two cones (Conty & Kulla 2018, algorithm 1).
 fn union_of_cones(a: (DVec3, f64), b: (DVec3, f64)) -> (DVec3, f64) {
     let (a, b) = if a.1 >= b.1 { (a, b) } else { (b, a) };
-    let between = a.0.cross(b.0).length().atan2(a.0.dot(b.0));
+    let between = atan2(a.0.cross(b.0).length(), a.0.dot(b.0));
     if (between + b.1).min(PI) <= a.1 {
         return a;
     }
@@ -354,7 +356,7 @@ fn union_of_cones(a: (DVec3, f64), b: (DVec3, f64)) -> (DVec3, f64) {
         return (a.0, PI);
     }
     match side.try_normalize() {
-        Some(t) => ((a.0 * turn.cos() + t * turn.sin()).normalize(), spread),
+        Some(t) => ((a.0 * cos(turn) + t * sin(turn)).normalize(), spread),
         // The axes are the same to rounding.
         None => (a.0, spread),
     }

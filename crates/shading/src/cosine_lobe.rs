@@ -2,6 +2,7 @@
 //! off-specular surfaces, and each is a Phong integral about a stretched axis.
 
 use crate::{phong, phong_polygon};
+use linelit_elementary::pow;
 use linelit_geometry::finite::nonnegative_vector;
 use linelit_geometry::{DVec3, Frame};
 
@@ -37,7 +38,7 @@ impl CosineLobe {
         }
         let cosine = self.axis(frame, wo).dot(wi);
         if cosine > 0.0 {
-            nonnegative_vector(self.weight * cosine.powf(self.exponent))
+            nonnegative_vector(self.weight * pow(cosine, self.exponent))
         } else {
             DVec3::ZERO
         }

@@ -2,6 +2,7 @@
 //! arcs.
 
 use crate::polygon;
+use linelit_elementary::{acos, atan, atan2, atanh, hypot, sin_cos};
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, EllipticCone};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -75,13 +76,13 @@ impl<'a> PartOfCone<'a> {
         let [a, b] = cone.tan;
         let local = cone.axes.map(|axis| axis.dot(n));
         let rise = [local[0] * a, local[1] * b];
-        let most = rise[0].hypot(rise[1]);
+        let most = hypot(rise[0], rise[1]);
         let above = if local[2] >= most {
             Above::All
         } else if local[2] <= -most {
             Above::None
         } else {
-            Above::Part(rise[1].atan2(rise[0]), (-local[2] / most).acos())
+            Above::Part(atan2(rise[1], rise[0]), acos(-local[2] / most))
         };
         Self {
             cone,
@@ -130,7 +131,7 @@ impl<'a> PartOfCone<'a> {
         let place = |p: DVec3| {
             let on = {
                 let (s, c) = self.turn(p);
-                (s.atan2(c) - start).rem_euclid(TAU)
+                (atan2(s, c) - start).rem_euclid(TAU)
             };
             match (self.is_up(p), on <= 2.0 * half) {
                 (true, true) | (false, false) => on,
@@ -147,7 +148,7 @@ impl<'a> PartOfCone<'a> {
         } else {
             t1 < t0
         };
-        let [rise, set] = [start, end].map(f64::sin_cos);
+        let [rise, set] = [start, end].map(sin_cos);
         match (from_up, to_up, wraps) {
             (true, true, false) => {
                 self.sum += self.arc(self.turn(from), self.turn(to), t1 - t0 > 1.0);
@@ -176,7 +177,7 @@ impl<'a> PartOfCone<'a> {
                 self.sum += TAU * (a / sec_a) * (b / sec_b) * self.local[2];
             }
             Above::Part(middle, half) => {
-                let [rise, set] = [middle - half, middle + half].map(f64::sin_cos);
+                let [rise, set] = [middle - half, middle + half].map(sin_cos);
                 self.add_whole(rise, set, half);
             }
         }
@@ -208,7 +209,7 @@ impl<'a> PartOfCone<'a> {
     /// second kind to one of the first, so that the sum of angles is that of the pieces between.
     fn meet_horizon(&mut self, p: DVec3, sign: f64) {
         let first = *self.first.get_or_insert(p);
-        let angle = self.n.dot(first.cross(p)).atan2(first.dot(p));
+        let angle = atan2(self.n.dot(first.cross(p)), first.dot(p));
         self.sum += sign * angle;
     }
 
@@ -216,7 +217,7 @@ impl<'a> PartOfCone<'a> {
     fn turn(&self, p: DVec3) -> (f64, f64) {
         let ([x, y, _], [a, b]) = (self.cone.axes, self.cone.tan);
         let (c, s) = (p.dot(x) * b, p.dot(y) * a);
-        let length = c.hypot(s);
+        let length = hypot(c, s);
         if length > 0.0 {
             (s / length, c / length)
         } else {
@@ -237,16 +238,16 @@ impl<'a> PartOfCone<'a> {
         let (ka, kb) = (k / sec_a, k / sec_b);
         // artanh(k s/A)/(Ak) and arctan(k c/B)/(Bk); their series where k is nothing.
         let along = |s: f64| match ka > 1e-8 {
-            true => (ka * s).atanh() / (sec_a * k),
+            true => atanh(ka * s) / (sec_a * k),
             false => s / (sec_a * sec_a),
         };
         let across = |c: f64| match kb > 1e-8 {
-            true => (kb * c).atan() / (sec_b * k),
+            true => atan(kb * c) / (sec_b * k),
             false => c / (sec_b * sec_b),
         };
         let ((s0, c0), (s1, c1)) = (from, to);
         let ([x0, y0], [x1, y1]) = ([sec_a * c0, sec_b * s0], [sec_a * c1, sec_b * s1]);
-        let mut turned = (x0 * y1 - y0 * x1).atan2(x0 * x1 + y0 * y1);
+        let mut turned = atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1);
         if turned < -CLOSE || (turned < CLOSE && is_long) {
             turned += TAU;
         }

@@ -3,6 +3,7 @@
 use crate::exact::{area_vector, direction, dot, length, value_at_crossing};
 use crate::horizon::crossing;
 use crate::span::power_of_two_unit;
+use linelit_elementary::{atan2, sin};
 use linelit_geometry::{DVec3, predicates};
 
 /// A segment clipped to the half-spaces `k·p ≥ 0` of N vectors k, with `k·p` at its ends.
@@ -84,7 +85,7 @@ impl<const N: usize> Fan<N> {
         }
         let area = area_vector(whole[0], whole[1]);
         let sine = (length(area) * fraction / product).min(1.0);
-        let angle = sine.atan2((ends[0].dot(ends[1]) / product).clamp(-1.0, 1.0));
+        let angle = atan2(sine, (ends[0].dot(ends[1]) / product).clamp(-1.0, 1.0));
         let normal = direction(area);
         if sine <= 0.0 && angle > 1.0 {
             return None;
@@ -97,7 +98,7 @@ impl<const N: usize> Fan<N> {
             normal,
             sine,
             angle,
-            half_sine: (0.5 * angle).sin(),
+            half_sine: sin(0.5 * angle),
             unit,
         })
     }
@@ -138,8 +139,8 @@ impl<const N: usize> Fan<N> {
         if w <= 0.0 {
             return [0.0, 1.0];
         }
-        let middle = w.sin() / self.sine;
-        let near = (half - w).max(0.0).sin() / self.half_sine + middle;
+        let middle = sin(w) / self.sine;
+        let near = sin((half - w).max(0.0)) / self.half_sine + middle;
         if v <= half {
             [near, middle]
         } else {

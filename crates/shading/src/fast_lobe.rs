@@ -9,6 +9,7 @@
 
 use crate::fast_path::{CLEAR, FAR, LEAST_COSINE, LONG_NORMAL, NEAR, Point, SHORT, dot, max, min};
 use crate::lobe::{Panel, SMOOTH};
+use linelit_elementary::ln;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// What is dropped at the end of a panel is below e⁻²⁷ of the integrand's peak; sixteen nodes then
@@ -195,7 +196,7 @@ impl Lobe {
         reach: f64,
         [fall, high]: [f64; 2],
     ) -> f64 {
-        let log = self.k * peak.ln();
+        let log = self.k * ln(peak);
         // Lest the terms underflow, a part of the power may wait.
         let (shift, rest) = if log > SHIFT_BELOW {
             (0.0, 1.0)

@@ -5,6 +5,7 @@ use crate::gauss::{
     FEW_NODES, FEW_WEIGHTS, NARROW, NODE, NODES, WEIGHT, atanh_ratio, atanh_ratio_narrow,
     exp_bounded,
 };
+use linelit_elementary::{atan2, cos, exp, hypot, ln, ln_1p, pow, sin, tan};
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
 use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
@@ -69,16 +70,16 @@ pub(crate) fn over_sine<const N: usize>(fan: &Fan<N>, axis: DVec3, k: f64) -> [f
     let rise = |end: usize| {
         if low {
             let [here, there] = if end == 0 { [z0, z1] } else { [z1, z0] };
-            (there - here * fan.angle.cos()) / fan.sine
+            (there - here * cos(fan.angle)) / fan.sine
         } else {
             fan.slope(axis, end)
         }
     };
     let towards = rise(0);
-    let centre = towards.atan2(z0);
+    let centre = atan2(towards, z0);
     let inside = centre > 0.0 && centre < fan.angle;
     let (start, log_peak) = if inside {
-        (centre, log_in_plane(fan, axis, z0.hypot(towards)))
+        (centre, log_in_plane(fan, axis, hypot(z0, towards)))
     } else if centre <= 0.0 {
         (0.0, log_cosine(fan, axis, 0, z0))
     } else {
@@ -123,15 +124,15 @@ fn fall([z0, z1]: [f64; 2], factors: [[f64; 2]; 2], k: f64) -> [f64; 2] {
                 let [low, high] = if z0 < z1 { [a, b] } else { [b, a] };
                 low * (1.0 - s) + high * s
             };
-            weight * at(factors[0]) * at(factors[1]) * (at([z0, z1]) / peak).powf(k)
+            weight * at(factors[0]) * at(factors[1]) * pow(at([z0, z1]) / peak, k)
         })
         .sum();
-    [sum, half_power(peak.ln(), k)]
+    [sum, half_power(ln(peak), k)]
 }
 
 /// exp(k log/2); 1 for k = 0, also of nothing.
 fn half_power(log: f64, k: f64) -> f64 {
-    if k > 0.0 { (0.5 * k * log).exp() } else { 1.0 }
+    if k > 0.0 { exp(0.5 * k * log) } else { 1.0 }
 }
 
 /// The integral from `start` over `width`, towards larger (`sign` 1) or smaller arc angles.
@@ -145,7 +146,7 @@ fn side<const N: usize>(
 ) -> f64 {
     let window = window(k, slope);
     if k < SMOOTH && k.fract() != 0.0 {
-        let horizon = 1f64.atan2(slope);
+        let horizon = atan2(1.0, slope);
         if horizon - width < width {
             let split = 0.5 * width;
             return panel_sum(fan, start, split, slope, sign, k)
@@ -181,7 +182,7 @@ fn panel_sum<const N: usize>(
         let ends = [fan.cosine(i, 0), fan.cosine(i, 1)];
         [near, far].map(|w| w[0] * ends[0] + w[1] * ends[1])
     };
-    let half_tan = (0.5 * width).tan();
+    let half_tan = tan(0.5 * width);
     if N == 2 {
         let factors = [factor(0)];
         Panel {
@@ -227,7 +228,7 @@ impl<const COUNT: usize> Panel<COUNT> {
             };
             2.0 * end * sum
         } else {
-            self.sum_wide(k) * offset.exp()
+            self.sum_wide(k) * exp(offset)
         }
     }
 
@@ -287,11 +288,7 @@ impl<const COUNT: usize> Panel<COUNT> {
 
 /// (1 + fall)ᵏ, 1 for k = 0.
 fn power(fall: f64, k: f64) -> f64 {
-    if k > 0.0 {
-        (k * fall.ln_1p()).exp()
-    } else {
-        1.0
-    }
+    if k > 0.0 { exp(k * ln_1p(fall)) } else { 1.0 }
 }
 
 /// The sum in a fixed order of pairs, the same for every vector width.
@@ -359,16 +356,16 @@ fn near_horizon<const N: usize>(
     k: f64,
     sign: f64,
 ) -> f64 {
-    let root = |x: f64| (horizon - x).max(0.0).powf(0.125);
+    let root = |x: f64| pow((horizon - x).max(0.0), 0.125);
     let (y1, y0) = (root(piece[0]), root(piece[1]));
-    let peak = horizon.sin();
+    let peak = sin(horizon);
     let mut sum = 0.0;
     for j in 0..NODES {
         let y = y0 + (y1 - y0) * NODE[j];
         let seventh = y.powi(7);
         let gap = seventh * y;
         let v = start + sign * (horizon - gap);
-        let mut value = 8.0 * seventh * (gap.sin() / peak).powf(k);
+        let mut value = 8.0 * seventh * pow(sin(gap) / peak, k);
         for i in 0..N - 1 {
             value *= fan.cosine_at([fan.cosine(i, 0), fan.cosine(i, 1)], v);
         }
@@ -393,15 +390,15 @@ fn log_cosine<const N: usize>(fan: &Fan<N>, axis: DVec3, end: usize, cosine: f64
 /// of k ln z is of the order of ε k sin and not ε k.
 fn near_one(axis: DVec3, lost: f64, z: f64) -> f64 {
     if z > 0.7 && z < 1.4 {
-        0.5 * (excess_over_one(axis) - lost).ln_1p()
+        0.5 * ln_1p(excess_over_one(axis) - lost)
     } else {
-        z.ln()
+        ln(z)
     }
 }
 
 /// ln |v| for a v of about unit length, to ε of itself.
 pub(crate) fn log_axis_length(v: DVec3) -> f64 {
-    0.5 * excess_over_one(v).ln_1p()
+    0.5 * ln_1p(excess_over_one(v))
 }
 
 /// |v|² − 1, exactly rounded or nearly.

@@ -2,6 +2,7 @@
 //! has no closed form.
 
 use crate::fan::Fan;
+use linelit_elementary::sin_cos;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 
@@ -200,7 +201,7 @@ pub fn line(
         Model::Ribbon | Model::PointLine => nonnegative(fan.reach() / fan.sine),
     };
     let along = |v: f64| {
-        let (s, c) = v.sin_cos();
+        let (s, c) = sin_cos(v);
         let emitted = if model == Model::PointLine {
             1.0
         } else {

@@ -2,6 +2,7 @@
 
 use crate::exact::{determinant, dot, length};
 use crate::span::power_of_two_unit;
+use linelit_elementary::{acos, atan, atan2};
 use linelit_geometry::double::{self, Double};
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, predicates};
@@ -158,9 +159,9 @@ pub fn sphere_projected(centre: DVec3, radius: f64, n: DVec3) -> f64 {
     let rest = if u < 0.25 {
         atan_excess(u) + s2 * u
     } else {
-        u.atan() - u * (gap / square)
+        atan(u) - u * (gap / square)
     };
-    nonnegative(s2 * (y.acos() * cos_beta) + rest)
+    nonnegative(s2 * (acos(y) * cos_beta) + rest)
 }
 
 /// |centre|² − radius², to 2 ε of itself or nearly.
@@ -202,7 +203,7 @@ fn signed(a: DVec3, b: DVec3, c: DVec3) -> f64 {
         [.., true] => obtuse([c, a, b], [rc, ra, rb], ca),
         [false, false, false] => ra * rb * rc + ab * rc + bc * ra + ca * rb,
     };
-    2.0 * det.atan2(below)
+    2.0 * atan2(det, below)
 }
 
 /// Whether the shading point is on the line of all three: nothing is seen, though it be between
@@ -216,7 +217,7 @@ fn on_one_line(a: DVec3, b: DVec3, c: DVec3) -> bool {
 /// it fills the space between the planes through a, which is twice their angle.
 fn lune(a: DVec3, b: DVec3, c: DVec3, det: f64) -> f64 {
     let (left, right) = (predicates::cross(a, b), predicates::cross(a, c));
-    let angle = (a.length() * det).atan2(dot(left, right));
+    let angle = atan2(a.length() * det, dot(left, right));
     2.0 * angle + signed(-a, b, c)
 }
 

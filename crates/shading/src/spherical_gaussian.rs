@@ -6,6 +6,7 @@
 
 use crate::fan::Fan;
 use crate::gauss::{NODE, NODES, WEIGHT};
+use linelit_elementary::{asin, atan2, exp, hypot, sin};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -74,22 +75,22 @@ fn integrate(
     };
     if fan.sine <= 0.0 {
         let flat = fan.reach() * cosines[0] * (0.5 * (closeness[0] + closeness[1]));
-        return nonnegative(flat * (lambda * (first - 1.0)).exp() * scale(&fan));
+        return nonnegative(flat * exp(lambda * (first - 1.0)) * scale(&fan));
     }
     let rise = fan.slope(xi, 0);
-    let (centre, rho) = (rise.atan2(first), first.hypot(rise));
+    let (centre, rho) = (atan2(rise, first), hypot(first, rise));
     let off = xi.dot(fan.normal);
     // ρ − 1 = −off²/(1 + ρ) for a unit axis.
     let peak = -lambda * off * off / (1.0 + rho);
     let strength = 2.0 * lambda * rho;
     // sin² of half the angle to the centre: the exponent but for a factor.
-    let depth = |v: f64| (0.5 * (v - centre)).sin().powi(2);
+    let depth = |v: f64| sin(0.5 * (v - centre)).powi(2);
     let sides = sides(centre, fan.angle, depth(0.0) <= depth(fan.angle));
     let highest = sides
         .iter()
         .fold(1.0f64, |low, side| low.min(depth(side.0)));
     let value = |v: f64| {
-        let fall = (-strength * (depth(v) - highest)).exp();
+        let fall = exp(-strength * (depth(v) - highest));
         let emitted = if emitter {
             fan.cosine_at(closeness, v)
         } else {
@@ -110,7 +111,7 @@ fn integrate(
     }
     let log = peak - strength * highest;
     // In two halves: the power may be beyond the range of numbers, and the result within.
-    let half = (0.5 * log).exp();
+    let half = exp(0.5 * log);
     nonnegative(fan.reach() / fan.sine * sum * half * scale(&fan) * half)
 }
 
@@ -156,7 +157,7 @@ fn window(strength: f64, highest: f64) -> f64 {
     let (a, b) = (end.sqrt(), highest.sqrt());
     let (ca, cb) = ((1.0 - end).sqrt(), (1.0 - highest).sqrt());
     let sine = (DEPTH / strength) / (a * cb + ca * b);
-    2.0 * sine.clamp(0.0, 1.0).asin()
+    2.0 * asin(sine.clamp(0.0, 1.0))
 }
 
 #[cfg(test)]

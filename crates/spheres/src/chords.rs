@@ -2,6 +2,7 @@
 
 use crate::along::{Along, holds};
 use core::f64::consts::PI;
+use linelit_elementary::{atan2, hypot, sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
@@ -103,7 +104,7 @@ impl DiskChords {
         measure: ChordMeasure,
     ) -> Self {
         let frame = Frame::from_normal(disk.normal);
-        let (s, c) = angle_rad.sin_cos();
+        let (s, c) = sin_cos(angle_rad);
         let axes = [frame.x * c + frame.y * s, frame.y * c - frame.x * s];
         let to = disk.center - x;
         let along = Along {
@@ -127,7 +128,7 @@ impl DiskChords {
         for n in horizons.iter().take(2) {
             let [a, b] = axes.map(|axis| n.dot(axis));
             let height = n.dot(to);
-            let rise = r * a.hypot(b);
+            let rise = r * hypot(a, b);
             if height + rise <= 0.0 {
                 return out;
             }
@@ -176,7 +177,7 @@ impl DiskChords {
         reach(0.0, -r, usize::MAX, usize::MAX);
         reach(0.0, r, usize::MAX, usize::MAX);
         for (k, [a, b, c]) in self.cuts().iter().enumerate() {
-            let slope = a.hypot(*b);
+            let slope = hypot(*a, *b);
             let (a, b, c) = (a / slope, b / slope, c / slope);
             let side = ((r - c) * (r + c)).max(0.0).sqrt();
             reach(-c * a - side * b, -c * b + side * a, k, k);
@@ -185,7 +186,7 @@ impl DiskChords {
         if let [[a, b, c], [d, e, f]] = self.cuts() {
             let determinant = a * e - b * d;
             let (v, u) = ((b * f - c * e) / determinant, (c * d - a * f) / determinant);
-            if v.hypot(u) < r {
+            if hypot(v, u) < r {
                 reach(v, u, 0, 1);
             }
         }
@@ -268,7 +269,7 @@ impl DiskChords {
             let place = sample_linear(place, self.density[piece], self.density[piece + 1]);
             #[allow(clippy::cast_precision_loss, reason = "few pieces")]
             let angle = (piece as f64 + place - 0.5 * PIECES as f64) * STEP;
-            angle.sin()
+            sin(angle)
         };
         let offset = self.middle + self.half * sine;
         match self.extent(offset) {
@@ -395,7 +396,7 @@ impl DiskChords {
 /// The piece, counted from the nearer end, that the angle of a sine and cosine falls into, and the
 /// place in it.
 fn place_of(sine: f64, cosine: f64) -> (usize, f64) {
-    let steps = cosine.atan2(sine.abs()) / STEP;
+    let steps = atan2(cosine, sine.abs()) / STEP;
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -1,6 +1,7 @@
 //! Directions towards disks that follow linearly transformed cosines.
 
 use core::f64::consts::{PI, TAU};
+use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DMat3, DVec3, EllipticCone, Frame};
 use linelit_lights::{Disk, Pdf, SolidAngle};
@@ -99,7 +100,7 @@ impl TransformedCone {
     /// A unit direction, and its density.
     #[must_use]
     pub fn sample(&self, u: [f64; 2]) -> (DVec3, Pdf<SolidAngle>) {
-        let (s, c) = (TAU * u[0]).sin_cos();
+        let (s, c) = sin_cos(TAU * u[0]);
         let square = self.square * fraction(u[1]);
         let sine = square.sqrt();
         let z = (1.0 - square).sqrt();
@@ -122,7 +123,7 @@ impl TransformedCone {
     pub fn invert(&self, direction: DVec3) -> [f64; 2] {
         let c = self.inverse * direction;
         let across = c.x * c.x + c.y * c.y;
-        let turn = c.y.atan2(c.x) / TAU;
+        let turn = atan2(c.y, c.x) / TAU;
         let turn = if turn < 0.0 { turn + 1.0 } else { turn };
         [turn, across / (c.length_squared() * self.square)].map(below_one)
     }

@@ -1,6 +1,7 @@
 //! The side of a cylinder as a shading point sees it, and points on it by area.
 
 use core::f64::consts::PI;
+use linelit_elementary::{atan, atan2, hypot, sin, sin_cos, tan};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame, Segment, predicates};
 use linelit_lights::{Area, Cylinder, Pdf, PointSample, PointTechnique};
@@ -108,7 +109,7 @@ impl CylinderView {
     #[must_use]
     pub fn meets(&self, direction: DVec3) -> Option<DVec3> {
         let [out, across, along] = self.axes.map(|a| a.dot(direction));
-        let steep = out.hypot(across);
+        let steep = hypot(out, across);
         let sine = across / (steep * self.k);
         if !(out < 0.0 && sine.abs() <= 1.0) {
             return None;
@@ -126,7 +127,7 @@ impl CylinderView {
     pub fn heights(&self, n: DVec3) -> [f64; 2] {
         let ends = self.cylinder.axis.relative_to(self.x);
         let [h0, h1] = [ends.p0, ends.p1].map(|p| n.dot(p));
-        let rise = self.cylinder.radius * n.dot(self.axes[0]).hypot(n.dot(self.axes[1]));
+        let rise = self.cylinder.radius * hypot(n.dot(self.axes[0]), n.dot(self.axes[1]));
         [h0.min(h1) - rise, h0.max(h1) + rise]
     }
 
@@ -149,14 +150,14 @@ impl CylinderView {
     /// The azimuth φ of the rim, less than a quarter turn.
     #[must_use]
     pub fn half_turn(&self) -> f64 {
-        self.rim().atan2(self.k)
+        atan2(self.rim(), self.k)
     }
 
     /// The azimuth φ of a point of the side, in [−π, π].
     #[must_use]
     pub fn azimuth(&self, point: DVec3) -> f64 {
         let out = point - self.cylinder.axis.p0;
-        self.axes[1].dot(out).atan2(self.axes[0].dot(out))
+        atan2(self.axes[1].dot(out), self.axes[0].dot(out))
     }
 
     /// √(1 − k²): the sine of φ at the rim, and the cosine of α.
@@ -166,12 +167,12 @@ impl CylinderView {
 
     /// α at the rim.
     pub(crate) fn half_angle(&self) -> f64 {
-        self.k.atan2(self.rim())
+        atan2(self.k, self.rim())
     }
 
     /// The line at an angle α, with cos ψ.
     pub(crate) fn at_angle(&self, alpha: f64) -> (Slice, f64) {
-        self.at_incidence((alpha.sin() / self.k).clamp(-1.0, 1.0))
+        self.at_incidence((sin(alpha) / self.k).clamp(-1.0, 1.0))
     }
 
     /// The line of an angle of incidence, by its sine, with its cosine.
@@ -223,7 +224,7 @@ impl CylinderView {
     pub(crate) fn angle_of(&self, slice: &Slice) -> f64 {
         let r = self.cylinder.radius;
         let along = self.rho * self.rest + r * one_minus(slice.sin, slice.cos);
-        (r * slice.sin).atan2(along)
+        atan2(r * slice.sin, along)
     }
 
     /// The line of a slice, along all of the cylinder.
@@ -241,7 +242,7 @@ impl CylinderView {
         let (out, length) = (point - axis.p0, self.ends[1] - self.ends[0]);
         let [c, s, z] = self.axes.map(|a| a.dot(out));
         let slack = 64.0 * f64::EPSILON * (radius + length + point.abs().max_element());
-        let r = c.hypot(s);
+        let r = hypot(c, s);
         let inside = (r - radius).abs() <= slack && z >= -slack && z <= length + slack;
         if !(inside && slack < f64::INFINITY && r > 0.0) {
             return None;
@@ -342,7 +343,7 @@ impl CylinderView {
         };
         let ([e0, a0], [e1, a1]) = (end(low), end(high));
         let side = rho * self.rim();
-        let turn = (side * (high - low)).atan2(side * side + low * high);
+        let turn = atan2(side * (high - low), side * side + low * high);
         let towards = e1 - e0 + 2.0 * self.k * turn;
         let [out, _, along] = self.axes;
         let sum = out * (-0.5 * towards) + along * (0.5 * (a1 - a0));
@@ -353,10 +354,10 @@ impl CylinderView {
     /// in view.
     fn around_end(&self, height: f64, half: f64) -> [f64; 2] {
         let (r, rho) = (self.cylinder.radius, self.rho);
-        let near = height.hypot(rho * self.rest);
-        let far = height.hypot(rho + r);
+        let near = hypot(height, rho * self.rest);
+        let far = hypot(height, rho + r);
         let a = height * height + rho * rho + r * r;
-        let flat = 4.0 / (near * far) * ((0.5 * half).tan() * (far / near)).atan();
+        let flat = 4.0 / (near * far) * atan(tan(0.5 * half) * (far / near));
         let ratio = 2.0 * rho * r / a;
         let cosine = if ratio > 0.125 {
             (a * flat - 2.0 * half) / (2.0 * rho * r)
@@ -378,7 +379,7 @@ fn one_minus(sin: f64, cos: f64) -> f64 {
 
 /// ∫ cos φ/(1 − q cos φ) dφ between −h and h, for q ≤ 1/8: Σ qⁿ ∫ cosⁿ⁺¹ φ dφ.
 fn powers_of_cosine(h: f64, q: f64) -> f64 {
-    let (s, c) = h.sin_cos();
+    let (s, c) = sin_cos(h);
     // The integrals of the two powers before, and cosⁿ⁻¹ h.
     let (mut before, mut last, mut power) = (2.0 * h, 2.0 * s, 1.0);
     let (mut sum, mut factor) = (last, 1.0);
@@ -442,7 +443,7 @@ impl Clipped {
             let square = edge[0] * edge[0] + edge[1] * edge[1];
             let t = -(p[0] * edge[0] + p[1] * edge[1]) / square;
             let t = fraction(t);
-            least = least.min((p[0] + edge[0] * t).hypot(p[1] + edge[1] * t));
+            least = least.min(hypot(p[0] + edge[0] * t, p[1] + edge[1] * t));
             let turn = p[0] * q[1] - p[1] * q[0];
             left &= turn > 0.0;
             right &= turn < 0.0;
@@ -518,9 +519,9 @@ impl CylinderArea {
         let Cylinder { axis, radius } = self.cylinder;
         let (out, length) = (point - axis.p0, axis.length());
         let [c, s] = self.axes.map(|a| a.dot(out));
-        let (r, z) = (c.hypot(s), axis.direction().dot(out));
+        let (r, z) = (hypot(c, s), axis.direction().dot(out));
         let slack = 64.0 * f64::EPSILON * (radius + length + point.abs().max_element());
-        let turn = s.atan2(c);
+        let turn = atan2(s, c);
         let inside = (r - radius).abs() <= slack
             && (z >= -slack && z <= length + slack)
             && turn.abs() <= self.half + slack / radius;
@@ -535,7 +536,7 @@ impl PointTechnique for CylinderArea {
     #[inline]
     fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let [around, along] = u.map(fraction);
-        let (s, c) = (self.half * (2.0 * around - 1.0)).sin_cos();
+        let (s, c) = sin_cos(self.half * (2.0 * around - 1.0));
         let [out, across] = self.axes;
         let offset = (out * c + across * s) * self.cylinder.radius;
         PointSample::at(self.cylinder.axis.at(along) + offset, self.density)

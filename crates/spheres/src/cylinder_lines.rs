@@ -4,6 +4,7 @@ use crate::along::{Along, holds};
 use crate::cylinder::Slice;
 use crate::{ChordMeasure, CylinderView};
 use core::f64::consts::{PI, TAU};
+use linelit_elementary::{acos, asin, atan2, hypot, sin, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{DVec3, Segment};
@@ -107,7 +108,7 @@ impl CylinderLines {
         for (k, n) in horizons.iter().enumerate().take(2) {
             let [a, b] = [0, 1].map(|k| n.dot(view.axes[k]) * view.cylinder.radius);
             let [h0, h1] = [axis.p0, axis.p1].map(|p| n.dot(p));
-            let rise = a.hypot(b);
+            let rise = hypot(a, b);
             if h0.min(h1) >= rise || horizons[..k].contains(n) {
                 continue;
             }
@@ -130,7 +131,7 @@ impl CylinderLines {
         // The angle of incidence is φ + α.
         let rim = view.half_angle();
         let ends = [low, high].map(|turn| {
-            let (s, c) = turn.sin_cos();
+            let (s, c) = sin_cos(turn);
             let alpha = view.angle_of(&view.at_azimuth(s, c));
             (alpha.clamp(-rim, rim), turn + alpha)
         });
@@ -149,8 +150,8 @@ impl CylinderLines {
                     self.density[k] = self.density[PIECES - k];
                     continue;
                 }
-                let sine = (middle + half * end).sin();
-                self.angles[k] = (view.k * sine).asin();
+                let sine = sin(middle + half * end);
+                self.angles[k] = asin(view.k * sine);
                 self.density[k] = self.line_measure(view, &view.at_incidence(sine).0);
             }
             if !is_whole {
@@ -255,7 +256,7 @@ impl CylinderLines {
         let density = self.angle_density(piece, place) * cosine / slice.distance;
         LineSample {
             segment: self.part_above(view, &slice).unwrap_or_default(),
-            offset: view.cylinder.radius * slice.sin.atan2(slice.cos),
+            offset: view.cylinder.radius * atan2(slice.sin, slice.cos),
             pdf: Pdf::new(density),
         }
     }
@@ -380,27 +381,27 @@ impl CylinderLines {
 
 /// The line at an offset.
 fn slice_at(view: &CylinderView, offset: f64) -> Slice {
-    let (s, c) = (offset / view.cylinder.radius).sin_cos();
+    let (s, c) = sin_cos(offset / view.cylinder.radius);
     view.at_azimuth(s, c)
 }
 
 /// The least and the largest azimuth within ±`half` at which `c + a cos φ + b sin φ` is positive;
 /// `None` if it is nowhere.
 fn above(c: f64, a: f64, b: f64, half: f64) -> Option<(f64, f64)> {
-    let rise = a.hypot(b);
+    let rise = hypot(a, b);
     if c >= rise {
         return Some((-half, half));
     }
     if c <= -rise {
         return None;
     }
-    let (middle, width) = (b.atan2(a), (-c / rise).acos());
+    let (middle, width) = (atan2(b, a), acos(-c / rise));
     let within = |turn: f64| {
         let turn = turn - TAU * (turn / TAU).round();
         (turn.abs() < half).then_some(turn)
     };
     let is_above = |turn: f64| {
-        let (s, c0) = turn.sin_cos();
+        let (s, c0) = sin_cos(turn);
         c + a * c0 + b * s > 0.0
     };
     let from = if is_above(-half) {

@@ -1,6 +1,7 @@
 //! Disks, uniform by area through the concentric map.
 
 use core::f64::consts::FRAC_PI_4;
+use linelit_elementary::{atan, hypot, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DVec3, Frame};
 use linelit_lights::{Area, Disk, Pdf, PointSample, PointTechnique};
@@ -47,9 +48,9 @@ impl PointTechnique for DiskArea {
     fn sample(&self, u: [f64; 2]) -> PointSample<Area> {
         let [a, b] = u.map(|u| 2.0 * fraction(u) - 1.0);
         let (r, (s, c)) = if a.abs() > b.abs() {
-            (a, (FRAC_PI_4 * (b / a)).sin_cos())
+            (a, sin_cos(FRAC_PI_4 * (b / a)))
         } else if b.abs() > 0.0 {
-            let (s, c) = (FRAC_PI_4 * (a / b)).sin_cos();
+            let (s, c) = sin_cos(FRAC_PI_4 * (a / b));
             (b, (c, s))
         } else {
             (0.0, (0.0, 1.0))
@@ -69,17 +70,17 @@ impl PointTechnique for DiskArea {
     fn invert(&self, point: DVec3) -> Option<[f64; 2]> {
         let v = (point - self.disk.center) / self.disk.radius;
         let (x, y) = (v.dot(self.frame.x), v.dot(self.frame.y));
-        let r = x.hypot(y);
+        let r = hypot(x, y);
         let slack = 64.0 * f64::EPSILON * (1.0 + point.abs().max_element() / self.disk.radius);
         if !(r <= 1.0 + slack && slack < f64::INFINITY) {
             return None;
         }
         let (a, b) = if x.abs() > y.abs() {
             let r = r.copysign(x);
-            (r, r * (y / x).atan() / FRAC_PI_4)
+            (r, r * atan(y / x) / FRAC_PI_4)
         } else if y.abs() > 0.0 {
             let r = r.copysign(y);
-            (r * (x / y).atan() / FRAC_PI_4, r)
+            (r * atan(x / y) / FRAC_PI_4, r)
         } else {
             (0.0, 0.0)
         };

@@ -2,6 +2,7 @@
 
 use crate::disk::DiskArea;
 use core::f64::consts::{FRAC_PI_2, PI};
+use linelit_elementary::{atan2, hypot, sin_cos};
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::{DVec3, Frame, predicates};
 use linelit_lights::{Disk, Pdf, Pieces, PointSample, PointTechnique, SolidAngle, sample_linear};
@@ -66,7 +67,7 @@ const FLAT: f64 = 32.0 * f64::EPSILON;
 /// Sine and cosine of the ends of the pieces.
 #[allow(clippy::cast_precision_loss, reason = "few pieces")]
 fn quarter(k: usize) -> (f64, f64) {
-    (k as f64 * (FRAC_PI_2 / PIECES as f64)).sin_cos()
+    sin_cos(k as f64 * (FRAC_PI_2 / PIECES as f64))
 }
 
 impl DiskCone {
@@ -80,7 +81,7 @@ impl DiskCone {
         let rho = predicates::length(lateral);
         // The nearest and farthest points of the rim, and the tangent of half the angle between
         // them from its side that does not cancel.
-        let (near, far) = ((rho - r).hypot(h), (rho + r).hypot(h));
+        let (near, far) = (hypot(rho - r, h), hypot(rho + r, h));
         let product = near * far;
         let dot = (rho - r) * (rho + r) + h * h;
         let b = if dot > 0.0 {
@@ -135,7 +136,7 @@ impl DiskCone {
 
     /// p(s).
     fn rim(&self, (s, c): (f64, f64)) -> f64 {
-        (self.sec[1] * c).hypot(self.sec[0] * s)
+        hypot(self.sec[1] * c, self.sec[0] * s)
     }
 
     /// dΩ/ds.
@@ -148,7 +149,7 @@ impl DiskCone {
     fn reach(&self, (s, c): (f64, f64), p: f64) -> (f64, [f64; 2]) {
         let ([a, b], [sec_a, sec_b]) = (self.tan, self.sec);
         let across = [a * sec_b * c / p, b * sec_a * s / p];
-        let tan = across[0].hypot(across[1]);
+        let tan = hypot(across[0], across[1]);
         let q = sec_a * sec_b / p;
         (tan * tan / (q * (1.0 + q)), across.map(|x| x / tan))
     }
@@ -189,7 +190,7 @@ impl DiskCone {
         // tan s = (B/A) tan t with (cos t, sin t) along (x/a, y/b).
         let (ps, pc) = (y.abs() * sec_b * a, x.abs() * sec_a * b);
         let turn = if ps > 0.0 || pc > 0.0 {
-            ps.atan2(pc)
+            atan2(ps, pc)
         } else {
             0.0
         };
@@ -211,7 +212,7 @@ impl DiskCone {
             (false, false) => 2.0 + within,
             (true, false) => 4.0 - within,
         };
-        let sc = turn.sin_cos();
+        let sc = sin_cos(turn);
         let p = self.rim(sc);
         let (k, _) = self.reach(sc, p);
         let (across, r) = (x * x + y * y, v.length());
@@ -252,7 +253,7 @@ impl PointTechnique for DiskCone {
         let place = sample_linear(share, self.density[piece], self.density[piece + 1]);
         #[allow(clippy::cast_precision_loss, reason = "few pieces")]
         let turn = (piece as f64 + place) * (FRAC_PI_2 / PIECES as f64);
-        let (s, c) = turn.sin_cos();
+        let (s, c) = sin_cos(turn);
         let p = self.rim((s, c));
         let (k, across) = self.reach((s, c), p);
         let m = fraction(u[1]) * k;

@@ -2,6 +2,7 @@
 
 use crate::sphere::{at, faces};
 use core::f64::consts::PI;
+use linelit_elementary::{asin, atan2, cbrt, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
 use linelit_lights::{Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
@@ -231,7 +232,7 @@ impl SphereProjected {
     fn height(&self, cut: &Cut, share: f64) -> f64 {
         let target = share * cut.half;
         let (mut low, mut high) = (0.0, cut.last);
-        let rest = (1.0 - share).cbrt();
+        let rest = cbrt(1.0 - share);
         let mut q = cut.last * (1.0 - rest * rest);
         for _ in 0..60 {
             let excess = self.mass(cut, q) - target;
@@ -298,7 +299,7 @@ impl PointTechnique for SphereProjected {
         let u = u.map(fraction);
         let direction = match &self.cut {
             None => {
-                let (s, c) = (2.0 * PI * u[1]).sin_cos();
+                let (s, c) = sin_cos(2.0 * PI * u[1]);
                 let r = u[0].sqrt();
                 self.in_disk([r * c, r * s], 1.0 - u[0])
             }
@@ -334,7 +335,7 @@ impl PointTechnique for SphereProjected {
         let p = step / (self.sigma * self.cos);
         let q = b / self.sigma;
         let Some(cut) = &self.cut else {
-            let turn = q.atan2(p) / (2.0 * PI);
+            let turn = atan2(q, p) / (2.0 * PI);
             let turn = if turn < 0.0 { turn + 1.0 } else { turn };
             return Some([p * p + q * q, turn].map(below_one));
         };
@@ -355,7 +356,7 @@ impl PointTechnique for SphereProjected {
 
 /// 2 ∫₀^q √(1 − q²) dq.
 fn disk(q: f64) -> f64 {
-    q * ((1.0 - q) * (1.0 + q)).max(0.0).sqrt() + q.asin()
+    q * ((1.0 - q) * (1.0 + q)).max(0.0).sqrt() + asin(q)
 }
 
 /// ∫₀^y (1 − √(1 − y²)) dy; its series where the difference would cancel.

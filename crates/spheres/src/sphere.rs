@@ -2,6 +2,7 @@
 //! solid angle.
 
 use core::f64::consts::PI;
+use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, Frame, predicates};
 use linelit_lights::{Area, Pdf, PointSample, PointTechnique, SolidAngle, Sphere};
@@ -43,13 +44,13 @@ fn extreme(v: DVec3) -> (f64, DVec3) {
 
 /// A unit vector at the azimuth 2πu with the given z, `1 − |z|` and sine formed by the caller.
 fn around(frame: &Frame, z: f64, sine: f64, u: f64) -> DVec3 {
-    let (s, c) = (2.0 * PI * u).sin_cos();
+    let (s, c) = sin_cos(2.0 * PI * u);
     frame.x * (c * sine) + frame.y * (s * sine) + frame.z * z
 }
 
 /// The azimuth of a direction as a fraction of 2π in [0, 1).
 fn azimuth(frame: &Frame, v: DVec3) -> f64 {
-    let turn = v.dot(frame.y).atan2(v.dot(frame.x)) / (2.0 * PI);
+    let turn = atan2(v.dot(frame.y), v.dot(frame.x)) / (2.0 * PI);
     below_one(if turn < 0.0 { turn + 1.0 } else { turn })
 }
 

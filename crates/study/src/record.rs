@@ -5,6 +5,7 @@ use crate::plots::signed;
 use crate::report::{Exhibits, Report, plot_files};
 use crate::stats::slopes::{Order, SlopePoint, fit_trials};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
+use linelit_elementary::ln;
 use linelit_film::FilmError;
 
 /// An order of convergence that a paper reports.
@@ -181,10 +182,10 @@ fn slope(
 fn remark(points: &[SlopePoint], fit: &Order) -> String {
     let deviation = |p: &SlopePoint| {
         let n = p.trial_variances.len() as f64;
-        0.5 * (p.trial_variances.iter().sum::<f64>() / n).ln()
+        0.5 * ln(p.trial_variances.iter().sum::<f64>() / n)
     };
     let step = |a: &SlopePoint, b: &SlopePoint| {
-        (deviation(b) - deviation(a)) / (b.samples.ln() - a.samples.ln())
+        (deviation(b) - deviation(a)) / (ln(b.samples) - ln(a.samples))
     };
     let (Some(first), Some(last)) = (points.windows(2).next(), points.windows(2).last()) else {
         return String::new();

@@ -1,5 +1,6 @@
 //! Pearson's χ² test of a histogram, with pooling of thin bins, and Šidák's correction for many
 //! tests.
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 /// What a χ² test found.
 #[derive(Clone, Copy, Debug, PartialEq)]

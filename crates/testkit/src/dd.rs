@@ -9,6 +9,7 @@
 //! Dekker's split must not overflow). Source: Dekker (1971); Hida, Li, Bailey, "Library for
 //! Double-Double and Quad-Double Arithmetic" (2007); Joldes, Muller, Popescu, "Tight and rigorous
 //! error bounds for basic building blocks of double-word arithmetic" (2017).
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use crate::real::Real;
 use std::cmp::Ordering;

@@ -2,6 +2,7 @@
 //!
 //! All rules return an [`Estimate`] with an error estimate of their own; an oracle should look at
 //! both.
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 /// The value of an integral and how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]

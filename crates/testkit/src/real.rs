@@ -1,5 +1,6 @@
 //! One trait for the numbers an oracle may be written in: `f64`, [`Dd`](crate::dd::Dd),
 //! [`Precise`](crate::precise::Precise).
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -1,5 +1,6 @@
 //! A small, fixed random generator for tests, independent of the samplers under test, and the
 //! inputs that benches share.
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 /// SplitMix64: a 64-bit counter with an avalanche finaliser.
 ///

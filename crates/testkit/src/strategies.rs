@@ -2,6 +2,7 @@
 //! grazing directions, scenes tiny, huge and far from the origin.
 //!
 //! Vectors are `[f64; 3]`, triangles `[[f64; 3]; 3]`, so that any vector library can take them in.
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use crate::close::nudge;
 use crate::rng::SplitMix64;

@@ -1,4 +1,5 @@
 //! Running moments, z and t tests, and the normal distribution.
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use puruspe::{betai, erfc, inverfc};
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};

@@ -3,6 +3,7 @@
 //! Slow and plain, for tests, and for what kernels cannot hold in their numbers.
 
 use crate::{Occluders, bounds};
+use linelit_elementary::{exp2, log2};
 use linelit_geometry::{
     Chord, DVec3, Segment, ShadowTriangle,
     intervals::{Interval, IntervalTree, VisibleSet},
@@ -99,7 +100,7 @@ impl<'a> LineView<'a> {
     pub(crate) fn new(occluders: &'a Occluders, point: DVec3, line: &Segment) -> Option<Self> {
         let relative = line.relative_to(point);
         let largest = relative.p0.abs().max(relative.p1.abs()).max_element();
-        let unit = largest.log2().floor().exp2().recip();
+        let unit = exp2(log2(largest).floor()).recip();
         let scaled = Segment::new(relative.p0 * unit, relative.p1 * unit);
         let reach = bounds::reach(occluders, point - occluders.origin) * unit;
         Some(Self {

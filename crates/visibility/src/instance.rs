@@ -1,6 +1,7 @@
 //! Instances: occluders that stand elsewhere, with holes, or for some rays only.
 
 use crate::{Occluders, Ray, SharedFilter};
+use linelit_elementary::{exp2, log2};
 use linelit_geometry::{DMat3, DVec3, Segment, Vector3};
 use linelit_simd::InstructionSet;
 use std::{fmt, sync::Arc};
@@ -212,7 +213,7 @@ fn inverse(matrix: &DMat3) -> Option<DMat3> {
         row(0).max(row(1)).max(row(2))
     };
     // By a power of two, so that no product of three overflows.
-    let unit = norm(matrix).log2().floor().exp2();
+    let unit = exp2(log2(norm(matrix)).floor());
     let scaled = *matrix * unit.recip();
     if !(unit.is_normal() && unit.recip().is_normal() && scaled.determinant() != 0.0) {
         return None;

@@ -6,10 +6,10 @@ use super::manifests::name;
 use super::{House, Source, has_word};
 
 /// Crates that do no I/O, start no thread, do not allocate per sample and cannot fail.
-const PURE: &str = "simd geometry samplers lights spheres bsdf shading mis";
+const PURE: &str = "elementary simd geometry samplers lights spheres bsdf shading mis";
 
 /// The crates in the path of a pixel.
-const PIXEL_PATH: &str = "simd geometry samplers lights spheres selection bsdf shading visibility mis penumbra estimators integrator";
+const PIXEL_PATH: &str = "elementary simd geometry samplers lights spheres selection bsdf shading visibility mis penumbra estimators integrator";
 
 /// The crate of vendor intrinsics: the workspace's lints deny `unsafe_code` there, one file allows
 /// it with a reason. In all others it is forbidden.
@@ -49,12 +49,12 @@ pub(super) fn lints(house: &House) -> Vec<String> {
 
 /// Files and folders that may except themselves from what `clippy.toml` disallows; each says why.
 const EXCEPTIONS: &str = "assembly/src/diagnostics/source.rs film/src/atomic.rs \
-    geometry/src/intervals/tree.rs geometry/src/vector.rs lights/src/image.rs lights/src/line/by_texture.rs \
+    elementary/src/single.rs geometry/src/intervals/tree.rs geometry/src/vector.rs lights/src/image.rs lights/src/line/by_texture.rs \
     lights/src/linear/precision.rs lights/src/linear/profile.rs papers/src/peters_table1.rs \
     papers/src/scene_study/stage.rs papers/src/shirley.rs plan/src/durable.rs \
     plan/src/lease.rs plan/src/run.rs samplers/src/kind.rs scenes/src/library.rs \
     bsdf/src/facet_cosine.rs study/src/engine/ study/src/memory.rs study/src/tables.rs \
-    testkit/src/public.rs";
+    testkit/src/";
 
 pub(super) fn exceptions(house: &House) -> Vec<String> {
     let why = "an exception from clippy.toml; tidy's list says who may make one";

@@ -3,6 +3,7 @@
 use crate::args::{CompareArgs, UsageError};
 use crate::output::{Output, note};
 use anyhow::{Context as _, Result};
+use linelit_elementary::exp2;
 use linelit_film::{
     Decoded, Document, Exposure, Flip, HeatMap, Image, Pixels, Tile, decode_picture, srgb_decode,
 };
@@ -169,7 +170,7 @@ fn write_maps(
     if let Some(path) = &args.difference {
         let difference = per_pixel(&|p, r| [0, 1, 2].map(|k| p[k] - r[k]));
         if is_png(path) {
-            let gain = args.exposure.exp2();
+            let gain = exp2(args.exposure);
             // Half of the encoded range to either side, so that as much more and as much less are
             // as far from the middle.
             let around = |v: f32| srgb_decode((0.5 + 0.5 * f64::from(v) * gain).clamp(0.0, 1.0));

@@ -9,6 +9,7 @@ use crate::techniques::lines::{DrawLines, through};
 use crate::techniques::points::LightPoint;
 use crate::{EmissionTexture, Smoothing, Weights};
 use linelit_bsdf::Reflection;
+use linelit_elementary::{atan2, sin};
 use linelit_geometry::{ConvexPolygon, DVec2, DVec3, ParallelLines, Segment, intervals::Interval};
 use linelit_mis::smoothing;
 use linelit_spheres::CylinderView;
@@ -60,7 +61,7 @@ impl Bordered for ConvexPolygon {
 
     fn across(&self, direction: DVec3) -> impl Fn(DVec3) -> Segment {
         let along = self.plane_frame().axes;
-        let angle = along.y.dot(direction).atan2(along.x.dot(direction)) + FRAC_PI_2;
+        let angle = atan2(along.y.dot(direction), along.x.dot(direction)) + FRAC_PI_2;
         let across = ParallelLines::new(self, angle);
         move |point| through(&across, point)
     }
@@ -88,7 +89,7 @@ impl Bordered for RoundView {
 impl Bordered for CylinderView {
     fn half_width(&self) -> f64 {
         let cylinder = self.cylinder();
-        (0.5 * cylinder.axis.length()).min(cylinder.radius * self.half_turn().sin())
+        (0.5 * cylinder.axis.length()).min(cylinder.radius * sin(self.half_turn()))
     }
 
     fn border(&self, point: DVec3, width: f64) -> f64 {

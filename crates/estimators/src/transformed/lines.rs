@@ -1,6 +1,7 @@
 //! Parallel lines on a light by what transformed cosines take of each.
 
 use super::Fit;
+use linelit_elementary::atan2;
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, ParallelLines};
 use linelit_lights::{AngularLines, LineSample, LineTechnique, Pdf};
@@ -117,7 +118,7 @@ impl LobeLines {
     fn new(lines: &ParallelLines, light: &ConvexPolygon, x: DVec3, map: DMat3) -> Option<Self> {
         let image = light.mapped(map, x)?;
         let (axes, along) = (image.plane_frame().axes, map * lines.direction());
-        let angle = along.dot(axes.y).atan2(along.dot(axes.x));
+        let angle = atan2(along.dot(axes.y), along.dot(axes.x));
         let image = AngularLines::by_projected_solid_angle(&image, angle, DVec3::ZERO, DVec3::Z);
         let on_image = image.lines();
         let (origin, _) = on_image.coordinates(map * (lines.frame().origin - x));

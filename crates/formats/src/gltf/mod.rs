@@ -16,6 +16,7 @@ mod textures;
 use buffers::Numbers;
 use document::{Document, List, Raw};
 use linelit_assembly::{Assembly, ErrorKind, LoadOptions, Loaded, Result, Source, Span};
+use linelit_elementary::{atan, tan};
 use linelit_geometry::glam::{DAffine3, DQuat};
 use linelit_geometry::{DMat4, DVec3};
 use linelit_scene::{Camera, FilmSettings, Projection};
@@ -406,8 +407,8 @@ impl<'a> Reader<'a> {
             let y_fov = doc.require(positive(lens.yfov, "yfov")?, place, "yfov")?;
             let aspect = positive(lens.aspect_ratio, "aspectRatio")?.unwrap_or(16.0 / 9.0);
             // Ours is the angle over the shorter side.
-            let half = (0.5 * y_fov).tan() * aspect.min(1.0);
-            let fov_degrees = 2.0 * half.atan().to_degrees();
+            let half = tan(0.5 * y_fov) * aspect.min(1.0);
+            let fov_degrees = 2.0 * atan(half).to_degrees();
             if y_fov >= std::f64::consts::PI || fov_degrees <= 0.0 {
                 let message = format!("`yfov` of a camera is {y_fov}");
                 let label = "expected an angle below π";

@@ -7,6 +7,7 @@ use gltf::json::image;
 use gltf::json::texture::{MinFilter, Sampler, Texture as JsonTexture, WrappingMode};
 use gltf::json::validation::Checked;
 use linelit_assembly::{ErrorKind, Result};
+use linelit_elementary::sin_cos;
 use linelit_geometry::DVec2;
 use linelit_scene::{ImageData, ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use serde::Deserialize;
@@ -215,7 +216,7 @@ fn filter(sampler: &Sampler) -> TextureFilter {
 fn mapping(transform: &Transform) -> UvMapping {
     let [sx, sy] = transform.scale.unwrap_or([1.0; 2]);
     let [ox, oy] = transform.offset;
-    let (sin, cos) = transform.rotation.sin_cos();
+    let (sin, cos) = sin_cos(transform.rotation);
     UvMapping {
         scale: DVec2::new(sx, sy),
         offset: DVec2::new(ox + sy * sin, 1.0 - oy - sy * cos),

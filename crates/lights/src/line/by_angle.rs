@@ -26,6 +26,7 @@ use crate::line::trapezoid::Trapezoid;
 use crate::linear::{LineView, ProjectedLine};
 use crate::pieces::{Pieces, sample_linear};
 use crate::polygon::area::PointSample;
+use linelit_elementary::hypot;
 use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
@@ -382,7 +383,7 @@ impl AngularLines {
         let excess = |s: f64| self.measure(&piece.part(s, z)) - target;
         let slope = |s: f64| {
             let line = piece.at(s);
-            0.5 * line.u.hypot(z) * self.thin_measure(line)
+            0.5 * hypot(line.u, z) * self.thin_measure(line)
         };
         let angles = piece.angles(z);
         if angles.spread(z) > WIDE {
@@ -435,7 +436,7 @@ impl AngularLines {
             }
             let line = piece.at(s);
             // dψ = z du/(z² + u²).
-            let per_width = piece.width.abs() * (self.z / line.u.hypot(self.z));
+            let per_width = piece.width.abs() * (self.z / hypot(line.u, self.z));
             let newton = s - e / (0.5 * per_width * self.thin_measure(line));
             let next = if newton > lo && newton < hi {
                 newton
@@ -517,7 +518,7 @@ impl AngularLines {
 
     /// The measures of a line, the whole one's from its marginal density.
     fn line_measure(&self, offset: f64, pdf: Pdf<Offset>, visible: f64) -> LineMeasure {
-        let h = (offset - self.foot.0).hypot(self.z);
+        let h = hypot(offset - self.foot.0, self.z);
         LineMeasure {
             whole: pdf.value() * self.total() * (2.0 * h / self.z),
             visible,
@@ -595,7 +596,7 @@ impl LineTechnique for AngularLines {
             let t = warp.place(offset - self.lines.knots()[k], self.z);
             return self.warped_pdf(offset, warp.at(t));
         }
-        let ribbon = self.thin_measure(line) * self.z / (2.0 * line.u.hypot(self.z));
+        let ribbon = self.thin_measure(line) * self.z / (2.0 * hypot(line.u, self.z));
         Pdf::new(ribbon / self.total())
     }
 

@@ -11,6 +11,7 @@ use crate::density::{Area, Length, Offset, Pdf};
 use crate::image::{ImportanceImage, TextureAxis, TexturedSampler, cell, pick, unpick};
 use crate::line::by_length::{LineSample, is_visible, locate, within};
 use crate::polygon::area::PointSample;
+use linelit_elementary::atan2;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
@@ -111,7 +112,7 @@ impl<'i> TexturedLines<'i> {
             TextureAxis::U => 0.0,
             TextureAxis::V => {
                 let sine = predicates::cross(a, b).dot(polygon.normal());
-                sine.atan2(a.dot(b))
+                atan2(sine, a.dot(b))
             }
         };
         Self::new(polygon, image, angle)

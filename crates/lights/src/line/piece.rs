@@ -2,6 +2,7 @@
 //! to the shading point's foot in the light's plane.
 
 use crate::line::trapezoid::Trapezoid;
+use linelit_elementary::{atan2, hypot, sin};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
@@ -117,7 +118,7 @@ impl Warp {
     /// The fraction of the angle at an offset from the first one.
     pub(crate) fn place(&self, offset: f64, z: f64) -> f64 {
         let from = self.angles.first;
-        let v = (z * offset).atan2(z * z + from * (from + offset));
+        let v = atan2(z * offset, z * z + from * (from + offset));
         fraction(v / self.angles.end)
     }
 }
@@ -134,8 +135,8 @@ impl Angles {
         let last = u + width;
         Self {
             first: u,
-            end: (z * width).atan2(z * z + u * last),
-            r: [u.hypot(z), last.hypot(z)],
+            end: atan2(z * width, z * z + u * last),
+            r: [hypot(u, z), hypot(last, z)],
         }
     }
 
@@ -149,7 +150,7 @@ impl Angles {
 
     /// The fraction of the width at the angle `v`: both weights positive.
     pub(crate) fn fraction(&self, v: f64) -> f64 {
-        let (w1, w0) = (v.sin() / self.r[1], (self.end - v).sin() / self.r[0]);
+        let (w1, w0) = (sin(v) / self.r[1], sin(self.end - v) / self.r[0]);
         fraction(w1 / (w0 + w1))
     }
 }

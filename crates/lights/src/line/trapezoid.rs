@@ -2,6 +2,7 @@
 //! of.
 
 use crate::polygon::spherical_triangle::{self, cross_in_plane};
+use linelit_elementary::{asin, atan2, hypot};
 use linelit_geometry::finite::fraction;
 use linelit_geometry::finite::power_of_two_over;
 use linelit_geometry::{DVec3, predicates};
@@ -179,7 +180,7 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
             let x = cross_in_plane(self.on_edge(i), self.edges[i]);
             let length = x.length();
             if length > 0.0 {
-                sum += length.atan2(p.dot(q)) * (x.dot(n) / length);
+                sum += atan2(length, p.dot(q)) * (x.dot(n) / length);
             }
         }
         0.5 * sum
@@ -222,7 +223,7 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
 /// φ − θ has the tangent `k t/(p d + t²)` with k = z²/(d + p), and 1 − p/d is k/d: nothing that is
 /// large cancels.
 fn edge_below_turn(from: DVec3, edge: DVec3, z: f64, close: bool) -> f64 {
-    let length = edge.x.hypot(edge.y);
+    let length = hypot(edge.x, edge.y);
     if length <= 0.0 {
         return 0.0;
     }
@@ -230,16 +231,18 @@ fn edge_below_turn(from: DVec3, edge: DVec3, z: f64, close: bool) -> f64 {
     let p = turn.abs() / length;
     let t0 = predicates::sum_of_products(from.x, edge.x, from.y, edge.y) / length;
     let t1 = t0 + length;
-    let d = p.hypot(z);
+    let d = hypot(p, z);
     let nearer = t0.abs().min(t1.abs());
     if close && t0 * t1 > 0.0 && d < RADIAL * nearer {
         return (radial(p, d, z, t1) - radial(p, d, z, t0)).copysign(turn);
     }
     let k = z * z / (d + p);
     let product = p * d;
-    let first = (k * length * (product - t0 * t1))
-        .atan2((product + t0 * t0) * (product + t1 * t1) + k * k * (t0 * t1));
-    let angle = (d * length).atan2(t0 * t1 + d * d);
+    let first = atan2(
+        k * length * (product - t0 * t1),
+        (product + t0 * t0) * (product + t1 * t1) + k * k * (t0 * t1),
+    );
+    let angle = atan2(d * length, t0 * t1 + d * d);
     (first + angle * (k / d)).copysign(turn)
 }
 
@@ -277,7 +280,7 @@ const ARC: [f64; 24] = {
 /// `Θ/sin Θ − 1` for Θ < π/2, from the sine: a series for sin Θ < ½.
 fn arc_over_sine_minus_one(sine: f64) -> f64 {
     if sine > 0.5 {
-        return sine.min(1.0).asin() / sine - 1.0;
+        return asin(sine.min(1.0)) / sine - 1.0;
     }
     let y = sine * sine;
     // The terms shrink by y: as many as are needed, from the end.

@@ -10,6 +10,7 @@
 //! accuracy.
 
 use super::view::LineView;
+use linelit_elementary::atan;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
@@ -59,7 +60,7 @@ impl LineIntegral {
     fn antiderivative(&self, s: f64) -> f64 {
         let h = self.h;
         let r2 = h * h + s * s;
-        self.a * (s / (2.0 * h * r2) + (s / h).atan() / (2.0 * h * h)) - self.b * h / (2.0 * r2)
+        self.a * (s / (2.0 * h * r2) + atan(s / h) / (2.0 * h * h)) - self.b * h / (2.0 * r2)
     }
 
     /// Projected solid angle per radius: twice the integral.

@@ -4,6 +4,7 @@
 use crate::linear::trig::{ARC_TANGENT, taylor};
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
+use linelit_elementary::single;
 use linelit_geometry::predicates;
 
 mod sealed {
@@ -185,11 +186,11 @@ impl Real for f64 {
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        self.sin_cos()
+        linelit_elementary::sin_cos(self)
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        self.atan2(x)
+        linelit_elementary::atan2(self, x)
     }
     #[inline]
     fn diff_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
@@ -281,11 +282,11 @@ impl Real for f32 {
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        self.sin_cos()
+        single::sin_cos(self)
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        self.atan2(x)
+        single::atan2(self, x)
     }
     /// Products of two `f32` are exact in `f64`.
     #[inline]

@@ -20,6 +20,7 @@
 //! "BRDF importance sampling for polygonal lights", §4; the elimination is ours.)
 
 use crate::polygon::fan::{self, Vector};
+use linelit_elementary::{atan2, cos};
 use linelit_geometry::finite::power_of_two_over;
 use linelit_geometry::{DVec3, predicates};
 use linelit_simd::{Lanes, One, sine};
@@ -171,7 +172,7 @@ fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     // a·t, t the unit tangent at b towards c; −(a × b) = b × a.
     let at = -long.cross.dot(next.cross) / (la * lb * next.length);
     let d = det / (la * next.length);
-    (d * next.tan_half).atan2(long.one_plus + at * next.tan_half)
+    atan2(d * next.tan_half, long.one_plus + at * next.tan_half)
 }
 
 /// Half the solid angle of a triangle with a side on each of two lines in the plane z = const;
@@ -307,7 +308,7 @@ impl SphericalTriangle {
         let (tau, end) = (side.tan_half, self.tau_end);
         // The difference of the tangents: τ₁ − τ = rest (1 + τ₁ τ).
         let rho = (tau / rest) * (end / (1.0 + end * tau)) * (self.d / (self.p * self.sin_half));
-        let angle = (rho * self.sin_half).atan2(1.0 + rho * self.half.cos());
+        let angle = atan2(rho * self.sin_half, 1.0 + rho * cos(self.half));
         (angle / self.half).clamp(0.0, 1.0)
     }
 

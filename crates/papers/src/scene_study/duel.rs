@@ -4,6 +4,7 @@ use super::gallery::{PROBES, fitting};
 use super::shown::Shown;
 use super::spec::{Duel, StudySpec};
 use super::{Targets, all_pixels};
+use linelit_elementary::{ln, pow};
 use linelit_estimators::Estimator;
 use linelit_film::{FilmError, Image};
 use linelit_geometry::DVec3;
@@ -98,10 +99,10 @@ fn as_long(
     let [few, many] = *curve.windows(2).find(within)? else {
         return None;
     };
-    let t = (time / few.cpu_seconds).ln() / (many.cpu_seconds / few.cpu_seconds).ln();
+    let t = ln(time / few.cpu_seconds) / ln(many.cpu_seconds / few.cpu_seconds);
     let growth = f64::from(many.samples) / f64::from(few.samples);
     #[allow(clippy::cast_possible_truncation, reason = "between two of u32")]
-    let fitting = (f64::from(few.samples) * growth.powf(t)).round() as u32;
+    let fitting = (f64::from(few.samples) * pow(growth, t)).round() as u32;
     Some(fitting)
 }
 

@@ -3,6 +3,7 @@
 use super::Loader;
 use super::lexer::{Lexer, Token, TokenKind};
 use linelit_assembly::{ErrorKind, Result, SceneError, nearest, shorten};
+use linelit_elementary::sin_cos;
 use linelit_geometry::glam::{DAffine3, DMat3};
 use linelit_geometry::{DMat4, DVec3};
 
@@ -141,7 +142,7 @@ fn rotation(degrees: f64, axis: DVec3) -> DAffine3 {
     ];
     #[allow(clippy::float_cmp, reason = "exactly these angles have exact sines")]
     let found = exact.iter().find(|(a, _)| *a == turn);
-    let (sin, cos) = found.map_or_else(|| turn.to_radians().sin_cos(), |(_, sc)| *sc);
+    let (sin, cos) = found.map_or_else(|| sin_cos(turn.to_radians()), |(_, sc)| *sc);
     let column = |v: DVec3| v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos));
     let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(column);
     DAffine3::from_mat3(DMat3::from_cols(columns[0], columns[1], columns[2]))

@@ -5,6 +5,7 @@ use crate::fan::Fan;
 use crate::gauss::{NODE, NODES, WEIGHT};
 use crate::lobe::{SMOOTH, window};
 use crate::solid_angle::volume;
+use linelit_elementary::{atan2, cos, exp, exp_m1, hypot, ln, ln_1p, pow, sin, tan};
 use linelit_geometry::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::{Add, Mul};
@@ -41,13 +42,13 @@ impl Edge {
         }
         let start = dot(w, a) / fan.radii[0];
         let rise = fan.slope(w, 0);
-        let centre = rise.atan2(start);
+        let centre = atan2(rise, start);
         Some(
             Self {
                 from: -centre,
                 to: fan.angle - centre,
                 distance: turn * dot(fan.normal, w),
-                reach: start.hypot(rise),
+                reach: hypot(start, rise),
                 lean: turn * dot(fan.normal, n),
                 highest: start.max(dot(w, b) / fan.radii[1]),
             }
@@ -70,7 +71,7 @@ impl Edge {
 
     /// 1 − z² at x.
     fn gap(&self, x: f64) -> f64 {
-        let s = self.reach * x.sin();
+        let s = self.reach * sin(x);
         self.distance * self.distance + s * s
     }
 
@@ -108,7 +109,7 @@ impl Edge {
         }
         // The highest point of the lobe on the edge, and the window about it.
         let peak = 0.0f64.clamp(from, to);
-        let width = window(k, peak.abs().tan());
+        let width = window(k, tan(peak.abs()));
         let (low, high) = ((peak - width).max(from), (peak + width).min(to));
         let panel = |a: f64, b: f64| self.panel(a, b, k, facing, tail);
         let mut sum = panel(low, peak) + panel(peak, high);
@@ -126,7 +127,7 @@ impl Edge {
             return 0.0;
         }
         let g = self.distance;
-        (g * (b - a).sin()).atan2(g * g * a.cos() * b.cos() + a.sin() * b.sin())
+        atan2(g * sin(b - a), g * g * cos(a) * cos(b) + sin(a) * sin(b))
     }
 
     fn value(&self, x: f64, k: f64, facing: f64, tail: bool) -> Sum {
@@ -134,15 +135,15 @@ impl Edge {
         let log = if k <= 0.0 {
             0.0
         } else if gap < 0.5 {
-            0.5 * k * (-gap).ln_1p()
+            0.5 * k * ln_1p(-gap)
         } else {
-            k * (self.reach * x.cos()).max(f64::MIN_POSITIVE).ln()
+            k * ln((self.reach * cos(x)).max(f64::MIN_POSITIVE))
         };
-        let power = log.exp();
+        let power = exp(log);
         let share = if tail {
             -power / gap
         } else if gap > 0.0 {
-            -log.exp_m1() / gap
+            -exp_m1(log) / gap
         } else {
             0.5 * k
         };
@@ -178,7 +179,7 @@ impl Edge {
 
     /// With π/2 − |x| = y⁸, for a lobe that ends like (π/2 − |x|)ᵏ with a k that is no integer.
     fn near_horizon(&self, a: f64, b: f64, k: f64, facing: f64, tail: bool) -> Sum {
-        let root = |x: f64| (FRAC_PI_2 - x.abs()).max(0.0).powf(0.125);
+        let root = |x: f64| pow((FRAC_PI_2 - x.abs()).max(0.0), 0.125);
         let (y0, y1) = (root(a).min(root(b)), root(a).max(root(b)));
         let sign = 1f64.copysign(a + b);
         let node = |i: usize| {

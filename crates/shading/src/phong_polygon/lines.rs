@@ -6,6 +6,7 @@ use crate::horizon::crossing;
 use crate::phong;
 use crate::polygon::{self, clip_with};
 use crate::quadrature::{HALF_RULE, MIDDLE};
+use linelit_elementary::{atan2, ln, pow, tan};
 use linelit_geometry::DVec3;
 
 /// The most corners that are looked at; each of the two horizons may add one.
@@ -45,7 +46,7 @@ pub(super) fn integral(
     let clipped = &clipped[..count];
     let peak = peak(clipped, w);
     // The lobe is nowhere above peakᵏ, and the rest is what a diffuse surface gets.
-    if k * peak.ln() <= tolerance.ln() {
+    if k * ln(peak) <= ln(tolerance) {
         return Some(0.0);
     }
     if highest(clipped, n) < FLATTEST || peak < FLATTEST * (0.1 * k).max(1.0) {
@@ -78,7 +79,7 @@ pub(super) fn integral(
         }
     }
     // The better rule's error by the two rules' difference, as QUADPACK has it.
-    let error = sum * (200.0 * gap / sum).powf(1.5);
+    let error = sum * pow(200.0 * gap / sum, 1.5);
     let good = error <= tolerance * sum || error <= tolerance * polygon::irradiance(vertices, n);
     good.then_some(sum)
 }
@@ -87,7 +88,7 @@ pub(super) fn integral(
 /// much from angle to angle.
 fn is_grazing(first: f64, last: f64) -> bool {
     let (a, b) = (first.abs().min(last.abs()), first.abs().max(last.abs()));
-    b > 1.4 && (first * last < 0.0 || b.tan() > 4.0 * a.tan())
+    b > 1.4 && (first * last < 0.0 || tan(b) > 4.0 * tan(a))
 }
 
 /// The greatest cosine with the axis over a polygon.
@@ -176,7 +177,7 @@ impl<'a> Across<'a> {
     /// Of the plane through the shading point and the line through a point, from upright.
     fn angle(&self, point: DVec3) -> f64 {
         let offset = self.out.dot(point - self.vertices[0]);
-        (offset - self.foot).atan2(self.height)
+        atan2(offset - self.foot, self.height)
     }
 
     /// h ∫ `line` over the offsets of a panel of angles from `start` on, by both rules.
@@ -184,7 +185,7 @@ impl<'a> Across<'a> {
         let half = 0.5 * span;
         let middle = start + half;
         let value = |angle: f64| {
-            let tangent = angle.tan();
+            let tangent = tan(angle);
             let density = self.height * self.height * (1.0 + tangent * tangent);
             let chord = self.chord(self.foot + self.height * tangent);
             chord.map_or(0.0, |[a, b]| density * line(a, b))

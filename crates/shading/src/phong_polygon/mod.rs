@@ -18,6 +18,7 @@ use crate::horizon::crossing;
 use crate::lobe::log_axis_length;
 use crate::polygon::clip_with;
 use crate::span::power_of_two_unit;
+use linelit_elementary::exp;
 use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{ConvexPolygon, DVec3};
 
@@ -175,7 +176,7 @@ fn scaled(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64) -> f64 {
             f64::EPSILON * (k + 2.0) * (spread(polygon) / NEAR).max(1.0)
         };
         if boundary::error(k, size) * sum.size + 2.0 * cut < ENOUGH * sum.value {
-            let length = (k * log_axis_length(w)).exp();
+            let length = exp(k * log_axis_length(w));
             return sum.value / (k + 2.0) * length;
         }
     }

@@ -19,6 +19,7 @@ use crate::fan::Fan;
 use crate::gauss::{FEW, FEW_NODES, FEW_WEIGHTS};
 use crate::lobe::{SMOOTH, over_sine};
 use crate::solid_angle::volume;
+use linelit_elementary::{atan2, cos, hypot, ln, sin, sin_cos};
 use linelit_geometry::{DVec3, predicates};
 
 /// What is dropped is below e⁻⁴⁶ of the peak.
@@ -106,7 +107,7 @@ pub(crate) fn integral(vertices: &[DVec3], n: DVec3, w: DVec3, k: f64, peak: f64
         w,
         k,
         least: if k > 0.0 && peak > 0.0 {
-            k * peak.ln() - NOTHING
+            k * ln(peak) - NOTHING
         } else {
             f64::NEG_INFINITY
         },
@@ -211,8 +212,8 @@ impl Lobe {
             volume: [one, other],
         } = triangle;
         let sine = length(across).min(1.0);
-        let angle = sine.atan2(b.at.dot(c.at));
-        let (half_sine, half_cosine) = (0.5 * angle).sin_cos();
+        let angle = atan2(sine, b.at.dot(c.at));
+        let (half_sine, half_cosine) = sin_cos(0.5 * angle);
         // By the side, for ends that are opposite do not know which way round it runs.
         let tangent = predicates::cross(across / sine, b.at);
         let weight = half_sine / sine;
@@ -271,8 +272,8 @@ impl Sweep {
     fn edge(&self, u: f64) -> Corner {
         let [a, b] = if self.sine > 0.0 {
             [
-                (self.angle * (1.0 - u)).sin() / self.sine,
-                (self.angle * u).sin() / self.sine,
+                sin(self.angle * (1.0 - u)) / self.sine,
+                sin(self.angle * u) / self.sine,
             ]
         } else {
             [1.0 - u, u]
@@ -320,10 +321,12 @@ impl Sweep {
         offer(1.0);
         if self.sine > 0.0 {
             let (a, b, c) = (self.apex.at, self.from, self.to);
-            let cosine = self.angle.cos();
+            let cosine = cos(self.angle);
             // The side's own highest point, and the arc through the axis.
-            let foot =
-                ((c.values[1] - b.values[1] * cosine) / self.sine).atan2(b.values[1]) / self.angle;
+            let foot = atan2(
+                (c.values[1] - b.values[1] * cosine) / self.sine,
+                b.values[1],
+            ) / self.angle;
             if foot > 0.0 && foot < 1.0 {
                 offer(foot);
             }
@@ -331,7 +334,7 @@ impl Sweep {
             let [left, right] = [b, c].map(|c| predicates::dot(across, c.at));
             if left * right < 0.0 {
                 let s = left.abs() * self.sine;
-                offer(s.atan2(left.abs() * cosine + right.abs()) / self.angle);
+                offer(atan2(s, left.abs() * cosine + right.abs()) / self.angle);
             }
         }
         best.1
@@ -350,11 +353,11 @@ impl Sweep {
         // are noise.
         let (rise, fall) = (z1 - z0 * cosine, z0 - z1 * cosine);
         let high = if sine > 1e-7 && rise > 0.0 && fall > 0.0 {
-            z0.hypot(rise / sine)
+            hypot(z0, rise / sine)
         } else {
             z0.max(z1)
         };
-        self.lobe.k * high.ln()
+        self.lobe.k * ln(high)
     }
 
     /// The inner integral along the arc that ends at u.

@@ -3,6 +3,7 @@
 
 use super::Problem;
 use crate::stats::metrics::MRSE_EPSILON;
+use linelit_elementary::{exp, ln};
 use linelit_geometry::DVec3;
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
@@ -76,8 +77,8 @@ impl<S> Curve<S> {
 /// y at x on the straight line in logarithms through two points.
 fn between((x0, y0): (f64, f64), (x1, y1): (f64, f64), x: f64) -> f64 {
     let tiny = 1e-60;
-    let [x0, y0, x1, y1, x] = [x0, y0, x1, y1, x].map(|v| v.max(tiny).ln());
-    (y0 + (y1 - y0) * (x - x0) / (x1 - x0)).exp()
+    let [x0, y0, x1, y1, x] = [x0, y0, x1, y1, x].map(|v| ln(v.max(tiny)));
+    exp(y0 + (y1 - y0) * (x - x0) / (x1 - x0))
 }
 
 /// The estimators of a contest, and the values that they are held to.

@@ -3,6 +3,7 @@
 use super::reference::Values;
 use super::{CellRun, Reference};
 use crate::stats::metrics::{MRSE_EPSILON, MeanError};
+use linelit_elementary::hypot;
 use linelit_geometry::DVec3;
 
 /// The errors of one cell.
@@ -126,7 +127,7 @@ impl TrialSums {
         let clamped = |v: f64| if v < 0.0 { 0.0 } else { v };
         Score {
             mse: clamped(mse.mean),
-            mse_stderr: mse.stderr.hypot(self.reference.sqrt() * scale),
+            mse_stderr: hypot(mse.stderr, self.reference.sqrt() * scale),
             mrse: clamped(self.mrse * scale),
             bias: bias.mean,
             bias_stderr: bias.stderr,

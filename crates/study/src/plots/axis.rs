@@ -1,5 +1,7 @@
 //! Logarithmic axes and their ticks.
 
+use linelit_elementary::{ln, log10};
+
 /// Kind of numbers along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unit {
@@ -46,7 +48,7 @@ impl LogAxis {
     /// The pixel of a value, clamped to the axis.
     pub(crate) fn pixel(&self, value: f64) -> f64 {
         let value = value.clamp(self.low, self.high);
-        let t = (value / self.low).ln() / (self.high / self.low).ln();
+        let t = ln(value / self.low) / ln(self.high / self.low);
         self.from + t * (self.to - self.from)
     }
 
@@ -56,13 +58,13 @@ impl LogAxis {
     }
 
     fn decades(&self) -> f64 {
-        (self.high / self.low).log10()
+        log10(self.high / self.low)
     }
 
     /// Ticks, at most about nine: every decade, or every few, or 1, 2, 5 within few decades.
     pub(crate) fn ticks(&self) -> Vec<f64> {
         #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
-        let exponent = |v: f64| v.log10().floor() as i32;
+        let exponent = |v: f64| log10(v).floor() as i32;
         let (first, last) = (exponent(self.low), exponent(self.high) + 1);
         #[allow(clippy::cast_possible_truncation, reason = "at most 617 decades")]
         let step = ((self.decades() / 9.0).ceil() as i32).max(1);
@@ -98,7 +100,7 @@ pub(crate) fn label(value: f64, unit: Unit) -> String {
 
 fn power(value: f64) -> String {
     #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
-    let exponent = (value.log10() + 1e-9).floor() as i32;
+    let exponent = (log10(value) + 1e-9).floor() as i32;
     let mantissa = (value / 10_f64.powi(exponent)).round();
     let sign = if exponent < 0 { "−" } else { "" };
     let front = if mantissa > 1.5 {
@@ -129,7 +131,7 @@ pub(crate) fn short(value: f64) -> String {
         return format!("{value:.0}");
     }
     #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
-    let exponent = magnitude.log10().floor() as i32;
+    let exponent = log10(magnitude).floor() as i32;
     let decimals = usize::try_from(2 - exponent).unwrap_or(0);
     let text = format!("{value:.decimals$}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -5,6 +5,7 @@ use super::palette::Palette;
 use super::svg::{Anchor, Canvas, text_width};
 use crate::report::scientific;
 use crate::tables::ResultRow;
+use linelit_elementary::pow;
 
 /// One measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -268,7 +269,7 @@ impl ConvergencePlot {
         let mut x = LogAxis::spanning(abscissae, 1.35);
         if !self.guides.is_empty() {
             // Room beyond the last point, where the guides' orders stand.
-            x.high *= (x.high / x.low).powf(0.1).max(1.2);
+            x.high *= pow(x.high / x.low, 0.1).max(1.2);
         }
         let y = LogAxis::spanning(self.points().map(|p| p.y), 1.6);
         (x, y)
@@ -339,13 +340,13 @@ impl ConvergencePlot {
         let mut labels = Vec::new();
         let Some(start) = start else { return labels };
         for &slope in &self.guides {
-            let at = |x: f64| start.y * (x / start.x).powf(slope);
+            let at = |x: f64| start.y * pow(x / start.x, slope);
             let right = at(panel.x.high);
             let leaves_right = right >= panel.y.low;
             let (x, y) = if leaves_right {
                 (panel.x.high, right)
             } else {
-                let x = start.x * (panel.y.low / start.y).powf(slope.recip());
+                let x = start.x * pow(panel.y.low / start.y, slope.recip());
                 (x, panel.y.low)
             };
             let end = panel.pixel(x, y);

@@ -1,5 +1,6 @@
 //! The little SVG that the plots need.
 
+use linelit_elementary::{cos, sin};
 use std::fmt::Write as _;
 
 use super::palette;
@@ -157,7 +158,7 @@ fn star() -> [[f64; 2]; 10] {
     for (index, corner) in (0_u8..).zip(&mut corners) {
         let radius = if index % 2 == 0 { 5.4 } else { 2.3 };
         let angle = f64::from(index) * std::f64::consts::PI / 5.0;
-        *corner = [radius * angle.sin(), -radius * angle.cos()];
+        *corner = [radius * sin(angle), -radius * cos(angle)];
     }
     corners
 }

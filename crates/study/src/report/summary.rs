@@ -3,6 +3,7 @@
 use crate::plots::{seconds, short, signed, unique};
 use crate::stats::student::central_probability;
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
+use linelit_elementary::{ln, pow};
 
 /// Over all rows of a study, unbiased estimators are suspected this rarely.
 const ALPHA: f64 = 0.01;
@@ -272,8 +273,8 @@ pub(super) fn time_to(curve: &[[f64; 2]], error: f64) -> Option<f64> {
     let reached = curve.iter().find(|point| point[1] <= error).map(|p| p[0]);
     let between = curve.windows(2).find_map(|pair| {
         let ([x, above], [y, below]) = (pair[0], pair[1]);
-        let t = (error / above).ln() / (below / above).ln();
-        (above > error && error >= below && below > 0.0).then(|| x * (y / x).powf(t))
+        let t = ln(error / above) / ln(below / above);
+        (above > error && error >= below && below > 0.0).then(|| x * pow(y / x, t))
     });
     match (between, reached) {
         (Some(a), Some(b)) => Some(a.min(b)),
@@ -289,8 +290,8 @@ fn interpolate(curve: &[[f64; 2]], x: f64) -> Option<f64> {
     let pair = curve
         .windows(2)
         .find(|pair| pair[0][0] < x && x < pair[1][0])?;
-    let t = (x / pair[0][0]).ln() / (pair[1][0] / pair[0][0]).ln();
-    Some(pair[0][1] * (pair[1][1] / pair[0][1]).powf(t))
+    let t = ln(x / pair[0][0]) / ln(pair[1][0] / pair[0][0]);
+    Some(pair[0][1] * pow(pair[1][1] / pair[0][1], t))
 }
 
 /// For each kind and sampler, the range of orders over scenes.
@@ -361,7 +362,7 @@ fn bias(record: &StudyRecord) -> String {
     let count = tests.len();
     let (z, p, row) = worst;
     // Šidák: the smallest of `count` independent p values is below this with probability ALPHA.
-    let threshold = 1.0 - (1.0 - ALPHA).powf(1.0 / count as f64);
+    let threshold = 1.0 - pow(1.0 - ALPHA, 1.0 / count as f64);
     let found = format!(
         "{} standard errors, p = {}",
         signed(*z, 1),

@@ -2,6 +2,7 @@
 //! on logarithmic scales, and how sure one may be of it.
 
 use super::student;
+use linelit_elementary::{exp, ln};
 use serde::Serialize;
 
 /// One number of samples with what its trials gave.
@@ -109,7 +110,7 @@ fn log_points(moments: impl Iterator<Item = (f64, f64)>) -> Option<Vec<Logged>> 
         // sd = √mean: its relative error is half that of the mean.
         points.push(Logged {
             x: 0.0,
-            y: 0.5 * mean.ln(),
+            y: 0.5 * ln(mean),
             error: 0.25 * square / (mean * mean),
         });
     }
@@ -128,7 +129,7 @@ fn log_points(moments: impl Iterator<Item = (f64, f64)>) -> Option<Vec<Logged>> 
 
 fn with_abscissae(points: &[&SlopePoint], mut logged: Vec<Logged>) -> Vec<Logged> {
     for (point, logged) in points.iter().zip(&mut logged) {
-        logged.x = point.samples.ln();
+        logged.x = ln(point.samples);
     }
     logged
 }
@@ -215,8 +216,8 @@ impl Line {
             order: self.slope,
             ci_low: self.slope - half_interval,
             ci_high: self.slope + half_interval,
-            n_min: round_whole(end(f64::min, f64::INFINITY).exp()),
-            n_max: round_whole(end(f64::max, f64::NEG_INFINITY).exp()),
+            n_min: round_whole(exp(end(f64::min, f64::INFINITY))),
+            n_max: round_whole(exp(end(f64::max, f64::NEG_INFINITY))),
             points: points.len(),
             lack_of_fit: if freedom == 0 {
                 f64::NAN

@@ -1,14 +1,16 @@
 //! Student's t: how much wider an interval must be when its width was itself estimated from few
 //! trials.
 
+use linelit_elementary::{atan, sin_cos};
+
 /// P(|T| ≤ t) for `freedom` ≥ 1 degrees of freedom and t ≥ 0.
 ///
 /// **Formula**: the finite trigonometric sums of Abramowitz & Stegun 26.7.3 and 26.7.4, exact for
 /// whole degrees. **Error bound**: a few ulps for each of the `freedom/2` terms, all positive.
 #[must_use]
 pub fn central_probability(t: f64, freedom: u32) -> f64 {
-    let theta = (t / f64::from(freedom).sqrt()).atan();
-    let (sin, cos) = theta.sin_cos();
+    let theta = atan(t / f64::from(freedom).sqrt());
+    let (sin, cos) = sin_cos(theta);
     let square = cos * cos;
     if freedom.is_multiple_of(2) {
         let mut term = 1.0;

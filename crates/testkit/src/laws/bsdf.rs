@@ -1,4 +1,5 @@
 //! The laws of a reflection.
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use super::technique::cell;
 use super::{Broken, surface};

@@ -1,4 +1,5 @@
 //! Surfaces that techniques draw points of, and integrals run over.
+#![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 #![allow(
     clippy::type_complexity,
     reason = "maps there and back, whose types have no names"

@@ -1,0 +1,5 @@
+//! The functions against 31 digits, in their special cases, and bit for bit.
+
+mod accuracy;
+mod hostile;
+mod special;
