@@ -103,7 +103,9 @@ Examples:
   linelit render cornell-box -o box.png --exposure 1 --tone-curve reinhard
       twice as bright, and the light not clipped
   linelit render cornell-box -o box.exr --pixel-samples 4 --aovs albedo,normal,depth,variance
-      for a denoiser";
+      for a denoiser
+  linelit render hall.pbrt -o hall.exr --pixel-samples 4096
+      long pictures are kept as they grow: after Ctrl-C or a kill the same command goes on";
 
 const CONVERGE_EXAMPLES: &str = "\
 Examples:
@@ -247,6 +249,14 @@ pub struct RenderArgs {
     /// Its file.
     #[command(flatten)]
     pub file: ImageArgs,
+    /// Whether what is done is kept, in a hidden folder beside the picture, so that the same
+    /// command goes on after Ctrl-C, a kill or a loss of power; never with --calibrate and
+    /// --explain.
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    pub checkpoints: Checkpoints,
+    /// Begin anew what was interrupted.
+    #[arg(long)]
+    pub fresh: bool,
     /// Print what is done about which lights on which materials, what was skipped and why, and what
     /// visibility cost.
     #[arg(long)]
@@ -254,6 +264,17 @@ pub struct RenderArgs {
     /// Common flags.
     #[command(flatten)]
     pub common: SceneArgs,
+}
+
+/// When `render` keeps what is done of a picture until it is whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Checkpoints {
+    /// Of pictures that take, as guessed, half a minute of one thread or more.
+    Auto,
+    /// Of all.
+    Always,
+    /// Of none.
+    Never,
 }
 
 /// `compare`.

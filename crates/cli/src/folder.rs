@@ -44,7 +44,13 @@ impl OutputFolder {
         let made = (!path.exists()).then(|| RemoveEmpty(path.to_owned()));
         let failed = || format!("creating the folder {}", path.display());
         fs::create_dir_all(path).with_context(failed)?;
-        let lock = Lock::acquire(path)?;
+        let lock = Lock::acquire(&path.join(LOCK), |holder| {
+            format!(
+                "process {holder} is writing to the folder {}: wait for it, or choose another with \
+                 --out",
+                path.display()
+            )
+        })?;
         check_writable(&path.join("report.html"))?;
         Ok(Self {
             path: path.to_owned(),
@@ -162,7 +168,7 @@ impl OutputFolder {
 }
 
 /// Removes a folder with all that is in it, if it is there.
-fn remove_all(path: &Path) -> Result<()> {
+pub(crate) fn remove_all(path: &Path) -> Result<()> {
     match fs::remove_dir_all(path) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
             Err(e).with_context(|| format!("removing {}", path.display()))
@@ -185,44 +191,42 @@ impl Drop for RemoveEmpty {
 
 /// A locked file, removed when dropped.
 #[derive(Debug)]
-struct Lock {
+pub(crate) struct Lock {
     path: PathBuf,
     _file: File,
 }
 
 impl Lock {
-    /// The lock of a folder; none where the file system has no locks, which is said.
-    fn acquire(folder: &Path) -> Result<Option<Self>> {
-        let path = folder.join(LOCK);
+    /// A lock by a file of this path; none where the file system has no locks, which is said. If
+    /// another process holds it, `refusal` says so, of the process's number.
+    pub(crate) fn acquire(path: &Path, refusal: impl Fn(&str) -> String) -> Result<Option<Self>> {
         let failed = || format!("opening {}", path.display());
         loop {
             let mut options = OpenOptions::new();
             options.read(true).write(true).create(true).truncate(false);
-            let mut file = options.open(&path).with_context(failed)?;
+            let mut file = options.open(path).with_context(failed)?;
             match file.try_lock() {
-                Ok(()) if !is_at(&file, &path) => continue,
+                Ok(()) if !is_at(&file, path) => continue,
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
                     let mut holder = String::new();
                     let _ = file.read_to_string(&mut holder);
-                    bail!(
-                        "process {} is writing to the folder {}: wait for it, or choose another \
-                         with --out",
-                        holder.trim(),
-                        folder.display()
-                    );
+                    bail!(refusal(holder.trim()));
                 }
                 Err(TryLockError::Error(e)) => {
                     note(format_args!(
-                        "note: {} cannot be locked ({e}): let no other study write there",
-                        folder.display()
+                        "note: {} cannot be locked ({e}): let no other process write there",
+                        path.display()
                     ));
                     return Ok(None);
                 }
             }
             file.set_len(0).with_context(failed)?;
             write!(file, "{}", std::process::id()).with_context(failed)?;
-            return Ok(Some(Self { path, _file: file }));
+            return Ok(Some(Self {
+                path: path.to_owned(),
+                _file: file,
+            }));
         }
     }
 }

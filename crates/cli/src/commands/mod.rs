@@ -1,9 +1,11 @@
 //! What each command does.
 
 mod aovs;
+mod checkpoints;
 mod compare;
 mod converge;
 mod convert;
+mod cost;
 mod flags;
 mod info;
 mod kinds;

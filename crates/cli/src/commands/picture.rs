@@ -1,6 +1,7 @@
 //! Pictures as plans: a unit is a tile of all its camera samples, or of a block of them.
 
 use super::aovs::{self, Rendered, Surface};
+use super::cost::Cost;
 use super::kinds::{self, RENDER};
 use super::{merge, pool_of, render};
 use crate::args::{MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError};
@@ -10,7 +11,7 @@ use anyhow::{Context as _, Result, bail};
 use linelit_film::{Image, MomentImage, Moments, Tile, tiles};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, Settings, Workspace};
-use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Unit};
+use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Unit};
 use linelit_study::engine::image;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -74,13 +75,78 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<
     let planned = inputs::plan(&args.scene, &args.read, args.planned.pack)?;
     let mut scene = planned.loaded.scene;
     let window = render::set_film(&mut scene, &args.picture);
-    let pool = pool_of(0)?;
-    let mut renderer = pool.install(|| Renderer::new(&scene));
-    render::set_lights(&mut renderer, &args.picture)?;
+    render::check_lights(&scene, &args.picture)?;
     let settings = args.picture.settings();
-    let cost = Cost::find(&renderer, &settings, window);
-    let blocks = u32::try_from(settings.sample_blocks().len()).unwrap_or(u32::MAX);
-    let (side, split) = size(args, &cost, window, blocks);
+    let mut cost = Cost::rough(&scene, &settings, window);
+    if !cost.is_dear(&scene, window) {
+        let mut renderer = pool_of(0)?.install(|| Renderer::new(&scene));
+        render::set_lights(&mut renderer, &args.picture)?;
+        cost = Cost::find(&renderer, &settings, window);
+    }
+    let cut = Cut {
+        side: args.tile,
+        split: args.split_samples,
+    };
+    let plan = Wanted {
+        scene: &args.scene,
+        read: &args.read,
+        picture: &args.picture,
+        window,
+    };
+    Ok((plan.plan(planned.input, cut, &cost)?, planned.packed))
+}
+
+/// How units are asked to be.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Cut {
+    /// The side of tiles, in place of one by what they cost.
+    side: Option<u32>,
+    /// Whether a tile's blocks of camera samples are units of their own, whatever they cost.
+    split: bool,
+}
+
+/// The picture of a plan.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    pub(super) scene: &'a str,
+    pub(super) read: &'a ReadArgs,
+    pub(super) picture: &'a PictureArgs,
+    pub(super) window: Tile,
+}
+
+impl Wanted<'_> {
+    /// Its plan, of a scene with these files.
+    pub(super) fn plan(&self, input: Input, cut: Cut, cost: &Cost) -> Result<Plan> {
+        let blocks = self.picture.settings().sample_blocks().len();
+        let blocks = u32::try_from(blocks).unwrap_or(u32::MAX);
+        let mut read = self.read.clone();
+        if let Some(root) = &read.root {
+            let root = std::path::absolute(root).context("finding the whole path of --root")?;
+            read.root = Some(root);
+        }
+        let spec = Spec {
+            scene: self.scene.to_owned(),
+            read,
+            window: bounds(self.window),
+            picture: self.picture.clone(),
+        };
+        Ok(Plan {
+            program: kinds::program(),
+            kind: RENDER.to_owned(),
+            settings: serde_json::to_string_pretty(&spec)?,
+            inputs: vec![input],
+            units: units(
+                self.window,
+                size(cut, cost, self.window, blocks),
+                blocks,
+                cost,
+            )?,
+        })
+    }
+}
+
+/// The units of a window, of tiles of a side and perhaps blocks of their samples.
+fn units(window: Tile, (side, split): (u32, bool), blocks: u32, cost: &Cost) -> Result<Vec<Unit>> {
     let mut units = Vec::new();
     for tile in tiles(window, side) {
         let cost = cost.of(tile);
@@ -100,110 +166,24 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<
             units.push(Unit::new(name, cost, serde_json::to_string(&work)?));
         }
     }
-    let mut read = args.read.clone();
-    if let Some(root) = &read.root {
-        read.root = Some(std::path::absolute(root).context("finding the whole path of --root")?);
-    }
-    let spec = Spec {
-        scene: args.scene.clone(),
-        read,
-        window: bounds(window),
-        picture: args.picture.clone(),
-    };
-    let plan = Plan {
-        program: kinds::program(),
-        kind: RENDER.to_owned(),
-        settings: serde_json::to_string_pretty(&spec)?,
-        inputs: vec![planned.input],
-        units,
-    };
-    Ok((plan, planned.packed))
+    Ok(units)
 }
 
 /// The side of tiles, and whether their samples are split: what was asked for, or the largest that
 /// are short enough.
-fn size(args: &PlanRenderArgs, cost: &Cost, window: Tile, blocks: u32) -> (u32, bool) {
+fn size(cut: Cut, cost: &Cost, window: Tile, blocks: u32) -> (u32, bool) {
     let pixel = cost.mean();
     let [least, most] = UNIT_SECONDS;
     let seconds = (pixel * window.area() as f64 / ENOUGH).clamp(least, most);
     let fits = |&&(side, split): &&(u32, bool)| {
         let share = if split { f64::from(blocks) } else { 1.0 };
-        let asked = args.tile.is_none_or(|tile| tile == side) && (split || !args.split_samples);
+        let asked = cut.side.is_none_or(|asked| asked == side) && (split || !cut.split);
         asked && (blocks > 1 || !split) && f64::from(side).powi(2) * pixel / share <= seconds
     };
-    match (args.tile, SIDES.iter().find(fits)) {
+    match (cut.side, SIDES.iter().find(fits)) {
         (_, Some(size)) => *size,
-        (Some(side), None) => (side, args.split_samples && blocks > 1),
+        (Some(side), None) => (side, cut.split && blocks > 1),
         (None, None) => (1, blocks > 1),
-    }
-}
-
-/// What pixels cost, by what some of them count: the same on every machine.
-struct Cost {
-    /// Seconds of a pixel, and where it is.
-    pixels: Vec<([u32; 2], f64)>,
-}
-
-impl Cost {
-    /// Pixels of a grid across and down.
-    const GRID: u32 = 24;
-    /// Camera samples of each.
-    const SAMPLES: u32 = 4;
-
-    fn find(renderer: &Renderer<'_>, settings: &Settings, window: Tile) -> Self {
-        let mut workspace = Workspace::new();
-        let count = settings.pixel_samples.clamp(1, Self::SAMPLES);
-        let scale = f64::from(settings.pixel_samples.max(1)) / f64::from(count);
-        let place = |k: u32, from: u32, size: u32| {
-            let middle = u64::from(size) * u64::from(2 * k + 1) / u64::from(2 * Self::GRID);
-            from + u32::try_from(middle).unwrap_or(0)
-        };
-        let mut pixels = Vec::new();
-        for j in 0..Self::GRID {
-            for i in 0..Self::GRID {
-                let pixel = [
-                    place(i, window.x0, window.width()),
-                    place(j, window.y0, window.height()),
-                ];
-                renderer.pixel_block(settings, pixel, 0..count, &mut workspace, |_| {});
-                let seconds = Self::seconds(&workspace.take_counts()) / f64::from(count);
-                // A camera ray at least.
-                pixels.push((pixel, (seconds + 2e-7) * f64::from(count) * scale));
-            }
-        }
-        Self { pixels }
-    }
-
-    /// Seconds of what was counted, within a factor of two or three of those of a core of the
-    /// year 2023: for units of a sensible size, and for shares.
-    fn seconds(counts: &Counts) -> f64 {
-        let visibility = &counts.visibility;
-        let count = |n: u64| n as f64;
-        6e-9 * count(visibility.node_tests)
-            + 1.2e-8 * count(visibility.triangle_tests)
-            + 8e-8 * count(visibility.line_queries)
-            + 3e-8 * count(visibility.rays)
-            + 8e-7 * count(counts.plan.points)
-    }
-
-    fn mean(&self) -> f64 {
-        let sum: f64 = self.pixels.iter().map(|(_, seconds)| seconds).sum();
-        sum / self.pixels.len() as f64
-    }
-
-    /// Of a tile by those of its pixels that are known, or else by all.
-    fn of(&self, tile: Tile) -> f64 {
-        let inside = |&&([x, y], _): &&([u32; 2], f64)| {
-            (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y)
-        };
-        let inside = self.pixels.iter().filter(inside);
-        let (count, sum) = inside.fold((0.0, 0.0), |(n, sum), (_, s)| (n + 1.0, sum + s));
-        let pixel = if count > 0.0 {
-            sum / count
-        } else {
-            self.mean()
-        };
-        pixel * tile.area() as f64
     }
 }
 
@@ -243,13 +223,22 @@ impl PicturePlan {
         let pool = pool_of(options.threads)?;
         let mut renderer = pool.install(|| Renderer::new(&scene));
         render::set_lights(&mut renderer, picture)?;
-        let settings = picture.settings();
-        let ran = linelit_plan::run(folder, options, |task| {
+        Ok(self.run_with(&renderer, folder, options)?)
+    }
+
+    /// The same by a renderer of its scene.
+    pub(super) fn run_with(
+        &self,
+        renderer: &Renderer<'_>,
+        folder: &Folder,
+        options: &Run<'_>,
+    ) -> Result<Ran, PlanError> {
+        let settings = self.spec.picture.settings();
+        linelit_plan::run(folder, options, |task| {
             let work = self.work[task.number() as usize];
-            self.compute(&renderer, &settings, work)
-                .map_err(BoxError::from)
-        })?;
-        Ok(ran)
+            let found = self.compute(renderer, &settings, work);
+            found.map_err(BoxError::from)
+        })
     }
 
     /// The bytes of a unit's part: a length and as many bytes of counts as JSON, then the pixels
@@ -304,19 +293,8 @@ impl PicturePlan {
         }
     }
 
-    /// Puts the parts together, and writes the image.
-    pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
-        let Some(path) = &args.output else {
-            let text = "merging a picture writes an image: -o IMAGE.exr or IMAGE.png";
-            return Err(UsageError(text.to_owned()).into());
-        };
-        if !path.extension().is_some_and(|e| e == "exr" || e == "png") {
-            let text = format!("{}: the name must end in .exr or .png", path.display());
-            return Err(UsageError(text).into());
-        }
-        render::check_file(&args.file, path)?;
-        aovs::check(&self.spec.picture, render::is_png(path))?;
-        linelit_film::check_writable(path)?;
+    /// Puts the parts together, with what was counted.
+    pub(super) fn gather(&self, folder: &Folder) -> Result<(Rendered, Map<String, Value>)> {
         let window = tile_of(self.spec.window);
         image::check_memory(window, aovs::bytes_per_pixel(&self.spec.picture.aovs))?;
         let mut film = Film::new(self, window);
@@ -330,7 +308,23 @@ impl PicturePlan {
         })?;
         merge::check(folder, &missing)?;
         let counted = std::mem::take(&mut film.counted);
-        let rendered = film.finish();
+        Ok((film.finish(), counted))
+    }
+
+    /// Puts the parts together, and writes the image.
+    pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
+        let Some(path) = &args.output else {
+            let text = "merging a picture writes an image: -o IMAGE.exr or IMAGE.png";
+            return Err(UsageError(text.to_owned()).into());
+        };
+        if !path.extension().is_some_and(|e| e == "exr" || e == "png") {
+            let text = format!("{}: the name must end in .exr or .png", path.display());
+            return Err(UsageError(text).into());
+        }
+        render::check_file(&args.file, path)?;
+        aovs::check(&self.spec.picture, render::is_png(path))?;
+        linelit_film::check_writable(path)?;
+        let (rendered, counted) = self.gather(folder)?;
         let scene = &self.spec.scene;
         let result =
             (args.json).then(|| render::picture_json(scene, path, &rendered.image, counted));

@@ -1,8 +1,10 @@
 //! `linelit render`.
 
 use super::aovs::{self, Rendered};
+use super::checkpoints::{self, Kept};
 use super::{bar, pool};
 use crate::args::{ImageArgs, PictureArgs, RenderArgs, UsageError};
+use crate::inputs;
 use crate::output::{Output, OutputError};
 use crate::words::Crop;
 use anyhow::{Result, bail};
@@ -27,7 +29,8 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     linelit_film::check_writable(&args.output)?;
     let pool = pool(&args.common)?;
     let start = Instant::now();
-    let mut scene = args.common.read.library().load_lit(&args.scene)?.scene;
+    let planned = inputs::plan(&args.scene, &args.common.read, false)?;
+    let mut scene = planned.loaded.scene;
     let window = set_film(&mut scene, &args.picture);
     pool.install(|| image::check_memory(window, aovs::bytes_per_pixel(&args.picture.aovs)))?;
     let load_seconds = start.elapsed().as_secs_f64();
@@ -39,34 +42,45 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         renderer.calibrate(|| clock.seconds());
     }
     let build_seconds = built.elapsed().as_secs_f64();
-    let (picture, settings) = (&args.picture, args.picture.settings());
     let drawn = Instant::now();
-    let (rendered, counts) = pool.install(|| {
-        aovs::render(
-            &renderer,
-            &settings,
-            window,
-            &picture.aovs,
-            &bar("rendering"),
-        )
-    });
+    let cost = checkpoints::wanted(args, &renderer, window);
+    let kept = cost.map(|cost| Kept::open(args, window, planned.input, &cost));
+    let kept = kept.transpose()?;
+    let mut counts = Counts::default();
+    let (rendered, found) = if let Some(kept) = &kept {
+        kept.render(&renderer, &pool)?
+    } else {
+        let rendered;
+        (rendered, counts) = pool.install(|| directly(args, &renderer, window));
+        (rendered, counted(&counts))
+    };
     let seconds = drawn.elapsed().as_secs_f64();
     let times = [load_seconds, build_seconds, seconds];
     let result = args
         .common
         .json
-        .then(|| json(args, &rendered.image, &counts, times));
+        .then(|| json(args, &rendered.image, found, times));
     let to = (&*args.output, &args.file);
-    pool.install(|| write(rendered, to, &args.scene, picture))?;
+    pool.install(|| write(rendered, to, &args.scene, &args.picture))?;
+    if let Some(kept) = kept {
+        kept.finish()?;
+    }
     if let Some(result) = result {
         writeln!(out, "{result}")?;
     } else if args.explain {
-        explain(&renderer, &settings, &counts, times, out)?;
+        explain(&renderer, &args.picture.settings(), &counts, times, out)?;
         if args.calibrate {
             costs(&renderer, out)?;
         }
     }
     Ok(())
+}
+
+/// The picture, by the threads of the current pool.
+fn directly(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -> (Rendered, Counts) {
+    let (picture, progress) = (&args.picture, bar("rendering"));
+    let settings = picture.settings();
+    aovs::render(renderer, &settings, window, &picture.aovs, &progress)
 }
 
 /// What the calibration found.
@@ -103,15 +117,21 @@ pub(super) fn set_film(scene: &mut Scene, args: &PictureArgs) -> Tile {
     window(scene, args.crop)
 }
 
-/// Gives lights what is asked for them alone.
-pub(super) fn set_lights(renderer: &mut Renderer<'_>, args: &PictureArgs) -> Result<()> {
-    let count = renderer.scene().lights.len();
+/// That the lights that are asked for are there.
+pub(super) fn check_lights(scene: &Scene, args: &PictureArgs) -> Result<()> {
+    let count = scene.lights.len();
     let own = args.light_estimator.iter().map(|own| own.light);
     for light in own.chain(args.light_apart.iter().copied()) {
         if light as usize >= count {
             bail!("no light {light}: the scene has {count}, counted from 0");
         }
     }
+    Ok(())
+}
+
+/// Gives lights what is asked for them alone.
+pub(super) fn set_lights(renderer: &mut Renderer<'_>, args: &PictureArgs) -> Result<()> {
+    check_lights(renderer.scene(), args)?;
     for own in &args.light_estimator {
         renderer.set_light_estimator(own.light, Some(own.estimator));
     }
@@ -222,8 +242,8 @@ fn explain(
     )
 }
 
-fn json(args: &RenderArgs, image: &Image, counts: &Counts, times: [f64; 3]) -> Value {
-    let mut found = picture_json(&args.scene, &args.output, image, counted(counts));
+fn json(args: &RenderArgs, image: &Image, counted: Map<String, Value>, times: [f64; 3]) -> Value {
+    let mut found = picture_json(&args.scene, &args.output, image, counted);
     for (name, seconds) in ["load_seconds", "build_seconds", "render_seconds"]
         .iter()
         .zip(times)

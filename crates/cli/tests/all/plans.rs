@@ -2,9 +2,11 @@
 
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
-use crate::common::{PROGRAM, folder, linelit, path, text};
+use crate::common::{PROGRAM, folder, linelit, names, path, text};
+use linelit_plan::Folder;
 use linelit_simd::InstructionSet;
 use linelit_testkit::cases::rng;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -327,6 +329,139 @@ fn killed_shards_on_any_instructions_are_the_picture() {
     println!("{kills} kills, on {sets:?}");
     assert!(kills > 1);
     assert!(case.merged(&plan) == case.rendered());
+}
+
+/// Parts that are whole, in the folder of a plan.
+fn parts(plan: &Path) -> usize {
+    let entries = fs::read_dir(plan.join("parts"));
+    let names = entries.into_iter().flatten().flatten();
+    names
+        .filter(|entry| entry.path().extension().is_some_and(|e| e == "part"))
+        .count()
+}
+
+/// Killed, and then ended as schedulers do it, `render` loses only what it had in hand.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_goes_on() {
+    use rustix::process::{Pid, Signal, kill_process};
+    let (case, _) = slow_case("render-interrupted");
+    let rendered = case.rendered();
+    fs::remove_file(case.at("rendered.exr")).unwrap();
+    let (image, plan) = (case.at("a.exr"), case.at(".a.exr.linelit-plan"));
+    let words = ["render", &case.scene, "-o", path(&image)];
+    let words = [&words[..], &case.flags, &["--checkpoints", "always"]].concat();
+    let started = |more: usize| {
+        let mut command = Command::new(PROGRAM);
+        command.args(&words).args(["--threads", "1"]);
+        let child = command.stderr(Stdio::piped()).spawn().unwrap();
+        while parts(&plan) < more {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        child
+    };
+    let mut killed = started(1);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let kept = parts(&plan);
+    assert!(kept > 0);
+    let ended = started(kept + 1);
+    let busy = refused(&words, 1);
+    assert!(
+        busy.contains(&format!("process {} is rendering", ended.id())),
+        "{busy}"
+    );
+    kill_process(Pid::from_child(&ended), Signal::TERM).unwrap();
+    let ended = ended.wait_with_output().unwrap();
+    let said = text(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(75), "{said}");
+    assert!(said.contains("the same command goes on"), "{said}");
+    let kept = parts(&plan);
+    assert!(
+        !image.exists() && said.contains(&format!(" {kept} of ")),
+        "{said}"
+    );
+
+    let other = refused(&[&words[..], &["--seed", "1"]].concat(), 1);
+    assert!(
+        other.contains("seed") && other.contains("--fresh"),
+        "{other}"
+    );
+    let last = linelit(&words);
+    let said = text(&last.stderr);
+    assert!(last.status.success(), "{said}");
+    let going_on = format!("going on with an interrupted picture, {kept} of ");
+    assert!(said.contains(&going_on), "{said}");
+    assert!(fs::read(&image).unwrap() == rendered);
+    assert_eq!(names(&case.dir), ["a.exr"]);
+}
+
+#[test]
+fn a_fresh_render_forgets_the_interrupted_one() {
+    let flags = ["--resolution", "16x8", "--samples", "1"];
+    let case = Case::new("render-fresh", "cornell-box", &flags);
+    let rendered = case.rendered();
+    // What another picture left behind.
+    let (plan, kept) = (case.plan(&["--seed", "5"]), case.at(".a.exr.linelit-plan"));
+    fs::rename(plan, &kept).unwrap();
+    let image = case.at("a.exr");
+    let words = [
+        "render",
+        &case.scene,
+        "-o",
+        path(&image),
+        "--checkpoints",
+        "always",
+    ];
+    let words = [&words[..], &flags].concat();
+    assert!(refused(&words, 1).contains("--fresh"));
+    done(&[&words[..], &["--fresh"]].concat());
+    assert!(fs::read(&image).unwrap() == rendered);
+    assert_eq!(names(&case.dir), ["a.exr", "rendered.exr"]);
+    // Short ones are not kept unless one asks for it: nothing is in the way.
+    fs::create_dir(&kept).unwrap();
+    fs::write(kept.join("mine"), "").unwrap();
+    done(&[&words[..4], &flags].concat());
+    assert!(refused(&words, 1).contains("mine"));
+}
+
+#[test]
+fn plans_of_other_programs_and_parts_of_other_plans_are_refused() {
+    let flags = ["--resolution", "8x8", "--samples", "1"];
+    let case = Case::new("plan-foreign", "cornell-box", &flags);
+    let plan = case.plan(&["--tile", "4"]);
+    done(&["run", path(&plan)]);
+    let mut other = Folder::open(&plan).unwrap().plan().clone();
+    let own = std::mem::replace(&mut other.program, "linelit 9.9.9 (abc)".to_owned());
+    let foreign = case.at("foreign");
+    Folder::create(&foreign, &other, &BTreeMap::new()).unwrap();
+    let image = case.at("x.exr");
+    let merge = ["merge", path(&foreign), "-o", path(&image)];
+    for words in [&["run", path(&foreign)][..], &merge] {
+        let said = refused(words, 1);
+        for program in [&own, "linelit 9.9.9 (abc)"] {
+            assert!(said.contains(&format!("`{program}`")), "{said}");
+        }
+    }
+    // The same tiles of another seed.
+    let mut seeded = Folder::open(&plan).unwrap().plan().clone();
+    seeded.settings = seeded.settings.replace("\"seed\": 0", "\"seed\": 1");
+    let seeded = (case.at("seeded"), seeded);
+    Folder::create(&seeded.0, &seeded.1, &BTreeMap::new()).unwrap();
+    let part = "parts/00000002.part";
+    fs::copy(plan.join(part), seeded.0.join(part)).unwrap();
+    let merge = ["merge", path(&seeded.0), "-o", path(&image)];
+    let said = refused(&merge, 75);
+    assert!(
+        said.contains("4 of 4") && said.contains("another plan"),
+        "{said}"
+    );
+    let again = linelit(&["run", path(&seeded.0)]);
+    assert!(text(&again.stderr).contains("once more"), "{again:?}");
+    assert!(
+        text(&again.stdout).contains("4 units computed"),
+        "{again:?}"
+    );
 }
 
 /// The lines that `--script` prints, in a file.
