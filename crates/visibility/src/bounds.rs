@@ -358,7 +358,7 @@ impl ShaftBounds {
 
     /// How far the boxes of a node reach inside a plane.
     #[inline(always)]
-    fn reach<S: Simd>(&self, s: S, plane: usize, rows: &[S::F; 6]) -> S::F {
+    pub(crate) fn reach<S: Simd>(&self, s: S, plane: usize, rows: &[S::F; 6]) -> S::F {
         let mut sum = s.splat(self.offset[plane]);
         for axis in 0..3 {
             sum = s.fma(s.splat(self.negative[axis][plane]), rows[axis], sum);

@@ -9,7 +9,10 @@
 //! mesh's shape, whether it intersects itself or is inside out. So the images of one sign may be
 //! left out, once neither the shading point nor the light is in the mesh's box.
 
-use crate::build::{Geometry, least, most};
+use crate::{
+    build::{Geometry, least, most},
+    surfaces::{FEW, FINE, NONE},
+};
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 use linelit_simd::Simd;
 
@@ -22,6 +25,8 @@ pub(crate) struct ClosedMesh {
     /// The least and the largest number of its triangles, as the caller counts.
     first: u32,
     last: u32,
+    /// How many they are.
+    count: u32,
 }
 
 /// The closed meshes of a scene, and which of them each triangle belongs to.
@@ -31,6 +36,12 @@ pub(crate) struct ClosedMeshes {
     /// For each triangle of the caller's, zero or its mesh's index plus one, with [`TURNED`] if it
     /// is turned; empty without meshes.
     pub(crate) of: Vec<u16>,
+    /// For each triangle of the caller's that belongs to a fine mesh, who is beyond its sides from
+    /// corner 0 to 1, 1 to 2 and 2 to 0, with a last bit that says whether both run along it in the
+    /// same direction; [`NONE`] for others; empty without fine meshes.
+    pub(crate) sides: Vec<[u32; 3]>,
+    /// How many triangles make a mesh a fine one.
+    fine: u32,
 }
 
 /// The bit of a triangle that is turned against the first of its mesh.
@@ -219,7 +230,11 @@ impl ClosedMeshes {
                 }
             }
         });
-        let mut found = Self::default();
+        let all = u32::try_from(ids().count()).unwrap_or(u32::MAX);
+        let mut found = Self {
+            fine: FINE.max(all / FEW),
+            ..Self::default()
+        };
         let mut number = vec![Number::NONE; kept.len()];
         for (i, _) in (0_u32..).zip(open).filter(|(_, open)| *open) {
             number[connected.root(i).0 as usize] = Number::OPEN;
@@ -238,8 +253,57 @@ impl ClosedMeshes {
         }
         if !found.meshes.is_empty() {
             found.of = of;
+            found.find_sides((&ends, &edges), corners);
         }
         found
+    }
+
+    /// Finds the neighbours in fine meshes, whose edges all belong to two.
+    fn find_sides(&mut self, (ends, edges): (&[u32], &[u64]), corners: impl Fn(u32) -> [u32; 3]) {
+        if self.fine().next().is_none() {
+            return;
+        }
+        self.sides = vec![[NONE; 3]; self.of.len()];
+        let mut begin = 0;
+        for (place, &end) in (0_u32..).zip(ends) {
+            let here = &edges[begin..end as usize];
+            begin = end as usize;
+            for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
+                let &[a, b] = same else { continue };
+                let (i, j) = (low(a), low(b));
+                if !self.is_fine(i) {
+                    continue;
+                }
+                let ends = [place, low(a >> 33)];
+                let alike = u32::from((a ^ b) >> 32 & 1 == 0);
+                for (here, beyond) in [(i, j), (j, i)] {
+                    let c = corners(here);
+                    let is_here = |k: &usize| {
+                        let side = [c[*k], c[(k + 1) % 3]];
+                        side == ends || side == [ends[1], ends[0]]
+                    };
+                    if let Some(k) = (0..3).find(is_here) {
+                        self.sides[here as usize][k] = beyond << 1 | alike;
+                    }
+                }
+            }
+        }
+    }
+
+    fn is_fine(&self, id: u32) -> bool {
+        let mesh = usize::from(self.of[id as usize] & !TURNED);
+        mesh > 0 && self.meshes[mesh - 1].count >= self.fine
+    }
+
+    /// Whether a triangle is turned against the first of its mesh.
+    pub(crate) fn is_turned(&self, id: u32) -> bool {
+        self.of[id as usize] & TURNED != 0
+    }
+
+    /// The least and the largest number of each fine mesh's triangles.
+    pub(crate) fn fine(&self) -> impl Iterator<Item = [u32; 2]> {
+        let fine = self.meshes.iter().filter(|mesh| mesh.count >= self.fine);
+        fine.map(|mesh| [mesh.first, mesh.last])
     }
 
     /// A mesh that begins with a triangle, empty as yet; beyond the numbers' end it counts as open.
@@ -253,6 +317,7 @@ impl ClosedMeshes {
             hi: [f32::NEG_INFINITY; 3],
             first: id,
             last: id,
+            count: 0,
         });
         Number(number)
     }
@@ -263,6 +328,7 @@ impl ClosedMesh {
     fn add(&mut self, id: u32, vertices: [[f32; 3]; 3]) {
         self.last = self.last.max(id);
         self.first = self.first.min(id);
+        self.count += 1;
         for (axis, x) in vertices.into_iter().flat_map(|v| (0..3).zip(v)) {
             self.lo[axis] = least(self.lo[axis], x);
             self.hi[axis] = most(self.hi[axis], x);

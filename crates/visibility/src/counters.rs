@@ -28,7 +28,7 @@ pub struct Counters {
     pub node_tests: u64,
     /// Triangles tested.
     pub triangle_tests: u64,
-    /// Triangles found inside shafts.
+    /// Triangles found inside shafts, and where lines cross the silhouettes of fine meshes.
     pub candidates: u64,
     /// Visible intervals returned.
     pub intervals: u64,

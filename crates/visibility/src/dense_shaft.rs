@@ -14,6 +14,8 @@ use crate::{
     merge::{self, Slots},
     node::{Child, Leaf, Node},
     project::{self, Corners},
+    silhouette::Search,
+    surfaces::NONE,
     sweep::{self, Lanes},
 };
 use linelit_geometry::DVec3;
@@ -286,7 +288,7 @@ fn push_triangles<S: Simd>(
     s: S,
     bounds: &ShaftBounds,
     leaf: &Leaf,
-    child: Child,
+    (child, mask): (Child, u8),
     covered: &Covered,
     corners: &mut Corners,
     backfaces: &BackfaceFilter<'_>,
@@ -294,8 +296,8 @@ fn push_triangles<S: Simd>(
     let vertices = bounds.vertices(s, leaf);
     let (before, inside, low, high) = bounds.triangle_images(s, &vertices);
     let images = Images::new(s, low, high);
-    let mut needed = before & inside & covered.needs_any(s, &images) & child.mask();
-    let behind = child.mask() & !before;
+    let mut needed = before & inside & covered.needs_any(s, &images) & mask;
+    let behind = mask & !before;
     if behind != 0 {
         needed |= behind & bounds.within(s, &vertices);
     }
@@ -339,6 +341,7 @@ fn dense_kernel<S: Simd>(
         pieces,
         waiting: stack,
         covered,
+        crossings,
         clear_of,
         ..
     } = scratch;
@@ -354,13 +357,42 @@ fn dense_kernel<S: Simd>(
     slots_per_line.reset(lines.count);
     covered.start(lines);
     corners.clear();
+    crossings.cut.clear();
+    let mut by_silhouettes = false;
+    if hierarchy.surfaces.serve(query.exclude)
+        && let Some(block) = lines.blocks.first_mut()
+        && let Some(search) = Search::new(
+            (hierarchy, occluders.extent),
+            (bounds, frame),
+            point,
+            (&covered.low[0], &covered.high[0]),
+            block,
+        )
+    {
+        by_silhouettes = true;
+        search.walk(s, block, crossings, counters);
+        crossings.hide(block, slots_per_line);
+        if covered.record(s, lines, slots_per_line) {
+            return true;
+        }
+    }
+    let surfaces = by_silhouettes.then_some(&hierarchy.surfaces);
     stack.clear();
     stack.push(Waiting {
         child: Child::node(0),
         image: Image::ALL,
     });
     loop {
-        let next = stack.pop();
+        // Triangles of surfaces that have to be cut, and then all others.
+        let cut = crossings.cut.pop();
+        if let Some((leaf, which)) = cut {
+            let slots = Child::leaf(leaf as usize, 8).slots();
+            let codes = backfaces.codes(leaf as usize);
+            let leaf = &hierarchy.leaves[leaf as usize];
+            corners.add(s, leaf, which, &slots, Some(&codes));
+        }
+        let next = if cut.is_some() { None } else { stack.pop() };
+        let is_last = cut.is_none() && next.is_none();
         if let Some(b) = &next {
             if !covered.needs(s, &b.image) {
                 continue;
@@ -368,17 +400,32 @@ fn dense_kernel<S: Simd>(
             if b.child.is_leaf() {
                 counters.triangle_tests += u64::from(b.child.count());
                 let leaf = &hierarchy.leaves[b.child.index()];
-                push_triangles(s, bounds, leaf, b.child, covered, corners, backfaces);
+                let mut mask = b.child.mask();
+                if let Some(surfaces) = surfaces {
+                    mask &= s.in_range(&surfaces.sides[b.child.index()][0], NONE, 1);
+                }
+                push_triangles(
+                    s,
+                    bounds,
+                    leaf,
+                    (b.child, mask),
+                    covered,
+                    corners,
+                    backfaces,
+                );
             } else {
                 let node = &hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
-                let found = bounds.boxes(s, node);
+                let mut found = bounds.boxes(s, node);
+                if let Some(surfaces) = surfaces {
+                    found &= !surfaces.facing[b.child.index()].whole;
+                }
                 let found = push_boxes(s, bounds, node, found, covered, stack);
                 hierarchy.prefetch(s, node, found);
             }
         }
         // Eight triangles at a time, and what is left at the end.
-        while corners.count >= 8 || (next.is_none() && corners.count > 0) {
+        while corners.count >= 8 || (is_last && corners.count > 0) {
             let first = corners.count.saturating_sub(8);
             flat.clear();
             let left =
@@ -394,7 +441,7 @@ fn dense_kernel<S: Simd>(
                 return true;
             }
         }
-        if next.is_none() {
+        if is_last {
             break;
         }
     }

@@ -74,8 +74,9 @@ impl Slots {
         )
     }
 
+    /// Keeps an interval for a line.
     #[inline(always)]
-    fn push(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
+    pub(crate) fn push(&mut self, block: usize, lane: usize, lo: f64, hi: f64) {
         let count = self.count(block, lane);
         let slots = &mut self.blocks[block];
         if count < ROOM {

@@ -18,7 +18,7 @@ use linelit_simd::{Lanes, Simd};
 /// of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is cut off depends on the
 /// vertex alone, so that triangles cut a shared edge alike.
 /// `docs/decisions/004-candidates-projected-once.md`.
-const GUARD: f64 = 4096.0;
+pub(crate) const GUARD: f64 = 4096.0;
 
 /// Room for a shaft's triangles, for one more leaf, and for packed stores, which write eight.
 const ROOM: usize = DENSE + 16;
@@ -154,7 +154,7 @@ impl FlatTriangles {
 }
 
 /// Homogeneous coordinates of one vertex in eight lanes.
-type Vertex<S> = [<S as Lanes>::D; 3];
+pub(crate) type Vertex<S> = [<S as Lanes>::D; 3];
 
 /// Projects the triangles in `corners` into `flat`, dropping those that miss the light from both,
 /// unless one of them hides the light as a whole.
@@ -263,14 +263,14 @@ pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
 
 /// Where a vertex's image is.
 #[inline(always)]
-fn to_plane<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
+pub(crate) fn to_plane<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
     let inverse = s.dsplat(1.0) / v[2];
     [v[0] * inverse, v[1] * inverse]
 }
 
 /// Whether a vertex is within the guard: the same decision as in [`cut_triangle`].
 #[inline(always)]
-fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
+pub(crate) fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
     let zero = s.dsplat(0.0);
     let limit = v[2] * GUARD;
     let p = s.dmax(v[0], zero - v[0]);

@@ -11,6 +11,7 @@ use crate::{
     merge::{Pieces, Slots},
     node::Child,
     project::{Corners, FlatTriangles},
+    silhouette::Crossings,
     sweep::ReadyBlock,
 };
 use linelit_geometry::DVec3;
@@ -62,6 +63,8 @@ pub struct Scratch {
     pub(crate) waiting: Vec<Waiting>,
     /// Which parts of a dense shaft's lines are known to be hidden.
     pub(crate) covered: Covered,
+    /// Where a dense shaft's lines cross silhouettes.
+    pub(crate) crossings: Crossings,
 }
 
 impl Scratch {

@@ -1,7 +1,10 @@
 //! Triangles under boxes in the order in which they come: for few that are asked about once.
 
 use super::{Geometry, Hierarchy, LEAF_SIZE, binary::Bounds, index};
-use crate::node::{Child, Node};
+use crate::{
+    node::{Child, Node},
+    surfaces::Surfaces,
+};
 
 /// Fills `hierarchy` with the triangles that `kept` has, eight to a leaf and eight to a node.
 pub(crate) fn flat(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hierarchy) {
@@ -10,11 +13,13 @@ pub(crate) fn flat(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hiera
         leaves,
         meshes,
         mesh_of,
+        surfaces,
     } = hierarchy;
     nodes.clear();
     leaves.clear();
     meshes.clear();
     mesh_of.clear();
+    *surfaces = Surfaces::default();
     let mut row = Vec::with_capacity(kept.len().div_ceil(8));
     let mut ids = (0..kept.len()).filter(|k| kept[*k]).map(index);
     while let Some(first) = ids.next() {

@@ -17,6 +17,7 @@ use crate::{
     closed_mesh::{ClosedMesh, ClosedMeshes},
     node::{Child, Leaf, Node},
     pool,
+    surfaces::Surfaces,
 };
 use binary::Bounds;
 pub(crate) use binary::{least, most};
@@ -47,11 +48,13 @@ impl Hierarchy {
             leaves,
             meshes,
             mesh_of,
+            surfaces,
         } = self;
         size_of_val(&nodes[..])
             + size_of_val(&leaves[..])
             + size_of_val(&meshes[..])
             + size_of_val(&mesh_of[..])
+            + surfaces.memory()
     }
 
     /// The box of all triangles; `None` without any.
@@ -94,6 +97,8 @@ pub(crate) struct Hierarchy {
     /// index, or zero); empty if there are none.
     pub(crate) meshes: Vec<ClosedMesh>,
     pub(crate) mesh_of: Vec<[u16; 8]>,
+    /// How the fine ones among them lie in the tree.
+    pub(crate) surfaces: Surfaces,
 }
 
 /// Triangles that may occlude, in the hierarchy's coordinates.
@@ -178,20 +183,22 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
         || collapse::collapse(tree, leaf_cost),
         || ClosedMeshes::find(geometry, kept),
     );
-    let (meshes, mesh_of) = by_leaves(closed, ids.iter());
     let leaves = pool::collect(ids.len(), AT_ONCE, &|k| geometry.leaf(ids[k]));
     order::by_crossings(&mut nodes, &leaves);
+    let surfaces = Surfaces::new(geometry, &closed, (&nodes, &leaves));
+    let (meshes, mesh_of) = by_leaves(closed, ids.iter());
     Hierarchy {
         nodes,
         leaves,
         meshes,
         mesh_of,
+        surfaces,
     }
 }
 
 /// Closed meshes, and which of them the triangles of each leaf belong to: [`Hierarchy::mesh_of`].
 fn by_leaves<'a>(
-    ClosedMeshes { meshes, of }: ClosedMeshes,
+    ClosedMeshes { meshes, of, .. }: ClosedMeshes,
     ids: impl Iterator<Item = &'a [u32; 8]>,
 ) -> (Vec<ClosedMesh>, Vec<[u16; 8]>) {
     let mesh_of = match &meshes[..] {

@@ -5,6 +5,7 @@ use crate::{
     closed_mesh::ClosedMeshes,
     node::{Child, Leaf, Node},
     pool,
+    surfaces::Surfaces,
 };
 
 /// Gives `hierarchy`, which was built over the triangles that `kept` has, their new corners: leaves
@@ -15,6 +16,7 @@ pub(crate) fn refit(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hier
         leaves,
         meshes,
         mesh_of,
+        surfaces,
     } = hierarchy;
     let closed = || ClosedMeshes::find(geometry, kept);
     let copy = |_, leaves: &mut [Leaf]| {
@@ -35,6 +37,7 @@ pub(crate) fn refit(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hier
         },
         closed,
     );
+    *surfaces = Surfaces::new(geometry, &closed, (nodes, leaves));
     (*meshes, *mesh_of) = by_leaves(closed, leaves.iter().map(|leaf| &leaf.id));
 }
 

@@ -15,4 +15,5 @@ mod laws;
 mod leaks;
 mod limits;
 mod refit;
+mod silhouettes;
 mod streams;

@@ -1,0 +1,257 @@
+//! Fine closed meshes as surfaces: which triangles are neighbours, and which way they all face.
+//!
+//! What a triangle hides of a line begins at one of its sides and ends at another. Where two
+//! neighbours lie on either side of the side they share, as nearly everywhere, one goes on where
+//! the other ends; the number of layers over a line changes only at the sides of which both lie on
+//! one side, its *silhouette* as seen from the shading point. A node keeps bounds of the planes of
+//! all triangles in it and next to it: where they all face the shading point, or all face away, it
+//! has no silhouette.
+
+use crate::{
+    build::Geometry,
+    closed_mesh::ClosedMeshes,
+    node::{Child, Leaf, Node},
+};
+use linelit_geometry::DVec3;
+use linelit_simd::Simd;
+
+/// Meshes of fewer triangles are looked at triangle by triangle.
+/// `docs/decisions/015-silhouettes-of-fine-meshes.md`.
+pub(crate) const FINE: u32 = 512;
+
+/// And so are those that hold less than this part of all triangles: where many meshes stand behind
+/// each other, the nearest hide most of what the others' silhouettes would tell.
+pub(crate) const FEW: u32 = 16;
+
+/// A side of a triangle that belongs to no surface.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Height of a triangle, as a fraction of its longest side and of the scene, from which the way it
+/// faces is known in `f64` where [`FACING_ROOM`] says so.
+const LEAST_HEIGHT: f64 = 1e-6;
+
+/// Rounding of how far a place is before a triangle's plane, in units of the scene: in `f32`, six
+/// roundings of normals, places and offsets and of products of them, each at most 6e-8 of two
+/// scenes, three axes each, are 4e-6; what `f64` may get wrong of the sign is under 1e-6.
+pub(crate) const FACING_ROOM: f64 = 1e-5;
+
+/// The surfaces of a hierarchy.
+#[derive(Debug, Default)]
+pub(crate) struct Surfaces {
+    /// For each leaf, what is beyond the sides from corner 0 to 1, 1 to 2 and 2 to 0 of its
+    /// triangles: the neighbour's leaf × 8 + lane, and in the last bit whether it runs along the
+    /// side in the same direction; [`NONE`] for a triangle of no surface.
+    pub(crate) sides: Vec<[[u32; 8]; 3]>,
+    /// For each node, how its children face.
+    pub(crate) facing: Vec<Facing>,
+    /// The least and the largest numbers of each surface's triangles, as the caller counts.
+    ranges: Vec<[u32; 2]>,
+}
+
+/// Bounds of the planes of the triangles in each child of a node and next to them, and which
+/// children have any.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Facing {
+    /// Unit normals, all of a mesh turned alike: least x, y, z, then greatest.
+    pub(crate) normal: [[f32; 8]; 6],
+    /// How far the planes are before the middle of the child's box, at least and at most; infinite
+    /// where nothing is known.
+    pub(crate) offset: [[f32; 8]; 2],
+    /// A bit for each child with a triangle of a surface.
+    pub(crate) some: u8,
+    /// A bit for each child with no other triangles.
+    pub(crate) whole: u8,
+}
+
+impl Facing {
+    const NOTHING: Self = Self {
+        normal: [
+            [2.0; 8], [2.0; 8], [2.0; 8], [-2.0; 8], [-2.0; 8], [-2.0; 8],
+        ],
+        offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
+        some: 0,
+        whole: 0,
+    };
+
+    /// Takes in a plane before or behind the middle of a child's box; `None` faces any way.
+    #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
+    fn add(&mut self, lane: usize, middle: DVec3, plane: Option<&Plane>) {
+        if self.is_unknown(lane) {
+            return;
+        }
+        let Some(Plane { normal, place }) = plane else {
+            self.offset[0][lane] = f32::NEG_INFINITY;
+            self.offset[1][lane] = f32::INFINITY;
+            return;
+        };
+        for (axis, x) in normal.to_array().into_iter().enumerate() {
+            let [least, most] = [axis, axis + 3];
+            self.normal[least][lane] = self.normal[least][lane].min(x as f32);
+            self.normal[most][lane] = self.normal[most][lane].max(x as f32);
+        }
+        let offset = normal.dot(*place - middle) as f32;
+        self.offset[0][lane] = self.offset[0][lane].min(offset);
+        self.offset[1][lane] = self.offset[1][lane].max(offset);
+    }
+
+    fn is_unknown(&self, lane: usize) -> bool {
+        self.offset[0][lane] == f32::NEG_INFINITY
+    }
+}
+
+/// The plane of a triangle.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    /// Unit length, rounded to `f32`.
+    normal: DVec3,
+    /// A place in it.
+    place: DVec3,
+}
+
+impl Plane {
+    /// Of a triangle, turned or not; `None` where rounding may decide which way it faces.
+    fn new(leaf: &Leaf, lane: usize, turned: bool, size: f64) -> Option<Self> {
+        let [a, b, c] = leaf.triangle(lane).map(|v| DVec3::from(v.map(f64::from)));
+        let normal = (b - a).cross(c - a);
+        let length = normal.length();
+        let sides = [b - a, c - a, c - b].map(DVec3::length);
+        let longest = sides.into_iter().fold(0.0, f64::max);
+        let known = length >= LEAST_HEIGHT * longest * longest
+            && length >= 0.1 * LEAST_HEIGHT * longest * size;
+        let normal = normal * (if turned { -1.0 } else { 1.0 } / length);
+        known.then(|| Self {
+            normal: normal.as_vec3().as_dvec3(),
+            place: a,
+        })
+    }
+}
+
+/// The middle of a child's box: the same bits as for eight at a time.
+#[inline]
+fn middle(node: &Node, lane: usize) -> DVec3 {
+    let b = &node.bounds;
+    let x = [0, 1, 2].map(|axis| (b[axis][lane] + b[axis + 3][lane]) * 0.5);
+    DVec3::from(x.map(f64::from))
+}
+
+impl Surfaces {
+    /// Finds how the fine meshes lie in a hierarchy.
+    pub(crate) fn new(
+        geometry: &Geometry<'_>,
+        closed: &ClosedMeshes,
+        (nodes, leaves): (&[Node], &[Leaf]),
+    ) -> Self {
+        if closed.sides.is_empty() {
+            return Self::default();
+        }
+        let mut slot_of = vec![NONE; closed.sides.len()];
+        for (slot, id) in slots(leaves) {
+            slot_of[id as usize] = slot;
+        }
+        let mut sides = vec![[[NONE; 8]; 3]; leaves.len()];
+        for (slot, id) in slots(leaves) {
+            let (leaf, lane) = (slot as usize / 8, slot as usize % 8);
+            for (k, side) in closed.sides[id as usize].into_iter().enumerate() {
+                if side != NONE {
+                    sides[leaf][k][lane] = slot_of[(side >> 1) as usize] << 1 | side & 1;
+                }
+            }
+        }
+        let mut surfaces = Self {
+            sides,
+            facing: vec![Facing::NOTHING; nodes.len()],
+            ranges: closed.fine().collect(),
+        };
+        surfaces.face(geometry, closed, (nodes, leaves));
+        surfaces
+    }
+
+    /// Fills in how the nodes' children face.
+    fn face(
+        &mut self,
+        geometry: &Geometry<'_>,
+        closed: &ClosedMeshes,
+        (nodes, leaves): (&[Node], &[Leaf]),
+    ) {
+        let size = f64::from(geometry.extent);
+        let plane = |slot: u32| {
+            let (leaf, lane) = (&leaves[slot as usize / 8], slot as usize % 8);
+            Plane::new(leaf, lane, closed.is_turned(leaf.id[lane]), size)
+        };
+        // Where each node hangs: what is above a node stands before it.
+        let mut above = vec![(NONE, 0_usize); nodes.len()];
+        let mut planes = Vec::new();
+        for (at, node) in (0_u32..).zip(nodes) {
+            for lane in (0..8).filter(|lane| node.valid >> lane & 1 != 0) {
+                let child = Child(node.child[lane]);
+                if !child.is_leaf() {
+                    above[child.index()] = (at, lane);
+                    continue;
+                }
+                planes.clear();
+                let sides = &self.sides[child.index()];
+                let (slots, mut count) = (child.slots(), 0);
+                for own in (0..8).filter(|own| sides[0][*own] != NONE) {
+                    count += 1;
+                    planes.push(plane(slots[own]));
+                    let beyond = sides.map(|side| side[own] >> 1).into_iter();
+                    let elsewhere = beyond.filter(|slot| slot / 8 != slots[0] / 8);
+                    planes.extend(elsewhere.map(plane));
+                }
+                let here = &mut self.facing[at as usize];
+                here.whole |= u8::from(count == child.count()) << lane;
+                let mut place = (at, lane);
+                while place.0 != NONE && count > 0 {
+                    let (node, lane) = (place.0 as usize, place.1);
+                    let middle = middle(&nodes[node], lane);
+                    self.facing[node].some |= 1 << lane;
+                    for plane in &planes {
+                        self.facing[node].add(lane, middle, plane.as_ref());
+                    }
+                    place = above[node];
+                }
+            }
+        }
+        for at in (1..nodes.len()).rev() {
+            let (node, lane) = above[at];
+            let whole = self.facing[at].whole == nodes[at].valid;
+            self.facing[node as usize].whole |= u8::from(whole) << lane;
+        }
+    }
+
+    /// Whether lines past them may be answered by their silhouettes: there are some, and none of
+    /// their triangles may be excluded.
+    #[inline]
+    pub(crate) fn serve(&self, (start, count): (u32, u32)) -> bool {
+        let end = start.saturating_add(count);
+        let apart = |&[first, last]: &[u32; 2]| last < start || first >= end;
+        !self.ranges.is_empty() && (count == 0 || self.ranges.iter().all(apart))
+    }
+
+    /// Asks for what is known of a node's or leaf's triangles ahead of time.
+    #[inline(always)]
+    pub(crate) fn prefetch<S: Simd>(&self, s: S, child: Child) {
+        if child.is_leaf() {
+            s.prefetch(&self.sides[child.index()]);
+        } else {
+            s.prefetch(&self.facing[child.index()]);
+        }
+    }
+
+    /// Bytes that they take.
+    pub(crate) fn memory(&self) -> usize {
+        size_of_val(&self.sides[..]) + size_of_val(&self.facing[..])
+    }
+}
+
+/// Each triangle's leaf × 8 + lane, and its number in the caller's list; lanes that are not in use
+/// repeat the first.
+fn slots(leaves: &[Leaf]) -> impl Iterator<Item = (u32, u32)> {
+    let lanes = |(leaf, first): (&Leaf, u32)| {
+        let id = leaf.id;
+        let used = (0..8).filter(move |k| *k == 0 || id[*k as usize] != id[0]);
+        used.map(move |k| (first + k, id[k as usize]))
+    };
+    leaves.iter().zip((0_u32..).step_by(8)).flat_map(lanes)
+}
