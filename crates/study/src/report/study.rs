@@ -144,7 +144,7 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> Vec<(&'s
                 svg: plots::error_over_time(scene, &record.rows, palette).render(),
                 caption: "Equal time: the same errors over the processor time that they cost. What is \
                           lower at the same place is better; open marks have no noise from that time \
-                          on."
+                          on. Bars along the axis: one standard deviation over passes."
                     .to_owned(),
             },
         ),
@@ -298,7 +298,7 @@ fn errors(row: &ResultRow, least: [f64; 3]) -> [Cell; 4] {
     let spread = format!("MSE {} ± {}", scientific(mse), scientific(row.mse_stderr));
     if row.is_noiseless() {
         let none = Cell::number("no noise").sorted_by(0.0);
-        let left = format!("what is left is the reference's own error: {spread}");
+        let left = format!("what is left is rounding, or the reference's own error: {spread}");
         let efficiency = Cell::number("∞").sorted_by(f64::MAX);
         return [none.clone().hover(left), none, time(row), efficiency];
     }
@@ -389,7 +389,7 @@ fn notes(record: &StudyRecord, scene: &SceneRecord, slopes: &[&SlopeRow]) -> Vec
     if !scene.reference.is_empty() {
         let share = reference_share(record, scene).map_or(String::new(), |share| {
             format!(
-                ", {} % of the smallest scored",
+                ", {} % of the smallest variance scored, and taken off",
                 short((100.0 * share).max(0.01))
             )
         });

@@ -35,18 +35,19 @@ const GLOSSARY: [(&str, &str); 15] = [
     (
         "MSE, RMSE",
         "Mean squared error over trials, pixels and colour channels, on linear radiance that is never \
-         tone-mapped; its square root.",
+         tone-mapped, less the reference’s own by the spread of its replicates; 0 where that is \
+         negative. RMSE is its square root.",
     ),
     (
         "MRSE",
-        "The mean of squared errors each divided by the reference’s square there and 10⁻⁶: dark \
-         pixels count as much as bright ones.",
+        "The mean of the same squared errors each divided by the reference’s square there and 10⁻⁶: \
+         dark pixels count as much as bright ones.",
     ),
     (
         "variance, no noise",
         "Mean squared distance of an estimate from the mean of its trials. Where that is rounding \
-         alone the estimator has no noise: it is a closed form, and what its MSE shows is the \
-         reference’s own error. Plots mark it by open marks on the edge.",
+         alone the estimator has no noise: it is a closed form, and its MSE is 0 or what rounding and \
+         the reference leave. Plots mark it by open marks on the edge.",
     ),
     (
         "bias",
