@@ -172,13 +172,21 @@ fn slope(
     if let Some(paper) = paper {
         row = row.with_paper(paper.order, paper.source);
         if fit.ci_low > paper.order {
-            row.remark = Some(remark(&points, &fit));
+            row.remark = Some(format!(
+                "weaker than the paper's: {}",
+                remark(&points, &fit)
+            ));
+        } else if fit.ci_high < paper.order {
+            row.remark = Some(format!(
+                "stronger than the paper's: {}",
+                remark(&points, &fit)
+            ));
         }
     }
     Some(row)
 }
 
-/// Explanation of an order that is weaker than the paper's: slopes at the ends of the curve.
+/// Explanation of an order that is not the paper's: slopes at the ends of the curve.
 fn remark(points: &[SlopePoint], fit: &Order) -> String {
     let deviation = |p: &SlopePoint| {
         let n = p.trial_variances.len() as f64;
@@ -193,6 +201,10 @@ fn remark(points: &[SlopePoint], fit: &Order) -> String {
     let (early, late) = (step(&first[0], &first[1]), step(&last[0], &last[1]));
     let why = if late < fit.order - 0.02 {
         "the curve still steepens, so the fit over the whole range is weaker than its end"
+    } else if late > fit.order + 0.02 {
+        "the curve flattens, so the fit over the whole range is stronger than its end"
+    } else if fit.lack_of_fit > crate::report::BENT {
+        "the curve is not straight in between: the order is an average over the range"
     } else {
         "a straight line over the whole range: the order of this scene, which is not the paper's"
     };

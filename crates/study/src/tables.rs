@@ -19,7 +19,8 @@ pub const RESULT_COLUMNS: &str = "scene,pixels,estimator,sampler,samples,trials,
     intervals,processor";
 
 /// The columns of `slopes.csv`, in order.
-pub const SLOPE_COLUMNS: &str = "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high";
+pub const SLOPE_COLUMNS: &str =
+    "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high,paper_order";
 
 /// One estimator with one sampler and number of samples on one scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -101,13 +102,13 @@ pub struct SlopeRow {
     pub ci_high: f64,
     /// χ² of the fit over its degrees of freedom: far above one, the curve bends (JSON only).
     pub lack_of_fit: f64,
-    /// The order that a paper reports (JSON only).
+    /// The order that a paper reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_order: Option<f64>,
     /// Figure or table of that paper (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_source: Option<String>,
-    /// Why the order is weaker than the paper's, from a measurement (JSON only).
+    /// Why the order is weaker or stronger than the paper's, from a measurement (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remark: Option<String>,
 }
@@ -422,7 +423,7 @@ mod tests {
         };
         assert_eq!(
             csv(SLOPE_COLUMNS, &[slope]).unwrap(),
-            "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high\n\"a\"\"b\",,,4,0,-1.5,0,0\n"
+            "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high,paper_order\n\"a\"\"b\",,,4,0,-1.5,0,0,\n"
         );
     }
 

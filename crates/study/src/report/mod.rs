@@ -8,11 +8,13 @@
 
 mod comparison;
 mod page;
+mod ranking;
 mod study;
 mod summary;
 mod words;
 
 pub use comparison::{Comparison, Named};
+pub(crate) use study::BENT;
 pub use study::{Exhibits, plot_files};
 
 use crate::tables::{commit, cpu_name};

@@ -10,7 +10,7 @@ use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 
 /// χ² over its degrees of freedom above which a fit is remarked on: with three or more degrees a
 /// power law exceeds it less than once in a thousand.
-const BENT: f64 = 5.5;
+pub(crate) const BENT: f64 = 5.5;
 
 /// What a page shows beside the numbers of its record.
 #[derive(Clone, Debug, Default)]
@@ -422,6 +422,7 @@ fn notes(record: &StudyRecord, scene: &SceneRecord, slopes: &[&SlopeRow]) -> Vec
             notes.push(format!("{} ({}): {remark}", slope.estimator, slope.sampler));
         }
     }
+    notes.extend(super::ranking::note(slopes));
     notes
 }
 
