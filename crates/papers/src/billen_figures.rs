@@ -19,8 +19,6 @@ struct Figure {
     figure: &'static str,
     /// The scene.
     scene: &'static str,
-    /// Subject of the figure.
-    about: &'static str,
     /// Caption of the picture.
     caption: String,
     /// Linear radiance, or counts in all channels.
@@ -77,9 +75,11 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
         Ok((name, scene))
     };
     let (cornell, soup) = (open("cornell-box-large")?, open("triangle-soup-large")?);
+    let logo = open("logo-large")?;
     let counted = counted.into_iter().map(open).collect::<Result<Vec<_>>>()?;
     let mut figures = Vec::new();
     compare("Fig. 2", &cornell, &orientations, context, &mut figures)?;
+    compare("Fig. 2", &logo, &orientations, context, &mut figures)?;
     compare("Fig. 3", &soup, &densities, context, &mut figures)?;
     for scene in &counted {
         figures.push(pieces(scene, context)?);
@@ -101,11 +101,12 @@ fn findings(figures: &[Figure]) -> Result<Findings> {
         );
         found.files.push((name, picture.png.clone()));
         let title = format!("{}: {}", figure.figure, figure.scene);
+        let same = |f: &&Figure| (f.figure, f.scene) == (figure.figure, figure.scene);
         match sections.last_mut() {
             Some(section) if section.title == title => section.pictures.push(picture),
             _ => sections.push(Section {
                 title,
-                lead: figure.about.to_owned(),
+                lead: about(&figures.iter().filter(same).collect::<Vec<_>>()),
                 pictures: vec![picture],
                 ..Section::default()
             }),
@@ -196,7 +197,6 @@ fn compare(
         out.push(Figure {
             figure,
             scene: scene_name,
-            about: about(figure),
             caption,
             image,
             counts: false,
@@ -207,7 +207,6 @@ fn compare(
     out.push(Figure {
         figure,
         scene: scene_name,
-        about: about(figure),
         caption,
         image: converged,
         counts: false,
@@ -216,19 +215,30 @@ fn compare(
     Ok(())
 }
 
-fn about(figure: &str) -> &'static str {
-    match figure {
-        "Fig. 2" => {
-            "Three ways to choose the direction of the lines. One direction for all leaves patterns \
-             in the penumbrae; a direction for each line leaves noise of the order N⁻¹ᐟ²; a \
-             direction for each shading point keeps the order and turns patterns into noise."
-        }
-        "Fig. 3" => {
-            "Two densities of the lines' offsets on a triangular light: uniform ones spend samples \
-             on short lines."
-        }
-        _ => "How many visible pieces a line is cut into, on average.",
-    }
+/// What the errors of a figure's pictures say: each over that of the best.
+fn about(figures: &[&Figure]) -> String {
+    let errors = figures.iter().filter_map(|f| Some((f, f.rmse?)));
+    let Some((best, least)) = errors.clone().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        let mean = |f: &&&Figure| {
+            let sum: f64 = f.image.rgb.iter().map(|p| f64::from(p[0])).sum();
+            sum / f.image.rgb.len() as f64
+        };
+        let means: Vec<String> = figures.iter().map(|f| format!("{:.2}", mean(&f))).collect();
+        return format!(
+            "How many visible pieces a line is cut into: {} on average.",
+            means.join(", ")
+        );
+    };
+    let name = |f: &Figure| f.caption.split(':').next().unwrap_or_default().to_owned();
+    let others: Vec<String> = errors
+        .filter(|(f, _)| !std::ptr::eq(**f, *best))
+        .map(|(f, error)| format!("{:.2} times that ({})", error / least, name(f)))
+        .collect();
+    format!(
+        "With {FEW} lines a point the least RMSE is that of \"{}\"; {}.",
+        name(best),
+        others.join(", ")
+    )
 }
 
 /// The mean number of visible pieces of a line, pixel by pixel.
@@ -251,7 +261,6 @@ fn pieces((scene_name, scene): &(&'static str, Scene), context: &Context<'_>) ->
     Ok(Figure {
         figure: "Fig. 5",
         scene: scene_name,
-        about: about("Fig. 5"),
         caption,
         image,
         counts: true,

@@ -1,15 +1,19 @@
 //! Billen & Dutré 2016, Table 1: what the visibility of 1024 lines a point costs.
 
 use crate::Findings;
+use crate::measured::Measured;
 use crate::picture_study::Context;
 use crate::scene_study::{Targets, all_pixels};
-use anyhow::Result;
+use anyhow::{Context as _, Result, bail};
 use linelit_integrator::{Renderer, Settings};
-use linelit_samplers::SamplerKind;
+use linelit_lights::{Light, LineSampler, LineTechnique, OffsetDensity};
+use linelit_samplers::{Sampler, SamplerKind};
 use linelit_scene::Scene;
 use linelit_study::engine::{CELL_SECONDS, Cell, run_cell};
 use linelit_study::report::{Cell as TableCell, Report, Section, Table};
+use linelit_visibility::{Scratch, ShaftQuery, VisibleLines};
 use serde_json::{Value, json};
+use std::f64::consts::PI;
 
 /// Lines at each shading point, as in the paper.
 const LINES: u32 = 1024;
@@ -25,7 +29,7 @@ struct Paper {
     triangles: f64,
 }
 
-const PAPER: [Paper; 6] = [
+const PAPER: [Paper; 8] = [
     paper(
         "grid-planes-small",
         "Grid planes, small",
@@ -46,6 +50,8 @@ const PAPER: [Paper; 6] = [
         "Triangle soup, large",
         [58.0, 13848.6, 1238.2],
     ),
+    paper("logo-small", "Logo, small", [22.0, 1929.3, 412.7]),
+    paper("logo-large", "Logo, large", [22.7, 1929.3, 415.5]),
     paper("colonnade-small", "Sponza, small", [39.7, 7809.1, 1498.3]),
     paper(
         "colonnade-large",
@@ -80,7 +86,55 @@ struct Row {
     boxes: f64,
     /// Triangle tests, millions.
     triangles: f64,
+    /// Shadow triangles that were traced one by one, each by a walk of its own, as the paper's are.
+    alone: Alone,
 }
+
+/// Tests of single shadow triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Alone {
+    /// Box tests of each.
+    pub boxes: Measured,
+    /// Triangle tests of each.
+    pub triangles: Measured,
+}
+
+/// Traces single lines of random directions from the points, each by itself: the paper's units.
+pub(crate) fn alone(targets: &Targets<'_>, seed: u64) -> Result<Alone> {
+    let renderer = targets.renderer;
+    let light = renderer.plan().lights().first().context("no light")?;
+    let Light::Area(area) = &*light.light else {
+        bail!("the first light is no polygon");
+    };
+    let numbers = Sampler::new(SamplerKind::Independent, seed);
+    let mut scratch = Scratch::new();
+    let occluders = renderer.occluders_of(light);
+    let (mut boxes, mut triangles) = (Vec::new(), Vec::new());
+    for (pixel, point) in &targets.points {
+        let set = numbers.points(*pixel, 0, LINES_ALONE);
+        for k in 0..LINES_ALONE {
+            let [u, v] = set.get_2d(k);
+            let lines = LineSampler::new(&area.polygon, PI * u, OffsetDensity::Length);
+            let line = lines.sample(v).segment;
+            let ends = [line.p0, line.p1];
+            let mut query = ShaftQuery::new(point.position, &ends);
+            query.exclude = light.triangles.clone();
+            let mut visible = VisibleLines::new();
+            let mut shaft = occluders.shaft(query, &mut scratch);
+            shaft.visible(std::slice::from_ref(&line), &mut visible);
+            let counts = std::mem::take(&mut scratch.counters);
+            boxes.push(counts.node_tests as f64);
+            triangles.push(counts.triangle_tests as f64);
+        }
+    }
+    Ok(Alone {
+        boxes: Measured::mean(&boxes),
+        triangles: Measured::mean(&triangles),
+    })
+}
+
+/// Lines traced one by one at each point.
+const LINES_ALONE: u32 = 4;
 
 impl Row {
     fn ns_per_line(&self) -> f64 {
@@ -116,6 +170,9 @@ impl Row {
             "paper_seconds": self.paper.seconds,
             "paper_box_rate_m": paper_box_rate,
             "paper_triangle_rate_m": paper_triangle_rate,
+            "alone_boxes_per_line": self.alone.boxes,
+            "alone_triangles_per_line": self.alone.triangles,
+            "alone_boxes_per_triangle": self.alone.boxes.value / self.alone.triangles.value,
             "paper_boxes_per_triangle": self.paper.boxes / self.paper.triangles,
         })
     }
@@ -131,7 +188,7 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
     let rows = opened.into_iter();
     let rows: Vec<Row> = rows
         .map(|(paper, scene)| row(paper, scene, context))
-        .collect();
+        .collect::<Result<_>>()?;
     Ok(Findings {
         report: report(&rows),
         files: vec![("billen-table1.txt".to_owned(), text(&rows).into_bytes())],
@@ -180,10 +237,10 @@ fn report(rows: &[Row]) -> Report {
         ..Section::default()
     };
     let title = "Cost of visibility: Billen & Dutré 2016, Table 1";
-    Report::new(title, Vec::new(), vec![section])
+    Report::new(title, Vec::new(), vec![section, alone_section(rows)])
 }
 
-fn row(paper: &'static Paper, mut scene: Scene, context: &Context<'_>) -> Row {
+fn row(paper: &'static Paper, mut scene: Scene, context: &Context<'_>) -> Result<Row> {
     let [width, height] = context.size([SIZE; 2]);
     scene.set_resolution(width, height);
     let renderer = Renderer::new(&scene);
@@ -206,14 +263,94 @@ fn row(paper: &'static Paper, mut scene: Scene, context: &Context<'_>) -> Row {
     // A second time at least: one says nothing of its error.
     while !run.time_again(&targets, CELL_SECONDS) {}
     let millions = |n: u64| n as f64 * 1e-6;
-    Row {
+    Ok(Row {
         paper,
+        alone: alone(&targets, context.seed)?,
         points: targets.points.len(),
         lines: run.counts.lines,
         seconds: run.times.seconds(),
         seconds_error: run.times.error(),
         boxes: millions(run.counts.node_tests),
         triangles: millions(run.counts.triangle_tests),
+    })
+}
+
+/// A large light over a small one: tests of single shadow triangles and times, ours and the paper's.
+struct Larger {
+    scene: &'static str,
+    /// Box tests, triangle tests, seconds: ours, the paper's.
+    times: [[f64; 2]; 3],
+}
+
+fn larger(rows: &[Row]) -> Vec<Larger> {
+    let pairs = rows.chunks_exact(2).map(|pair| {
+        let [small, large] = [&pair[0], &pair[1]];
+        let ratio = |ours: fn(&Row) -> f64, theirs: fn(&Paper) -> f64| {
+            [
+                ours(large) / ours(small),
+                theirs(large.paper) / theirs(small.paper),
+            ]
+        };
+        Larger {
+            scene: small.paper.ours.trim_end_matches("-small"),
+            times: [
+                ratio(|r| r.alone.boxes.value, |p| p.boxes),
+                ratio(|r| r.alone.triangles.value, |p| p.triangles),
+                ratio(|r| r.seconds, |p| p.seconds),
+            ],
+        }
+    });
+    pairs.collect()
+}
+
+/// The paper's units: single shadow triangles.
+fn alone_section(rows: &[Row]) -> Section {
+    let row = |r: &Row| {
+        let ours = r.alone.boxes.value / r.alone.triangles.value;
+        vec![
+            TableCell::text(r.paper.ours),
+            TableCell::number(r.alone.boxes.to_string()),
+            TableCell::number(r.alone.triangles.to_string()),
+            TableCell::number(format!("{ours:.2}")),
+            TableCell::number(format!("{:.2}", r.paper.boxes / r.paper.triangles)),
+        ]
+    };
+    let columns = "scene,box tests of a line,triangle tests of a line,boxes for each triangle,\
+                   paper: boxes for each triangle";
+    let caption = "Single shadow triangles, each with a walk of its own, in random directions.";
+    let alone = Table::new(caption, columns.split(','), rows.iter().map(row));
+    let larger = larger(rows);
+    let row = |l: &Larger| {
+        let cells = l.times.iter().flatten();
+        let mut row = vec![TableCell::text(l.scene)];
+        row.extend(cells.map(|v| TableCell::number(format!("{v:.2}"))));
+        row
+    };
+    let columns = "scene,box tests,paper: box tests,triangle tests,paper: triangle tests,seconds,paper: seconds";
+    let caption = "The large light over the small one.";
+    let ratios = Table::new(caption, columns.split(','), larger.iter().map(row));
+    let more = larger.iter().filter(|l| l.times[0][0] > 1.0).count();
+    let by = |k: usize| {
+        let values = larger.iter().map(|l| l.times[k][0]);
+        let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        format!("{low:.2} to {high:.2}")
+    };
+    Section {
+        title: "In the paper's units".to_owned(),
+        lead: format!(
+            "The paper finds that larger lights take more tests and more time. Of single shadow triangles that is so \
+             on {more} of {} scenes: {} times the box tests, {} times the triangle tests; the time of 1024 lines, \
+             which share one walk here, is {} times as long. Its box tests are of a binary tree, ours of the children \
+             of nodes of eight.",
+            larger.len(),
+            by(0),
+            by(1),
+            by(2),
+        ),
+        tables: vec![alone, ratios],
+        ..Section::default()
     }
 }
 

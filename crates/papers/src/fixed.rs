@@ -48,9 +48,88 @@ pub(super) const BILLEN_TABLE1: Fixed = Fixed {
     samplers: "stratified",
     lights: ONE_LIGHT,
     spheres: NO_SPHERES,
-    samples: "1024 lines a point",
+    samples: "1024 lines a point, and 4 single ones",
     trials: "one, timed again and again",
     pixels: "32x32",
+    ..FIGURE
+};
+
+pub(super) const BILLEN_GROWTH: Fixed = Fixed {
+    estimators: "line-analytic[orientation=parallel], and the visibility of single lines",
+    samplers: "stratified",
+    lights: "single lines, and scenes with one light",
+    spheres: NO_SPHERES,
+    samples: "256 single lines, and 1 and 1024 lines a point",
+    trials: "5 runs, of which the fastest counts, and 6 in turns",
+    pixels: "12x12",
+    ..FIGURE
+};
+
+pub(super) const BILLEN_ORIGIN: Fixed = Fixed {
+    estimators: "line-analytic[orientation=parallel], and lines through two points of the light",
+    samplers: "independent and stratified",
+    lights: ONE_LIGHT,
+    spheres: NO_SPHERES,
+    samples: "4 to 256 lines a point",
+    trials: "16",
+    pixels: "8x8",
+    ..FIGURE
+};
+
+pub(super) const BILLEN_TIME: Fixed = Fixed {
+    estimators: "point-area and line-analytic[orientation=parallel]",
+    samplers: "independent, stratified and sobol",
+    lights: ONE_LIGHT,
+    spheres: NO_SPHERES,
+    samples: "4 to 256 lines, 4 to 4096 points",
+    trials: "6 rounds of 4 in turns",
+    pixels: "8x8",
+    ..FIGURE
+};
+
+pub(super) const PETERS_FIG3: Fixed = Fixed {
+    estimators: "the paper's iteration in f64",
+    samplers: "independent",
+    lights: "lines, without a scene",
+    spheres: "lines alone",
+    samples: "two million random cases",
+    trials: "one",
+    pixels: "none",
+    no_scene: Some("lines, without a scene"),
+    ..FIGURE
+};
+
+pub(super) const SALESIN_FIG4: Fixed = Fixed {
+    estimators: "lines in two directions and BSDF samples, by three weights",
+    samplers: "none: weights are computed, not sampled",
+    lights: "one square, without a scene",
+    spheres: "one square",
+    samples: "none: weights are computed, not sampled",
+    trials: "none: weights are computed, not sampled",
+    pixels: "pictures of 256x256 places on the light",
+    seed: Some("nothing is random"),
+    no_scene: Some("one square behind two triangles"),
+};
+
+pub(super) const SALESIN_GAIN: Fixed = Fixed {
+    estimators: "line-solid-angle and point-bsdf, alone and together by two weights",
+    samplers: "multijitter and independent",
+    lights: ONE_LIGHT,
+    spheres: NO_SPHERES,
+    samples: "16 to 1024",
+    trials: "64",
+    pixels: "16 points of `strips`",
+    ..FIGURE
+};
+
+pub(super) const SALESIN_RAYS: Fixed = Fixed {
+    estimators: "those of the pictures of Figs. 1 and 8 to 11",
+    samplers: "independent, and multijitter for our terms",
+    lights: "all",
+    spheres: NO_SPHERES,
+    samples: "1 and 4 a camera ray, and 16",
+    trials: "6 batches of 16 camera rays",
+    pixels: "pictures of 24 to 32 pixels across",
     ..FIGURE
 };
 
@@ -71,7 +150,7 @@ pub(super) const PETERS_FIG1: Fixed = Fixed {
     lights: ONE_LIGHT,
     spheres: NO_SPHERES,
     samples: "1 and 2 a pixel",
-    trials: "4",
+    trials: "6",
     pixels: "a picture of 320x200",
     ..FIGURE
 };
@@ -112,13 +191,13 @@ pub(super) const PETERS_FIG7: Fixed = Fixed {
 pub(super) const PETERS_TABLE1: Fixed = Fixed {
     estimators: "every technique for linear lights, alone",
     samplers: "no pattern: fixed numbers, spread evenly",
-    lights: "one line, without a scene",
+    lights: "one line, and those of two scenes with one each",
     spheres: "two rectangles beside the line",
     samples: "128 of a light, and one",
     trials: "60 rounds, of which the fastest counts",
-    pixels: "512 points around the light",
+    pixels: "512 points around the light, and 32x16 of each scene",
     seed: Some("fixed numbers, spread evenly"),
-    no_scene: Some("one line, without a scene"),
+    ..FIGURE
 };
 
 pub(super) const SHIRLEY: Fixed = Fixed {

@@ -3,10 +3,14 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]
 
 mod billen_figures;
+mod billen_growth;
 mod billen_orders;
+mod billen_origin;
 mod billen_table1;
+mod billen_time;
 mod costs;
 mod fixed;
+mod measured;
 #[allow(
     clippy::disallowed_methods,
     reason = "as it is printed, and as it was run"
@@ -15,11 +19,16 @@ mod fixed;
 mod peters_as_printed;
 mod peters_diffuse;
 mod peters_gloss;
+mod peters_inverse;
 mod peters_table1;
 mod picture_study;
 mod salesin;
+mod salesin_gain;
+mod salesin_rays;
+mod salesin_weights;
 pub mod scene_study;
 mod shirley;
+mod shirley_advice;
 
 pub use costs::processor_seconds;
 pub use fixed::Fixed;
@@ -60,7 +69,7 @@ pub enum Study {
 type NamedStudy = (&'static str, &'static str, fn() -> Study);
 
 /// The named studies, but for those that take a scene.
-const STUDIES: [NamedStudy; 10] = [
+const STUDIES: [NamedStudy; 17] = [
     (
         "default",
         "points and lines on two scenes, three patterns: how fast errors fall",
@@ -82,6 +91,36 @@ const STUDIES: [NamedStudy; 10] = [
         || findings(billen_figures::run, &fixed::BILLEN_FIGURES),
     ),
     (
+        "billen-growth",
+        "visibility of lines in growing scenes, and its share of the time (Billen & Dutré 2016, §6.2)",
+        || {
+            findings(
+                |c| billen_growth::run(c)?.findings("billen-growth"),
+                &fixed::BILLEN_GROWTH,
+            )
+        },
+    ),
+    (
+        "billen-origin",
+        "lines through a common origin beside parallel ones (Billen & Dutré 2016, §8)",
+        || {
+            findings(
+                |c| billen_origin::run(c)?.findings("billen-origin"),
+                &fixed::BILLEN_ORIGIN,
+            )
+        },
+    ),
+    (
+        "billen-time",
+        "points and lines for the same time, by pattern (Billen & Dutré 2016, Figs. 8 and 12)",
+        || {
+            findings(
+                |c| billen_time::run(c)?.findings("billen-time"),
+                &fixed::BILLEN_TIME,
+            )
+        },
+    ),
+    (
         "peters-fig1",
         "gloss under a long linear light, by four heuristics of MIS (Peters 2021, Fig. 1)",
         || {
@@ -89,6 +128,16 @@ const STUDIES: [NamedStudy; 10] = [
             findings(
                 |c| peters_gloss::figure_1(c)?.findings("peters-fig1"),
                 fixed,
+            )
+        },
+    ),
+    (
+        "peters-fig3",
+        "inverting projected solid angle, and two steps towards it (Peters 2021, Fig. 3)",
+        || {
+            findings(
+                |c| peters_inverse::run(c)?.findings("peters-fig3"),
+                &fixed::PETERS_FIG3,
             )
         },
     ),
@@ -133,6 +182,36 @@ const STUDIES: [NamedStudy; 10] = [
             findings(
                 |c| peters_table1::table_1(c)?.findings("peters-table1"),
                 fixed,
+            )
+        },
+    ),
+    (
+        "salesin-fig4",
+        "weights of BSDF samples over a light, smoothed and not (Salesin & Jarosz 2019, Fig. 4)",
+        || {
+            findings(
+                |c| salesin_weights::run(c)?.findings("salesin-fig4"),
+                &fixed::SALESIN_FIG4,
+            )
+        },
+    ),
+    (
+        "salesin-fig7-gain",
+        "what smoothing gains at the paper's terms, by roughness (Salesin & Jarosz 2019, Fig. 7)",
+        || {
+            findings(
+                |c| salesin_gain::run(c)?.findings("salesin-fig7-gain"),
+                &fixed::SALESIN_GAIN,
+            )
+        },
+    ),
+    (
+        "salesin-rays",
+        "equal time with one sample a camera ray (Salesin & Jarosz 2019, Figs. 1, 8 to 11)",
+        || {
+            findings(
+                |c| salesin_rays::run(c)?.findings("salesin-rays"),
+                &fixed::SALESIN_RAYS,
             )
         },
     ),

@@ -1,5 +1,6 @@
 //! Studies that are shown rather than fitted: pictures, tables and the numbers behind them.
 
+use crate::measured::Measured;
 use crate::{Findings, scene_study};
 use anyhow::Result;
 use indicatif::ProgressBar;
@@ -59,6 +60,9 @@ pub(crate) struct Row {
     pub what: String,
     /// The numbers, by name.
     pub values: BTreeMap<&'static str, f64>,
+    /// The intervals of those numbers that have any, of 95 %.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub intervals: BTreeMap<&'static str, [f64; 2]>,
 }
 
 impl Row {
@@ -67,6 +71,20 @@ impl Row {
         Self {
             what: what.into(),
             values: values.iter().copied().collect(),
+            intervals: BTreeMap::new(),
+        }
+    }
+
+    /// A row of measured numbers, some with intervals.
+    pub(crate) fn measured(what: impl Into<String>, values: &[(&'static str, Measured)]) -> Self {
+        let interval = |(name, m): &(&'static str, Measured)| {
+            let [low, high] = m.interval?;
+            (low < high).then_some((*name, [low, high]))
+        };
+        Self {
+            what: what.into(),
+            values: values.iter().map(|(name, m)| (*name, m.value)).collect(),
+            intervals: values.iter().filter_map(interval).collect(),
         }
     }
 }
@@ -108,7 +126,11 @@ pub(crate) fn table(caption: &str, columns: &[&'static str], rows: &[Row]) -> Ta
         let mut cells = vec![Cell::text(row.what.clone())];
         cells.extend(columns.iter().map(|column| {
             let value = row.values.get(column).copied().unwrap_or(f64::NAN);
-            Cell::number(number(value))
+            let interval = row.intervals.get(column);
+            let interval = interval.map_or(String::new(), |[low, high]| {
+                format!(" [{}, {}]", number(*low), number(*high))
+            });
+            Cell::number(number(value) + &interval)
         }));
         cells
     });

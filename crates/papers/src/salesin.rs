@@ -272,7 +272,12 @@ fn fig7() -> StudySpec {
     };
     StudySpec {
         spots: SPOTS.to_vec(),
-        samplers: vec![SamplerKind::MultiJitter, SamplerKind::Sobol],
+        // The paper's terms: multi-jittered, and independent, where no weight gains an order.
+        samplers: vec![
+            SamplerKind::Independent,
+            SamplerKind::MultiJitter,
+            SamplerKind::Sobol,
+        ],
         samples: vec![64, 256, 1024, 4096],
         trials: 64,
         papers: vec![

@@ -5,6 +5,7 @@ use crate::picture_study::{
     Context, PictureStudy, Row, exposed, render_with, rmse, section, table,
 };
 use crate::scene_study::{self, Targets};
+use crate::shirley_advice;
 use anyhow::Result;
 use indicatif::ProgressBar;
 use linelit_elementary::log2;
@@ -46,6 +47,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
     sections.push(alphas(&many, context, &mut rows)?);
     sections.push(bands(&two, context, &mut rows)?);
     sections.push(balls(context, &mut rows)?);
+    sections.push(shirley_advice::proxies(context, &mut rows)?);
+    sections.push(shirley_advice::hidden_light(context, &mut rows)?);
     sections.push(thousands(context, &mut rows)?);
     sections.push(logarithm(context, &mut rows)?);
     let summary = "One shadow ray for the union of all luminaires, with the probabilities α of Shirley & \
@@ -58,7 +61,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
     })
 }
 
-fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
+pub(super) fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
     let options = LoadOptions {
         strict: context.library.options.strict,
         instancing: context.library.options.instancing,
@@ -70,7 +73,12 @@ fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
     Ok(scene)
 }
 
-fn settings(lights: LightChoice, samples: u32, pixel_samples: u32, seed: u64) -> Result<Settings> {
+pub(super) fn settings(
+    lights: LightChoice,
+    samples: u32,
+    pixel_samples: u32,
+    seed: u64,
+) -> Result<Settings> {
     Ok(Settings {
         estimator: "point-solid-angle".parse()?,
         sampler: SamplerKind::Independent,
@@ -140,15 +148,26 @@ fn all_or_one(
             own.push(Row::new(format!("{name}: {rays} rays, {choice}"), &values));
         }
     }
-    let lead = "Left of each pair: a shadow ray to each luminaire; right: one to the union of all, with α \
-                by an estimate of the unshadowed light.";
+    let error = |k: usize| value(&own[k], "RMSE");
+    let lead = format!(
+        "Left of each pair: a shadow ray to each of {lights} luminaires; right: one to the union of all, with α by an \
+         estimate of the unshadowed light. With 1 ray through a pixel the union has {:.2} times the RMSE, with {RAYS} rays {:.2} \
+         times, for 1/{lights} of the shadow rays.",
+        error(1) / error(0),
+        error(3) / error(2),
+    );
     let tables = vec![table(
         "Against 64 lines a luminaire (1 ray) and 300 rays (100 rays).",
         &["shadow rays a pixel", "RMSE"],
         &own,
     )];
     rows.extend(own);
-    Ok(section(name, lead, pictures, tables))
+    Ok(section(name, &lead, pictures, tables))
+}
+
+/// A number of a row.
+fn value(row: &Row, name: &str) -> f64 {
+    row.values.get(name).copied().unwrap_or(f64::NAN)
 }
 
 /// The choices of one light of many.
@@ -164,12 +183,13 @@ const CHOICES: [LightChoice; 5] = [
 fn alphas(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     let renderer = Renderer::new(scene);
     let reference = exact(&renderer, LINES, context.progress)?;
-    let mut pictures = Vec::new();
+    let (mut pictures, mut errors) = (Vec::new(), Vec::new());
     for choice in CHOICES {
         let image = picture(&renderer, context, choice, 1, 1)?;
         let error = rmse(&image, &reference);
         let caption = format!("α by {choice}: RMSE {error:.4}");
         pictures.push(exposed(&image, &reference, &caption)?);
+        errors.push((choice, error));
         let name = format!("Fig. 9: {choice}, 1 ray");
         rows.push(Row::new(name, &[("RMSE", error)]));
     }
@@ -183,9 +203,15 @@ fn alphas(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<S
     }
     let all = error_at(&renderer, LightChoice::All, 1, &reference, context)?;
     series.push(line("a ray for each".to_owned(), vec![all]));
-    let lead = "Left: α = 1/32. With α by what each luminaire would give unshadowed, one ray to the union \
-                is far less noisy.";
-    let mut out = section("Fig. 9", lead, pictures, Vec::new());
+    let others: Vec<String> = errors[1..]
+        .iter()
+        .map(|(choice, error)| format!("{:.2} times by {choice}", error / errors[0].1))
+        .collect();
+    let lead = format!(
+        "Left: α = 1/32. The RMSE of one ray to the union with other α is {} of that.",
+        others.join(", ")
+    );
+    let mut out = section("Fig. 9", &lead, pictures, Vec::new());
     out.plots.push(plot(series));
     Ok(out)
 }
@@ -264,16 +290,23 @@ fn bands(scene: &Scene, context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Se
         ];
         own.push(Row::new(format!("Fig. 10: {choice}"), &values));
     }
-    let lead = "α by the luminaires' centres is zero where a centre is below the horizon of the ball and \
-                the rest is not: bands. The rule that α may vanish only where no point can contribute \
-                removes them.";
+    let lost: Vec<f64> = own
+        .iter()
+        .map(|row| value(row, "pixels that lost light"))
+        .collect();
+    let lead = format!(
+        "α by the luminaires' centres is zero where a centre is below the horizon of the ball and the rest is not: {} pixels \
+         lose light. With the rule that α may vanish only where no point can contribute, {} lose any.",
+        lost[0],
+        lost[1..].iter().sum::<f64>(),
+    );
     let tables = vec![table(
         "",
         &["pixels that lost light", "light missing in all"],
         &own,
     )];
     rows.extend(own);
-    Ok(section("Fig. 10", lead, pictures, tables))
+    Ok(section("Fig. 10", &lead, pictures, tables))
 }
 
 /// Figs. 2 and 3: a sphere by three densities.
@@ -302,10 +335,16 @@ fn balls(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
         let name = format!("Figs. 2-3: {what}, 1 ray");
         own.push(Row::new(name, &[("RMSE", error)]));
     }
-    let lead = "A sphere by points uniform on all of its area, on the part that is seen, and in solid angle.";
+    let error = |k: usize| value(&own[k], "RMSE") / value(&own[0], "RMSE");
+    let lead = format!(
+        "A sphere by points on the part that is seen has {:.2} times the RMSE of points on all of its area, by points uniform \
+         in solid angle {:.2} times.",
+        error(1),
+        error(2)
+    );
     let tables = vec![table("One ray a pixel.", &["RMSE"], &own)];
     rows.extend(own);
-    Ok(section("Figs. 2 and 3: spheres", lead, pictures, tables))
+    Ok(section("Figs. 2 and 3: spheres", &lead, pictures, tables))
 }
 
 /// Ten thousand luminaires: the tree against the probabilities that are best without knowing
@@ -416,7 +455,39 @@ fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
         own.push(Row::new(format!("tree of {count} luminaires"), &values));
     }
     rows.extend(own.clone());
-    let lead = "The cost of choosing one light by the tree: a straight line over the logarithm.";
+    let lead = straightness(&costs);
     let tables = vec![table("", &["ns per pick", "ns per doubling"], &own)];
-    Ok(section("The cost of the tree", lead, Vec::new(), tables))
+    Ok(section("The cost of the tree", &lead, Vec::new(), tables))
+}
+
+/// How straight costs are over the logarithm of the number of lights: nanoseconds that each doubling
+/// adds, in the first and in the last part of the range.
+fn straightness(costs: &[(f64, f64)]) -> String {
+    let slope = |[a, b]: [(f64, f64); 2]| (b.1 - a.1) / (b.0 - a.0);
+    let slopes: Vec<f64> = costs.windows(2).map(|w| slope([w[0], w[1]])).collect();
+    let (Some(first), Some(last)) = (slopes.first(), slopes.last()) else {
+        return "The cost of choosing one light by the tree, for one number of lights.".to_owned();
+    };
+    let shape = match last / first {
+        r if r > 1.5 => "it bends upwards: more than the logarithm",
+        r if r < 2.0 / 3.0 => "it bends downwards: less than the logarithm",
+        _ => "a straight line over the logarithm to within a factor of 1.5",
+    };
+    format!(
+        "The cost of choosing one light by the tree grows by {first:.0} ns with each doubling of few lights and by {last:.0} ns \
+         of many: {shape}."
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::straightness;
+
+    #[test]
+    fn bends_are_said() {
+        let line = |f: fn(f64) -> f64| [4.0, 8.0, 12.0].map(|x| (x, f(x)));
+        assert!(straightness(&line(|x| 3.0 * x + 5.0)).contains("straight"));
+        assert!(straightness(&line(|x| x * x)).contains("upwards"));
+        assert!(straightness(&line(f64::ln)).contains("downwards"));
+    }
 }

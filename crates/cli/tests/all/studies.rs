@@ -32,6 +32,6 @@ fn every_named_study_runs() {
         assert_eq!(hidden, [".linelit-files"], "{name}");
         count += 1;
     }
-    assert_eq!(count, 19);
+    assert_eq!(count, 26);
     std::fs::remove_dir_all(dir).unwrap();
 }

@@ -18,7 +18,7 @@ pub(crate) fn sample_as_printed(
 }
 
 /// The per-light part of algorithm 1.
-struct Line {
+pub(crate) struct Line {
     l0: [f32; 3],
     s: [f32; 3],
     along: f32,
@@ -33,7 +33,7 @@ struct Line {
 
 impl Line {
     /// Clips, and computes all that does not depend on ξ.
-    fn new(p0: [f32; 3], p1: [f32; 3], n: [f32; 3]) -> Option<Self> {
+    pub(crate) fn new(p0: [f32; 3], p1: [f32; 3], n: [f32; 3]) -> Option<Self> {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let lerp =
             |a: [f32; 3], b: [f32; 3], t: f32| [0, 1, 2].map(|i| a[i] * (1.0 - t) + b[i] * t);
@@ -71,7 +71,7 @@ impl Line {
     }
 
     /// The per-sample part: algorithm 2, and the direction.
-    fn sample(&self, xi: f32) -> [f32; 3] {
+    pub(crate) fn sample(&self, xi: f32) -> [f32; 3] {
         let (ns, nt) = (self.ns, self.nt);
         let target = xi * self.total + self.f0;
         let mut ws = (self.l0s + xi * (self.l1s - self.l0s)).clamp(-1.0, 1.0);

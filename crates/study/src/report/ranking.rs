@@ -2,6 +2,7 @@
 
 use crate::plots::signed;
 use crate::tables::SlopeRow;
+use linelit_elementary::hypot;
 
 /// Two patterns of one estimator on one scene, the paper's faster one first.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +30,7 @@ impl Ranking<'_> {
     fn difference(&self) -> [f64; 2] {
         let half = |s: &SlopeRow| 0.5 * (s.ci_high - s.ci_low);
         let difference = self.faster.order - self.slower.order;
-        [difference, half(self.faster).hypot(half(self.slower))]
+        [difference, hypot(half(self.faster), half(self.slower))]
     }
 
     pub(super) fn judged(&self) -> Judged {
