@@ -9,7 +9,7 @@ use linelit_study::record::PaperOrder;
 
 /// Figs. 9 (large lights) and 13 (small): random point, line; stratified point, line;
 /// low-discrepancy point, line.
-const TABLE: [(&str, &str, [f64; 6]); 8] = [
+pub(super) const TABLE: [(&str, &str, [f64; 6]); 8] = [
     (
         "grid-planes-large",
         "Fig. 9",
@@ -71,26 +71,29 @@ const TABLE: [(&str, &str, [f64; 6]); 8] = [
 /// The paper's lines: of one random direction for each shading point.
 pub(super) const LINES: &str = "line-analytic[orientation=parallel]";
 
+/// The columns of [`TABLE`]: the paper's words, estimator and pattern.
+pub(super) const COLUMNS: [(&str, &str, SamplerKind); 6] = [
+    ("random point", "point-area", SamplerKind::Independent),
+    ("random line", LINES, SamplerKind::Independent),
+    ("stratified point", "point-area", SamplerKind::Stratified),
+    ("stratified line", LINES, SamplerKind::Stratified),
+    ("low-discrepancy point", "point-area", SamplerKind::Sobol),
+    ("low-discrepancy line", LINES, SamplerKind::Sobol),
+];
+
 /// The paper's orders.
 pub(super) fn paper_orders() -> Vec<PaperOrder> {
-    let columns = [
-        ("point-area", SamplerKind::Independent),
-        (LINES, SamplerKind::Independent),
-        ("point-area", SamplerKind::Stratified),
-        (LINES, SamplerKind::Stratified),
-        ("point-area", SamplerKind::Sobol),
-        (LINES, SamplerKind::Sobol),
-    ];
     let row = |&(scene, source, orders): &(&str, &'static str, [f64; 6])| {
-        let cell =
-            |(&(estimator, sampler), order): (&(&'static str, SamplerKind), f64)| PaperOrder {
+        let cell = |(&(_, estimator, sampler), order): (&(_, &'static str, SamplerKind), f64)| {
+            PaperOrder {
                 scene: scene.to_owned(),
                 estimator,
                 sampler: sampler.to_string(),
                 order,
                 source,
-            };
-        columns.iter().zip(orders).map(cell).collect::<Vec<_>>()
+            }
+        };
+        COLUMNS.iter().zip(orders).map(cell).collect::<Vec<_>>()
     };
     TABLE.iter().flat_map(row).collect()
 }

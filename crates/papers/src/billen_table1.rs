@@ -194,6 +194,7 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
         files: vec![("billen-table1.txt".to_owned(), text(&rows).into_bytes())],
         text: text(&rows),
         rows: rows.iter().map(Row::json).collect(),
+        failures: Vec::new(),
     })
 }
 

@@ -43,6 +43,17 @@ pub(super) const FIGURE: Fixed = Fixed {
 const NO_SPHERES: &str = "there are none in its scenes";
 const ONE_LIGHT: &str = "its scenes have one light";
 
+pub(super) const CLAIMS: Fixed = Fixed {
+    estimators: "those that its claims are about",
+    samplers: "those of its claims",
+    lights: "those of its claims",
+    spheres: "exact",
+    samples: "those of its claims",
+    trials: "enough for its verdicts; more with --full",
+    pixels: "few of each scene; more with --full",
+    ..FIGURE
+};
+
 pub(super) const BILLEN_TABLE1: Fixed = Fixed {
     estimators: "line-analytic[orientation=parallel]",
     samplers: "stratified",

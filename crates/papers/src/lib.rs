@@ -8,6 +8,7 @@ mod billen_orders;
 mod billen_origin;
 mod billen_table1;
 mod billen_time;
+mod claims;
 mod costs;
 mod fixed;
 mod measured;
@@ -49,6 +50,9 @@ pub struct Findings {
     pub text: String,
     /// The same numbers as data.
     pub rows: serde_json::Value,
+    /// What differs from what is on record, if anything is: the study has failed, though its page
+    /// is whole.
+    pub failures: Vec<String>,
 }
 
 /// A study of a paper.
@@ -69,11 +73,16 @@ pub enum Study {
 type NamedStudy = (&'static str, &'static str, fn() -> Study);
 
 /// The named studies, but for those that take a scene.
-const STUDIES: [NamedStudy; 17] = [
+const STUDIES: [NamedStudy; 18] = [
     (
         "default",
         "points and lines on two scenes, three patterns: how fast errors fall",
         || convergence(default_study()),
+    ),
+    (
+        "claims",
+        "every claim of the four papers: expected, measured, and a verdict",
+        || findings(claims::run, &fixed::CLAIMS),
     ),
     (
         "billen-orders",

@@ -22,6 +22,10 @@ pub struct Context<'a> {
     pub seed: u64,
     /// Whether every step runs at the smallest size, for tests.
     pub smallest: bool,
+    /// Whether what has a quick form runs in full.
+    pub full: bool,
+    /// The most pixels on a side of a picture.
+    pub most_side: u32,
     /// The progress bar.
     pub progress: &'a ProgressBar,
 }
@@ -30,7 +34,8 @@ impl Context<'_> {
     /// The resolution of a picture: the one given, unless the smallest is wanted.
     #[must_use]
     pub(crate) fn size(&self, full: [u32; 2]) -> [u32; 2] {
-        full.map(|side| if self.smallest { side.min(8) } else { side })
+        let most = if self.smallest { 8 } else { self.most_side };
+        full.map(|side| side.min(most))
     }
 
     /// One of two: the first, unless the smallest is wanted.
@@ -101,6 +106,7 @@ impl PictureStudy {
             text: self.text(),
             rows: serde_json::to_value(&self.rows)?,
             report: Report::new(&self.title, self.summary, self.sections),
+            failures: Vec::new(),
         })
     }
 

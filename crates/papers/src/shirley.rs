@@ -34,19 +34,8 @@ const RAYS: u32 = 100;
 
 /// Everything of the paper, and the light tree.
 pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
-    let mut sections = Vec::new();
     let mut rows = Vec::new();
-    let two = scene(&luminaires::room(2), context)?;
-    let many = scene(&luminaires::room(32), context)?;
-    for (name, scene) in [
-        ("Figs. 5 and 6: 2 luminaires", &two),
-        ("Figs. 7 and 8: 32 luminaires", &many),
-    ] {
-        sections.push(all_or_one(name, scene, context, &mut rows)?);
-    }
-    sections.push(alphas(&many, context, &mut rows)?);
-    sections.push(bands(&two, context, &mut rows)?);
-    sections.push(balls(context, &mut rows)?);
+    let mut sections = paper(context, &mut rows)?;
     sections.push(shirley_advice::proxies(context, &mut rows)?);
     sections.push(shirley_advice::hidden_light(context, &mut rows)?);
     sections.push(thousands(context, &mut rows)?);
@@ -59,6 +48,30 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
         sections,
         rows,
     })
+}
+
+/// The numbers of the paper's figures.
+pub(super) fn of_the_paper(context: &Context<'_>) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    paper(context, &mut rows)?;
+    Ok(rows)
+}
+
+/// The paper's figures.
+fn paper(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Vec<Section>> {
+    let mut sections = Vec::new();
+    let two = scene(&luminaires::room(2), context)?;
+    let many = scene(&luminaires::room(32), context)?;
+    for (name, scene) in [
+        ("Figs. 5 and 6: 2 luminaires", &two),
+        ("Figs. 7 and 8: 32 luminaires", &many),
+    ] {
+        sections.push(all_or_one(name, scene, context, rows)?);
+    }
+    sections.push(alphas(&many, context, rows)?);
+    sections.push(bands(&two, context, rows)?);
+    sections.push(balls(context, rows)?);
+    Ok(sections)
 }
 
 pub(super) fn scene(text: &str, context: &Context<'_>) -> Result<Scene> {
@@ -399,7 +412,7 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
 ///
 /// α by an estimate is drawn anew for each trial, so that it needs trials; of the others the
 /// samples of a trial are independent, too, and α costs once.
-fn deviation(targets: &Targets<'_>, choice: LightChoice, seed: u64) -> Result<f64> {
+pub(super) fn deviation(targets: &Targets<'_>, choice: LightChoice, seed: u64) -> Result<f64> {
     let (samples, trials) = match choice {
         LightChoice::Estimate => (1, 32),
         _ => (128, 8),

@@ -3,7 +3,7 @@
 use super::progress::Progress;
 use super::study::{self, Sources};
 use super::{bar, flags, list, pool};
-use crate::args::{ConvergeArgs, ListArgs, Listed};
+use crate::args::{ConvergeArgs, ListArgs, Listed, UsageError};
 use crate::folder::OutputFolder;
 use crate::interrupt;
 use crate::output::{Output, note};
@@ -33,6 +33,10 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
             flags::refuse_without_files(&spec.scenes, &args.common.read)?;
         }
         Study::Findings { fixed, .. } => flags::refuse_fixed(name(args), args, fixed)?,
+    }
+    if args.full && name(args) != "claims" {
+        let what = "--full is for `claims`: other studies have no quick form";
+        return Err(UsageError(what.to_owned()).into());
     }
     let folder = OutputFolder::open(&args.out)?;
     let pool = pool(&args.common)?;
@@ -168,6 +172,8 @@ fn findings(
         library: args.common.read.library(),
         seed: args.study.seed.unwrap_or(0),
         smallest: args.study.smallest,
+        full: args.full,
+        most_side: u32::MAX,
         progress: &progress,
     })?;
     let json = serde_json::to_string_pretty(&found.rows)?;
@@ -186,5 +192,11 @@ fn findings(
         write!(out, "{}", found.text)?;
         writeln!(out, "\n{seconds:.1} s; report: {}", report.display())?;
     }
+    anyhow::ensure!(
+        found.failures.is_empty(),
+        "{} of what is on record came out otherwise:\n{}",
+        found.failures.len(),
+        found.failures.join("\n")
+    );
     Ok(())
 }

@@ -141,6 +141,11 @@ fn documents_schema_and_page_agree() {
     check(&["converge", "cornell-box", "--time-budget", "1e-9"]);
     check(&["converge", "salesin-fig8"]);
     check(&["converge", "billen-orders"]);
+    let smallest = ["converge", "claims", "--smallest", "--out", path(&out)];
+    let claims = document(&[&smallest[..], &["--json"]].concat());
+    schema
+        .check("claims", &claims)
+        .unwrap_or_else(|e| panic!("{e}"));
 
     all_is_there(&schema);
     std::fs::remove_dir_all(dir).unwrap();

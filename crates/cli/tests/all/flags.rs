@@ -317,7 +317,11 @@ fn studies_of_pictures_honour_what_they_do_not_refuse() {
 fn without_rates(value: &mut Value) {
     let timed = ["second", "rate", "ns per", "ns_per", "over area"];
     match value {
+        // A claim about a time, and how many claims have which verdict.
+        Value::Object(map) if map.get("timed") == Some(&Value::Bool(true)) => map.clear(),
         Value::Object(map) => {
+            let verdicts = ["confirmed", "stronger", "weaker", "refuted"];
+            map.retain(|key, _| !verdicts.contains(&key.as_str()));
             map.retain(|key, _| !timed.iter().any(|word| key.contains(word)));
             map.values_mut().for_each(without_rates);
         }

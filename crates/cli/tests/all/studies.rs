@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
 use crate::common::{folder, linelit, names, path, text};
+use serde_json::Value;
 use std::time::Instant;
 
 #[test]
@@ -32,6 +33,23 @@ fn every_named_study_runs() {
         assert_eq!(hidden, [".linelit-files"], "{name}");
         count += 1;
     }
-    assert_eq!(count, 26);
+    assert_eq!(count, 27);
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+/// The claims as a user runs them: the verdicts are those on record, or the program says which are
+/// not and fails.
+#[test]
+#[ignore = "long: all claims of the papers, in their quick form"]
+fn the_verdicts_are_those_on_record() {
+    let dir = folder("claims");
+    let output = linelit(&["converge", "claims", "--json", "--out", path(&dir)]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let count = |key: &str| found[key].as_u64().unwrap();
+    // What is neither confirmed nor stronger nor refuted is explained, and little.
+    let told = count("confirmed") + count("stronger") + count("refuted");
+    let all = told + count("weaker") + count("not_measurable");
+    assert!(all >= 60 && told * 6 >= all * 5, "{told} of {all}");
     std::fs::remove_dir_all(dir).unwrap();
 }

@@ -97,25 +97,44 @@ impl Work<'_, '_, '_> {
     /// # Errors
     /// As [`Work::plan`].
     pub fn whole(&self, record: &mut StudyRecord) -> Result<Exhibits> {
-        let planned = self.plan()?;
-        let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
-        let mut parts: Vec<Vec<u8>> = Vec::new();
-        for (k, unit) in planned.into_iter().enumerate() {
-            let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
-                unit.needs
-                    .clone()
-                    .try_for_each(|n| each(n, parts[n].clone()))
-            };
-            let part = self.compute(&units, k, &needed)?;
-            parts.push(part);
-        }
         let mut exhibits = Exhibits {
             compared: self.spec.compared(),
             ..Exhibits::default()
         };
-        let mut part = |k: usize| Ok(parts.get(k).cloned());
-        self.gather(&units, &mut part, true, record, &mut exhibits)?;
+        self.compute_some(|_| true, record, &mut exhibits)?;
         Ok(exhibits)
+    }
+
+    /// As [`Work::whole`], without pictures: references and measurements alone.
+    ///
+    /// # Errors
+    /// As [`Work::plan`].
+    pub fn whole_without_pictures(&self, record: &mut StudyRecord) -> Result<()> {
+        let wanted = |piece: &Piece| matches!(piece, Piece::Errors(_));
+        self.compute_some(wanted, record, &mut Exhibits::default())
+    }
+
+    fn compute_some(
+        &self,
+        wanted: impl Fn(&Piece) -> bool,
+        record: &mut StudyRecord,
+        exhibits: &mut Exhibits,
+    ) -> Result<()> {
+        let planned = self.plan()?;
+        let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
+        let mut parts: Vec<Option<Vec<u8>>> = Vec::new();
+        for (k, unit) in planned.into_iter().enumerate() {
+            let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
+                let mut needs = unit.needs.clone();
+                needs.try_for_each(|n| parts[n].clone().map_or(Ok(()), |part| each(n, part)))
+            };
+            let is_wanted = wanted(&unit.unit.piece);
+            let part = is_wanted.then(|| self.compute(&units, k, &needed));
+            parts.push(part.transpose()?);
+        }
+        let complete = parts.iter().all(Option::is_some);
+        let mut part = |k: usize| Ok(parts.get(k).cloned().flatten());
+        self.gather(&units, &mut part, complete, record, exhibits)
     }
 
     fn gallery(&self, view: usize) -> Option<&Gallery> {

@@ -7,6 +7,7 @@
 
 mod axis;
 mod convergence;
+mod intervals;
 mod orders;
 mod palette;
 mod svg;
@@ -17,6 +18,7 @@ pub use convergence::{
     ConvergencePlot, PlotPoint, Series, efficiency_over_samples, error_over_samples,
     error_over_time,
 };
+pub use intervals::{IntervalRow, intervals};
 pub use orders::orders;
 pub(crate) use orders::{interval, signed};
 pub use palette::Palette;
