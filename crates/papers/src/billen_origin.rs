@@ -307,8 +307,8 @@ mod tests {
         }
     }
 
-    /// The same light as by parallel lines in closed form: stratified lines are within five standard
-    /// errors of both.
+    /// The same light as by parallel lines in closed form: stratified lines are within five
+    /// standard errors of both.
     #[test]
     fn light_is_the_same() {
         let library = linelit_scenes::Library::default();

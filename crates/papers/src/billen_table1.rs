@@ -276,7 +276,7 @@ fn row(paper: &'static Paper, mut scene: Scene, context: &Context<'_>) -> Result
     })
 }
 
-/// A large light over a small one: tests of single shadow triangles and times, ours and the paper's.
+/// A large light over a small one: tests of single shadow triangles and times, ours and theirs.
 struct Larger {
     scene: &'static str,
     /// Box tests, triangle tests, seconds: ours, the paper's.

@@ -101,7 +101,7 @@ const STUDIES: [NamedStudy; 18] = [
     ),
     (
         "billen-growth",
-        "visibility of lines in growing scenes, and its share of the time (Billen & Dutré 2016, §6.2)",
+        "visibility of lines in growing scenes, its share of the time (Billen & Dutré 2016, §6.2)",
         || {
             findings(
                 |c| billen_growth::run(c)?.findings("billen-growth"),

@@ -1,5 +1,5 @@
-//! Peters 2021, Fig. 3: the inverse distribution function of projected solid angle along a line, and
-//! how near two steps of the paper's iteration come to it.
+//! Peters 2021, Fig. 3: the inverse distribution function of projected solid angle along a line,
+//! and how near two steps of the paper's iteration come to it.
 
 use crate::measured::Measured;
 use crate::picture_study::{Context, PictureStudy, Row, section, table};

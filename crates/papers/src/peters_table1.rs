@@ -129,7 +129,7 @@ pub(super) fn table_1(context: &Context<'_>) -> Result<PictureStudy> {
     Ok(study)
 }
 
-/// The cost of Newton-bisection over that of projected solid angle at the shading points of a scene.
+/// The cost of Newton-bisection over projected solid angle's at the shading points of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct SceneCost {
     /// The scene.

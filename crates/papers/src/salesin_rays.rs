@@ -103,8 +103,8 @@ fn spread(values: &[DVec3]) -> (DVec3, DVec3) {
     (mean, squares / (n - 1.0))
 }
 
-/// The mean relative squared error of one value of each pixel: that times the seconds that one takes
-/// for all pixels, and alone. All are unbiased, so that the error is the variance.
+/// The mean relative squared error of one value of each pixel: that times the seconds that one
+/// takes for all pixels, and alone. All are unbiased, so that the error is the variance.
 fn cost(pixels: &[[u32; 2]], mut values: impl FnMut([u32; 2], &mut Vec<DVec3>)) -> [f64; 2] {
     let clock = CpuClock::start();
     let mut all: Vec<Vec<DVec3>> = Vec::with_capacity(pixels.len());

@@ -203,8 +203,8 @@ fn is_step(change: f64) -> bool {
     change >= 1e-3
 }
 
-/// The caption of Fig. 4: a fixed width removes the steps at borders and edges, a variable one those
-/// at corners, too.
+/// The caption of Fig. 4: a fixed width removes the steps at borders and edges, a variable one
+/// those at corners, too.
 pub(crate) fn caption_holds(none: &Steps, fixed: &Steps, variable: &Steps) -> bool {
     let smooth = |s: &Steps| !is_step(s.border) && !is_step(s.edge);
     let before = is_step(none.border) && is_step(none.edge);

@@ -473,8 +473,8 @@ fn logarithm(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
     Ok(section("The cost of the tree", &lead, Vec::new(), tables))
 }
 
-/// How straight costs are over the logarithm of the number of lights: nanoseconds that each doubling
-/// adds, in the first and in the last part of the range.
+/// How straight costs are over the logarithm of the number of lights: nanoseconds that each
+/// doubling adds, in the first and in the last part of the range.
 fn straightness(costs: &[(f64, f64)]) -> String {
     let slope = |[a, b]: [(f64, f64); 2]| (b.1 - a.1) / (b.0 - a.0);
     let slopes: Vec<f64> = costs.windows(2).map(|w| slope([w[0], w[1]])).collect();

@@ -58,7 +58,7 @@ pub struct ConvergeArgs {
     /// Name the studies and what each costs, and do nothing.
     #[arg(long)]
     pub list: bool,
-    /// Measure as much as there is to measure, in place of the quick form (`claims` alone has both).
+    /// Measure all there is to measure, in place of the quick form (`claims` alone has both).
     #[arg(long, conflicts_with = "smallest")]
     pub full: bool,
     /// Begin anew, whatever an interrupted study left in that folder to go on with.

@@ -286,8 +286,8 @@ fn antiderivative(ns: f64, nt: f64, w: f64) -> f64 {
     ns * w * w + nt * ((1.0 - w * w).sqrt() * w + w.asin())
 }
 
-/// The relative error of the light of a line by a linearly transformed cosine, found in the space of
-/// the cosine with the factor of eq. 5.
+/// The relative error of the light of a line by a linearly transformed cosine, found in the space
+/// of the cosine with the factor of eq. 5.
 fn transformed(numbers: &mut Numbers, at: impl Fn(f64) -> DVec3, s: DVec3, length: f64) -> f64 {
     let m = DMat3::from_cols(
         DVec3::new(numbers.between(0.5, 1.5), 0.0, numbers.between(-0.3, 0.3)),

@@ -1,4 +1,4 @@
-//! Billen & Dutré 2016, Figs. 7 to 9 and 11 to 13: errors of points and lines over samples and time.
+//! Billen & Dutré 2016, Figs. 7–9 and 11–13: errors of points and lines over samples and time.
 
 use super::super::bench::{Bench, Effort};
 use super::super::measured::{Figures, Measured, largest, smallest};

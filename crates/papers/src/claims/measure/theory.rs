@@ -151,8 +151,8 @@ pub(super) fn penumbra<'a>(bench: &Bench<'_>, targets: &Targets<'a>) -> Result<T
     })
 }
 
-/// Figs. 2 and 3: what a direction for each point, for each line, or for all does, and where offsets
-/// go in proportion to length.
+/// Figs. 2 and 3: what a direction for each point, for each line, or for all does, and where
+/// offsets go in proportion to length.
 pub(super) fn directions(bench: &Bench<'_>) -> Result<Figures> {
     let mut figures = Figures::new();
     let room = bench.scene("cornell-box-large")?;
