@@ -17,7 +17,7 @@ fn what_is_listed_is_understood() {
     let all_json: serde_json::Value = serde_json::from_str(&said(&["list", "--json"])).unwrap();
     for (what, count) in [
         ("scenes", 19),
-        ("studies", 26),
+        ("studies", 27),
         ("estimators", 17),
         ("samplers", 9),
     ] {
