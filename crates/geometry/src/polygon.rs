@@ -147,7 +147,7 @@ impl ConvexPolygon {
         if size > 0.0 && size < SMALLEST {
             return Err(PolygonError::TooSmall);
         }
-        if 2.0 * area <= COLLINEAR * largest * size {
+        if is_rounding(area, size, largest) {
             return Err(PolygonError::Degenerate);
         }
         // A shape that is not wider than the tolerance would not have to be convex.
@@ -207,7 +207,7 @@ impl ConvexPolygon {
         out.normal = predicates::normalize(area_vector)?;
         let (size, largest) = (out.diameter(), out.largest_coordinate());
         let in_range = largest <= LARGEST && size >= SMALLEST;
-        (in_range && 2.0 * out.area > COLLINEAR * largest * size).then_some(out)
+        (in_range && !is_rounding(out.area, size, largest)).then_some(out)
     }
 
     fn from_raw(points: &[DVec3], normal: DVec3, area: f64) -> Self {
@@ -380,7 +380,9 @@ impl ConvexPolygon {
         out
     }
 
-    /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` where nothing is left.
+    /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` where nothing is left, or
+    /// nothing wider than rounding: the new corners are computed to lie on edges, and the part has
+    /// the area of [`ConvexPolygon::try_new`] or none.
     ///
     /// A corner is added at most; when 8 clips of a polygon of [`MAX_VERTICES`] have filled
     /// [`ConvexPolygon::CAPACITY`], corners beyond it are dropped.
@@ -404,7 +406,8 @@ impl ConvexPolygon {
         }
         out.area = area_vector(out.vertices()).dot(self.normal);
         out.parallelogram = out.vertices() == self.vertices() && self.parallelogram;
-        (out.area > 0.0 && out.area.is_finite()).then_some(out)
+        let is_rounding = is_rounding(out.area, out.diameter(), self.largest_coordinate());
+        (!is_rounding && out.area.is_finite()).then_some(out)
     }
 
     fn push(&mut self, p: DVec3) {
@@ -413,6 +416,12 @@ impl ConvexPolygon {
             self.count += 1;
         }
     }
+}
+
+/// Whether an area within `size` is none: no wider than what stands off a line by the rounding of
+/// coordinates up to `largest`.
+fn is_rounding(area: f64, size: f64, largest: f64) -> bool {
+    2.0 * area <= COLLINEAR * largest * size
 }
 
 /// Half the sum of the fan's cross products: the area along the normal.

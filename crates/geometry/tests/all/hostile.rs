@@ -308,7 +308,7 @@ fn lines(
         );
         match lines.segment(u) {
             Some(s) if angle.is_finite() => {
-                prop_assert!(is_inside(p, s.p0) && is_inside(p, s.p1), "{s:?}");
+                prop_assert!(is_inside(p, s.p0) && is_inside(p, s.p1), "{s:?} of {p:?}");
                 prop_assert!(lines.extent(u).is_some());
             }
             Some(_) => prop_assert!(length.abs() < f64::MIN_POSITIVE),
@@ -348,6 +348,32 @@ fn rounding_gives_no_area() {
             );
         }
     }
+}
+
+/// A corner cut off within the rounding of what it is a corner of: no polygon, though rounding gives
+/// one in twelve an area, with edges along its normal.
+#[test]
+fn cuts_within_rounding_leave_nothing() {
+    let (mut rng, mut cuts) = (SplitMix64::new(14), 0);
+    for k in 0..9_000 {
+        let mut v = || vector([0, 1, 2].map(|_| rng.in_range(-1.0, 1.0)));
+        let (a, b) = (v(), v());
+        let mut corners = [DVec3::ZERO, a, b];
+        corners.rotate_right(k % 3);
+        let [a, b, c] = corners;
+        let Ok(light) = ConvexPolygon::triangle(a, b, c) else {
+            continue;
+        };
+        let cut = -(a + b + c).normalize();
+        let others = light.vertices().iter().filter(|p| cut.dot(**p) < -0.1);
+        if others.count() == 2 {
+            let by = rng.in_range(0.0, 0.5) * f64::EPSILON;
+            let part = light.clip(light.vertices()[k % 3] - cut * by, cut);
+            assert!(part.is_none(), "{light:?} {part:?}");
+            cuts += 1;
+        }
+    }
+    assert!(cuts > 4_000);
 }
 
 /// A quad bent by a part of its size, wherever it is, and one rounded to `f32`.
