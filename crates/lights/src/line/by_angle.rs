@@ -50,6 +50,8 @@ const MORE: f64 = 16.0 * f64::EPSILON;
 /// The ratio of the distances of a piece's lines from which on angles do not tell them apart well:
 /// three digits are lost.
 const WIDE: f64 = 1e3;
+/// 2⁻⁵³, by which random numbers differ.
+const HALF_ULP: f64 = 0.5 * f64::EPSILON;
 /// Steps at most in offsets: they may have to halve down to rounding.
 const MOST_HALVINGS: u32 = 128;
 /// Newton steps at most; the bracket halves at least every second one.
@@ -402,16 +404,10 @@ impl AngularLines {
             } else {
                 lo = v;
             }
-            let newton = v - e / slope(s);
-            let next = if newton > lo && newton < hi {
-                newton
-            } else {
-                0.5 * (lo + hi)
-            };
-            let step = (next - v).abs();
-            v = next;
             // Newton's error is the square of the step, relative to the piece.
-            if step <= LAST_STEP * angles.end {
+            let is_last;
+            (v, is_last) = step_within([lo, hi], v, e / slope(s), LAST_STEP * angles.end);
+            if is_last {
                 break;
             }
         }
@@ -437,15 +433,10 @@ impl AngularLines {
             let line = piece.at(s);
             // dψ = z du/(z² + u²).
             let per_width = piece.width.abs() * (self.z / hypot(line.u, self.z));
-            let newton = s - e / (0.5 * per_width * self.thin_measure(line));
-            let next = if newton > lo && newton < hi {
-                newton
-            } else {
-                0.5 * (lo + hi)
-            };
-            let step = (next - s).abs();
-            s = next;
-            if step <= f64::EPSILON * s {
+            let step = e / (0.5 * per_width * self.thin_measure(line));
+            let is_last;
+            (s, is_last) = step_within([lo, hi], s, step, f64::EPSILON * s);
+            if is_last {
                 break;
             }
         }
@@ -557,6 +548,9 @@ impl LineTechnique for AngularLines {
             return nothing;
         }
         let (k, place) = self.pieces.pick(xi);
+        // At the ends of a piece, which may be corners, lines have no length: a random number is a
+        // multiple of HALF_ULP and stands for what lies between it and the next one.
+        let place = place.clamp(HALF_ULP, 1.0 - HALF_ULP);
         let knots = self.lines.knots();
         let at = |s: f64| (knots[k] + (knots[k + 1] - knots[k]) * s).min(knots[k + 1]);
         let (offset, pdf) = if self.marginal == Marginal::Warped {
@@ -664,6 +658,20 @@ impl LineTechnique for AngularLines {
             below += thin.measure();
         }
         None
+    }
+}
+
+/// Where a Newton step back from `v` leads in a bracket, and whether it was the last: no longer than
+/// `last`. One that leaves the bracket halves it, which says nothing of how near the root is; a last
+/// one that does (it rounds to no step at all, and `v` is an end of the bracket) stays.
+fn step_within([lo, hi]: [f64; 2], v: f64, step: f64, last: f64) -> (f64, bool) {
+    let (next, is_last) = (v - step, step.abs() <= last);
+    if next > lo && next < hi {
+        (next, is_last)
+    } else if is_last {
+        (v, true)
+    } else {
+        (0.5 * (lo + hi), false)
     }
 }
 

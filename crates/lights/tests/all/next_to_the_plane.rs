@@ -108,30 +108,64 @@ proptest! {
         prop_assert!(error <= tolerance(&seen) * want, "{:e} {want:e}", error / want);
     }
 
-    /// Its parts, in a plane that rounding does not tilt: the CDF at an offset is the share of what
-    /// lies before the line, and lines and points come back from their random numbers.
+    /// Its parts, in a plane that rounding does not tilt.
     #[test]
     fn the_cdf_is_lamberts_sum(seen in seen(false), xi in 0.0..1.0f64, xj in 0.0..1.0f64) {
-        let Seen { light, x, n, angle } = seen;
-        let lines = AngularLines::by_projected_solid_angle(&light, angle, x, n);
-        let want = precise::precise_irradiance(light.vertices(), x, n);
-        prop_assume!(want > 0.0);
-        let most = tolerance(&seen);
-        let error = (lines.total() / want - 1.0).abs();
-        prop_assert!(error <= most, "{error:e}");
-        let line = lines.sample(xi);
-        let back = lines.invert(line.offset).unwrap();
-        prop_assert!((back - xi).abs() <= most, "{back} {xi} {:e}", back - xi);
-        let axis = lines.lines().across();
-        let least = line.offset + axis.dot(lines.lines().frame().origin - x);
-        let beyond = precise::precise_irradiance_beyond(light.vertices(), x, n, axis, least);
-        prop_assert!((1.0 - back - beyond / want).abs() <= most, "{xi} {:e}", 1.0 - back - beyond / want);
-        // Unoccluded, every point has the weight of the whole; the cosine is rounded to ε, and so
-        // is the point, which may be below the horizon.
-        let point = lines.point(&line, &[Interval::UNIT], xj);
-        let cosine = n.dot((point.point - x).normalize());
-        let weight = cosine / point.pdf.value();
-        let rounding = 16.0 * f64::EPSILON / cosine.abs();
-        prop_assert!(rounding > 1e-3 || (weight / want - 1.0).abs() <= most + rounding, "{weight:e} {want:e}");
+        holds(&seen, [xi, xj])?;
+    }
+}
+
+/// The CDF at an offset is the share of what lies before the line, and lines and points come back
+/// from their random numbers.
+fn holds(seen: &Seen, [xi, xj]: [f64; 2]) -> Result<(), TestCaseError> {
+    let &Seen { light, x, n, angle } = seen;
+    let lines = AngularLines::by_projected_solid_angle(&light, angle, x, n);
+    let want = precise::precise_irradiance(light.vertices(), x, n);
+    prop_assume!(want > 0.0);
+    let most = tolerance(seen);
+    let error = (lines.total() / want - 1.0).abs();
+    prop_assert!(error <= most, "{error:e}");
+    let line = lines.sample(xi);
+    let back = lines.invert(line.offset).unwrap();
+    prop_assert!((back - xi).abs() <= most, "{back} {xi} {:e}", back - xi);
+    let axis = lines.lines().across();
+    let least = line.offset + axis.dot(lines.lines().frame().origin - x);
+    let beyond = precise::precise_irradiance_beyond(light.vertices(), x, n, axis, least);
+    let excess = 1.0 - back - beyond / want;
+    prop_assert!(excess.abs() <= most, "{xi} {excess:e}");
+    // Unoccluded, every point has the weight of the whole; the cosine is rounded to ε, and so is
+    // the point, which may be below the horizon.
+    let point = lines.point(&line, &[Interval::UNIT], xj);
+    let cosine = n.dot((point.point - x).normalize());
+    let weight = cosine / point.pdf.value();
+    let rounding = 16.0 * f64::EPSILON / cosine.abs();
+    let is_whole = (weight / want - 1.0).abs() <= most + rounding;
+    prop_assert!(rounding > 1e-3 || is_whole, "{weight:e} {want:e}");
+    Ok(())
+}
+
+/// Found by the property: the last Newton step rounds to none, at an end of its bracket, half of
+/// which is not the next step.
+#[test]
+fn a_step_of_nothing_is_the_last() {
+    let corners = [
+        [-0.176_661_570_903_084_4, -0.201_373_384_061_880_38, 0.0],
+        [0.443_725_164_338_787_84, 0.569_935_135_294_217_8, 0.0],
+        [-0.704_971_298_977_607_9, 0.939_801_924_207_099_4, 0.0],
+    ];
+    let n = [
+        0.745_714_511_148_976_2,
+        0.622_242_383_223_617_2,
+        -0.238_168_604_946_236_96,
+    ];
+    let seen = Seen {
+        light: ConvexPolygon::try_from(corners).unwrap(),
+        x: DVec3::new(0.0, 0.0, 1.634_189_332_118_875e-6),
+        n: DVec3::from(n),
+        angle: -1.503_093_877_148_039_5,
+    };
+    for xi in [0.720_088_747_496_078_1, 0.0] {
+        holds(&seen, [xi, 0.643_370_511_543_674_8]).unwrap();
+        holds(&seen, [xi, 0.0]).unwrap();
     }
 }
