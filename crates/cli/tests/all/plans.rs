@@ -143,8 +143,17 @@ fn blocks_of_samples_and_layers_are_those_of_the_picture() {
     let layers = ["--aovs", "albedo,normal,depth,variance,samples"];
     let case = Case::new("plan-blocks", "plates", &[&flags[..], &layers].concat());
     let rendered = case.rendered();
-    for tiles in [&["--tile", "8", "--split-samples"][..], &["--tile", "5"]] {
-        assert!(by_shards(&case, tiles, 3) == rendered, "{tiles:?}");
+    let split = ["--tile", "8", "--split-samples"];
+    for (tiles, shards) in [
+        (&split[..], 1),
+        (&split, 2),
+        (&split, 7),
+        (&["--tile", "5"], 2),
+    ] {
+        assert!(
+            by_shards(&case, tiles, shards) == rendered,
+            "{tiles:?} {shards}"
+        );
     }
     let case = Case::new("plan-samples", "plates", &flags);
     let split = by_shards(&case, &["--split-samples"], 2);
@@ -154,7 +163,9 @@ fn blocks_of_samples_and_layers_are_those_of_the_picture() {
 #[test]
 fn what_is_missing_or_broken_is_named_and_done() {
     let small = ["--resolution", "16x8", "--samples", "1"];
-    let case = Case::new("plan-missing", "cornell-box", &small);
+    let layers = ["--pixel-samples", "2", "--aovs", "variance"];
+    let flags = [&small[..], &layers].concat();
+    let case = Case::new("plan-missing", "cornell-box", &flags);
     let plan = case.plan(&["--tile", "4"]);
     let merge = ["merge", path(&plan), "-o", "x.exr"];
     let none = refused(&merge, 75);
@@ -163,7 +174,9 @@ fn what_is_missing_or_broken_is_named_and_done() {
     let part = |k: u32| plan.join(format!("parts/{k:08}.part"));
     fs::remove_file(part(2)).unwrap();
     let mut flipped = fs::read(part(5)).unwrap();
-    flipped[200] ^= 4;
+    // In the last M2: behind it are rays and lines, eight bytes each, and the checksum.
+    let place = flipped.len() - 32 - 16 - 4;
+    flipped[place] ^= 4;
     fs::write(part(5), flipped).unwrap();
     let some = refused(&merge, 75);
     for piece in [
