@@ -28,6 +28,18 @@ pub struct Counts {
     pub segments: SegmentCounters,
 }
 
+impl Counts {
+    /// Tests against triangles past which light was then integrated in closed form, for guesses of
+    /// what that takes: the share of all tests that such shafts have among those with a penumbra.
+    #[must_use]
+    pub fn exact_tests(&self) -> u64 {
+        let (exact, partial) = (self.plan.exact_penumbrae, self.visibility.partial_shafts);
+        let tests = u128::from(self.visibility.triangle_tests) * u128::from(exact);
+        let share = tests / u128::from(partial.max(exact).max(1));
+        u64::try_from(share).unwrap_or(u64::MAX)
+    }
+}
+
 impl AddAssign for Counts {
     fn add_assign(&mut self, other: Self) {
         self.plan += other.plan;

@@ -60,6 +60,7 @@ impl Cost {
             + 1.2e-8 * count(visibility.triangle_tests)
             + 8e-8 * count(visibility.line_queries)
             + 3e-8 * count(visibility.rays)
+            + 4e-7 * count(counts.exact_tests())
             + 8e-7 * count(counts.plan.points)
     }
 

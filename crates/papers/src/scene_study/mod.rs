@@ -109,6 +109,7 @@ impl Problem for Targets<'_> {
             node_tests: counts.visibility.node_tests,
             triangle_tests: counts.visibility.triangle_tests,
             intervals: counts.visibility.intervals,
+            exact_tests: counts.exact_tests(),
         }
     }
 }

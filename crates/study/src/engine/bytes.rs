@@ -75,6 +75,7 @@ impl Writer {
             c.node_tests,
             c.triangle_tests,
             c.intervals,
+            c.exact_tests,
         ] {
             self.word(count);
         }
@@ -160,6 +161,7 @@ impl<'a> Reader<'a> {
             node_tests: self.word()?,
             triangle_tests: self.word()?,
             intervals: self.word()?,
+            exact_tests: self.word()?,
         };
         let passes = self.count()?;
         let pass = |reader: &mut Self| {

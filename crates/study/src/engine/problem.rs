@@ -56,6 +56,8 @@ pub struct Counts {
     pub triangle_tests: u64,
     /// Visible intervals found.
     pub intervals: u64,
+    /// Tests against triangles past which light was integrated in closed form (not in the tables).
+    pub exact_tests: u64,
 }
 
 impl AddAssign for Counts {
@@ -66,6 +68,7 @@ impl AddAssign for Counts {
         self.node_tests += other.node_tests;
         self.triangle_tests += other.triangle_tests;
         self.intervals += other.intervals;
+        self.exact_tests += other.exact_tests;
     }
 }
 

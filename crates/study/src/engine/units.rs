@@ -366,6 +366,7 @@ fn guess(counts: &Counts, samples: u32, estimates: f64) -> f64 {
         + 4.0 * counts.node_tests as f64
         + 11.0 * counts.triangle_tests as f64
         + 110.0 * counts.intervals as f64
+        + 400.0 * counts.exact_tests as f64
         + (5.0 * f64::from(samples) + 200.0) * estimates;
     1e-9 * nanoseconds
 }
