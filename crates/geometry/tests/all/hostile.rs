@@ -350,8 +350,8 @@ fn rounding_gives_no_area() {
     }
 }
 
-/// A corner cut off within the rounding of what it is a corner of: no polygon, though rounding gives
-/// one in twelve an area, with edges along its normal.
+/// A corner cut off within the rounding of what it is a corner of: no polygon, though rounding
+/// gives one in twelve an area, with edges along its normal.
 #[test]
 fn cuts_within_rounding_leave_nothing() {
     let (mut rng, mut cuts) = (SplitMix64::new(14), 0);

@@ -661,9 +661,9 @@ impl LineTechnique for AngularLines {
     }
 }
 
-/// Where a Newton step back from `v` leads in a bracket, and whether it was the last: no longer than
-/// `last`. One that leaves the bracket halves it, which says nothing of how near the root is; a last
-/// one that does (it rounds to no step at all, and `v` is an end of the bracket) stays.
+/// Where a Newton step back from `v` leads in a bracket, and whether it was the last: no longer
+/// than `last`. One that leaves the bracket halves it, which says nothing of how near the root is;
+/// a last one that does (it rounds to no step at all, and `v` is an end of the bracket) stays.
 fn step_within([lo, hi]: [f64; 2], v: f64, step: f64, last: f64) -> (f64, bool) {
     let (next, is_last) = (v - step, step.abs() <= last);
     if next > lo && next < hi {
