@@ -257,7 +257,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
                 less += u32::from(ratio.is_below(1.0));
                 more += u32::from(ratio.is_above(1.0));
                 // Orders of the standard deviation, as this paper has them.
-                let [a, b] = [&own, &parallel].map(|c| c.variance_order().map(|o| 0.5 * o));
+                let [a, b] = [&own, &parallel].map(|c| c.order());
                 let values = [a, b, ratio, Measured::exact(mean / truth)];
                 let values: Vec<_> = COLUMNS.into_iter().zip(values).collect();
                 let what = format!("{name}, {}, {sampler}", origin.name());

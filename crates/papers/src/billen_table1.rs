@@ -72,7 +72,7 @@ const fn paper(ours: &'static str, theirs: &'static str, columns: [f64; 3]) -> P
 }
 
 /// One row of our table.
-struct Row {
+pub(crate) struct Row {
     paper: &'static Paper,
     /// Shading points.
     points: usize,
@@ -83,9 +83,9 @@ struct Row {
     /// Standard deviation of the seconds over passes, of which they are the mean.
     seconds_error: f64,
     /// Box tests, millions.
-    boxes: f64,
+    pub boxes: f64,
     /// Triangle tests, millions.
-    triangles: f64,
+    pub triangles: f64,
     /// Shadow triangles that were traced one by one, each by a walk of its own, as the paper's are.
     alone: Alone,
 }
@@ -137,6 +137,11 @@ pub(crate) fn alone(targets: &Targets<'_>, seed: u64) -> Result<Alone> {
 const LINES_ALONE: u32 = 4;
 
 impl Row {
+    /// Our scene.
+    pub(crate) fn scene(&self) -> &'static str {
+        self.paper.ours
+    }
+
     fn ns_per_line(&self) -> f64 {
         let millions = self.lines as f64 * 1e-6;
         1e3 * self.seconds / millions.max(1e-6)
@@ -178,17 +183,20 @@ impl Row {
     }
 }
 
-/// Runs the table.
-pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
+/// The rows of the table.
+pub(crate) fn rows(context: &Context<'_>) -> Result<Vec<Row>> {
     // All scenes are opened before the first is measured.
     let open = |paper: &'static Paper| -> Result<(&'static Paper, Scene)> {
         Ok((paper, context.library.load(paper.ours)?.scene))
     };
     let opened = PAPER.iter().map(open).collect::<Result<Vec<_>>>()?;
-    let rows = opened.into_iter();
-    let rows: Vec<Row> = rows
-        .map(|(paper, scene)| row(paper, scene, context))
-        .collect::<Result<_>>()?;
+    let row = |(paper, scene)| row(paper, scene, context);
+    opened.into_iter().map(row).collect()
+}
+
+/// Runs the table.
+pub(super) fn run(context: &Context<'_>) -> Result<Findings> {
+    let rows = rows(context)?;
     Ok(Findings {
         report: report(&rows),
         files: vec![("billen-table1.txt".to_owned(), text(&rows).into_bytes())],

@@ -1,18 +1,22 @@
 //! Measured numbers, each with the interval that it lies in.
 
 use crate::scene_study::Targets;
-use linelit_elementary::{exp, hypot, ln};
+use linelit_elementary::{exp, hypot, ln, pow};
 use linelit_geometry::DVec3;
 use linelit_integrator::Settings;
-use linelit_study::engine::{Cell, run_cell};
+use linelit_study::engine::{Cell, Reference, run_cell, score};
+use linelit_study::report::scientific;
 use linelit_study::stats::metrics::MeanError;
 use linelit_study::stats::slopes::{LEAST_TRIALS, Order, SlopePoint, fit_trials};
 use linelit_study::stats::student;
+use linelit_study::tables::{ResultRow, SlopeRow};
 use serde::Serialize;
 use std::fmt;
 
 /// Confidence of all intervals.
 const CONFIDENCE: f64 = 0.95;
+/// Passes of a timing, which nobody counts: so many that t is that of a normal number to 0.1 %.
+const MANY_PASSES: usize = 1000;
 
 /// A number that a study measured, with the interval that holds it in 95 % of all runs; none where
 /// there were too few trials to tell ([`LEAST_TRIALS`]).
@@ -25,6 +29,12 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
+    /// What could not be measured.
+    pub(crate) const UNKNOWN: Self = Self {
+        value: f64::NAN,
+        interval: None,
+    };
+
     /// A number without noise: a count, or what a formula gives.
     pub(crate) const fn exact(value: f64) -> Self {
         Self {
@@ -33,20 +43,18 @@ impl Measured {
         }
     }
 
-    /// A number ± t times its standard error.
-    fn around(value: f64, stderr: f64, values: usize) -> Self {
-        let enough = values >= LEAST_TRIALS && stderr.is_finite();
-        let interval = enough.then(|| {
-            let half = quantile(values) * stderr;
-            [value - half, value + half]
-        });
-        Self { value, interval }
+    /// A number ± `half`; without an interval where that is no number.
+    fn around(value: f64, half: f64) -> Self {
+        Self {
+            value,
+            interval: half.is_finite().then_some([value - half, value + half]),
+        }
     }
 
     /// The mean of independent values.
     pub(crate) fn mean(values: &[f64]) -> Self {
         let MeanError { mean, stderr } = MeanError::of(values);
-        Self::around(mean, stderr, values.len())
+        Self::around(mean, quantile(values.len()) * stderr)
     }
 
     /// The root of the mean of independent squares, as of the squared errors of trials.
@@ -54,19 +62,49 @@ impl Measured {
         Self::mean(squares).map(|square| square.max(0.0).sqrt())
     }
 
-    /// The mean of some positive values over that of others, both independent: the interval is
-    /// that of its logarithm, to first order in the standard errors.
+    /// A positive mean of so many values with its standard error: the interval is that of its
+    /// logarithm, to first order.
+    fn positive(mean: f64, stderr: f64, values: usize) -> Self {
+        Self::around(ln(mean), quantile(values) * stderr / mean).map(exp)
+    }
+
+    /// The mean of some positive values over that of others, both independent.
     pub(crate) fn ratio(top: &[f64], bottom: &[f64]) -> Self {
-        let [a, b] = [top, bottom].map(MeanError::of);
-        let stderr = hypot(a.stderr / a.mean, b.stderr / b.mean);
-        let fewest = top.len().min(bottom.len());
-        Self::around(ln(a.mean / b.mean), stderr, fewest).map(exp)
+        let [a, b] = [top, bottom].map(|values| {
+            let MeanError { mean, stderr } = MeanError::of(values);
+            Self::positive(mean, stderr, values.len())
+        });
+        a.over(b)
+    }
+
+    /// The mean squared error of a row of a study over that of another.
+    pub(crate) fn mse_ratio(top: &ResultRow, bottom: &ResultRow) -> Self {
+        let [a, b] = [top, bottom].map(|r| Self::positive(r.mse, r.mse_stderr, r.trials as usize));
+        a.over(b)
+    }
+
+    /// The processor time of a row over that of another.
+    pub(crate) fn time_ratio(top: &ResultRow, bottom: &ResultRow) -> Self {
+        let [a, b] = [top, bottom].map(|r| Self::time(r.cpu_seconds, r.cpu_error));
+        a.over(b)
+    }
+
+    /// A time with its deviation over passes: that stands for the standard error, as what disturbs
+    /// one pass disturbs the next.
+    pub(crate) fn time(seconds: f64, deviation: f64) -> Self {
+        Self::positive(seconds, deviation, MANY_PASSES)
     }
 
     /// The geometric mean of positive values, such as ratios of times taken in turns.
     pub(crate) fn geometric_mean(values: &[f64]) -> Self {
         let logarithms: Vec<f64> = values.iter().map(|v| ln(*v)).collect();
         Self::mean(&logarithms).map(exp)
+    }
+
+    /// The geometric mean of independent positive numbers. `None` of none.
+    pub(crate) fn pooled(all: &[Self]) -> Option<Self> {
+        let product = all.iter().copied().reduce(Self::times)?;
+        Some(product.map(|v| pow(v, 1.0 / all.len() as f64)))
     }
 
     /// Both ends and the number through an increasing function.
@@ -79,13 +117,30 @@ impl Measured {
 
     /// The difference of two independent numbers: half widths add as standard errors do.
     pub(crate) fn minus(self, other: Self) -> Self {
-        let value = self.value - other.value;
-        let half = |m: Self| m.interval.map(|[low, high]| 0.5 * (high - low));
-        let both = half(self).zip(half(other)).map(|(a, b)| hypot(a, b));
-        Self {
-            value,
-            interval: both.map(|half| [value - half, value + half]),
-        }
+        let half = |m: Self| {
+            m.interval
+                .map_or(f64::NAN, |[low, high]| 0.5 * (high - low))
+        };
+        Self::around(self.value - other.value, hypot(half(self), half(other)))
+    }
+
+    /// The quotient of two independent positive numbers: of their logarithms, the difference.
+    pub(crate) fn over(self, other: Self) -> Self {
+        self.map(ln).minus(other.map(ln)).map(exp)
+    }
+
+    /// The product of two independent positive numbers.
+    pub(crate) fn times(self, other: Self) -> Self {
+        self.over(Self {
+            value: 1.0 / other.value,
+            interval: other.interval.map(|[low, high]| [1.0 / high, 1.0 / low]),
+        })
+    }
+
+    /// The interval, where that and the number are numbers.
+    pub(crate) fn known(&self) -> Option<[f64; 2]> {
+        let known = |ends: &[f64; 2]| [self.value, ends[0], ends[1]].iter().all(|v| v.is_finite());
+        self.interval.filter(known)
     }
 
     /// Whether all of the interval is below a number; not without an interval.
@@ -97,40 +152,66 @@ impl Measured {
     pub(crate) fn is_above(self, other: f64) -> bool {
         self.interval.is_some_and(|[low, _]| low > other)
     }
-}
 
-impl From<&Order> for Measured {
-    fn from(order: &Order) -> Self {
-        let ends = [order.ci_low, order.ci_high];
+    /// An order of convergence with its interval, if it has one.
+    fn order(value: f64, ends: [f64; 2]) -> Self {
         Self {
-            value: order.order,
+            value,
             interval: ends.iter().all(|end| end.is_finite()).then_some(ends),
         }
     }
 }
 
-/// Three digits, and the interval in brackets.
+impl From<&Order> for Measured {
+    fn from(order: &Order) -> Self {
+        Self::order(order.order, [order.ci_low, order.ci_high])
+    }
+}
+
+impl From<&SlopeRow> for Measured {
+    fn from(row: &SlopeRow) -> Self {
+        Self::order(row.order, [row.ci_low, row.ci_high])
+    }
+}
+
+/// The number, and the interval in brackets.
 impl fmt::Display for Measured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let digits = |v: f64| match v.abs() {
-            0.0 => "0".to_owned(),
-            0.01..1e4 => format!("{v:.3}"),
-            _ => format!("{v:.2e}"),
-        };
-        write!(f, "{}", digits(self.value))?;
+        write!(f, "{}", number(self.value))?;
         match self.interval {
-            Some([low, high]) if low < high => {
-                write!(f, " [{}, {}]", digits(low), digits(high))
-            }
+            Some([low, high]) if low < high => write!(f, " [{}, {}]", number(low), number(high)),
             Some(_) => Ok(()),
             None => write!(f, " [–]"),
         }
     }
 }
 
-/// Student's t of an interval from so many values.
+/// A number as a reader wants it: three digits behind the point, or a power of ten.
+pub(crate) fn number(value: f64) -> String {
+    let size = value.abs();
+    if !size.is_finite() || (size > 0.0 && !(1e-3..1e5).contains(&size)) {
+        return scientific(value);
+    }
+    let digits = match size {
+        s if s >= 1000.0 => 0,
+        s if s >= 100.0 => 1,
+        s if s >= 10.0 => 2,
+        _ => 3,
+    };
+    let text = format!("{value:.digits$}").replace('-', "−");
+    if digits > 0 && text.contains('.') {
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        return text.to_owned();
+    }
+    text
+}
+
+/// Student's t of an interval from so many values; NaN of too few.
 fn quantile(values: usize) -> f64 {
-    let freedom = u32::try_from(values.saturating_sub(1)).unwrap_or(u32::MAX);
+    if values < LEAST_TRIALS {
+        return f64::NAN;
+    }
+    let freedom = u32::try_from(values - 1).unwrap_or(u32::MAX);
     student::quantile(CONFIDENCE, freedom)
 }
 
@@ -160,17 +241,10 @@ pub(crate) fn trial_variances_and_seconds(
         trials,
     };
     let run = run_cell(targets, cell);
-    let n = f64::from(trials);
-    let scale = n / (n - 1.0) / (3.0 * targets.pixels.max(1) as f64);
-    let mut variances = vec![0.0; trials as usize];
-    for integral in 0..targets.points.len() {
-        let values = run.trials_of(integral);
-        let mean = values.iter().copied().sum::<DVec3>() / n;
-        for (variance, value) in variances.iter_mut().zip(values) {
-            *variance += (*value - mean).length_squared() * scale;
-        }
-    }
-    (variances, run.times.seconds())
+    // Variances need no reference.
+    let none = Reference::known(vec![DVec3::ZERO; targets.points.len()]);
+    let scored = score(&run, &none, targets.pixels);
+    (scored.trial_variance, run.times.seconds())
 }
 
 /// Errors over the number of samples: the variances of trials at each.
@@ -198,16 +272,15 @@ impl Curve {
         }
     }
 
-    /// The order of the variance (twice that of the standard deviation); NaN where there is none.
-    pub(crate) fn variance_order(&self) -> Measured {
+    /// The order of the standard deviation, if there is one.
+    pub(crate) fn order(&self) -> Measured {
         let order = fit_trials(&self.points, CONFIDENCE);
-        order.map_or(
-            Measured {
-                value: f64::NAN,
-                interval: None,
-            },
-            |order| Measured::from(&order).map(|order| 2.0 * order),
-        )
+        order.map_or(Measured::UNKNOWN, |order| Measured::from(&order))
+    }
+
+    /// The order of the variance.
+    pub(crate) fn variance_order(&self) -> Measured {
+        self.order().map(|order| 2.0 * order)
     }
 
     /// The variances of trials with the most samples.
@@ -216,6 +289,16 @@ impl Curve {
             .last()
             .map_or(&[], |point| &point.trial_variances)
     }
+}
+
+/// The one of these whose value is the largest.
+pub(crate) fn largest(all: impl IntoIterator<Item = Measured>) -> Option<Measured> {
+    all.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))
+}
+
+/// The one of these whose value is the smallest.
+pub(crate) fn smallest(all: impl IntoIterator<Item = Measured>) -> Option<Measured> {
+    all.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 #[cfg(test)]
@@ -231,8 +314,36 @@ mod tests {
         assert!((low - (3.0 - half)).abs() < 1e-6 && (high - (3.0 + half)).abs() < 1e-6);
         assert!(mean.is_above(0.9) && !mean.is_above(1.1) && mean.is_below(5.1));
         assert_eq!(Measured::mean(&[1.0, 2.0, 3.0, 4.0]).interval, None);
-        assert_eq!(Measured::exact(2.0).to_string(), "2.000");
-        assert_eq!(Measured::mean(&[1.0; 2]).to_string(), "1.000 [–]");
+        assert_eq!(Measured::exact(2.0).to_string(), "2");
+        assert_eq!(Measured::mean(&[1.0; 2]).to_string(), "1 [–]");
+    }
+
+    #[test]
+    fn products_and_differences_add_half_widths_in_squares() {
+        let around = |value: f64, half: f64| Measured::around(value, half);
+        let [low, high] = around(5.0, 0.3).minus(around(2.0, 0.4)).known().unwrap();
+        assert!((low - 2.5).abs() < 1e-14 && (high - 3.5).abs() < 1e-14);
+        let wide = |value: f64, half: f64| Measured::around(ln(value), half).map(exp);
+        let [_, high] = wide(2.0, 0.3).times(wide(3.0, 0.4)).known().unwrap();
+        assert!((high / 6.0 - exp(0.5)).abs() < 1e-14);
+        let [_, high] = wide(6.0, 0.3).over(wide(3.0, 0.4)).known().unwrap();
+        assert!((high / 2.0 - exp(0.5)).abs() < 1e-14);
+        let both = Measured::pooled(&[wide(2.0, 0.3), wide(8.0, 0.4)]).unwrap();
+        assert!((both.value - 4.0).abs() < 1e-14);
+        assert!((both.known().unwrap()[1] / 4.0 - exp(0.25)).abs() < 1e-14);
+        assert_eq!(Measured::pooled(&[]), None);
+        // One without an interval has none to give.
+        assert_eq!(around(5.0, 0.3).minus(Measured::mean(&[2.0])).known(), None);
+        assert_eq!(Measured::ratio(&[0.0; 8], &[1.0; 8]).known(), None);
+    }
+
+    #[test]
+    fn numbers_for_readers() {
+        assert_eq!(number(12_345.6), "12346");
+        assert_eq!(number(1.58e-5), "1.58·10⁻⁵");
+        assert_eq!(number(100.0), "100");
+        assert_eq!(number(-0.25), "−0.25");
+        assert_eq!(number(f64::NAN), "–");
     }
 
     /// Of 2,000 simulated ratios of means of eight uniform numbers in [1, 2], 95 % are in their

@@ -132,23 +132,13 @@ pub(crate) fn table(caption: &str, columns: &[&'static str], rows: &[Row]) -> Ta
         let mut cells = vec![Cell::text(row.what.clone())];
         cells.extend(columns.iter().map(|column| {
             let value = row.values.get(column).copied().unwrap_or(f64::NAN);
-            let interval = row.intervals.get(column);
-            let interval = interval.map_or(String::new(), |[low, high]| {
-                format!(" [{}, {}]", number(*low), number(*high))
-            });
-            Cell::number(number(value) + &interval)
+            let interval = row.intervals.get(column).copied();
+            let interval = Some(interval.unwrap_or([value; 2]));
+            Cell::number(Measured { value, interval }.to_string())
         }));
         cells
     });
     Table::new(caption, [&[""], columns].concat(), body)
-}
-
-fn number(value: f64) -> String {
-    if value.abs() >= 0.01 && value.abs() < 1e4 {
-        format!("{value:.3}")
-    } else {
-        scientific(value)
-    }
 }
 
 /// A section of pictures.

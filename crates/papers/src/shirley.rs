@@ -1,6 +1,7 @@
 //! Shirley & Wang 1991: one sample for all luminaires, and thousands of them.
 #![allow(clippy::disallowed_methods, reason = "times beside errors")]
 
+use crate::measured::trial_variances;
 use crate::picture_study::{
     Context, PictureStudy, Row, exposed, render_with, rmse, section, table,
 };
@@ -18,7 +19,6 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_scenes::luminaires;
 use linelit_selection::{Importance, LightTree, diffuse};
-use linelit_study::engine::{Cell, run_cell};
 use linelit_study::plots::{ConvergencePlot, Palette, PlotPoint, Series};
 use linelit_study::report::{Picture, Plot, Section};
 use std::hint::black_box;
@@ -412,27 +412,14 @@ fn thousands(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
 ///
 /// α by an estimate is drawn anew for each trial, so that it needs trials; of the others the
 /// samples of a trial are independent, too, and α costs once.
-pub(super) fn deviation(targets: &Targets<'_>, choice: LightChoice, seed: u64) -> Result<f64> {
+fn deviation(targets: &Targets<'_>, choice: LightChoice, seed: u64) -> Result<f64> {
     let (samples, trials) = match choice {
         LightChoice::Estimate => (1, 32),
         _ => (128, 8),
     };
-    let cell = Cell {
-        settings: settings(choice, samples, 1, seed)?,
-        samples,
-        seed,
-        trials,
-    };
-    let run = run_cell(targets, cell);
-    let n = f64::from(trials);
-    let variance = |i: usize| {
-        let values = run.trials_of(i);
-        let mean = values.iter().copied().sum::<DVec3>() / n;
-        let squares = values.iter().map(|v| (*v - mean).length_squared());
-        squares.sum::<f64>() / (3.0 * (n - 1.0))
-    };
-    let points = targets.points.len();
-    let mean = (0..points).map(variance).sum::<f64>() / points as f64;
+    let settings = settings(choice, samples, 1, seed)?;
+    let variances = trial_variances(targets, settings, samples, trials, seed);
+    let mean = variances.iter().sum::<f64>() / variances.len() as f64;
     Ok((mean * f64::from(samples)).sqrt())
 }
 

@@ -161,6 +161,8 @@ pub(crate) struct Hidden {
     pub gain: Measured,
     /// The latter over that of one ray to the union of the others where there is no hidden light.
     pub left: Measured,
+    /// Variance of one ray to the union over that where there is no hidden light.
+    pub harm: Measured,
 }
 
 /// Measures the advice for one choice of lights.
@@ -193,10 +195,16 @@ pub(crate) fn hidden(context: &Context<'_>, choice: LightChoice) -> Result<Hidde
         choice,
         gain: Measured::ratio(&together, &apart),
         left: Measured::ratio(&apart, &without),
+        // Independent rays: two have half the variance of one.
+        harm: Measured::ratio(&together, &without).map(|two| 2.0 * two),
     })
 }
 
-const HIDDEN: [&str; 2] = ["union over groups", "groups over no hidden light"];
+const HIDDEN: [&str; 3] = [
+    "union over groups",
+    "groups over no hidden light",
+    "one ray over no hidden light",
+];
 
 /// The bright hidden light, by every choice of lights.
 pub(super) fn hidden_light(context: &Context<'_>, rows: &mut Vec<Row>) -> Result<Section> {
@@ -212,7 +220,7 @@ pub(super) fn hidden_light(context: &Context<'_>, rows: &mut Vec<Row>) -> Result
         .map(|choice| hidden(context, choice))
         .collect::<Result<Vec<_>>>()?;
     let row = |h: &Hidden| {
-        let values: Vec<_> = HIDDEN.into_iter().zip([h.gain, h.left]).collect();
+        let values: Vec<_> = HIDDEN.into_iter().zip([h.gain, h.left, h.harm]).collect();
         Row::measured(format!("hidden light: {}", h.choice), &values)
     };
     let own: Vec<Row> = all.iter().map(row).collect();
@@ -228,7 +236,7 @@ pub(super) fn hidden_light(context: &Context<'_>, rows: &mut Vec<Row>) -> Result
         gains.join(", "),
     );
     let caption = "Variance of two shadow rays to the union of three lights over that of one ray to each of two groups, \
-                   and of that over one ray to the two luminaires alone.";
+                   of that over one ray to the two luminaires alone, and of one ray to the union over that.";
     let tables = vec![table(caption, &HIDDEN, &own)];
     rows.extend(own);
     Ok(section("A bright hidden light", &lead, Vec::new(), tables))

@@ -1,6 +1,6 @@
 //! How claims are measured: scenes, estimators side by side, and how much of it.
 
-use super::measured::Measured;
+use crate::measured::{Curve, Measured};
 use crate::picture_study::{Context, Row};
 use crate::scene_study::{StudySpec, Targets, all_pixels, with_work};
 use anyhow::{Result, bail};
@@ -11,8 +11,11 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 use linelit_study::engine::{Cell, CellRun, Counts, Reference, Truth, run_cell, score};
 use linelit_study::stats::metrics::MRSE_EPSILON;
-use linelit_study::stats::slopes::{SlopePoint, fit_trials};
 use linelit_study::tables::StudyRecord;
+use std::collections::BTreeMap;
+
+/// Figures by the names that claims ask for.
+pub(super) type Figures = BTreeMap<String, Measured>;
 
 /// How much is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -208,64 +211,53 @@ impl Bench<'_> {
         trials: u32,
     ) -> Result<Measured> {
         let samples = self.pick(&[1, 4][..], samples, samples);
-        let asks: Vec<Ask<'_>> = samples
-            .iter()
-            .map(|&samples| Ask {
-                estimator,
-                sampler,
-                samples,
-                trials,
-            })
-            .collect();
-        let points: Vec<SlopePoint> = asks
-            .iter()
-            .map(|ask| {
-                let answers = self.untimed(targets, ask)?;
-                Ok(SlopePoint {
-                    samples: f64::from(ask.samples),
-                    trial_variances: answers,
-                })
-            })
-            .collect::<Result<_>>()?;
-        let fit = fit_trials(&points, 0.95);
-        Ok(fit.map_or(UNKNOWN, |fit| Measured {
-            value: fit.order,
-            low: fit.ci_low,
-            high: fit.ci_high,
-        }))
+        let (settings, trials) = (settings(estimator, sampler)?, self.trials(trials));
+        let curve = Curve::of(targets, settings, samples, trials, self.context.seed);
+        Ok(curve.order())
     }
 
-    /// The variances of an estimator, trial by trial.
-    fn untimed(&self, targets: &Targets<'_>, ask: &Ask<'_>) -> Result<Vec<f64>> {
-        let run = self.run(targets, ask)?;
-        // Variances need no reference.
-        let none = Reference::known(vec![DVec3::ZERO; targets.points.len()]);
-        Ok(score(&run, &none, targets.pixels).trial_variance)
-    }
-
-    /// The variance of an estimate at each point.
-    pub(super) fn variances(&self, targets: &Targets<'_>, ask: &Ask<'_>) -> Result<Vec<f64>> {
-        let run = self.run(targets, ask)?;
-        Ok((0..targets.points.len())
-            .map(|k| variance(run.trials_of(k)))
-            .collect())
+    /// The points where an estimator has noise. By projected solid angle they are those that see a
+    /// part of the light.
+    pub(super) fn noisy<'a>(&self, targets: &Targets<'a>, estimator: &str) -> Result<Targets<'a>> {
+        let ask = Ask {
+            estimator,
+            sampler: SamplerKind::Independent,
+            samples: 16,
+            trials: 8,
+        };
+        let run = self.run(targets, &ask)?;
+        let points = targets.points.iter().enumerate();
+        // Rounding leaves 1e-24 of the square, an edge before a thousandth of the light 1e-6.
+        let kept = points.filter(|(k, _)| variance(run.trials_of(*k)) > 1e-12);
+        Ok(Targets {
+            renderer: targets.renderer,
+            points: kept.map(|(_, point)| point.clone()).collect(),
+            pixels: targets.pixels,
+        })
     }
 
     fn run(&self, targets: &Targets<'_>, ask: &Ask<'_>) -> Result<CellRun<Settings>> {
-        let settings = Settings {
-            estimator: ask.estimator.parse()?,
-            sampler: ask.sampler,
-            skip: false,
-            ..Settings::default()
-        };
         let cell = Cell {
-            settings,
+            settings: settings(ask.estimator, ask.sampler)?,
             samples: ask.samples,
             seed: self.context.seed,
-            trials: self.pick(ask.trials.min(3), ask.trials, 4 * ask.trials),
+            trials: self.trials(ask.trials),
         };
         Ok(run_cell(targets, cell))
     }
+
+    fn trials(&self, quick: u32) -> u32 {
+        self.pick(quick.min(3), quick, 4 * quick)
+    }
+}
+
+fn settings(estimator: &str, sampler: SamplerKind) -> Result<Settings> {
+    Ok(Settings {
+        estimator: estimator.parse()?,
+        sampler,
+        skip: false,
+        ..Settings::default()
+    })
 }
 
 /// The variance of some estimates about their mean, all channels added.
@@ -300,12 +292,9 @@ impl Repeated {
     pub(super) fn ratio(&self, a: &str, b: &str, key: &str) -> Measured {
         let (a, b) = (self.values(a, key), self.values(b, key));
         let ratios: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a / b).collect();
-        Measured::geometric(&ratios)
+        Measured::geometric_mean(&ratios)
     }
 }
-
-/// What could not be fitted.
-pub(super) const UNKNOWN: Measured = Measured::exact(f64::NAN);
 
 /// Processor seconds that each estimator is timed for at least: ten passes.
 const TIMED_SECONDS: f64 = 0.1;
@@ -323,16 +312,11 @@ fn answer(run: &CellRun<Settings>, reference: &[DVec3], pixels: usize) -> Answer
     }
     let scale = 1.0 / (3.0 * pixels.max(1) as f64);
     mrse.iter_mut().for_each(|sum| *sum *= scale);
-    let (seconds, error) = (run.times.seconds(), run.times.error());
     Answer {
         variance: scored.trial_variance,
         mrse,
         bias_z: scored.bias / scored.bias_stderr,
-        seconds: Measured {
-            value: seconds,
-            low: seconds - 1.96 * error,
-            high: seconds + 1.96 * error,
-        },
+        seconds: Measured::time(run.times.seconds(), run.times.error()),
         counts: run.counts,
     }
 }

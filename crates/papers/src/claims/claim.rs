@@ -1,7 +1,6 @@
 //! A claim of a paper, and the verdict that a measured figure gives it.
 
-use super::measured::Measured;
-use linelit_study::report::scientific;
+use crate::measured::{Measured, number};
 use std::fmt;
 
 /// The papers.
@@ -104,13 +103,13 @@ impl Expected {
         if self == Self::Elsewhere {
             return Verdict::NotMeasurable;
         }
-        let Some(m) = measured.filter(Measured::is_known) else {
+        let Some([low, high]) = measured.and_then(|m| m.known()) else {
             return Verdict::Weaker;
         };
         match self {
             Self::Elsewhere => Verdict::NotMeasurable,
-            Self::AtMost(bound) => bounded(m.low, m.high, bound),
-            Self::AtLeast(bound) => bounded(-m.high, -m.low, -bound),
+            Self::AtMost(bound) => bounded(low, high, bound),
+            Self::AtLeast(bound) => bounded(-high, -low, -bound),
             Self::Figure {
                 value,
                 tolerance,
@@ -119,9 +118,9 @@ impl Expected {
                 // Turned about so that more is stronger.
                 let sign = (value - none).signum();
                 let [low, high] = if sign > 0.0 {
-                    [m.low, m.high]
+                    [low, high]
                 } else {
-                    [-m.high, -m.low]
+                    [-high, -low]
                 };
                 let (value, none) = (sign * value, sign * none);
                 if high <= none {
@@ -137,9 +136,9 @@ impl Expected {
             Self::Figure {
                 value, tolerance, ..
             } => {
-                if m.low > value + tolerance || m.high < value - tolerance {
+                if low > value + tolerance || high < value - tolerance {
                     Verdict::Refuted
-                } else if m.high - m.low <= 6.0 * tolerance {
+                } else if high - low <= 6.0 * tolerance {
                     Verdict::Confirmed
                 } else {
                     // An interval that wide would hold nearly anything.
@@ -167,11 +166,10 @@ impl Expected {
         if self == Self::Elsewhere {
             return "Not measured.".to_owned();
         }
-        let Some(m) = measured.filter(Measured::is_known) else {
+        let Some(found) = measured.filter(|m| m.known().is_some()) else {
             return "The figure has no interval, or is none: nothing follows from it.".to_owned();
         };
         let verdict = self.judge(measured);
-        let found = figure(&m);
         match (self, verdict) {
             (Self::Figure { value, .. }, Verdict::Confirmed) => {
                 format!("{found}: as the paper's {}.", number(value))
@@ -187,7 +185,7 @@ impl Expected {
                 },
                 Verdict::Weaker,
             ) => {
-                let share = 100.0 * (m.value - none) / (value - none);
+                let share = 100.0 * (found.value - none) / (value - none);
                 format!(
                     "{found}: {share:.0} % of the way from {} (no effect) to the paper's {}.",
                     number(none),
@@ -236,40 +234,6 @@ fn bounded(low: f64, high: f64, most: f64) -> Verdict {
     }
 }
 
-/// A number as a reader wants it: three digits behind the point, or a power of ten.
-pub(super) fn number(value: f64) -> String {
-    let size = value.abs();
-    if size > 0.0 && !(1e-3..1e5).contains(&size) {
-        return scientific(value);
-    }
-    let digits = match size {
-        s if s >= 1000.0 => 0,
-        s if s >= 100.0 => 1,
-        s if s >= 10.0 => 2,
-        _ => 3,
-    };
-    let text = format!("{value:.digits$}").replace('-', "−");
-    if digits > 0 && text.contains('.') {
-        let text = text.trim_end_matches('0').trim_end_matches('.');
-        return text.to_owned();
-    }
-    text
-}
-
-/// A figure with its interval.
-pub(super) fn figure(m: &Measured) -> String {
-    if m.low < m.high {
-        format!(
-            "{} [{}, {}]",
-            number(m.value),
-            number(m.low),
-            number(m.high)
-        )
-    } else {
-        number(m.value)
-    }
-}
-
 /// A claim of a paper.
 #[derive(Clone, Debug)]
 pub(super) struct Claim {
@@ -285,7 +249,7 @@ pub(super) struct Claim {
     pub(super) read: &'static str,
     /// Why the tolerance is what it is.
     pub(super) why: &'static str,
-    /// The figure that tells, by its name in [`Figures`](super::measured::Figures).
+    /// The figure that tells, by its name in [`Figures`](super::bench::Figures).
     pub(super) figure: String,
     /// The verdict of the last run that was looked at.
     pub(super) recorded: Verdict,
@@ -427,7 +391,8 @@ mod tests {
     use super::*;
 
     fn m(low: f64, value: f64, high: f64) -> Option<Measured> {
-        Some(Measured { value, low, high })
+        let interval = Some([low, high]);
+        Some(Measured { value, interval })
     }
 
     #[test]
@@ -518,8 +483,5 @@ mod tests {
             Expected::AtMost(1.0).sentence(m(0.25, 0.25, 0.25)),
             "0.25, ≤ 1."
         );
-        assert_eq!(number(12_345.6), "12346");
-        assert_eq!(number(1.58e-5), "1.58·10⁻⁵");
-        assert_eq!(number(100.0), "100");
     }
 }

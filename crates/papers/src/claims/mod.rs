@@ -5,15 +5,14 @@ mod bench;
 mod claim;
 mod list;
 mod measure;
-mod measured;
 mod page;
 
 use crate::Findings;
+use crate::measured::Measured;
 use crate::picture_study::Context;
 use anyhow::{Context as _, Result, ensure};
-use bench::{Bench, Effort};
-use claim::{Claim, Expected, Verdict, figure};
-use measured::{Figures, Measured};
+use bench::{Bench, Effort, Figures};
+use claim::{Claim, Expected, Verdict};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -119,14 +118,14 @@ fn failures(judged: &[Judged]) -> Vec<String> {
     for one in judged {
         let (id, recorded, verdict) = (&one.claim.id, one.claim.recorded, one.verdict);
         if one.claim.differs(verdict) {
-            let found = one.measured.map_or("nothing".to_owned(), |m| figure(&m));
+            let found = one.measured.map_or("nothing".to_owned(), |m| m.to_string());
             all.push(format!(
                 "`{id}` is {verdict} ({found}, expected {}), {recorded} on record",
                 one.claim.expected.text()
             ));
         }
         if let Some((found, false)) = one.check {
-            let found = found.map_or("nothing".to_owned(), |m| figure(&m));
+            let found = found.map_or("nothing".to_owned(), |m| m.to_string());
             all.push(format!("`{id}`: its reason does not hold: {found}"));
         }
     }
@@ -161,8 +160,9 @@ fn document(judged: &[Judged]) -> Value {
             Expected::AtLeast(_) => "at least",
             Expected::Elsewhere => "none",
         };
-        let part =
-            |f: fn(&Measured) -> f64| one.measured.as_ref().map_or(Value::Null, |m| of(f(m)));
+        let part = |f: fn(&Measured) -> Option<f64>| {
+            one.measured.as_ref().and_then(f).map_or(Value::Null, of)
+        };
         let checked = one.check.and_then(|(found, _)| found);
         json!({
             "id": claim.id,
@@ -176,9 +176,9 @@ fn document(judged: &[Judged]) -> Value {
             "read": claim.read,
             "why": claim.why,
             "study": one.study,
-            "measured": part(|m| m.value),
-            "low": part(|m| m.low),
-            "high": part(|m| m.high),
+            "measured": part(|m| Some(m.value)),
+            "low": part(|m| Some(m.interval?[0])),
+            "high": part(|m| Some(m.interval?[1])),
             "verdict": one.verdict.name(),
             "recorded": claim.recorded.name(),
             "sentence": claim.expected.sentence(one.measured),
@@ -211,7 +211,7 @@ fn summary(judged: &[Judged]) -> String {
 fn checked(one: &Judged) -> Option<String> {
     let (name, expected) = one.claim.reason?.check?;
     let (found, holds) = one.check?;
-    let found = found.map_or("nothing".to_owned(), |m| figure(&m));
+    let found = found.map_or("nothing".to_owned(), |m| m.to_string());
     let told = if holds {
         "as it says"
     } else {

@@ -1,6 +1,6 @@
 //! The page of the claims, and the lines on the terminal.
 
-use super::claim::{Expected, Paper, Verdict, figure};
+use super::claim::{Expected, Paper, Verdict};
 use super::{Judged, checked, summary};
 use linelit_study::plots::{IntervalRow, intervals};
 use linelit_study::report::{Cell, Plot, Report, Section, Table};
@@ -71,7 +71,7 @@ fn table(own: &[&Judged]) -> Table {
     ];
     let row = |one: &&Judged| {
         let claim = &one.claim;
-        let found = one.measured.map_or("–".to_owned(), |m| figure(&m));
+        let measured = found(one);
         let value = one.measured.map_or(f64::NAN, |m| m.value);
         let differs = claim.differs(one.verdict);
         let record = if differs {
@@ -84,7 +84,7 @@ fn table(own: &[&Judged]) -> Table {
             Cell::text(claim.place),
             Cell::text(claim.says.clone()).hover(claim.id.clone()),
             Cell::number(claim.expected.text()).hover(tolerance),
-            Cell::number(found).sorted_by(value),
+            Cell::number(measured).sorted_by(value),
             Cell::text(record).strong(one.verdict != Verdict::Confirmed),
             Cell::text(claim.expected.sentence(one.measured)),
             Cell::text(one.study),
@@ -138,11 +138,12 @@ fn share(one: &Judged) -> Option<IntervalRow> {
         return None;
     };
     let m = one.measured?;
+    let interval = m.interval.unwrap_or([f64::NAN; 2]);
     let place = |v: f64| (v - none) / (value - none);
     Some(IntervalRow {
         label: shorten(&one.claim.id),
         value: place(m.value),
-        interval: sorted([place(m.low), place(m.high)]),
+        interval: sorted(interval.map(place)),
         band: Some([place(value - tolerance), place(value + tolerance)]),
         ..marked(one)
     })
@@ -155,14 +156,20 @@ fn bound(one: &Judged) -> Option<IntervalRow> {
         Expected::AtLeast(bound) => (bound, -1.0),
         _ => return None,
     };
-    let m = one.measured.filter(|m| m.low > 0.0 && bound > 0.0)?;
+    let m = one.measured.filter(|m| m.is_above(0.0) && bound > 0.0)?;
+    let interval = m.known()?;
     let place = |v: f64| sign * (v / bound).log10();
     Some(IntervalRow {
         label: shorten(&one.claim.id),
         value: place(m.value),
-        interval: sorted([place(m.low), place(m.high)]),
+        interval: sorted(interval.map(place)),
         ..marked(one)
     })
+}
+
+/// What was measured, in words.
+fn found(one: &Judged) -> String {
+    one.measured.map_or("–".to_owned(), |m| m.to_string())
 }
 
 /// Mark and hover of a claim: the verdicts have a colour each.
@@ -174,11 +181,11 @@ fn marked(one: &Judged) -> IntervalRow {
         Verdict::Refuted => 5,
         Verdict::NotMeasurable => 4,
     };
-    let found = one.measured.map_or("–".to_owned(), |m| figure(&m));
+    let measured = found(one);
     let expected = one.claim.expected.text();
     IntervalRow {
         kind,
-        hover: format!("{}: {found}, expected {expected}", one.verdict),
+        hover: format!("{}: {measured}, expected {expected}", one.verdict),
         ..IntervalRow::default()
     }
 }
@@ -201,10 +208,12 @@ fn shorten(id: &str) -> String {
 pub(super) fn text(judged: &[Judged]) -> String {
     let mut out = String::new();
     for one in judged {
-        let found = one.measured.map_or("–".to_owned(), |m| figure(&m));
+        let measured = found(one);
         let (verdict, id) = (one.verdict.name(), &one.claim.id);
         let expected = one.claim.expected.text();
-        out.push_str(&format!("{verdict:<20} {expected:>16}  {found:<28} {id}\n"));
+        out.push_str(&format!(
+            "{verdict:<20} {expected:>16}  {measured:<28} {id}\n"
+        ));
     }
     out + &summary(judged) + "\n"
 }

@@ -1,12 +1,13 @@
 //! Formulas and algorithms as the papers print them, beside quadrature.
 #![allow(clippy::disallowed_methods, reason = "one claim is of a time")]
 
-use super::super::bench::Bench;
-use super::super::measured::{Figures, Measured};
+use super::super::bench::{Bench, Figures};
+use crate::measured::Measured;
+use crate::peters_inverse::{self, antiderivative};
 use anyhow::Result;
 use linelit_geometry::{DMat3, DVec3};
 use linelit_samplers::{Sampler, SamplerKind};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -73,7 +74,8 @@ pub(super) fn run(bench: &Bench<'_>) -> Result<Figures> {
     combination(&mut numbers, &mut figures);
     linear_lights(bench, &mut numbers, &mut figures);
     sequences(bench, &mut figures);
-    let worst = worst_error(bench, &mut numbers);
+    let cases = bench.pick(500, 400_000, 20_000_000);
+    let worst = peters_inverse::worst(cases, bench.context.seed).climbed;
     figures.insert(
         "backward error of two steps".to_owned(),
         Measured::exact(worst),
@@ -265,13 +267,13 @@ fn linear_lights(bench: &Bench<'_>, numbers: &mut Numbers, figures: &mut Figures
         let whole = integral(|l| solid(at(l), s), 0.0, length);
         worst[0] = worst[0].max(relative(2.0 / q.length() * (ends[1] - ends[0]), whole));
         let (ns, nt) = (s.z, q.z / q.length());
-        let printed =
-            (antiderivative(ns, nt, ends[1]) - antiderivative(ns, nt, ends[0])) / q.length();
+        let [first, last] = ends.map(|w| antiderivative([ns, nt], w.asin()));
+        let printed = (last - first) / q.length();
         let exact = integral(|l| solid(at(l), s) * at(l).normalize().z, 0.0, length);
         worst[1] = worst[1].max(relative(printed, exact));
         worst[2] = worst[2].max(transformed(numbers, at, s, length));
         let x = numbers.unit();
-        worst[3] = worst[3].max((antiderivative(1.0, 0.0, x.sqrt()) - x).abs());
+        worst[3] = worst[3].max((antiderivative([1.0, 0.0], x.sqrt().asin()) - x).abs());
     }
     for (name, worst) in ["eq. 1", "eq. 2", "eq. 5", "square root"]
         .into_iter()
@@ -279,11 +281,6 @@ fn linear_lights(bench: &Bench<'_>, numbers: &mut Numbers, figures: &mut Figures
     {
         figures.insert(format!("{name} of Peters"), Measured::exact(worst));
     }
-}
-
-/// F of Peters, eq. 3.
-fn antiderivative(ns: f64, nt: f64, w: f64) -> f64 {
-    ns * w * w + nt * ((1.0 - w * w).sqrt() * w + w.asin())
 }
 
 /// The relative error of the light of a line by a linearly transformed cosine, found in the space
@@ -317,88 +314,4 @@ fn transformed(numbers: &mut Numbers, at: impl Fn(f64) -> DVec3, s: DVec3, lengt
         return 0.0;
     }
     (integral(cosine, 0.0, length) / factor / world - 1.0).abs()
-}
-
-/// A line and a random number, as four numbers in [0, 1].
-type Case = [f64; 4];
-
-/// The largest backward error of Peters' algorithms 1 and 2 that a search finds: random cases, some
-/// of them near the ends, and a climb from the worst.
-fn worst_error(bench: &Bench<'_>, numbers: &mut Numbers) -> f64 {
-    let mut best: Vec<(f64, Case)> = Vec::new();
-    for k in 0..bench.pick(500, 400_000, 20_000_000) {
-        let mut case = [0.0; 4].map(|_: f64| numbers.unit());
-        if k % 2 == 1 {
-            // As often near an end as far from it.
-            case = case.map(|u| {
-                if u < 0.5 {
-                    1e-6_f64.powf(2.0 * u)
-                } else {
-                    1.0 - 1e-6_f64.powf(2.0 * u - 1.0)
-                }
-            });
-        }
-        let error = backward_error(case);
-        let least = best.last().map_or(0.0, |b| b.0);
-        if best.len() < CLIMBS || error > least {
-            best.push((error, case));
-            best.sort_by(|a, b| b.0.total_cmp(&a.0));
-            best.truncate(CLIMBS);
-        }
-    }
-    for (error, case) in &mut best {
-        let mut step = 0.1;
-        while step > 1e-9 {
-            let mut improved = false;
-            for _ in 0..16 {
-                let moved = case.map(|u| (u + step * numbers.between(-1.0, 1.0)).clamp(0.0, 1.0));
-                let found = backward_error(moved);
-                if found > *error {
-                    (*error, *case, improved) = (found, moved, true);
-                }
-            }
-            if !improved {
-                step *= 0.7;
-            }
-        }
-    }
-    best.iter().map(|b| b.0).fold(0.0, f64::max)
-}
-
-/// Cases from which a search climbs.
-const CLIMBS: usize = 64;
-
-/// The change of ξ that explains what two steps give; zero where rounding would be seen.
-fn backward_error([turn, from, to, xi]: Case) -> f64 {
-    let xi = 1e-5 + xi * (1.0 - 2e-5);
-    let normal = (2.0 * turn - 1.0) * PI;
-    let (ns, nt) = normal.sin_cos();
-    // The part of the line's half circle that is above the horizon.
-    let low = (-FRAC_PI_2).max(normal - FRAC_PI_2);
-    let high = FRAC_PI_2.min(normal + FRAC_PI_2);
-    if high <= low {
-        return 0.0;
-    }
-    let [a, b] = [from.min(to), from.max(to)].map(|u| low + (high - low) * u);
-    let value = |v: f64| ns * v.sin().powi(2) + nt * (v.cos() * v.sin() + v);
-    let (start, total) = (value(a), value(b) - value(a));
-    if total < 1e-7 {
-        return 0.0;
-    }
-    let target = start + xi * total;
-    let mut ws = a.sin() + xi * (b.sin() - a.sin());
-    let mut alpha = ws.clamp(-1.0, 1.0).asin();
-    let mut wt = (1.0 - ws * ws).max(0.0).sqrt();
-    for _ in 0..2 {
-        let n = ns * ws + nt * wt;
-        let g = n * ws + nt * alpha - target;
-        let slope = 2.0 * n * wt;
-        let bend = 2.0 * (ns * wt - nt * ws) * wt - 2.0 * n * ws;
-        let root = (slope * slope - 2.0 * bend * g).max(0.0).sqrt();
-        let sum = slope + root.copysign(slope);
-        let step = if sum.abs() > 0.0 { -2.0 * g / sum } else { 0.0 };
-        alpha = (alpha + step).clamp(-FRAC_PI_2, FRAC_PI_2);
-        (ws, wt) = alpha.sin_cos();
-    }
-    ((value(alpha) - start) / total - xi).abs()
 }

@@ -8,8 +8,8 @@ mod shirley;
 mod table;
 mod theory;
 
-use super::bench::Bench;
-use super::measured::Figures;
+use super::bench::{Bench, Figures};
+
 use anyhow::Result;
 
 /// Figures that are measured together.

@@ -1,8 +1,8 @@
 //! Billen & Dutré 2016, Figs. 7–9 and 11–13: errors of points and lines over samples and time.
 
-use super::super::bench::{Bench, Effort};
-use super::super::measured::{Figures, Measured, largest, smallest};
+use super::super::bench::{Bench, Effort, Figures};
 use crate::billen_orders::{self, COLUMNS, LINES};
+use crate::measured::{Measured, largest, smallest};
 use anyhow::Result;
 use linelit_study::pixels::{Pixels, Resolution};
 use linelit_study::tables::{ResultRow, StudyRecord};
@@ -59,7 +59,7 @@ fn add_scene(scene: &str, record: &StudyRecord, figures: &mut Figures) {
             (s.scene.as_str(), s.estimator.as_str()) == (scene, estimator) && s.sampler == sampler
         });
         if let Some(slope) = found {
-            figures.insert(format!("order/{scene}/{column}"), Measured::of_order(slope));
+            figures.insert(format!("order/{scene}/{column}"), Measured::from(slope));
         }
     }
     let order = |column: &str| figures.get(&format!("order/{scene}/{column}")).copied();

@@ -1,9 +1,8 @@
 //! Peters 2021: the studies of his figures and tables, several times, and his algorithm's error.
 
-use super::super::bench::{Ask, Bench, UNKNOWN};
-use super::super::measured::{Figures, Measured};
+use super::super::bench::{Ask, Bench, Figures};
+use crate::measured::Measured;
 use crate::picture_study::{Context, PictureStudy, Row};
-use crate::scene_study::Targets;
 use crate::{peters_diffuse, peters_gloss, peters_table1};
 use anyhow::Result;
 use linelit_samplers::SamplerKind;
@@ -104,18 +103,10 @@ fn within(bench: &Bench<'_>, figures: &mut Figures) -> Result<()> {
             trials: 32,
         };
         let projected = ask("point-linear");
-        let variances = bench.variances(targets, &projected)?;
-        let points = targets.points.iter().zip(variances);
-        // Rounding leaves 1e-24 of the square.
-        let kept = points.filter(|(_, variance)| *variance > 1e-12);
-        let partly = Targets {
-            renderer: targets.renderer,
-            points: kept.map(|(point, _)| point.clone()).collect(),
-            pixels: targets.pixels,
-        };
+        let partly = bench.noisy(targets, projected.estimator)?;
         let name = "Fig. 6/within penumbrae".to_owned();
         if partly.points.is_empty() {
-            figures.insert(name, UNKNOWN);
+            figures.insert(name, Measured::UNKNOWN);
             return Ok(());
         }
         let clipped = ask("point-linear[technique=clipped-solid-angle]");
@@ -232,7 +223,7 @@ pub(super) fn costs(bench: &Bench<'_>) -> Result<Figures> {
         let ratios: Vec<f64> = (0..a.len())
             .map(|k| (a[k] - area[k]) / (b[k] - area[k]))
             .collect();
-        figures.insert(format!("Table 1/{name}"), Measured::geometric(&ratios));
+        figures.insert(format!("Table 1/{name}"), Measured::geometric_mean(&ratios));
     };
     above(
         "clipping above area, light",

@@ -1,8 +1,7 @@
 //! Salesin & Jarosz 2019: orders at single pixels, and strategies for the same samples and time.
 
-use super::super::bench::{Answer, Ask, Bench, Effort, UNKNOWN};
-use super::super::measured::{Figures, Measured, largest};
-use super::theory::penumbra;
+use super::super::bench::{Answer, Ask, Bench, Effort, Figures};
+use crate::measured::{Measured, largest};
 use crate::salesin;
 use crate::scene_study::{StudySpec, Targets};
 use anyhow::Result;
@@ -24,6 +23,9 @@ const WITH_BSDF: &str = "line-solid-angle[orientation=fixed:0]+point-bsdf";
 const WITH_BSDF_AVERAGE: &str = "line-solid-angle[orientation=fixed:0]+point-bsdf[mis=average]";
 const SMOOTH: &str = "line-solid-angle[orientation=fixed:0]+point-bsdf[mis=smooth]";
 
+/// Has noise where a part of the light is seen, and nowhere else.
+const BY_PROJECTION: &str = "point-projected-solid-angle";
+
 /// A study at its pixels.
 struct Spots(StudyRecord);
 
@@ -41,7 +43,7 @@ impl Spots {
         let row = *self.rows(spot, estimator).first()?;
         let mut own = self.0.slopes.iter().filter(|s| s.scene == row.scene);
         let found = own.find(|s| s.estimator == row.estimator);
-        Some(found.map_or(UNKNOWN, Measured::of_order))
+        Some(found.map_or(Measured::UNKNOWN, Measured::from))
     }
 
     /// The rows of an estimator at a pixel, by samples.
@@ -204,7 +206,7 @@ pub(super) fn cornell(bench: &Bench<'_>) -> Result<Figures> {
     bench.on_grid(scene, [28, 28], |targets| {
         let single = "line-solid-angle[orientation=fixed:0,pieces=one]";
         let area = "line-area[orientation=fixed:0,pieces=one]";
-        let partly = penumbra(bench, targets)?;
+        let partly = bench.noisy(targets, BY_PROJECTION)?;
         if !partly.points.is_empty() {
             let asks = ["point-solid-angle", single, LINE1].map(independent);
             let [points, lines, pieces] = compare(bench, &partly, asks)?;
@@ -264,18 +266,11 @@ pub(super) fn cornell(bench: &Bench<'_>) -> Result<Figures> {
 fn bright(bench: &Bench<'_>, figures: &mut Figures) -> Result<()> {
     let scene = bench.scene("cornell-box-large")?;
     bench.on_grid(scene, [28, 28], |targets| {
-        let partly = penumbra(bench, targets)?;
-        let hidden = |pixel: &[u32; 2]| partly.points.iter().any(|(p, _)| p == pixel);
+        let partly = bench.noisy(targets, BY_PROJECTION)?;
         // What gets no light has no noise by any estimator.
-        let variances = bench.variances(targets, &independent("line-analytic"))?;
-        let lit = variances.into_iter().map(|v| v > 1e-12);
-        let points = targets.points.iter().zip(lit);
-        let kept = points.filter(|((pixel, _), lit)| *lit && !hidden(pixel));
-        let rest = Targets {
-            renderer: targets.renderer,
-            points: kept.map(|(point, _)| point.clone()).collect(),
-            pixels: targets.pixels,
-        };
+        let mut rest = bench.noisy(targets, "line-analytic")?;
+        let hidden = |pixel: &[u32; 2]| partly.points.iter().any(|(p, _)| p == pixel);
+        rest.points.retain(|(pixel, _)| !hidden(pixel));
         if rest.points.is_empty() {
             return Ok(());
         }

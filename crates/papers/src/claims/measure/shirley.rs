@@ -1,14 +1,12 @@
 //! Shirley & Wang 1991: one shadow ray for many luminaires, several times.
 
-use super::super::bench::{Ask, Bench};
-use super::super::measured::{Figures, Measured};
+use super::super::bench::{Bench, Figures};
+use crate::measured::Measured;
 use crate::picture_study::{Context, Row};
-use crate::shirley;
+use crate::{shirley, shirley_advice};
 use anyhow::Result;
 use linelit_geometry::DVec3;
 use linelit_integrator::LightChoice;
-use linelit_samplers::SamplerKind;
-use linelit_scenes::luminaires;
 
 /// All but the ten thousand luminaires, which are not the paper's.
 pub(super) fn run(bench: &Bench<'_>) -> Result<Figures> {
@@ -40,6 +38,13 @@ pub(super) fn run(bench: &Bench<'_>) -> Result<Figures> {
         figures.insert(format!("Fig. 10/{name}"), lost);
         let missing = runs.mean(&what, "light missing in all");
         figures.insert(format!("Fig. 10/{name}, light missing"), missing);
+    }
+    for (name, one, other) in [
+        ("visible over whole sphere", "visible area", "whole area"),
+        ("solid angle over visible", "solid angle", "visible area"),
+    ] {
+        let [one, other] = [one, other].map(|what| format!("Figs. 2-3: {what}, 1 ray"));
+        figures.insert(name.to_owned(), runs.ratio(&one, &other, "RMSE"));
     }
     let gap = |name: &str| {
         figures
@@ -78,103 +83,24 @@ fn unseen(distance: f64) -> f64 {
     f64::from((0..COUNT).map(|k| u32::from(faces_away(k))).sum::<u32>()) / f64::from(COUNT)
 }
 
-/// A floor under a triangular light, seen from where it is overhead or at a grazing angle.
-fn triangle(lift: f64, away: f64) -> String {
-    format!(
-        "LookAt 0 {} {away}  0.001 0 {away}  0 0 1
-Camera \"perspective\" \"float fov\" [ 30 ]
-Film \"rgb\" \"integer xresolution\" [ 8 ] \"integer yresolution\" [ 8 ]
-WorldBegin
-AttributeBegin
-Material \"diffuse\" \"rgb reflectance\" [ 0.7 0.7 0.7 ]
-Shape \"trianglemesh\" \"point3 P\" [ -99 0 -99 -99 0 99 99 0 99 99 0 -99 ] \"integer indices\" [ 0 1 2 0 2 3 ]
-AttributeEnd
-AttributeBegin
-Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]
-AreaLightSource \"diffuse\" \"rgb L\" [ 5 5 5 ]
-Shape \"trianglemesh\" \"point3 P\" [ -1 {lift} -1 1 {lift} -1 0 {lift} 1 ] \"integer indices\" [ 0 1 2 ]
-AttributeEnd
-",
-        0.8 * lift
-    )
-}
-
-/// A room's floor with a lamp, and a far brighter one in a closed box.
-const HIDDEN: &str = "LookAt 0 3 -5  0 0 0.5  0 1 0
-Camera \"perspective\" \"float fov\" [ 40 ]
-Film \"rgb\" \"integer xresolution\" [ 8 ] \"integer yresolution\" [ 8 ]
-WorldBegin
-AttributeBegin
-Material \"diffuse\" \"rgb reflectance\" [ 0.7 0.7 0.7 ]
-Shape \"trianglemesh\" \"point3 P\" [ -9 0 -9 -9 0 9 9 0 9 9 0 -9 ] \"integer indices\" [ 0 1 2 0 2 3 ]
-AttributeEnd
-AttributeBegin
-Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]
-AreaLightSource \"diffuse\" \"rgb L\" [ 5 5 5 ]
-Shape \"trianglemesh\" \"point3 P\" [ -0.5 2 -0.5 0.5 2 -0.5 0 2 0.5 ] \"integer indices\" [ 0 1 2 ]
-AttributeEnd
-";
-
-/// The sun behind a shade.
-const SUN: &str = "AttributeBegin
-Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]
-Shape \"trianglemesh\" \"point3 P\" [ -19 3.9 -19 -19 3.9 19 19 3.9 19 19 3.9 -19 ] \"integer indices\" [ 0 1 2 0 2 3 ]
-AreaLightSource \"diffuse\" \"rgb L\" [ 500 500 500 ]
-Shape \"trianglemesh\" \"point3 P\" [ -0.5 4 -0.5 0.5 4 -0.5 0 4 0.5 ] \"integer indices\" [ 0 1 2 ]
-AttributeEnd
-";
-
 /// The proxy triangle, overhead and grazing; and a bright light that gives nothing.
 pub(super) fn triangles(bench: &Bench<'_>) -> Result<Figures> {
-    let mut figures = Figures::new();
-    for (name, lift, away) in [("overhead", 1.0, 0.0), ("grazing", 0.5, 3.0)] {
-        bench.on_grid(bench.text(&triangle(lift, away))?, [8, 8], |targets| {
-            let ask = |estimator| Ask {
-                estimator,
-                sampler: SamplerKind::Independent,
-                samples: 4,
-                trials: 64,
-            };
-            let found = bench.ask(targets, &[ask("point-proxy"), ask("point-area")])?;
-            let ratio = found[0].variance_ratio(&found[1]).map(f64::sqrt);
-            figures.insert(format!("proxy triangle, {name}"), ratio);
-            Ok(())
-        })?;
-    }
-    if let (Some(grazing), Some(overhead)) = (
-        figures.get("proxy triangle, grazing").copied(),
-        figures.get("proxy triangle, overhead").copied(),
-    ) {
-        let name = "proxy triangle, grazing over overhead";
-        figures.insert(name.to_owned(), grazing.over(overhead));
-    }
-    let ball = bench.text(&luminaires::shining_ball())?;
-    bench.on_grid(ball, [24, 24], |targets| {
-        let ask = |estimator| Ask {
-            estimator,
-            sampler: SamplerKind::Independent,
-            samples: 1,
-            trials: 128,
-        };
-        let names = ["point-area", "point-visible-area", "point-solid-angle"];
-        let found = bench.ask(targets, &names.map(ask))?;
-        let visible = found[1].variance_ratio(&found[0]).map(f64::sqrt);
-        figures.insert("visible over whole sphere".to_owned(), visible);
-        let angle = found[2].variance_ratio(&found[1]).map(f64::sqrt);
-        figures.insert("solid angle over visible".to_owned(), angle);
-        Ok(())
-    })?;
-    let deviations = |text: &str| -> Result<Vec<f64>> {
-        bench.on_grid(bench.text(text)?, [8, 8], |targets| {
-            let runs = 0..bench.pick(2, 6, 12);
-            runs.map(|k| shirley::deviation(targets, LightChoice::Estimate, bench.context.seed + k))
-                .collect()
-        })
+    let batches = bench.pick(2, 16, 64);
+    let deviation = |degrees| -> Result<Measured> {
+        let gain = shirley_advice::grazing(degrees, batches, bench.context.seed)?.gain;
+        Ok(Measured::exact(1.0).over(gain).map(f64::sqrt))
     };
-    let ratio = Measured::ratio(
-        &deviations(&(HIDDEN.to_owned() + SUN))?,
-        &deviations(HIDDEN)?,
-    );
-    figures.insert("hidden bright light".to_owned(), ratio);
-    Ok(figures)
+    let (overhead, grazing) = (deviation(90.0)?, deviation(5.0)?);
+    let hidden = shirley_advice::hidden(bench.context, LightChoice::Estimate)?;
+    Ok(Figures::from(
+        [
+            ("proxy triangle, overhead", overhead),
+            (
+                "proxy triangle, grazing over overhead",
+                grazing.over(overhead),
+            ),
+            ("hidden bright light", hidden.harm.map(f64::sqrt)),
+        ]
+        .map(|(name, found)| (name.to_owned(), found)),
+    ))
 }

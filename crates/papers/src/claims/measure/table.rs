@@ -1,18 +1,14 @@
 //! Billen & Dutré 2016, Table 1: tests of boxes and triangles for lights of two sizes.
 
-use super::super::bench::Bench;
-use super::super::measured::{Figures, Measured};
+use super::super::bench::{Bench, Figures};
 use crate::billen_table1;
+use crate::measured::Measured;
 use anyhow::Result;
 
-/// How much more is tested for a large light than for a small one, and the rates.
+/// How much more is tested for a large light than for a small one.
 pub(super) fn run(bench: &Bench<'_>) -> Result<Figures> {
-    let found = billen_table1::run(&bench.pictures_of(12, 0))?;
-    let value = |scene: &str, key: &str| {
-        let rows = found.rows.as_array().into_iter().flatten();
-        let mut own = rows.filter(|row| row["scene"] == scene);
-        own.next().and_then(|row| row[key].as_f64())
-    };
+    let rows = billen_table1::rows(&bench.pictures_of(12, 0))?;
+    let find = |scene: String| rows.iter().find(|row| row.scene() == scene);
     let mut figures = Figures::new();
     for (name, scene) in [
         ("grid planes", "grid-planes"),
@@ -20,12 +16,14 @@ pub(super) fn run(bench: &Bench<'_>) -> Result<Figures> {
         ("Sponza", "colonnade"),
         ("logo", "logo"),
     ] {
-        for (what, key) in [("boxes", "box_tests_m"), ("triangles", "triangle_tests_m")] {
-            let [small, large] =
-                ["small", "large"].map(|size| value(&format!("{scene}-{size}"), key));
-            if let (Some(small), Some(large)) = (small, large) {
-                let ratio = Measured::exact(large / small);
-                figures.insert(format!("{what} for a large light/{name}"), ratio);
+        let pair = ["small", "large"].map(|size| find(format!("{scene}-{size}")));
+        if let [Some(small), Some(large)] = pair {
+            for (what, ratio) in [
+                ("boxes", large.boxes / small.boxes),
+                ("triangles", large.triangles / small.triangles),
+            ] {
+                let name = format!("{what} for a large light/{name}");
+                figures.insert(name, Measured::exact(ratio));
             }
         }
     }

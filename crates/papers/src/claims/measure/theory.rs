@@ -1,8 +1,8 @@
 //! What theory says of points and lines where nothing, or one edge, stands before a light, and what
 //! the choice of a line's direction and offset does (Billen & Dutré 2016, §3 and Figs. 2 and 3).
 
-use super::super::bench::{Ask, Bench, UNKNOWN};
-use super::super::measured::{Figures, Measured};
+use super::super::bench::{Ask, Bench, Figures};
+use crate::measured::Measured;
 use crate::scene_study::{StudySpec, Targets};
 use anyhow::Result;
 use linelit_samplers::SamplerKind;
@@ -115,10 +115,10 @@ fn half_hidden(bench: &Bench<'_>, targets: &Targets<'_>, figures: &mut Figures) 
         figures.insert("closed form over a point of a line".to_owned(), ratio);
     }
     // Where the edge is seen before the light.
-    let partly = penumbra(bench, targets)?;
+    let partly = bench.noisy(targets, "point-projected-solid-angle")?;
     let mut add = |name: &str, estimator, sampler| -> Result<()> {
         let order = if partly.points.is_empty() {
-            UNKNOWN
+            Measured::UNKNOWN
         } else {
             bench.order(&partly, estimator, sampler, &SAMPLES, 12)?
         };
@@ -130,25 +130,6 @@ fn half_hidden(bench: &Bench<'_>, targets: &Targets<'_>, figures: &mut Figures) 
     add("stratified line", lines, SamplerKind::Stratified)?;
     add("random line", lines, SamplerKind::Independent)?;
     add("low-discrepancy point", "point-area", SamplerKind::Sobol)
-}
-
-/// The points that see a part of the light: by projected solid angle the others have no noise.
-pub(super) fn penumbra<'a>(bench: &Bench<'_>, targets: &Targets<'a>) -> Result<Targets<'a>> {
-    let ask = Ask {
-        estimator: "point-projected-solid-angle",
-        sampler: SamplerKind::Independent,
-        samples: 16,
-        trials: 8,
-    };
-    let variances = bench.variances(targets, &ask)?;
-    let points = targets.points.iter().zip(variances);
-    // Rounding leaves 1e-24 of the square, an edge before a thousandth of the light 1e-6.
-    let kept = points.filter(|(_, variance)| *variance > 1e-12);
-    Ok(Targets {
-        renderer: targets.renderer,
-        points: kept.map(|(point, _)| point.clone()).collect(),
-        pixels: targets.pixels,
-    })
 }
 
 /// Figs. 2 and 3: what a direction for each point, for each line, or for all does, and where
