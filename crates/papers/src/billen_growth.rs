@@ -360,7 +360,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
         let lead = grown(&series);
         summary.push(format!("{name}: {lead}"));
         let tables = vec![table("For each shadow triangle.", &GROWTH, &own)];
-        sections.push(section(name, &lead, Vec::new(), tables));
+        sections.push(section(name, "", Vec::new(), tables));
         rows.extend(own);
         all.extend(series);
     }
@@ -479,7 +479,7 @@ fn shares_section(shares: &[Share]) -> (linelit_study::report::Section, Vec<Row>
         &[COLUMN],
         &rows,
     )];
-    let section = section("Share of the traversal", &said, Vec::new(), tables);
+    let section = section("Share of the traversal", "", Vec::new(), tables);
     (section, rows, said)
 }
 

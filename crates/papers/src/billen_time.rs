@@ -145,7 +145,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
         let lead = sentence(sampler, &all);
         let caption = "Variance of lines over that of points for the same processor time.";
         let tables = vec![table(caption, &[&[AS_MANY], &COLUMNS[..]].concat(), &own)];
-        sections.push(section(&sampler.to_string(), &lead, Vec::new(), tables));
+        sections.push(section(&sampler.to_string(), "", Vec::new(), tables));
         summary.push(lead);
         rows.extend(own);
     }

@@ -96,8 +96,8 @@ pub(super) fn figure_6(context: &Context<'_>) -> Result<PictureStudy> {
     let lead = outside_sentence(&rows);
     Ok(PictureStudy {
         title: "Linear lights, diffuse: Peters 2021, Fig. 6".to_owned(),
-        summary: vec![lead.clone()],
-        sections: vec![section("Fig. 6", &lead, pictures, tables)],
+        summary: vec![lead],
+        sections: vec![section("Fig. 6", "", pictures, tables)],
         rows,
     })
 }
@@ -256,8 +256,8 @@ pub(super) fn figure_4(context: &Context<'_>) -> Result<PictureStudy> {
     let tables = vec![table(&caption, &columns, &rows)];
     Ok(PictureStudy {
         title: "Linear lights, rounding: Peters 2021, Fig. 4".to_owned(),
-        summary: vec![lead.clone()],
-        sections: vec![section("Fig. 4", &lead, pictures, tables)],
+        summary: vec![lead],
+        sections: vec![section("Fig. 4", "", pictures, tables)],
         rows,
     })
 }

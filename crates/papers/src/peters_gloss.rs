@@ -143,7 +143,7 @@ pub(super) fn figure_1(context: &Context<'_>) -> Result<PictureStudy> {
     Ok(PictureStudy {
         title: "Linear lights, gloss: Peters 2021, Fig. 1".to_owned(),
         summary: [vec![lead.to_owned()], said].concat(),
-        sections: vec![section("Fig. 1", lead, pictures, tables)],
+        sections: vec![section("Fig. 1", "", pictures, tables)],
         rows,
     })
 }
@@ -315,8 +315,8 @@ pub(super) fn figure_7(context: &Context<'_>) -> Result<PictureStudy> {
     )];
     Ok(PictureStudy {
         title: "Linear lights, stratification: Peters 2021, Fig. 7".to_owned(),
-        summary: vec![lead.clone()],
-        sections: vec![section("Fig. 7", &lead, pictures, tables)],
+        summary: vec![lead],
+        sections: vec![section("Fig. 7", "", pictures, tables)],
         rows,
     })
 }

@@ -277,11 +277,9 @@ fn add_scenes(study: &mut PictureStudy, scenes: &[SceneCost]) {
         said.join(". ")
     );
     let tables = vec![table("", &SCENE_COLUMNS, &rows)];
-    study.summary.push(lead.clone());
+    study.summary.push(lead);
     let title = "A plain and a divergent scene";
-    study
-        .sections
-        .push(section(title, &lead, Vec::new(), tables));
+    study.sections.push(section(title, "", Vec::new(), tables));
     study.rows.extend(rows);
 }
 
@@ -460,8 +458,8 @@ fn picture_study(entries: &[Entry<'_>]) -> PictureStudy {
     let tables = vec![table(&note, &COLUMNS, &rows)];
     PictureStudy {
         title: "Cost of linear lights: Peters 2021, Table 1".to_owned(),
-        summary: vec![found.clone()],
-        sections: vec![section("Table 1", &found, Vec::new(), tables)],
+        summary: vec![found],
+        sections: vec![section("Table 1", "", Vec::new(), tables)],
         rows,
     }
 }

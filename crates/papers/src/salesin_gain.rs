@@ -191,7 +191,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
         title: "What smoothing discontinuities gains: Salesin & Jarosz 2019, Fig. 7".to_owned(),
         sections: vec![section(
             "Fig. 7 at its own terms",
-            &summary[0],
+            "",
             Vec::new(),
             vec![table(caption, &COLUMNS, &rows)],
         )],

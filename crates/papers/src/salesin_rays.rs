@@ -237,7 +237,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
             figure.samples, figure.scene
         );
         let tables = vec![table(&caption, &COLUMNS, &table_rows)];
-        sections.push(section(figure.study, &lead, Vec::new(), tables));
+        sections.push(section(figure.study, "", Vec::new(), tables));
         summary.push(format!("{}: {lead}", figure.study));
         rows.extend(table_rows);
     }

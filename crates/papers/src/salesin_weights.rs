@@ -187,10 +187,10 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
                    the weight is zero beyond the light and where it is hidden.";
     Ok(PictureStudy {
         title: "Weights over a light: Salesin & Jarosz 2019, Fig. 4".to_owned(),
-        summary: vec![lead.clone()],
+        summary: vec![lead],
         sections: vec![section(
             "Fig. 4",
-            &lead,
+            "",
             pictures,
             vec![table(caption, &COLUMNS, &rows)],
         )],
