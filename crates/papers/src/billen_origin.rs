@@ -191,7 +191,7 @@ pub(crate) fn curve(
             let of = (renderer, light, area);
             let values: Vec<DVec3> = (0..u64::from(effort.trials))
                 .map(|k| {
-                    let seed = effort.seed + (k << 20) + u64::from(samples);
+                    let seed = effort.seed.wrapping_add((k << 20) + u64::from(samples));
                     let numbers = Sampler::new(sampler, seed).points(*pixel, 0, samples);
                     let room = (&mut scratch, &mut visible);
                     estimate(of, &pencil, point, &numbers, room)

@@ -85,9 +85,9 @@ pub(crate) fn measure(
     let mut ratios = vec![Vec::new(); lines.len()];
     let mut as_many = Vec::new();
     for round in 0..context.or_least(ROUNDS, 2) {
-        let seed = context.seed + (round << 16);
+        let seed = context.seed.wrapping_add(round << 16);
         let by_points = curve("point-area", points, seed)?;
-        let by_lines = curve(LINES, lines, seed + (1 << 40))?;
+        let by_lines = curve(LINES, lines, seed.wrapping_add(1 << 40))?;
         // The second of both numbers is 16.
         as_many.push(by_lines[1][1] / by_points[1][1]);
         for (ratios, [time, variance]) in ratios.iter_mut().zip(by_lines) {

@@ -66,7 +66,7 @@ pub(super) fn figure_6(context: &Context<'_>) -> Result<PictureStudy> {
     for technique in LinearTechnique::ALL {
         let name = format!("point-linear[technique={}]", technique.name());
         let images: Vec<Image> = (0..TRIALS)
-            .map(|k| Ok(render(&settings(&name, context.seed + k)?)))
+            .map(|k| Ok(render(&settings(&name, context.seed.wrapping_add(k))?)))
             .collect::<Result<_>>()?;
         let mean =
             |f: &dyn Fn(&Image) -> f64| images.iter().map(f).sum::<f64>() / images.len() as f64;

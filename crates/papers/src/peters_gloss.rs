@@ -107,7 +107,7 @@ pub(super) fn figure_1(context: &Context<'_>) -> Result<PictureStudy> {
     for ((what, estimator, samples), time) in VARIANTS.into_iter().zip(times) {
         let trials: Vec<Image> = (0..context.or_least(TRIALS, 2))
             .map(|k| {
-                let seed = context.seed + k;
+                let seed = context.seed.wrapping_add(k);
                 let s = settings(estimator, SamplerKind::BlueNoise, samples, seed)?;
                 Ok(render(&s))
             })
@@ -289,7 +289,14 @@ pub(super) fn figure_7(context: &Context<'_>) -> Result<PictureStudy> {
     let (mut pictures, mut rows) = (Vec::new(), Vec::new());
     for (what, sampler) in patterns {
         let trials: Vec<Image> = (0..4)
-            .map(|k| Ok(render(&settings(LTC, sampler, 3, context.seed + k)?)))
+            .map(|k| {
+                Ok(render(&settings(
+                    LTC,
+                    sampler,
+                    3,
+                    context.seed.wrapping_add(k),
+                )?))
+            })
             .collect::<Result<_>>()?;
         let mean = |f: &dyn Fn(&Image) -> f64| {
             (trials.iter().map(|i| f(i).powi(2)).sum::<f64>() / trials.len() as f64).sqrt()

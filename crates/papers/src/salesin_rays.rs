@@ -152,7 +152,7 @@ pub(crate) fn measure(context: &Context<'_>, figure: &Figure) -> Result<Vec<Effi
         for entry in &mut all {
             let base = Settings {
                 estimator: entry.estimator,
-                seed: context.seed + batch,
+                seed: context.seed.wrapping_add(batch),
                 show_lights: false,
                 ..Settings::default()
             };

@@ -263,7 +263,7 @@ fn error_at(
     reference: &Image,
     context: &Context<'_>,
 ) -> Result<PlotPoint> {
-    let settings = settings(choice, samples, 1, context.seed + 5)?;
+    let settings = settings(choice, samples, 1, context.seed.wrapping_add(5))?;
     let image = pixels(renderer, &settings, context.progress);
     let rays = if choice == LightChoice::All {
         renderer.plan().lights().len() as f64

@@ -86,14 +86,14 @@ pub(crate) fn grazing(degrees: f64, batches: u32, seed: u64) -> Result<Grazing> 
     };
     let [a, p] = [
         relative_variances(by_area, batches, seed),
-        relative_variances(by_proxy, batches, seed + 1),
+        relative_variances(by_proxy, batches, seed.wrapping_add(1)),
     ];
     Ok(Grazing {
         degrees,
         gain: Measured::ratio(&a, &p),
         area: Measured::mean(&a),
         proxy: Measured::mean(&p),
-        solid_angle: Measured::mean(&relative_variances(by_solid, batches, seed + 2)),
+        solid_angle: Measured::mean(&relative_variances(by_solid, batches, seed.wrapping_add(2))),
     })
 }
 
@@ -189,8 +189,8 @@ pub(crate) fn hidden(context: &Context<'_>, choice: LightChoice) -> Result<Hidde
     let room = luminaires::room(2);
     let lit = format!("{room}{SUN}");
     let together = variances(&lit, 2, false, context.seed)?;
-    let apart = variances(&lit, 1, true, context.seed + 1000)?;
-    let without = variances(&room, 1, false, context.seed + 2000)?;
+    let apart = variances(&lit, 1, true, context.seed.wrapping_add(1000))?;
+    let without = variances(&room, 1, false, context.seed.wrapping_add(2000))?;
     Ok(Hidden {
         choice,
         gain: Measured::ratio(&together, &apart),
