@@ -53,6 +53,8 @@ pub struct StudySpec {
     /// Processor seconds that each estimator, pattern and number of samples is measured for at
     /// least.
     pub cell_seconds: f64,
+    /// Pixels on the longer side of the picture of a scene.
+    pub picture_side: u32,
 }
 
 /// A pixel with a name.
@@ -129,7 +131,7 @@ impl StudySpec {
     }
 
     /// The same steps at the smallest size: two numbers of samples, two trials, few pixels,
-    /// references of one round, and times of two passes.
+    /// references of one round, times of two passes, and pictures as large as a thumbnail.
     pub fn shrink(&mut self) {
         self.samples.truncate(2);
         self.trials = 2;
@@ -140,6 +142,7 @@ impl StudySpec {
         });
         self.reference_rounds = 1;
         self.cell_seconds = 0.0;
+        self.picture_side = 16;
         if let Some(duel) = &mut self.duel {
             (duel.side, duel.samples) = (8, 1);
         }
@@ -288,6 +291,7 @@ impl Default for StudySpec {
             duel: None,
             reference_rounds: REFERENCE_ROUNDS,
             cell_seconds: CELL_SECONDS,
+            picture_side: 320,
         }
     }
 }

@@ -297,7 +297,7 @@ impl Work<'_, '_, '_> {
 
     /// The scene.
     fn picture(&self, view: usize) -> Result<Shown> {
-        let size = fitted(self.opened(view)?.aspect, PICTURE_SIDE);
+        let size = fitted(self.opened(view)?.aspect, self.spec.picture_side);
         let scene = self.resized(view, size)?;
         let window = Tile::whole(size[0], size[1]);
         let (renderer, settings) = (Renderer::new(&scene), Settings::default());
@@ -455,9 +455,6 @@ fn show(
     exhibits.pictures.insert(label.to_owned(), pictures);
     Ok(())
 }
-
-/// Pixels on the longer side of the picture of a scene.
-const PICTURE_SIDE: u32 = 320;
 
 /// A picture's proportions with this many pixels on the longer side.
 fn fitted([w, h]: [u32; 2], side: u32) -> [u32; 2] {
