@@ -127,7 +127,7 @@ pub(super) const SALESIN_GAIN: Fixed = Fixed {
     samplers: "multijitter and independent",
     lights: ONE_LIGHT,
     spheres: NO_SPHERES,
-    samples: "16 to 1024",
+    samples: "16 to 1024, at one point to 16384",
     trials: "64",
     pixels: "16 points of `strips`",
     ..FIGURE
