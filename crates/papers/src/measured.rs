@@ -77,9 +77,12 @@ impl Measured {
         a.over(b)
     }
 
-    /// The mean squared error of a row of a study over that of another.
-    pub(crate) fn mse_ratio(top: &ResultRow, bottom: &ResultRow) -> Self {
-        let [a, b] = [top, bottom].map(|r| Self::positive(r.mse, r.mse_stderr, r.trials as usize));
+    /// The variance of a row of a study over that of another. Of unbiased estimators it is the
+    /// squared error, whose standard error, the reference's own included, stands for its own; but
+    /// it needs no reference, and is known where errors are below what that can tell.
+    pub(crate) fn variance_ratio(top: &ResultRow, bottom: &ResultRow) -> Self {
+        let of = |r: &ResultRow| Self::positive(r.variance, r.mse_stderr, r.trials as usize);
+        let [a, b] = [top, bottom].map(of);
         a.over(b)
     }
 

@@ -72,13 +72,13 @@ fn add_scene(scene: &str, record: &StudyRecord, figures: &mut Figures) {
             .into_iter()
             .zip(of("point-area", sampler))
     };
-    let random = pairs("independent").map(|(line, point)| Measured::mse_ratio(line, point));
+    let random = pairs("independent").map(|(line, point)| Measured::variance_ratio(line, point));
     if let Some(found) = Measured::pooled(&random.collect::<Vec<_>>()) {
         figures.insert(format!("error at equal samples/{scene}"), found);
     }
     // For the same time: squared error times seconds.
     let cost = |(line, point): (&ResultRow, &ResultRow)| {
-        Measured::mse_ratio(line, point).times(Measured::time_ratio(line, point))
+        Measured::variance_ratio(line, point).times(Measured::time_ratio(line, point))
     };
     if let Some(last) = pairs("independent").next_back() {
         figures.insert(format!("cost at random/{scene}"), cost(last));

@@ -59,7 +59,7 @@ impl Spots {
     /// The ratio of squared errors, the geometric mean over all numbers of samples.
     fn ratio(&self, spot: &str, a: &str, b: &str) -> Option<Measured> {
         let (a, b) = (self.rows(spot, a), self.rows(spot, b));
-        let ratios = a.iter().zip(b).map(|(a, b)| Measured::mse_ratio(a, b));
+        let ratios = a.iter().zip(b).map(|(a, b)| Measured::variance_ratio(a, b));
         Measured::pooled(&ratios.collect::<Vec<_>>())
     }
 }
@@ -175,7 +175,7 @@ pub(super) fn smoothing(bench: &Bench<'_>) -> Result<Figures> {
     }
     let effort = salesin_gain::Effort {
         samples: bench.pick(&[1, 4], salesin_gain::MANY, salesin_gain::MANY),
-        trials: bench.pick(3, 128, 512),
+        trials: bench.pick(3, 256, 512),
         seed: bench.context.seed,
     };
     let across = salesin_gain::at_spot(bench.context, "", salesin_gain::EDGES[1], effort)?;

@@ -90,7 +90,7 @@ pub(super) fn triangles(bench: &Bench<'_>) -> Result<Figures> {
         let gain = shirley_advice::grazing(degrees, batches, bench.context.seed)?.gain;
         Ok(Measured::exact(1.0).over(gain).map(f64::sqrt))
     };
-    let (overhead, grazing) = (deviation(90.0)?, deviation(5.0)?);
+    let (overhead, grazing) = (deviation(60.0)?, deviation(5.0)?);
     let hidden = shirley_advice::hidden(bench.context, LightChoice::Estimate)?;
     Ok(Figures::from(
         [

@@ -192,10 +192,10 @@ fn artefacts(bench: &Bench<'_>, figures: &mut Figures) -> Result<()> {
             own.rfind(|r| r.scene.contains(spot))
         };
         if let (Some(a), Some(b)) = (at(", A:"), at(", B:")) {
-            let ratio = Measured::mse_ratio(a, b);
+            let ratio = Measured::variance_ratio(a, b);
             // Which of both edges is the better one is the light's affair.
             let ratio = if ratio.value < 1.0 {
-                Measured::mse_ratio(b, a)
+                Measured::variance_ratio(b, a)
             } else {
                 ratio
             };
