@@ -53,7 +53,7 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time_budget: Option<f64>,
     /// Folder for the report.
-    #[arg(long, default_value = "out")]
+    #[arg(short, long, default_value = "out")]
     pub out: PathBuf,
     /// Name the studies and what each costs, and do nothing.
     #[arg(long)]

@@ -95,7 +95,7 @@ fn points_for(rows: &[&ResultRow], line: &ResultRow, error: f64) -> Option<Strin
     let Some((row, samples, time)) = fewest else {
         let best = points().min_by(|a, b| a.mse.total_cmp(&b.mse))?;
         return Some(format!(
-            "more than {} points do, which leave {} in {} ({}, {})",
+            "less than {} points, which leave {} in {} ({}, {})",
             best.samples,
             super::scientific(best.mse.sqrt()),
             seconds(best.cpu_seconds),
@@ -473,7 +473,7 @@ mod tests {
         assert_eq!(
             text[0],
             "On room, 16 lines (line-area, stratified) leave a root mean squared error of 1.00·10⁻³ \
-             (0.2 % of the root mean square) in 8 s: more than 16 points do, which leave 1.00·10⁻² in \
+             (0.2 % of the root mean square) in 8 s: less than 16 points, which leave 1.00·10⁻² in \
              4 s (point-area, stratified)."
         );
         // At 4 s points are at 0.01; lines halfway between 0.01 and 0.001 in logarithms: 0.00316.
