@@ -239,12 +239,15 @@ fn table(content: &Table) -> Markup {
 }
 
 fn cell(cell: &Cell) -> Markup {
-    let class = match (cell.numeric, cell.strong) {
-        (true, true) => "n s",
-        (true, false) => "n",
-        (false, true) => "s",
-        (false, false) => "",
-    };
+    // Sentences break into lines, so that the columns after them stay in sight.
+    const NAME: usize = 40;
+    let class = [
+        cell.numeric.then_some("n"),
+        cell.strong.then_some("s"),
+        (!cell.numeric && cell.text.chars().count() > NAME).then_some("w"),
+    ];
+    let class: Vec<&str> = class.into_iter().flatten().collect();
+    let class = class.join(" ");
     let hover = (!cell.hover.is_empty()).then_some(cell.hover.as_str());
     let value = cell.value.map(|v| format!("{v:e}"));
     html! { td class=(class) title=[hover] data-v=[value] { (cell.text) } }

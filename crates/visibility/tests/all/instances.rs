@@ -534,5 +534,6 @@ fn a_thousand_instances_share_their_mesh() {
     let instance = |_| Instance::new(one.clone(), map(&mut rng, false)).unwrap();
     let scene = Occluders::default().with_instances((0..1000).map(instance).collect());
     let more = scene.memory() - one.memory();
+    println!("{more} bytes beside the mesh's {}", one.memory());
     assert!(more > 100_000 && more < 600_000, "{more} bytes more");
 }

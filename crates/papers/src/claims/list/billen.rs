@@ -27,7 +27,10 @@ fn orders() -> Vec<Claim> {
     let mut all = Vec::new();
     for (scene, place, row) in TABLE {
         for ((column, ..), order) in COLUMNS.into_iter().zip(row).skip(2) {
-            let says = format!("σ falls as N to the {order:.3} by {column} samples on {scene}.");
+            let says = format!(
+                "σ falls as N to the −{:.3} by {column} samples on {scene}.",
+                -order
+            );
             let id = format!("order/{scene}/{column}");
             let found = claim(id, place, says).figure(order, 0.0, tolerance(column), SCENES);
             all.push(match (scene, column) {

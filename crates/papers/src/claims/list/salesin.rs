@@ -203,8 +203,8 @@ fn smoothing() -> Vec<Claim> {
                 of("balance"),
                 "Fig. 7",
                 format!(
-                    "Variance by the balance heuristic falls as N to the {:.2} {name}.",
-                    2.0 * balance
+                    "Variance by the balance heuristic falls as N to the −{:.2} {name}.",
+                    -2.0 * balance
                 ),
             )
             .figure(balance, -0.5, 0.055, DIGIT),
@@ -214,8 +214,8 @@ fn smoothing() -> Vec<Claim> {
                 of("smooth"),
                 "Fig. 7",
                 format!(
-                    "Variance by smoothed weights falls as N to the {:.2} {name}.",
-                    2.0 * smooth
+                    "Variance by smoothed weights falls as N to the −{:.2} {name}.",
+                    -2.0 * smooth
                 ),
             )
             .figure(smooth, -0.5, 0.055, DIGIT),
