@@ -56,6 +56,10 @@ pub struct PictureArgs {
     /// Camera samples per pixel: 1 goes through the centre, more jitter under the scene's filter.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub pixel_samples: u32,
+    /// Independent pictures of as many samples each, by seeds in a row, whose mean this one is: their
+    /// scatter is the variance of --aovs.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub trials: u32,
     /// Do not show lights that the camera sees.
     #[arg(long)]
     pub hide_lights: bool,
@@ -85,6 +89,31 @@ impl PictureArgs {
             share: true,
         }
     }
+
+    /// The settings of one of its trials: samplers hash seeds, so that neighbours are independent.
+    #[must_use]
+    pub fn settings_of(&self, trial: u32) -> Settings {
+        Settings {
+            seed: self.seed.wrapping_add(trial.into()),
+            ..self.settings()
+        }
+    }
+
+    /// Pieces of the work of a pixel, which are added in their order: its trials, or the blocks of
+    /// camera samples of the only one.
+    #[must_use]
+    pub fn blocks(&self) -> u32 {
+        if self.trials > 1 {
+            return self.trials;
+        }
+        u32::try_from(self.settings().sample_blocks().len()).unwrap_or(u32::MAX)
+    }
+
+    /// The camera samples of a pixel, of all trials.
+    #[must_use]
+    pub fn camera_samples(&self) -> f64 {
+        f64::from(self.pixel_samples.max(1)) * f64::from(self.trials.max(1))
+    }
 }
 
 /// How an image becomes a file.
@@ -112,7 +141,8 @@ pub enum Aov {
     Normal,
     /// Its distance from the camera; infinite where there is none.
     Depth,
-    /// Variance of the pixel, by its camera samples: two or more.
+    /// Variance of the pixel, by its trials if there are several (--trials), else by its camera
+    /// samples as if they were independent: two or more.
     Variance,
     /// Camera samples, rays and lines of the pixel: layers samples, rays, lines.
     Samples,

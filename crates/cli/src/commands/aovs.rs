@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use linelit_estimators::bsdf::Reflection as _;
 use linelit_film::{Document, Image, MomentImage, Moments, Tile};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Counts, Renderer, Settings, ShadingPoint, Workspace};
+use linelit_integrator::{Counts, Renderer, ShadingPoint, Workspace};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(super) struct Rendered {
     pub(super) image: Image,
-    /// Moments of camera samples, and rays and lines of each pixel, if they are asked for.
+    /// Moments of trials or of camera samples, and rays and lines of each pixel, if they are asked for.
     pub(super) pixels: Option<(MomentImage, [Vec<u32>; 2])>,
     /// What is seen in the middle of each pixel, if it is asked for.
     pub(super) surfaces: Vec<Surface>,
@@ -36,9 +36,9 @@ pub(super) fn check(args: &PictureArgs, is_png: bool) -> Result<(), UsageError> 
     if is_png && !args.aovs.is_empty() {
         return Err(UsageError("--aovs are layers of EXR files".to_owned()));
     }
-    if args.aovs.contains(&Aov::Variance) && args.pixel_samples < 2 {
+    if args.aovs.contains(&Aov::Variance) && args.pixel_samples < 2 && args.trials < 2 {
         let text = "the variance of one camera sample is not known: --aovs variance needs \
-                    --pixel-samples 2 or more";
+                    --trials 2 or more, or --pixel-samples";
         return Err(UsageError(text.to_owned()));
     }
     Ok(())
@@ -46,7 +46,8 @@ pub(super) fn check(args: &PictureArgs, is_png: bool) -> Result<(), UsageError> 
 
 /// Bytes that a pixel takes for the layers, beside what the picture takes: those of the layers
 /// twice, in the document and in the file, and what they are made from.
-pub(super) fn bytes_per_pixel(aovs: &[Aov]) -> u64 {
+pub(super) fn bytes_per_pixel(picture: &PictureArgs) -> u64 {
+    let aovs = &picture.aovs;
     let layer = |aov: &Aov| match aov {
         // The samples, and with them rays and lines.
         Aov::Albedo | Aov::Normal | Aov::Variance | Aov::Samples => 12,
@@ -58,7 +59,7 @@ pub(super) fn bytes_per_pixel(aovs: &[Aov]) -> u64 {
     if wants_surfaces(aovs) {
         made_from += bytes(size_of::<Surface>());
     }
-    if wants_moments(aovs) {
+    if wants_moments(aovs) || picture.trials > 1 {
         made_from += bytes(size_of::<Pixel>() + size_of::<Moments>() + 2 * size_of::<u32>());
     }
     2 * layers + made_from
@@ -73,19 +74,20 @@ const COUNTED: [Aov; 2] = [Aov::Variance, Aov::Samples];
 /// Renders, with moments if they are asked for; the picture is the same to the bit.
 pub(super) fn render(
     renderer: &Renderer<'_>,
-    settings: &Settings,
+    picture: &PictureArgs,
     window: Tile,
-    aovs: &[Aov],
     progress: &ProgressBar,
 ) -> (Rendered, Counts) {
+    let aovs = &picture.aovs;
     let surfaces = if wants_surfaces(aovs) {
         surfaces(renderer, window)
     } else {
         Vec::new()
     };
-    if !wants_moments(aovs) {
+    if !wants_moments(aovs) && picture.trials <= 1 {
+        let settings = picture.settings();
         let (image, counts) =
-            linelit_papers::scene_study::render(renderer, settings, window, progress);
+            linelit_papers::scene_study::render(renderer, &settings, window, progress);
         let rendered = Rendered {
             image,
             pixels: None,
@@ -95,7 +97,7 @@ pub(super) fn render(
     }
     progress.set_length(u64::from(window.height()));
     let row = |workspace: &mut Workspace, y: u32| -> Vec<Pixel> {
-        let pixel = |x| pixel(renderer, settings, [x, y], workspace);
+        let pixel = |x| samples(renderer, picture, [x, y], 0..picture.blocks(), workspace);
         let row = (window.x0..window.x1).map(pixel).collect();
         progress.inc(1);
         row
@@ -106,7 +108,7 @@ pub(super) fn render(
     let (mut rgb, mut moments, mut cost) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
     let mut counts = Counts::default();
     for pixel in rows.into_iter().flatten() {
-        rgb.push(single(pixel.sum / f64::from(settings.pixel_samples.max(1))));
+        rgb.push(single(pixel.sum / picture.camera_samples()));
         moments.push(pixel.moments);
         cost[0].push(clamped(pixel.counts.visibility.rays));
         cost[1].push(clamped(pixel.counts.visibility.line_queries));
@@ -135,37 +137,38 @@ pub(super) struct Pixel {
     pub(super) counts: Counts,
 }
 
-/// All camera samples of a pixel.
-fn pixel(
-    renderer: &Renderer<'_>,
-    settings: &Settings,
-    pixel: [u32; 2],
-    workspace: &mut Workspace,
-) -> Pixel {
-    samples(
-        renderer,
-        settings,
-        pixel,
-        settings.sample_blocks(),
-        workspace,
-    )
-}
-
-/// Some blocks of them, in which they are added up and their moments merged, so that the bits are
-/// the same wherever each block is computed.
+/// Some of the blocks of a pixel ([`PictureArgs::blocks`]): they are added up, and their moments
+/// merged, so that the bits are the same wherever each block is computed. A trial is one value of
+/// the moments; of a single trial each camera sample is.
 pub(super) fn samples(
     renderer: &Renderer<'_>,
-    settings: &Settings,
+    picture: &PictureArgs,
     pixel: [u32; 2],
-    blocks: impl Iterator<Item = Range<u32>>,
+    blocks: Range<u32>,
     workspace: &mut Workspace,
 ) -> Pixel {
     let (mut moments, mut sum) = (Moments::default(), DVec3::ZERO);
-    for block in blocks {
-        let mut part = Moments::default();
-        let push = |sample: DVec3| part.push(sample.to_array());
-        sum += renderer.pixel_block(settings, pixel, block, workspace, push);
-        moments.merge(&part);
+    let mut add = |own: DVec3, part: &Moments| {
+        sum += own;
+        moments.merge(part);
+    };
+    if picture.trials > 1 {
+        for trial in blocks {
+            let settings = picture.settings_of(trial);
+            let block = |block| renderer.pixel_block(&settings, pixel, block, workspace, |_| {});
+            let whole: DVec3 = settings.sample_blocks().map(block).sum();
+            let mut part = Moments::default();
+            part.push((whole / f64::from(settings.pixel_samples.max(1))).to_array());
+            add(whole, &part);
+        }
+    } else {
+        let (settings, start) = (picture.settings(), blocks.start as usize);
+        for block in settings.sample_blocks().skip(start).take(blocks.len()) {
+            let mut part = Moments::default();
+            let push = |sample: DVec3| part.push(sample.to_array());
+            let own = renderer.pixel_block(&settings, pixel, block, workspace, push);
+            add(own, &part);
+        }
     }
     Pixel {
         sum,
@@ -175,18 +178,22 @@ pub(super) fn samples(
 }
 
 /// Adds the layers that are asked for.
-pub(super) fn add(document: &mut Document, rendered: &Rendered, aovs: &[Aov]) -> Result<()> {
-    let surfaces = &rendered.surfaces;
-    let picture = |value: fn(&Surface) -> [f32; 3]| Image {
+pub(super) fn add(
+    document: &mut Document,
+    rendered: &Rendered,
+    picture: &PictureArgs,
+) -> Result<()> {
+    let (aovs, surfaces) = (&picture.aovs, &rendered.surfaces);
+    let layer = |value: fn(&Surface) -> [f32; 3]| Image {
         width: rendered.image.width,
         height: rendered.image.height,
         rgb: surfaces.iter().map(value).collect(),
     };
     if aovs.contains(&Aov::Albedo) {
-        document.add_image("albedo", &picture(|s| s.albedo))?;
+        document.add_image("albedo", &layer(|s| s.albedo))?;
     }
     if aovs.contains(&Aov::Normal) {
-        document.add_image("normal", &picture(|s| s.normal))?;
+        document.add_image("normal", &layer(|s| s.normal))?;
     }
     if aovs.contains(&Aov::Depth) {
         document.add_scalar("depth", surfaces.iter().map(|s| s.depth).collect())?;
@@ -198,7 +205,14 @@ pub(super) fn add(document: &mut Document, rendered: &Rendered, aovs: &[Aov]) ->
         document.add_image("variance", &film.variance_image())?;
     }
     if aovs.contains(&Aov::Samples) {
-        let taken = film.pixels().iter().map(|m| clamped(m.count)).collect();
+        // Of trials, which are one value each.
+        let each = if picture.trials > 1 {
+            picture.pixel_samples.into()
+        } else {
+            1
+        };
+        let taken = film.pixels().iter().map(|m| clamped(each * m.count));
+        let taken = taken.collect();
         document.add_counts("samples", taken)?;
         document.add_counts("rays", rays.clone())?;
         document.add_counts("lines", lines.clone())?;

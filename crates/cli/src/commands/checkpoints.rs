@@ -33,15 +33,14 @@ pub(super) struct Kept {
 
 /// What such a picture costs, if what is done of it is to be kept.
 pub(super) fn wanted(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -> Option<Cost> {
-    let settings = args.picture.settings();
-    let find = || Cost::find(renderer, &settings, window);
+    let find = || Cost::find(renderer, &args.picture, window);
     match args.checkpoints {
         // Of one machine's times, or of what parts do not say.
         _ if args.calibrate || args.explain => None,
         Checkpoints::Never => None,
         Checkpoints::Always => Some(find()),
         Checkpoints::Auto => {
-            let rough = Cost::rough(renderer.scene(), &settings, window).of(window);
+            let rough = Cost::rough(renderer.scene(), &args.picture, window).of(window);
             let cost = (rough >= ROUGHLY_LONG).then(find);
             cost.filter(|cost| cost.of(window) >= LONG)
         }

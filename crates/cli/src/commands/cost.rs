@@ -1,17 +1,18 @@
 //! What pictures take, guessed before they are rendered.
 
+use crate::args::PictureArgs;
 use linelit_film::Tile;
-use linelit_integrator::{Counts, LightChoice, Renderer, Settings, Workspace};
+use linelit_integrator::{Counts, LightChoice, Renderer, Workspace};
 use linelit_scene::Scene;
 
 /// Seconds of a pixel's camera samples, within a factor of ten, by what is asked for.
-fn rough_seconds(scene: &Scene, settings: &Settings) -> f64 {
-    let lights = match settings.lights {
+fn rough_seconds(scene: &Scene, picture: &PictureArgs) -> f64 {
+    let lights = match picture.lights {
         LightChoice::All => scene.lights.len() as f64,
         _ => 1.0,
     };
-    let light = 1e-6 + 5e-7 * f64::from(settings.samples);
-    f64::from(settings.pixel_samples.max(1)) * (1e-6 + lights * light)
+    let light = 1e-6 + 5e-7 * f64::from(picture.samples);
+    picture.camera_samples() * (1e-6 + lights * light)
 }
 
 /// What pixels cost: the same on every machine.
@@ -27,10 +28,11 @@ impl Cost {
     const SAMPLES: u32 = 4;
 
     /// By what some of the pixels count.
-    pub(super) fn find(renderer: &Renderer<'_>, settings: &Settings, window: Tile) -> Self {
+    pub(super) fn find(renderer: &Renderer<'_>, picture: &PictureArgs, window: Tile) -> Self {
+        let settings = &picture.settings();
         let mut workspace = Workspace::new();
         let count = settings.pixel_samples.clamp(1, Self::SAMPLES);
-        let scale = f64::from(settings.pixel_samples.max(1)) / f64::from(count);
+        let scale = picture.camera_samples() / f64::from(count);
         let place = |k: u32, from: u32, size: u32| {
             let middle = u64::from(size) * u64::from(2 * k + 1) / u64::from(2 * Self::GRID);
             from + u32::try_from(middle).unwrap_or(0)
@@ -65,8 +67,8 @@ impl Cost {
     }
 
     /// By the size of the picture alone: of all pixels alike.
-    pub(super) fn rough(scene: &Scene, settings: &Settings, window: Tile) -> Self {
-        let pixel = rough_seconds(scene, settings);
+    pub(super) fn rough(scene: &Scene, picture: &PictureArgs, window: Tile) -> Self {
+        let pixel = rough_seconds(scene, picture);
         Self {
             pixels: vec![([window.x0, window.y0], pixel)],
         }

@@ -1,4 +1,4 @@
-//! Pictures as plans: a unit is a tile of all its camera samples, or of a block of them.
+//! Pictures as plans: a unit is a tile of all its camera samples, or of a trial or a block of them.
 
 use super::aovs::{self, Rendered, Surface};
 use super::cost::Cost;
@@ -10,7 +10,7 @@ use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
 use linelit_film::{Image, MomentImage, Moments, Tile, tiles};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Counts, Renderer, Settings, Workspace};
+use linelit_integrator::{Counts, Renderer, Workspace};
 use linelit_plan::{BoxError, Folder, Input, Plan, PlanError, Ran, Run, Unit};
 use linelit_study::engine::image;
 use serde::{Deserialize, Serialize};
@@ -76,12 +76,11 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<(Plan, BTreeMap<String, Vec<
     let mut scene = planned.loaded.scene;
     let window = render::set_film(&mut scene, &args.picture);
     render::check_lights(&scene, &args.picture)?;
-    let settings = args.picture.settings();
-    let mut cost = Cost::rough(&scene, &settings, window);
+    let mut cost = Cost::rough(&scene, &args.picture, window);
     if !cost.is_dear(&scene, window) {
         let mut renderer = pool_of(0)?.install(|| Renderer::new(&scene));
         render::set_lights(&mut renderer, &args.picture)?;
-        cost = Cost::find(&renderer, &settings, window);
+        cost = Cost::find(&renderer, &args.picture, window);
     }
     let cut = Cut {
         side: args.tile,
@@ -117,8 +116,7 @@ pub(super) struct Wanted<'a> {
 impl Wanted<'_> {
     /// Its plan, of a scene with these files.
     pub(super) fn plan(&self, input: Input, cut: Cut, cost: &Cost) -> Result<Plan> {
-        let blocks = self.picture.settings().sample_blocks().len();
-        let blocks = u32::try_from(blocks).unwrap_or(u32::MAX);
+        let blocks = self.picture.blocks();
         let mut read = self.read.clone();
         if let Some(root) = &read.root {
             let root = std::path::absolute(root).context("finding the whole path of --root")?;
@@ -233,22 +231,21 @@ impl PicturePlan {
         folder: &Folder,
         options: &Run<'_>,
     ) -> Result<Ran, PlanError> {
-        let settings = self.spec.picture.settings();
         linelit_plan::run(folder, options, |task| {
             let work = self.work[task.number() as usize];
-            let found = self.compute(renderer, &settings, work);
-            found.map_err(BoxError::from)
+            self.compute(renderer, work).map_err(BoxError::from)
         })
     }
 
     /// The bytes of a unit's part: a length and as many bytes of counts as JSON, then the pixels
     /// ([`Layers::pixel`]), then what is seen in them.
-    fn compute(&self, renderer: &Renderer<'_>, settings: &Settings, work: Work) -> Result<Vec<u8>> {
-        let layers = self.layers();
+    fn compute(&self, renderer: &Renderer<'_>, work: Work) -> Result<Vec<u8>> {
+        let (picture, layers) = (&self.spec.picture, self.layers());
+        let settings = &picture.settings();
         let tile = tile_of(work.tile);
         let (mut counts, mut workspace) = (Counts::default(), Workspace::new());
         let mut pixels = Vec::new();
-        if settings.pixel_samples <= 1 && !layers.moments {
+        if picture.camera_samples() <= 1.0 && !layers.moments {
             let mut row = vec![DVec3::ZERO; tile.width() as usize];
             for y in tile.y0..tile.y1 {
                 renderer.row(settings, [tile.x0, y], &mut row, &mut workspace);
@@ -257,12 +254,10 @@ impl PicturePlan {
             }
             counts += workspace.take_counts();
         } else {
-            let only = work.block.map(|k| k as usize);
+            let blocks = work.block.map_or(0..picture.blocks(), |k| k..k + 1);
             for pixel in tile.pixels() {
-                let blocks = settings.sample_blocks().enumerate();
-                let blocks = blocks.filter(|(k, _)| only.is_none_or(|only| only == *k));
-                let blocks = blocks.map(|(_, block)| block);
-                let found = aovs::samples(renderer, settings, pixel, blocks, &mut workspace);
+                let blocks = blocks.clone();
+                let found = aovs::samples(renderer, picture, pixel, blocks, &mut workspace);
                 let value = Pixel {
                     sum: found.sum,
                     moments: found.moments,
@@ -296,7 +291,7 @@ impl PicturePlan {
     /// Puts the parts together, with what was counted.
     pub(super) fn gather(&self, folder: &Folder) -> Result<(Rendered, Map<String, Value>)> {
         let window = tile_of(self.spec.window);
-        image::check_memory(window, aovs::bytes_per_pixel(&self.spec.picture.aovs))?;
+        image::check_memory(window, aovs::bytes_per_pixel(&self.spec.picture))?;
         let mut film = Film::new(self, window);
         let missing = folder.read_all(|number, payload| {
             let work = self.work[number as usize];
@@ -455,7 +450,7 @@ impl Film {
             window,
             layers,
             last_block: plan.work.iter().filter_map(|w| w.block).max().unwrap_or(0),
-            samples: f64::from(plan.spec.picture.pixel_samples.max(1)),
+            samples: plan.spec.picture.camera_samples(),
             image: Image::new(window.width(), window.height()),
             moments: vec![Moments::default(); all(layers.moments)],
             cost: [cost(), cost()],

@@ -32,7 +32,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let planned = inputs::plan(&args.scene, &args.common.read, false)?;
     let mut scene = planned.loaded.scene;
     let window = set_film(&mut scene, &args.picture);
-    pool.install(|| image::check_memory(window, aovs::bytes_per_pixel(&args.picture.aovs)))?;
+    pool.install(|| image::check_memory(window, aovs::bytes_per_pixel(&args.picture)))?;
     let load_seconds = start.elapsed().as_secs_f64();
     let built = Instant::now();
     let mut renderer = pool.install(|| Renderer::new(&scene));
@@ -78,9 +78,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
 
 /// The picture, by the threads of the current pool.
 fn directly(args: &RenderArgs, renderer: &Renderer<'_>, window: Tile) -> (Rendered, Counts) {
-    let (picture, progress) = (&args.picture, bar("rendering"));
-    let settings = picture.settings();
-    aovs::render(renderer, &settings, window, &picture.aovs, &progress)
+    aovs::render(renderer, &args.picture, window, &bar("rendering"))
 }
 
 /// What the calibration found.
@@ -174,7 +172,7 @@ pub(super) fn write(
     }
     let mut document = Document::new(image.width, image.height);
     document.add_image("", image)?;
-    aovs::add(&mut document, &rendered, &picture.aovs)?;
+    aovs::add(&mut document, &rendered, picture)?;
     drop(rendered);
     document.set("scene", short_name(scene));
     document.set("estimator", picture.estimator);
@@ -185,6 +183,7 @@ pub(super) fn write(
     document.set("sampler", picture.sampler);
     document.set("samples", picture.samples);
     document.set("pixelSamples", picture.pixel_samples);
+    document.set("trials", picture.trials);
     document.set("seed", picture.seed);
     document.set("linelit", version());
     linelit_film::write_atomically(

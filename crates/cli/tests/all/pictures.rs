@@ -102,13 +102,62 @@ fn layers_stand_beside_the_same_picture() {
     std::fs::remove_dir_all(dir).unwrap();
 }
 
+/// Trials are the pictures of seeds in a row: their mean is the picture, and the variance of that
+/// mean its layer, to the rounding of the film's f32.
+#[test]
+fn trials_are_pictures_of_their_own() {
+    const TRIALS: usize = 5;
+    let dir = folder("trials");
+    let each = ["--pixel-samples", "3"];
+    let own = |seed: usize| {
+        let path = dir.join(format!("{seed}.exr"));
+        render(&path, &[&each[..], &["--seed", &seed.to_string()]].concat());
+        Image::read(&path).unwrap()
+    };
+    let own: Vec<Image> = (7..7 + TRIALS).map(own).collect();
+    let path = dir.join("all.exr");
+    let trials = ["--trials", "5", "--seed", "7", "--aovs", "variance,samples"];
+    render(&path, &[&each[..], &trials].concat());
+    let document = Document::read(&path).unwrap();
+    let (mean, variance) = (
+        document.main_image().unwrap(),
+        document.image("variance").unwrap(),
+    );
+    let n = TRIALS as f64;
+    let mut noisy = 0;
+    for (i, (got, of_mean)) in mean.rgb.iter().zip(&variance.rgb).enumerate() {
+        for k in 0..3 {
+            let values: Vec<f64> = own.iter().map(|o| f64::from(o.rgb[i][k])).collect();
+            let want = values.iter().sum::<f64>() / n;
+            let m2: f64 = values.iter().map(|v| (v - want).powi(2)).sum();
+            let largest = values.iter().fold(0.0, |a, v| v.max(a));
+            // Each picture's value and the mean are rounded to f32: half an ulp, ε/2 of theirs.
+            let off = f64::from(f32::EPSILON) * largest;
+            assert!((f64::from(got[k]) - want).abs() <= off, "{got:?} {want}");
+            // δ(m2) ≤ 2 Σ |v − mean| δv ≤ 2 √(n m2) δv, and n δv² where all are alike.
+            let off = (2.0 * (n * m2).sqrt() * off + n * off * off) / (n * (n - 1.0));
+            let want = m2 / (n * (n - 1.0));
+            let error = (f64::from(of_mean[k]) - want).abs();
+            let rounded = f64::from(f32::EPSILON) * want;
+            assert!(error <= off + rounded, "{of_mean:?} {want} {off}");
+            noisy += usize::from(want > 1e-6);
+        }
+    }
+    assert!(noisy > 100, "{noisy}");
+    let Samples::Count(taken) = document.layer("samples").unwrap().channel("Y").unwrap() else {
+        panic!("samples are counts");
+    };
+    assert!(taken.iter().all(|n| *n == 15));
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
 #[test]
 fn what_a_file_cannot_hold_is_said() {
     for (line, what) in [
         ("render plates -o x.png --aovs depth", "layers of EXR files"),
         (
             "render plates -o x.exr --aovs variance",
-            "--pixel-samples 2 or more",
+            "--trials 2 or more",
         ),
         ("render plates -o x.exr --aovs detph", "'depth'"),
         ("render plates -o x.exr --exposure 1", "for PNG files"),

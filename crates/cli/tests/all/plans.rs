@@ -156,8 +156,19 @@ fn blocks_of_samples_and_layers_are_those_of_the_picture() {
         );
     }
     let case = Case::new("plan-samples", "plates", &flags);
-    let split = by_shards(&case, &["--split-samples"], 2);
-    assert!(split == case.rendered());
+    let rendered = case.rendered();
+    assert!(by_shards(&case, &["--split-samples"], 2) == rendered);
+    // Trials are units of their own, with moments and without.
+    let trials = ["--pixel-samples", "1", "--samples", "2", "--trials", "9"];
+    let trials = [&flags[..2], &trials].concat();
+    for aovs in [&[][..], &layers] {
+        let case = Case::new("plan-trials", "plates", &[&trials, aovs].concat());
+        let rendered = case.rendered();
+        for (tiles, shards) in [(&split[..], 7), (&["--tile", "5"], 2)] {
+            let found = by_shards(&case, tiles, shards);
+            assert!(found == rendered, "{tiles:?} {shards} {aovs:?}");
+        }
+    }
 }
 
 #[test]
