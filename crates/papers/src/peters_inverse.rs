@@ -347,8 +347,8 @@ mod tests {
         assert!((flat.exponent() - 2.0 / 3.0).abs() < 1e-3);
     }
 
-    /// Two steps are as good as the paper says, one is not; and a density at an end of the line that
-    /// is at most three times the mean makes the first guess there wrong by at most 2e-5.
+    /// Two steps are as good as the paper says, one is not; and a density at an end of the line
+    /// that is at most three times the mean makes the first guess there wrong by at most 2e-5.
     #[test]
     fn two_steps_are_enough() {
         let Worst {

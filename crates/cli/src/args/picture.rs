@@ -56,8 +56,8 @@ pub struct PictureArgs {
     /// Camera samples per pixel: 1 goes through the centre, more jitter under the scene's filter.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub pixel_samples: u32,
-    /// Independent pictures of as many samples each, by seeds in a row, whose mean this one is: their
-    /// scatter is the variance of --aovs.
+    /// Independent pictures of as many samples each, by seeds in a row, whose mean this one is:
+    /// their scatter is the variance of --aovs.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub trials: u32,
     /// Do not show lights that the camera sees.

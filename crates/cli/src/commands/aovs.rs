@@ -15,7 +15,8 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(super) struct Rendered {
     pub(super) image: Image,
-    /// Moments of trials or of camera samples, and rays and lines of each pixel, if they are asked for.
+    /// Moments of trials or of camera samples, and rays and lines of each pixel, if they are asked
+    /// for.
     pub(super) pixels: Option<(MomentImage, [Vec<u32>; 2])>,
     /// What is seen in the middle of each pixel, if it is asked for.
     pub(super) surfaces: Vec<Surface>,

@@ -319,6 +319,7 @@ mod tests {
     /// Of 95 % intervals, 94 to 96 % hold the truth, and the rate is a binomial's over 4000 studies
     /// with a standard deviation of 0.0034: three and a half of them on top.
     #[test]
+    #[allow(clippy::print_stdout, reason = "the figures, by --nocapture")]
     fn intervals_cover_as_often_as_they_say() {
         const STUDIES: u32 = 4000;
         let mut random = Pcg64Mcg::seed_from_u64(11);
@@ -332,6 +333,7 @@ mod tests {
                     covered += u32::from(fit.ci_low <= -1.25 && -1.25 <= fit.ci_high);
                 }
                 let rate = f64::from(covered) / f64::from(STUDIES);
+                println!("{count} trials, {seen:?}, {tied} tied: {rate:.4}");
                 assert!(
                     (rate - 0.95).abs() < 0.01 + room,
                     "{count} trials, {seen:?}, {tied} tied: {rate}"

@@ -527,6 +527,7 @@ fn moved_instances_answer_from_where_they_are() {
 
 /// A thousand instances take the memory of one mesh, and less than 600 bytes each.
 #[test]
+#[allow(clippy::print_stdout, reason = "the figures, by --nocapture")]
 fn a_thousand_instances_share_their_mesh() {
     let mut rng = SplitMix64::new(3);
     let mesh = soup(&mut rng, 20_000, 0.05, DVec3::ZERO, 1.0);
