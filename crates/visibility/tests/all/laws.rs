@@ -33,6 +33,14 @@ fn look(
     )
 }
 
+fn is_dense(occluders: &Occluders, point: DVec3, light: &[DVec3]) -> bool {
+    let light = LightCorners::new(light).unwrap();
+    let mut scratch = Scratch::new();
+    occluders
+        .shaft(ShaftQuery::new(point, light), &mut scratch)
+        .is_dense()
+}
+
 fn total(lines: &[Vec<Interval>]) -> Vec<f64> {
     lines
         .iter()
@@ -98,7 +106,9 @@ proptest! {
         }
     }
 
-    /// Neither the order of the triangles nor that of the lines matters, not by a bit.
+    /// Neither the order of the triangles nor that of the lines matters, not by a bit; but for
+    /// shafts of as many triangles as make them dense, or nearly, where how `f32` rounds decides
+    /// which way they are looked at.
     #[test]
     fn order_does_not_matter(seed in any::<u64>()) {
         let (mut mesh, light, point, lines) = case(seed);
@@ -109,7 +119,13 @@ proptest! {
             mesh.triangles.swap(i, rng.index(i + 1));
         }
         let after = Occluders::build(&mesh.positions, &mesh.triangles);
-        prop_assert_eq!(&view(&after, point, &light, &lines), &want);
+        let got = view(&after, point, &light, &lines);
+        if is_dense(&before, point, &light) == is_dense(&after, point, &light) {
+            prop_assert_eq!(&got, &want);
+        }
+        for (got, want) in total(&got.1).into_iter().zip(total(&want.1)) {
+            prop_assert!((got - want).abs() < 1e-9, "{} {}", got, want);
+        }
         // Another order of lines may take another line's direction for that of all, or walk a
         // dense shaft in other company: rounding apart.
         let reversed: Vec<_> = lines.iter().rev().copied().collect();
