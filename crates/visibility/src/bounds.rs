@@ -196,6 +196,23 @@ impl ShaftBounds {
         (least, most)
     }
 
+    /// Bounds of the images in p and q of boxes well before the shading point, from those of P, Q
+    /// and W: the least, then the greatest.
+    #[inline(always)]
+    pub(crate) fn images<S: Simd>(s: S, least: &[S::F; 3], most: &[S::F; 3]) -> [[S::F; 2]; 2] {
+        let near = s.splat(1.0) / least[2];
+        let far = s.splat(1.0) / most[2];
+        let mut image = [[near; 2]; 2];
+        for k in 0..2 {
+            // The room covers the two roundings of a quotient as well.
+            let l = s.min(least[k] * near, least[k] * far);
+            let h = s.max(most[k] * near, most[k] * far);
+            image[0][k] = s.fma(s.abs(l), s.splat(-1e-6), l);
+            image[1][k] = s.fma(s.abs(h), s.splat(1e-6), h);
+        }
+        image
+    }
+
     /// The triangles of a leaf that may be inside the shaft in part, and those among them that may
     /// hide the light as a whole; what lies in lanes that are not in use says nothing.
     #[inline(always)]

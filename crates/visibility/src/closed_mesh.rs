@@ -11,7 +11,7 @@
 
 use crate::{
     build::{Geometry, least, most},
-    surfaces::{FEW, FINE, NONE},
+    surfaces::{EDGE, FEW, FINE, MOSTLY, NONE},
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN, POINT_MARGIN};
 use linelit_simd::Simd;
@@ -25,8 +25,6 @@ pub(crate) struct ClosedMesh {
     /// The least and the largest number of its triangles, as the caller counts.
     first: u32,
     last: u32,
-    /// How many they are.
-    count: u32,
 }
 
 /// The closed meshes of a scene, and which of them each triangle belongs to.
@@ -36,16 +34,57 @@ pub(crate) struct ClosedMeshes {
     /// For each triangle of the caller's, zero or its mesh's index plus one, with [`TURNED`] if it
     /// is turned; empty without meshes.
     pub(crate) of: Vec<u16>,
-    /// For each triangle of the caller's that belongs to a fine mesh, who is beyond its sides from
-    /// corner 0 to 1, 1 to 2 and 2 to 0, with a last bit that says whether both run along it in the
-    /// same direction; [`NONE`] for others; empty without fine meshes.
+    /// What of the triangles belongs to [fine surfaces](crate::surfaces).
+    pub(crate) fine: FineTriangles,
+}
+
+/// The triangles of surfaces that are fine.
+#[derive(Debug, Default)]
+pub(crate) struct FineTriangles {
+    /// For each triangle of the caller's, who is beyond its sides from corner 0 to 1, 1 to 2 and 2
+    /// to 0, with a last bit that says whether both run along it in the same direction; [`EDGE`]
+    /// where there is nobody or several; [`NONE`] for triangles of no such surface. Empty without
+    /// any.
     pub(crate) sides: Vec<[u32; 3]>,
-    /// How many triangles make a mesh a fine one.
-    fine: u32,
+    /// Which of them are turned against the first of their surface.
+    pub(crate) turned: Vec<bool>,
+}
+
+/// What is known of triangles that are connected, by the number of the first.
+#[derive(Clone, Copy, Debug, Default)]
+struct Set {
+    /// How many they are, and how many sides of theirs are no other triangle's, or several ones'.
+    count: u32,
+    edges: u32,
+    /// Whether they cannot be turned so that neighbours run along their sides in opposite
+    /// directions.
+    one_sided: bool,
+}
+
+impl Set {
+    /// Takes in a triangle.
+    fn add(&mut self, flags: u8) {
+        self.count += 1;
+        self.edges += u32::from(flags & !ONE_SIDED);
+        self.one_sided |= flags & ONE_SIDED != 0;
+    }
+
+    fn is_closed(self) -> bool {
+        self.edges == 0 && !self.one_sided
+    }
+
+    /// Whether it is a fine surface, among `all` triangles.
+    fn is_fine(self, all: u32) -> bool {
+        let least = FINE.max(all / FEW);
+        self.count >= least && !self.one_sided && self.edges <= self.count / MOSTLY
+    }
 }
 
 /// The bit of a triangle that is turned against the first of its mesh.
 const TURNED: u16 = 1 << 15;
+
+/// The bit of a triangle that two ways of turning it meet at.
+const ONE_SIDED: u8 = 1 << 7;
 
 /// Triangles that are connected, each with an earlier one, and in the last bit whether it is turned
 /// against that.
@@ -199,6 +238,28 @@ fn edges(
     grouped(places, corners.map(sides))
 }
 
+/// Connects triangles by the sides that belong to two, and tells of each how many of its sides are
+/// edges, with [`ONE_SIDED`] if it meets itself turned.
+fn connect(ends: &[u32], edges: &mut [u64], triangles: usize) -> (Connected, Vec<u8>) {
+    let mut connected = Connected((0..).map(|i| i << 1).take(triangles).collect());
+    let mut flags = vec![0_u8; triangles];
+    for_groups(ends, edges, |here| {
+        for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
+            if let &[a, b] = same {
+                let turned = (a ^ b) >> 32 & 1 == 0;
+                if !connected.join(low(a), low(b), turned) {
+                    flags[low(a) as usize] |= ONE_SIDED;
+                }
+            } else {
+                for edge in same {
+                    flags[low(*edge) as usize] += 1;
+                }
+            }
+        }
+    });
+    (connected, flags)
+}
+
 impl ClosedMeshes {
     /// Finds the closed meshes among the triangles that `kept` has.
     pub(crate) fn find(geometry: &Geometry<'_>, kept: &[bool]) -> Self {
@@ -216,35 +277,25 @@ impl ClosedMeshes {
         };
         let corners = |id: u32| geometry.triangles[id as usize].map(|c| place[c as usize]);
         let (ends, mut edges) = edges(ids().map(|id| (id, corners(id))), places);
-        let mut connected = Connected((0..).map(|i| i << 1).take(kept.len()).collect());
-        let mut open = vec![false; kept.len()];
-        for_groups(&ends, &mut edges, |here| {
-            for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
-                let mut fits = same.len() == 2;
-                for edge in &same[1..] {
-                    let turned = (same[0] ^ edge) >> 32 & 1 == 0;
-                    fits &= connected.join(low(same[0]), low(*edge), turned);
-                }
-                if !fits {
-                    open[low(same[0]) as usize] = true;
-                }
-            }
-        });
-        let all = u32::try_from(ids().count()).unwrap_or(u32::MAX);
-        let mut found = Self {
-            fine: FINE.max(all / FEW),
-            ..Self::default()
-        };
-        let mut number = vec![Number::NONE; kept.len()];
-        for (i, _) in (0_u32..).zip(open).filter(|(_, open)| *open) {
-            number[connected.root(i).0 as usize] = Number::OPEN;
+        let (mut connected, flags) = connect(&ends, &mut edges, kept.len());
+        let mut sets = vec![Set::default(); kept.len()];
+        for id in ids() {
+            sets[connected.root(id).0 as usize].add(flags[id as usize]);
         }
+        let all = u32::try_from(ids().count()).unwrap_or(u32::MAX);
+        let mut found = Self::default();
+        let mut number = vec![Number::NONE; kept.len()];
         let mut of = vec![0; kept.len()];
         for id in ids() {
             let (root, turned) = connected.root(id);
+            let set = sets[root as usize];
             let number = &mut number[root as usize];
             if *number == Number::NONE {
-                *number = found.begin(id);
+                *number = if set.is_closed() {
+                    found.begin(id)
+                } else {
+                    Number::OPEN
+                };
             }
             if *number != Number::OPEN {
                 of[id as usize] = number.0 | if turned { TURNED } else { 0 };
@@ -253,57 +304,17 @@ impl ClosedMeshes {
         }
         if !found.meshes.is_empty() {
             found.of = of;
-            found.find_sides((&ends, &edges), corners);
+        }
+        let fine_and_turned = |id| {
+            let (root, turned) = connected.root(id);
+            let fine = kept[id as usize] && sets[root as usize].is_fine(all);
+            (fine, turned)
+        };
+        let (fine, turned): (Vec<_>, _) = (0..).take(kept.len()).map(fine_and_turned).unzip();
+        if fine.contains(&true) {
+            found.fine = FineTriangles::new((&ends, &edges), corners, &fine, turned);
         }
         found
-    }
-
-    /// Finds the neighbours in fine meshes, whose edges all belong to two.
-    fn find_sides(&mut self, (ends, edges): (&[u32], &[u64]), corners: impl Fn(u32) -> [u32; 3]) {
-        if self.fine().next().is_none() {
-            return;
-        }
-        self.sides = vec![[NONE; 3]; self.of.len()];
-        let mut begin = 0;
-        for (place, &end) in (0_u32..).zip(ends) {
-            let here = &edges[begin..end as usize];
-            begin = end as usize;
-            for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
-                let &[a, b] = same else { continue };
-                let (i, j) = (low(a), low(b));
-                if !self.is_fine(i) {
-                    continue;
-                }
-                let ends = [place, low(a >> 33)];
-                let alike = u32::from((a ^ b) >> 32 & 1 == 0);
-                for (here, beyond) in [(i, j), (j, i)] {
-                    let c = corners(here);
-                    let is_here = |k: &usize| {
-                        let side = [c[*k], c[(k + 1) % 3]];
-                        side == ends || side == [ends[1], ends[0]]
-                    };
-                    if let Some(k) = (0..3).find(is_here) {
-                        self.sides[here as usize][k] = beyond << 1 | alike;
-                    }
-                }
-            }
-        }
-    }
-
-    fn is_fine(&self, id: u32) -> bool {
-        let mesh = usize::from(self.of[id as usize] & !TURNED);
-        mesh > 0 && self.meshes[mesh - 1].count >= self.fine
-    }
-
-    /// Whether a triangle is turned against the first of its mesh.
-    pub(crate) fn is_turned(&self, id: u32) -> bool {
-        self.of[id as usize] & TURNED != 0
-    }
-
-    /// The least and the largest number of each fine mesh's triangles.
-    pub(crate) fn fine(&self) -> impl Iterator<Item = [u32; 2]> {
-        let fine = self.meshes.iter().filter(|mesh| mesh.count >= self.fine);
-        fine.map(|mesh| [mesh.first, mesh.last])
     }
 
     /// A mesh that begins with a triangle, empty as yet; beyond the numbers' end it counts as open.
@@ -317,7 +328,6 @@ impl ClosedMeshes {
             hi: [f32::NEG_INFINITY; 3],
             first: id,
             last: id,
-            count: 0,
         });
         Number(number)
     }
@@ -328,11 +338,48 @@ impl ClosedMesh {
     fn add(&mut self, id: u32, vertices: [[f32; 3]; 3]) {
         self.last = self.last.max(id);
         self.first = self.first.min(id);
-        self.count += 1;
         for (axis, x) in vertices.into_iter().flat_map(|v| (0..3).zip(v)) {
             self.lo[axis] = least(self.lo[axis], x);
             self.hi[axis] = most(self.hi[axis], x);
         }
+    }
+}
+
+impl FineTriangles {
+    /// Finds the neighbours of those triangles that are `fine`.
+    fn new(
+        (ends, edges): (&[u32], &[u64]),
+        corners: impl Fn(u32) -> [u32; 3],
+        fine: &[bool],
+        turned: Vec<bool>,
+    ) -> Self {
+        let of = |fine: &bool| if *fine { [EDGE; 3] } else { [NONE; 3] };
+        let mut sides: Vec<[u32; 3]> = fine.iter().map(of).collect();
+        let mut begin = 0;
+        for (place, &end) in (0_u32..).zip(ends) {
+            let here = &edges[begin..end as usize];
+            begin = end as usize;
+            for same in here.chunk_by(|a, b| a >> 33 == b >> 33) {
+                let &[a, b] = same else { continue };
+                let (i, j) = (low(a), low(b));
+                if !fine[i as usize] {
+                    continue;
+                }
+                let ends = [place, low(a >> 33)];
+                let alike = u32::from((a ^ b) >> 32 & 1 == 0);
+                for (here, beyond) in [(i, j), (j, i)] {
+                    let c = corners(here);
+                    let is_here = |k: &usize| {
+                        let side = [c[*k], c[(k + 1) % 3]];
+                        side == ends || side == [ends[1], ends[0]]
+                    };
+                    if let Some(k) = (0..3).find(is_here) {
+                        sides[here as usize][k] = beyond << 1 | alike;
+                    }
+                }
+            }
+        }
+        Self { sides, turned }
     }
 }
 
@@ -471,7 +518,7 @@ impl<'a> BackfaceFilter<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{ClosedMeshes, Geometry, TURNED, weld_in_table, weld_sorted};
+    use super::{ClosedMeshes, EDGE, Geometry, NONE, TURNED, weld_in_table, weld_sorted};
 
     #[allow(clippy::float_cmp, reason = "the very same place")]
     #[test]
@@ -572,6 +619,44 @@ mod tests {
         positions.extend([[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, -1.0]]);
         triangles.push([36, 37, 38]);
         assert!(find(&positions, &triangles).meshes.is_empty());
+    }
+
+    /// A strip of `columns` × 8 quads, open or closed to a ring, which may be twisted.
+    fn strip(columns: u32, ring: bool, twisted: bool) -> ClosedMeshes {
+        let row = columns + 1;
+        let positions: Vec<[f32; 3]> = (0..9 * row)
+            .map(|i| [(i % row) as f32, (i / row) as f32, 0.0])
+            .collect();
+        let corner = |x: u32, y: u32| match (ring && x == columns, twisted) {
+            (false, _) => y * row + x,
+            (true, false) => y * row,
+            (true, true) => (8 - y) * row,
+        };
+        let quad = |k: u32| {
+            let (x, y) = (k % columns, k / columns);
+            let [a, b, c, d] =
+                [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| corner(x, y));
+            [[a, b, c], [a, c, d]]
+        };
+        let triangles: Vec<[u32; 3]> = (0..8 * columns).flat_map(quad).collect();
+        find(&positions, &triangles)
+    }
+
+    #[test]
+    fn fine_surfaces_may_have_edges_but_two_sides() {
+        // 800 triangles, with 116 or 100 sides that are edges.
+        for (ring, edges) in [(false, 116), (true, 100)] {
+            let found = strip(50, ring, false);
+            assert!(found.meshes.is_empty());
+            let sides: Vec<u32> = found.fine.sides.into_iter().flatten().collect();
+            assert_eq!(sides.len(), 2400);
+            assert!(sides.iter().all(|side| *side != NONE));
+            assert_eq!(sides.iter().filter(|side| **side == EDGE).count(), edges);
+            // Neighbours run along their sides in opposite directions.
+            assert!(sides.iter().all(|side| *side == EDGE || side & 1 == 0));
+        }
+        assert!(strip(50, true, true).fine.sides.is_empty());
+        assert!(strip(31, false, false).fine.sides.is_empty());
     }
 
     /// The projective plane of six corners: every edge belongs to two, but they cannot all

@@ -56,7 +56,7 @@ pub(crate) struct Waiting {
 }
 
 /// The images of eight boxes or triangles.
-struct Images {
+pub(crate) struct Images {
     low: Lanes<[f32; 8]>,
     high: Lanes<[f32; 8]>,
     bins: Lanes<[u64; 8]>,
@@ -65,7 +65,7 @@ struct Images {
 impl Images {
     /// From bounds of p and of q.
     #[inline(always)]
-    fn new<S: Simd>(s: S, low: [S::F; 2], high: [S::F; 2]) -> Self {
+    pub(crate) fn new<S: Simd>(s: S, low: [S::F; 2], high: [S::F; 2]) -> Self {
         // Adding 2²³ rounds to an integer; less a half, that is at most one too low for a whole
         // number.
         let (zero, end) = (s.splat(0.0), s.splat(63.0));
@@ -164,7 +164,7 @@ impl Covered {
 
     /// The same for eight images: a bit each.
     #[inline(always)]
-    fn needs_any<S: Simd>(&self, s: S, images: &Images) -> u8 {
+    pub(crate) fn needs_any<S: Simd>(&self, s: S, images: &Images) -> u8 {
         let (low, high) = (s.load(&images.low), s.load(&images.high));
         let mut needed = 0;
         for k in 0..self.blocks.min(BLOCKS) {
@@ -235,17 +235,7 @@ fn push_boxes<S: Simd>(
     stack: &mut Vec<Waiting>,
 ) -> u8 {
     let (least, most) = bounds.extents(s, node);
-    let near = s.splat(1.0) / least[2];
-    let far = s.splat(1.0) / most[2];
-    let mut low = [near; 2];
-    let mut high = [near; 2];
-    for k in 0..2 {
-        // The room covers the two roundings of a quotient as well.
-        let l = s.min(least[k] * near, least[k] * far);
-        let h = s.max(most[k] * near, most[k] * far);
-        low[k] = s.fma(s.abs(l), s.splat(-1e-6), l);
-        high[k] = s.fma(s.abs(h), s.splat(1e-6), h);
-    }
+    let [low, high] = ShaftBounds::images(s, &least, &most);
     let images = Images::new(s, low, high);
     let before = s.lt(s.splat(1e-6), least[2]);
     let mut depth = Lanes([0.0; 8]);
@@ -319,8 +309,20 @@ pub(crate) struct DenseQuery {
     pub(crate) exclude: (u32, u32),
 }
 
-/// The visible pieces of the few lines in `scratch.lines`, in the coordinates of `frame`; false if
-/// there are no [bounds](ShaftBounds::new) in it.
+/// How far the lines of a dense shaft are answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answered {
+    /// Not at all: there are no [bounds](ShaftBounds::new).
+    Nothing,
+    /// They are hidden as a whole.
+    Hidden,
+    /// What is hidden of them is known.
+    All,
+    /// A ray for each of [`Crossings::gaps`] tells what is hidden of that, too.
+    ByRays,
+}
+
+/// Finds what hides the few lines in `scratch.lines`, in the coordinates of `frame`.
 #[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 fn dense_kernel<S: Simd>(
@@ -329,8 +331,7 @@ fn dense_kernel<S: Simd>(
     query: &DenseQuery,
     frame: &LightFrame,
     scratch: &mut Scratch,
-    out: &mut VisibleLines,
-) -> bool {
+) -> Answered {
     let Scratch {
         counters,
         corners,
@@ -338,7 +339,6 @@ fn dense_kernel<S: Simd>(
         ready,
         lines,
         slots_per_line,
-        pieces,
         waiting: stack,
         covered,
         crossings,
@@ -349,7 +349,7 @@ fn dense_kernel<S: Simd>(
     let around = (query.lo, query.hi);
     let bounds = ShaftBounds::new(s, occluders, point, around, frame, query.exclude);
     let Some(bounds) = &bounds else {
-        return false;
+        return Answered::Nothing;
     };
     let hierarchy = &*occluders.hierarchy;
     let meshes = hierarchy.meshes();
@@ -358,41 +358,34 @@ fn dense_kernel<S: Simd>(
     covered.start(lines);
     corners.clear();
     crossings.cut.clear();
-    let mut by_silhouettes = false;
-    if hierarchy.surfaces.serve(query.exclude)
-        && let Some(block) = lines.blocks.first_mut()
-        && let Some(search) = Search::new(
-            (hierarchy, occluders.extent),
-            (bounds, frame),
-            point,
-            (&covered.low[0], &covered.high[0]),
-            block,
-        )
-    {
-        by_silhouettes = true;
-        search.walk(s, block, crossings, counters);
-        crossings.hide(block, slots_per_line);
-        if covered.record(s, lines, slots_per_line) {
-            return true;
-        }
-    }
-    let surfaces = by_silhouettes.then_some(&hierarchy.surfaces);
+    let surfaces = Some(&hierarchy.surfaces).filter(|s| s.serve(query.exclude));
     stack.clear();
     stack.push(Waiting {
         child: Child::node(0),
         image: Image::ALL,
     });
+    // All triangles but those of surfaces, from front to back; then those that have to be cut.
+    let mut looked_for = surfaces.is_none();
     loop {
-        // Triangles of surfaces that have to be cut, and then all others.
-        let cut = crossings.cut.pop();
+        let next = stack.pop();
+        if next.is_none() && corners.count == 0 && !looked_for {
+            looked_for = true;
+            let extent = (hierarchy, occluders.extent);
+            let search = Search::new(extent, (bounds, frame), point, covered, lines);
+            search.walk(s, lines, crossings, counters);
+        }
+        let cut = if next.is_none() {
+            crossings.cut.pop()
+        } else {
+            None
+        };
         if let Some((leaf, which)) = cut {
             let slots = Child::leaf(leaf as usize, 8).slots();
             let codes = backfaces.codes(leaf as usize);
             let leaf = &hierarchy.leaves[leaf as usize];
             corners.add(s, leaf, which, &slots, Some(&codes));
         }
-        let next = if cut.is_some() { None } else { stack.pop() };
-        let is_last = cut.is_none() && next.is_none();
+        let is_last = next.is_none() && cut.is_none();
         if let Some(b) = &next {
             if !covered.needs(s, &b.image) {
                 continue;
@@ -434,22 +427,41 @@ fn dense_kernel<S: Simd>(
             counters.candidates += flat.count as u64;
             if left.is_none() {
                 // One triangle before all the lines: nothing is visible.
-                return true;
+                return Answered::Hidden;
             }
             sweep::sweep_flat(s, flat, ready, lines, slots_per_line);
             if flat.count > 0 && covered.record(s, lines, slots_per_line) {
-                return true;
+                return Answered::Hidden;
             }
         }
-        if is_last {
+        if is_last && looked_for {
             break;
         }
     }
+    if surfaces.is_none() {
+        return Answered::All;
+    }
+    crossings.cut_lines(lines, slots_per_line);
+    Answered::ByRays
+}
+
+/// Hands out the visible pieces of lines of which all that is hidden is known.
+#[inline(always)]
+fn finish_kernel<S: Simd>(s: S, scratch: &mut Scratch, out: &mut VisibleLines) {
+    let Scratch {
+        lines,
+        slots_per_line,
+        pieces,
+        ..
+    } = scratch;
     merge::finish(s, lines, slots_per_line, pieces, out);
-    true
 }
 
 dispatch! {
-    /// The visible pieces of the few lines of a dense shaft, on an instruction set.
-    pub(crate) fn dense = dense_kernel(occluders: &Occluders, query: &DenseQuery, frame: &LightFrame, scratch: &mut Scratch, out: &mut VisibleLines) -> bool
+    /// Finds what hides the few lines of a dense shaft, on an instruction set.
+    pub(crate) fn dense = dense_kernel(occluders: &Occluders, query: &DenseQuery, frame: &LightFrame, scratch: &mut Scratch) -> Answered
+}
+dispatch! {
+    /// What is visible of the few lines of a dense shaft, on an instruction set.
+    pub(crate) fn finish = finish_kernel(scratch: &mut Scratch, out: &mut VisibleLines) -> ()
 }

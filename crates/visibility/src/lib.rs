@@ -28,8 +28,8 @@
 //! there; a triangle hides an interval whose ends are linear in u, evaluated for eight lines at a
 //! time. Of closed meshes, half of the triangles will do. Shafts with more than a few hundred
 //! triangles are walked anew for every few lines, from front to back, past what is hidden already.
-//! Fine closed meshes are not looked at triangle by triangle there: what they hide of a line lies
-//! between its crossings of their silhouettes, as many for a finer mesh of the same shape.
+//! Fine meshes are not looked at triangle by triangle there: what they hide of a line lies between
+//! its crossings of their silhouettes, as many for a finer mesh of the same shape.
 //!
 //! # Accuracy
 //!

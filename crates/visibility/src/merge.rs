@@ -197,6 +197,12 @@ impl Slots {
         self.sorted.push(run);
         self.sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     }
+
+    /// The same, handed out.
+    pub(crate) fn sorted(&mut self, block: usize, lane: usize, run: (f64, f64)) -> &[(f64, f64)] {
+        self.sort_line(block, lane, run);
+        &self.sorted
+    }
 }
 
 /// The visible pieces of eight lines, in parameters that ascend from row to row.

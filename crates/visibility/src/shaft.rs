@@ -2,9 +2,11 @@
 
 use crate::{
     LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
-    dense_shaft::{self, DenseQuery},
+    dense_shaft::{self, Answered, DenseQuery},
     images::Images,
-    ray, sweep,
+    ray::{self, Ray},
+    silhouette::Gap,
+    sweep,
     walk::{self, Found},
 };
 use linelit_geometry::{DVec3, Segment, Vector3};
@@ -350,12 +352,15 @@ impl Shaft<'_> {
 
     /// Whether nothing is before a point; false where no ray leads there, since numbers overflow.
     fn ray_reaches(&mut self, target: DVec3) -> bool {
-        let Some(ray) = bounds::shadow_ray(self.occluders, self.point, target) else {
-            return false;
-        };
+        let ray = bounds::shadow_ray(self.occluders, self.point, target);
+        ray.is_some_and(|ray| !self.meets(&ray))
+    }
+
+    /// Whether a ray meets anything.
+    fn meets(&mut self, ray: &Ray) -> bool {
         self.scratch.counters.rays += 1;
         let (isa, exclude) = (self.occluders.isa, self.excluded());
-        !ray::any(isa, self.occluders, &ray, &exclude, self.scratch)
+        ray::any(isa, self.occluders, ray, &exclude, self.scratch)
     }
 
     /// Answers the lines of a dense shaft, a few at a time.
@@ -419,15 +424,46 @@ impl Shaft<'_> {
             hi,
             exclude: self.exclude,
         };
-        let Self {
-            occluders, scratch, ..
-        } = self;
-        if dense_shaft::dense(occluders.isa, occluders, &query, &around, scratch, out) {
-            return;
+        let isa = self.occluders.isa;
+        match dense_shaft::dense(isa, self.occluders, &query, &around, self.scratch) {
+            Answered::Hidden => {}
+            Answered::All => dense_shaft::finish(isa, self.scratch, out),
+            Answered::ByRays => {
+                self.look_through_gaps(lines);
+                dense_shaft::finish(isa, self.scratch, out);
+            }
+            Answered::Nothing => {
+                for k in few {
+                    let i = first + self.scratch.ends.nth(k);
+                    self.by_all(&lines[i], i, out);
+                }
+            }
         }
-        for k in few {
-            let i = first + self.scratch.ends.nth(k);
-            self.by_all(&lines[i], i, out);
+    }
+
+    /// Hides what is hidden of the gaps of a few lines, as a ray for each tells.
+    fn look_through_gaps(&mut self, lines: &[Segment]) {
+        for k in 0..self.scratch.crossings.gaps.len() {
+            let Gap { line, middle, .. } = self.scratch.crossings.gaps[k];
+            let (index, lane) = (line as usize / 8, line as usize % 8);
+            let block = &self.scratch.lines.blocks[index];
+            let (from, to) = (block.from[lane], block.to[lane]);
+            let t = (middle - from) / (to - from);
+            let line = &lines[block.number[lane] as usize];
+            let t = if block.reversed >> lane & 1 == 0 {
+                t
+            } else {
+                1.0 - t
+            };
+            let is_visible = self.ray_reaches(line.at(t));
+            let Scratch {
+                crossings,
+                slots_per_line,
+                ..
+            } = &mut *self.scratch;
+            for (low, high) in crossings.hidden(k, is_visible) {
+                slots_per_line.push(index, lane, low, high);
+            }
         }
     }
 

@@ -1,10 +1,15 @@
-//! Lines past fine closed meshes: where they cross silhouettes.
+//! Lines past fine meshes: where they cross silhouettes.
 //!
-//! Along a line on the light, the number of a mesh's triangles that lie over it changes only where
-//! it crosses a side of which both neighbours lie on one side: two come, or two go. Beyond the
-//! mesh's image it is zero. So the crossings of silhouettes, from far before the line's start to
-//! its end, tell what the mesh hides of it, whatever shape it has, and whether or not it meets
-//! itself: what decides grows with the length of silhouettes and not with their meshes' triangles.
+//! Along a line on the light, the number of a surface's triangles that lie over it changes only
+//! where it crosses a side of which both neighbours lie on one side, so that two come or two go, or
+//! an edge, where one does. So a stretch between two crossings is hidden as a whole or not at all,
+//! whatever shape the surface has, and whether or not it meets itself: what decides grows with the
+//! length of silhouettes and not with the number of triangles.
+//!
+//! Of a gap between what other triangles hide, the crossings tell how many layers more or fewer
+//! lie over each stretch than over the first, and one ray the rest: if nothing is before the
+//! stretch under the fewest layers, there are none over it; if something is, there are some over
+//! all.
 //!
 //! A triangle that is not wholly between the shading point and the light, or runs far aside, is cut
 //! and hides what its pieces hide, as in any shaft; its neighbours begin and end at the sides they
@@ -13,27 +18,53 @@
 
 use crate::{
     Counters,
-    block::{LineBlock, ddot},
+    block::{LineBlock, Lines, ddot},
     bounds::ShaftBounds,
     build::Hierarchy,
+    dense_shaft::{Covered, GROUP, Images},
     frame::LightFrame,
     merge::Slots,
     node::{Child, Leaf, Node},
     project::{self, GUARD, Vertex},
-    surfaces::{FACING_ROOM, Facing, NONE},
+    surfaces::{EDGE, FACING_ROOM, Facing, NONE},
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_simd::Simd;
+use std::ops::Range;
 
-/// What decides where the lines of a dense shaft are hidden by fine meshes.
+/// Where the lines of a dense shaft may begin or cease to be hidden by fine meshes.
 #[derive(Debug, Default)]
 pub(crate) struct Crossings {
     /// Where each line crosses silhouettes, and how many layers more there are beyond.
-    of: [Vec<(f64, i32)>; 8],
+    of: [Vec<(f64, i32)>; GROUP],
     /// Leaves with triangles that have to be cut, and a bit for each of those.
     pub(crate) cut: Vec<(u32, u8)>,
+    /// Gaps between what is known to be hidden.
+    pub(crate) gaps: Vec<Gap>,
+    /// The stretches of all gaps.
+    stretches: Vec<Stretch>,
     /// Nodes and leaves still to visit.
     stack: Vec<u32>,
+}
+
+/// A part of a line between two neighbouring crossings.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    low: f64,
+    high: f64,
+    /// How many layers more lie over it than over the gap's first.
+    layers: i32,
+}
+
+/// A part of a line that is not known to be hidden, cut where it crosses silhouettes.
+#[derive(Clone, Debug)]
+pub(crate) struct Gap {
+    /// The line's number among the few.
+    pub(crate) line: u32,
+    /// The middle of the longest stretch under the fewest layers.
+    pub(crate) middle: f64,
+    layers: i32,
+    stretches: Range<u32>,
 }
 
 /// What silhouettes are looked for with: a shading point, and a few lines on a light.
@@ -45,12 +76,12 @@ pub(crate) struct Search<'a> {
     point: DVec3,
     /// How far off a distance from a plane may be.
     room: f32,
-    /// Whether triangles with a positive [`Outlines::facing`] are counter-clockwise in (p, q).
+    /// Whether [front](Outlines::front) triangles are counter-clockwise in (p, q).
     upright: bool,
-    /// Bounds of p of each line; nothing for what is no line.
-    low: &'a [f32; 8],
-    high: &'a [f32; 8],
-    /// The farthest of the lines' ends.
+    /// What is not hidden yet of the lines.
+    covered: &'a Covered,
+    /// The lines' ends, the least and the greatest.
+    start: f64,
     end: f64,
 }
 
@@ -58,8 +89,8 @@ pub(crate) struct Search<'a> {
 struct Outlines {
     p: [[f64; 8]; 3],
     q: [[f64; 8]; 3],
-    /// How far the shading point is behind each triangle's plane, times twice its area.
-    facing: [f64; 8],
+    /// A bit for each triangle whose plane the shading point is behind, as its corners run.
+    front: u8,
     /// A bit for each triangle whose corner is between the shading point and the light, and not far
     /// aside.
     good: [u8; 3],
@@ -74,12 +105,9 @@ impl Outlines {
 /// How many layers begin beyond a side that a line crosses, for a triangle that faces so and runs
 /// along it with p ascending or not.
 #[inline(always)]
-fn layers(facing: f64, upright: bool, ascending: bool) -> i32 {
-    if facing == 0.0 {
-        return 0;
-    }
+fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
     // Counter-clockwise, what is inside is left of the way.
-    let counter_clockwise = (facing > 0.0) == upright;
+    let counter_clockwise = is_front == upright;
     if counter_clockwise == ascending {
         1
     } else {
@@ -88,28 +116,26 @@ fn layers(facing: f64, upright: bool, ascending: bool) -> i32 {
 }
 
 impl<'a> Search<'a> {
-    /// Nothing where the light's frame has no orientation.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     pub(crate) fn new(
         (hierarchy, extent): (&'a Hierarchy, f64),
         (bounds, frame): (&'a ShaftBounds, &'a LightFrame),
         point: DVec3,
-        (low, high): (&'a [f32; 8], &'a [f32; 8]),
-        lines: &LineBlock,
-    ) -> Option<Self> {
-        let volume = frame.p.dot(frame.q.cross(frame.w));
+        covered: &'a Covered,
+        lines: &Lines,
+    ) -> Self {
         let size = extent.max(point.abs().max_element());
-        (volume != 0.0 && volume.is_finite()).then(|| Self {
+        Self {
             hierarchy,
             bounds,
             frame,
             point,
             room: (FACING_ROOM * size) as f32,
-            upright: volume > 0.0,
-            low,
-            high,
-            end: lines.to.iter().fold(0.0, |end, to| f64::max(end, *to)),
-        })
+            upright: frame.p.dot(frame.q.cross(frame.w)) > 0.0,
+            covered,
+            start: ends(lines, |block| &block.from).fold(1.0, f64::min),
+            end: ends(lines, |block| &block.to).fold(0.0, f64::max),
+        }
     }
 
     /// Finds where the lines cross silhouettes.
@@ -117,7 +143,7 @@ impl<'a> Search<'a> {
     pub(crate) fn walk<S: Simd>(
         &self,
         s: S,
-        lines: &LineBlock,
+        lines: &Lines,
         crossings: &mut Crossings,
         counters: &mut Counters,
     ) {
@@ -155,52 +181,36 @@ impl<'a> Search<'a> {
         counters.candidates += found as u64;
     }
 
-    /// The boxes of a node in which lines, or what is before their start, may cross a silhouette or
+    /// The boxes of a node in which lines may cross a silhouette, where they are not hidden yet, or
     /// a triangle that has to be cut.
+    #[allow(clippy::cast_possible_truncation, reason = "a small power of two")]
     #[inline(always)]
     fn boxes<S: Simd>(&self, s: S, node: &Node, facing: &Facing) -> u8 {
-        let (zero, one) = (s.splat(0.0), s.splat(1.0));
-        let (least, most) = self.bounds.extents(s, node);
-        let mut rows = [zero; 6];
-        for (row, bounds) in rows.iter_mut().zip(&node.bounds) {
-            *row = s.load(bounds);
-        }
-        // All half-spaces but the one at the lines' start.
-        let mut inside = s.min(most[2], one - least[2]);
-        for plane in [0, 1, 3] {
-            inside = s.min(inside, self.bounds.reach(s, plane, &rows));
-        }
-        let inside = s.le(zero, inside) & node.valid & facing.some;
+        let inside = self.bounds.boxes(s, node) & facing.some;
         if inside == 0 {
             return 0;
         }
+        let mut rows = [s.splat(0.0); 6];
+        for (row, bounds) in rows.iter_mut().zip(&node.bounds) {
+            *row = s.load(bounds);
+        }
+        let one_way = self.faces_one_way(s, &rows, facing);
+        let (least, most) = self.bounds.extents(s, node);
         let before = s.lt(s.splat(1e-6), least[2]);
-        let (near, far) = (one / least[2], one / most[2]);
-        let mut image = [[zero; 2]; 2];
-        for k in 0..2 {
-            let low = s.min(least[k] * near, least[k] * far);
-            let high = s.max(most[k] * near, most[k] * far);
-            image[k] = [
-                s.fma(s.abs(low), s.splat(-1e-6), low),
-                s.fma(s.abs(high), s.splat(1e-6), high),
-            ];
-        }
-        let mut crossed = 0;
-        for (low, high) in self.low.iter().zip(self.high) {
-            crossed |= s.le(image[0][0], s.splat(*high)) & s.le(s.splat(*low), image[0][1]);
-        }
-        crossed &= s.le(image[1][0], s.splat(1.0 + 1e-5));
-        let wanted = inside & (crossed | !before);
         // Where all triangles are whole and face one way, each goes on where another ends.
-        let mut aside = zero;
-        for bound in image.as_flattened() {
-            aside = s.max(aside, s.abs(*bound));
+        let mut aside = s.splat(0.0);
+        for k in 0..2 {
+            aside = s.max(aside, s.max(s.abs(least[k]), s.abs(most[k])));
         }
-        #[allow(clippy::cast_possible_truncation, reason = "a small power of two")]
-        let guard = s.splat(0.5 * GUARD as f32);
-        let margin = s.splat(1.0 - 4e-6);
-        let whole = before & s.le(aside, guard) & s.le(most[2], margin);
-        wanted & !(whole & self.faces_one_way(s, &rows, facing))
+        let guard = least[2] * (0.5 * GUARD as f32);
+        let whole = before & s.le(aside, guard) & s.le(most[2], s.splat(1.0 - 4e-6));
+        let wanted = inside & !(whole & one_way);
+        if wanted & before == 0 {
+            return wanted;
+        }
+        let [low, high] = ShaftBounds::images(s, &least, &most);
+        let needed = self.covered.needs_any(s, &Images::new(s, low, high));
+        wanted & (needed | !before)
     }
 
     /// The boxes in which all triangles, and their neighbours, surely face one way.
@@ -222,7 +232,7 @@ impl<'a> Search<'a> {
 
     /// Finds the crossings in a leaf.
     #[inline(always)]
-    fn look_into<S: Simd>(&self, s: S, child: Child, lines: &LineBlock, crossings: &mut Crossings) {
+    fn look_into<S: Simd>(&self, s: S, child: Child, lines: &Lines, crossings: &mut Crossings) {
         let index = child.leaf_index();
         let sides = &self.hierarchy.surfaces.sides[index];
         let part = !s.in_range(&sides[0], NONE, 1) & child.mask();
@@ -239,49 +249,74 @@ impl<'a> Search<'a> {
                 crossings.cut.push((index as u32, within));
             }
         }
-        let (first, last) = (s.dsplat(lines.u[0]), s.dsplat(lines.u[7]));
+        let (Some(first), Some(last)) = (lines.blocks.first(), lines.blocks.last()) else {
+            return;
+        };
+        let (first, last) = (s.dsplat(first.u[0]), s.dsplat(last.u[7]));
         let slots = child.slots();
         for (k, sides) in sides.iter().enumerate() {
             let j = (k + 1) % 3;
             let (p, p1) = (s.dload(&outlines.p[k]), s.dload(&outlines.p[j]));
             let zero = s.dsplat(0.0);
             let (low, high) = (zero - s.dmax(p, p1), zero - s.dmin(p, p1));
-            let start = s.dmin(s.dload(&outlines.q[k]), s.dload(&outlines.q[j]));
-            let met = s.dle(low, last) & s.dlt(first, high) & s.dle(start, s.dsplat(self.end));
+            let (q, q1) = (s.dload(&outlines.q[k]), s.dload(&outlines.q[j]));
+            let along = s.dle(s.dmin(q, q1), s.dsplat(self.end))
+                & s.dle(s.dsplat(self.start), s.dmax(q, q1));
+            let met = s.dle(low, last) & s.dlt(first, high) & along;
             let mut met = part & outlines.good[k] & outlines.good[j] & s.bits(met);
-            let (mut lows, mut highs) = ([0.0; 8], [0.0; 8]);
-            s.dstore(low, &mut lows);
-            s.dstore(high, &mut highs);
+            if met == 0 {
+                continue;
+            }
+            // Most sides of fine triangles are between the lines.
+            let mut crossed = s.dlt(zero, zero);
+            for u in lines.blocks.iter().flat_map(|block| &block.u) {
+                let u = s.dsplat(*u);
+                crossed = crossed | s.dle(low, u) & s.dlt(u, high);
+            }
+            met &= s.bits(crossed);
             while met != 0 {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
-                // Most sides of fine triangles are between the lines.
-                let u = s.dload(&lines.u);
-                let on_line = s.dle(s.dsplat(lows[lane]), u) & s.dlt(u, s.dsplat(highs[lane]));
-                if s.bits(on_line) == 0 {
-                    continue;
-                }
-                let side = sides[lane];
-                let is_whole = outlines.whole() >> lane & 1 != 0;
-                // Of two whole neighbours, the first tells of both; one that is not tells of one
-                // that is.
-                if is_whole && side >> 1 < slots[lane] {
-                    continue;
-                }
-                let Some(beyond) = self.facing_of(side >> 1) else {
-                    continue;
-                };
                 let [a, b] = [k, j].map(|k| [outlines.p[k][lane], outlines.q[k][lane]]);
-                let ascending = a[0] < b[0];
-                let mut change = layers(beyond, self.upright, ascending == (side & 1 != 0));
-                if is_whole {
-                    change += layers(outlines.facing[lane], self.upright, ascending);
-                }
+                let change = self.change(&outlines, (slots[lane], sides[lane]), a[0] < b[0]);
                 if change != 0 {
                     cross(lines, (a, b), change, &mut crossings.of);
                 }
             }
         }
+    }
+
+    /// How many layers begin beyond a side of a triangle, here or as its neighbour has it, with p
+    /// ascending along it or not; none where the neighbour tells.
+    #[inline(always)]
+    fn change(&self, outlines: &Outlines, (slot, side): (u32, u32), ascending: bool) -> i32 {
+        let lane = slot & 7;
+        let is_whole = outlines.whole() >> lane & 1 != 0;
+        let is_front = outlines.front >> lane & 1 != 0;
+        // Of two whole neighbours one tells: where they run along their side in opposite
+        // directions, the front, if the other is none; else the first.
+        let opposite = side & 1 == 0;
+        let other_tells = (opposite & !is_front) | (!opposite & (side >> 1 < slot));
+        if is_whole & other_tells {
+            return 0;
+        }
+        let own = match is_whole {
+            true => layers(is_front, self.upright, ascending),
+            false => 0,
+        };
+        if side == EDGE {
+            return own;
+        }
+        let (neighbour, is_here) = (side >> 1, side >> 4 == slot >> 3);
+        let beyond = match is_here {
+            true => outlines.front >> (neighbour & 7) & 1 != 0,
+            false => self.is_front(neighbour),
+        };
+        // One that is not whole tells of its neighbours.
+        if is_whole & opposite & beyond || !self.is_whole(neighbour) {
+            return 0;
+        }
+        own + layers(beyond, self.upright, ascending != opposite)
     }
 
     /// The outlines of a leaf's triangles, and a bit for each that may hide something.
@@ -290,7 +325,7 @@ impl<'a> Search<'a> {
         let mut outlines = Outlines {
             p: [[0.0; 8]; 3],
             q: [[0.0; 8]; 3],
-            facing: [0.0; 8],
+            front: 0,
             good: [0; 3],
         };
         let (near, end) = (s.dsplat(self.frame.near), s.dsplat(1.0 - LIGHT_MARGIN));
@@ -324,25 +359,14 @@ impl<'a> Search<'a> {
             a[1] - self.point.y,
             a[2] - self.point.z,
         );
-        s.dstore(n[0] * x + n[1] * y + n[2] * z, &mut outlines.facing);
+        outlines.front = s.bits(s.dlt(s.dsplat(0.0), n[0] * x + n[1] * y + n[2] * z));
         (outlines, some_before & some_between)
     }
 
-    /// The same of one triangle: how it faces, unless it has to be cut.
+    /// Whether the shading point is behind a triangle's plane: as [`Outlines::front`].
     #[inline(always)]
-    fn facing_of(&self, slot: u32) -> Option<f64> {
-        let leaf = &self.hierarchy.leaves[slot as usize / 8];
-        let places = leaf.triangle(slot as usize % 8).map(|v| v.map(f64::from));
-        let mut good = true;
-        for place in places {
-            let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - self.point[axis]);
-            let form = |n: DVec3| x * n.x + y * n.y + z * n.z;
-            let (p, q, w) = (form(self.frame.p), form(self.frame.q), form(self.frame.w));
-            let limit = w * GUARD;
-            good &= self.frame.near <= w && w <= 1.0 - LIGHT_MARGIN;
-            good &= p.abs() <= limit && q.abs() <= limit;
-        }
-        let [a, b, c] = places;
+    fn is_front(&self, slot: u32) -> bool {
+        let [a, b, c] = self.triangle(slot);
         let (ex, ey, ez) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
         let (fx, fy, fz) = (c[0] - a[0], c[1] - a[1], c[2] - a[2]);
         let n = [ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx];
@@ -351,17 +375,36 @@ impl<'a> Search<'a> {
             a[1] - self.point.y,
             a[2] - self.point.z,
         );
-        good.then(|| n[0] * x + n[1] * y + n[2] * z)
+        n[0] * x + n[1] * y + n[2] * z > 0.0
+    }
+
+    /// Whether a triangle does not have to be cut: as [`Outlines::whole`].
+    #[inline(always)]
+    fn is_whole(&self, slot: u32) -> bool {
+        self.triangle(slot).into_iter().all(|place| {
+            let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - self.point[axis]);
+            let form = |n: DVec3| x * n.x + y * n.y + z * n.z;
+            let (p, q, w) = (form(self.frame.p), form(self.frame.q), form(self.frame.w));
+            let limit = w * GUARD;
+            let between = self.frame.near <= w && w <= 1.0 - LIGHT_MARGIN;
+            between && p.abs() <= limit && q.abs() <= limit
+        })
+    }
+
+    #[inline(always)]
+    fn triangle(&self, slot: u32) -> [[f64; 3]; 3] {
+        let leaf = &self.hierarchy.leaves[slot as usize / 8];
+        leaf.triangle(slot as usize % 8).map(|v| v.map(f64::from))
     }
 }
 
 /// Notes where lines cross a side: the same expression as for a triangle's interval.
 #[inline(always)]
 fn cross(
-    lines: &LineBlock,
+    lines: &Lines,
     ([p, q], [p1, q1]): ([f64; 2], [f64; 2]),
     change: i32,
-    crossings: &mut [Vec<(f64, i32)>; 8],
+    of: &mut [Vec<(f64, i32)>; GROUP],
 ) {
     // Across is −p.
     let ends = [(-p, q), (-p1, q1)];
@@ -371,38 +414,104 @@ fn cross(
         ends
     };
     let slope = (v1 - v0) / (u1 - u0).max(1e-280);
-    for (u, crossings) in lines.u.iter().zip(crossings) {
-        if u0 <= *u && *u < u1 {
-            crossings.push((v0 + (u - u0) * slope, change));
+    for (block, of) in lines.blocks.iter().zip(of.as_chunks_mut::<8>().0) {
+        for (lane, (u, of)) in block.u.iter().zip(of).enumerate() {
+            let place = v0 + (u - u0) * slope;
+            if u0 <= *u && *u < u1 && block.from[lane] < place && place < block.to[lane] {
+                of.push((place, change));
+            }
         }
     }
 }
 
+/// One of the two ends of each line.
+fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item = f64> {
+    lines.blocks.iter().flat_map(which).copied()
+}
+
+/// No ray is sent towards stretches that are narrower, as a fraction of the light: where crossings
+/// meet in one place, their order is a matter of rounding.
+const NARROW: f64 = 1e-13;
+
+impl Gap {
+    /// Of the stretches from `first` on; none that is too narrow to matter.
+    #[allow(clippy::cast_possible_truncation, reason = "stretches are fewer")]
+    fn new(line: u32, stretches: &[Stretch], first: usize) -> Option<Self> {
+        let width = |stretch: &Stretch| stretch.high - stretch.low;
+        let wide = stretches[first..].iter().filter(|s| width(s) > NARROW);
+        let order = |a: &&Stretch, b: &&Stretch| {
+            let wider = || width(b).total_cmp(&width(a));
+            a.layers.cmp(&b.layers).then_with(wider)
+        };
+        let fewest = wide.min_by(order)?;
+        Some(Self {
+            line,
+            middle: 0.5 * (fewest.low + fewest.high),
+            layers: fewest.layers,
+            stretches: first as u32..stretches.len() as u32,
+        })
+    }
+}
+
 impl Crossings {
-    /// Hides from each line what has layers over it.
-    pub(crate) fn hide(&mut self, lines: &mut LineBlock, slots: &mut Slots) {
-        for (lane, crossings) in self.of.iter_mut().enumerate() {
+    /// Cuts what is left of lines where they cross silhouettes.
+    pub(crate) fn cut_lines(&mut self, lines: &Lines, slots: &mut Slots) {
+        let Self {
+            of,
+            gaps,
+            stretches,
+            ..
+        } = self;
+        gaps.clear();
+        stretches.clear();
+        for (line, crossings) in (0_u32..).zip(of).take(lines.count) {
+            let (index, k) = (line as usize / 8, line as usize % 8);
+            let block = &lines.blocks[index];
+            let (from, to) = (block.from[k], block.to[k]);
+            if !(from < to) {
+                continue;
+            }
             // What begins before what ends in the same place.
             crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-            let (from, to) = (lines.from[lane], lines.to[lane]);
-            let (mut count, mut start) = (0, f64::NEG_INFINITY);
-            let mut keep = |low: f64, high: f64| {
-                if low < to && from < high {
-                    slots.push(0, lane, low, high);
+            let mut next = crossings.iter().copied().peekable();
+            let mut start = from;
+            let hidden = slots.sorted(index, k, (block.run_lo[k], block.run_hi[k]));
+            let is_some = |(low, high): &&(f64, f64)| low <= high;
+            for &(low, high) in hidden.iter().filter(is_some).chain([&(to, to)]) {
+                let end = low.min(to);
+                while next.next_if(|(place, _)| *place <= start).is_some() {}
+                if start < end {
+                    let first = stretches.len();
+                    let mut layers = 0;
+                    while let Some((place, change)) = next.next_if(|(place, _)| *place < end) {
+                        stretches.push(Stretch {
+                            low: start,
+                            high: place,
+                            layers,
+                        });
+                        start = place;
+                        layers += change;
+                    }
+                    stretches.push(Stretch {
+                        low: start,
+                        high: end,
+                        layers,
+                    });
+                    gaps.extend(Gap::new(line, stretches, first));
                 }
-            };
-            for &(place, change) in &*crossings {
-                let before = count;
-                count += change;
-                if before <= 0 && count > 0 {
-                    start = place;
-                } else if before > 0 && count <= 0 {
-                    keep(start, place);
-                }
-            }
-            if count > 0 {
-                keep(start, to.max(start) + 1.0);
+                start = start.max(high);
             }
         }
+    }
+
+    /// What is hidden of a gap, once it is known whether its [middle](Gap::middle) is visible: if
+    /// it is, no layer is over that, nor over what has as few; if not, some are over all of it.
+    pub(crate) fn hidden(&self, gap: usize, is_visible: bool) -> impl Iterator<Item = (f64, f64)> {
+        let Gap {
+            layers, stretches, ..
+        } = &self.gaps[gap];
+        let stretches = &self.stretches[stretches.start as usize..stretches.end as usize];
+        let hidden = move |s: &&Stretch| !is_visible || s.layers != *layers;
+        stretches.iter().filter(hidden).map(|s| (s.low, s.high))
     }
 }

@@ -1,11 +1,11 @@
-//! Fine closed meshes as surfaces: which triangles are neighbours, and which way they all face.
+//! Fine meshes as surfaces: which triangles are neighbours, and which way they all face.
 //!
 //! What a triangle hides of a line begins at one of its sides and ends at another. Where two
 //! neighbours lie on either side of the side they share, as nearly everywhere, one goes on where
 //! the other ends; the number of layers over a line changes only at the sides of which both lie on
-//! one side, its *silhouette* as seen from the shading point. A node keeps bounds of the planes of
-//! all triangles in it and next to it: where they all face the shading point, or all face away, it
-//! has no silhouette.
+//! one side, the surface's *silhouette* as seen from the shading point, and at its edges. A node
+//! keeps bounds of the planes of all triangles in it and next to it: where they all face the
+//! shading point, or all face away, and none has an edge, nothing changes.
 
 use crate::{
     build::Geometry,
@@ -19,12 +19,18 @@ use linelit_simd::Simd;
 /// `docs/decisions/015-silhouettes-of-fine-meshes.md`.
 pub(crate) const FINE: u32 = 512;
 
-/// And so are those that hold less than this part of all triangles: where many meshes stand behind
-/// each other, the nearest hide most of what the others' silhouettes would tell.
+/// So are those that hold less than this part of all triangles: where many meshes stand behind each
+/// other, the nearest hide most of what the others' silhouettes would tell.
 pub(crate) const FEW: u32 = 16;
+
+/// And so are those of which more than one side in so many triangles is an edge.
+pub(crate) const MOSTLY: u32 = 4;
 
 /// A side of a triangle that belongs to no surface.
 pub(crate) const NONE: u32 = u32::MAX;
+
+/// A side of a surface's triangle that has no other triangle beyond it, or several.
+pub(crate) const EDGE: u32 = u32::MAX - 2;
 
 /// Height of a triangle, as a fraction of its longest side and of the scene, from which the way it
 /// faces is known in `f64` where [`FACING_ROOM`] says so.
@@ -44,7 +50,7 @@ pub(crate) struct Surfaces {
     pub(crate) sides: Vec<[[u32; 8]; 3]>,
     /// For each node, how its children face.
     pub(crate) facing: Vec<Facing>,
-    /// The least and the largest numbers of each surface's triangles, as the caller counts.
+    /// The stretches of the caller's numbers that are triangles of surfaces: first, and beyond.
     ranges: Vec<[u32; 2]>,
 }
 
@@ -142,26 +148,36 @@ impl Surfaces {
         closed: &ClosedMeshes,
         (nodes, leaves): (&[Node], &[Leaf]),
     ) -> Self {
-        if closed.sides.is_empty() {
+        let fine = &closed.fine;
+        if fine.sides.is_empty() {
             return Self::default();
         }
-        let mut slot_of = vec![NONE; closed.sides.len()];
+        let mut slot_of = vec![NONE; fine.sides.len()];
         for (slot, id) in slots(leaves) {
             slot_of[id as usize] = slot;
         }
         let mut sides = vec![[[NONE; 8]; 3]; leaves.len()];
         for (slot, id) in slots(leaves) {
             let (leaf, lane) = (slot as usize / 8, slot as usize % 8);
-            for (k, side) in closed.sides[id as usize].into_iter().enumerate() {
-                if side != NONE {
-                    sides[leaf][k][lane] = slot_of[(side >> 1) as usize] << 1 | side & 1;
-                }
+            for (k, side) in fine.sides[id as usize].into_iter().enumerate() {
+                sides[leaf][k][lane] = match side {
+                    NONE | EDGE => side,
+                    _ => slot_of[(side >> 1) as usize] << 1 | side & 1,
+                };
+            }
+        }
+        let is_fine = (0_u32..).zip(fine.sides.iter().map(|sides| sides[0] != NONE));
+        let mut ranges: Vec<[u32; 2]> = Vec::new();
+        for (id, _) in is_fine.filter(|(_, is_fine)| *is_fine) {
+            match ranges.last_mut() {
+                Some([_, end]) if *end == id => *end += 1,
+                _ => ranges.push([id, id + 1]),
             }
         }
         let mut surfaces = Self {
             sides,
             facing: vec![Facing::NOTHING; nodes.len()],
-            ranges: closed.fine().collect(),
+            ranges,
         };
         surfaces.face(geometry, closed, (nodes, leaves));
         surfaces
@@ -177,7 +193,7 @@ impl Surfaces {
         let size = f64::from(geometry.extent);
         let plane = |slot: u32| {
             let (leaf, lane) = (&leaves[slot as usize / 8], slot as usize % 8);
-            Plane::new(leaf, lane, closed.is_turned(leaf.id[lane]), size)
+            Plane::new(leaf, lane, closed.fine.turned[leaf.id[lane] as usize], size)
         };
         // Where each node hangs: what is above a node stands before it.
         let mut above = vec![(NONE, 0_usize); nodes.len()];
@@ -195,9 +211,14 @@ impl Surfaces {
                 for own in (0..8).filter(|own| sides[0][*own] != NONE) {
                     count += 1;
                     planes.push(plane(slots[own]));
-                    let beyond = sides.map(|side| side[own] >> 1).into_iter();
-                    let elsewhere = beyond.filter(|slot| slot / 8 != slots[0] / 8);
-                    planes.extend(elsewhere.map(plane));
+                    for side in sides.map(|side| side[own]) {
+                        if side == EDGE {
+                            // An edge may be crossed however it faces.
+                            planes.push(None);
+                        } else if side >> 4 != slots[0] >> 3 {
+                            planes.push(plane(side >> 1));
+                        }
+                    }
                 }
                 let here = &mut self.facing[at as usize];
                 here.whole |= u8::from(count == child.count()) << lane;
@@ -224,9 +245,12 @@ impl Surfaces {
     /// their triangles may be excluded.
     #[inline]
     pub(crate) fn serve(&self, (start, count): (u32, u32)) -> bool {
-        let end = start.saturating_add(count);
-        let apart = |&[first, last]: &[u32; 2]| last < start || first >= end;
-        !self.ranges.is_empty() && (count == 0 || self.ranges.iter().all(apart))
+        if self.ranges.is_empty() || count == 0 {
+            return !self.ranges.is_empty();
+        }
+        let next = self.ranges.partition_point(|range| range[1] <= start);
+        let first = self.ranges.get(next).map(|range| range[0]);
+        first.is_none_or(|first| start.saturating_add(count) <= first)
     }
 
     /// Asks for what is known of a node's or leaf's triangles ahead of time.
