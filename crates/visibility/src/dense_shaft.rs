@@ -343,6 +343,7 @@ fn dense_kernel<S: Simd>(
         covered,
         crossings,
         clear_of,
+        cover,
         ..
     } = scratch;
     let point = query.point;
@@ -364,6 +365,10 @@ fn dense_kernel<S: Simd>(
         child: Child::node(0),
         image: Image::ALL,
     });
+    stack.extend(cover.drain(..).map(|child| Waiting {
+        child,
+        image: Image::ALL,
+    }));
     // All triangles but those of surfaces, from front to back; then those that have to be cut.
     let mut looked_for = surfaces.is_none();
     loop {

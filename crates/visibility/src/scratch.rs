@@ -61,6 +61,8 @@ pub struct Scratch {
     pub(crate) pieces: Pieces,
     /// Boxes of a dense shaft still to visit.
     pub(crate) waiting: Vec<Waiting>,
+    /// Leaves that hide much of it.
+    pub(crate) cover: Vec<Child>,
     /// Which parts of a dense shaft's lines are known to be hidden.
     pub(crate) covered: Covered,
     /// Where a dense shaft's lines cross silhouettes.

@@ -4,6 +4,7 @@ use crate::{
     LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
     dense_shaft::{self, Answered, DenseQuery},
     images::Images,
+    node::Child,
     ray::{self, Ray},
     silhouette::Gap,
     sweep,
@@ -356,6 +357,13 @@ impl Shaft<'_> {
         ray.is_some_and(|ray| !self.meets(&ray))
     }
 
+    /// A leaf with a triangle that is before a point, if a ray leads there.
+    fn what_hides(&mut self, target: DVec3) -> Option<Child> {
+        let ray = bounds::shadow_ray(self.occluders, self.point, target)?;
+        let (_, leaf) = self.meets(&ray).then_some(self.scratch.last)??;
+        Some(leaf)
+    }
+
     /// Whether a ray meets anything.
     fn meets(&mut self, ray: &Ray) -> bool {
         self.scratch.counters.rays += 1;
@@ -425,6 +433,7 @@ impl Shaft<'_> {
             exclude: self.exclude,
         };
         let isa = self.occluders.isa;
+        self.seek_cover(lines, (few.clone(), first));
         match dense_shaft::dense(isa, self.occluders, &query, &around, self.scratch) {
             Answered::Hidden => {}
             Answered::All => dense_shaft::finish(isa, self.scratch, out),
@@ -437,6 +446,30 @@ impl Shaft<'_> {
                     let i = first + self.scratch.ends.nth(k);
                     self.by_all(&lines[i], i, out);
                 }
+            }
+        }
+    }
+
+    /// Finds leaves that hide much of a few lines: what a ray towards each meets, unless two of the
+    /// rays meet nothing. What is behind, the walk from front to back need not look at.
+    fn seek_cover(&mut self, lines: &[Segment], (few, first): (Range<usize>, usize)) {
+        self.scratch.cover.clear();
+        // What rays meet of fine surfaces is too small to hide anything.
+        if self.occluders.hierarchy.surfaces.serve(self.exclude) {
+            return;
+        }
+        let mut visible = 0;
+        for k in few {
+            let line = &lines[first + self.scratch.ends.nth(k)];
+            // Not on one line across.
+            match self.what_hides(line.at([0.3, 0.7][k % 2])) {
+                Some(leaf) if self.scratch.cover.contains(&leaf) => {}
+                Some(leaf) => self.scratch.cover.push(leaf),
+                None if visible == 1 => {
+                    self.scratch.cover.clear();
+                    return;
+                }
+                None => visible += 1,
             }
         }
     }
