@@ -116,6 +116,7 @@ fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
 }
 
 impl<'a> Search<'a> {
+    /// For a few lines, of which `covered` tells what is open.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     pub(crate) fn new(
         (hierarchy, extent): (&'a Hierarchy, f64),
@@ -429,21 +430,25 @@ fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item
     lines.blocks.iter().flat_map(which).copied()
 }
 
-/// No ray is sent towards stretches that are narrower, as a fraction of the light: where crossings
-/// meet in one place, their order is a matter of rounding.
+/// A ray is sent towards stretches that are narrower, as a fraction of the light, only if there are
+/// no others: where crossings meet in one place, their order is a matter of rounding.
 const NARROW: f64 = 1e-13;
 
 impl Gap {
-    /// Of the stretches from `first` on; none that is too narrow to matter.
+    /// Of the stretches from `first` on; nothing if there are none.
     #[allow(clippy::cast_possible_truncation, reason = "stretches are fewer")]
     fn new(line: u32, stretches: &[Stretch], first: usize) -> Option<Self> {
         let width = |stretch: &Stretch| stretch.high - stretch.low;
-        let wide = stretches[first..].iter().filter(|s| width(s) > NARROW);
+        let is_narrow = |stretch: &Stretch| width(stretch) <= NARROW;
         let order = |a: &&Stretch, b: &&Stretch| {
+            let fewer = || a.layers.cmp(&b.layers);
             let wider = || width(b).total_cmp(&width(a));
-            a.layers.cmp(&b.layers).then_with(wider)
+            is_narrow(a)
+                .cmp(&is_narrow(b))
+                .then_with(fewer)
+                .then_with(wider)
         };
-        let fewest = wide.min_by(order)?;
+        let fewest = stretches[first..].iter().min_by(order)?;
         Some(Self {
             line,
             middle: 0.5 * (fewest.low + fewest.high),
