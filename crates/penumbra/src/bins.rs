@@ -2,8 +2,11 @@
 
 use super::orient::Point;
 
-/// Bins along each axis; a few hundred boxes on a light do not want more.
+/// Bins along each axis: a few hundred boxes on a light do not want more.
 const BINS: usize = 16;
+
+/// From as many boxes on it is four times that.
+const MANY: usize = 256;
 
 /// Up to as many boxes all may meet: most penumbrae have no more, and filling bins takes longer.
 const FEW: usize = 20;
@@ -84,9 +87,11 @@ pub(super) struct Bins {
     words: usize,
     /// How many boxes there are; there are no sets if they are few.
     few: usize,
+    /// Bins along each axis, a power of two.
+    bins: usize,
     low: Point,
     scale: Point,
-    /// For x then y, starts then ends: `BINS` sets of `words` words.
+    /// For x then y, starts then ends: `bins` sets of `words` words.
     sets: Vec<u64>,
 }
 
@@ -107,19 +112,20 @@ impl Bins {
         }
         self.words = self.few.div_ceil(64);
         self.low = area.low;
-        #[allow(clippy::cast_precision_loss, reason = "a small constant")]
+        self.bins = if self.few < MANY { BINS } else { 4 * BINS };
+        #[allow(clippy::cast_precision_loss, reason = "a small number")]
         let scale =
-            |k: usize| (BINS - 1) as f64 / (area.high[k] - area.low[k]).max(f64::MIN_POSITIVE);
+            |k: usize| (self.bins - 1) as f64 / (area.high[k] - area.low[k]).max(f64::MIN_POSITIVE);
         self.scale = [scale(0), scale(1)];
         self.sets.clear();
-        self.sets.resize(4 * BINS * self.words, 0);
+        self.sets.resize(4 * self.bins * self.words, 0);
         for (i, b) in boxes.enumerate() {
             let (word, bit) = (i / 64, 1 << (i % 64));
             for row in self.rows(&b.low, &b.high) {
                 self.sets[row * self.words + word] |= bit;
             }
         }
-        let size = BINS * self.words;
+        let size = self.bins * self.words;
         for axis in self.sets.chunks_exact_mut(2 * size) {
             let (starts, ends) = axis.split_at_mut(size);
             for i in self.words..size {
@@ -156,19 +162,20 @@ impl Bins {
     #[inline]
     fn rows(&self, start: &Point, end: &Point) -> [usize; 4] {
         // Rounded to whole numbers by adding 2⁵²: monotone, and NaN goes to the last bin.
-        #[allow(clippy::cast_precision_loss, reason = "a small constant")]
-        let most = (BINS - 1) as f64;
+        let bins = self.bins;
+        #[allow(clippy::cast_precision_loss, reason = "a small number")]
+        let most = (bins - 1) as f64;
         let bin = |p: &Point, k: usize| {
             let place = ((p[k] - self.low[k]) * self.scale[k]).min(most).max(0.0);
-            #[allow(clippy::cast_possible_truncation, reason = "less than BINS")]
-            let bin = ((place + 4_503_599_627_370_496.0).to_bits() & (BINS as u64 - 1)) as usize;
+            #[allow(clippy::cast_possible_truncation, reason = "less than that many")]
+            let bin = ((place + 4_503_599_627_370_496.0).to_bits() & (bins as u64 - 1)) as usize;
             bin
         };
         [
             bin(start, 0),
-            BINS + bin(end, 0),
-            2 * BINS + bin(start, 1),
-            3 * BINS + bin(end, 1),
+            bins + bin(end, 0),
+            2 * bins + bin(start, 1),
+            3 * bins + bin(end, 1),
         ]
     }
 }
@@ -214,7 +221,7 @@ mod tests {
             high: [1.0, 2.0],
         };
         let mut bins = Bins::default();
-        for count in [0usize, 1, FEW, FEW + 1, 63, 64, 65, 200] {
+        for count in [0usize, 1, FEW, FEW + 1, 63, 64, 65, 200, MANY, 700] {
             let mut any = || {
                 let (x, y) = (rng.in_range(-1.0, 2.0), rng.in_range(-1.0, 3.0));
                 let (w, h) = (rng.in_range(0.0, 0.5), rng.in_range(0.0, 0.5));

@@ -209,6 +209,17 @@ impl Edge {
         4.0 * f64::EPSILON * far * other.extent() * self.extent() / (ends[0] - ends[1]).abs()
     }
 
+    /// Whether rounding may move where two edges cross by more than `room` along either.
+    #[inline]
+    pub(super) fn crosses_loosely(&self, other: &Self, room: f64) -> bool {
+        let size = |p: Point| p[0].abs() + p[1].abs();
+        let far = size(self.from) + size(self.to) + size(other.from) + size(other.to);
+        let run = |e: &Self| [e.to[0] - e.from[0], e.to[1] - e.from[1]];
+        let (a, b) = (run(self), run(other));
+        let turn = (a[0] * b[1] - a[1] * b[0]).abs();
+        turn * room <= 4.0 * f64::EPSILON * far * other.extent() * self.extent()
+    }
+
     /// Where the edge properly crosses another, which has its ends at `ends` beside it.
     #[inline]
     fn crossing(&self, [from, to]: [f64; 2]) -> Point {

@@ -23,6 +23,7 @@ mod bins;
 mod boundary;
 mod clip;
 mod disk;
+mod grids;
 mod orient;
 
 pub use boundary::{BoundaryEdge, Penumbra};

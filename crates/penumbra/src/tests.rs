@@ -234,3 +234,34 @@ fn what_is_kept_of_a_light_serves_no_other() {
         assert!(!pieces.is_empty());
     }
 }
+
+/// Hundreds of sides, for which other tables serve than for a few; and a part of the triangles, and
+/// then the others and some of the first again, are as good as all at once.
+#[test]
+fn area_of_many_in_two_goes() {
+    let mut rng = linelit_testkit::cases::rng(9);
+    let mut penumbra = Penumbra::default();
+    for (count, size) in [(40, 0.3), (150, 0.1), (260, 0.04), (260, 0.3)] {
+        let mut triangles = Vec::new();
+        for _ in 0..count {
+            let mut any = |low, high| [rng.in_range(low, high), rng.in_range(low, high)];
+            let (o, a, b) = (any(-0.1, 1.1), any(-size, size), any(-size, size));
+            let [a, b] = [a, b].map(|p| [o[0] + p[0], o[1] + p[1]]);
+            // Two that share a side.
+            let c = [a[0] + b[0] - o[0], a[1] + b[1] - o[1]];
+            triangles.extend([[o, a, b], [a, b, c]]);
+        }
+        let want = area_by_sweep(&SQUARE, &triangles);
+        let (first, second) = triangles.split_at(triangles.len() / 3);
+        penumbra.boundary(&SQUARE, first.iter().copied());
+        let again = second.iter().chain(&first[..7]).copied();
+        let pieces = penumbra.boundary_past(again).to_vec();
+        assert_eq!(pieces, penumbra.latest());
+        let sum = pieces
+            .iter()
+            .map(|p| p.from[0] * p.to[1] - p.from[1] * p.to[0]);
+        let got = 0.5 * sum.sum::<f64>();
+        assert!((got - want).abs() < 10.0 * AREA, "{count}: {got} {want}");
+        assert!((area(&SQUARE, &triangles) - want).abs() < 10.0 * AREA);
+    }
+}

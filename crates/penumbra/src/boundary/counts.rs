@@ -1,0 +1,228 @@
+//! How many images are right of each side.
+
+use super::side::{Event, Extent, Side};
+use super::{BoundaryEdge, CLOSE, Penumbra};
+use crate::bins::Bounds;
+use crate::clip::Start;
+
+impl Penumbra {
+    /// Finds for each side how many images are right of where counting starts; `false` if what is
+    /// on the light does not tell.
+    pub(super) fn count(&mut self, extent: Extent) -> bool {
+        let lights = self.sides.len() - self.light.len();
+        self.unknown = self.sides.iter().filter(|side| side.part.is_some()).count();
+        for i in (lights..self.sides.len()).chain(0..lights) {
+            let side = &self.sides[i];
+            if side.part.is_none() || side.count.is_some() {
+                continue;
+            }
+            let entry = match (extent, (side.entry as usize).checked_sub(1)) {
+                (Extent::Light, Some(entry)) if !side.touched[0] => self.events[entry].right,
+                _ => None,
+            };
+            let Some(count) = entry.or_else(|| self.ask(side)) else {
+                return false;
+            };
+            self.follow(i, count, extent);
+        }
+        true
+    }
+
+    /// Takes in the count of a side, and hands it on: to what comes after each side, and to what
+    /// crosses it.
+    fn follow(&mut self, i: usize, count: i32, extent: Extent) {
+        self.handed.clear();
+        self.handed.push((i, count));
+        while let Some((i, count)) = self.handed.pop() {
+            if self.sides[i].count.is_some() {
+                continue;
+            }
+            self.sides[i].count = Some(count);
+            self.sort_own(i);
+            self.collect_pieces(i, count);
+            if extent == Extent::All {
+                return;
+            }
+            self.hand(i);
+            if self.unknown == 0 {
+                continue;
+            }
+            if self.sides[i].light {
+                self.count_beside(i, count);
+            } else {
+                self.count_crossing(i, count);
+            }
+            let side = &self.sides[i];
+            let (Some(part), Some(next)) = (&side.part, (side.next as usize).checked_sub(1)) else {
+                continue;
+            };
+            let to = &self.sides[next];
+            let whole = to.part.is_some_and(|p| p.start == Start::Own)
+                && part.hi.at >= side.edge.length
+                && !side.touched[1]
+                && !to.touched[0];
+            if whole {
+                self.handed.push((next, count + side.change));
+            }
+        }
+    }
+
+    /// Notes that the count of a side is known, or will be.
+    fn hand(&mut self, i: usize) {
+        let side = &mut self.sides[i];
+        self.unknown -= usize::from(!side.is_handed);
+        side.is_handed = true;
+    }
+
+    /// The parts of a side with no image right of it.
+    #[inline]
+    fn collect_pieces(&mut self, i: usize, mut count: i32) {
+        let Some(part) = self.sides[i].part else {
+            return;
+        };
+        let mut reached = part.lo;
+        let events = self.own.iter().map(|e| &self.events[e.1 as usize]);
+        let changes = events.map(|e| (e.end, e.change));
+        for (hi, change) in changes.chain([(part.hi, 0)]) {
+            if hi.at > reached.at {
+                if count == 0 {
+                    // Backwards: what is visible is right of the edge.
+                    self.pieces.push(BoundaryEdge {
+                        from: hi.point,
+                        to: reached.point,
+                    });
+                }
+                reached = hi;
+            }
+            count += change;
+        }
+    }
+
+    /// Counts the images right of the sides that cross one, where both are on the other's right.
+    fn count_crossing(&mut self, i: usize, mut count: i32) {
+        let side = &self.sides[i];
+        let Some(part) = side.part.filter(|_| !side.is_loose) else {
+            return;
+        };
+        let room = CLOSE * self.unit * side.edge.extent();
+        let mut before = part.lo.at;
+        for k in 0..self.own.len() {
+            let (at, event) = self.own[k];
+            let after = self.own.get(k + 1).map_or(part.hi.at, |next| next.0);
+            let event = &self.events[event as usize];
+            let right = count.min(count + event.change);
+            count += event.change;
+            if let Some(twin) = (event.twin as usize).checked_sub(1)
+                && (at - before).min(after - at) > room
+                && let Some((j, start)) = self.count_start(twin, right)
+            {
+                self.hand(j);
+                self.handed.push((j, start));
+            }
+            before = at;
+        }
+    }
+
+    /// The side of an event, and the images right of where counting starts on it, given those right
+    /// of both sides where the event is; none if that is known, or rounding may decide.
+    fn count_start(&self, event: usize, right: i32) -> Option<(usize, i32)> {
+        let Event {
+            change, end, side, ..
+        } = &self.events[event];
+        let i = *side as usize;
+        let side = &self.sides[i];
+        let room = CLOSE * self.unit * side.edge.extent();
+        let start = side.part.as_ref()?.lo.at;
+        if side.is_handed || side.count.is_some() || side.is_loose || end.at - start <= room {
+            return None;
+        }
+        // What is right of both comes before where the other is passed to its left.
+        let mut count = if *change > 0 { right } else { right - change };
+        let mut next = side.events;
+        while let Some(place) = (next as usize).checked_sub(1) {
+            let other = &self.events[place];
+            if place != event {
+                if (other.end.at - end.at).abs() <= room {
+                    return None;
+                }
+                if other.end.at < end.at {
+                    count -= other.change;
+                }
+            }
+            next = other.before;
+        }
+        Some((i, count))
+    }
+
+    /// Counts the images right of the edges that cross a side of the light.
+    fn count_beside(&mut self, i: usize, mut count: i32) {
+        let edge = &self.sides[i].edge;
+        let room = CLOSE * self.unit * edge.extent();
+        let mut before = 0.0;
+        for k in 0..self.own.len() {
+            let (at, event) = self.own[k];
+            let after = self.own.get(k + 1).map_or(edge.length, |next| next.0);
+            let event = &mut self.events[event as usize];
+            let right = count.min(count + event.change);
+            event.right = (at - before > room && after - at > room).then_some(right);
+            count += event.change;
+            before = at;
+        }
+    }
+
+    /// Puts the events of a side in order.
+    #[inline]
+    pub(super) fn sort_own(&mut self, i: usize) {
+        self.own.clear();
+        let first = self.sides[i].events;
+        if first > 0 {
+            self.sort_from(first);
+        }
+    }
+
+    #[inline(never)]
+    fn sort_from(&mut self, mut next: u32) {
+        while let Some(place) = next.checked_sub(1) {
+            let event = &self.events[place as usize];
+            let this = (event.end.at, place);
+            let mut k = self.own.len();
+            self.own.push(this);
+            while k > 0 && self.own[k - 1].0 > this.0 {
+                self.own[k] = self.own[k - 1];
+                k -= 1;
+            }
+            self.own[k] = this;
+            next = event.before;
+        }
+    }
+
+    /// Counts the images just right of where counting starts on a side by asking all that are
+    /// near; `None` if rounding may decide.
+    #[inline(never)]
+    fn ask(&self, side: &Side) -> Option<i32> {
+        let part = side.part.as_ref()?;
+        let cut = side.counted >= 0.0;
+        let (start, room) = if cut {
+            (part.lo.point, CLOSE * self.unit)
+        } else {
+            (side.edge.from, 0.0)
+        };
+        if cut && matches!(part.start, Start::Cut(slack) if slack > 0.2 * room) {
+            return None;
+        }
+        let around = Bounds::of([start]).wider(room);
+        let mut count = 0;
+        self.images_at.at(&start, |i| {
+            let image = &self.images[i];
+            if image.bounds.meets(&around) {
+                count += i32::from(if cut {
+                    image.holds_on(start, &side.edge, room)?
+                } else {
+                    image.holds_start(&side.edge)
+                });
+            }
+            Some(())
+        })?;
+        Some(count)
+    }
+}

@@ -1,0 +1,79 @@
+//! Images of triangles, and whether they hold a point.
+
+use super::settled;
+use crate::bins::Bounds;
+use crate::clip::Edge;
+use crate::orient::{Point, orient};
+
+/// A triangle's image, counter-clockwise, and its bounds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Image {
+    pub(super) corners: [Point; 3],
+    pub(super) bounds: Bounds,
+}
+
+impl Image {
+    /// `None` if it has no area: then it hides nothing.
+    pub(super) fn new(corners: [Point; 3]) -> Option<Self> {
+        let [a, b, c] = [
+            settled(corners[0]),
+            settled(corners[1]),
+            settled(corners[2]),
+        ];
+        let turn = orient(a, b, c);
+        let corners = if turn > 0.0 { [a, b, c] } else { [a, c, b] };
+        let bounds = Bounds::of(corners);
+        (turn != 0.0).then_some(Self { corners, bounds })
+    }
+
+    fn sides(&self) -> [(Point, Point); 3] {
+        let [a, b, c] = self.corners;
+        [(a, b), (b, c), (c, a)]
+    }
+
+    /// Whether a rounded point of an edge, moved to the edge's right, is inside; `None` if it is
+    /// too close to tell.
+    #[allow(clippy::float_cmp, reason = "the very same edge")]
+    pub(super) fn holds_on(&self, point: Point, edge: &Edge, room: f64) -> Option<bool> {
+        let mut close = false;
+        for (c, d) in self.sides() {
+            let (height, room) = (height(c, d, point), room * length(c, d));
+            if height < -room || (c == edge.from && d == edge.to) {
+                return Some(false);
+            }
+            let own = c == edge.to && d == edge.from;
+            close |= height <= room && !own;
+        }
+        (!close).then_some(true)
+    }
+
+    /// Whether the start of an edge, moved along it and then, by much less, to its right, is
+    /// inside.
+    #[inline(never)]
+    pub(super) fn holds_start(&self, edge: &Edge) -> bool {
+        self.sides().into_iter().all(|(c, d)| {
+            let side = orient(c, d, edge.from);
+            if side != 0.0 {
+                return side > 0.0;
+            }
+            let along = orient(c, d, edge.to);
+            if along != 0.0 {
+                return along > 0.0;
+            }
+            // On one line: right of the edge is left of a side that runs against it.
+            (d[0] - c[0]) * (edge.to[0] - edge.from[0])
+                + (d[1] - c[1]) * (edge.to[1] - edge.from[1])
+                < 0.0
+        })
+    }
+}
+
+/// How far left of the way from c to d a point is, times the length of the way; rounded.
+fn height(c: Point, d: Point, p: Point) -> f64 {
+    (d[0] - c[0]) * (p[1] - c[1]) - (d[1] - c[1]) * (p[0] - c[0])
+}
+
+/// The length of the way from c to d along the axes.
+fn length(c: Point, d: Point) -> f64 {
+    (d[0] - c[0]).abs() + (d[1] - c[1]).abs()
+}

@@ -1,0 +1,167 @@
+//! Edges that take part, and where they meet.
+
+use super::{CLOSE, index};
+use crate::clip::{Edge, End, Meeting, Span};
+
+/// An edge of images or of the light that takes part.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    pub(super) edge: Edge,
+    /// Images on its left less images on its right.
+    pub(super) weight: i32,
+    /// Whether it is the light's, backwards: the light is on its right.
+    pub(super) light: bool,
+    /// The part of it that is on the light.
+    pub(super) part: Option<Span>,
+    /// Images just right of it where counting starts, once that is known.
+    pub(super) count: Option<i32>,
+    /// What all events add to that.
+    pub(super) change: i32,
+    /// Where counting starts: what comes before, or there, has been counted.
+    pub(super) counted: f64,
+    /// How close to there rounding may decide.
+    pub(super) close: f64,
+    /// The last of its events, plus one.
+    pub(super) events: u32,
+    /// The side after it around an image, plus one: where it ends and that one starts, no image
+    /// comes or goes, but where they are touched.
+    pub(super) next: u32,
+    /// Whether anything else goes through its first or last point, or so close to where it is cut
+    /// that rounding may decide.
+    pub(super) touched: [bool; 2],
+    /// Where it comes onto the light, as an event of a side of the light, plus one.
+    pub(super) entry: u32,
+    /// Where it is among the sides.
+    pub(super) place: u32,
+    /// Whether its count is to be handed on.
+    pub(super) is_handed: bool,
+    /// Whether it crosses another at so small an angle that rounding moves where.
+    pub(super) is_loose: bool,
+}
+
+/// A place on a side where the number of images just right of it changes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Event {
+    pub(super) change: i32,
+    pub(super) end: End,
+    /// The event of the same side that was found before, plus one.
+    pub(super) before: u32,
+    /// On a side of the light: images right of the edge that comes in or goes out here; none if
+    /// another is too close.
+    pub(super) right: Option<i32>,
+    /// The side that it is on, and the event of the side that crosses it here, plus one, if neither
+    /// only touches the other.
+    pub(super) side: u32,
+    pub(super) twin: u32,
+}
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Extent {
+    /// What is on the light. Where the first point of an edge's part is too close to the sides of
+    /// images, this cannot tell on which side.
+    Light,
+    /// All of every edge: decisions are exact.
+    All,
+}
+
+impl Side {
+    pub(super) fn new(edge: Edge, weight: i32, part: Option<Span>) -> Self {
+        Self {
+            edge,
+            weight,
+            light: false,
+            part,
+            close: 0.0,
+            count: None,
+            change: 0,
+            counted: f64::NEG_INFINITY,
+            events: 0,
+            next: 0,
+            touched: [false; 2],
+            entry: 0,
+            place: 0,
+            is_handed: false,
+            is_loose: false,
+        }
+    }
+
+    /// Adds an event if it is where that matters.
+    #[inline(never)]
+    pub(super) fn add(&mut self, change: i32, end: End, events: &mut Vec<Event>) {
+        let Some(part) = &self.part else { return };
+        if end.at <= self.counted + self.close {
+            self.touched[0] |= end.at >= self.counted - self.close;
+            if end.at <= self.counted {
+                return;
+            }
+        }
+        self.change += change;
+        if end.at < part.hi.at {
+            events.push(Event {
+                change,
+                end,
+                before: self.events,
+                right: None,
+                side: self.place,
+                twin: 0,
+            });
+            self.events = index(events.len());
+        }
+    }
+}
+
+/// Whether two sides at places i and j are neighbours around an image, or the light: these only
+/// meet where it turns.
+#[inline]
+pub(super) fn are_neighbours((e, i): (&Side, usize), (f, j): (&Side, usize)) -> bool {
+    (e.next as usize == j + 1) | (f.next as usize == i + 1)
+}
+
+/// What two sides, of which the first comes first, are to each other's counts.
+#[inline(never)]
+pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event>) {
+    match e.edge.meet(&f.edge) {
+        Meeting::Apart => {}
+        // On one line, the same side: the first has what both share.
+        Meeting::Aligned => {
+            (e.touched, f.touched) = ([true; 2], [true; 2]);
+            if let Some(span) = f.edge.shared(&e.edge)
+                && !f.light
+            {
+                f.add(1, span.lo, events);
+                f.add(-1, span.hi, events);
+            }
+        }
+        Meeting::Crossing(crossing) => {
+            if crossing.touching {
+                (e.touched, f.touched) = ([true; 2], [true; 2]);
+            }
+            let mut pass = |side: &mut Side, left: Option<bool>, weight: i32| {
+                let Some(left) = left else { return };
+                if weight != 0 && side.part.is_some() {
+                    let change = if left { weight } else { -weight };
+                    side.add(change, side.edge.end_at(crossing.point), events);
+                }
+            };
+            let weights = [f.weight, e.weight];
+            let before = [e.events, f.events];
+            pass(e, crossing.first, weights[0]);
+            pass(f, crossing.second, weights[1]);
+            let (here, there) = (e.events, f.events);
+            if here != before[0] && there != before[1] && !crossing.touching {
+                events[here as usize - 1].twin = there;
+                events[there as usize - 1].twin = here;
+            }
+            if here != before[0] || there != before[1] {
+                let loose = e.edge.crosses_loosely(&f.edge, 0.2 * CLOSE * unit);
+                e.is_loose |= loose;
+                f.is_loose |= loose;
+            }
+            // The light is right of its sides.
+            if f.light && crossing.first == Some(false) && there != before[1] {
+                e.entry = there;
+            }
+        }
+    }
+}

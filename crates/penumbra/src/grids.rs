@@ -1,0 +1,150 @@
+//! Which of many boxes may hold a given point: grids of several sizes.
+
+use super::bins::Bounds;
+use super::orient::Point;
+
+/// Up to as many boxes are looked through one by one.
+const FEW: usize = 64;
+
+/// The most cells that a box is in: fewer, and long thin boxes go to grids that are too coarse.
+const TOUCHED: u32 = 8;
+
+/// The finest grid has at most two to this many cells along each axis.
+const FINEST: u32 = 7;
+
+/// Grids over a rectangle, each with half as many cells along an axis as the one before. A box is
+/// in that which is as fine as can be for it to touch no more than a few cells: where many small
+/// ones lie, a point is in few of them, and large ones do not fill all cells.
+///
+/// Cells are monotone in the coordinate, so that no box that holds a point is missed.
+#[derive(Debug, Default)]
+pub(super) struct Grids {
+    /// How many boxes there are; there are no grids if they are few.
+    count: usize,
+    /// Two to this many cells along each axis of the finest.
+    levels: u32,
+    low: Point,
+    scale: Point,
+    /// The last entry of each cell plus one, grid after grid from the coarsest on.
+    cells: Vec<u32>,
+    /// A box, and the entry of the same cell that was made before, plus one.
+    entries: Vec<[u32; 2]>,
+}
+
+impl Grids {
+    /// Sorts boxes into grids over `area`; what is beyond it goes to the cells at its rim.
+    pub(super) fn fill(&mut self, area: &Bounds, boxes: impl ExactSizeIterator<Item = Bounds>) {
+        self.count = boxes.len();
+        if self.count <= FEW {
+            return;
+        }
+        self.levels = (self.count.ilog2() / 2 + 1).min(FINEST);
+        let side = f64::from((1_u32 << self.levels) - 1);
+        self.low = area.low;
+        let scale = |k: usize| side / (area.high[k] - area.low[k]).max(f64::MIN_POSITIVE);
+        self.scale = [scale(0), scale(1)];
+        self.cells.clear();
+        self.cells.resize(first_cell(self.levels + 1), 0);
+        self.entries.clear();
+        for (i, b) in (0_u32..).zip(boxes) {
+            let (low, high) = (self.place(&b.low), self.place(&b.high));
+            let touched = |k: usize, up: u32| (high[k] >> up) - (low[k] >> up) + 1;
+            let mut up = 0;
+            while touched(0, up) * touched(1, up) > TOUCHED {
+                up += 1;
+            }
+            let level = self.levels - up;
+            for row in low[0] >> up..=high[0] >> up {
+                for column in low[1] >> up..=high[1] >> up {
+                    let cell = first_cell(level) + (row << level | column) as usize;
+                    let before =
+                        std::mem::replace(&mut self.cells[cell], index(self.entries.len() + 1));
+                    self.entries.push([i, before]);
+                }
+            }
+        }
+    }
+
+    /// Calls `f` with the numbers of those that may hold a point, in no particular order, until it
+    /// returns `None`.
+    #[inline]
+    pub(super) fn at(&self, p: &Point, mut f: impl FnMut(usize) -> Option<()>) -> Option<()> {
+        if self.count <= FEW {
+            return (0..self.count).try_for_each(f);
+        }
+        let [row, column] = self.place(p);
+        for level in 0..=self.levels {
+            let up = self.levels - level;
+            let cell = first_cell(level) + (row >> up << level | column >> up) as usize;
+            let mut next = self.cells[cell];
+            while let Some(entry) = next.checked_sub(1) {
+                let [i, before] = self.entries[entry as usize];
+                f(i as usize)?;
+                next = before;
+            }
+        }
+        Some(())
+    }
+
+    /// The cell of the finest grid.
+    #[inline]
+    fn place(&self, p: &Point) -> [u32; 2] {
+        let most = f64::from((1_u32 << self.levels) - 1);
+        [0, 1].map(|k| {
+            let place = ((p[k] - self.low[k]) * self.scale[k]).min(most).max(0.0);
+            // Rounded to whole numbers by adding 2⁵²: monotone, and NaN goes to the last cell.
+            #[allow(clippy::cast_possible_truncation, reason = "less than 2^FINEST")]
+            let cell = (place + 4_503_599_627_370_496.0).to_bits() as u32 & ((1 << FINEST) - 1);
+            cell
+        })
+    }
+}
+
+/// Where a grid of 2ˡᵉᵛᵉˡ cells along each axis begins in the list of all.
+fn first_cell(level: u32) -> usize {
+    ((1 << (2 * level)) - 1) / 3
+}
+
+/// A place in a list that holds fewer than 2³² items.
+fn index(i: usize) -> u32 {
+    u32::try_from(i).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_box_that_holds_a_point_is_missed() {
+        let mut rng = linelit_testkit::cases::rng(8);
+        let area = Bounds {
+            low: [0.0, 0.0],
+            high: [1.0, 2.0],
+        };
+        let mut grids = Grids::default();
+        for count in [0, 1, FEW, FEW + 1, 300, 5000_usize] {
+            let mut boxes = Vec::new();
+            for i in 0..count {
+                // Wide, high, small and all-covering ones.
+                let sizes = [[0.5, 0.01], [0.01, 0.9], [0.02, 0.02], [3.0, 3.0]];
+                let [w, h] = sizes[i % 4].map(|size| rng.in_range(0.0, size));
+                let [x, y] = [rng.in_range(-1.0, 2.0), rng.in_range(-1.0, 3.0)];
+                boxes.push(Bounds::of([[x, y], [x + w, y + h]]));
+            }
+            grids.fill(&area, boxes.iter().copied());
+            for _ in 0..200 {
+                let p = [rng.in_range(-0.2, 1.2), rng.in_range(-0.2, 2.2)];
+                let mut found = vec![0; count];
+                let all = grids.at(&p, |i| {
+                    found[i] += 1;
+                    Some(())
+                });
+                assert!(all.is_some() && found.iter().all(|n| *n <= 1));
+                let here = Bounds::of([p]);
+                for (b, n) in boxes.iter().zip(&found) {
+                    assert!(!b.meets(&here) || *n == 1, "{b:?} {p:?}");
+                }
+            }
+        }
+    }
+}
