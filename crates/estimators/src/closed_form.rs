@@ -174,7 +174,7 @@ pub(crate) fn visible_round<R>(
     emitted: DVec3,
     point: &ShadingPoint<R>,
     reflection: &ClosedForm<'_>,
-    shaft: &Shaft<'_>,
+    shaft: &mut Shaft<'_>,
     buffers: &mut SampleBuffers,
 ) -> Option<DVec3> {
     let SampleBuffers {

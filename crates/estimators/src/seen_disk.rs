@@ -2,7 +2,7 @@
 
 use crate::ShadingPoint;
 use crate::round::{CORNERS as AROUND, RoundView, around_circle, turns};
-use crate::techniques::integrals::exact::{CORNERS, clip};
+use crate::techniques::integrals::exact::{CORNERS, boundary, clip};
 use linelit_geometry::{DVec3, EllipticCone, Frame};
 use linelit_lights::Disk;
 use linelit_penumbra::{BoundaryEdge, DiskEdge, PartOnDisk, Penumbra, Point};
@@ -29,7 +29,7 @@ impl<'a> SeenDisk<'a> {
     pub(crate) fn new<R>(
         view: &RoundView,
         point: &ShadingPoint<R>,
-        shaft: &Shaft<'_>,
+        shaft: &mut Shaft<'_>,
         penumbra: &mut Penumbra,
         part: &'a mut PartOnDisk,
     ) -> Option<Self> {
@@ -48,6 +48,7 @@ impl<'a> SeenDisk<'a> {
         let horizons = [point.normal, point.geometric_normal]
             .map(|n| (n.dot(center) < radius * n.cross(normal).length()).then_some(n));
         let mut room = [[[0.0; 2]; CORNERS]; 2];
+        let mut corners = [[0.0; 2]; CORNERS];
         let edges: &[DiskEdge] = match shaft.class() {
             ShaftClass::Blocked => &[],
             ShaftClass::Empty if horizons == [None; 2] => &[DiskEdge::Rim],
@@ -59,10 +60,11 @@ impl<'a> SeenDisk<'a> {
                 part.of(sides.map(|(&from, &to)| BoundaryEdge { from, to }))
             }
             ShaftClass::Partial => {
-                let images = shaft.images()?;
-                let plane = images.axes();
-                let polygon = above(images.light(), plane, horizons, &mut room);
-                let boundary = penumbra.boundary(polygon, images.triangles());
+                let (_, plane, boundary) = boundary(shaft, penumbra, |images| {
+                    let light = images.light();
+                    corners[..light.len()].copy_from_slice(light);
+                    above(&corners[..light.len()], images.axes(), horizons, &mut room)
+                })?;
                 let to_disk = ToDisk::new(plane, center, axes);
                 part.of(boundary.iter().map(|edge| to_disk.edge(edge)))
             }

@@ -81,8 +81,7 @@ fn exact<R: Reflection, T: EmissionTexture>(
     match along {
         Along::Analytic(reflection) => {
             let (point, penumbra) = (query.point, &mut samples.penumbra);
-            let images = shaft.images()?;
-            visible_light(area, point, &reflection, &images, penumbra, query.tolerance)
+            visible_light(area, point, &reflection, shaft, penumbra, query.tolerance)
         }
         Along::Point if query.light.texture.is_some() => None,
         Along::Point => transformed::visible_light(query, area, shaft, samples),

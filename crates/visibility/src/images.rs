@@ -12,12 +12,14 @@ use linelit_geometry::{DMat3, DVec3};
 pub struct Images<'a> {
     frame: &'a LightFrame,
     flat: &'a FlatTriangles,
+    /// The first of them that counts.
+    first: usize,
     /// The place (0, 0) relative to the shading point, and the two axes.
     axes: [DVec3; 3],
 }
 
 impl<'a> Images<'a> {
-    pub(crate) fn new(frame: &'a LightFrame, flat: &'a FlatTriangles) -> Self {
+    pub(crate) fn new(frame: &'a LightFrame, flat: &'a FlatTriangles, first: usize) -> Self {
         // The columns are where (P, Q, W) is (1, 0, 0), (0, 1, 0) and (0, 0, 1).
         let inverse = DMat3::from_cols(frame.p, frame.q, frame.w)
             .transpose()
@@ -25,6 +27,7 @@ impl<'a> Images<'a> {
         Self {
             frame,
             flat,
+            first: first.min(flat.count),
             axes: [inverse.z_axis, inverse.x_axis, inverse.y_axis],
         }
     }
@@ -40,7 +43,7 @@ impl<'a> Images<'a> {
     /// a mesh share has the same ends in both images, to the bit.
     pub fn triangles(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> + 'a {
         let flat = self.flat;
-        (0..flat.count).map(move |i| flat.get(i))
+        (self.first..flat.count).map(move |i| flat.get(i))
     }
 
     /// The point of the light's plane at (p, q), relative to the shading point.

@@ -93,6 +93,7 @@ mod fan;
 mod filter;
 mod filtered;
 mod frame;
+mod front;
 mod gathered;
 mod images;
 mod in_instances;

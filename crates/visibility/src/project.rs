@@ -134,6 +134,11 @@ impl FlatTriangles {
         }
     }
 
+    /// Adds one that hides the whole square around the light.
+    pub(crate) fn hide_all(&mut self) {
+        self.push([-1.0, -1.0, 4.0, -1.0, -1.0, 4.0]);
+    }
+
     fn push(&mut self, triangle: [f64; 6]) {
         self.reserve();
         for (row, value) in self.rows.iter_mut().zip(triangle) {

@@ -7,6 +7,7 @@ use crate::{
     dense_shaft::{Covered, Waiting},
     fan::Directions,
     frame::{Light, LightFrame},
+    front::{self, Front},
     in_instances::InInstances,
     merge::{Pieces, Slots},
     node::Child,
@@ -67,6 +68,10 @@ pub struct Scratch {
     pub(crate) covered: Covered,
     /// Where a dense shaft's lines cross silhouettes.
     pub(crate) crossings: Crossings,
+    /// What is known of a dense shaft's cells.
+    pub(crate) front: Front,
+    /// Boxes still to visit for them.
+    pub(crate) front_waiting: Vec<front::Waiting>,
 }
 
 impl Scratch {

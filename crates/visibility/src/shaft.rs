@@ -3,6 +3,7 @@
 use crate::{
     LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
     dense_shaft::{self, Answered, DenseQuery},
+    front,
     images::Images,
     node::Child,
     ray::{self, Ray},
@@ -244,7 +245,42 @@ impl Shaft<'_> {
     #[must_use]
     pub fn images(&self) -> Option<Images<'_>> {
         (self.class == ShaftClass::Partial && !self.is_dense())
-            .then(|| Images::new(&self.scratch.frame, &self.scratch.flat))
+            .then(|| Images::new(&self.scratch.frame, &self.scratch.flat, 0))
+    }
+
+    /// Triangles as they lie before the light that together hide almost all that is hidden, in a
+    /// dense shaft too; `None` where none are kept: nothing is known of what is in between, or
+    /// there are [instances](crate::Instance), or the shaft is empty or blocked.
+    ///
+    /// Of a shaft that is not dense they are [all](Self::images). In a dense one, a few places
+    /// seem visible that are not: whoever has found the boundary of what is visible past these asks
+    /// for what is [behind](Self::behind) it.
+    ///
+    /// What is asked of a dense shaft's lines in between makes it forget what it kept.
+    pub fn front(&mut self) -> Option<Images<'_>> {
+        let isa = self.occluders.isa;
+        let kept = match self.known {
+            _ if self.class != ShaftClass::Partial || self.instances => false,
+            Known::Nothing => false,
+            Known::All => true,
+            Known::Dense => {
+                front::front::<true>(isa, self.occluders, &self.point, self.exclude, self.scratch)
+            }
+        };
+        kept.then(|| Images::new(&self.scratch.frame, &self.scratch.flat, 0))
+    }
+
+    /// More triangles, given the boundary of what seems visible past those of [`Self::front`] and
+    /// all that this has returned since, as pieces from one place to another; `None` if that is
+    /// what is visible. Some may have been returned before.
+    pub fn behind(&mut self, boundary: impl Iterator<Item = [[f64; 2]; 2]>) -> Option<Images<'_>> {
+        if self.known != Known::Dense || !self.scratch.front.look(boundary) {
+            return None;
+        }
+        let first = self.scratch.flat.count;
+        let (isa, exclude) = (self.occluders.isa, self.exclude);
+        front::front::<false>(isa, self.occluders, &self.point, exclude, self.scratch);
+        Some(Images::new(&self.scratch.frame, &self.scratch.flat, first))
     }
 
     /// Where the candidates are: leaf × 8 + lane.

@@ -157,9 +157,7 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
         }
     } else {
         let mut corners = [[0.0; 2]; CORNERS];
-        if let Some(seen) = Seen::new(point, &shaft.images()?, penumbra, &mut corners) {
-            sum = fit.over(&seen);
-        }
+        sum = fit.over(&Seen::new(point, shaft, penumbra, &mut corners)?);
     }
     let lobes = Lobes::new(light, point.position, &cosines);
     sum += differences(query, light, &lobes, fit, shaft);

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod cylinders;
+mod dense;
 mod directions;
 mod linear_lights;
 mod methods;

@@ -24,16 +24,22 @@ pub(crate) const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
 pub struct ExactOptions {
     /// The accuracy asked for, relative to the light unshadowed: 1e-3 to 1e-10.
     pub tolerance: f64,
-    /// Past more triangles in between than this, lines take over.
+    /// Past more triangles in between than this, and wherever there are too many to count, lines
+    /// take over; nowhere if it is [`ExactOptions::NO_LIMIT`].
     pub limit: u32,
 }
 
+impl ExactOptions {
+    /// The closed form past any number of triangles.
+    pub const NO_LIMIT: u32 = u32::MAX;
+}
+
 impl Default for ExactOptions {
-    /// Accurate to 1e-6, past 224 triangles.
+    /// Accurate to 1e-6, past any number of triangles.
     fn default() -> Self {
         Self {
             tolerance: 1e-6,
-            limit: 224,
+            limit: Self::NO_LIMIT,
         }
     }
 }
@@ -41,7 +47,8 @@ impl Default for ExactOptions {
 impl Integral for ExactOptions {
     const NAME: &'static str = "exact";
 
-    /// The closed form past occluders where few enough triangles are in between; elsewhere lines.
+    /// The closed form past occluders, unless more than a limit of triangles are in between; past
+    /// those, lines.
     fn light<R: Reflection, T: EmissionTexture>(
         self,
         query: &Query<'_, R, T>,
@@ -60,7 +67,8 @@ impl Integral for ExactOptions {
     }
 
     fn is_exact(self, shaft: &Shaft<'_>, _: u32) -> bool {
-        shaft.candidates() <= self.limit as usize && !shaft.is_dense()
+        let within = !shaft.is_dense() && shaft.candidates() <= self.limit as usize;
+        within || self.limit == Self::NO_LIMIT
     }
 }
 
@@ -93,21 +101,21 @@ impl OwnOptions for ExactOptions {
 ///
 /// On diffuse surfaces there is no error but rounding, 1e-12 of the light unshadowed whatever
 /// `tolerance` was asked for; on glossy ones the closed forms over triangles keep it. `None` for
-/// lobes known along lines only.
+/// lobes known along lines only, and where the shaft keeps nothing of what is in between.
 pub(crate) fn visible_light<R>(
     area: &AreaLight,
     point: &ShadingPoint<R>,
     reflection: &ClosedForm<'_>,
-    images: &Images<'_>,
+    shaft: &mut Shaft<'_>,
     penumbra: &mut Penumbra,
     tolerance: f64,
 ) -> Option<DVec3> {
     let (emitted, _) = even_emission(area, point.position);
     let mut corners = [[0.0; 2]; CORNERS];
-    let seen = Seen::new(point, images, penumbra, &mut corners);
-    let Some(seen) = seen.filter(|_| emitted != DVec3::ZERO) else {
+    let seen = Seen::new(point, shaft, penumbra, &mut corners)?;
+    if emitted == DVec3::ZERO || seen.pieces.is_empty() {
         return Some(DVec3::ZERO);
-    };
+    }
     let n = point.normal;
     if reflection.is_diffuse()
         && let Some(flat) = seen.irradiance(|p| p, n, WIDE)
@@ -129,18 +137,20 @@ pub(crate) struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    /// `None` if nothing of the light is above the surface.
+    /// `None` if the shaft keeps nothing of what is in between.
     pub(crate) fn new<R>(
         point: &ShadingPoint<R>,
-        images: &Images<'_>,
+        shaft: &mut Shaft<'_>,
         penumbra: &'a mut Penumbra,
         corners: &'a mut [Point; CORNERS],
     ) -> Option<Self> {
-        let light = above_surface(point, images, corners);
-        (light.len() >= 3).then(|| Self {
+        let (light, plane, pieces) = boundary(shaft, penumbra, |images| {
+            above_surface(point, images, corners)
+        })?;
+        Some(Self {
             light,
-            pieces: penumbra.boundary(light, images.triangles()),
-            plane: images.axes(),
+            pieces,
+            plane,
         })
     }
 
@@ -190,6 +200,23 @@ impl<'a> Seen<'a> {
         }
         Some(sum)
     }
+}
+
+/// A polygon in the light's plane, that plane, and the boundary of what is visible of the polygon;
+/// `None` if the shaft keeps nothing of what is in between.
+pub(crate) fn boundary<'a, 'b>(
+    shaft: &mut Shaft<'_>,
+    penumbra: &'a mut Penumbra,
+    polygon: impl FnOnce(&Images<'_>) -> &'b [Point],
+) -> Option<(&'b [Point], [DVec3; 3], &'a [BoundaryEdge])> {
+    let images = shaft.front()?;
+    let (polygon, plane) = (polygon(&images), images.axes());
+    penumbra.boundary(polygon, images.triangles());
+    let ends = |edge: &BoundaryEdge| [edge.from, edge.to];
+    while let Some(images) = shaft.behind(penumbra.latest().iter().map(ends)) {
+        penumbra.boundary_past(images.triangles());
+    }
+    Some((polygon, plane, penumbra.latest()))
 }
 
 /// The light's corners in its plane; with an interpolated normal, of the part above the surface's

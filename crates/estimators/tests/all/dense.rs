@@ -1,0 +1,280 @@
+//! What is visible past thousands of triangles, against all of them.
+
+use linelit_bsdf::{Bsdf, Lambert};
+use linelit_estimators::{Buffers, LightSource, NoTexture, Query, RandomNumbers};
+use linelit_estimators::{ShadingPoint, estimate};
+use linelit_geometry::{ConvexPolygon, DVec3, LIGHT_MARGIN, POINT_MARGIN};
+use linelit_lights::{AreaLight, Emission, Light};
+use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
+use linelit_samplers::SamplerKind;
+use linelit_shading::polygon;
+use linelit_testkit::{cases, rng::SplitMix64};
+use linelit_visibility::{InstructionSet, LightCorners, Occluders, Scratch, ShaftQuery};
+use std::f64::consts::{PI, TAU};
+
+/// Positions and triangles.
+#[derive(Clone, Debug, Default)]
+struct Mesh(Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+impl Mesh {
+    fn vertex(&mut self, at: DVec3) -> u32 {
+        self.0.push(at.as_vec3().to_array());
+        u32::try_from(self.0.len() - 1).expect("few vertices")
+    }
+
+    fn triangle(&mut self, corners: [DVec3; 3]) {
+        let corners = corners.map(|at| self.vertex(at));
+        self.1.push(corners);
+    }
+
+    /// The quads of a grid of places.
+    fn grid(&mut self, [rows, columns]: [u32; 2], at: impl Fn(u32, u32) -> DVec3) {
+        let places: Vec<Vec<u32>> = (0..=rows)
+            .map(|i| (0..=columns).map(|j| self.vertex(at(i, j))).collect())
+            .collect();
+        for pair in places.windows(2) {
+            for j in 0..columns as usize {
+                let [a, b, c, d] = [pair[0][j], pair[0][j + 1], pair[1][j], pair[1][j + 1]];
+                self.1.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+    }
+
+    /// A bumpy sphere, closed but for rounding where its ends meet.
+    fn ball(&mut self, centre: DVec3, radius: f64, rows: u32) {
+        let columns = 2 * rows;
+        self.grid([rows, columns], |i, j| {
+            let v = 0.5 * TAU * f64::from(i) / f64::from(rows);
+            let u = TAU * f64::from(j % columns) / f64::from(columns);
+            let at = DVec3::new(v.sin() * u.cos(), v.sin() * u.sin(), v.cos());
+            centre + at * (radius * (1.0 + 0.1 * (9.0 * at.x).sin() * (8.0 * at.y).cos()))
+        });
+    }
+
+    /// A wavy sheet across the shaft, with a gap of that width in its middle.
+    fn curtain(&mut self, height: f64, gap: f64, cells: u32) {
+        for side in [-1.0, 1.0] {
+            self.grid([cells, cells], |i, j| {
+                let [s, t] = [i, j].map(|k| f64::from(k) / f64::from(cells));
+                let x = side * (0.5 * gap + 0.6 * s);
+                DVec3::new(x, 1.2 * t - 0.6, height + 0.05 * (20.0 * s + 3.0 * t).sin())
+            });
+        }
+    }
+
+    /// Slats across the shaft, with gaps of a fraction of their width.
+    fn blinds(&mut self, height: f64, slats: u32, gap: f64) {
+        let pitch = 1.2 / f64::from(slats);
+        for k in 0..slats {
+            let y = pitch * f64::from(k) - 0.6;
+            self.grid([1, 4], |i, j| {
+                let x = 0.3 * f64::from(j) - 0.6;
+                DVec3::new(x, y + (1.0 - gap) * pitch * f64::from(i), height)
+            });
+        }
+    }
+
+    fn leaves(&mut self, rng: &mut SplitMix64, count: u32, size: f64) {
+        let mut vector = |size: f64| DVec3::from_array([(); 3].map(|()| rng.in_range(-size, size)));
+        for _ in 0..count {
+            let at = DVec3::Z + vector(0.4);
+            let corners = [(); 3].map(|()| at + vector(size));
+            self.triangle(corners);
+        }
+    }
+}
+
+/// Open, closed, cut and branching ones, twice in one place and on one plane, through each other.
+fn meshes() -> Vec<(&'static str, Mesh)> {
+    let mut rng = cases::rng(16);
+    let mut all = Vec::new();
+    let mut add = |what, make: &mut dyn FnMut(&mut Mesh)| {
+        let mut mesh = Mesh::default();
+        make(&mut mesh);
+        all.push((what, mesh));
+    };
+    add("balls", &mut |m| {
+        m.ball(DVec3::new(0.1, 0.2, 1.2), 0.35, 40);
+        m.ball(DVec3::new(-0.3, -0.1, 0.8), 0.25, 30);
+    });
+    add("a ball twice, and another through it", &mut |m| {
+        for _ in 0..2 {
+            m.ball(DVec3::new(0.1, 0.0, 1.0), 0.3, 24);
+        }
+        m.ball(DVec3::new(0.25, 0.1, 1.1), 0.3, 24);
+    });
+    add("a ball without some of its triangles", &mut |m| {
+        m.ball(DVec3::new(0.0, 0.1, 1.0), 0.4, 30);
+        let mut k = 0;
+        m.1.retain(|_| {
+            k += 1;
+            k % 17 != 0
+        });
+    });
+    add("curtains", &mut |m| {
+        m.curtain(1.0, 0.05, 30);
+        m.curtain(1.3, 0.4, 20);
+    });
+    add("a curtain that closes, and one behind it", &mut |m| {
+        m.curtain(0.9, 0.0, 24);
+        m.curtain(1.4, 0.3, 24);
+    });
+    add("blinds", &mut |m| m.blinds(1.2, 90, 0.004));
+    add("blinds of all but nothing", &mut |m| {
+        m.blinds(1.2, 90, 1e-5)
+    });
+    add("crossed blinds, thrice on one plane", &mut |m| {
+        m.blinds(1.0, 50, 0.3);
+        m.blinds(1.0, 50, 0.3);
+        m.blinds(1.0, 37, 0.6);
+    });
+    add("leaves", &mut |m| m.leaves(&mut rng, 1500, 0.05));
+    add("large leaves", &mut |m| m.leaves(&mut rng, 700, 0.2));
+    add("fins on every edge of a sheet", &mut |m| {
+        m.curtain(1.0, 0.3, 18);
+        for k in 0..m.1.len() {
+            let [a, b, _] = m.1[k].map(|i| DVec3::from(m.0[i as usize].map(f64::from)));
+            m.triangle([a, b, 0.5 * (a + b) + DVec3::Z * 0.1]);
+        }
+    });
+    add("coarse leaves of one grid", &mut |m| {
+        let mut place = || f64::from(u32::try_from(rng.below(13)).expect("below 13")) / 8.0 - 0.75;
+        for k in 0..500 {
+            let z = 1.0 + f64::from(k % 3) / 4.0;
+            let corners = [(); 3].map(|()| DVec3::new(place(), place(), z));
+            m.triangle(corners);
+        }
+    });
+    all
+}
+
+/// A square light over the origin, a triangle and a hexagon.
+fn lights() -> Vec<Vec<DVec3>> {
+    let at = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+    let hexagon = (0..6).map(|k| {
+        let (s, c) = (TAU * f64::from(k) / 6.0).sin_cos();
+        at(0.6 * c, 0.5 * s)
+    });
+    vec![
+        vec![at(-0.5, -0.5), at(-0.5, 0.5), at(0.5, 0.5), at(0.5, -0.5)],
+        vec![at(-0.5, -0.6), at(-0.3, 0.7), at(0.6, 0.1)],
+        hexagon.rev().collect(),
+    ]
+}
+
+/// Height above the light's plane as a share of the way there, and where on it: in coordinates of
+/// our own, along x and y.
+fn images(mesh: &Mesh, point: DVec3) -> Vec<[Point; 3]> {
+    let height = 2.0 - point.z;
+    let mut out = Vec::new();
+    for corners in &mesh.1 {
+        let mut piece: Vec<DVec3> = corners
+            .map(|i| DVec3::from(mesh.0[i as usize].map(f64::from)) - point)
+            .to_vec();
+        for (sign, offset) in [(1.0, -POINT_MARGIN), (-1.0, 1.0 - LIGHT_MARGIN)] {
+            let above = |v: &DVec3| sign * v.z / height + offset;
+            let whole = std::mem::take(&mut piece);
+            for (i, &a) in whole.iter().enumerate() {
+                let b = whole[(i + 1) % whole.len()];
+                let (ha, hb) = (above(&a), above(&b));
+                if ha >= 0.0 {
+                    piece.push(a);
+                }
+                if (ha >= 0.0) != (hb >= 0.0) {
+                    // From the same end for both triangles of an edge.
+                    let (a, b, ha, hb) = if ha >= 0.0 {
+                        (a, b, ha, hb)
+                    } else {
+                        (b, a, hb, ha)
+                    };
+                    piece.push(a + (b - a) * (ha / (ha - hb)));
+                }
+            }
+            if piece.is_empty() {
+                break;
+            }
+        }
+        let place = |v: DVec3| [v.x * (height / v.z), v.y * (height / v.z)];
+        for i in 2..piece.len() {
+            out.push([piece[0], piece[i - 1], piece[i]].map(place));
+        }
+    }
+    out
+}
+
+/// The light of a boundary relative to the point, per radiance and albedo.
+fn irradiance(pieces: &[BoundaryEdge], height: f64) -> f64 {
+    let plane = [DVec3::Z * height, DVec3::X, DVec3::Y];
+    let edges = pieces.iter().map(|edge| [edge.from, edge.to]);
+    polygon::boundary_irradiance(edges, &plane, DVec3::Z)
+}
+
+fn sets() -> Vec<InstructionSet> {
+    let all = [
+        InstructionSet::Scalar,
+        InstructionSet::Avx2,
+        InstructionSet::Avx512,
+    ];
+    all.into_iter().filter(|set| set.is_available()).collect()
+}
+
+/// What `exact` makes of a light at a white point that looks up, past each of the occluders: in
+/// closed form, and the same bits.
+fn exact(what: &str, sets: &[Occluders], light: &Light, x: DVec3, buffers: &mut Buffers) -> f64 {
+    let bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
+    let point = ShadingPoint::new(x, DVec3::Z, DVec3::Z, bsdf);
+    let source = LightSource::new(light);
+    let estimator = "exact".parse().expect("one");
+    let mut values = sets.iter().map(|occluders| {
+        let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
+        let query = Query::<_, NoTexture>::new(occluders, &source, &point, &estimator, numbers, 1);
+        let before = buffers.samples.plan.exact_fallbacks;
+        let value = estimate(&query, buffers).x;
+        assert_eq!(buffers.samples.plan.exact_fallbacks, before, "{what}");
+        value
+    });
+    let first = values.next().expect("scalar");
+    for other in values {
+        assert_eq!(first.to_bits(), other.to_bits(), "{what}: {first} {other}");
+    }
+    first
+}
+
+/// On every mesh, before every light, at points from which it is seen in part or not at all: the
+/// light as it is past the images of all triangles by plain `f64`, to 1e-9 of the light
+/// unshadowed; the same bits on all instruction sets, and whatever the buffers were used for.
+#[test]
+fn light_past_thousands_of_triangles() {
+    let (mut dense, mut hidden) = (0, 0);
+    let mut buffers = Buffers::default();
+    for (what, mesh) in &meshes() {
+        let before = dense;
+        let build = |set| Occluders::build(&mesh.0, &mesh.1).limited_to(set);
+        let occluders: Vec<_> = sets().into_iter().map(build).collect();
+        for corners in lights() {
+            let polygon = ConvexPolygon::try_new(&corners).expect("a light");
+            let emission = Emission::one_sided(DVec3::ONE);
+            let area = Light::Area(AreaLight { polygon, emission });
+            for k in 0..4 {
+                let x = DVec3::new(0.21 * f64::from(k) - 0.3, 0.17 * f64::from(k) - 0.25, 0.0);
+                let light = LightCorners::new(&corners).expect("few corners");
+                let query = ShaftQuery::new(x, light);
+                if !occluders[0].shaft(query, &mut Scratch::new()).is_dense() {
+                    continue;
+                }
+                dense += 1;
+                let got = exact(what, &occluders, &area, x, &mut buffers);
+                let flat: Vec<Point> = corners.iter().map(|v| [v.x - x.x, v.y - x.y]).collect();
+                let mut all = Penumbra::default();
+                let whole = irradiance(all.boundary(&flat, std::iter::empty()), 2.0);
+                let want = irradiance(all.boundary(&flat, images(mesh, x).into_iter()), 2.0);
+                hidden += u32::from(want == 0.0);
+                // Lambert's factor of 1/π is in neither.
+                let error = (got * PI - want).abs() / whole;
+                assert!(error < 1e-9, "{what} at {x}: {got}, {error:e}");
+            }
+        }
+        assert!(dense > before, "{what} is never dense");
+    }
+    assert!(dense > 100 && hidden > 10, "{hidden} of {dense}");
+}
