@@ -24,7 +24,7 @@ pub(crate) struct SeenDisk<'a> {
 }
 
 impl<'a> SeenDisk<'a> {
-    /// `None` where the boundary does not tell: what stands between is too dense to keep, or the
+    /// `None` where the boundary does not tell: nothing is kept of what stands between, or the
     /// disk is too small or seen too flatly.
     pub(crate) fn new<R>(
         view: &RoundView,

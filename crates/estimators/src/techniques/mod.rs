@@ -72,8 +72,8 @@ macro_rules! integrations {
         $crate::techniques::$make! { $with Integration integrals Integral
             /// The closed form along the visible parts of each line.
             Analytic: analytic::Analytic,
-            /// The closed form over what is visible of the light, where few enough triangles are in
-            /// between; elsewhere as [`Integration::Analytic`].
+            /// The closed form over what is visible of the light, past any number of triangles
+            /// unless there is a limit; past those, and instances, as [`Integration::Analytic`].
             Exact(options): exact::ExactOptions,
             /// Whichever of exact, lines, points and rays takes the least time to an equal error,
             /// chosen per shading point and light by what is in between. In a combination, where
