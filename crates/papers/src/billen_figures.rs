@@ -1,6 +1,7 @@
 //! Billen & Dutré 2016, Figs. 2, 3 and 5: orientations, offset densities, visible pieces.
 
 use crate::Findings;
+use crate::measured::settings;
 use crate::picture_study::{Context, rmse};
 use crate::scene_study;
 use anyhow::Result;
@@ -158,16 +159,13 @@ fn exposure(image: &Image) -> Exposure {
     Exposure::fitting(image, 0.9)
 }
 
-fn settings(estimator: &str, samples: u32, seed: u64) -> Result<Settings> {
+fn stratified(estimator: &str, samples: u32, seed: u64) -> Result<Settings> {
     Ok(Settings {
-        estimator: estimator.parse()?,
-        sampler: SamplerKind::Stratified,
         samples,
         seed,
         // A light in the picture would leave the penumbrae dark.
         show_lights: false,
-        skip: false,
-        ..Settings::default()
+        ..settings(estimator, SamplerKind::Stratified)?
     })
 }
 
@@ -183,7 +181,7 @@ fn compare(
     let render = |estimator: &str, samples| -> Result<Image> {
         Ok(scene_study::render(
             &renderer,
-            &settings(estimator, samples, context.seed)?,
+            &stratified(estimator, samples, context.seed)?,
             window,
             context.progress,
         )
@@ -244,7 +242,7 @@ fn about(figures: &[&Figure]) -> String {
 /// The mean number of visible pieces of a line, pixel by pixel.
 fn pieces((scene_name, scene): &(&'static str, Scene), context: &Context<'_>) -> Result<Figure> {
     let renderer = Renderer::new(scene);
-    let settings = settings("line-analytic", COUNTED, context.seed)?;
+    let settings = stratified("line-analytic", COUNTED, context.seed)?;
     let count = |pixel: [u32; 2], workspace: &mut Workspace| {
         let Some(point) = renderer.shading_point(pixel, workspace) else {
             return DVec3::ZERO;

@@ -1,7 +1,7 @@
 //! Billen & Dutré 2016, section 6.2: what finding all blockers of a line costs, O(log n + m), and
 //! which share of the time it takes.
 
-use crate::measured::Measured;
+use crate::measured::{Measured, settings};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result};
@@ -281,12 +281,9 @@ pub(crate) fn share(context: &Context<'_>, scene_name: &'static str, lines: u32)
         anyhow::bail!("`{scene_name}` has no polygonal light");
     };
     let settings = Settings {
-        estimator: crate::billen_orders::LINES.parse()?,
-        sampler: SamplerKind::Stratified,
         samples: lines,
-        skip: false,
         seed: context.seed,
-        ..Settings::default()
+        ..settings(crate::billen_orders::LINES, SamplerKind::Stratified)?
     };
     let mut workspace = Workspace::new();
     let mut scratch = Scratch::new();

@@ -2,13 +2,13 @@
 //! parallel ones, which they leave to future work.
 
 use crate::billen_orders::LINES;
-use crate::measured::{Curve, Measured};
+use crate::measured::{Curve, Measured, settings};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result, bail};
 use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment};
-use linelit_integrator::{PlannedLight, Renderer, Settings, ShadingPoint};
+use linelit_integrator::{PlannedLight, Renderer, ShadingPoint};
 use linelit_lights::{AreaLight, Light};
 use linelit_samplers::{SampleSet, Sampler, SamplerKind};
 use linelit_study::stats::slopes::SlopePoint;
@@ -237,12 +237,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<PictureStudy> {
         let renderer = Renderer::new(&scene);
         let targets = Targets::find(&renderer, &all_pixels(size[0], size[1]));
         for sampler in [SamplerKind::Independent, SamplerKind::Stratified] {
-            let settings = Settings {
-                estimator: LINES.parse()?,
-                sampler,
-                skip: false,
-                ..Settings::default()
-            };
+            let settings = settings(LINES, sampler)?;
             let Effort {
                 samples,
                 trials,
@@ -329,11 +324,9 @@ mod tests {
             (mean, (variance / (8.0 * 36.0)).sqrt())
         });
         let mut workspace = linelit_integrator::Workspace::new();
-        let settings = Settings {
-            estimator: "line-analytic".parse().unwrap(),
-            sampler,
+        let settings = linelit_integrator::Settings {
             samples: 4096,
-            ..Settings::default()
+            ..settings("line-analytic", sampler).unwrap()
         };
         let light = |(pixel, point): &([u32; 2], ShadingPoint)| {
             let light = renderer.direct(&settings, point, *pixel, 0, &mut workspace);

@@ -2,12 +2,12 @@
 //! stratified ones overtake.
 
 use crate::billen_orders::LINES;
-use crate::measured::{Measured, trial_variances_and_seconds};
+use crate::measured::{Measured, settings, trial_variances_and_seconds};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use crate::scene_study::{Targets, all_pixels};
 use anyhow::Result;
 use linelit_elementary::{ln, pow};
-use linelit_integrator::{Renderer, Settings};
+use linelit_integrator::Renderer;
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
 
@@ -66,12 +66,7 @@ pub(crate) fn measure(
     sampler: SamplerKind,
 ) -> Result<AtTime> {
     let curve = |estimator: &str, counts: &[u32], seed: u64| -> Result<Vec<[f64; 2]>> {
-        let settings = Settings {
-            estimator: estimator.parse()?,
-            sampler,
-            skip: false,
-            ..Settings::default()
-        };
+        let settings = settings(estimator, sampler)?;
         let at = |&n: &u32| {
             let (variances, seconds) =
                 trial_variances_and_seconds(targets, settings, n, TRIALS, seed ^ u64::from(n));

@@ -1,9 +1,11 @@
 //! Measured numbers, each with the interval that it lies in.
 
 use crate::scene_study::Targets;
+use anyhow::Result;
 use linelit_elementary::{exp, hypot, ln, pow};
 use linelit_geometry::DVec3;
 use linelit_integrator::Settings;
+use linelit_samplers::SamplerKind;
 use linelit_study::engine::{Cell, Reference, run_cell, score};
 use linelit_study::report::scientific;
 use linelit_study::stats::metrics::MeanError;
@@ -248,6 +250,16 @@ pub(crate) fn trial_variances_and_seconds(
     let none = Reference::known(vec![DVec3::ZERO; targets.points.len()]);
     let scored = score(&run, &none, targets.pixels);
     (scored.trial_variance, run.times.seconds())
+}
+
+/// An estimator as the papers mean it: nothing is skipped that a scene does not need.
+pub(crate) fn settings(estimator: &str, sampler: SamplerKind) -> Result<Settings> {
+    Ok(Settings {
+        estimator: estimator.parse()?,
+        sampler,
+        skip: false,
+        ..Settings::default()
+    })
 }
 
 /// Errors over the number of samples: the variances of trials at each.

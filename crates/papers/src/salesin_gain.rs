@@ -1,12 +1,12 @@
 //! Salesin & Jarosz 2019, Fig. 7, at its own terms: what smoothing discontinuities gains, and what
 //! it depends on.
 
-use crate::measured::{Curve, Measured, number};
+use crate::measured::{Curve, Measured, number, settings};
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Renderer, Settings};
+use linelit_integrator::Renderer;
 use linelit_samplers::SamplerKind;
 
 /// Roughness of the strips of scene `strips`, left to right.
@@ -74,15 +74,6 @@ impl Gain {
     pub(crate) fn order_gained(&self) -> Measured {
         self.balance.minus(self.smooth)
     }
-}
-
-fn settings(estimator: &str, sampler: SamplerKind) -> Result<Settings> {
-    Ok(Settings {
-        estimator: estimator.parse()?,
-        sampler,
-        skip: false,
-        ..Settings::default()
-    })
 }
 
 /// The point of the picture that is nearest to a place.

@@ -1,6 +1,6 @@
 //! How claims are measured: scenes, estimators side by side, and how much of it.
 
-use crate::measured::{Curve, Measured};
+use crate::measured::{Curve, Measured, settings};
 use crate::picture_study::{Context, Row};
 use crate::scene_study::{StudySpec, Targets, all_pixels, with_work};
 use anyhow::{Result, bail};
@@ -249,15 +249,6 @@ impl Bench<'_> {
     fn trials(&self, quick: u32) -> u32 {
         self.pick(quick.min(3), quick, 4 * quick)
     }
-}
-
-fn settings(estimator: &str, sampler: SamplerKind) -> Result<Settings> {
-    Ok(Settings {
-        estimator: estimator.parse()?,
-        sampler,
-        skip: false,
-        ..Settings::default()
-    })
 }
 
 /// The variance of some estimates about their mean, all channels added.
