@@ -12,7 +12,7 @@ use linelit_integrator::LightChoice;
 pub(super) fn run(bench: &Bench<'_>) -> Result<Figures> {
     let mut figures = Figures::new();
     let rows = |context: &Context<'_>| -> Result<Vec<Row>> { shirley::of_the_paper(context) };
-    let runs = bench.repeated(40, rows)?;
+    let runs = bench.repeated(43, rows)?;
     let mut ratio = |name: &str, a: &str, b: &str| {
         figures.insert(name.to_owned(), runs.ratio(a, b, "RMSE"));
     };
@@ -47,13 +47,17 @@ pub(super) fn run(bench: &Bench<'_>) -> Result<Figures> {
         figures.insert(name.to_owned(), runs.ratio(&one, &other, "RMSE"));
     }
     let gap = |name: &str| {
-        figures
-            .get(&format!("{name} luminaires, 1 rays: one over all"))
-            .copied()
+        let gap = figures.get(&format!("{name}: one over all"));
+        gap.copied().unwrap_or(Measured::UNKNOWN)
     };
-    if let (Some(two), Some(many)) = (gap("2"), gap("32")) {
-        figures.insert("2 beside 32 luminaires".to_owned(), two.over(many));
-    }
+    let [of_two, of_many, often] = [
+        "2 luminaires, 1 rays",
+        "32 luminaires, 1 rays",
+        "32 luminaires, 100 rays",
+    ]
+    .map(gap);
+    figures.insert("2 beside 32 luminaires".to_owned(), of_two.over(of_many));
+    figures.insert("100 rays beside 1".to_owned(), often.over(of_many));
     let shadows = |choice: &str| {
         let what = format!("{many}: 100 rays, {choice}");
         runs.values(&what, "shadow rays a pixel").first().copied()
