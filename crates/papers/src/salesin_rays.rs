@@ -5,9 +5,10 @@
 use crate::measured::Measured;
 use crate::picture_study::{Context, PictureStudy, Row, section, table};
 use crate::salesin;
+use crate::scene_study::{Targets, all_pixels};
 use anyhow::{Context as _, Result};
 use linelit_geometry::DVec3;
-use linelit_integrator::{Estimator, Renderer, Settings, Workspace};
+use linelit_integrator::{Estimator, Renderer, Settings, Spheres, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_study::engine::CpuClock;
 use linelit_study::stats::metrics::MRSE_EPSILON;
@@ -21,7 +22,7 @@ const OURS: u32 = 16;
 
 /// A figure: its study, a scene, light samples of a camera ray, and what the paper finds best.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Figure {
+struct Figure {
     /// The study that shows it, whose pictures name the estimators.
     pub study: &'static str,
     /// The scene.
@@ -35,7 +36,7 @@ pub(crate) struct Figure {
     paper: &'static str,
 }
 
-pub(crate) const FIGURES: [Figure; 5] = [
+const FIGURES: [Figure; 5] = [
     Figure {
         study: "salesin-fig1",
         scene: "monoliths",
@@ -80,7 +81,7 @@ pub(crate) const FIGURES: [Figure; 5] = [
 
 /// Errors of one estimator for the same time.
 #[derive(Clone, Debug)]
-pub(crate) struct Efficiency {
+struct Efficiency {
     /// The estimator.
     pub estimator: Estimator,
     /// MRSE × seconds over the whole picture by the paper's terms, batch by batch.
@@ -91,21 +92,58 @@ pub(crate) struct Efficiency {
     pub ray: Vec<f64>,
 }
 
-/// Squared deviations of one pixel's values from their mean, of each channel, over n − 1; and the
-/// mean.
-fn spread(values: &[DVec3]) -> (DVec3, DVec3) {
+impl Efficiency {
+    /// Still without errors.
+    fn of(estimator: Estimator) -> Self {
+        Self {
+            estimator,
+            paper: Vec::new(),
+            ours: Vec::new(),
+            ray: Vec::new(),
+        }
+    }
+}
+
+/// Squared deviations of one pixel's values from their mean, of each channel, over n − 1.
+fn variance(values: &[DVec3]) -> DVec3 {
     let n = values.len() as f64;
     let mean = values.iter().copied().sum::<DVec3>() / n;
-    let squares = values
-        .iter()
-        .map(|v| (*v - mean) * (*v - mean))
-        .sum::<DVec3>();
-    (mean, squares / (n - 1.0))
+    let squares = values.iter().map(|v| (*v - mean) * (*v - mean));
+    squares.sum::<DVec3>() / (n - 1.0)
+}
+
+/// What a squared error is relative to at each pixel: the square of the best that is known of it,
+/// whatever estimator is measured. The mean of the few values themselves would be too often too
+/// small, and the more so the noisier they are.
+fn squares(
+    renderer: &Renderer<'_>,
+    pixels: &[[u32; 2]],
+    [rays, samples]: [u32; 2],
+    workspace: &mut Workspace,
+) -> Vec<DVec3> {
+    let settings = Settings {
+        sampler: SamplerKind::Sobol,
+        samples,
+        pixel_samples: rays,
+        show_lights: false,
+        // Far from the seeds of batches.
+        seed: 0x5EED_0000_0000_0001,
+        ..Targets::find(renderer, pixels).true_settings(Spheres::default())
+    };
+    let square = |pixel: &[u32; 2]| {
+        let known = renderer.pixel(&settings, *pixel, workspace);
+        known * known + DVec3::splat(MRSE_EPSILON)
+    };
+    pixels.iter().map(square).collect()
 }
 
 /// The mean relative squared error of one value of each pixel: that times the seconds that one
 /// takes for all pixels, and alone. All are unbiased, so that the error is the variance.
-fn cost(pixels: &[[u32; 2]], mut values: impl FnMut([u32; 2], &mut Vec<DVec3>)) -> [f64; 2] {
+fn cost(
+    pixels: &[[u32; 2]],
+    squares: &[DVec3],
+    mut values: impl FnMut([u32; 2], &mut Vec<DVec3>),
+) -> [f64; 2] {
     let clock = CpuClock::start();
     let mut all: Vec<Vec<DVec3>> = Vec::with_capacity(pixels.len());
     for pixel in pixels {
@@ -115,10 +153,8 @@ fn cost(pixels: &[[u32; 2]], mut values: impl FnMut([u32; 2], &mut Vec<DVec3>)) 
     }
     let seconds = clock.seconds();
     let (mut sum, mut count) = (0.0, 0.0);
-    for own in &all {
-        let (mean, variance) = spread(own);
-        let relative = variance / (mean * mean + DVec3::splat(MRSE_EPSILON));
-        sum += relative.element_sum() / 3.0;
+    for (own, square) in all.iter().zip(squares) {
+        sum += (variance(own) / *square).element_sum() / 3.0;
         count += own.len() as f64;
     }
     let error = sum / all.len() as f64;
@@ -126,7 +162,7 @@ fn cost(pixels: &[[u32; 2]], mut values: impl FnMut([u32; 2], &mut Vec<DVec3>)) 
 }
 
 /// Measures all estimators of a figure, in turns.
-pub(crate) fn measure(context: &Context<'_>, figure: &Figure) -> Result<Vec<Efficiency>> {
+fn measure(context: &Context<'_>, figure: &Figure) -> Result<Vec<Efficiency>> {
     let spec = salesin::spec(figure.study, Some(figure.scene)).context("no such figure")?;
     let estimators = spec
         .gallery
@@ -136,17 +172,11 @@ pub(crate) fn measure(context: &Context<'_>, figure: &Figure) -> Result<Vec<Effi
     let size = context.size(figure.size);
     scene.set_resolution(size[0], size[1]);
     let renderer = Renderer::new(&scene);
-    let pixels = crate::scene_study::all_pixels(size[0], size[1]);
+    let pixels = all_pixels(size[0], size[1]);
     let mut workspace = Workspace::new();
-    let mut all: Vec<Efficiency> = estimators
-        .into_iter()
-        .map(|estimator| Efficiency {
-            estimator,
-            paper: Vec::new(),
-            ours: Vec::new(),
-            ray: Vec::new(),
-        })
-        .collect();
+    let known = context.or_least([[256, 4], [1, 1024]], [[4, 4], [1, 16]]);
+    let [whole, centres] = known.map(|n| squares(&renderer, &pixels, n, &mut workspace));
+    let mut all: Vec<Efficiency> = estimators.into_iter().map(Efficiency::of).collect();
     let rays = context.or_least(RAYS, 2);
     for batch in 0..context.or_least(u64::from(BATCHES), 2) {
         for entry in &mut all {
@@ -162,12 +192,12 @@ pub(crate) fn measure(context: &Context<'_>, figure: &Figure) -> Result<Vec<Effi
                 pixel_samples: rays,
                 ..base
             };
-            let [paper, ray] = cost(&pixels, |pixel, out| {
+            let [paper, ray] = cost(&pixels, &whole, |pixel, out| {
                 renderer.pixel_samples(&theirs, pixel, &mut workspace, |v| out.push(v));
             });
             entry.paper.push(paper);
             entry.ray.push(ray);
-            let [ours, _] = cost(&pixels, |pixel, out| {
+            let [ours, _] = cost(&pixels, &centres, |pixel, out| {
                 let point = renderer.shading_point(pixel, &mut workspace);
                 let trial = |k| {
                     let settings = Settings {
@@ -188,18 +218,21 @@ pub(crate) fn measure(context: &Context<'_>, figure: &Figure) -> Result<Vec<Effi
     Ok(all)
 }
 
-/// The geometric mean over batches of one estimator's error over another's, for the same time.
-pub(crate) fn over(own: &[f64], other: &[f64]) -> Measured {
-    let ratios: Vec<f64> = own.iter().zip(other).map(|(a, b)| a / b).collect();
-    Measured::geometric_mean(&ratios)
+/// One estimator's error over another's for the same time, one over itself.
+fn over(own: &[f64], other: &[f64]) -> Measured {
+    if own == other {
+        return Measured::exact(1.0);
+    }
+    Measured::ratio(own, other)
 }
 
-/// The estimator with the least error for the same time.
+/// The estimator with the least error for the same time: of the means over batches, for squared
+/// errors add, and rare large ones are most of some.
 fn best<'a>(
     all: &'a [Efficiency],
     errors: impl Fn(&'a Efficiency) -> &'a [f64],
 ) -> Option<&'a Efficiency> {
-    let mean = |e: &'a Efficiency| Measured::geometric_mean(errors(e)).value;
+    let mean = |e: &'a Efficiency| Measured::mean(errors(e)).value;
     let order = |a: &&'a Efficiency, b: &&'a Efficiency| {
         mean(a).partial_cmp(&mean(b)).unwrap_or(Ordering::Equal)
     };
@@ -262,7 +295,7 @@ fn sentence(figure: &Figure, all: &[Efficiency], first: &Efficiency, own: &Effic
             )
         } else {
             format!(
-                "`{}` is as good by the paper's terms, and has {b} times the least error by ours",
+                "`{}` is not told from it by the paper's terms, and has {b} times the least error by ours",
                 e.estimator
             )
         }
@@ -299,7 +332,19 @@ mod tests {
         let name = |e: Option<&Efficiency>| e.unwrap().estimator.to_string();
         assert_eq!(name(best(&all, |e| &e.paper)), "line-area");
         assert_eq!(name(best(&all, |e| &e.ours)), "point-area");
-        let (mean, variance) = spread(&[DVec3::ONE, DVec3::splat(3.0)]);
-        assert_eq!((mean.x, variance.x), (2.0, 2.0));
+    }
+
+    /// The errors of values 1 and 3 and of 0 and 2 are as large, whatever their means are.
+    #[test]
+    fn errors_are_relative_to_what_is_known() {
+        let error = |first: f64| {
+            let values = [first, first + 2.0].map(DVec3::splat);
+            cost(&[[0, 0]], &[DVec3::splat(4.0)], |_, out| out.extend(values))[1]
+        };
+        // Whole numbers and halves: exact.
+        assert_eq!(
+            [0.0, 1.0].map(|first| error(first).to_bits()),
+            [0.5_f64.to_bits(); 2]
+        );
     }
 }

@@ -9,7 +9,7 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 use linelit_scene::Scene;
-use linelit_study::engine::{Cell, CellRun, Counts, Reference, Truth, run_cell, score};
+use linelit_study::engine::{Cell, CellRun, Counts, Reference, run_cell, score};
 use linelit_study::stats::metrics::MRSE_EPSILON;
 use linelit_study::tables::StudyRecord;
 use std::collections::BTreeMap;
@@ -181,15 +181,11 @@ impl Bench<'_> {
 
     /// What errors are measured by: many samples of what is best there.
     fn reference(&self, targets: &Targets<'_>) -> Vec<DVec3> {
-        let method = match targets.truth(Spheres::default()) {
-            Truth::Known(values) => return values,
-            Truth::Computed(method) => method,
-        };
         let trials = 4;
         let cell = Cell {
             settings: Settings {
                 sampler: SamplerKind::Sobol,
-                ..method.settings
+                ..targets.true_settings(Spheres::default())
             },
             samples: self.pick(4, 96, 1024),
             // Far from the trials' seeds.

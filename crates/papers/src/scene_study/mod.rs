@@ -55,7 +55,7 @@ impl<'a> Targets<'a> {
     }
 
     /// The settings of [`Targets::truth`].
-    fn true_settings(&self, spheres: Spheres) -> Settings {
+    pub(crate) fn true_settings(&self, spheres: Spheres) -> Settings {
         let closed = self.points.iter().all(|(_, p)| p.has_closed_form());
         let estimator = if closed {
             Estimator::analytic()
