@@ -12,7 +12,7 @@ use linelit_samplers::SamplerKind;
 /// Roughness of the strips of scene `strips`, left to right.
 const ROUGHNESS: [f64; 5] = [0.5, 0.25, 0.12, 0.06, 0.03];
 /// Lines along the light's first edge, and along the second.
-pub(crate) const EDGES: [&str; 2] = [
+const EDGES: [&str; 2] = [
     "line-solid-angle[orientation=fixed:0,pieces=one]",
     "line-solid-angle[orientation=fixed:0.5,pieces=one]",
 ];
@@ -39,7 +39,7 @@ const SPOTS: [(&str, &str, &[u32]); 4] = [
     ),
 ];
 /// So many samples that jumps are what counts.
-pub(crate) const MANY: &[u32] = &[1024, 4096, 16384];
+const MANY: &[u32] = &[1024, 4096, 16384];
 
 const MIRRORED: &str = "unhidden, light mirrored";
 const HIDDEN: &str = "partly hidden";
@@ -50,7 +50,7 @@ const PAPER_HIDDEN: [f64; 2] = [-1.53, -1.68];
 
 /// What smoothing does at one point, in orders of the variance as the paper has them.
 #[derive(Clone, Debug)]
-pub(crate) struct Gain {
+struct Gain {
     /// Where the point lies.
     pub place: &'static str,
     /// Roughness α of the strip.
@@ -71,7 +71,7 @@ pub(crate) struct Gain {
 
 impl Gain {
     /// By how much smoothing makes the variance fall faster.
-    pub(crate) fn order_gained(&self) -> Measured {
+    fn order_gained(&self) -> Measured {
         self.balance.minus(self.smooth)
     }
 }
@@ -89,7 +89,7 @@ fn nearest<'a>(renderer: &'a Renderer<'a>, all: &Targets<'_>, place: DVec3) -> R
 
 /// Numbers of samples, trials and the first seed of a measurement.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
+struct Effort {
     /// Ascending numbers of samples.
     pub samples: &'static [u32],
     /// Independent trials of each.
@@ -99,7 +99,7 @@ pub(crate) struct Effort {
 }
 
 /// Measures the orders at one point of a strip of this roughness.
-pub(crate) fn measure(
+fn measure(
     targets: &Targets<'_>,
     (place, roughness): (&'static str, f64),
     (lines, sampler): (&str, SamplerKind),
@@ -130,7 +130,7 @@ pub(crate) fn measure(
 }
 
 /// Measures the orders at pixel A.
-pub(crate) fn at_spot(
+fn at_spot(
     context: &Context<'_>,
     place: &'static str,
     lines: &str,
@@ -148,7 +148,7 @@ pub(crate) fn at_spot(
 }
 
 /// All points of all strips, by independent and by multi-jittered samples.
-pub(crate) fn gains(context: &Context<'_>) -> Result<Vec<Gain>> {
+fn gains(context: &Context<'_>) -> Result<Vec<Gain>> {
     let effort = |samples| Effort {
         samples: context.or_least(samples, &[4, 16]),
         trials: context.or_least(64, 2),

@@ -2,8 +2,8 @@
 
 use super::super::bench::{Answer, Ask, Bench, Effort, Figures};
 use crate::measured::{Measured, largest};
+use crate::salesin;
 use crate::scene_study::{StudySpec, Targets};
-use crate::{salesin, salesin_gain};
 use anyhow::Result;
 use linelit_integrator::Estimator;
 use linelit_samplers::SamplerKind;
@@ -173,17 +173,6 @@ pub(super) fn smoothing(bench: &Bench<'_>) -> Result<Figures> {
             ratio,
         );
     }
-    let effort = salesin_gain::Effort {
-        samples: bench.pick(&[1, 4], salesin_gain::MANY, salesin_gain::MANY),
-        trials: bench.pick(3, 256, 512),
-        seed: bench.context.seed,
-    };
-    let across = salesin_gain::at_spot(bench.context, "", salesin_gain::EDGES[1], effort)?;
-    figures.insert(
-        "Fig. 7/A/gain of many lines along the other edge".to_owned(),
-        // Of σ, and as a difference of negative orders.
-        across.smooth.minus(across.balance).map(|order| 0.5 * order),
-    );
     Ok(figures)
 }
 
