@@ -251,10 +251,13 @@ pub(super) struct Claim {
     pub(super) why: &'static str,
     /// The figure that tells, by its name in [`Figures`](super::bench::Figures).
     pub(super) figure: String,
-    /// The verdict of the last run that was looked at.
+    /// The verdict of the last run that was looked at, of the quick form.
     pub(super) recorded: Verdict,
     /// Why it is weaker, refuted or not measurable here.
     pub(super) reason: Option<Reason>,
+    /// Verdict and reason of the other form, where it comes to another verdict: of `--full`, until
+    /// [`Claim::in_full`].
+    pub(super) otherwise: Option<(Verdict, Option<Reason>)>,
     /// Whether the figure hangs on how long something took. Of such a one a busy machine may tell
     /// nothing, which contradicts no record.
     pub(super) is_timed: bool,
@@ -294,6 +297,7 @@ impl Claim {
             why: "",
             recorded: Verdict::Confirmed,
             reason: None,
+            otherwise: None,
             is_timed: false,
         }
     }
@@ -362,6 +366,27 @@ impl Claim {
     /// The verdict on record.
     pub(super) const fn recorded(mut self, verdict: Verdict) -> Self {
         self.recorded = verdict;
+        self
+    }
+
+    /// The verdict on record of `--full`, which is another one than that of the quick form; why,
+    /// and the figure that says so.
+    pub(super) const fn but_in_full(
+        mut self,
+        verdict: Verdict,
+        words: &'static str,
+        check: Option<(&'static str, Expected)>,
+    ) -> Self {
+        self.otherwise = Some((verdict, Some(Reason { words, check })));
+        self
+    }
+
+    /// As `--full` is held to it; the quick form's verdict is the other one then.
+    pub(super) const fn in_full(mut self) -> Self {
+        if let Some(full) = self.otherwise {
+            self.otherwise = Some((self.recorded, self.reason));
+            (self.recorded, self.reason) = full;
+        }
         self
     }
 

@@ -49,7 +49,11 @@ pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
         studies.extend(found.keys().map(|name| (name.clone(), group.study)));
         figures.extend(found);
     }
-    let judged = judge(list::all(), &figures, &studies)?;
+    let mut claims = list::all();
+    if effort == Effort::Full {
+        claims = claims.into_iter().map(Claim::in_full).collect();
+    }
+    let judged = judge(claims, &figures, &studies)?;
     let failures = if effort == Effort::Smallest {
         Vec::new()
     } else {
@@ -76,8 +80,9 @@ fn judge(
 ) -> Result<Vec<Judged>> {
     let wanted = claims.iter().flat_map(|claim| {
         let own = (claim.expected != Expected::Elsewhere).then_some(claim.figure.as_str());
-        let check = claim.reason.and_then(|reason| reason.check);
-        own.into_iter().chain(check.map(|(name, _)| name))
+        let reasons = [claim.reason, claim.otherwise.and_then(|(_, reason)| reason)];
+        let checks = reasons.into_iter().flatten().filter_map(|r| r.check);
+        own.into_iter().chain(checks.map(|(name, _)| name))
     });
     let missing: Vec<&str> = wanted.filter(|name| !figures.contains_key(*name)).collect();
     ensure!(
@@ -181,6 +186,7 @@ fn document(judged: &[Judged]) -> Value {
             "high": part(|m| Some(m.interval?[1])),
             "verdict": one.verdict.name(),
             "recorded": claim.recorded.name(),
+            "recorded_otherwise": claim.otherwise.map(|(verdict, _)| verdict.name()),
             "sentence": claim.expected.sentence(one.measured),
             "timed": claim.is_timed,
             "reason": claim.reason.map_or("", |r| r.words),
@@ -237,6 +243,8 @@ mod tests {
         for claim in &all {
             let has = claim.reason.is_some();
             assert_eq!(has, claim.recorded.needs_reason(), "{}", claim.id);
+            let full = claim.otherwise.map(|(verdict, _)| verdict);
+            assert_ne!(full, Some(claim.recorded), "{}", claim.id);
             let elsewhere = claim.expected == Expected::Elsewhere;
             assert_eq!(
                 elsewhere,
@@ -271,5 +279,28 @@ mod tests {
         assert_eq!(failures(&judged).is_empty(), recorded == Verdict::Confirmed);
         figures.clear();
         assert!(judge(vec![claim], &figures, &BTreeMap::new()).is_err());
+    }
+
+    /// Of a claim with two verdicts on record each form is held to its own, by its own reason.
+    #[test]
+    fn both_forms_are_held_to_their_own_record() {
+        let why = Some(("why", Expected::AtMost(0.0)));
+        let claim = Claim::new(claim::Paper::Billen, "a", "b", "c.")
+            .at_most(1.0, "d")
+            .but_in_full(Verdict::Refuted, "e", why);
+        let judged = |claim: &Claim, a: f64, why: f64| {
+            let figures = [("a", a), ("why", why)];
+            let figures = figures.map(|(name, v)| (name.to_owned(), Measured::exact(v)));
+            judge(vec![claim.clone()], &figures.into(), &BTreeMap::new()).unwrap()
+        };
+        let failed = |claim: &Claim, a, why| failures(&judged(claim, a, why)).len();
+        let full = claim.clone().in_full();
+        assert_eq!([0.5, 2.0].map(|a| failed(&claim, a, 1.0)), [0, 1]);
+        assert_eq!([0.5, 2.0].map(|a| failed(&full, a, 0.0)), [1, 0]);
+        assert_eq!(failed(&full, 2.0, 1.0), 1);
+        let page = page::report(&judged(&full, 2.0, 1.0), &[]);
+        let note = &page.sections[0].notes[0];
+        assert!(note.contains("refuted: c. e Checked by why"), "{note}");
+        assert!(note.contains("of the other form: confirmed"), "{note}");
     }
 }

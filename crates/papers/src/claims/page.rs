@@ -18,7 +18,7 @@ pub(super) fn report(judged: &[Judged], groups: &[(&str, f64)]) -> Report {
     let words = "A claim is confirmed where its figure is within the tolerance of the paper's by its \
                  whole 95 % interval, stronger or weaker beyond it, refuted where nothing of the effect \
                  is there or it is the other way round. Each verdict follows from the figures beside it; \
-                 this run is held to the verdicts on record.";
+                 this run is held to the verdicts on record, of which a few are others with --full.";
     let title = "Every claim of the papers, with a verdict";
     let mut report = Report::new(title, vec![summary(judged), words.to_owned()], sections);
     let took =
@@ -39,15 +39,29 @@ fn section(paper: Paper, own: &[&Judged]) -> Section {
         })
         .collect();
     let mut notes = Vec::new();
-    for one in own.iter().filter(|j| j.verdict.needs_reason()) {
-        let words = one
-            .claim
-            .reason
-            .map_or("No reason is on record.", |r| r.words);
-        let (place, says) = (one.claim.place, &one.claim.says);
-        let check = checked(one).unwrap_or_default();
-        let verdict = one.verdict;
-        notes.push(format!("{place}, {verdict}: {says} {words} {check}"));
+    let noted = |j: &&&Judged| j.verdict.needs_reason() || j.claim.otherwise.is_some();
+    for one in own.iter().filter(noted) {
+        let claim = &one.claim;
+        let mut note = format!("{}, {}: {}", claim.place, one.verdict, claim.says);
+        match claim.reason {
+            Some(reason) => note = format!("{note} {}", reason.words),
+            None if claim.is_timed && one.verdict == Verdict::Weaker => {
+                note = format!(
+                    "{note} Its times tell less here; {} is on record.",
+                    claim.recorded
+                );
+            }
+            None if one.verdict.needs_reason() => note.push_str(" No reason is on record."),
+            None => (),
+        }
+        if let Some(check) = checked(one) {
+            note = format!("{note} {check}");
+        }
+        if let Some((verdict, reason)) = claim.otherwise {
+            let words = reason.map_or("", |r| r.words);
+            note = format!("{note} On record of the other form: {verdict}. {words}");
+        }
+        notes.push(note);
     }
     Section {
         title: paper.citation().to_owned(),

@@ -64,6 +64,13 @@ fn formulas() -> Vec<Claim> {
     ]
 }
 
+/// As good as the same.
+const THOUSANDTH: Expected = Expected::Figure {
+    value: 1.0,
+    tolerance: 1e-3,
+    none: None,
+};
+
 fn diffuse() -> Vec<Claim> {
     let of = |id: &str, place, says: &str| claim(format!("Fig. 6/{id}"), place, says);
     vec![
@@ -75,11 +82,12 @@ fn diffuse() -> Vec<Claim> {
         .because_of(
             "It matters where the light's horizon cuts a face that is seen; at the pixels of our room it changes the error by less than a thousandth.",
             "Fig. 6/clipped over solid angle",
-            Expected::Figure {
-                value: 1.0,
-                tolerance: 1e-3,
-                none: None,
-            },
+            THOUSANDTH,
+        )
+        .but_in_full(
+            Verdict::Confirmed,
+            "At the figure's own resolution it is as little, a ten-thousandth, but just beyond the bound in place of just short of it.",
+            Some(("Fig. 6/clipped over solid angle", THOUSANDTH)),
         ),
         of("linear over clipped", "Fig. 6e", "The linear cosine warp has a worse RMSE than clipped solid angle alone, by what it does near the light.")
             .at_least(1.0, BETTER),
