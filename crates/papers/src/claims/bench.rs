@@ -215,6 +215,23 @@ impl Bench<'_> {
     /// The points where an estimator has noise. By projected solid angle they are those that see a
     /// part of the light.
     pub(super) fn noisy<'a>(&self, targets: &Targets<'a>, estimator: &str) -> Result<Targets<'a>> {
+        self.kept(targets, estimator, |values| variance(values) > ROUNDING)
+    }
+
+    /// The points where an estimator has light and no noise.
+    pub(super) fn calm<'a>(&self, targets: &Targets<'a>, estimator: &str) -> Result<Targets<'a>> {
+        self.kept(targets, estimator, |values| {
+            values[0] != DVec3::ZERO && variance(values) <= ROUNDING
+        })
+    }
+
+    /// The points where some trials of an estimator are as they are wanted.
+    fn kept<'a>(
+        &self,
+        targets: &Targets<'a>,
+        estimator: &str,
+        keep: impl Fn(&[DVec3]) -> bool,
+    ) -> Result<Targets<'a>> {
         let ask = Ask {
             estimator,
             sampler: SamplerKind::Independent,
@@ -223,8 +240,7 @@ impl Bench<'_> {
         };
         let run = self.run(targets, &ask)?;
         let points = targets.points.iter().enumerate();
-        // Rounding leaves 1e-24 of the square, an edge before a thousandth of the light 1e-6.
-        let kept = points.filter(|(k, _)| variance(run.trials_of(*k)) > 1e-12);
+        let kept = points.filter(|(k, _)| keep(run.trials_of(*k)));
         Ok(Targets {
             renderer: targets.renderer,
             points: kept.map(|(_, point)| point.clone()).collect(),
@@ -246,6 +262,10 @@ impl Bench<'_> {
         self.pick(quick.min(3), quick, 4 * quick)
     }
 }
+
+/// Variances up to this are none: rounding leaves 1e-24 of the square, an edge before a thousandth
+/// of the light 1e-6.
+const ROUNDING: f64 = 1e-12;
 
 /// The variance of some estimates about their mean, all channels added.
 fn variance(values: &[DVec3]) -> f64 {

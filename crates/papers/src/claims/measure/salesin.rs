@@ -266,16 +266,13 @@ pub(super) fn cornell(bench: &Bench<'_>) -> Result<Figures> {
 fn bright(bench: &Bench<'_>, figures: &mut Figures) -> Result<()> {
     let scene = bench.scene("cornell-box-large")?;
     bench.on_grid(scene, [28, 28], |targets| {
-        let partly = bench.noisy(targets, BY_PROJECTION)?;
-        // What gets no light has no noise by any estimator.
-        let mut rest = bench.noisy(targets, "line-analytic")?;
-        let hidden = |pixel: &[u32; 2]| partly.points.iter().any(|(p, _)| p == pixel);
-        rest.points.retain(|(pixel, _)| !hidden(pixel));
-        if rest.points.is_empty() {
+        // Those that see next to nothing of the light, which few samples meet, are not among them.
+        let bright = bench.calm(targets, BY_PROJECTION)?;
+        if bright.points.is_empty() {
             return Ok(());
         }
         let asks = [LINE1, "point-solid-angle"].map(independent);
-        let [lines, points] = compare(bench, &rest, asks)?;
+        let [lines, points] = compare(bench, &bright, asks)?;
         let cost = lines.cost_ratio(&points);
         figures.insert("Fig. 8/unshadowed for the same time".to_owned(), cost);
         Ok(())
