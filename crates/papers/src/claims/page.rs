@@ -47,7 +47,7 @@ fn section(paper: Paper, own: &[&Judged]) -> Section {
             Some(reason) => note = format!("{note} {}", reason.words),
             None if claim.is_timed && one.verdict == Verdict::Weaker => {
                 note = format!(
-                    "{note} Its times tell less here; {} is on record.",
+                    "{note} This run's times tell less; {} is on record.",
                     claim.recorded
                 );
             }
