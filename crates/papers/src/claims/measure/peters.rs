@@ -82,9 +82,7 @@ fn rounding(bench: &Bench<'_>, figures: &mut Figures) -> Result<()> {
     let runs = bench.repeated(64, rows(peters_diffuse::figure_4))?;
     for (name, what, key) in [
         ("raw, worst", "as printed", "worst"),
-        ("raw, median", "as printed", "median"),
         ("times brightness", "as printed, times brightness", "worst"),
-        ("ours, worst", "ours", "worst"),
     ] {
         let worst = runs.values(what, key).into_iter().fold(0.0, f64::max);
         figures.insert(format!("Fig. 4/{name}"), Measured::exact(worst));

@@ -166,12 +166,6 @@ pub(super) fn smoothing(bench: &Bench<'_>) -> Result<Figures> {
                 smooth.minus(lines),
             );
         }
-        let ratio = spots.ratio(spot, SMOOTH, WITH_BSDF);
-        put(
-            &mut figures,
-            format!("Fig. 7/{spot}/smooth over balance"),
-            ratio,
-        );
     }
     Ok(figures)
 }
@@ -212,20 +206,10 @@ pub(super) fn cornell(bench: &Bench<'_>) -> Result<Figures> {
             let [points, lines, pieces] = compare(bench, &partly, asks)?;
             let mrse = Measured::ratio(&lines.mrse, &points.mrse);
             figures.insert("Fig. 3/soft shadows".to_owned(), mrse);
-            let time = pieces.time_ratio(&points);
-            figures.insert("Fig. 8/time of a line alone".to_owned(), time);
             let cost = pieces.cost_ratio(&points);
             figures.insert("Fig. 8/soft shadows for the same time".to_owned(), cost);
         }
-        let asks = [
-            single,
-            area,
-            LINE1,
-            AVERAGE,
-            MIS,
-            "line-analytic",
-            "point-solid-angle",
-        ];
+        let asks = [single, area, LINE1, AVERAGE, MIS, "line-analytic"];
         let all = compare(
             bench,
             targets,
@@ -235,7 +219,7 @@ pub(super) fn cornell(bench: &Bench<'_>) -> Result<Figures> {
                 ..independent(estimator)
             }),
         )?;
-        let [by_angle, by_area, lines, average, mis, analytic, points] = all;
+        let [by_angle, by_area, lines, average, mis, analytic] = all;
         let mrse = Measured::ratio(&by_angle.mrse, &by_area.mrse);
         figures.insert("Fig. 3/solid angle over area".to_owned(), mrse);
         figures.insert(
@@ -246,7 +230,6 @@ pub(super) fn cornell(bench: &Bench<'_>) -> Result<Figures> {
             "Fig. 8/lines over closed form".to_owned(),
             lines.cost_ratio(&analytic),
         );
-        figures.insert("Fig. 8/MIS over points".to_owned(), mis.cost_ratio(&points));
         let more = |a: &Answer| a.counts.line_queries as f64;
         // Of a line and a point for each, over a line for each.
         let both = Ask {
@@ -303,13 +286,9 @@ pub(super) fn scenes(bench: &Bench<'_>) -> Result<Figures> {
             add("MIS over points", &points);
             add("MIS over lines", &lines);
             add("MIS over points with BSDF", &points_bsdf);
-            for (name, other) in [
-                ("points", &points),
-                ("lines", &lines),
-                ("points with BSDF", &points_bsdf),
-            ] {
-                let error = Measured::ratio(&both.mrse, &other.mrse);
-                figures.insert(format!("{figure}/error over {name}"), error);
+            let error = Measured::ratio(&both.mrse, &lines.mrse);
+            figures.insert(format!("{figure}/error over lines"), error);
+            for (name, other) in [("points", &points), ("points with BSDF", &points_bsdf)] {
                 let time = both.time_ratio(other);
                 figures.insert(format!("{figure}/time over {name}"), time);
             }

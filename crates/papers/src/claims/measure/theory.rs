@@ -128,8 +128,7 @@ fn half_hidden(bench: &Bench<'_>, targets: &Targets<'_>, figures: &mut Figures) 
     add("stratified point", "point-area", SamplerKind::Stratified)?;
     let lines = "line-analytic[orientation=fixed:0.3]";
     add("stratified line", lines, SamplerKind::Stratified)?;
-    add("random line", lines, SamplerKind::Independent)?;
-    add("low-discrepancy point", "point-area", SamplerKind::Sobol)
+    add("random line", lines, SamplerKind::Independent)
 }
 
 /// Figs. 2 and 3: what a direction for each point, for each line, or for all does, and where
