@@ -12,7 +12,7 @@ use crate::{
     closed_mesh::BackfaceFilter,
     frame::LightFrame,
     merge::{self, Slots},
-    node::{Child, Leaf, Node},
+    node::{self, Child, Leaf, Node},
     project::{self, Corners},
     silhouette::Search,
     surfaces::NONE,
@@ -238,27 +238,8 @@ fn push_boxes<S: Simd>(
     let [low, high] = ShaftBounds::images(s, &least, &most);
     let images = Images::new(s, low, high);
     let before = s.lt(s.splat(1e-6), least[2]);
-    let mut depth = Lanes([0.0; 8]);
-    s.store(s.max(least[2], s.splat(0.0)), &mut depth);
-    // Depth, with the lane in its last bits, in descending order.
-    let mut keys = [0_u32; 8];
-    let mut count = 0;
-    let mut found = found & (!before | covered.needs_any(s, &images));
-    let needed = found;
-    while found != 0 {
-        let lane = found.trailing_zeros();
-        found &= found - 1;
-        let key = (depth[lane as usize].to_bits() & !7) | lane;
-        let mut k = count;
-        while k > 0 && keys[k - 1] < key {
-            keys[k] = keys[k - 1];
-            k -= 1;
-        }
-        keys[k] = key;
-        count += 1;
-    }
-    for key in &keys[..count] {
-        let lane = (key & 7) as usize;
+    let needed = found & (!before | covered.needs_any(s, &images));
+    for lane in node::deepest_first(s, least[2], needed) {
         let image = if before >> lane & 1 != 0 {
             images.get(lane)
         } else {

@@ -14,7 +14,7 @@ use crate::{
     bounds::{self, ShaftBounds},
     closed_mesh::BackfaceFilter,
     frame::LightFrame,
-    node::{Child, Leaf, Node},
+    node::{self, Child, Leaf, Node},
     project,
     sweep::Lanes,
 };
@@ -309,42 +309,17 @@ fn push_boxes<S: Simd>(
 ) -> u8 {
     let mut found = bounds.boxes(s, node);
     let (least, most) = bounds.extents(s, node);
-    let near = s.splat(1.0) / least[2];
-    let far = s.splat(1.0) / most[2];
-    let mut low = [near; 2];
-    let mut high = [near; 2];
-    for k in 0..2 {
-        // The room covers the two roundings of a quotient as well.
-        let l = s.min(least[k] * near, least[k] * far);
-        let h = s.max(most[k] * near, most[k] * far);
-        low[k] = s.fma(s.abs(l), s.splat(-1e-6), l);
-        high[k] = s.fma(s.abs(h), s.splat(1e-6), h);
-    }
+    let [low, high] = ShaftBounds::images(s, &least, &most);
     let images = Images::new(s, low, high);
     let before = s.lt(s.splat(1e-6), least[2]);
-    let mut depth = Lanes([0.0; 8]);
-    s.store(s.max(least[2], s.splat(0.0)), &mut depth);
-    // Depth, with the lane in its last bits, in descending order.
-    let mut keys = [0_u32; 8];
-    let (mut count, mut needed) = (0, 0);
+    let mut needed = 0;
     while found != 0 {
-        let lane = found.trailing_zeros();
+        let lane = found.trailing_zeros() as usize;
         found &= found - 1;
-        if before >> lane & 1 != 0 && !front.needs(&images.get(lane as usize)) {
-            continue;
-        }
-        needed |= 1 << lane;
-        let key = (depth[lane as usize].to_bits() & !7) | lane;
-        let mut k = count;
-        while k > 0 && keys[k - 1] < key {
-            keys[k] = keys[k - 1];
-            k -= 1;
-        }
-        keys[k] = key;
-        count += 1;
+        let is_needed = before >> lane & 1 == 0 || front.needs(&images.get(lane));
+        needed |= u8::from(is_needed) << lane;
     }
-    for key in &keys[..count] {
-        let lane = (key & 7) as usize;
+    for lane in node::deepest_first(s, least[2], needed) {
         let image = if before >> lane & 1 != 0 {
             images.get(lane)
         } else {

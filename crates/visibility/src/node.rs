@@ -1,5 +1,8 @@
 //! Memory layout of the hierarchy: nodes of eight boxes, leaves of up to eight triangles.
 
+use crate::sweep::Lanes;
+use linelit_simd::Simd;
+
 /// Eight boxes side by side, and what is in them.
 ///
 /// Boxes are relative to the hierarchy's origin and hold their triangles exactly: every vertex is
@@ -39,6 +42,29 @@ impl Node {
         }
         self
     }
+}
+
+/// The lanes of `found`, the deepest first.
+#[inline(always)]
+pub(crate) fn deepest_first<S: Simd>(s: S, depth: S::F, found: u8) -> impl Iterator<Item = usize> {
+    let mut depths = Lanes([0.0; 8]);
+    s.store(s.max(depth, s.splat(0.0)), &mut depths);
+    // Depth, with the lane in its last bits, in descending order.
+    let mut keys = [0_u32; 8];
+    let (mut count, mut found) = (0, found);
+    while found != 0 {
+        let lane = found.trailing_zeros();
+        found &= found - 1;
+        let key = (depths[lane as usize].to_bits() & !7) | lane;
+        let mut k = count;
+        while k > 0 && keys[k - 1] < key {
+            keys[k] = keys[k - 1];
+            k -= 1;
+        }
+        keys[k] = key;
+        count += 1;
+    }
+    keys.into_iter().take(count).map(|key| (key & 7) as usize)
 }
 
 /// A node or a leaf.
