@@ -486,26 +486,24 @@ impl Shaft<'_> {
         }
     }
 
-    /// Finds leaves that hide much of a few lines: what a ray towards each meets, unless two of the
-    /// rays meet nothing. What is behind, the walk from front to back need not look at.
+    /// Finds leaves that hide much of a few lines: what a ray towards each meets, unless one meets
+    /// nothing. What is behind, the walk from front to back need not look at.
     fn seek_cover(&mut self, lines: &[Segment], (few, first): (Range<usize>, usize)) {
         self.scratch.cover.clear();
         // What rays meet of fine surfaces is too small to hide anything.
         if self.occluders.hierarchy.surfaces.serve(self.exclude) {
             return;
         }
-        let mut visible = 0;
         for k in few {
             let line = &lines[first + self.scratch.ends.nth(k)];
             // Not on one line across.
             match self.what_hides(line.at([0.3, 0.7][k % 2])) {
                 Some(leaf) if self.scratch.cover.contains(&leaf) => {}
                 Some(leaf) => self.scratch.cover.push(leaf),
-                None if visible == 1 => {
+                None => {
                     self.scratch.cover.clear();
                     return;
                 }
-                None => visible += 1,
             }
         }
     }
