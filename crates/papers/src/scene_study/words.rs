@@ -104,8 +104,7 @@ const WORDS: [Words; 17] = [
     (
         "exact",
         "The visible part of the light as a polygon, and its light in closed form: no samples and no \
-         noise where few enough triangles stand between and the material has a closed form; lines \
-         elsewhere.",
+         noise where the material has a closed form and no instance stands between; lines elsewhere.",
         &[],
     ),
     (
