@@ -288,6 +288,8 @@ pub(crate) struct DenseQuery {
     pub(crate) hi: DVec3,
     /// Excluded triangles: first and number.
     pub(crate) exclude: (u32, u32),
+    /// Whether fine surfaces are looked at by their silhouettes.
+    pub(crate) silhouettes: bool,
 }
 
 /// How far the lines of a dense shaft are answered.
@@ -340,7 +342,7 @@ fn dense_kernel<S: Simd>(
     covered.start(lines);
     corners.clear();
     crossings.cut.clear();
-    let surfaces = Some(&hierarchy.surfaces).filter(|s| s.serve(query.exclude));
+    let surfaces = Some(&hierarchy.surfaces).filter(|_| query.silhouettes);
     stack.clear();
     stack.push(Waiting {
         child: Child::node(0),

@@ -462,14 +462,16 @@ impl Shaft<'_> {
         let box_of = |pick: fn(DVec3, DVec3) -> DVec3| corners.into_iter().reduce(pick);
         let [lo, hi] =
             [DVec3::min, DVec3::max].map(|pick| box_of(pick).unwrap_or_default() + point);
+        let isa = self.occluders.isa;
+        let hidden = self.seek_cover(lines, (few.clone(), first));
         let query = DenseQuery {
             point,
             lo,
             hi,
             exclude: self.exclude,
+            // What hides much soon closes the lines; past what is open, silhouettes are fewer.
+            silhouettes: !hidden && self.occluders.hierarchy.surfaces.serve(self.exclude),
         };
-        let isa = self.occluders.isa;
-        self.seek_cover(lines, (few.clone(), first));
         match dense_shaft::dense(isa, self.occluders, &query, &around, self.scratch) {
             Answered::Hidden => {}
             Answered::All => dense_shaft::finish(isa, self.scratch, out),
@@ -486,26 +488,41 @@ impl Shaft<'_> {
         }
     }
 
-    /// Finds leaves that hide much of a few lines: what a ray towards each meets, unless one meets
-    /// nothing. What is behind, the walk from front to back need not look at.
-    fn seek_cover(&mut self, lines: &[Segment], (few, first): (Range<usize>, usize)) {
+    /// Finds leaves that hide much of a few lines: what a ray towards each meets. What is behind,
+    /// the walk from front to back need not look at. False, and none, if one meets nothing, or what
+    /// seems smaller than its line.
+    fn seek_cover(&mut self, lines: &[Segment], (few, first): (Range<usize>, usize)) -> bool {
         self.scratch.cover.clear();
-        // What rays meet of fine surfaces is too small to hide anything.
-        if self.occluders.hierarchy.surfaces.serve(self.exclude) {
-            return;
-        }
         for k in few {
             let line = &lines[first + self.scratch.ends.nth(k)];
             // Not on one line across.
-            match self.what_hides(line.at([0.3, 0.7][k % 2])) {
+            let target = line.at([0.3, 0.7][k % 2]);
+            match self.what_hides(target) {
                 Some(leaf) if self.scratch.cover.contains(&leaf) => {}
-                Some(leaf) => self.scratch.cover.push(leaf),
-                None => {
+                Some(leaf) if self.seems_as_large(leaf, line, target) => {
+                    self.scratch.cover.push(leaf);
+                }
+                _ => {
                     self.scratch.cover.clear();
-                    return;
+                    return false;
                 }
             }
         }
+        true
+    }
+
+    /// Whether a leaf before a point of a line seems as large as the line, from the shading point.
+    fn seems_as_large(&self, leaf: Child, line: &Segment, target: DVec3) -> bool {
+        let leaf = &self.occluders.hierarchy.leaves[leaf.leaf_index()];
+        let place = |corner: [f32; 3]| DVec3::from(corner.map(f64::from));
+        let corners = (0..8).flat_map(|lane| leaf.triangle(lane)).map(place);
+        let (lo, hi) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| {
+            (lo.min(v), hi.max(v))
+        });
+        let middle = 0.5 * (lo + hi) + self.occluders.origin - self.point;
+        let ray = target - self.point;
+        let share = middle.dot(ray) / ray.length_squared();
+        (hi - lo).length() >= share * (line.p1 - line.p0).length()
     }
 
     /// Hides what is hidden of the gaps of a few lines, as a ray for each tells.

@@ -17,11 +17,11 @@ use linelit_simd::Simd;
 
 /// Meshes of fewer triangles are looked at triangle by triangle.
 /// `docs/decisions/015-silhouettes-of-fine-meshes.md`.
-pub(crate) const FINE: u32 = 512;
+pub(crate) const FINE: u32 = 1024;
 
-/// So are those that hold less than this part of all triangles: where many meshes stand behind each
-/// other, the nearest hide most of what the others' silhouettes would tell.
-pub(crate) const FEW: u32 = 16;
+/// So are all where more than this part of the triangles belong to none that is fine: they have to
+/// be walked past in any case, and hide most of what silhouettes would tell.
+pub(crate) const LOOSE: u32 = 8;
 
 /// And so are those of which more than one side in so many triangles is an edge.
 pub(crate) const MOSTLY: u32 = 4;
