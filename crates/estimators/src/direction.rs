@@ -37,6 +37,10 @@ pub(crate) struct Changes {
 }
 
 impl Changes {
+    /// Pilot lines for a shading point.
+    #[allow(clippy::cast_precision_loss, reason = "few")]
+    pub(crate) const LINES: f64 = (DIRECTIONS * PILOTS) as f64;
+
     /// Sends pilot lines of all directions through the shaft of a query.
     pub(crate) fn look<R: Reflection, T: EmissionTexture>(
         &mut self,

@@ -35,6 +35,9 @@ pub struct OcclusionStats {
     /// How many times what points with rays take, traced together, points that share a shaft do: by
     /// the tests that sixteen rays and a shaft take.
     pub shaft_cost: f64,
+    /// How many rays take as long as a line past a dense shaft, by the tests of 32 lines in each of a
+    /// few directions and of sixteen rays; 16 if no shaft was dense.
+    pub line_cost: f64,
     /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
     /// it was measured ([`Calibration`](crate::Calibration)).
     pub exact_cost: f64,
@@ -52,6 +55,7 @@ impl Default for OcclusionStats {
             candidates: 1.0,
             edges: 3.0,
             shaft_cost: 1.0,
+            line_cost: 16.0,
             exact_cost: 1.0,
             direction: None,
         }
@@ -73,6 +77,10 @@ pub struct OcclusionProbe {
     shaft_tests: u64,
     /// As long as rays.
     ray_tests: u64,
+    /// As long as rays past dense shafts.
+    dense_ray_tests: u64,
+    /// As long as pilot lines past them.
+    dense_line_tests: u64,
     changes: Changes,
 }
 
@@ -110,8 +118,11 @@ impl OcclusionProbe {
             self.shaft_tests += TESTS_FOR_POINTS;
         }
         if is_dense {
+            self.dense_ray_tests += with_rays - start;
+            let before = tests_of_lines(&buffers.scratch.counters);
             let shaft = &mut occluders.shaft(query.shaft(area), &mut buffers.scratch);
             self.changes.look(query, area, shaft, &mut buffers.samples);
+            self.dense_line_tests += tests_of_lines(&buffers.scratch.counters) - before;
         }
     }
 
@@ -138,12 +149,17 @@ impl OcclusionProbe {
             ..OcclusionStats::default()
         };
         #[allow(clippy::cast_precision_loss, reason = "a few hundred shafts")]
-        let [edges, candidates, shaft_tests, ray_tests] = [
+        let [edges, candidates, shaft_tests, ray_tests, line_tests, rays] = [
             self.edges as f64,
             self.candidates as f64,
             self.shaft_tests as f64,
             self.ray_tests as f64,
+            self.dense_line_tests as f64,
+            self.dense_ray_tests as f64,
         ];
+        if rays > 0.0 {
+            stats.line_cost = line_tests / rays * (POINTS * POINTS) as f64 / Changes::LINES;
+        }
         if ray_tests > 0.0 {
             stats.shaft_cost = shaft_tests / ray_tests;
         }
@@ -166,6 +182,11 @@ fn points(area: &AreaLight) -> [DVec3; POINTS * POINTS] {
 #[allow(clippy::cast_precision_loss, reason = "few parts")]
 pub(crate) fn middle(i: usize, count: usize) -> f64 {
     (2 * i + 1) as f64 / (2 * count) as f64
+}
+
+/// What lines in dense shafts take, in tests of boxes and triangles.
+fn tests_of_lines(counters: &Counters) -> u64 {
+    tests(counters) + TESTS_FOR_A_CANDIDATE * counters.candidates
 }
 
 /// Boxes and triangles tested.

@@ -36,8 +36,9 @@ const POINTS_WITH_FITS: u32 = 16;
 /// middle, points of its area soon know it, and all else costs more than they do.
 const SMOOTH: f64 = 4.0;
 
-/// `FEW_LINES` towards a light that is densely occluded, and for a dense shaft.
-const FEW_LINES_IF_DENSE: u32 = 33;
+/// Towards a light that is densely occluded, and for a dense shaft, lines are few below this many
+/// for each ray that takes as long as one.
+const FEW_LINES_FOR_A_RAY: f64 = 2.0;
 
 /// Rays in place of a line towards densely occluded lights; in combinations, points that share a
 /// shaft.
@@ -95,7 +96,8 @@ impl Integral for Cheapest {
         let closed = query.point.bsdf.closed_form();
         // Without a closed form, but as transformed cosines (or nothing is known of it).
         let is_fitted = query.light.texture.is_none() && closed.is_none();
-        if occlusion.dense && lines < FEW_LINES_IF_DENSE {
+        let are_few = f64::from(lines) < FEW_LINES_FOR_A_RAY * occlusion.line_cost;
+        if occlusion.dense && are_few {
             let by = if is_fitted {
                 PointBy::Ltc
             } else {
@@ -112,7 +114,7 @@ impl Integral for Cheapest {
             let times = POINTS_FOR_A_LINE.max(POINTS_WITH_FITS.div_ceil(lines));
             return through_shaft(query, area, options, buffers, |shaft| {
                 if shaft.is_dense() {
-                    in_dense_shaft(lines, PointBy::Ltc)
+                    in_dense_shaft(are_few, PointBy::Ltc)
                 } else if shaft.class() == ShaftClass::Empty && is_smooth(query, area) {
                     (Strategy::Points(PointBy::Area), times)
                 } else {
@@ -136,7 +138,7 @@ impl Integral for Cheapest {
         }
         through_shaft(query, area, options, buffers, |shaft| {
             if shaft.is_dense() {
-                in_dense_shaft(lines, PointBy::SolidAngle)
+                in_dense_shaft(are_few, PointBy::SolidAngle)
             } else {
                 exact_or((Strategy::Lines, 1), query, area, shaft)
             }
@@ -196,8 +198,8 @@ fn by_texture<R: Reflection, T: EmissionTexture>(
 }
 
 /// What to do about a light that is partly hidden behind more than a shaft keeps.
-fn in_dense_shaft(lines: u32, by: PointBy) -> (Strategy, u32) {
-    if lines < FEW_LINES_IF_DENSE {
+fn in_dense_shaft(are_few: bool, by: PointBy) -> (Strategy, u32) {
+    if are_few {
         (Strategy::Rays(by), RAYS_FOR_A_LINE)
     } else {
         (Strategy::Lines, 1)
