@@ -61,8 +61,10 @@ fn what_the_clock_says_is_what_hybrid_takes() {
 
 /// Upright slivers that fill the room between floor and light, so that a shaft keeps very many.
 fn grass(blades: usize) -> String {
+    let rows = blades.isqrt();
+    let share = |i: usize| i as f64 / rows as f64;
     let blade = |i: usize| {
-        let (x, y) = (0.31 * (i % 40) as f64 - 6.2, 0.27 * (i / 40) as f64 - 6.0);
+        let (x, y) = (12.4 * share(i % rows) - 6.2, 10.8 * share(i / rows) - 6.0);
         format!("{x} {y} 0.2  {} {y} 0.2  {x} {} 1.8 ", x + 0.01, y + 0.01)
     };
     let indices: String = (0..3 * blades).map(|i| format!("{i} ")).collect();
@@ -88,4 +90,31 @@ fn a_shaft_for_few_points_is_asked_where_it_is_cheap() {
         noisy * 2 > lit,
         "by rays, but where all are blocked: {noisy} of {lit}"
     );
+}
+
+/// Below twice as many lines as a line costs rays, there are none past clutter; from there on there
+/// are.
+#[test]
+fn lines_past_clutter_are_drawn_once_they_pay() {
+    let scene = room(SQUARE, &grass(40_000));
+    let renderer = Renderer::new(&scene);
+    let occlusion = renderer.plan().lights()[0].occlusion;
+    assert!(occlusion.dense, "{occlusion:?}");
+    let cost = occlusion.line_cost;
+    assert!((1.0..1000.0).contains(&cost), "{cost}");
+    let line_queries = |lines: f64| {
+        let mut workspace = Workspace::new();
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "few"
+        )]
+        let settings = settings("hybrid", lines as u32, 1);
+        for (pixel, point) in &points(&renderer) {
+            let _ = renderer.direct(&settings, point, *pixel, 0, &mut workspace);
+        }
+        workspace.take_counts().visibility.line_queries
+    };
+    assert_eq!(line_queries((2.0 * cost).ceil() - 1.0), 0);
+    assert!(line_queries((2.0 * cost).ceil()) > 0);
 }
