@@ -326,7 +326,15 @@ mod tests {
         let mut random = Pcg64Mcg::seed_from_u64(11);
         let room = 3.5 * (0.95 * 0.05 / f64::from(STUDIES)).sqrt();
         for seen in [Seen::Pixels(20), Seen::Skewed] {
-            for (count, tied) in [(5, 0.0), (8, 0.0), (8, 0.5), (8, 0.9), (30, 0.0), (30, 0.5)] {
+            for (count, tied) in [
+                (5, 0.0),
+                (8, 0.0),
+                (8, 0.5),
+                (8, 0.9),
+                (30, 0.0),
+                (30, 0.5),
+                (30, 0.9),
+            ] {
                 let mut covered = 0;
                 for _ in 0..STUDIES {
                     let points = tied_trials(&mut random, -1.25, count, (seen, tied));
