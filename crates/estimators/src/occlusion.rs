@@ -35,8 +35,8 @@ pub struct OcclusionStats {
     /// How many times what points with rays take, traced together, points that share a shaft do: by
     /// the tests that sixteen rays and a shaft take.
     pub shaft_cost: f64,
-    /// How many rays take as long as a line past a dense shaft, by the tests of 32 lines in each of a
-    /// few directions and of sixteen rays; 16 if no shaft was dense.
+    /// How many rays take as long as a line past a dense shaft: by the boxes and triangles that 32
+    /// lines in each of four directions test, and sixteen rays. 16 if no shaft was dense.
     pub line_cost: f64,
     /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
     /// it was measured ([`Calibration`](crate::Calibration)).

@@ -310,7 +310,8 @@ impl ClosedMeshes {
         };
         let (fine, turned): (Vec<_>, _) = (0..).take(kept.len()).map(fine_and_turned).unzip();
         let count = |which: &[bool]| which.iter().filter(|is| **is).count();
-        let (all, loose) = (count(kept), count(kept) - count(&fine));
+        let all = count(kept);
+        let loose = all - count(&fine);
         if loose < all && loose <= all / LOOSE as usize {
             found.fine = FineTriangles::new((&ends, &edges), corners, &fine, turned);
         }
