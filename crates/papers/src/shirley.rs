@@ -174,8 +174,12 @@ fn all_or_one(
             } else {
                 halved(first, &half(context.seed ^ (1 << 40))?)
             };
-            let caption =
-                format!("{rays} rays a pixel, {shadows} shadow rays each: RMSE {error:.4}");
+            let many = |count: usize| if count == 1 { "" } else { "s" };
+            let caption = format!(
+                "{rays} ray{} a pixel, {shadows} shadow ray{} each: RMSE {error:.4}",
+                many(rays as usize),
+                many(shadows),
+            );
             pictures.push(exposed(&image, &centre, &caption)?);
             let total = (shadows * rays as usize) as f64;
             let values = [("RMSE", error), ("shadow rays a pixel", total)];

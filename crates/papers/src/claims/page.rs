@@ -209,7 +209,7 @@ fn sorted([a, b]: [f64; 2]) -> [f64; 2] {
 }
 
 fn shorten(id: &str) -> String {
-    const MOST: usize = 46;
+    const MOST: usize = 47;
     if id.chars().count() <= MOST {
         return id.to_owned();
     }
