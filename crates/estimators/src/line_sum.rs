@@ -1,10 +1,12 @@
 //! Line samples: the visibility of a whole segment at once.
 
 use crate::closed_form::{Pieces, without_samples};
+use crate::control::Offsets;
 use crate::light::even_emission;
 use crate::techniques::points::LightPoint;
 use crate::{
-    Buffers, EmissionTexture, LineDirection, Lines, Query, SampleBuffers, SegmentCounters, Stream,
+    Buffers, EmissionTexture, LineControl, LineDirection, Lines, Query, SampleBuffers,
+    SegmentCounters, Stream,
 };
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -32,12 +34,23 @@ impl<'p> Along<'p> {
 /// The line samples of one query.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draws {
-    /// The lines, those of positive density, with a random number each that picks a point of it.
-    samples: Vec<(LineSample, f64)>,
+    /// The lines, those of positive density.
+    samples: Vec<Draw>,
+    offsets: Offsets,
     /// The same lines.
     pub lines: Vec<Segment>,
     /// What is visible of them.
     pub pieces: Pieces,
+}
+
+/// A line sample.
+#[derive(Clone, Copy, Debug)]
+struct Draw {
+    line: LineSample,
+    /// How much its integral counts, where that is known.
+    share: f64,
+    /// The random number that picks a point of it elsewhere.
+    v: f64,
 }
 
 impl Draws {
@@ -49,52 +62,87 @@ impl Draws {
         options: &Lines,
         along: Along<'_>,
     ) -> LineSampler {
-        self.lines.clear();
-        self.samples.clear();
-        let numbers = query.numbers();
         let angles = query
             .numbers
             .independent(Stream::Orientation, query.samples);
         let family = |fraction: f64| LineSampler::new(&area.polygon, fraction * PI, options.offset);
-        let mut lines = family(options.fraction(query, angles.get_1d(0)));
-        for i in 0..query.samples {
-            if i > 0 && options.direction == LineDirection::UniformPerLine {
-                lines = family(angles.get_1d(i));
-            }
-            let [u, v] = match along {
-                Along::Point => numbers.get_2d(i),
-                Along::Analytic(_) => [numbers.get_1d(i), 0.0],
-            };
-            let sample = lines.sample(u);
-            if sample.pdf.is_positive() {
-                self.lines.push(sample.segment);
-                self.samples.push((sample, v));
+        let lines = family(options.fraction(query, angles.get_1d(0)));
+        let each = options.direction == LineDirection::UniformPerLine;
+        let line = |i: u32, u: f64| match each && i > 0 {
+            true => family(angles.get_1d(i)).sample(u),
+            false => lines.sample(u),
+        };
+        match along {
+            Along::Point => self.draw_by(query, |i, u| Some(line(i, u))),
+            Along::Analytic(_) => {
+                let control = if each {
+                    LineControl::None
+                } else {
+                    options.control
+                };
+                self.draw_integrated(query, control, line);
             }
         }
         lines
     }
 
-    /// Draws all line samples of the query by what gives a line for a random number.
+    /// Draws all line samples of the query by what gives a line for its number and a random number.
     pub(crate) fn draw_by<R, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
-        line: impl Fn(f64) -> Option<LineSample>,
+        line: impl Fn(u32, f64) -> Option<LineSample>,
     ) {
-        self.lines.clear();
-        self.samples.clear();
+        self.clear();
         let numbers = query.numbers();
-        for [u, v] in (0..query.samples).map(|i| numbers.get_2d(i)) {
-            if let Some(sample) = line(u) {
-                self.lines.push(sample.segment);
-                self.samples.push((sample, v));
+        for i in 0..query.samples {
+            let [u, v] = numbers.get_2d(i);
+            if let Some(line) = line(i, u) {
+                self.push(line, 1.0, v);
             }
         }
+    }
+
+    /// The same of lines whose integrals are known, which need no second number.
+    pub(crate) fn draw_integrated<R, T: EmissionTexture>(
+        &mut self,
+        query: &Query<'_, R, T>,
+        control: LineControl,
+        line: impl Fn(u32, f64) -> LineSample,
+    ) {
+        self.clear();
+        let mut offsets = std::mem::take(&mut self.offsets);
+        offsets.set(&query.numbers(), control);
+        for (i, (u, share)) in (0..).zip(offsets.iter()) {
+            self.push(line(i, u), share, 0.0);
+        }
+        self.offsets = offsets;
+    }
+
+    fn clear(&mut self) {
+        self.lines.clear();
+        self.samples.clear();
+    }
+
+    /// Keeps a line if it can be drawn.
+    fn push(&mut self, line: LineSample, share: f64, v: f64) {
+        if line.pdf.is_positive() {
+            self.lines.push(line.segment);
+            self.samples.push(Draw { line, share, v });
+        }
+    }
+
+    /// The lines, each with what its integral is to be multiplied with, and room for their pieces.
+    pub(crate) fn weighted(&mut self) -> (impl Iterator<Item = (&LineSample, f64)>, &mut Pieces) {
+        self.pieces.clear();
+        let samples = self.samples.iter();
+        let weighted = samples.map(|draw| (&draw.line, draw.share / draw.line.pdf.value()));
+        (weighted, &mut self.pieces)
     }
 
     /// For each line, the density of its offset and a random number.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = (f64, f64)> {
         let samples = self.samples.iter();
-        samples.map(|(line, v)| (line.pdf.value(), *v))
+        samples.map(|draw| (draw.line.pdf.value(), draw.v))
     }
 }
 
@@ -122,7 +170,7 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
     let mut out = Gathered::default();
     let point = query.point;
     draws.pieces.clear();
-    for (i, (line, v)) in draws.samples.iter().enumerate() {
+    for (i, Draw { line, share, v }) in draws.samples.iter().enumerate() {
         let parts = visible(i);
         out.segments.lines += 1;
         out.segments.pieces += parts.len() as u64;
@@ -132,7 +180,7 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
         }
         match along {
             Along::Analytic(_) => {
-                let weight = 1.0 / line.pdf.value();
+                let weight = share / line.pdf.value();
                 draws.pieces.add(point, &line.segment, parts, weight);
             }
             Along::Point => {

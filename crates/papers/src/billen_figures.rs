@@ -43,24 +43,27 @@ const COUNTED: u32 = 64;
 /// Renders all figures.
 pub(crate) fn run(context: &Context<'_>) -> Result<Findings> {
     let orientations = [
-        ("fixed direction", "line-analytic[orientation=fixed:0]"),
+        (
+            "fixed direction",
+            "line-analytic[orientation=fixed:0,control=none]",
+        ),
         (
             "uniform direction for each line",
             "line-analytic[orientation=uniform]",
         ),
         (
             "parallel for each shading point",
-            "line-analytic[orientation=parallel]",
+            "line-analytic[orientation=parallel,control=none]",
         ),
     ];
     let densities = [
         (
             "offsets uniform",
-            "line-analytic[orientation=parallel,offset=uniform]",
+            "line-analytic[orientation=parallel,offset=uniform,control=none]",
         ),
         (
             "offsets in proportion to length",
-            "line-analytic[orientation=parallel]",
+            "line-analytic[orientation=parallel,control=none]",
         ),
     ];
     let counted = [

@@ -69,7 +69,7 @@ pub(super) const TABLE: [(&str, &str, [f64; 6]); 8] = [
 ];
 
 /// The paper's lines: of one random direction for each shading point.
-pub(super) const LINES: &str = "line-analytic[orientation=parallel]";
+pub(super) const LINES: &str = "line-analytic[orientation=parallel,control=none]";
 
 /// The columns of [`TABLE`]: the paper's words, estimator and pattern.
 pub(super) const COLUMNS: [(&str, &str, SamplerKind); 6] = [

@@ -55,7 +55,7 @@ pub(super) const CLAIMS: Fixed = Fixed {
 };
 
 pub(super) const BILLEN_TABLE1: Fixed = Fixed {
-    estimators: "line-analytic[orientation=parallel]",
+    estimators: "line-analytic[orientation=parallel,control=none]",
     samplers: "stratified",
     lights: ONE_LIGHT,
     spheres: NO_SPHERES,
@@ -66,7 +66,7 @@ pub(super) const BILLEN_TABLE1: Fixed = Fixed {
 };
 
 pub(super) const BILLEN_GROWTH: Fixed = Fixed {
-    estimators: "line-analytic[orientation=parallel], and the visibility of single lines",
+    estimators: "line-analytic[orientation=parallel,control=none], and the visibility of single lines",
     samplers: "stratified",
     lights: "single lines, and scenes with one light",
     spheres: NO_SPHERES,
@@ -77,7 +77,7 @@ pub(super) const BILLEN_GROWTH: Fixed = Fixed {
 };
 
 pub(super) const BILLEN_ORIGIN: Fixed = Fixed {
-    estimators: "line-analytic[orientation=parallel], and lines through two points of the light",
+    estimators: "line-analytic[orientation=parallel,control=none], and lines through two points of the light",
     samplers: "independent and stratified",
     lights: ONE_LIGHT,
     spheres: NO_SPHERES,
@@ -88,7 +88,7 @@ pub(super) const BILLEN_ORIGIN: Fixed = Fixed {
 };
 
 pub(super) const BILLEN_TIME: Fixed = Fixed {
-    estimators: "point-area and line-analytic[orientation=parallel]",
+    estimators: "point-area and line-analytic[orientation=parallel,control=none]",
     samplers: "independent, stratified and sobol",
     lights: ONE_LIGHT,
     spheres: NO_SPHERES,

@@ -315,7 +315,7 @@ fn fig8() -> StudySpec {
         "line-solid-angle[orientation=fixed:0]+line-solid-angle[orientation=fixed:0.5,mis=average]",
         "line-solid-angle[orientation=fixed:0]+line-solid-angle[orientation=fixed:0.5]",
         "line-projected",
-        "line-analytic",
+        "line-analytic[control=none]",
     ];
     StudySpec {
         gallery: gallery([256, 256], Budget::Seconds(2.0), NAMES),
@@ -326,7 +326,7 @@ fn fig8() -> StudySpec {
                 "point-solid-angle",
                 LINE1,
                 "line-projected",
-                "line-analytic",
+                "line-analytic[control=none]",
             ],
         )
     }

@@ -155,6 +155,36 @@ impl SampleSet {
         self.count
     }
 
+    /// Whether the `count` numbers of [`SampleSet::get_1d`] are one in each of as many equal strata,
+    /// each uniform in its stratum and independent of where the others are in theirs.
+    ///
+    /// So it is for `stratified` and `multijitter`, and for powers of two of the scrambled nets:
+    /// `sobol`, `halton` and `zsobol`.
+    ///
+    /// ```
+    /// use linelit_samplers::{Sampler, SamplerKind};
+    /// let free = |kind, count| {
+    ///     let set = Sampler::new(kind, 1).points([0, 0], 0, count);
+    ///     set.has_independent_strata()
+    /// };
+    /// assert!(free(SamplerKind::Sobol, 16) && !free(SamplerKind::Sobol, 12));
+    /// assert!(!free(SamplerKind::UniformJitter, 16));
+    /// ```
+    #[inline]
+    #[must_use]
+    pub const fn has_independent_strata(&self) -> bool {
+        match self.sampler.kind {
+            SamplerKind::Stratified | SamplerKind::MultiJitter => true,
+            SamplerKind::Sobol | SamplerKind::Halton | SamplerKind::ZSobol => {
+                self.count.is_power_of_two()
+            }
+            SamplerKind::Independent
+            | SamplerKind::UniformJitter
+            | SamplerKind::BlueNoise
+            | SamplerKind::BlueNoiseIndependent => false,
+        }
+    }
+
     /// The number of sample `i`, in [0, 1).
     ///
     /// The `count` numbers together are stratified as the pattern says; each alone is uniform, to

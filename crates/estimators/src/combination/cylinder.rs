@@ -72,6 +72,8 @@ pub(crate) fn on_cylinder<R: Reflection, T: EmissionTexture>(
         Some((lines, count, along)) => {
             let query = query.with_samples(count);
             let family = part.lines_of(&lines);
+            let draw = |_, u| family.sample(u);
+            samples.draws.draw_integrated(&query, lines.control, draw);
             let integral = (light.radiance, &along);
             let value = along_lines(&query, &family, integral, &mut visibility, samples);
             if let Visibility::Outline(.., memory) = visibility {
@@ -148,7 +150,7 @@ fn weighted<R: Reflection, T: EmissionTexture>(
     sum
 }
 
-/// The mean over lines, the integral along what is visible of each.
+/// The mean over the lines drawn, the integral along what is visible of each.
 fn along_lines<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     family: &CylinderLines,
@@ -156,26 +158,23 @@ fn along_lines<R: Reflection, T: EmissionTexture>(
     visibility: &mut Visibility<'_>,
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
-    let numbers = query.numbers();
-    let mut own = std::mem::take(&mut buffers.cylinder);
-    own.drawn.clear();
-    let drawn = (0..query.samples).map(|i| family.sample(numbers.get_1d(i)));
-    own.drawn
-        .extend(drawn.filter(|line| line.pdf.is_positive()));
-    own.segments.clear();
-    own.segments
-        .extend(own.drawn.iter().map(|line| line.segment));
-    visibility.visible(&own.segments, &mut buffers.visible);
-    let pieces = &mut buffers.draws.pieces;
-    pieces.clear();
+    let SampleBuffers {
+        draws,
+        visible,
+        segments,
+        plan,
+        ..
+    } = buffers;
+    visibility.visible(&draws.lines, visible);
+    let (drawn, pieces) = draws.weighted();
     let mut sum = DVec3::ZERO;
-    for (i, line) in own.drawn.iter().enumerate() {
-        let parts = buffers.visible.line(i);
-        buffers.segments.lines += 1;
-        buffers.segments.pieces += parts.len() as u64;
-        buffers.plan.hidden_lines += u64::from(parts.is_empty());
+    for (i, (line, weight)) in drawn.enumerate() {
+        let parts = visible.line(i);
+        segments.lines += 1;
+        segments.pieces += parts.len() as u64;
+        plan.hidden_lines += u64::from(parts.is_empty());
         // Each line has a plane of its own.
-        let weight = family.height(line) / line.pdf.value();
+        let weight = family.height(line) * weight;
         match along {
             Along::Closed(_) => pieces.add(query.point, &line.segment, parts, weight),
             Along::Quadrature => {
@@ -187,7 +186,6 @@ fn along_lines<R: Reflection, T: EmissionTexture>(
     if let Along::Closed(reflection) = along {
         sum = pieces.light((radiance, 1.0), query.point, reflection);
     }
-    buffers.cylinder = own;
     sum / f64::from(query.samples)
 }
 

@@ -164,26 +164,23 @@ fn along_chords<R: Reflection, T: EmissionTexture>(
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
     let chords = part.chords(lines, lines.only_fraction(query));
-    let numbers = query.numbers();
-    let mut own = std::mem::take(&mut buffers.round);
-    own.drawn.clear();
-    let drawn = (0..query.samples).map(|i| chords.sample(numbers.get_1d(i)));
-    own.drawn
-        .extend(drawn.filter(|line| line.pdf.is_positive()));
-    own.segments.clear();
-    own.segments
-        .extend(own.drawn.iter().map(|line| line.segment));
-    shaft.visible(&own.segments, &mut buffers.visible);
-    let pieces = &mut buffers.draws.pieces;
-    pieces.clear();
-    for (i, line) in own.drawn.iter().enumerate() {
-        let parts = buffers.visible.line(i);
-        buffers.segments.lines += 1;
-        buffers.segments.pieces += parts.len() as u64;
-        buffers.plan.hidden_lines += u64::from(parts.is_empty());
-        pieces.add(query.point, &line.segment, parts, 1.0 / line.pdf.value());
+    let SampleBuffers {
+        draws,
+        visible,
+        segments,
+        plan,
+        ..
+    } = buffers;
+    draws.draw_integrated(query, lines.control, |_, u| chords.sample(u));
+    shaft.visible(&draws.lines, visible);
+    let (drawn, pieces) = draws.weighted();
+    for (i, (line, weight)) in drawn.enumerate() {
+        let parts = visible.line(i);
+        segments.lines += 1;
+        segments.pieces += parts.len() as u64;
+        plan.hidden_lines += u64::from(parts.is_empty());
+        pieces.add(query.point, &line.segment, parts, weight);
     }
     let sum = pieces.light(emission, query.point, reflection);
-    buffers.round = own;
     sum / f64::from(query.samples)
 }

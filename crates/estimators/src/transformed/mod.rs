@@ -222,7 +222,7 @@ pub(crate) fn along_lines<R: Reflection, T: EmissionTexture>(
     }
     let fraction = options.only_fraction(query);
     let family = CosineLines::new(fit, polygon, x, fraction * PI)?;
-    draws.draw_by(query, |u| family.sample(u));
+    draws.draw_by(query, |_, u| family.sample(u));
     shaft.visible(&draws.lines, visible);
     pieces.clear();
     for (i, line) in draws.lines.iter().enumerate() {

@@ -7,7 +7,7 @@ use crate::common::{
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings};
 
-const ESTIMATORS: [&str; 12] = [
+const ESTIMATORS: [&str; 13] = [
     "point-area",
     "point-bsdf",
     "point-solid-angle",
@@ -16,6 +16,7 @@ const ESTIMATORS: [&str; 12] = [
     "line-analytic",
     "line-analytic[orientation=uniform]",
     "line-analytic[orientation=fixed:0]",
+    "line-analytic[control=none]",
     "exact",
     "hybrid",
     "point-area[visibility=shaft]",

@@ -5,7 +5,7 @@
 use crate::common::{CLUTTER, SQUARE, points, room};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_samplers::SamplerKind;
-use linelit_testkit::ztest::{Welford, t_p_value};
+use linelit_testkit::ztest::{Welford, critical_z, t_p_value, z_score_two};
 
 /// Numbers of samples; those of points are squares in jittered grids.
 const SAMPLES: [u32; 4] = [4, 16, 64, 256];
@@ -107,6 +107,19 @@ fn stratified_lines_converge_at_a_higher_order_than_points() {
     };
     let lines = order("line-analytic", SamplerKind::Stratified);
     assert!(below(&lines, -0.95), "lines: {}", lines.mean());
+    let plain = order("line-analytic[control=none]", SamplerKind::Stratified);
+    assert!(
+        below(&plain, -0.95),
+        "plain mean of lines: {}",
+        plain.mean()
+    );
+    let steeper = z_score_two(&lines, &plain);
+    assert!(
+        steeper < -critical_z(2.0 * ALPHA),
+        "{} against {}",
+        lines.mean(),
+        plain.mean()
+    );
     // The control: the same lines with offsets that know nothing of each other fail that test.
     let independent = order("line-analytic", SamplerKind::Independent);
     assert!(!below(&independent, -0.5) && !above(&independent, -0.5));

@@ -251,3 +251,54 @@ fn independent_samples_are_independent() {
         assert!(z.abs() < critical_z(sidak(0.01, TESTS)), "N = {n}: z = {z}");
     }
 }
+
+/// Where the numbers of sets are in their strata, by strata, and of every seed: half a stratum to
+/// the left at least, to the right at most; `None` if a stratum holds two.
+fn in_strata(kind: SamplerKind, count: u32, seed: u64) -> Option<Vec<f64>> {
+    let mut offsets = vec![f64::NAN; count as usize];
+    for u in set(kind, (seed, [3, 4], 7), count).iter_1d() {
+        let at = u * f64::from(count);
+        let old = std::mem::replace(&mut offsets[at as usize], at.fract() - 0.5);
+        if !old.is_nan() {
+            return None;
+        }
+    }
+    Some(offsets)
+}
+
+/// The largest z score of the means of the offset in each stratum, and of its products with those
+/// in the next two; infinite if a stratum ever holds two.
+fn dependence(kind: SamplerKind, count: u32) -> f64 {
+    let strata = count as usize;
+    let mut sums = vec![Welford::default(); 3 * strata];
+    for seed in 0..4000 {
+        let Some(offsets) = in_strata(kind, count, seed) else {
+            return f64::INFINITY;
+        };
+        for k in 0..strata {
+            sums[3 * k].push(offsets[k]);
+            for ahead in (1..3).filter(|ahead| k + ahead < strata) {
+                sums[3 * k + ahead].push(offsets[k] * offsets[k + ahead]);
+            }
+        }
+    }
+    let scores = sums.iter().filter(|sum| sum.count() > 0);
+    scores.map(|sum| sum.z_score(0.0).abs()).fold(0.0, f64::max)
+}
+
+/// Numbers that are said to be one in each stratum and independent there are; where that is denied,
+/// strata hold several, or offsets are alike.
+#[test]
+fn strata_are_independent_where_a_set_says_so() {
+    const COUNTS: [u32; 5] = [3, 4, 8, 12, 16];
+    // Means of bounded numbers over 4,000 seeds: three for each stratum of each set.
+    let scores = 3 * COUNTS.iter().sum::<u32>() as usize * SamplerKind::ALL.len();
+    let limit = critical_z(sidak(0.01, scores));
+    for kind in SamplerKind::ALL {
+        for count in COUNTS {
+            let claimed = set(kind, (0, [3, 4], 7), count).has_independent_strata();
+            let z = dependence(kind, count);
+            assert_eq!(claimed, z < limit, "{kind} {count}: z = {z}");
+        }
+    }
+}

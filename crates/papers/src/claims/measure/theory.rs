@@ -53,7 +53,7 @@ fn unhidden(bench: &Bench<'_>, targets: &Targets<'_>, figures: &mut Figures) -> 
         Ok(())
     };
     // Along an edge of the light all lines are as long: no kink of their length.
-    let lines = "line-analytic[orientation=fixed:0]";
+    let lines = "line-analytic[orientation=fixed:0,control=none]";
     add("random point", "point-area", SamplerKind::Independent)?;
     add("stratified point", "point-area", SamplerKind::Stratified)?;
     add("stratified line", lines, SamplerKind::Stratified)?;
@@ -100,8 +100,8 @@ fn half_hidden(bench: &Bench<'_>, targets: &Targets<'_>, figures: &mut Figures) 
         "point-solid-angle",
         "line-area[orientation=parallel]",
         "line-solid-angle",
-        "line-analytic[orientation=parallel]",
-        "line-analytic[orientation=parallel,offset=uniform]",
+        "line-analytic[orientation=parallel,control=none]",
+        "line-analytic[orientation=parallel,offset=uniform,control=none]",
         "line-solid-angle[orientation=fixed:0]+line-solid-angle[orientation=fixed:0.5]",
         "line-solid-angle[orientation=fixed:0]+point-bsdf",
         "line-solid-angle[orientation=fixed:0]+point-bsdf[mis=smooth]",
@@ -126,7 +126,7 @@ fn half_hidden(bench: &Bench<'_>, targets: &Targets<'_>, figures: &mut Figures) 
         Ok(())
     };
     add("stratified point", "point-area", SamplerKind::Stratified)?;
-    let lines = "line-analytic[orientation=fixed:0.3]";
+    let lines = "line-analytic[orientation=fixed:0.3,control=none]";
     add("stratified line", lines, SamplerKind::Stratified)?;
     add("random line", lines, SamplerKind::Independent)
 }
@@ -142,7 +142,7 @@ pub(super) fn directions(bench: &Bench<'_>) -> Result<Figures> {
             ("for each line", "uniform"),
             ("for each point", "parallel"),
         ] {
-            let estimator = format!("line-analytic[orientation={orientation}]");
+            let estimator = format!("line-analytic[orientation={orientation},control=none]");
             let samples = &SAMPLES[..4];
             let order = bench.order(targets, &estimator, SamplerKind::Stratified, samples, 12)?;
             figures.insert(format!("direction/{name}"), order);
@@ -160,8 +160,8 @@ pub(super) fn directions(bench: &Bench<'_>) -> Result<Figures> {
         let found = bench.ask(
             targets,
             &[
-                ask("line-analytic[orientation=parallel]"),
-                ask("line-analytic[orientation=parallel,offset=uniform]"),
+                ask("line-analytic[orientation=parallel,control=none]"),
+                ask("line-analytic[orientation=parallel,offset=uniform,control=none]"),
             ],
         )?;
         let ratio = found[0].variance_ratio(&found[1]).map(f64::sqrt);
@@ -176,8 +176,8 @@ pub(super) fn directions(bench: &Bench<'_>) -> Result<Figures> {
 /// with one for each point.
 fn artefacts(bench: &Bench<'_>, figures: &mut Figures) -> Result<()> {
     let mut spec = floating_quad();
-    let fixed = "line-analytic[orientation=fixed:0]";
-    let parallel = "line-analytic[orientation=parallel]";
+    let fixed = "line-analytic[orientation=fixed:0,control=none]";
+    let parallel = "line-analytic[orientation=parallel,control=none]";
     spec.estimators = vec![fixed.parse()?, parallel.parse()?];
     spec.samplers = vec![SamplerKind::Stratified];
     spec.samples = vec![16, 64];
