@@ -1,4 +1,5 @@
-//! Which direction suits the lines of a light: the one across which what is visible changes least.
+//! Which direction suits the lines of a light: the one across which what is visible changes least,
+//! or most evenly.
 
 use crate::closed_form::Pieces;
 use crate::light::even_emission;
@@ -19,21 +20,21 @@ const DIRECTIONS: usize = 4;
 /// Pilot lines of a direction.
 const PILOTS: usize = 32;
 
-/// Strata that they are spread over: as many as lines are usual.
-const STRATA: usize = 16;
-
 /// Points of a visible part where nothing is known of the reflection.
 const POINTS: usize = 4;
 /// What each counts for.
 const POINTS_SHARE: f64 = 0.25;
 
-/// How much the light along the visible part changes from line to line, in a few directions.
+/// How unevenly the light along the visible part changes from line to line, in a few directions.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Changes {
     /// The directions, in half turns from the light's first edge.
     directions: [f64; DIRECTIONS],
-    /// Sums over shading points of the variance within strata of what lines send to the viewer.
-    variances: [f64; DIRECTIONS],
+    /// Sums over shading points of the root of how far what lines send to the viewer is from the
+    /// mean of the lines beside, which slopes
+    /// ([`LineControl::Slopes`](crate::LineControl::Slopes)) leave as noise, in root mean square up
+    /// to a factor: without the root, a few points of many would decide.
+    deviations: [f64; DIRECTIONS],
 }
 
 impl Changes {
@@ -52,7 +53,7 @@ impl Changes {
         let (along, light) = (Along::best(query), &area.polygon);
         let SampleBuffers { visible, draws, .. } = samples;
         self.directions = directions(light);
-        for (fraction, variance) in self.directions.iter().zip(&mut self.variances) {
+        for (fraction, deviation) in self.directions.iter().zip(&mut self.deviations) {
             let family = LineSampler::new(light, fraction * PI, OffsetDensity::Length);
             let lines: [LineSample; PILOTS] =
                 std::array::from_fn(|i| family.sample(middle(i, PILOTS)));
@@ -69,15 +70,16 @@ impl Changes {
                 .map(value)
                 .zip(&mut values)
                 .for_each(|(v, out)| *out = v);
-            let strata = values.chunks_exact(PILOTS / STRATA);
-            *variance += strata.map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>();
+            let second = |v: &[f64]| (v[1] - 0.5 * (v[0] + v[2])).powi(2);
+            let variance: f64 = values.windows(3).map(second).sum();
+            *deviation += variance.sqrt().sqrt();
         }
     }
 
-    /// The direction of the least variance; `None` where there is none at all, or nothing was
+    /// The direction of the least deviation; `None` where there is none at all, or nothing was
     /// looked at.
     pub(crate) fn least(&self) -> Option<f64> {
-        let all = self.variances.iter().zip(self.directions);
+        let all = self.deviations.iter().zip(self.directions);
         let least = all.min_by(|a, b| a.0.total_cmp(b.0))?;
         (*least.0 > 0.0).then_some(least.1)
     }

@@ -89,9 +89,9 @@ fn lines_run_across_the_shadow_of_an_edge() {
     let directions = [0.0, 0.25, 0.5, 0.75];
     for (angle, along) in [
         (0.0, 0.5),
-        (quarter, 0.75),
+        (quarter, 0.25),
         (2.0 * quarter, 0.0),
-        (3.0 * quarter, 0.25),
+        (3.0 * quarter, 0.75),
     ] {
         let (found, variances) = probed(&square(), &half_plane(angle), &directions);
         let found = found.expect("something is hidden");
