@@ -175,6 +175,22 @@ impl ShaftBounds {
         s.le(s.splat(0.0), inside) & node.valid
     }
 
+    /// The boxes of a node that lie wholly in the shaft, up to rounding.
+    #[inline(always)]
+    pub(crate) fn holds<S: Simd>(&self, s: S, node: &Node) -> u8 {
+        let mut inside = s.splat(f32::INFINITY);
+        for plane in [0, 1, 2, 3, 4, PQW[2]] {
+            let mut near = s.splat(self.offset[plane]);
+            for axis in 0..3 {
+                let (low, high) = (s.load(&node.bounds[axis]), s.load(&node.bounds[axis + 3]));
+                near = s.fma(s.splat(self.positive[axis][plane]), low, near);
+                near = s.fma(s.splat(self.negative[axis][plane]), high, near);
+            }
+            inside = s.min(inside, near);
+        }
+        s.lt(s.splat(0.0), inside)
+    }
+
     /// Bounds of P, Q and W over the boxes of a node.
     #[inline(always)]
     pub(crate) fn extents<S: Simd>(&self, s: S, node: &Node) -> ([S::F; 3], [S::F; 3]) {

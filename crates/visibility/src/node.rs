@@ -18,6 +18,8 @@ pub(crate) struct Node {
     pub(crate) valid: u8,
     /// A bit for each box that holds a leaf.
     pub(crate) leaf: u8,
+    /// A bit for each box with so many triangles that a shaft around it is [dense](crate::shaft::DENSE).
+    pub(crate) dense: u8,
 }
 
 impl Node {
@@ -26,6 +28,7 @@ impl Node {
         child: [0; 8],
         valid: 0,
         leaf: 0,
+        dense: 0,
     };
 
     /// The same node where others stand before the nodes and leaves in it.

@@ -114,7 +114,7 @@ impl Occluders {
         }
         let Range { start, end } = query.exclude;
         let exclude = (start, end.saturating_sub(start));
-        let found = walk::find(self.isa, self, &query.point, exclude, DENSE, scratch);
+        let found = walk::find(self.isa, self, &query.point, exclude, scratch);
         let (class, known) = match found {
             Found::All => (ShaftClass::Blocked, Known::All),
             Found::Few if scratch.flat.count == 0 => (ShaftClass::Empty, Known::All),

@@ -7,6 +7,7 @@ use crate::{
     frame::LightFrame,
     node::{Child, Leaf},
     project::{self, Corners},
+    shaft::DENSE,
 };
 use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
@@ -37,8 +38,6 @@ struct Query<'a> {
     /// In the hierarchy's coordinates.
     point: DVec3,
     frame: &'a LightFrame,
-    /// Most triangles that are kept.
-    limit: usize,
 }
 
 impl Query<'_> {
@@ -55,7 +54,7 @@ impl Query<'_> {
             let meshes = || self.backfaces.codes(child.leaf_index());
             let meshes = self.backfaces.any().then(meshes);
             corners.add(s, leaf, maybe, &child.slots(), meshes.as_ref());
-            if corners.count > self.limit {
+            if corners.count > DENSE {
                 return Found::Many;
             }
         }
@@ -63,7 +62,7 @@ impl Query<'_> {
     }
 }
 
-/// Finds what is between a point of the world and `scratch.light`: the images of up to `limit`
+/// Finds what is between a point of the world and `scratch.light`: the images of up to [`DENSE`]
 /// triangles are in `scratch.flat` then.
 #[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
@@ -72,7 +71,6 @@ fn find_kernel<S: Simd>(
     occluders: &Occluders,
     &point: &DVec3,
     exclude: (u32, u32),
-    limit: usize,
     scratch: &mut Scratch,
 ) -> Found {
     let Scratch {
@@ -105,7 +103,6 @@ fn find_kernel<S: Simd>(
         backfaces: BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude),
         point,
         frame,
-        limit,
     };
     if stack.len() < occluders.stack_size {
         stack.resize(occluders.stack_size, 0);
@@ -128,6 +125,9 @@ fn find_kernel<S: Simd>(
             let node = &hierarchy.nodes[node as usize];
             counters.node_tests += u64::from(node.valid.count_ones());
             let found = query.bounds.boxes(s, node);
+            if found & node.dense != 0 && found & node.dense & query.bounds.holds(s, node) != 0 {
+                return Found::Many;
+            }
             hierarchy.prefetch(s, node, found);
             let inner = found & !node.leaf;
             s.pack(inner, &node.child, stack, top);
@@ -159,5 +159,5 @@ fn find_kernel<S: Simd>(
 
 dispatch! {
     /// Finds what is in a shaft on an instruction set.
-    pub(crate) fn find = find_kernel(occluders: &Occluders, point: &DVec3, exclude: (u32, u32), limit: usize, scratch: &mut Scratch) -> Found
+    pub(crate) fn find = find_kernel(occluders: &Occluders, point: &DVec3, exclude: (u32, u32), scratch: &mut Scratch) -> Found
 }

@@ -7,25 +7,29 @@
 //! nearest box first does: `docs/decisions/003-growing-the-hierarchy.md`.
 
 use super::{AT_ONCE, Child, Leaf, Node, binary::Bounds};
-use crate::pool;
+use crate::{pool, shaft::DENSE};
 use linelit_geometry::DVec3;
 
-/// Puts the boxes of every node into ascending order of the crossings expected in them.
+/// Puts the boxes of every node into ascending order of the crossings expected in them, and notes
+/// which hold many triangles.
 pub(super) fn by_crossings(nodes: &mut [Node], leaves: &[Leaf]) {
     let of_leaves = pool::collect(leaves.len(), AT_ONCE, &|k| area(&leaves[k]));
     let mut areas = vec![0.0; nodes.len()];
+    let mut counts = vec![0_usize; nodes.len()];
     // Children stand behind their parents.
     for (at, node) in nodes.iter_mut().enumerate().rev() {
         let mut lanes = [(0.0, 0); 8];
         let used = node.valid.count_ones() as usize;
         for (lane, (crossings, number)) in lanes.iter_mut().enumerate().take(used) {
             let child = Child(node.child[lane]);
-            let area = if child.is_leaf() {
-                of_leaves[child.index()]
+            let (area, count) = if child.is_leaf() {
+                (of_leaves[child.index()], child.count() as usize)
             } else {
-                areas[child.index()]
+                (areas[child.index()], counts[child.index()])
             };
             areas[at] += area;
+            counts[at] += count;
+            node.dense |= u8::from(count > DENSE) << lane;
             let half = bounds(node, lane).half_area();
             *crossings = if half > 0.0 { area / half } else { 0.0 };
             *number = lane;
@@ -64,6 +68,7 @@ fn permuted(node: &Node, lanes: &[(f64, usize)]) -> Node {
         out.child[to] = node.child[from];
         out.valid |= 1 << to;
         out.leaf |= (node.leaf >> from & 1) << to;
+        out.dense |= (node.dense >> from & 1) << to;
     }
     out
 }
