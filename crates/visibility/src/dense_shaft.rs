@@ -398,8 +398,8 @@ fn dense_kernel<S: Simd>(
                 let node = &hierarchy.nodes[b.child.index()];
                 counters.node_tests += u64::from(node.valid.count_ones());
                 let mut found = bounds.boxes(s, node);
-                if let Some(surfaces) = surfaces {
-                    found &= !surfaces.facing[b.child.index()].whole;
+                if surfaces.is_some() {
+                    found &= !node.all_fine;
                 }
                 let found = push_boxes(s, bounds, node, found, covered, stack);
                 hierarchy.prefetch(s, node, found);

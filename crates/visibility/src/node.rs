@@ -20,6 +20,10 @@ pub(crate) struct Node {
     pub(crate) leaf: u8,
     /// A bit for each box with so many triangles that a shaft around it is [dense](crate::shaft::DENSE).
     pub(crate) dense: u8,
+    /// A bit for each box with a triangle of a fine [surface](crate::surfaces).
+    pub(crate) fine: u8,
+    /// A bit for each box with no other triangles.
+    pub(crate) all_fine: u8,
 }
 
 impl Node {
@@ -29,6 +33,8 @@ impl Node {
         valid: 0,
         leaf: 0,
         dense: 0,
+        fine: 0,
+        all_fine: 0,
     };
 
     /// The same node where others stand before the nodes and leaves in it.

@@ -26,7 +26,8 @@ use crate::{
     merge::Slots,
     node::{Child, Leaf, Node},
     project::{self, GUARD, Vertex},
-    surfaces::{EDGE, FACING_ROOM, Facing, NONE},
+    surfaces::{BEND_ROOM, Bends, EDGE, FACING_ROOM, Facing, NONE},
+    sweep::Lanes,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_simd::Simd;
@@ -44,7 +45,7 @@ pub(crate) struct Crossings {
     /// The stretches of all gaps.
     stretches: Vec<Stretch>,
     /// Nodes and leaves still to visit.
-    stack: Vec<u32>,
+    stack: Vec<(u32, bool)>,
 }
 
 /// A part of a line between two neighbouring crossings.
@@ -74,6 +75,7 @@ pub(crate) struct Search<'a> {
     frame: &'a LightFrame,
     /// In the hierarchy's coordinates.
     point: DVec3,
+    near_point: [f32; 3],
     /// How far off a distance from a plane may be.
     room: f32,
     /// Whether [front](Outlines::front) triangles are counter-clockwise in (p, q).
@@ -94,6 +96,17 @@ struct Outlines {
     /// A bit for each triangle whose corner is between the shading point and the light, and not far
     /// aside.
     good: [u8; 3],
+}
+
+/// How the triangles of a leaf and their neighbours face.
+struct Turning {
+    /// By the corner where a side begins: a bit for each triangle whose neighbour beyond that side
+    /// may face another way.
+    sides: [u8; 3],
+    /// Triangles that the shading point is surely behind, as their corners run.
+    front: u8,
+    /// Those that it is surely before.
+    back: u8,
 }
 
 impl Outlines {
@@ -131,6 +144,7 @@ impl<'a> Search<'a> {
             bounds,
             frame,
             point,
+            near_point: point.as_vec3().to_array(),
             room: (FACING_ROOM * size) as f32,
             upright: frame.p.dot(frame.q.cross(frame.w)) > 0.0,
             covered,
@@ -154,19 +168,25 @@ impl<'a> Search<'a> {
         crossings.cut.clear();
         let mut stack = std::mem::take(&mut crossings.stack);
         stack.clear();
-        stack.push(0);
-        while let Some(next) = stack.pop() {
+        stack.push((0, false));
+        while let Some((next, is_whole)) = stack.pop() {
             let child = Child(next);
             if child.is_leaf() {
                 counters.triangle_tests += u64::from(child.count());
-                self.look_into(s, child, lines, crossings);
+                if is_whole {
+                    self.look_at_whole(s, child, lines, crossings);
+                } else {
+                    self.look_into(s, child, lines, crossings);
+                }
                 continue;
             }
             let node = &self.hierarchy.nodes[child.index()];
             counters.node_tests += u64::from(node.valid.count_ones());
-            let mut found = self.boxes(s, node, &self.hierarchy.surfaces.facing[child.index()]);
+            let (mut found, whole) =
+                self.boxes(s, node, &self.hierarchy.surfaces.facing[child.index()]);
             while found != 0 {
-                let child = Child(node.child[found.trailing_zeros() as usize]);
+                let lane = found.trailing_zeros() as usize;
+                let child = Child(node.child[lane]);
                 found &= found - 1;
                 self.hierarchy.surfaces.prefetch(s, child);
                 if child.is_leaf() {
@@ -174,7 +194,7 @@ impl<'a> Search<'a> {
                 } else {
                     s.prefetch(&self.hierarchy.nodes[child.index()]);
                 }
-                stack.push(child.0);
+                stack.push((child.0, whole >> lane & 1 != 0));
             }
         }
         crossings.stack = stack;
@@ -183,13 +203,13 @@ impl<'a> Search<'a> {
     }
 
     /// The boxes of a node in which lines may cross a silhouette, where they are not hidden yet, or
-    /// a triangle that has to be cut.
+    /// a triangle that has to be cut; and those in which there is none of the latter.
     #[allow(clippy::cast_possible_truncation, reason = "a small power of two")]
     #[inline(always)]
-    fn boxes<S: Simd>(&self, s: S, node: &Node, facing: &Facing) -> u8 {
-        let inside = self.bounds.boxes(s, node) & facing.some;
+    fn boxes<S: Simd>(&self, s: S, node: &Node, facing: &Facing) -> (u8, u8) {
+        let inside = self.bounds.boxes(s, node) & node.fine;
         if inside == 0 {
-            return 0;
+            return (0, 0);
         }
         let mut rows = [s.splat(0.0); 6];
         for (row, bounds) in rows.iter_mut().zip(&node.bounds) {
@@ -207,11 +227,11 @@ impl<'a> Search<'a> {
         let whole = before & s.le(aside, guard) & s.le(most[2], s.splat(1.0 - 4e-6));
         let wanted = inside & !(whole & one_way);
         if wanted & before == 0 {
-            return wanted;
+            return (wanted, whole);
         }
         let [low, high] = ShaftBounds::images(s, &least, &most);
         let needed = self.covered.needs_any(s, &Images::new(s, low, high));
-        wanted & (needed | !before)
+        (wanted & (needed | !before), whole)
     }
 
     /// The boxes in which all triangles, and their neighbours, surely face one way.
@@ -229,6 +249,78 @@ impl<'a> Search<'a> {
             most = most + s.max(low, high);
         }
         s.lt(s.splat(self.room), least) | s.lt(most, s.splat(-self.room))
+    }
+
+    /// Finds the crossings in a leaf of which no triangle has to be cut.
+    #[inline(always)]
+    fn look_at_whole<S: Simd>(&self, s: S, child: Child, lines: &Lines, crossings: &mut Crossings) {
+        let index = child.leaf_index();
+        let sides = &self.hierarchy.surfaces.sides[index];
+        let leaf = &self.hierarchy.leaves[index];
+        let bends = &self.hierarchy.surfaces.bends[index];
+        let found = turning(s, (leaf, bends), (self.near_point, self.room));
+        let part = child.mask();
+        let slots = child.slots();
+        for (k, (turning, sides)) in found.sides.into_iter().zip(sides).enumerate() {
+            let mut left = turning & part;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let side = sides[lane];
+                let is_known = |bits: u8| bits >> lane & 1 != 0;
+                // Of two neighbours, the front tells.
+                if side == NONE || is_known(found.back) && side & 1 == 0 {
+                    continue;
+                }
+                let at = (slots[lane], k, side);
+                self.cross_side(s, at, is_known(found.front), lines, crossings);
+            }
+        }
+    }
+
+    /// Notes where lines cross a side of a triangle that does not have to be cut.
+    #[inline(always)]
+    fn cross_side<S: Simd>(
+        &self,
+        s: S,
+        (slot, k, side): (u32, usize, u32),
+        is_front: bool,
+        lines: &Lines,
+        crossings: &mut Crossings,
+    ) {
+        let leaf = &self.hierarchy.leaves[slot as usize / 8];
+        let lane = slot as usize % 8;
+        let a = self.image(leaf, lane, k);
+        let b = self.image(leaf, lane, (k + 1) % 3);
+        let (low, high) = (-a[0].max(b[0]), -a[0].min(b[0]));
+        let along = a[1].min(b[1]) <= self.end && self.start <= a[1].max(b[1]);
+        let (low, high) = (s.dsplat(low), s.dsplat(high));
+        let mut met = 0;
+        for block in &lines.blocks {
+            let u = s.dload(&block.u);
+            met |= s.bits(s.dle(low, u) & s.dlt(u, high));
+        }
+        if along && met != 0 {
+            let is_front = is_front || self.is_front(slot);
+            let change = self.change((true, is_front), (slot, side), a[0] < b[0]);
+            if change != 0 {
+                cross(lines, (a, b), change, &mut crossings.of);
+            }
+        }
+    }
+
+    /// Where a corner of a triangle is in (p, q): as [`Search::outlines`] has it.
+    #[inline(always)]
+    fn image(&self, leaf: &Leaf, lane: usize, corner: usize) -> [f64; 2] {
+        let x = f64::from(leaf.vertices[3 * corner][lane]) - self.point.x;
+        let y = f64::from(leaf.vertices[3 * corner + 1][lane]) - self.point.y;
+        let z = f64::from(leaf.vertices[3 * corner + 2][lane]) - self.point.z;
+        let (p, q, w) = (self.frame.p, self.frame.q, self.frame.w);
+        let inverse = 1.0 / (x * w.x + y * w.y + z * w.z);
+        [
+            (x * p.x + y * p.y + z * p.z) * inverse,
+            (x * q.x + y * q.y + z * q.z) * inverse,
+        ]
     }
 
     /// Finds the crossings in a leaf.
@@ -279,7 +371,11 @@ impl<'a> Search<'a> {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
                 let [a, b] = [k, j].map(|k| [outlines.p[k][lane], outlines.q[k][lane]]);
-                let change = self.change(&outlines, (slots[lane], sides[lane]), a[0] < b[0]);
+                let known = (
+                    outlines.whole() >> lane & 1 != 0,
+                    outlines.front >> lane & 1 != 0,
+                );
+                let change = self.change(known, (slots[lane], sides[lane]), a[0] < b[0]);
                 if change != 0 {
                     cross(lines, (a, b), change, &mut crossings.of);
                 }
@@ -290,10 +386,12 @@ impl<'a> Search<'a> {
     /// How many layers begin beyond a side of a triangle, here or as its neighbour has it, with p
     /// ascending along it or not; none where the neighbour tells.
     #[inline(always)]
-    fn change(&self, outlines: &Outlines, (slot, side): (u32, u32), ascending: bool) -> i32 {
-        let lane = slot & 7;
-        let is_whole = outlines.whole() >> lane & 1 != 0;
-        let is_front = outlines.front >> lane & 1 != 0;
+    fn change(
+        &self,
+        (is_whole, is_front): (bool, bool),
+        (slot, side): (u32, u32),
+        ascending: bool,
+    ) -> i32 {
         // Of two whole neighbours one tells: where they run along their side in opposite
         // directions, the front, if the other is none; else the first.
         let opposite = side & 1 == 0;
@@ -308,11 +406,8 @@ impl<'a> Search<'a> {
         if side == EDGE {
             return own;
         }
-        let (neighbour, is_here) = (side >> 1, side >> 4 == slot >> 3);
-        let beyond = match is_here {
-            true => outlines.front >> (neighbour & 7) & 1 != 0,
-            false => self.is_front(neighbour),
-        };
+        let neighbour = side >> 1;
+        let beyond = self.is_front(neighbour);
         // One that is not whole tells of its neighbours.
         if is_whole & opposite & beyond || !self.is_whole(neighbour) {
             return 0;
@@ -367,16 +462,7 @@ impl<'a> Search<'a> {
     /// Whether the shading point is behind a triangle's plane: as [`Outlines::front`].
     #[inline(always)]
     fn is_front(&self, slot: u32) -> bool {
-        let [a, b, c] = self.triangle(slot);
-        let (ex, ey, ez) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-        let (fx, fy, fz) = (c[0] - a[0], c[1] - a[1], c[2] - a[2]);
-        let n = [ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx];
-        let (x, y, z) = (
-            a[0] - self.point.x,
-            a[1] - self.point.y,
-            a[2] - self.point.z,
-        );
-        n[0] * x + n[1] * y + n[2] * z > 0.0
+        is_front(self.triangle(slot), self.point)
     }
 
     /// Whether a triangle does not have to be cut: as [`Outlines::whole`].
@@ -397,6 +483,82 @@ impl<'a> Search<'a> {
         let leaf = &self.hierarchy.leaves[slot as usize / 8];
         leaf.triangle(slot as usize % 8).map(|v| v.map(f64::from))
     }
+}
+
+/// How the triangles of a leaf and their neighbours face, seen from a place in `f32` with
+/// [`FACING_ROOM`] in units of the scene.
+///
+/// With S the size of the scene, ε = 2⁻²⁴ and |e||f| ≤ L²/2 of two sides, L² the sum of their
+/// squares: a way A to a corner is off by 5.2 εS, the normal N by 9 ε|e||f|, and N·A, |A| ≤ 3.5 S,
+/// by 24 εL²S in all. N·(A × e) times the bend, which is 1/|e| at most, is off by 33 εL²S more:
+/// together 3.4e-6 L²S, and the room is 4e-6 L²S, with what products may lose that are no normal
+/// numbers, and what was cut off of the bend.
+#[inline(always)]
+fn turning<S: Simd>(
+    s: S,
+    (leaf, bends): (&Leaf, &Bends),
+    (point, room): ([f32; 3], f32),
+) -> Turning {
+    let v = &leaf.vertices;
+    let mut to = [[s.splat(0.0); 3]; 3];
+    for (k, to) in to.iter_mut().enumerate() {
+        for (axis, to) in to.iter_mut().enumerate() {
+            *to = s.load(&v[3 * k + axis]) - s.splat(point[axis]);
+        }
+    }
+    let mut sides = to;
+    for (k, side) in sides.iter_mut().enumerate() {
+        for (axis, side) in side.iter_mut().enumerate() {
+            *side = s.load(&v[3 * ((k + 1) % 3) + axis]) - s.load(&v[3 * k + axis]);
+        }
+    }
+    let normal = cross_product(s, &sides[2], &sides[0]);
+    let size = dot_product(s, &sides[0], &sides[0]) + dot_product(s, &sides[2], &sides[2]);
+    let room = s.fma(size, s.splat(0.4 * room), s.splat(LEAST));
+    let own = dot_product(s, &normal, &to[0]);
+    let (front, back) = (s.lt(room, own), s.lt(own, s.splat(0.0) - room));
+    let mut turning = [0; 3];
+    for (k, turning) in turning.iter_mut().enumerate() {
+        let across = dot_product(s, &normal, &cross_product(s, &to[k], &sides[k]));
+        let mut bend = Lanes([0.0; 8]);
+        for (bend, bits) in bend.iter_mut().zip(&bends[k]) {
+            *bend = f32::from_bits(u32::from(*bits) << 16);
+        }
+        let change = s.load(&bend) * across;
+        let room = s.fma(s.abs(change), s.splat(BEND_ROOM), room);
+        let other = own + change;
+        let same = (front & s.lt(room, other)) | (back & s.lt(other, s.splat(0.0) - room));
+        *turning = !same;
+    }
+    Turning {
+        sides: turning,
+        front,
+        back,
+    }
+}
+
+/// Whether a place is behind a triangle's plane, as its corners run.
+#[inline(always)]
+fn is_front([a, b, c]: [[f64; 3]; 3], point: DVec3) -> bool {
+    let (ex, ey, ez) = (b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+    let (fx, fy, fz) = (c[0] - a[0], c[1] - a[1], c[2] - a[2]);
+    let n = [ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx];
+    let (x, y, z) = (a[0] - point.x, a[1] - point.y, a[2] - point.z);
+    n[0] * x + n[1] * y + n[2] * z > 0.0
+}
+
+#[inline(always)]
+fn cross_product<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> [S::F; 3] {
+    [
+        s.fms(a[1], b[2], a[2] * b[1]),
+        s.fms(a[2], b[0], a[0] * b[2]),
+        s.fms(a[0], b[1], a[1] * b[0]),
+    ]
+}
+
+#[inline(always)]
+fn dot_product<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
+    s.fma(a[2], b[2], s.fma(a[1], b[1], a[0] * b[0]))
 }
 
 /// Notes where lines cross a side: the same expression as for a triangle's interval.
@@ -429,6 +591,9 @@ fn cross(
 fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item = f64> {
     lines.blocks.iter().flat_map(which).copied()
 }
+
+/// More than products of numbers may lose that are less than the least normal `f32`.
+const LEAST: f32 = 1e-30;
 
 /// A ray is sent towards stretches that are narrower, as a fraction of the light, only if there are
 /// no others: where crossings meet in one place, their order is a matter of rounding.
@@ -518,5 +683,77 @@ impl Crossings {
         let stretches = &self.stretches[stretches.start as usize..stretches.end as usize];
         let hidden = move |s: &&Stretch| !is_visible || s.layers != *layers;
         stretches.iter().filter(hidden).map(|s| (s.low, s.high))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surfaces::bend;
+    use linelit_simd::Scalar;
+    use linelit_testkit::rng::SplitMix64;
+
+    /// What is said in `f32` of how triangles and their neighbours face is so in `f64`, of triangles
+    /// of all sizes, heights and bends, from places far from their planes and near; and something is
+    /// said of most sides where nothing is tiny.
+    #[test]
+    #[allow(clippy::cast_possible_truncation, reason = "places are in f32")]
+    fn what_surely_faces_one_way_does() {
+        let mut random = SplitMix64::new(19);
+        let (mut said, mut all) = (0, 0);
+        for round in 0..20_000 {
+            let scale = [1.0, 1e-12, 1e9][round % 3];
+            let mut cube =
+                |size: f64| DVec3::from([0; 3].map(|_| size * random.in_range(-1.0, 1.0)));
+            let at = |v: DVec3| v.as_vec3().as_dvec3();
+            let (mut leaf, mut bends) = (Leaf::EMPTY, [[0; 8]; 3]);
+            let mut far = [[[DVec3::ZERO; 3]; 8]; 3];
+            let (mut own, mut seen_from) = ([[DVec3::ZERO; 3]; 8], DVec3::ZERO);
+            for lane in 0..8 {
+                let size = 10_f64.powf(-3.0 - 3.0 * cube(1.0).x.abs());
+                let a = cube(0.9);
+                let v = [a, a + cube(size), a + cube(size)].map(|v| at(v * scale));
+                for (k, row) in leaf.vertices.iter_mut().enumerate() {
+                    row[lane] = v[k / 3][k % 3] as f32;
+                }
+                own[lane] = v;
+                let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
+                for k in 0..3 {
+                    let (from, to) = (v[k], v[(k + 1) % 3]);
+                    let outward = (to - from).cross(normal);
+                    let tilt = cube(1.0);
+                    let beyond = at(from
+                        + outward * (0.2 + tilt.x.abs())
+                        + (to - from) * tilt.y
+                        + normal * (outward.length() * tilt.z));
+                    far[k][lane] = [to, from, beyond];
+                    bends[k][lane] = bend(v, k, far[k][lane]);
+                }
+                if lane == round % 8 {
+                    // As near to the plane as 1e-12, as far as the scene is wide.
+                    let height =
+                        scale * 10_f64.powf(-12.0 * cube(1.0).x.abs()) * cube(1.0).x.signum();
+                    let along = v[0] + (v[1] - v[0]) * (1e3 * cube(1.0).x) + normal * height;
+                    seen_from = along.clamp(DVec3::splat(-scale), DVec3::splat(scale));
+                }
+            }
+            let room = (FACING_ROOM * scale) as f32;
+            let place = (seen_from.as_vec3().to_array(), room);
+            let Turning { sides, front, back } = turning(Scalar, (&leaf, &bends), place);
+            for lane in 0..8 {
+                let is_said = |bits: u8| bits >> lane & 1 != 0;
+                let faces = |v: [DVec3; 3]| is_front(v.map(|v| v.to_array()), seen_from);
+                assert!(!is_said(front) || faces(own[lane]), "{round} {lane}");
+                assert!(!is_said(back) || !faces(own[lane]), "{round} {lane}");
+                for (k, turning) in sides.into_iter().enumerate() {
+                    all += usize::from(round % 3 == 0);
+                    if !is_said(turning) {
+                        said += usize::from(round % 3 == 0);
+                        assert_eq!(faces(own[lane]), faces(far[k][lane]), "{round} {lane} {k}");
+                    }
+                }
+            }
+        }
+        assert!(2 * said > all, "{said} of {all}");
     }
 }

@@ -48,14 +48,15 @@ pub(crate) struct Surfaces {
     /// triangles: the neighbour's leaf × 8 + lane, and in the last bit whether it runs along the
     /// side in the same direction; [`NONE`] for a triangle of no surface.
     pub(crate) sides: Vec<[[u32; 8]; 3]>,
+    /// For each leaf, how its triangles' neighbours are bent away: [`bend`].
+    pub(crate) bends: Vec<Bends>,
     /// For each node, how its children face.
     pub(crate) facing: Vec<Facing>,
     /// The stretches of the caller's numbers that are triangles of surfaces: first, and beyond.
     ranges: Vec<[u32; 2]>,
 }
 
-/// Bounds of the planes of the triangles in each child of a node and next to them, and which
-/// children have any.
+/// Bounds of the planes of the triangles in each child of a node and next to them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Facing {
@@ -64,10 +65,6 @@ pub(crate) struct Facing {
     /// How far the planes are before the middle of the child's box, at least and at most; infinite
     /// where nothing is known.
     pub(crate) offset: [[f32; 8]; 2],
-    /// A bit for each child with a triangle of a surface.
-    pub(crate) some: u8,
-    /// A bit for each child with no other triangles.
-    pub(crate) whole: u8,
 }
 
 impl Facing {
@@ -76,8 +73,6 @@ impl Facing {
             [2.0; 8], [2.0; 8], [2.0; 8], [-2.0; 8], [-2.0; 8], [-2.0; 8],
         ],
         offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
-        some: 0,
-        whole: 0,
     };
 
     /// Takes in a plane before or behind the middle of a child's box; `None` faces any way.
@@ -133,6 +128,43 @@ impl Plane {
     }
 }
 
+/// How the neighbours beyond the sides of a leaf's triangles are [bent](bend) away.
+pub(crate) type Bends = [[u16; 8]; 3];
+
+/// That of a neighbour of which it is not known: not a number.
+const UNKNOWN: u16 = 0x7fc0;
+
+/// What cutting off the lower half of an `f32` takes of it at most.
+pub(crate) const BEND_ROOM: f32 = 0.007_812_5;
+
+/// How a neighbour beyond side `k` is bent away from the plane of a triangle: the tangent of the
+/// angle over the side's length; not a number if that angle is over 45° or hardly known. The upper
+/// half of an `f32`.
+///
+/// With N the normal of the triangle as its corners run, e the side, and A the way to it from a
+/// place: N·A tells how far that place is behind the triangle's plane, and N·A + bend N·(A × e) how
+/// far it is behind the neighbour's, each up to a factor.
+#[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
+pub(crate) fn bend(triangle: [DVec3; 3], k: usize, neighbour: [DVec3; 3]) -> u16 {
+    let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
+    let mut beyond = neighbour.into_iter().filter(|v| *v != a && *v != b);
+    let (Some(d), None) = (beyond.next(), beyond.next()) else {
+        return UNKNOWN;
+    };
+    let (e, f, g) = (b - a, c - a, d - a);
+    let (own, other) = (e.cross(f), g.cross(e));
+    let least = |side: DVec3| LEAST_HEIGHT * e.length() * e.length().max(side.length());
+    if !(own.length() > least(f) && other.length() > least(g)) {
+        return UNKNOWN;
+    }
+    let outward = e.cross(own);
+    let bend = other.dot(outward) / (other.dot(own) * e.length_squared());
+    match other.dot(own) > 0.0 && bend.abs() * e.length() <= 1.0 {
+        true => ((bend as f32).to_bits() >> 16) as u16,
+        false => UNKNOWN,
+    }
+}
+
 /// The middle of a child's box: the same bits as for eight at a time.
 #[inline]
 fn middle(node: &Node, lane: usize) -> DVec3 {
@@ -146,8 +178,11 @@ impl Surfaces {
     pub(crate) fn new(
         geometry: &Geometry<'_>,
         closed: &ClosedMeshes,
-        (nodes, leaves): (&[Node], &[Leaf]),
+        (nodes, leaves): (&mut [Node], &[Leaf]),
     ) -> Self {
+        for node in &mut *nodes {
+            (node.fine, node.all_fine) = (0, 0);
+        }
         let fine = &closed.fine;
         if fine.sides.is_empty() {
             return Self::default();
@@ -166,6 +201,21 @@ impl Surfaces {
                 };
             }
         }
+        let corners = |slot: u32| {
+            leaves[slot as usize / 8]
+                .triangle(slot as usize % 8)
+                .map(|v| DVec3::from(v.map(f64::from)))
+        };
+        let mut bends = vec![[[UNKNOWN; 8]; 3]; leaves.len()];
+        for (slot, _) in slots(leaves) {
+            let (leaf, lane) = (slot as usize / 8, slot as usize % 8);
+            for (k, sides) in sides[leaf].iter().enumerate() {
+                let side = sides[lane];
+                if side != NONE && side != EDGE && side & 1 == 0 {
+                    bends[leaf][k][lane] = bend(corners(slot), k, corners(side >> 1));
+                }
+            }
+        }
         let is_fine = (0_u32..).zip(fine.sides.iter().map(|sides| sides[0] != NONE));
         let mut ranges: Vec<[u32; 2]> = Vec::new();
         for (id, _) in is_fine.filter(|(_, is_fine)| *is_fine) {
@@ -176,6 +226,7 @@ impl Surfaces {
         }
         let mut surfaces = Self {
             sides,
+            bends,
             facing: vec![Facing::NOTHING; nodes.len()],
             ranges,
         };
@@ -183,12 +234,12 @@ impl Surfaces {
         surfaces
     }
 
-    /// Fills in how the nodes' children face.
+    /// Fills in how the nodes' children face, and which have triangles of surfaces.
     fn face(
         &mut self,
         geometry: &Geometry<'_>,
         closed: &ClosedMeshes,
-        (nodes, leaves): (&[Node], &[Leaf]),
+        (nodes, leaves): (&mut [Node], &[Leaf]),
     ) {
         let size = f64::from(geometry.extent);
         let plane = |slot: u32| {
@@ -198,11 +249,13 @@ impl Surfaces {
         // Where each node hangs: what is above a node stands before it.
         let mut above = vec![(NONE, 0_usize); nodes.len()];
         let mut planes = Vec::new();
-        for (at, node) in (0_u32..).zip(nodes) {
-            for lane in (0..8).filter(|lane| node.valid >> lane & 1 != 0) {
-                let child = Child(node.child[lane]);
+        for at in 0..nodes.len() {
+            let Node { child, valid, .. } = nodes[at];
+            let number = u32::try_from(at).unwrap_or(NONE);
+            for lane in (0..8).filter(|lane| valid >> lane & 1 != 0) {
+                let child = Child(child[lane]);
                 if !child.is_leaf() {
-                    above[child.index()] = (at, lane);
+                    above[child.index()] = (number, lane);
                     continue;
                 }
                 planes.clear();
@@ -220,24 +273,23 @@ impl Surfaces {
                         }
                     }
                 }
-                let here = &mut self.facing[at as usize];
-                here.whole |= u8::from(count == child.count()) << lane;
-                let mut place = (at, lane);
+                nodes[at].all_fine |= u8::from(count == child.count()) << lane;
+                let mut place = (number, lane);
                 while place.0 != NONE && count > 0 {
-                    let (node, lane) = (place.0 as usize, place.1);
-                    let middle = middle(&nodes[node], lane);
-                    self.facing[node].some |= 1 << lane;
+                    let (at, lane) = (place.0 as usize, place.1);
+                    let middle = middle(&nodes[at], lane);
+                    nodes[at].fine |= 1 << lane;
                     for plane in &planes {
-                        self.facing[node].add(lane, middle, plane.as_ref());
+                        self.facing[at].add(lane, middle, plane.as_ref());
                     }
-                    place = above[node];
+                    place = above[at];
                 }
             }
         }
         for at in (1..nodes.len()).rev() {
             let (node, lane) = above[at];
-            let whole = self.facing[at].whole == nodes[at].valid;
-            self.facing[node as usize].whole |= u8::from(whole) << lane;
+            let all = nodes[at].all_fine == nodes[at].valid;
+            nodes[node as usize].all_fine |= u8::from(all) << lane;
         }
     }
 
@@ -257,7 +309,7 @@ impl Surfaces {
     #[inline(always)]
     pub(crate) fn prefetch<S: Simd>(&self, s: S, child: Child) {
         if child.is_leaf() {
-            s.prefetch(&self.sides[child.index()]);
+            s.prefetch(&self.bends[child.index()]);
         } else {
             s.prefetch(&self.facing[child.index()]);
         }
@@ -265,7 +317,7 @@ impl Surfaces {
 
     /// Bytes that they take.
     pub(crate) fn memory(&self) -> usize {
-        size_of_val(&self.sides[..]) + size_of_val(&self.facing[..])
+        size_of_val(&self.sides[..]) + size_of_val(&self.bends[..]) + size_of_val(&self.facing[..])
     }
 }
 

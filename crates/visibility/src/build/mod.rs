@@ -185,7 +185,7 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
     );
     let leaves = pool::collect(ids.len(), AT_ONCE, &|k| geometry.leaf(ids[k]));
     order::by_crossings(&mut nodes, &leaves);
-    let surfaces = Surfaces::new(geometry, &closed, (&nodes, &leaves));
+    let surfaces = Surfaces::new(geometry, &closed, (&mut nodes, &leaves));
     let (meshes, mesh_of) = by_leaves(closed, ids.iter());
     Hierarchy {
         nodes,
