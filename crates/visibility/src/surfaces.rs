@@ -310,6 +310,7 @@ impl Surfaces {
     pub(crate) fn prefetch<S: Simd>(&self, s: S, child: Child) {
         if child.is_leaf() {
             s.prefetch(&self.bends[child.index()]);
+            s.prefetch(&self.sides[child.index()]);
         } else {
             s.prefetch(&self.facing[child.index()]);
         }
