@@ -36,7 +36,7 @@ pub struct OcclusionStats {
     /// the tests that sixteen rays and a shaft take.
     pub shaft_cost: f64,
     /// How many rays take as long as a line past a dense shaft: by the boxes and triangles that 32
-    /// lines in each of four directions test, and sixteen rays. 16 if no shaft was dense.
+    /// lines in each of four directions test, and sixteen rays. 13 if no shaft was dense.
     pub line_cost: f64,
     /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
     /// it was measured ([`Calibration`](crate::Calibration)).
@@ -55,7 +55,7 @@ impl Default for OcclusionStats {
             candidates: 1.0,
             edges: 3.0,
             shaft_cost: 1.0,
-            line_cost: 16.0,
+            line_cost: 13.0,
             exact_cost: 1.0,
             direction: None,
         }

@@ -92,16 +92,16 @@ fn a_shaft_for_few_points_is_asked_where_it_is_cheap() {
     );
 }
 
-/// Below twice as many lines as a line costs rays, there are none past clutter; from there on there
-/// are.
+/// Below the square of the rays that a line costs over 2.4, there are no lines past clutter; from
+/// there on there are.
 #[test]
 fn lines_past_clutter_are_drawn_once_they_pay() {
     let scene = room(SQUARE, &grass(40_000));
     let renderer = Renderer::new(&scene);
     let occlusion = renderer.plan().lights()[0].occlusion;
     assert!(occlusion.dense, "{occlusion:?}");
-    let cost = occlusion.line_cost;
-    assert!((1.0..1000.0).contains(&cost), "{cost}");
+    let enough = (occlusion.line_cost / 2.4).powi(2).ceil();
+    assert!((2.0..1e4).contains(&enough), "{enough}");
     let line_queries = |lines: f64| {
         let mut workspace = Workspace::new();
         #[allow(
@@ -115,6 +115,6 @@ fn lines_past_clutter_are_drawn_once_they_pay() {
         }
         workspace.take_counts().visibility.line_queries
     };
-    assert_eq!(line_queries((2.0 * cost).ceil() - 1.0), 0);
-    assert!(line_queries((2.0 * cost).ceil()) > 0);
+    assert_eq!(line_queries(enough - 1.0), 0);
+    assert!(line_queries(enough) > 0);
 }

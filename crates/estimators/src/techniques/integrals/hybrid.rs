@@ -36,9 +36,10 @@ const POINTS_WITH_FITS: u32 = 16;
 /// middle, points of its area soon know it, and all else costs more than they do.
 const SMOOTH: f64 = 4.0;
 
-/// Towards a light that is densely occluded, and for a dense shaft, lines are few below this many
-/// for each ray that takes as long as one.
-const FEW_LINES_FOR_A_RAY: f64 = 2.0;
+/// Towards a light that is densely occluded, and for a dense shaft, lines are few below the square
+/// of the rays that take as long as one, divided by this: the error of lines falls with more than
+/// the square of what that of points does, and dearer ones have farther to catch up.
+const RAYS_FOR_FEW_LINES: f64 = 2.4;
 
 /// Rays in place of a line towards densely occluded lights; in combinations, points that share a
 /// shaft.
@@ -96,7 +97,7 @@ impl Integral for Cheapest {
         let closed = query.point.bsdf.closed_form();
         // Without a closed form, but as transformed cosines (or nothing is known of it).
         let is_fitted = query.light.texture.is_none() && closed.is_none();
-        let are_few = f64::from(lines) < FEW_LINES_FOR_A_RAY * occlusion.line_cost;
+        let are_few = f64::from(lines) < (occlusion.line_cost / RAYS_FOR_FEW_LINES).powi(2);
         if occlusion.dense && are_few {
             let by = if is_fitted {
                 PointBy::Ltc
