@@ -26,7 +26,7 @@ use crate::{
     merge::Slots,
     node::{Child, Leaf, Node},
     project::{self, GUARD, Vertex},
-    surfaces::{BEND_ROOM, Bends, EDGE, FACING_ROOM, Facing, NONE},
+    surfaces::{BEND_ROOM, Bends, EDGE, FACING_ROOM, Facing, NEAR, NONE},
     sweep::Lanes,
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
@@ -45,7 +45,7 @@ pub(crate) struct Crossings {
     /// The stretches of all gaps.
     stretches: Vec<Stretch>,
     /// Nodes and leaves still to visit.
-    stack: Vec<(u32, bool)>,
+    stack: Vec<(u32, Inside)>,
 }
 
 /// A part of a line between two neighbouring crossings.
@@ -98,6 +98,17 @@ struct Outlines {
     good: [u8; 3],
 }
 
+/// What is known of the triangles in a box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Inside {
+    /// Nothing.
+    Anything,
+    /// None has to be cut.
+    Whole,
+    /// Nor has any in a box three times as large.
+    Roomy,
+}
+
 /// How the triangles of a leaf and their neighbours face.
 struct Turning {
     /// By the corner where a side begins: a bit for each triangle whose neighbour beyond that side
@@ -107,6 +118,8 @@ struct Turning {
     front: u8,
     /// Those that it is surely before.
     back: u8,
+    /// As `sides`: those whose neighbour it is surely before.
+    backs_beyond: [u8; 3],
 }
 
 impl Outlines {
@@ -168,21 +181,21 @@ impl<'a> Search<'a> {
         crossings.cut.clear();
         let mut stack = std::mem::take(&mut crossings.stack);
         stack.clear();
-        stack.push((0, false));
-        while let Some((next, is_whole)) = stack.pop() {
+        stack.push((0, Inside::Anything));
+        while let Some((next, inside)) = stack.pop() {
             let child = Child(next);
             if child.is_leaf() {
                 counters.triangle_tests += u64::from(child.count());
-                if is_whole {
-                    self.look_at_whole(s, child, lines, crossings);
-                } else {
-                    self.look_into(s, child, lines, crossings);
+                match inside {
+                    Inside::Anything => self.look_into(s, child, lines, crossings),
+                    Inside::Whole => self.look_at_whole(s, child, false, lines, crossings),
+                    Inside::Roomy => self.look_at_whole(s, child, true, lines, crossings),
                 }
                 continue;
             }
             let node = &self.hierarchy.nodes[child.index()];
             counters.node_tests += u64::from(node.valid.count_ones());
-            let (mut found, whole) =
+            let (mut found, whole, roomy) =
                 self.boxes(s, node, &self.hierarchy.surfaces.facing[child.index()]);
             while found != 0 {
                 let lane = found.trailing_zeros() as usize;
@@ -194,7 +207,12 @@ impl<'a> Search<'a> {
                 } else {
                     s.prefetch(&self.hierarchy.nodes[child.index()]);
                 }
-                stack.push((child.0, whole >> lane & 1 != 0));
+                let inside = match (whole >> lane & 1, roomy >> lane & 1) {
+                    (0, _) => Inside::Anything,
+                    (_, 0) => Inside::Whole,
+                    _ => Inside::Roomy,
+                };
+                stack.push((child.0, inside));
             }
         }
         crossings.stack = stack;
@@ -203,13 +221,14 @@ impl<'a> Search<'a> {
     }
 
     /// The boxes of a node in which lines may cross a silhouette, where they are not hidden yet, or
-    /// a triangle that has to be cut; and those in which there is none of the latter.
+    /// a triangle that has to be cut; those in which there is none of the latter; and those with none
+    /// in a box three times as large.
     #[allow(clippy::cast_possible_truncation, reason = "a small power of two")]
     #[inline(always)]
-    fn boxes<S: Simd>(&self, s: S, node: &Node, facing: &Facing) -> (u8, u8) {
+    fn boxes<S: Simd>(&self, s: S, node: &Node, facing: &Facing) -> (u8, u8, u8) {
         let inside = self.bounds.boxes(s, node) & node.fine;
         if inside == 0 {
-            return (0, 0);
+            return (0, 0, 0);
         }
         let mut rows = [s.splat(0.0); 6];
         for (row, bounds) in rows.iter_mut().zip(&node.bounds) {
@@ -219,19 +238,25 @@ impl<'a> Search<'a> {
         let (least, most) = self.bounds.extents(s, node);
         let before = s.lt(s.splat(1e-6), least[2]);
         // Where all triangles are whole and face one way, each goes on where another ends.
-        let mut aside = s.splat(0.0);
+        let (mut aside, mut far_aside) = (s.splat(0.0), s.splat(0.0));
         for k in 0..2 {
-            aside = s.max(aside, s.max(s.abs(least[k]), s.abs(most[k])));
+            let most_aside = s.max(s.abs(least[k]), s.abs(most[k]));
+            aside = s.max(aside, most_aside);
+            far_aside = s.max(far_aside, most_aside + (most[k] - least[k]));
         }
-        let guard = least[2] * (0.5 * GUARD as f32);
-        let whole = before & s.le(aside, guard) & s.le(most[2], s.splat(1.0 - 4e-6));
+        let end = s.splat(1.0 - 4e-6);
+        let guard = s.splat(0.5 * GUARD as f32);
+        let whole = before & s.le(aside, least[2] * guard) & s.le(most[2], end);
+        let depth = most[2] - least[2];
+        let (near, far) = (least[2] - depth, most[2] + depth);
+        let roomy = s.lt(s.splat(1e-6), near) & s.le(far_aside, near * guard) & s.le(far, end);
         let wanted = inside & !(whole & one_way);
         if wanted & before == 0 {
-            return (wanted, whole);
+            return (wanted, whole, roomy);
         }
         let [low, high] = ShaftBounds::images(s, &least, &most);
         let needed = self.covered.needs_any(s, &Images::new(s, low, high));
-        (wanted & (needed | !before), whole)
+        (wanted & (needed | !before), whole, roomy)
     }
 
     /// The boxes in which all triangles, and their neighbours, surely face one way.
@@ -253,7 +278,14 @@ impl<'a> Search<'a> {
 
     /// Finds the crossings in a leaf of which no triangle has to be cut.
     #[inline(always)]
-    fn look_at_whole<S: Simd>(&self, s: S, child: Child, lines: &Lines, crossings: &mut Crossings) {
+    fn look_at_whole<S: Simd>(
+        &self,
+        s: S,
+        child: Child,
+        is_roomy: bool,
+        lines: &Lines,
+        crossings: &mut Crossings,
+    ) {
         let index = child.leaf_index();
         let sides = &self.hierarchy.surfaces.sides[index];
         let leaf = &self.hierarchy.leaves[index];
@@ -273,18 +305,24 @@ impl<'a> Search<'a> {
                     continue;
                 }
                 let at = (slots[lane], k, side);
-                self.cross_side(s, at, is_known(found.front), lines, crossings);
+                let is_front = is_known(found.front);
+                let is_clear = is_roomy
+                    && is_front
+                    && is_known(found.backs_beyond[k])
+                    && bends[k][lane] & NEAR != 0;
+                self.cross_side(s, at, (is_front, is_clear), lines, crossings);
             }
         }
     }
 
-    /// Notes where lines cross a side of a triangle that does not have to be cut.
+    /// Notes where lines cross a side of a triangle that does not have to be cut, which may be known
+    /// to be front; and its neighbour beyond to be none, and not to be cut either.
     #[inline(always)]
     fn cross_side<S: Simd>(
         &self,
         s: S,
         (slot, k, side): (u32, usize, u32),
-        is_front: bool,
+        (is_front, is_clear): (bool, bool),
         lines: &Lines,
         crossings: &mut Crossings,
     ) {
@@ -295,16 +333,21 @@ impl<'a> Search<'a> {
         let (low, high) = (-a[0].max(b[0]), -a[0].min(b[0]));
         let along = a[1].min(b[1]) <= self.end && self.start <= a[1].max(b[1]);
         let (low, high) = (s.dsplat(low), s.dsplat(high));
-        let mut met = 0;
-        for block in &lines.blocks {
-            let u = s.dload(&block.u);
-            met |= s.bits(s.dle(low, u) & s.dlt(u, high));
-        }
+        // The few lines of a walk are one block.
+        let Some(block) = lines.blocks.first() else {
+            return;
+        };
+        let u = s.dload(&block.u);
+        let met = s.bits(s.dle(low, u) & s.dlt(u, high));
         if along && met != 0 {
-            let is_front = is_front || self.is_front(slot);
-            let change = self.change((true, is_front), (slot, side), a[0] < b[0]);
+            let change = if is_clear {
+                2 * layers(true, self.upright, a[0] < b[0])
+            } else {
+                let is_front = is_front || self.is_front(slot);
+                self.change((true, is_front), (slot, side), a[0] < b[0])
+            };
             if change != 0 {
-                cross(lines, (a, b), change, &mut crossings.of);
+                cross(block, met, (a, b), change, &mut crossings.of);
             }
         }
     }
@@ -376,8 +419,10 @@ impl<'a> Search<'a> {
                     outlines.front >> lane & 1 != 0,
                 );
                 let change = self.change(known, (slots[lane], sides[lane]), a[0] < b[0]);
-                if change != 0 {
-                    cross(lines, (a, b), change, &mut crossings.of);
+                if change != 0
+                    && let Some(block) = lines.blocks.first()
+                {
+                    cross(block, u8::MAX, (a, b), change, &mut crossings.of);
                 }
             }
         }
@@ -517,8 +562,8 @@ fn turning<S: Simd>(
     let room = s.fma(size, s.splat(0.4 * room), s.splat(LEAST));
     let own = dot_product(s, &normal, &to[0]);
     let (front, back) = (s.lt(room, own), s.lt(own, s.splat(0.0) - room));
-    let mut turning = [0; 3];
-    for (k, turning) in turning.iter_mut().enumerate() {
+    let (mut turning, mut backs_beyond) = ([0; 3], [0; 3]);
+    for (k, (turning, back_beyond)) in turning.iter_mut().zip(&mut backs_beyond).enumerate() {
         let across = dot_product(s, &normal, &cross_product(s, &to[k], &sides[k]));
         let mut bend = Lanes([0.0; 8]);
         for (bend, bits) in bend.iter_mut().zip(&bends[k]) {
@@ -527,13 +572,14 @@ fn turning<S: Simd>(
         let change = s.load(&bend) * across;
         let room = s.fma(s.abs(change), s.splat(BEND_ROOM), room);
         let other = own + change;
-        let same = (front & s.lt(room, other)) | (back & s.lt(other, s.splat(0.0) - room));
-        *turning = !same;
+        *back_beyond = s.lt(other, s.splat(0.0) - room);
+        *turning = !((front & s.lt(room, other)) | (back & *back_beyond));
     }
     Turning {
         sides: turning,
         front,
         back,
+        backs_beyond,
     }
 }
 
@@ -561,10 +607,11 @@ fn dot_product<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
     s.fma(a[2], b[2], s.fma(a[1], b[1], a[0] * b[0]))
 }
 
-/// Notes where lines cross a side: the same expression as for a triangle's interval.
+/// Notes where lines `among` a block cross a side: the same expression as for a triangle's interval.
 #[inline(always)]
 fn cross(
-    lines: &Lines,
+    block: &LineBlock,
+    among: u8,
     ([p, q], [p1, q1]): ([f64; 2], [f64; 2]),
     change: i32,
     of: &mut [Vec<(f64, i32)>; GROUP],
@@ -577,12 +624,14 @@ fn cross(
         ends
     };
     let slope = (v1 - v0) / (u1 - u0).max(1e-280);
-    for (block, of) in lines.blocks.iter().zip(of.as_chunks_mut::<8>().0) {
-        for (lane, (u, of)) in block.u.iter().zip(of).enumerate() {
-            let place = v0 + (u - u0) * slope;
-            if u0 <= *u && *u < u1 && block.from[lane] < place && place < block.to[lane] {
-                of.push((place, change));
-            }
+    let mut among = among;
+    while among != 0 {
+        let lane = among.trailing_zeros() as usize;
+        among &= among - 1;
+        let u = block.u[lane];
+        let place = v0 + (u - u0) * slope;
+        if u0 <= u && u < u1 && block.from[lane] < place && place < block.to[lane] {
+            of[lane].push((place, change));
         }
     }
 }
@@ -739,13 +788,15 @@ mod tests {
             }
             let room = (FACING_ROOM * scale) as f32;
             let place = (seen_from.as_vec3().to_array(), room);
-            let Turning { sides, front, back } = turning(Scalar, (&leaf, &bends), place);
+            let found = turning(Scalar, (&leaf, &bends), place);
             for lane in 0..8 {
                 let is_said = |bits: u8| bits >> lane & 1 != 0;
                 let faces = |v: [DVec3; 3]| is_front(v.map(|v| v.to_array()), seen_from);
-                assert!(!is_said(front) || faces(own[lane]), "{round} {lane}");
-                assert!(!is_said(back) || !faces(own[lane]), "{round} {lane}");
-                for (k, turning) in sides.into_iter().enumerate() {
+                assert!(!is_said(found.front) || faces(own[lane]), "{round} {lane}");
+                assert!(!is_said(found.back) || !faces(own[lane]), "{round} {lane}");
+                for (k, turning) in found.sides.into_iter().enumerate() {
+                    let back_beyond = is_said(found.backs_beyond[k]);
+                    assert!(!back_beyond || !faces(far[k][lane]), "{round} {lane} {k}");
                     all += usize::from(round % 3 == 0);
                     if !is_said(turning) {
                         said += usize::from(round % 3 == 0);

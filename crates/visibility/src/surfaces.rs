@@ -134,8 +134,12 @@ pub(crate) type Bends = [[u16; 8]; 3];
 /// That of a neighbour of which it is not known: not a number.
 const UNKNOWN: u16 = 0x7fc0;
 
-/// What cutting off the lower half of an `f32` takes of it at most.
-pub(crate) const BEND_ROOM: f32 = 0.007_812_5;
+/// The bit of a bend that tells whether the neighbour lies within the box of the leaf made three
+/// times as large.
+pub(crate) const NEAR: u16 = 1;
+
+/// What cutting off the lower half of an `f32` and that bit, or adding it, changes of it at most.
+pub(crate) const BEND_ROOM: f32 = 0.015_625;
 
 /// How a neighbour beyond side `k` is bent away from the plane of a triangle: the tangent of the
 /// angle over the side's length; not a number if that angle is over 45° or hardly known. The upper
@@ -160,7 +164,7 @@ pub(crate) fn bend(triangle: [DVec3; 3], k: usize, neighbour: [DVec3; 3]) -> u16
     let outward = e.cross(own);
     let bend = other.dot(outward) / (other.dot(own) * e.length_squared());
     match other.dot(own) > 0.0 && bend.abs() * e.length() <= 1.0 {
-        true => ((bend as f32).to_bits() >> 16) as u16,
+        true => ((bend as f32).to_bits() >> 16) as u16 & !NEAR,
         false => UNKNOWN,
     }
 }
@@ -259,6 +263,7 @@ impl Surfaces {
                     continue;
                 }
                 planes.clear();
+                self.mark_near(child, (&nodes[at], lane), leaves);
                 let sides = &self.sides[child.index()];
                 let (slots, mut count) = (child.slots(), 0);
                 for own in (0..8).filter(|own| sides[0][*own] != NONE) {
@@ -290,6 +295,31 @@ impl Surfaces {
             let (node, lane) = above[at];
             let all = nodes[at].all_fine == nodes[at].valid;
             nodes[node as usize].all_fine |= u8::from(all) << lane;
+        }
+    }
+
+    /// Marks the sides of a leaf's triangles whose neighbours are [near](NEAR) its box.
+    fn mark_near(&mut self, child: Child, (node, lane): (&Node, usize), leaves: &[Leaf]) {
+        let sides = &self.sides[child.index()];
+        let is_near = |side: u32| {
+            let leaf = &leaves[side as usize >> 4];
+            let within = |v: [f32; 3]| {
+                (0..3).all(|axis| {
+                    let [low, high] = [axis, axis + 3].map(|row| f64::from(node.bounds[row][lane]));
+                    let size = high - low;
+                    (low - size..=high + size).contains(&f64::from(v[axis]))
+                })
+            };
+            leaf.triangle((side >> 1) as usize % 8)
+                .into_iter()
+                .all(within)
+        };
+        for (sides, bends) in sides.iter().zip(&mut self.bends[child.index()]) {
+            for (&side, bend) in sides.iter().zip(bends) {
+                if side != NONE && side != EDGE && is_near(side) {
+                    *bend |= NEAR;
+                }
+            }
         }
     }
 
