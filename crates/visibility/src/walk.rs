@@ -31,6 +31,10 @@ const BATCH: usize = 12;
 /// Nodes that are opened in one go.
 const ABREAST: usize = 2;
 
+/// Of a shaft that is known to be dense, so many triangles are looked at for one that hides the
+/// light as a whole.
+const FEW_IF_DENSE: usize = 48;
+
 /// What a shaft is looked for with.
 struct Query<'a> {
     bounds: ShaftBounds,
@@ -38,6 +42,8 @@ struct Query<'a> {
     /// In the hierarchy's coordinates.
     point: DVec3,
     frame: &'a LightFrame,
+    /// Most triangles that are kept.
+    limit: usize,
 }
 
 impl Query<'_> {
@@ -54,7 +60,7 @@ impl Query<'_> {
             let meshes = || self.backfaces.codes(child.leaf_index());
             let meshes = self.backfaces.any().then(meshes);
             corners.add(s, leaf, maybe, &child.slots(), meshes.as_ref());
-            if corners.count > DENSE {
+            if corners.count > self.limit {
                 return Found::Many;
             }
         }
@@ -103,6 +109,7 @@ fn find_kernel<S: Simd>(
         backfaces: BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude),
         point,
         frame,
+        limit: DENSE,
     };
     if stack.len() < occluders.stack_size {
         stack.resize(occluders.stack_size, 0);
@@ -124,9 +131,14 @@ fn find_kernel<S: Simd>(
         for &node in next[..few].iter().rev() {
             let node = &hierarchy.nodes[node as usize];
             counters.node_tests += u64::from(node.valid.count_ones());
-            let found = query.bounds.boxes(s, node);
-            if found & node.dense != 0 && found & node.dense & query.bounds.holds(s, node) != 0 {
-                return Found::Many;
+            let mut found = query.bounds.boxes(s, node);
+            if found & node.dense != 0 {
+                let within = found & node.dense & query.bounds.holds(s, node);
+                if within != 0 {
+                    // None of those hides the light as a whole, but others may.
+                    query.limit = FEW_IF_DENSE;
+                    found &= !within;
+                }
             }
             hierarchy.prefetch(s, node, found);
             let inner = found & !node.leaf;
@@ -149,6 +161,9 @@ fn find_kernel<S: Simd>(
             }
         }
         waiting = 0;
+    }
+    if query.limit < DENSE {
+        return Found::Many;
     }
     if corners.count == 0 {
         return Found::Few;
