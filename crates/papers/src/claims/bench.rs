@@ -187,7 +187,7 @@ impl Bench<'_> {
                 sampler: SamplerKind::Sobol,
                 ..targets.true_settings(Spheres::default())
             },
-            samples: self.pick(4, 96, 1024),
+            samples: self.pick(4, 512, 1024),
             // Far from the trials' seeds.
             seed: self.context.seed ^ 0x5EED_0000_0000_0001,
             trials,

@@ -2,9 +2,10 @@
 //! the choice of a line's direction and offset does (Billen & Dutré 2016, §3 and Figs. 2 and 3).
 
 use super::super::bench::{Ask, Bench, Figures};
-use crate::measured::Measured;
-use crate::scene_study::{StudySpec, Targets};
+use crate::measured::{Measured, largest};
+use crate::scene_study::{Spot, StudySpec, Targets};
 use anyhow::Result;
+use linelit_integrator::Renderer;
 use linelit_samplers::SamplerKind;
 
 /// A diffuse floor under a light and nothing else.
@@ -175,30 +176,35 @@ pub(super) fn directions(bench: &Bench<'_>) -> Result<Figures> {
 /// The same two shadow edges, one along the lines and one across: with one direction for all, and
 /// with one for each point.
 fn artefacts(bench: &Bench<'_>, figures: &mut Figures) -> Result<()> {
-    let mut spec = floating_quad();
-    let fixed = "line-analytic[orientation=fixed:0,control=none]";
-    let parallel = "line-analytic[orientation=parallel,control=none]";
-    spec.estimators = vec![fixed.parse()?, parallel.parse()?];
-    spec.samplers = vec![SamplerKind::Stratified];
-    spec.samples = vec![16, 64];
-    spec.papers.clear();
-    // The direction of a point's lines is drawn anew by each seed.
-    spec.trials = 256;
-    let record = bench.record(spec)?;
-    for (name, estimator) in [("fixed", fixed), ("for each point", parallel)] {
-        let at = |spot: &str| {
-            let mut own = record.rows.iter().filter(|r| r.estimator == estimator);
-            own.rfind(|r| r.scene.contains(spot))
+    let scene = bench.scene("floating-quad")?;
+    let renderer = Renderer::new(&scene);
+    let spots = floating_quad().spots;
+    for (name, estimator) in [
+        ("fixed", "line-analytic[orientation=fixed:0,control=none]"),
+        (
+            "for each point",
+            "line-analytic[orientation=parallel,control=none]",
+        ),
+    ] {
+        let ask = Ask {
+            estimator,
+            sampler: SamplerKind::Stratified,
+            samples: bench.pick(4, 64, 64),
+            // The direction of a point's lines is drawn anew by each seed.
+            trials: bench.pick(4, 256, 256),
         };
-        if let (Some(a), Some(b)) = (at(", A:"), at(", B:")) {
-            let ratio = Measured::variance_ratio(a, b);
+        let beside = |spot: &Spot| {
+            let targets = Targets::find(&renderer, &[spot.pixel]);
+            bench.ask(&targets, &[ask])
+        };
+        let found = spots.iter().map(beside);
+        let found = found.collect::<Result<Vec<_>>>()?.concat();
+        if let [a, b] = &found[..] {
             // Which of both edges is the better one is the light's affair.
-            let ratio = if ratio.value < 1.0 {
-                Measured::variance_ratio(b, a)
-            } else {
-                ratio
-            };
-            figures.insert(format!("two edges/{name}"), ratio.map(f64::sqrt));
+            let either = [a.variance_ratio(b), b.variance_ratio(a)];
+            if let Some(ratio) = largest(either) {
+                figures.insert(format!("two edges/{name}"), ratio.map(f64::sqrt));
+            }
         }
     }
     Ok(())
