@@ -155,8 +155,8 @@ impl SampleSet {
         self.count
     }
 
-    /// Whether the `count` numbers of [`SampleSet::get_1d`] are one in each of as many equal strata,
-    /// each uniform in its stratum and independent of where the others are in theirs.
+    /// Whether the `count` numbers of [`SampleSet::get_1d`] are one in each of as many equal
+    /// strata, each uniform in its stratum and independent of where the others are in theirs.
     ///
     /// So it is for `stratified` and `multijitter`, and for powers of two of the scrambled nets:
     /// `sobol`, `halton` and `zsobol`.

@@ -112,6 +112,7 @@ mod silhouette;
 mod stream;
 mod surfaces;
 mod sweep;
+mod turning;
 mod walk;
 mod watertight;
 

@@ -18,7 +18,8 @@ pub(crate) struct Node {
     pub(crate) valid: u8,
     /// A bit for each box that holds a leaf.
     pub(crate) leaf: u8,
-    /// A bit for each box with so many triangles that a shaft around it is [dense](crate::shaft::DENSE).
+    /// A bit for each box with so many triangles that a shaft around it is
+    /// [dense](crate::shaft::DENSE).
     pub(crate) dense: u8,
     /// A bit for each box with a triangle of a fine [surface](crate::surfaces).
     pub(crate) fine: u8,
