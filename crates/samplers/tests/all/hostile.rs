@@ -54,6 +54,13 @@ proptest! {
             let _ = (kind.name(), kind.is_progressive(), kind.pixels_are_independent());
             let set: SampleSet = sampler.points(pixel, dimension, count);
             prop_assert_eq!(set.count(), count.max(1));
+            if set.has_independent_strata() && set.count() <= 64 {
+                let mut strata: Vec<f64> =
+                    set.iter_1d().map(|u| (u * f64::from(set.count())).floor()).collect();
+                strata.sort_by(f64::total_cmp);
+                strata.dedup();
+                prop_assert_eq!(strata.len(), set.count() as usize, "{}", kind);
+            }
             for i in [i, 0, set.count() - 1, u32::MAX] {
                 prop_assert!(is_unit(set.get_1d(i)), "{kind} {i}");
                 prop_assert!(set.get_2d(i).iter().all(|x| is_unit(*x)), "{kind} {i}");
