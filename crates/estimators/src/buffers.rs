@@ -47,3 +47,15 @@ pub struct SampleBuffers {
     pub(crate) fit: Fit,
     pub(crate) pieces: CosinePieces,
 }
+
+impl SampleBuffers {
+    /// Counts the lines that were drawn, their visible pieces, and those that have none.
+    pub(crate) fn count_lines(&mut self) {
+        for i in 0..self.draws.lines.len() {
+            let parts = self.visible.line(i);
+            self.segments.lines += 1;
+            self.segments.pieces += parts.len() as u64;
+            self.plan.hidden_lines += u64::from(parts.is_empty());
+        }
+    }
+}

@@ -8,9 +8,9 @@ use linelit_samplers::SampleSet;
 /// Of N lines, one in each stratum, number k at u_k in a stratum with middle m_k, the mean of
 /// f_k − s_k (u_k − m_k) is an estimate of ∫ f du, with s_k = (f_{k+1} − f_{k−1}) / (u_{k+1} −
 /// u_{k−1}), and 0 in the first and last stratum. It is unbiased, since s_k does not depend on u_k,
-/// which is m_k on average. What is linear in u has no noise but in two strata, and as much light
-/// as there is changes linearly between the corners of what is visible: the variance falls as N⁻⁴
-/// where the plain mean's falls as N⁻³; where f jumps, as N⁻² as that. Since s_k is linear in f,
+/// which is m_k on average. What is linear in u has no noise but in the outer two strata, and
+/// between the corners of what is visible f is nearly so: its variance falls as N⁻⁴ where that of
+/// the plain mean falls as N⁻³; where f jumps, both fall as N⁻². Since s_k is linear in f,
 /// line k counts 1 − (u_{k−1} − m_{k−1})/(u_k − u_{k−2}) + (u_{k+1} − m_{k+1})/(u_{k+2} − u_k):
 /// from 0 to 2, so that no light becomes negative.
 ///

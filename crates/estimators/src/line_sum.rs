@@ -5,8 +5,7 @@ use crate::control::Offsets;
 use crate::light::even_emission;
 use crate::techniques::points::LightPoint;
 use crate::{
-    Buffers, EmissionTexture, LineControl, LineDirection, Lines, Query, SampleBuffers,
-    SegmentCounters, Stream,
+    Buffers, EmissionTexture, LineControl, LineDirection, Lines, Query, SampleBuffers, Stream,
 };
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -146,17 +145,6 @@ impl Draws {
     }
 }
 
-/// What is visible of the lines of a query: the sum over them, and the counts.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Gathered {
-    /// Sum of value over density.
-    pub sum: DVec3,
-    /// Lines and their pieces.
-    pub segments: SegmentCounters,
-    /// Lines wholly hidden.
-    pub hidden: u64,
-}
-
 /// Sums over the lines that `family` and its like drew on a light what their visible parts send;
 /// `visible` tells the parts of a line.
 pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
@@ -166,16 +154,13 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
     family: &LineSampler,
     draws: &mut Draws,
     visible: impl Fn(usize) -> &'v [Interval],
-) -> Gathered {
-    let mut out = Gathered::default();
+) -> DVec3 {
+    let mut sum = DVec3::ZERO;
     let point = query.point;
     draws.pieces.clear();
     for (i, Draw { line, share, v }) in draws.samples.iter().enumerate() {
         let parts = visible(i);
-        out.segments.lines += 1;
-        out.segments.pieces += parts.len() as u64;
         if parts.is_empty() {
-            out.hidden += 1;
             continue;
         }
         match along {
@@ -188,15 +173,15 @@ pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
                 let at = LightPoint::new(on_light, point.position, &area.polygon);
                 let visible: f64 = parts.iter().map(Interval::length).sum();
                 let integral = at.cos_light.abs() / at.square * visible * line.segment.length();
-                out.sum += query.unshadowed(&at) * integral * (1.0 / line.pdf.value());
+                sum += query.unshadowed(&at) * integral * (1.0 / line.pdf.value());
             }
         }
     }
     if let Along::Analytic(reflection) = &along {
         let emission = even_emission(area, point.position);
-        out.sum = draws.pieces.light(emission, point, reflection);
+        sum = draws.pieces.light(emission, point, reflection);
     }
-    out
+    sum
 }
 
 /// The mean over lines, all of them in one query to a shaft.
@@ -208,13 +193,12 @@ pub(crate) fn in_shaft<R: Reflection, T: EmissionTexture>(
     shaft: &mut Shaft<'_>,
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
-    let SampleBuffers { draws, visible, .. } = buffers;
+    let SampleBuffers { draws, visible, .. } = &mut *buffers;
     let family = draws.draw(query, area, options, along);
     shaft.visible(&draws.lines, visible);
-    let gathered = gather(query, area, along, &family, draws, |i| visible.line(i));
-    buffers.segments += gathered.segments;
-    buffers.plan.hidden_lines += gathered.hidden;
-    gathered.sum / f64::from(query.samples)
+    let sum = gather(query, area, along, &family, draws, |i| visible.line(i));
+    buffers.count_lines();
+    sum / f64::from(query.samples)
 }
 
 /// The mean over lines, with the shaft asked for.

@@ -29,6 +29,6 @@ pub fn brute_force<R: Reflection, T: EmissionTexture>(
         .iter()
         .map(|line| brute::visible(positions, triangles, x, line, own))
         .collect();
-    let gathered = line_sum::gather(query, area, along, &family, &mut draws, |i| &parts[i]);
-    gathered.sum / f64::from(query.samples)
+    let sum = line_sum::gather(query, area, along, &family, &mut draws, |i| &parts[i]);
+    sum / f64::from(query.samples)
 }

@@ -75,6 +75,7 @@ pub(crate) struct Search<'a> {
     frame: &'a LightFrame,
     /// In the hierarchy's coordinates.
     point: DVec3,
+    /// The same, rounded.
     near_point: [f32; 3],
     /// How far off a distance from a plane may be.
     room: f32,

@@ -158,21 +158,13 @@ fn along_lines<R: Reflection, T: EmissionTexture>(
     visibility: &mut Visibility<'_>,
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
-    let SampleBuffers {
-        draws,
-        visible,
-        segments,
-        plan,
-        ..
-    } = buffers;
-    visibility.visible(&draws.lines, visible);
+    visibility.visible(&buffers.draws.lines, &mut buffers.visible);
+    buffers.count_lines();
+    let SampleBuffers { draws, visible, .. } = buffers;
     let (drawn, pieces) = draws.weighted();
     let mut sum = DVec3::ZERO;
     for (i, (line, weight)) in drawn.enumerate() {
         let parts = visible.line(i);
-        segments.lines += 1;
-        segments.pieces += parts.len() as u64;
-        plan.hidden_lines += u64::from(parts.is_empty());
         // Each line has a plane of its own.
         let weight = family.height(line) * weight;
         match along {

@@ -164,22 +164,15 @@ fn along_chords<R: Reflection, T: EmissionTexture>(
     buffers: &mut SampleBuffers,
 ) -> DVec3 {
     let chords = part.chords(lines, lines.only_fraction(query));
-    let SampleBuffers {
-        draws,
-        visible,
-        segments,
-        plan,
-        ..
-    } = buffers;
-    draws.draw_integrated(query, lines.control, |_, u| chords.sample(u));
-    shaft.visible(&draws.lines, visible);
+    buffers
+        .draws
+        .draw_integrated(query, lines.control, |_, u| chords.sample(u));
+    shaft.visible(&buffers.draws.lines, &mut buffers.visible);
+    buffers.count_lines();
+    let SampleBuffers { draws, visible, .. } = buffers;
     let (drawn, pieces) = draws.weighted();
     for (i, (line, weight)) in drawn.enumerate() {
-        let parts = visible.line(i);
-        segments.lines += 1;
-        segments.pieces += parts.len() as u64;
-        plan.hidden_lines += u64::from(parts.is_empty());
-        pieces.add(query.point, &line.segment, parts, weight);
+        pieces.add(query.point, &line.segment, visible.line(i), weight);
     }
     let sum = pieces.light(emission, query.point, reflection);
     sum / f64::from(query.samples)

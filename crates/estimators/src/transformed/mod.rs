@@ -212,10 +212,8 @@ pub(crate) fn along_lines<R: Reflection, T: EmissionTexture>(
         draws,
         pieces,
         visible,
-        segments,
-        plan,
         ..
-    } = buffers;
+    } = &mut *buffers;
     fit.set(&cosines, is_small(polygon, x));
     if options.direction == LineDirection::UniformPerLine {
         return None;
@@ -226,11 +224,7 @@ pub(crate) fn along_lines<R: Reflection, T: EmissionTexture>(
     shaft.visible(&draws.lines, visible);
     pieces.clear();
     for (i, line) in draws.lines.iter().enumerate() {
-        let parts = visible.line(i);
-        segments.lines += 1;
-        segments.pieces += parts.len() as u64;
-        plan.hidden_lines += u64::from(parts.is_empty());
-        pieces.add(point, line, parts);
+        pieces.add(point, line, visible.line(i));
     }
     let (emitted, height) = even_emission(area, x);
     pieces.integrate(fit, height);
@@ -238,5 +232,6 @@ pub(crate) fn along_lines<R: Reflection, T: EmissionTexture>(
     let sum = lines.fold(DVec3::ZERO, |sum, (i, (density, v))| {
         sum + pieces.line(i, fit, point, v) / density
     });
+    buffers.count_lines();
     Some(emitted * sum / f64::from(query.samples))
 }

@@ -66,10 +66,12 @@ pub enum LineDirection {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineControl {
     /// The slope between the lines on either side of each is a control variate: light that changes
-    /// linearly from line to line has no noise then, and its variance falls as N⁻⁴ where the plain
-    /// mean's falls as N⁻³ (Chopin & Gerber 2024). Unbiased. For all lines of one direction, by
-    /// patterns of [independent strata](linelit_samplers::SampleSet::has_independent_strata); where
-    /// the pattern has none, and for lines of which a point is drawn, as [`LineControl::None`].
+    /// linearly from line to line has noise in the first and last stratum only, and the variance
+    /// falls as N⁻⁴ where the plain mean's falls as N⁻³ (Chopin & Gerber 2024). Unbiased.
+    ///
+    /// For all lines of one direction, by patterns of
+    /// [independent strata](linelit_samplers::SampleSet::has_independent_strata); where the pattern
+    /// has none, and for lines of which a point is drawn, as [`LineControl::None`].
     Slopes,
     /// None: the mean over lines, as published.
     None,
