@@ -100,6 +100,10 @@ fn fit(samples: u32) {
         let mut observed = vec![0_u64; cells + 1];
         for _ in 0..samples {
             let w = sample([random.next_f64(), random.next_f64()]);
+            assert!(
+                w.is_none_or(|w| pdf(w) > 0.0),
+                "{name}: {w:?} has no density"
+            );
             #[allow(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
@@ -139,6 +143,11 @@ fn fit(samples: u32) {
             "{name}: ∫ = {mass} ± {error:e}"
         );
         expected.push(((1.0 - mass) * f64::from(samples)).max(0.0));
+        // A lobe may reach so little into a cell that no node of the quadrature is in it: what is
+        // drawn there is part of what the sum misses.
+        for i in (0..cells).filter(|i| expected[*i] <= 0.0) {
+            observed[cells] += std::mem::take(&mut observed[i]);
+        }
         let p = chi2_test(&observed, &expected, 5.0).p_value;
         assert!(p > level, "{name}: p = {p:e}, ∫ = {mass} ± {error:e}");
     }
