@@ -8,11 +8,11 @@
 //! shading point, or all face away, and none has an edge, nothing changes.
 
 use crate::{
-    build::Geometry,
-    closed_mesh::ClosedMeshes,
+    build::{Geometry, index, least, most},
+    closed_mesh::FineTriangles,
     node::{Child, Leaf, Node},
 };
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, glam::Vec3};
 use linelit_simd::Simd;
 
 /// Meshes of fewer triangles are looked at triangle by triangle.
@@ -75,25 +75,21 @@ impl Facing {
         offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
     };
 
-    /// Takes in a plane before or behind the middle of a child's box; `None` faces any way.
-    #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
-    fn add(&mut self, lane: usize, middle: DVec3, plane: Option<&Plane>) {
-        if self.is_unknown(lane) {
-            return;
-        }
-        let Some(Plane { normal, place }) = plane else {
+    /// Takes in planes before or behind the middle of a child's box; `None` faces any way.
+    fn add(&mut self, lane: usize, middle: DVec3, planes: Option<&Planes>) {
+        let Some(planes) = planes else {
             self.offset[0][lane] = f32::NEG_INFINITY;
             self.offset[1][lane] = f32::INFINITY;
             return;
         };
-        for (axis, x) in normal.to_array().into_iter().enumerate() {
-            let [least, most] = [axis, axis + 3];
-            self.normal[least][lane] = self.normal[least][lane].min(x as f32);
-            self.normal[most][lane] = self.normal[most][lane].max(x as f32);
+        let [low, high] = planes.offsets(middle);
+        for axis in 0..3 {
+            let [x, y] = planes.normals[axis];
+            self.normal[axis][lane] = least(self.normal[axis][lane], x);
+            self.normal[axis + 3][lane] = most(self.normal[axis + 3][lane], y);
         }
-        let offset = normal.dot(*place - middle) as f32;
-        self.offset[0][lane] = self.offset[0][lane].min(offset);
-        self.offset[1][lane] = self.offset[1][lane].max(offset);
+        self.offset[0][lane] = least(self.offset[0][lane], low);
+        self.offset[1][lane] = most(self.offset[1][lane], high);
     }
 
     fn is_unknown(&self, lane: usize) -> bool {
@@ -101,30 +97,114 @@ impl Facing {
     }
 }
 
-/// The plane of a triangle.
-#[derive(Clone, Copy, Debug)]
-struct Plane {
-    /// Unit length, rounded to `f32`.
-    normal: DVec3,
-    /// A place in it.
-    place: DVec3,
+/// The normals of surfaces' triangles, of a surface all turned alike; each takes twelve bytes while
+/// the hierarchy is at its largest.
+struct Normals {
+    /// Which is the first of each leaf; those of its lanes follow.
+    first: Vec<u32>,
+    all: Vec<Vec3>,
 }
 
-impl Plane {
-    /// Of a triangle, turned or not; `None` where rounding may decide which way it faces.
-    fn new(leaf: &Leaf, lane: usize, turned: bool, size: f64) -> Option<Self> {
-        let [a, b, c] = leaf.triangle(lane).map(|v| DVec3::from(v.map(f64::from)));
+impl Normals {
+    /// Of the triangles of leaves, of which some are turned, in a scene of a size.
+    fn new(leaves: &[Leaf], turned: &[bool], size: f64) -> Self {
+        let mut first = Vec::with_capacity(leaves.len());
+        let mut all = Vec::with_capacity(turned.len());
+        for leaf in leaves {
+            first.push(index(all.len()));
+            all.extend(lanes(leaf).map(|lane| {
+                let normal = Self::of(corners(leaf, lane), size);
+                let is_turned = turned[leaf.id[lane] as usize];
+                if is_turned { -normal } else { normal }
+            }));
+        }
+        Self { first, all }
+    }
+
+    /// Of a triangle as its corners run, of unit length; not a number where rounding may decide
+    /// which way it faces.
+    fn of([a, b, c]: [DVec3; 3], size: f64) -> Vec3 {
         let normal = (b - a).cross(c - a);
-        let length = normal.length();
-        let sides = [b - a, c - a, c - b].map(DVec3::length);
+        let squared = normal.length_squared();
+        let sides = [b - a, c - a, c - b].map(DVec3::length_squared);
         let longest = sides.into_iter().fold(0.0, f64::max);
-        let known = length >= LEAST_HEIGHT * longest * longest
-            && length >= 0.1 * LEAST_HEIGHT * longest * size;
-        let normal = normal * (if turned { -1.0 } else { 1.0 } / length);
-        known.then(|| Self {
-            normal: normal.as_vec3().as_dvec3(),
-            place: a,
-        })
+        let height = LEAST_HEIGHT * LEAST_HEIGHT * longest.max(0.01 * size * size);
+        match squared >= height * longest && squared > 0.0 {
+            true => (normal * (1.0 / squared.sqrt())).as_vec3(),
+            false => Vec3::NAN,
+        }
+    }
+
+    #[inline]
+    fn get(&self, leaf: usize, lane: usize) -> Vec3 {
+        self.all[self.first[leaf] as usize + lane]
+    }
+}
+
+/// The planes of a leaf's triangles and those next to them.
+#[derive(Debug)]
+struct Planes {
+    count: usize,
+    /// x, y and z of the normals, and the offsets; a whole number of fours, of which the last
+    /// repeat the first.
+    rows: [[f64; Self::MOST]; 4],
+    /// For each axis, the least and the greatest of the normals.
+    normals: [[f32; 2]; 3],
+}
+
+impl Planes {
+    /// Eight triangles, and one beyond each of their sides.
+    const MOST: usize = 32;
+
+    const NONE: Self = Self {
+        count: 0,
+        rows: [[0.0; Self::MOST]; 4],
+        normals: [[2.0, -2.0]; 3],
+    };
+
+    fn clear(&mut self) {
+        (self.count, self.normals) = (0, Self::NONE.normals);
+    }
+
+    /// Adds that with a normal through a place, and tells whether it is known.
+    fn add(&mut self, normal: Vec3, place: DVec3) -> bool {
+        let own = normal.to_array();
+        for ((bounds, row), x) in self.normals.iter_mut().zip(&mut self.rows).zip(own) {
+            *bounds = [least(bounds[0], x), most(bounds[1], x)];
+            row[self.count] = f64::from(x);
+        }
+        let offset = normal.as_dvec3().dot(place);
+        self.rows[3][self.count] = offset;
+        self.count += 1;
+        !offset.is_nan()
+    }
+
+    /// Fills up to a whole number of fours.
+    fn fill_up(&mut self) {
+        let rest = self.count..self.count.next_multiple_of(4);
+        for row in &mut self.rows {
+            let first = row[0];
+            row[rest.clone()].fill(first);
+        }
+    }
+
+    /// How far the planes are before a place, at least and at most.
+    #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
+    fn offsets(&self, place: DVec3) -> [f32; 2] {
+        let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+        let [x, y, z, offset] = &self.rows;
+        // Four side by side, which one after the other would not be taken for.
+        for first in (0..self.count).step_by(4) {
+            for lane in 0..4 {
+                let k = first + lane;
+                let far = offset[k] - (x[k] * place.x + y[k] * place.y + z[k] * place.z);
+                low[lane] = if far < low[lane] { far } else { low[lane] };
+                high[lane] = if far > high[lane] { far } else { high[lane] };
+            }
+        }
+        let low = low.into_iter().fold(f64::INFINITY, f64::min);
+        let high = high.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        [low as f32, high as f32]
     }
 }
 
@@ -141,30 +221,21 @@ pub(crate) const NEAR: u16 = 1;
 /// What cutting off the lower half of an `f32` and that bit, or adding it, changes of it at most.
 pub(crate) const BEND_ROOM: f32 = 0.015_625;
 
-/// How a neighbour beyond side `k` is bent away from the plane of a triangle: the tangent of the
-/// angle over the side's length; not a number if that angle is over 45° or hardly known. The upper
-/// half of an `f32`.
+/// How a neighbour is bent away from a triangle's plane beyond one of its sides, as its corners
+/// run: the tangent of the angle over the side's length; not a number if that angle is over 45° or
+/// a unit normal is none. The upper half of an `f32`.
 ///
 /// With N the normal of the triangle as its corners run, e the side, and A the way to it from a
 /// place: N·A tells how far that place is behind the triangle's plane, and N·A + bend N·(A × e) how
-/// far it is behind the neighbour's, each up to a factor.
+/// far it is behind the neighbour's, each up to a factor. Unit normals that are rounded to `f32`
+/// turn by ε = 2⁻²⁴ each: the tangent is off by 4 ε.
 #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
-pub(crate) fn bend(triangle: [DVec3; 3], k: usize, neighbour: [DVec3; 3]) -> u16 {
-    let [a, b, c] = [0, 1, 2].map(|i| triangle[(k + i) % 3]);
-    let mut beyond = neighbour.into_iter().filter(|v| *v != a && *v != b);
-    let (Some(d), None) = (beyond.next(), beyond.next()) else {
-        return UNKNOWN;
-    };
-    let (e, f, g) = (b - a, c - a, d - a);
-    let (own, other) = (e.cross(f), g.cross(e));
-    let least = |side: DVec3| LEAST_HEIGHT * e.length() * e.length().max(side.length());
-    if !(own.length() > least(f) && other.length() > least(g)) {
-        return UNKNOWN;
-    }
-    let outward = e.cross(own);
-    let bend = other.dot(outward) / (other.dot(own) * e.length_squared());
-    match other.dot(own) > 0.0 && bend.abs() * e.length() <= 1.0 {
-        true => ((bend as f32).to_bits() >> 16) as u16 & !NEAR,
+pub(crate) fn bend(side: DVec3, own: Vec3, other: Vec3) -> u16 {
+    let (own, other) = (own.as_dvec3(), other.as_dvec3());
+    let (sine, cosine) = (other.dot(side.cross(own)), other.dot(own));
+    let squared = side.length_squared();
+    match sine * sine <= cosine * cosine * squared && cosine > 0.0 {
+        true => (((sine / (cosine * squared)) as f32).to_bits() >> 16) as u16 & !NEAR,
         false => UNKNOWN,
     }
 }
@@ -181,46 +252,16 @@ impl Surfaces {
     /// Finds how the fine meshes lie in a hierarchy.
     pub(crate) fn new(
         geometry: &Geometry<'_>,
-        closed: &ClosedMeshes,
+        FineTriangles { sides, turned }: FineTriangles,
         (nodes, leaves): (&mut [Node], &[Leaf]),
     ) -> Self {
         for node in &mut *nodes {
             (node.fine, node.all_fine) = (0, 0);
         }
-        let fine = &closed.fine;
-        if fine.sides.is_empty() {
+        if sides.is_empty() {
             return Self::default();
         }
-        let mut slot_of = vec![NONE; fine.sides.len()];
-        for (slot, id) in slots(leaves) {
-            slot_of[id as usize] = slot;
-        }
-        let mut sides = vec![[[NONE; 8]; 3]; leaves.len()];
-        for (slot, id) in slots(leaves) {
-            let (leaf, lane) = (slot as usize / 8, slot as usize % 8);
-            for (k, side) in fine.sides[id as usize].into_iter().enumerate() {
-                sides[leaf][k][lane] = match side {
-                    NONE | EDGE => side,
-                    _ => slot_of[(side >> 1) as usize] << 1 | side & 1,
-                };
-            }
-        }
-        let corners = |slot: u32| {
-            leaves[slot as usize / 8]
-                .triangle(slot as usize % 8)
-                .map(|v| DVec3::from(v.map(f64::from)))
-        };
-        let mut bends = vec![[[UNKNOWN; 8]; 3]; leaves.len()];
-        for (slot, _) in slots(leaves) {
-            let (leaf, lane) = (slot as usize / 8, slot as usize % 8);
-            for (k, sides) in sides[leaf].iter().enumerate() {
-                let side = sides[lane];
-                if side != NONE && side != EDGE && side & 1 == 0 {
-                    bends[leaf][k][lane] = bend(corners(slot), k, corners(side >> 1));
-                }
-            }
-        }
-        let is_fine = (0_u32..).zip(fine.sides.iter().map(|sides| sides[0] != NONE));
+        let is_fine = (0_u32..).zip(sides.iter().map(|sides| sides[0] != NONE));
         let mut ranges: Vec<[u32; 2]> = Vec::new();
         for (id, _) in is_fine.filter(|(_, is_fine)| *is_fine) {
             match ranges.last_mut() {
@@ -229,30 +270,21 @@ impl Surfaces {
             }
         }
         let mut surfaces = Self {
-            sides,
-            bends,
+            sides: sides_by_leaves(leaves, sides),
+            bends: vec![[[UNKNOWN; 8]; 3]; leaves.len()],
             facing: vec![Facing::NOTHING; nodes.len()],
             ranges,
         };
-        surfaces.face(geometry, closed, (nodes, leaves));
+        let normals = Normals::new(leaves, &turned, f64::from(geometry.extent));
+        surfaces.face(&normals, (nodes, leaves));
         surfaces
     }
 
     /// Fills in how the nodes' children face, and which have triangles of surfaces.
-    fn face(
-        &mut self,
-        geometry: &Geometry<'_>,
-        closed: &ClosedMeshes,
-        (nodes, leaves): (&mut [Node], &[Leaf]),
-    ) {
-        let size = f64::from(geometry.extent);
-        let plane = |slot: u32| {
-            let (leaf, lane) = (&leaves[slot as usize / 8], slot as usize % 8);
-            Plane::new(leaf, lane, closed.fine.turned[leaf.id[lane] as usize], size)
-        };
+    fn face(&mut self, normals: &Normals, (nodes, leaves): (&mut [Node], &[Leaf])) {
         // Where each node hangs: what is above a node stands before it.
         let mut above = vec![(NONE, 0_usize); nodes.len()];
-        let mut planes = Vec::new();
+        let mut around = Planes::NONE;
         for at in 0..nodes.len() {
             let Node { child, valid, .. } = nodes[at];
             let number = u32::try_from(at).unwrap_or(NONE);
@@ -262,31 +294,29 @@ impl Surfaces {
                     above[child.index()] = (number, lane);
                     continue;
                 }
-                planes.clear();
-                self.mark_near(child, (&nodes[at], lane), leaves);
                 let sides = &self.sides[child.index()];
-                let (slots, mut count) = (child.slots(), 0);
-                for own in (0..8).filter(|own| sides[0][*own] != NONE) {
-                    count += 1;
-                    planes.push(plane(slots[own]));
-                    for side in sides.map(|side| side[own]) {
-                        if side == EDGE {
-                            // An edge may be crossed however it faces.
-                            planes.push(None);
-                        } else if side >> 4 != slots[0] >> 3 {
-                            planes.push(plane(side >> 1));
-                        }
-                    }
+                let count = sides[0].iter().filter(|side| **side != NONE).count();
+                if count == 0 {
+                    continue;
                 }
-                nodes[at].all_fine |= u8::from(count == child.count()) << lane;
+                nodes[at].all_fine |= u8::from(index(count) == child.count()) << lane;
+                let is_known = self.look_around(
+                    child.index(),
+                    (&nodes[at], lane),
+                    (leaves, normals),
+                    &mut around,
+                );
+                around.fill_up();
+                let around = is_known.then_some(&around);
                 let mut place = (number, lane);
-                while place.0 != NONE && count > 0 {
+                while place.0 != NONE {
                     let (at, lane) = (place.0 as usize, place.1);
-                    let middle = middle(&nodes[at], lane);
                     nodes[at].fine |= 1 << lane;
-                    for plane in &planes {
-                        self.facing[at].add(lane, middle, plane.as_ref());
+                    if self.facing[at].is_unknown(lane) {
+                        // And so it is above.
+                        break;
                     }
+                    self.facing[at].add(lane, middle(&nodes[at], lane), around);
                     place = above[at];
                 }
             }
@@ -298,29 +328,54 @@ impl Surfaces {
         }
     }
 
-    /// Marks the sides of a leaf's triangles whose neighbours are [near](NEAR) its box.
-    fn mark_near(&mut self, child: Child, (node, lane): (&Node, usize), leaves: &[Leaf]) {
-        let sides = &self.sides[child.index()];
-        let is_near = |side: u32| {
-            let leaf = &leaves[side as usize >> 4];
-            let within = |v: [f32; 3]| {
-                (0..3).all(|axis| {
-                    let [low, high] = [axis, axis + 3].map(|row| f64::from(node.bounds[row][lane]));
-                    let size = high - low;
-                    (low - size..=high + size).contains(&f64::from(v[axis]))
-                })
-            };
-            leaf.triangle((side >> 1) as usize % 8)
-                .into_iter()
-                .all(within)
+    /// Fills in how the neighbours of a leaf's triangles are bent away; collects their planes and
+    /// those of the triangles, and tells whether all are known.
+    fn look_around(
+        &mut self,
+        at: usize,
+        (node, lane): (&Node, usize),
+        (leaves, normals): (&[Leaf], &Normals),
+        around: &mut Planes,
+    ) -> bool {
+        let (sides, bends) = (&self.sides[at], &mut self.bends[at]);
+        let room = [0, 1, 2].map(|axis| {
+            let [low, high] = [axis, axis + 3].map(|row| f64::from(node.bounds[row][lane]));
+            [low - (high - low), high + (high - low)]
+        });
+        let is_near = |slot: usize| {
+            let corners = leaves[slot / 8].vertices.chunks_exact(3);
+            let mut all = corners.flat_map(|v| v.iter().zip(&room));
+            all.all(|(row, [low, high])| (low..=high).contains(&&f64::from(row[slot % 8])))
         };
-        for (sides, bends) in sides.iter().zip(&mut self.bends[child.index()]) {
-            for (&side, bend) in sides.iter().zip(bends) {
-                if side != NONE && side != EDGE && is_near(side) {
-                    *bend |= NEAR;
+        around.clear();
+        let mut is_known = true;
+        for own in (0..8).filter(|own| sides[0][*own] != NONE) {
+            let normal = normals.get(at, own);
+            let corners = corners(&leaves[at], own);
+            is_known &= around.add(normal, corners[0]);
+            let [a, b, c] = corners;
+            for (k, (from, e)) in [(a, b - a), (b, c - b), (c, a - c)].into_iter().enumerate() {
+                let side = sides[k][own];
+                if side == EDGE {
+                    // It may be crossed however it faces.
+                    is_known = false;
+                    continue;
+                }
+                let slot = (side >> 1) as usize;
+                let is_within = slot / 8 == at;
+                let other = normals.get(slot / 8, slot % 8);
+                let bend_away = &mut bends[k][own];
+                if side & 1 == 0 {
+                    *bend_away = bend(e, normal, other);
+                }
+                *bend_away |= NEAR * u16::from(is_within || is_near(slot));
+                if !is_within {
+                    // Both have the side's corners.
+                    is_known &= around.add(other, from);
                 }
             }
         }
+        is_known
     }
 
     /// Whether lines past them may be answered by their silhouettes: there are some, and none of
@@ -352,13 +407,35 @@ impl Surfaces {
     }
 }
 
-/// Each triangle's leaf × 8 + lane, and its number in the caller's list; lanes that are not in use
-/// repeat the first.
-fn slots(leaves: &[Leaf]) -> impl Iterator<Item = (u32, u32)> {
-    let lanes = |(leaf, first): (&Leaf, u32)| {
-        let id = leaf.id;
-        let used = (0..8).filter(move |k| *k == 0 || id[*k as usize] != id[0]);
-        used.map(move |k| (first + k, id[k as usize]))
-    };
-    leaves.iter().zip((0_u32..).step_by(8)).flat_map(lanes)
+/// A triangle's corners.
+fn corners(leaf: &Leaf, lane: usize) -> [DVec3; 3] {
+    leaf.triangle(lane).map(|v| DVec3::from(v.map(f64::from)))
+}
+
+/// The lanes of a leaf that are in use; others repeat the first.
+fn lanes(leaf: &Leaf) -> impl Iterator<Item = usize> {
+    let id = leaf.id;
+    (0..8).filter(move |lane| *lane == 0 || id[*lane] != id[0])
+}
+
+/// [`Surfaces::sides`], of those of triangles in the caller's order.
+fn sides_by_leaves(leaves: &[Leaf], of: Vec<[u32; 3]>) -> Vec<[[u32; 8]; 3]> {
+    let mut slot_of = vec![NONE; of.len()];
+    for (first, leaf) in (0_u32..).step_by(8).zip(leaves) {
+        for lane in lanes(leaf) {
+            slot_of[leaf.id[lane] as usize] = first + index(lane);
+        }
+    }
+    let mut sides = vec![[[NONE; 8]; 3]; leaves.len()];
+    for (leaf, sides) in leaves.iter().zip(&mut sides) {
+        for lane in lanes(leaf) {
+            for (own, side) in sides.iter_mut().zip(of[leaf.id[lane] as usize]) {
+                own[lane] = match side {
+                    NONE | EDGE => side,
+                    _ => slot_of[(side >> 1) as usize] << 1 | side & 1,
+                };
+            }
+        }
+    }
+    sides
 }

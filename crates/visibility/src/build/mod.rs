@@ -179,14 +179,16 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
     // Both together take little more memory than the tree took with the boxes.
-    let ((mut nodes, ids), closed) = pool::join(
+    let ((mut nodes, ids), mut closed) = pool::join(
         || collapse::collapse(tree, leaf_cost),
         || ClosedMeshes::find(geometry, kept),
     );
     let leaves = pool::collect(ids.len(), AT_ONCE, &|k| geometry.leaf(ids[k]));
+    drop(ids);
     order::by_crossings(&mut nodes, &leaves);
-    let surfaces = Surfaces::new(geometry, &closed, (&mut nodes, &leaves));
-    let (meshes, mesh_of) = by_leaves(closed, ids.iter());
+    let fine = std::mem::take(&mut closed.fine);
+    let (meshes, mesh_of) = by_leaves(closed, &leaves);
+    let surfaces = Surfaces::new(geometry, fine, (&mut nodes, &leaves));
     Hierarchy {
         nodes,
         leaves,
@@ -197,19 +199,20 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool]) -> Hierarchy {
 }
 
 /// Closed meshes, and which of them the triangles of each leaf belong to: [`Hierarchy::mesh_of`].
-fn by_leaves<'a>(
+fn by_leaves(
     ClosedMeshes { meshes, of, .. }: ClosedMeshes,
-    ids: impl Iterator<Item = &'a [u32; 8]>,
+    leaves: &[Leaf],
 ) -> (Vec<ClosedMesh>, Vec<[u16; 8]>) {
+    let in_lanes = |leaf: &Leaf| leaf.id.map(|id| of[id as usize]);
     let mesh_of = match &meshes[..] {
         [] => Vec::new(),
-        _ => ids.map(|ids| ids.map(|id| of[id as usize])).collect(),
+        _ => leaves.iter().map(in_lanes).collect(),
     };
     (meshes, mesh_of)
 }
 
 /// Numbers of nodes and of what is in them are below 2³²: a leaf holds a triangle at least, and
 /// [`Child::leaf`] refuses more than 2²⁸.
-fn index(i: usize) -> u32 {
+pub(crate) fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }

@@ -24,7 +24,7 @@ pub(crate) fn refit(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hier
             *leaf = geometry.leaf(leaf.id);
         }
     };
-    let ((), closed) = pool::join(
+    let ((), mut closed) = pool::join(
         || {
             pool::fold_stretches(leaves, AT_ONCE, &copy, &|(), ()| ());
             for at in (0..nodes.len()).rev() {
@@ -37,8 +37,8 @@ pub(crate) fn refit(geometry: &Geometry<'_>, kept: &[bool], hierarchy: &mut Hier
         },
         closed,
     );
-    *surfaces = Surfaces::new(geometry, &closed, (nodes, leaves));
-    (*meshes, *mesh_of) = by_leaves(closed, leaves.iter().map(|leaf| &leaf.id));
+    *surfaces = Surfaces::new(geometry, std::mem::take(&mut closed.fine), (nodes, leaves));
+    (*meshes, *mesh_of) = by_leaves(closed, leaves);
 }
 
 /// Puts the boxes of a node around what is in them.
