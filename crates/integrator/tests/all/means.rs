@@ -48,10 +48,10 @@ fn agree(scene: &Scene, truth: (f64, f64)) {
             samples *= 4;
             (got, error) = mean(scene, name, samples, seeds);
         }
-        let deviations = (got - truth.0).abs() / error.hypot(truth.1);
+        let is_likely = (got - truth.0).abs() <= z * error.hypot(truth.1);
         let relative = (got / truth.0 - 1.0).abs();
         assert!(
-            error <= 0.25 * ALLOWED * got && relative <= ALLOWED && deviations <= z,
+            error <= 0.25 * ALLOWED * got && relative <= ALLOWED && is_likely,
             "{name}: {got} +- {error}, reference {truth:?}, {samples} samples: {relative:e}"
         );
     }
