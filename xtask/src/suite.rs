@@ -233,6 +233,8 @@ fn same_cases(mut command: Command) -> Command {
 /// random numbers take as well; a failing case prints itself, smallest form first.
 fn new_cases(mut command: Command, seed: u64) -> Command {
     command.env("PROPTEST_CASES", "4096");
+    // Sixteen times as many may be passed over, too: 1,024 by default.
+    command.env("PROPTEST_MAX_GLOBAL_REJECTS", "16384");
     command.env(PROPERTY_SEED, seed.to_string());
     command.env("LINELIT_FUZZ_SEED", seed.to_string());
     command
