@@ -249,7 +249,8 @@ fn middle(node: &Node, lane: usize) -> DVec3 {
 }
 
 impl Surfaces {
-    /// Finds how the fine meshes lie in a hierarchy.
+    /// Finds how the fine meshes lie in a hierarchy. What is told of their triangles is let go of
+    /// as soon as leaves have it: the hierarchy is at its largest then.
     pub(crate) fn new(
         geometry: &Geometry<'_>,
         FineTriangles { sides, turned }: FineTriangles,
@@ -287,7 +288,7 @@ impl Surfaces {
         let mut around = Planes::NONE;
         for at in 0..nodes.len() {
             let Node { child, valid, .. } = nodes[at];
-            let number = u32::try_from(at).unwrap_or(NONE);
+            let number = index(at);
             for lane in (0..8).filter(|lane| valid >> lane & 1 != 0) {
                 let child = Child(child[lane]);
                 if !child.is_leaf() {
