@@ -4,6 +4,7 @@
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{Cylinder, PointTechnique};
 use linelit_spheres::{ChordMeasure, CylinderArea, CylinderLines, CylinderView};
+use linelit_testkit::cases::cases;
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::laws::Technique;
 use linelit_testkit::quadrature::gauss_legendre;
@@ -93,7 +94,7 @@ fn lines_obey_the_laws() {
         let range = last - first;
         let eps = resolution(view);
         let laws = Technique::new(format!("{} {measure:?}", view.name))
-            .samples(SAMPLES)
+            .samples(cases(250_000) as usize)
             .alpha(sidak(1e-4, tests))
             .round_trip(1024.0 * eps)
             // At the rim, where heights go to zero, the angle is the root of rounding.
@@ -274,7 +275,7 @@ fn what_is_not_seen_has_no_density() {
     }
 }
 
-/// Samples of each χ² test.
+/// Samples of each χ² test of points.
 const SAMPLES: usize = 1_000_000;
 
 /// χ² of points by area over azimuths and places, of the strip and of the whole side; round trips.
@@ -332,7 +333,7 @@ fn cylinders() -> impl Strategy<Value = Cylinder> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, cases: linelit_testkit::cases::cases(300), max_global_rejects: 100_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, cases: cases(300), max_global_rejects: 100_000, ..ProptestConfig::default() })]
 
     /// The closed form against the integral over the strip.
     #[test]
