@@ -44,8 +44,11 @@ pub(crate) struct Crossings {
     pub(crate) gaps: Vec<Gap>,
     /// The stretches of all gaps.
     stretches: Vec<Stretch>,
-    /// Nodes and leaves still to visit.
-    stack: Vec<(u32, Inside)>,
+    /// Nodes to open, in the order in which they were found.
+    nodes: Vec<u32>,
+    /// Leaves to look into: of any triangles; of some of which none has to be cut; and of some of
+    /// which none has to be in a box three times as large, either.
+    leaves: [Vec<u32>; 3],
 }
 
 /// A part of a line between two neighbouring crossings.
@@ -99,15 +102,17 @@ struct Outlines {
     good: [u8; 3],
 }
 
-/// What is known of the triangles in a box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Inside {
-    /// Nothing.
-    Anything,
-    /// None has to be cut.
-    Whole,
-    /// Nor has any in a box three times as large.
-    Roomy,
+/// What is known of a triangle, and of its neighbour beyond a side; nothing where false.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    /// The shading point is behind its plane, as its corners run.
+    front: bool,
+    /// It is before it.
+    back: bool,
+    /// It is before that of the neighbour.
+    back_beyond: bool,
+    /// The neighbour does not have to be cut.
+    whole_beyond: bool,
 }
 
 impl Outlines {
@@ -167,43 +172,55 @@ impl<'a> Search<'a> {
             line.clear();
         }
         crossings.cut.clear();
-        let mut stack = std::mem::take(&mut crossings.stack);
-        stack.clear();
-        stack.push((0, Inside::Anything));
-        while let Some((next, inside)) = stack.pop() {
-            let child = Child(next);
-            if child.is_leaf() {
-                counters.triangle_tests += u64::from(child.count());
-                match inside {
-                    Inside::Anything => self.look_into(s, child, lines, crossings),
-                    Inside::Whole => self.look_at_whole(s, child, false, lines, crossings),
-                    Inside::Roomy => self.look_at_whole(s, child, true, lines, crossings),
-                }
-                continue;
-            }
-            let node = &self.hierarchy.nodes[child.index()];
+        // Breadth first, and all leaves at the end: nothing hangs on how many boxes are found, so
+        // that one node need not wait for another, and all are known ahead.
+        let mut nodes = std::mem::take(&mut crossings.nodes);
+        let mut leaves = std::mem::take(&mut crossings.leaves);
+        let (mut ends, mut end) = ([0; 3], 1);
+        make_room(&mut nodes, 0);
+        nodes[0] = 0;
+        let mut at = 0;
+        while at < end {
+            let ahead = nodes[(at + AHEAD).min(end - 1)] as usize;
+            s.prefetch(&self.hierarchy.nodes[ahead]);
+            s.prefetch(&self.hierarchy.surfaces.facing[ahead]);
+            let index = nodes[at] as usize;
+            at += 1;
+            let node = &self.hierarchy.nodes[index];
             counters.node_tests += u64::from(node.valid.count_ones());
-            let (mut found, whole, roomy) =
-                self.boxes(s, node, &self.hierarchy.surfaces.facing[child.index()]);
-            while found != 0 {
-                let lane = found.trailing_zeros() as usize;
-                let child = Child(node.child[lane]);
-                found &= found - 1;
-                self.hierarchy.surfaces.prefetch(s, child);
-                if child.is_leaf() {
-                    s.prefetch(&self.hierarchy.leaves[child.index()]);
-                } else {
-                    s.prefetch(&self.hierarchy.nodes[child.index()]);
-                }
-                let inside = match (whole >> lane & 1, roomy >> lane & 1) {
-                    (0, _) => Inside::Anything,
-                    (_, 0) => Inside::Whole,
-                    _ => Inside::Roomy,
-                };
-                stack.push((child.0, inside));
+            let (found, whole, roomy) = self.boxes(s, node, &self.hierarchy.surfaces.facing[index]);
+            make_room(&mut nodes, end);
+            let inner = found & !node.leaf;
+            s.pack(inner, &node.child, &mut nodes, end);
+            end += inner.count_ones() as usize;
+            let found = found & node.leaf;
+            let kinds = [
+                found & !whole,
+                found & whole & !roomy,
+                found & whole & roomy,
+            ];
+            for ((leaves, end), kind) in leaves.iter_mut().zip(&mut ends).zip(kinds) {
+                make_room(leaves, *end);
+                s.pack(kind, &node.child, leaves, *end);
+                *end += kind.count_ones() as usize;
             }
         }
-        crossings.stack = stack;
+        for (kind, (leaves, end)) in leaves.iter().zip(ends).enumerate() {
+            let leaves = &leaves[..end];
+            for (at, &leaf) in leaves.iter().enumerate() {
+                let ahead = Child(leaves[(at + AHEAD).min(end - 1)]);
+                s.prefetch(&self.hierarchy.leaves[ahead.leaf_index()]);
+                self.hierarchy.surfaces.prefetch(s, ahead);
+                let child = Child(leaf);
+                counters.triangle_tests += u64::from(child.count());
+                match kind {
+                    0 => self.look_into(s, child, lines, crossings),
+                    _ => self.look_at_whole(s, child, kind == 2, lines, crossings),
+                }
+            }
+        }
+        crossings.nodes = nodes;
+        crossings.leaves = leaves;
         let found = crossings.of.iter().map(Vec::len).sum::<usize>();
         counters.candidates += found as u64;
     }
@@ -281,39 +298,41 @@ impl<'a> Search<'a> {
         let found = turning(s, (leaf, bends), (self.near_point, self.room));
         let part = child.mask();
         let slots = child.slots();
-        for (k, (turning, sides)) in found.sides.into_iter().zip(sides).enumerate() {
-            let mut left = turning & part;
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let side = sides[lane];
-                let is_known = |bits: u8| bits >> lane & 1 != 0;
-                // Of two neighbours, the front tells.
-                if side == NONE || is_known(found.back) && side & 1 == 0 {
-                    continue;
-                }
-                let at = (slots[lane], k, side);
-                let is_front = is_known(found.front);
-                let is_clear = is_roomy
-                    && is_front
-                    && is_known(found.backs_beyond[k])
-                    && bends[k][lane] & NEAR != 0;
-                self.cross_side(s, at, (is_front, is_clear), lines, crossings);
+        // All sides in one loop, which is short: where it ends is a guess each time.
+        let turning = found.sides.map(|turning| turning & part);
+        let mut left = u32::from_le_bytes([turning[0], turning[1], turning[2], 0]);
+        while left != 0 {
+            let number = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let (k, lane) = (number / 8, number % 8);
+            let side = sides[k][lane];
+            let is_known = |bits: u8| bits >> lane & 1 != 0;
+            // Of two neighbours, the front tells.
+            if side == NONE || is_known(found.back) && side & 1 == 0 {
+                continue;
             }
+            let at = (slots[lane], k, side);
+            let facing = Known {
+                front: is_known(found.front),
+                back: is_known(found.back),
+                back_beyond: is_known(found.backs_beyond[k]),
+                whole_beyond: is_roomy && bends[k][lane] & NEAR != 0,
+            };
+            self.cross_side(s, at, facing, lines, crossings);
         }
     }
 
-    /// Notes where lines cross a side of a triangle that does not have to be cut, which may be
-    /// known to be front; and its neighbour beyond to be none, and not to be cut either.
+    /// Notes where lines cross a side of a triangle that does not have to be cut.
     #[inline(always)]
     fn cross_side<S: Simd>(
         &self,
         s: S,
         (slot, k, side): (u32, usize, u32),
-        (is_front, is_clear): (bool, bool),
+        known: Known,
         lines: &Lines,
         crossings: &mut Crossings,
     ) {
+        debug_assert!(self.holds(slot, side, known), "{known:?}");
         let leaf = &self.hierarchy.leaves[slot as usize / 8];
         let lane = slot as usize % 8;
         let a = self.image(leaf, lane, k);
@@ -328,11 +347,12 @@ impl<'a> Search<'a> {
         let u = s.dload(&block.u);
         let met = s.bits(s.dle(low, u) & s.dlt(u, high));
         if along && met != 0 {
-            let change = if is_clear {
-                2 * layers(true, self.upright, a[0] < b[0])
+            let ascending = a[0] < b[0];
+            let change = if known.front & known.back_beyond & known.whole_beyond {
+                2 * layers(true, self.upright, ascending)
             } else {
-                let is_front = is_front || self.is_front(slot);
-                self.change((true, is_front), (slot, side), a[0] < b[0])
+                let is_front = known.front || !known.back && self.is_front(slot);
+                self.change((true, is_front), (slot, side), known, ascending)
             };
             if change != 0 {
                 cross(block, met, (a, b), change, &mut crossings.of);
@@ -402,11 +422,12 @@ impl<'a> Search<'a> {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
                 let [a, b] = [k, j].map(|k| [outlines.p[k][lane], outlines.q[k][lane]]);
-                let known = (
+                let own = (
                     outlines.whole() >> lane & 1 != 0,
                     outlines.front >> lane & 1 != 0,
                 );
-                let change = self.change(known, (slots[lane], sides[lane]), a[0] < b[0]);
+                let at = (slots[lane], sides[lane]);
+                let change = self.change(own, at, Known::default(), a[0] < b[0]);
                 if change != 0
                     && let Some(block) = lines.blocks.first()
                 {
@@ -423,6 +444,7 @@ impl<'a> Search<'a> {
         &self,
         (is_whole, is_front): (bool, bool),
         (slot, side): (u32, u32),
+        known: Known,
         ascending: bool,
     ) -> i32 {
         // Of two whole neighbours one tells: where they run along their side in opposite
@@ -440,9 +462,9 @@ impl<'a> Search<'a> {
             return own;
         }
         let neighbour = side >> 1;
-        let beyond = self.is_front(neighbour);
+        let beyond = !known.back_beyond && self.is_front(neighbour);
         // One that is not whole tells of its neighbours.
-        if is_whole & opposite & beyond || !self.is_whole(neighbour) {
+        if is_whole & opposite & beyond || !(known.whole_beyond || self.is_whole(neighbour)) {
             return 0;
         }
         own + layers(beyond, self.upright, ascending != opposite)
@@ -511,10 +533,35 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// Whether what is known of a triangle and of its neighbour beyond a side is so.
+    fn holds(&self, slot: u32, side: u32, known: Known) -> bool {
+        let front = self.is_front(slot);
+        let own = (!known.front || front) & (!known.back || !front);
+        let beyond = side == EDGE || {
+            let neighbour = side >> 1;
+            // As far as it has its corners in the same order.
+            let back = !known.back_beyond || side & 1 == 0 && !self.is_front(neighbour);
+            back && (!known.whole_beyond || self.is_whole(neighbour))
+        };
+        own & beyond & self.is_whole(slot)
+    }
+
     #[inline(always)]
     fn triangle(&self, slot: u32) -> [[f64; 3]; 3] {
         let leaf = &self.hierarchy.leaves[slot as usize / 8];
         leaf.triangle(slot as usize % 8).map(|v| v.map(f64::from))
+    }
+}
+
+/// Nodes and leaves are asked for so many ahead. Two: fine meshes of 10⁶ triangles take 6 to 8 %
+/// longer; eight: the same time.
+const AHEAD: usize = 4;
+
+/// Makes room for eight more after `end`.
+#[inline(always)]
+fn make_room(list: &mut Vec<u32>, end: usize) {
+    if list.len() < end + 8 {
+        list.resize(2 * end + 64, 0);
     }
 }
 
