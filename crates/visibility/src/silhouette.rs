@@ -109,7 +109,7 @@ struct Known {
     front: bool,
     /// It is before it.
     back: bool,
-    /// It is before that of the neighbour.
+    /// It is before that of the neighbour, which has its corners in the same order.
     back_beyond: bool,
     /// The neighbour does not have to be cut.
     whole_beyond: bool,
@@ -208,9 +208,9 @@ impl<'a> Search<'a> {
         for (kind, (leaves, end)) in leaves.iter().zip(ends).enumerate() {
             let leaves = &leaves[..end];
             for (at, &leaf) in leaves.iter().enumerate() {
-                let ahead = Child(leaves[(at + AHEAD).min(end - 1)]);
-                s.prefetch(&self.hierarchy.leaves[ahead.leaf_index()]);
-                self.hierarchy.surfaces.prefetch(s, ahead);
+                let ahead = Child(leaves[(at + AHEAD).min(end - 1)]).leaf_index();
+                s.prefetch(&self.hierarchy.leaves[ahead]);
+                self.hierarchy.surfaces.prefetch_leaf(s, ahead);
                 let child = Child(leaf);
                 counters.triangle_tests += u64::from(child.count());
                 match kind {

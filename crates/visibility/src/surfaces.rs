@@ -391,15 +391,11 @@ impl Surfaces {
         first.is_none_or(|first| start.saturating_add(count) <= first)
     }
 
-    /// Asks for what is known of a node's or leaf's triangles ahead of time.
+    /// Asks for what is known of a leaf's triangles ahead of time.
     #[inline(always)]
-    pub(crate) fn prefetch<S: Simd>(&self, s: S, child: Child) {
-        if child.is_leaf() {
-            s.prefetch(&self.bends[child.index()]);
-            s.prefetch(&self.sides[child.index()]);
-        } else {
-            s.prefetch(&self.facing[child.index()]);
-        }
+    pub(crate) fn prefetch_leaf<S: Simd>(&self, s: S, index: usize) {
+        s.prefetch(&self.bends[index]);
+        s.prefetch(&self.sides[index]);
     }
 
     /// Bytes that they take.
