@@ -369,12 +369,17 @@ fn parts(plan: &Path) -> usize {
 #[test]
 fn an_interrupted_render_goes_on() {
     use rustix::process::{Pid, Signal, kill_process};
-    let (case, _) = slow_case("render-interrupted");
+    use std::process::Child;
+    let flags = ["--samples", "64", "--pixel-samples", "16"];
+    let size = ["--resolution", "192x96", "--estimator", "point-area"];
+    let case = Case::new("render-interrupted", "grid-planes", &[flags, size].concat());
     let rendered = case.rendered();
     fs::remove_file(case.at("rendered.exr")).unwrap();
     let (image, plan) = (case.at("a.exr"), case.at(".a.exr.linelit-plan"));
     let words = ["render", &case.scene, "-o", path(&image)];
     let words = [&words[..], &case.flags, &["--checkpoints", "always"]].concat();
+    let send = |child: &Child, signal| kill_process(Pid::from_child(child), signal).unwrap();
+    // Stopped when so many units are done: however fast it is, it is still at it.
     let started = |more: usize| {
         let mut command = Command::new(PROGRAM);
         command.args(&words).args(["--threads", "1"]);
@@ -382,6 +387,7 @@ fn an_interrupted_render_goes_on() {
         while parts(&plan) < more {
             std::thread::sleep(Duration::from_millis(5));
         }
+        send(&child, Signal::STOP);
         child
     };
     let mut killed = started(1);
@@ -395,7 +401,8 @@ fn an_interrupted_render_goes_on() {
         busy.contains(&format!("process {} is rendering", ended.id())),
         "{busy}"
     );
-    kill_process(Pid::from_child(&ended), Signal::TERM).unwrap();
+    send(&ended, Signal::TERM);
+    send(&ended, Signal::CONT);
     let ended = ended.wait_with_output().unwrap();
     let said = text(&ended.stderr);
     assert_eq!(ended.status.code(), Some(75), "{said}");
