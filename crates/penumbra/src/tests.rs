@@ -134,6 +134,15 @@ fn meshes_leave_nothing() {
     }
 }
 
+/// A side that ends as far from both long sides of a thin image as rounding moves a crossing: which
+/// of both it crosses first, is not known.
+#[test]
+fn sides_that_end_at_thin_images() {
+    let above = 1.250_000_000_000_000_7;
+    let thin = [[0.25, 1.0], [0.249_999_999_999_999_92, 0.0], [0.25, above]];
+    assert_area(&SQUARE, &[thin, [[-0.5, above], [0.25, 0.25], [0.75, 0.0]]]);
+}
+
 fn any_point(low: f64, high: f64) -> impl Strategy<Value = Point> {
     [low..high, low..high]
 }

@@ -132,8 +132,10 @@ impl Penumbra {
         let i = *side as usize;
         let side = &self.sides[i];
         let room = CLOSE * self.unit * side.edge.extent();
-        let start = side.part.as_ref()?.lo.at;
-        if side.is_handed || side.count.is_some() || side.is_loose || end.at - start <= room {
+        let (start, last) = side.part.map(|part| (part.lo.at, part.hi.at))?;
+        // Beyond its end no events are kept.
+        let is_near_end = end.at - start <= room || last - end.at <= room;
+        if side.is_handed || side.count.is_some() || side.is_loose || is_near_end {
             return None;
         }
         // What is right of both comes before where the other is passed to its left.
