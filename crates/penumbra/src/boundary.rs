@@ -4,15 +4,21 @@
 //! compiler keeps too much on the stack.
 
 mod counts;
+mod edges;
 mod image;
+mod layers;
 mod side;
+mod stretches;
 
 use crate::bins::{Bins, Bounds};
 use crate::clip::{Edge, Start};
 use crate::grids::Grids;
 use crate::orient::{Point, orient};
+use edges::{Edges, Shared, hash, spread};
 use image::Image;
+use layers::Layers;
 use side::{Event, Extent, Side, are_neighbours, meet};
+use stretches::Stretches;
 
 /// A straight piece of the boundary of the visible part of a light; what is visible lies on its
 /// left.
@@ -22,18 +28,6 @@ pub struct BoundaryEdge {
     pub from: Point,
     /// Where it ends.
     pub to: Point,
-}
-
-/// An edge of images, once for all that share it.
-#[derive(Clone, Copy, Debug)]
-struct Shared {
-    edge: Edge,
-    /// Images on its left less images on its right.
-    weight: i32,
-    /// The edge after it around an image, plus one, if both run that way.
-    next: u32,
-    /// The side that it is, plus one.
-    side: u32,
 }
 
 /// How close to a side of a triangle a rounded point may be, in units of the light, before nothing
@@ -55,9 +49,8 @@ pub struct Penumbra {
     /// A part of the light; what is within it need not be cut.
     core: Bounds,
     images: Vec<Image>,
-    edges: Vec<Shared>,
-    /// Which of `edges` has which ends: places in it plus one, by a hash of the ends.
-    table: Vec<u32>,
+    edges: Edges,
+    surface_edges: Edges,
     sides: Vec<Side>,
     /// Which of `sides` starts where: places in it plus one, by a hash of the start.
     starts: Vec<u32>,
@@ -73,6 +66,9 @@ pub struct Penumbra {
     /// How many sides are not among them, and their counts are not known.
     unknown: usize,
     pieces: Vec<BoundaryEdge>,
+    /// Whether there may be surfaces.
+    past_surfaces: bool,
+    stretches: Stretches,
 }
 
 impl Penumbra {
@@ -87,10 +83,7 @@ impl Penumbra {
         light: &[Point],
         triangles: impl Iterator<Item = [Point; 3]>,
     ) -> &[BoundaryEdge] {
-        self.set_light(light);
-        self.images.clear();
-        self.edges.clear();
-        self.table.clear();
+        self.begin(light);
         self.boundary_past(triangles)
     }
 
@@ -99,9 +92,26 @@ impl Penumbra {
         &mut self,
         triangles: impl Iterator<Item = [Point; 3]>,
     ) -> &[BoundaryEdge] {
-        self.pieces.clear();
+        self.add(triangles);
+        self.find();
+        &self.pieces
+    }
+
+    /// Begins with a convex polygon, before which there is nothing yet. For triangles alone
+    /// [`Self::boundary`] does all; past surfaces, [`Self::add`] and [`Self::set_silhouettes`] tell
+    /// of them, [`Self::outline`] of where more may matter, and [`Self::settle`] of the boundary.
+    pub fn begin(&mut self, light: &[Point]) {
+        self.set_light(light);
+        self.images.clear();
+        self.edges.clear();
+        self.surface_edges.clear();
+        self.past_surfaces = false;
+    }
+
+    /// Takes in triangles in the polygon's plane, each in either winding.
+    pub fn add(&mut self, triangles: impl Iterator<Item = [Point; 3]>) {
         if self.light.len() < 3 {
-            return &self.pieces;
+            return;
         }
         let on_light = Bounds::of_all(&self.light);
         let known = self.images.len();
@@ -109,18 +119,65 @@ impl Penumbra {
         self.images
             .extend(images.filter(|i| i.bounds.meets(&on_light)));
         self.collect_edges(known);
+    }
+
+    /// Takes in surfaces that are known by their silhouettes, in place of all others: edges, each
+    /// with the layers that lie on its left less those on its right.
+    ///
+    /// Edges may be missing beyond the polygon and behind triangles; elsewhere as many layers come
+    /// as go around any place.
+    pub fn set_silhouettes(&mut self, silhouettes: impl Iterator<Item = (Point, Point, i32)>) {
+        self.past_surfaces = true;
+        self.surface_edges.clear();
+        for (a, b, layers) in silhouettes {
+            let (a, b) = (settled(a), settled(b));
+            self.surface_edges.make_room(1);
+            let hash = hash(a).wrapping_add(hash(b));
+            self.surface_edges.count((a, b), hash, layers);
+        }
+    }
+
+    /// All parts of edges that are on the polygon and past all triangles, on their right at least:
+    /// where triangles or edges that were not told of may matter.
+    pub fn outline(&mut self) -> impl Iterator<Item = [Point; 2]> {
+        self.find();
+        self.stretches.iter()
+    }
+
+    /// The boundary of the polygon minus triangles and surfaces, after [`Self::outline`].
+    /// `is_visible` tells of a place on the polygon, past all triangles and at least so far from all
+    /// edges, whether it is past all surfaces, too.
+    ///
+    /// Of all places that edges connect, one is asked about: that under the fewest layers. `None`
+    /// if edges are so close to each other that there is none to ask about.
+    pub fn settle(
+        &mut self,
+        least: f64,
+        is_visible: impl FnMut(Point) -> bool,
+    ) -> Option<&[BoundaryEdge]> {
+        self.find_boundary(least, is_visible)
+            .then_some(&self.pieces)
+    }
+
+    /// Finds the boundary past all that was taken in.
+    fn find(&mut self) {
+        self.pieces.clear();
+        if self.light.len() < 3 {
+            return;
+        }
+        let on_light = Bounds::of_all(&self.light);
         let room = CLOSE * self.unit;
         let bounds = self.images.iter().map(|i| i.bounds.wider(room));
         self.images_at.fill(&on_light, bounds);
         for extent in [Extent::Light, Extent::All] {
             self.pieces.clear();
+            self.stretches.clear();
             self.collect_sides(&on_light, extent);
             self.collect_events(&on_light);
             if self.count(extent) {
                 break;
             }
         }
-        &self.pieces
     }
 
     /// The boundary that was found last.
@@ -180,7 +237,7 @@ impl Penumbra {
             let edge = Edge::new(from, to);
             let bounds = Bounds::of([from, to]).wider(CLOSE * self.unit);
             let whole = Some(edge.whole());
-            let mut side = Side::new(edge, 0, whole);
+            let mut side = Side::new(edge, Layers::default(), whole);
             side.light = true;
             // The last has the first after it.
             side.next = index(if i > 0 { self.around.len() + 2 } else { 1 });
@@ -202,54 +259,21 @@ impl Penumbra {
 
     /// The edges where the number of images changes, each once, of the images from `known` on and
     /// those before.
-    fn collect_edges(&mut self, mut known: usize) {
-        if self.table.len() < 4 * self.images.len() {
-            self.edges.clear();
-            self.table.clear();
-            let room = (6 * self.images.len()).next_power_of_two();
-            self.table.resize(room, 0);
-            known = 0;
-        }
-        for i in known..self.images.len() {
-            let [a, b, c] = self.images[i].corners;
+    fn collect_edges(&mut self, known: usize) {
+        let Self { images, edges, .. } = self;
+        edges.make_room(3 * (images.len() - known));
+        for image in &images[known..] {
+            let [a, b, c] = image.corners;
             let (p, q, r) = (hash(a), hash(b), hash(c));
-            let ab = self.count_edge((a, b), p.wrapping_add(q));
-            let bc = self.count_edge((b, c), q.wrapping_add(r));
-            let ca = self.count_edge((c, a), r.wrapping_add(p));
+            let ab = edges.count((a, b), p.wrapping_add(q), 1);
+            let bc = edges.count((b, c), q.wrapping_add(r), 1);
+            let ca = edges.count((c, a), r.wrapping_add(p), 1);
             for (this, next) in [(ab, bc), (bc, ca), (ca, ab)] {
                 if let (Some(this), Some(next)) = (this, next) {
-                    self.edges[this].next = index(next + 1);
+                    edges.all[this].next = index(next + 1);
                 }
             }
         }
-    }
-
-    /// Counts an image on the left of an edge; where that is, if the edge is kept the same way.
-    #[allow(clippy::float_cmp, reason = "the very same corners")]
-    fn count_edge(&mut self, (from, to): (Point, Point), hash: u64) -> Option<usize> {
-        let mask = self.table.len() - 1;
-        let mut slot = spread(hash) & mask;
-        while self.table[slot] != 0 {
-            let place = self.table[slot] as usize - 1;
-            let Shared { edge, weight, .. } = &mut self.edges[place];
-            if edge.from == from && edge.to == to {
-                *weight += 1;
-                return Some(place);
-            }
-            if edge.from == to && edge.to == from {
-                *weight -= 1;
-                return None;
-            }
-            slot = (slot + 1) & mask;
-        }
-        self.edges.push(Shared {
-            edge: Edge::new(from, to),
-            weight: 1,
-            next: 0,
-            side: 0,
-        });
-        self.table[slot] = index(self.edges.len());
-        Some(self.edges.len() - 1)
     }
 
     /// Collects the sides that take part: of the edges where the number of images changes, those
@@ -258,12 +282,15 @@ impl Penumbra {
         self.sides.clear();
         self.boxes.clear();
         let room = CLOSE * self.unit;
-        for shared in &mut self.edges {
+        let images = self.edges.all.len();
+        let edges = self.edges.all.iter_mut();
+        for (place, shared) in edges.chain(&mut self.surface_edges.all).enumerate() {
             let Shared { edge, weight, .. } = shared;
             let whole = Bounds::of([edge.from, edge.to]);
             let near = whole.meets(on_light);
             shared.side = 0;
-            if *weight == 0 || (!near && extent == Extent::Light) {
+            let has_none = *weight == 0 || edge.length == 0.0;
+            if has_none || (!near && extent == Extent::Light) {
                 continue;
             }
             let edge = if *weight < 0 { edge.reversed() } else { *edge };
@@ -281,7 +308,11 @@ impl Penumbra {
                 _ => whole,
             };
             self.boxes.push(bounds);
-            let mut side = Side::new(edge, weight.abs(), part);
+            let weight_of = match place < images {
+                true => Layers::of_images,
+                false => Layers::of_surfaces,
+            };
+            let mut side = Side::new(edge, weight_of(weight.abs()), part);
             if *weight > 0 {
                 side.next = shared.next;
             }
@@ -296,14 +327,12 @@ impl Penumbra {
             self.sides.push(side);
             shared.side = index(self.sides.len());
         }
-        // From edges to sides.
-        for side in &mut self.sides {
-            if let Some(next) = (side.next as usize).checked_sub(1) {
-                let next = &self.edges[next];
-                side.next = if next.weight > 0 { next.side } else { 0 };
-            }
-        }
         self.join_sides();
+        self.collect_lights_sides();
+    }
+
+    /// Adds the light's sides to the others.
+    fn collect_lights_sides(&mut self) {
         let first = self.sides.len();
         self.boxes.extend_from_slice(&self.around_boxes);
         self.sides.extend_from_slice(&self.around);
@@ -320,6 +349,13 @@ impl Penumbra {
     /// which is found.
     #[allow(clippy::float_cmp, reason = "the very same corner")]
     fn join_sides(&mut self) {
+        // Around an image, from edges to sides.
+        for side in &mut self.sides {
+            if let Some(next) = (side.next as usize).checked_sub(1) {
+                let next = &self.edges.all[next];
+                side.next = if next.weight > 0 { next.side } else { 0 };
+            }
+        }
         if self.sides.iter().all(|side| side.next != 0) {
             return;
         }
@@ -390,19 +426,6 @@ impl Penumbra {
 fn settled(p: Point) -> Point {
     let flush = |x: f64| if x.abs() < 1e-60 { 0.0 } else { x };
     [flush(p[0]), flush(p[1])]
-}
-
-/// Of a corner; the sum over the ends is the same for both directions of an edge.
-fn hash(p: Point) -> u64 {
-    let bits = p[0].to_bits() ^ p[1].to_bits().rotate_left(23);
-    bits.wrapping_mul(0x9E37_79B9_7F4A_7C15)
-}
-
-fn spread(sum: u64) -> usize {
-    #[allow(clippy::cast_possible_truncation, reason = "the high bits of a hash")]
-    {
-        (sum.wrapping_mul(0xD6E8_FEB8_6659_FD93) >> 32) as usize
-    }
 }
 
 /// A place in a list that holds fewer than 2³² items.

@@ -1,18 +1,16 @@
 //! Boundaries against areas found by a sweep over all events.
 
-use super::{Penumbra, Point};
+use super::orient::orient;
+use super::{BoundaryEdge, Penumbra, Point};
 use proptest::prelude::*;
 
 /// The visible area by the boundary: a sum over its pieces.
 fn area(light: &[Point], triangles: &[[Point; 3]]) -> f64 {
     let mut penumbra = Penumbra::default();
-    let pieces = penumbra.boundary(light, triangles.iter().copied());
-    let o = light[0];
-    let cross = |a: Point, b: Point| {
-        let [u, v] = [a, b].map(|p| [p[0] - o[0], p[1] - o[1]]);
-        0.5 * (u[0] * v[1] - u[1] * v[0])
-    };
-    pieces.iter().map(|piece| cross(piece.from, piece.to)).sum()
+    area_within(
+        light[0],
+        penumbra.boundary(light, triangles.iter().copied()),
+    )
 }
 
 /// How far the pieces are from closed curves: the sum of their vectors.
@@ -91,6 +89,69 @@ fn assert_area(light: &[Point], triangles: &[[Point; 3]]) {
         (got - want).abs() < AREA,
         "{got} but {want}: {light:?} {triangles:?}"
     );
+    for every in [false, true] {
+        if let Some(got) = area_past_surfaces(light, triangles, every) {
+            assert!(
+                (got - want).abs() < AREA,
+                "{got} but {want}, surfaces {every}: {light:?} {triangles:?}"
+            );
+        }
+    }
+}
+
+/// The visible area if each second triangle, or every one, is known by its sides alone; `None` if
+/// they are too close to each other to tell.
+fn area_past_surfaces(light: &[Point], triangles: &[[Point; 3]], every: bool) -> Option<f64> {
+    let mut penumbra = Penumbra::default();
+    let is_surface = |i: usize| every || i % 2 == 1;
+    let (mut images, mut surfaces) = (Vec::new(), Vec::new());
+    for (i, t) in triangles.iter().enumerate() {
+        // What is less is zero to `orient`, too.
+        let t = t.map(|p| p.map(|x| if x.abs() < 1e-60 { 0.0 } else { x }));
+        if is_surface(i) {
+            surfaces.push(t);
+        } else {
+            images.push(t);
+        }
+    }
+    let silhouettes = surfaces.iter().flat_map(|&[a, b, c]| {
+        let layers = match orient(a, b, c) {
+            turn if turn > 0.0 => 1,
+            turn if turn < 0.0 => -1,
+            _ => 0,
+        };
+        [(a, b, layers), (b, c, layers), (c, a, layers)]
+    });
+    let is_visible = |p: Point| {
+        let holds = |[a, b, c]: &[Point; 3]| {
+            let turn = orient(*a, *b, *c).signum();
+            let sides = [(a, b), (b, c), (c, a)];
+            // Sides that are shared are no edges.
+            orient(*a, *b, *c) != 0.0
+                && sides.iter().all(|(a, b)| orient(**a, **b, p) * turn >= 0.0)
+        };
+        // No place is asked about that images hide.
+        assert!(!images.iter().any(holds), "{p:?}");
+        !surfaces.iter().any(holds)
+    };
+    penumbra.begin(light);
+    penumbra.add(images.iter().copied());
+    penumbra.set_silhouettes(silhouettes);
+    assert!(
+        penumbra
+            .outline()
+            .all(|p| p.iter().flatten().all(|x| x.is_finite()))
+    );
+    let pieces = penumbra.settle(1e-12, is_visible)?;
+    Some(area_within(light[0], pieces))
+}
+
+fn area_within(o: Point, pieces: &[BoundaryEdge]) -> f64 {
+    let cross = |a: Point, b: Point| {
+        let [u, v] = [a, b].map(|p| [p[0] - o[0], p[1] - o[1]]);
+        0.5 * (u[0] * v[1] - u[1] * v[0])
+    };
+    pieces.iter().map(|piece| cross(piece.from, piece.to)).sum()
 }
 
 #[test]

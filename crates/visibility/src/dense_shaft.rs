@@ -10,6 +10,7 @@ use crate::{
     block::Lines,
     bounds::ShaftBounds,
     closed_mesh::BackfaceFilter,
+    crossings::OfLines,
     frame::LightFrame,
     merge::{self, Slots},
     node::{self, Child, Leaf, Node},
@@ -301,7 +302,7 @@ pub(crate) enum Answered {
     Hidden,
     /// What is hidden of them is known.
     All,
-    /// A ray for each of [`Crossings::gaps`] tells what is hidden of that, too.
+    /// A ray for each of [`Crossings::gaps`](crate::crossings::Crossings::gaps) tells what is hidden of that, too.
     ByRays,
 }
 
@@ -325,6 +326,7 @@ fn dense_kernel<S: Simd>(
         waiting: stack,
         covered,
         crossings,
+        lists,
         clear_of,
         cover,
         ..
@@ -341,7 +343,7 @@ fn dense_kernel<S: Simd>(
     slots_per_line.reset(lines.count);
     covered.start(lines);
     corners.clear();
-    crossings.cut.clear();
+    lists.cut.clear();
     let surfaces = Some(&hierarchy.surfaces).filter(|_| query.silhouettes);
     stack.clear();
     stack.push(Waiting {
@@ -359,11 +361,13 @@ fn dense_kernel<S: Simd>(
         if next.is_none() && corners.count == 0 && !looked_for {
             looked_for = true;
             let extent = (hierarchy, occluders.extent);
-            let search = Search::new(extent, (bounds, frame), point, covered, lines);
-            search.walk(s, lines, crossings, counters);
+            let search = Search::new(extent, (bounds, frame), point);
+            let mut target = OfLines::new(covered, lines, crossings);
+            search.walk(s, &mut target, lists, counters);
+            counters.candidates += crossings.count() as u64;
         }
         let cut = if next.is_none() {
-            crossings.cut.pop()
+            lists.cut.pop()
         } else {
             None
         };

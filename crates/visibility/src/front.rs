@@ -16,6 +16,7 @@ use crate::{
     frame::LightFrame,
     node::{self, Child, Leaf, Node},
     project,
+    surfaces::NONE,
     sweep::Lanes,
 };
 use linelit_geometry::DVec3;
@@ -29,7 +30,7 @@ const LAST: u8 = SIDE - 1;
 
 /// What rounding may move, in units of the light, with a lot of room: a sample this close to a side
 /// of a triangle is not hidden by it, and a boundary touches cells this far from it.
-const ROOM: f64 = 1e-9;
+pub(crate) const ROOM: f64 = 1e-9;
 
 /// Samples or cells: rows along p, bits along q.
 type Grid = [u64; SIDE as usize];
@@ -45,6 +46,8 @@ pub(crate) struct Front {
     complete: Grid,
     /// Whether `open` are cells.
     by_cells: bool,
+    /// Whether triangles of surfaces are left out.
+    pub(crate) loose: bool,
 }
 
 impl Default for Front {
@@ -53,6 +56,7 @@ impl Default for Front {
             open: [0; SIDE as usize],
             complete: [0; SIDE as usize],
             by_cells: false,
+            loose: false,
         }
     }
 }
@@ -220,6 +224,43 @@ impl Front {
         rows.iter().any(|row| row & mask != 0)
     }
 
+    /// Which of eight images, `among` which it is asked, touch anything that is open.
+    #[inline(always)]
+    pub(crate) fn needs_any<S: Simd>(
+        &self,
+        s: S,
+        among: u8,
+        low: [S::F; 2],
+        high: [S::F; 2],
+    ) -> u8 {
+        let images = Images::new(s, low, high);
+        let (mut left, mut needed) = (among, 0);
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            needed |= u8::from(self.needs(&images.get(lane))) << lane;
+        }
+        needed
+    }
+
+    /// Whether the rectangle around a side touches cells that are open.
+    #[inline(always)]
+    pub(crate) fn needs_side(&self, a: [f64; 2], b: [f64; 2]) -> bool {
+        let low = [0, 1].map(|k| lesser(a[k], b[k]) - ROOM);
+        let high = [0, 1].map(|k| greater(a[k], b[k]) + ROOM);
+        if !(low[0] <= 1.0 && low[1] <= 1.0 && high[0] >= 0.0 && high[1] >= 0.0) {
+            return false;
+        }
+        let mask = bits(cell(low[1]), cell(high[1]));
+        let rows = usize::from(cell(low[0]))..=usize::from(cell(high[0]));
+        self.open[rows].iter().any(|row| row & mask != 0)
+    }
+
+    /// From here on, what is asked of are the cells of which all triangles are known.
+    pub(crate) fn open_complete(&mut self) {
+        (self.by_cells, self.open) = (true, self.complete);
+    }
+
     /// Marks the samples that a triangle hides.
     #[inline]
     fn hide(&mut self, triangle: &[[f64; 2]; 3]) {
@@ -297,17 +338,17 @@ impl Front {
     }
 }
 
-/// Puts the boxes of a node that are needed on the stack, the nearest on top, and tells which they
+/// Puts those boxes of a node, among some, that are needed on the stack, the nearest on top, and tells which they
 /// are.
 #[inline(always)]
 fn push_boxes<S: Simd>(
     s: S,
     bounds: &ShaftBounds,
     node: &Node,
+    mut found: u8,
     front: &Front,
     stack: &mut Vec<Waiting>,
 ) -> u8 {
-    let mut found = bounds.boxes(s, node);
     let (least, most) = bounds.extents(s, node);
     let [low, high] = ShaftBounds::images(s, &least, &most);
     let images = Images::new(s, low, high);
@@ -386,6 +427,7 @@ fn front_kernel<S: Simd, const FIRST: bool>(
     frame.set_near(bounds::reach(occluders, point));
     let frame = &*frame;
     let backfaces = &mut BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude);
+    let surfaces = Some(&hierarchy.surfaces).filter(|_| front.loose);
     if FIRST {
         flat.clear();
         front.start(frame);
@@ -406,7 +448,11 @@ fn front_kernel<S: Simd, const FIRST: bool>(
             if next.child.is_leaf() {
                 counters.triangle_tests += u64::from(next.child.count());
                 let leaf = &hierarchy.leaves[at];
-                let needed = needed(s, &bounds, leaf, next.child.mask(), front);
+                let mut mask = next.child.mask();
+                if let Some(surfaces) = surfaces {
+                    mask &= s.in_range(&surfaces.sides[at][0], NONE, 1);
+                }
+                let needed = needed(s, &bounds, leaf, mask, front);
                 if needed != 0 {
                     let codes = backfaces.codes(at);
                     let meshes = backfaces.any().then_some(&codes);
@@ -415,7 +461,11 @@ fn front_kernel<S: Simd, const FIRST: bool>(
             } else {
                 let node = &hierarchy.nodes[at];
                 counters.node_tests += u64::from(node.valid.count_ones());
-                let needed = push_boxes(s, &bounds, node, front, stack);
+                let mut found = bounds.boxes(s, node);
+                if surfaces.is_some() {
+                    found &= !node.all_fine;
+                }
+                let needed = push_boxes(s, &bounds, node, found, front, stack);
                 hierarchy.prefetch(s, node, needed);
             }
         }

@@ -4,6 +4,7 @@ use crate::{
     block::{Ends, Lines},
     closed_mesh::ClearOfMesh,
     counters::Counters,
+    crossings::Crossings,
     dense_shaft::{Covered, Waiting},
     fan::Directions,
     frame::{Light, LightFrame},
@@ -11,8 +12,9 @@ use crate::{
     in_instances::InInstances,
     merge::{Pieces, Slots},
     node::Child,
+    outline::Silhouette,
     project::{Corners, FlatTriangles},
-    silhouette::Crossings,
+    silhouette::Lists,
     sweep::ReadyBlock,
 };
 use linelit_geometry::DVec3;
@@ -68,8 +70,12 @@ pub struct Scratch {
     pub(crate) covered: Covered,
     /// Where a dense shaft's lines cross silhouettes.
     pub(crate) crossings: Crossings,
+    /// What the search for silhouettes goes through.
+    pub(crate) lists: Lists,
     /// What is known of a dense shaft's cells.
     pub(crate) front: Front,
+    /// The silhouettes before the light.
+    pub(crate) silhouettes: Vec<Silhouette>,
     /// Boxes still to visit for them.
     pub(crate) front_waiting: Vec<front::Waiting>,
 }

@@ -2,12 +2,13 @@
 
 use crate::{
     LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
+    crossings::Gap,
     dense_shaft::{self, Answered, DenseQuery},
     front,
     images::Images,
     node::Child,
+    outline::{self, Silhouette},
     ray::{self, Ray},
-    silhouette::Gap,
     sweep,
     walk::{self, Found},
 };
@@ -258,6 +259,23 @@ impl Shaft<'_> {
     ///
     /// What is asked of a dense shaft's lines in between makes it forget what it kept.
     pub fn front(&mut self) -> Option<Images<'_>> {
+        self.scratch.front.loose = false;
+        self.in_front()
+    }
+
+    /// The same of those triangles alone that belong to no fine mesh; what is [behind](Self::behind)
+    /// are such, too. What the fine meshes hide follows from their
+    /// [silhouettes](Self::silhouettes). `None` where that is not known.
+    pub fn loose_front(&mut self) -> Option<Images<'_>> {
+        let serves = self.occluders.hierarchy.surfaces.serve(self.exclude);
+        if self.known != Known::Dense || !serves {
+            return None;
+        }
+        self.scratch.front.loose = true;
+        self.in_front()
+    }
+
+    fn in_front(&mut self) -> Option<Images<'_>> {
         let isa = self.occluders.isa;
         let kept = match self.known {
             _ if self.class != ShaftClass::Partial || self.instances => false,
@@ -281,6 +299,38 @@ impl Shaft<'_> {
         let (isa, exclude) = (self.occluders.isa, self.exclude);
         front::front::<false>(isa, self.occluders, &self.point, exclude, self.scratch);
         Some(Images::new(&self.scratch.frame, &self.scratch.flat, first))
+    }
+
+    /// After [`Self::loose_front`]: the silhouettes of fine meshes, and images of those of their
+    /// triangles that are not in front of the light as a whole. Where loose triangles seem to hide
+    /// the light, some are missing; elsewhere, as many layers come as go around each place.
+    ///
+    /// Whoever has found that there are places past all loose triangles, and of surfaces what is
+    /// before those, asks for what is [behind](Self::behind) all these sides and for silhouettes
+    /// again.
+    pub fn silhouettes(&mut self) -> (Images<'_>, &[Silhouette]) {
+        let first = self.scratch.flat.count;
+        let (isa, exclude) = (self.occluders.isa, self.exclude);
+        outline::outline(isa, self.occluders, &self.point, exclude, self.scratch);
+        let Scratch {
+            frame,
+            flat,
+            silhouettes,
+            ..
+        } = &*self.scratch;
+        (Images::new(frame, flat, first), silhouettes)
+    }
+
+    /// How far triangles may reach from the shading point: rounding of their corners, and of where a
+    /// ray meets them, goes by that.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        bounds::reach(self.occluders, self.point - self.occluders.origin)
+    }
+
+    /// Whether a point of the light is visible, given where it is relative to the shading point.
+    pub fn place_visible(&mut self, place: DVec3) -> bool {
+        self.point_visible(self.point + place)
     }
 
     /// Where the candidates are: leaf × 8 + lane.

@@ -1,29 +1,22 @@
-//! Lines past fine meshes: where they cross silhouettes.
+//! The silhouettes of fine meshes.
 //!
 //! Along a line on the light, the number of a surface's triangles that lie over it changes only
 //! where it crosses a side of which both neighbours lie on one side, so that two come or two go, or
-//! an edge, where one does. So a stretch between two crossings is hidden as a whole or not at all,
+//! an edge, where one does. So what lies between such sides is hidden as a whole or not at all,
 //! whatever shape the surface has, and whether or not it meets itself: what decides grows with the
 //! length of silhouettes and not with the number of triangles.
 //!
-//! Of a gap between what other triangles hide, the crossings tell how many layers more or fewer
-//! lie over each stretch than over the first, and one ray the rest: if nothing is before the
-//! stretch under the fewest layers, there are none over it; if something is, there are some over
-//! all.
-//!
 //! A triangle that is not wholly between the shading point and the light, or runs far aside, is cut
 //! and hides what its pieces hide, as in any shaft; its neighbours begin and end at the sides they
-//! share with it. Crossings are the same bits as the ends of what a triangle hides, which way a
+//! share with it. Ends of sides are the same bits as those of the images of triangles, which way a
 //! triangle faces is one decision for all three of its sides, and so what comes goes.
 
 use crate::{
     Counters,
-    block::{LineBlock, Lines, ddot},
+    block::ddot,
     bounds::ShaftBounds,
     build::Hierarchy,
-    dense_shaft::{Covered, GROUP, Images},
     frame::LightFrame,
-    merge::Slots,
     node::{Child, Leaf, Node},
     project::{self, GUARD, Vertex},
     surfaces::{EDGE, FACING_ROOM, Facing, NEAR, NONE},
@@ -31,19 +24,26 @@ use crate::{
 };
 use linelit_geometry::{DVec3, LIGHT_MARGIN};
 use linelit_simd::Simd;
-use std::ops::Range;
 
-/// Where the lines of a dense shaft may begin or cease to be hidden by fine meshes.
+/// What may be hidden by what silhouettes bound.
+pub(crate) trait Target {
+    /// Which of eight images may matter, given bounds of p and of q; of others than those `among`
+    /// which it is asked, anything.
+    fn needs<S: Simd>(&self, s: S, among: u8, low: [S::F; 2], high: [S::F; 2]) -> u8;
+
+    /// Which of the sides between eight places and eight others may matter.
+    fn meets<S: Simd>(&self, s: S, from: [S::D; 2], to: [S::D; 2]) -> u8;
+
+    /// Takes in a side between two places, and how many layers begin beyond it, where q is greater,
+    /// if p ascends along it or does not.
+    fn side<S: Simd>(&mut self, s: S, ends: [[f64; 2]; 2], change: impl FnOnce(bool) -> i32);
+}
+
+/// What a search goes through.
 #[derive(Debug, Default)]
-pub(crate) struct Crossings {
-    /// Where each line crosses silhouettes, and how many layers more there are beyond.
-    of: [Vec<(f64, i32)>; GROUP],
+pub(crate) struct Lists {
     /// Leaves with triangles that have to be cut, and a bit for each of those.
     pub(crate) cut: Vec<(u32, u8)>,
-    /// Gaps between what is known to be hidden.
-    pub(crate) gaps: Vec<Gap>,
-    /// The stretches of all gaps.
-    stretches: Vec<Stretch>,
     /// Nodes to open, in the order in which they were found.
     nodes: Vec<u32>,
     /// Leaves to look into: of any triangles; of some of which none has to be cut; and of some of
@@ -51,27 +51,7 @@ pub(crate) struct Crossings {
     leaves: [Vec<u32>; 3],
 }
 
-/// A part of a line between two neighbouring crossings.
-#[derive(Clone, Copy, Debug)]
-struct Stretch {
-    low: f64,
-    high: f64,
-    /// How many layers more lie over it than over the gap's first.
-    layers: i32,
-}
-
-/// A part of a line that is not known to be hidden, cut where it crosses silhouettes.
-#[derive(Clone, Debug)]
-pub(crate) struct Gap {
-    /// The line's number among the few.
-    pub(crate) line: u32,
-    /// The middle of the longest stretch under the fewest layers.
-    pub(crate) middle: f64,
-    layers: i32,
-    stretches: Range<u32>,
-}
-
-/// What silhouettes are looked for with: a shading point, and a few lines on a light.
+/// What silhouettes are looked for with: a shading point, and a light or a few lines on it.
 pub(crate) struct Search<'a> {
     hierarchy: &'a Hierarchy,
     bounds: &'a ShaftBounds,
@@ -84,11 +64,6 @@ pub(crate) struct Search<'a> {
     room: f32,
     /// Whether [front](Outlines::front) triangles are counter-clockwise in (p, q).
     upright: bool,
-    /// What is not hidden yet of the lines.
-    covered: &'a Covered,
-    /// The lines' ends, the least and the greatest.
-    start: f64,
-    end: f64,
 }
 
 /// The sides of eight triangles in (p, q).
@@ -135,14 +110,12 @@ fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
 }
 
 impl<'a> Search<'a> {
-    /// For a few lines, of which `covered` tells what is open.
+    /// From a point of a hierarchy and its extent, within bounds.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     pub(crate) fn new(
         (hierarchy, extent): (&'a Hierarchy, f64),
         (bounds, frame): (&'a ShaftBounds, &'a LightFrame),
         point: DVec3,
-        covered: &'a Covered,
-        lines: &Lines,
     ) -> Self {
         let size = extent.max(point.abs().max_element());
         Self {
@@ -153,29 +126,23 @@ impl<'a> Search<'a> {
             near_point: point.as_vec3().to_array(),
             room: (FACING_ROOM * size) as f32,
             upright: frame.p.dot(frame.q.cross(frame.w)) > 0.0,
-            covered,
-            start: ends(lines, |block| &block.from).fold(1.0, f64::min),
-            end: ends(lines, |block| &block.to).fold(0.0, f64::max),
         }
     }
 
-    /// Finds where the lines cross silhouettes.
+    /// Finds the silhouettes that matter to a target.
     #[inline(always)]
     pub(crate) fn walk<S: Simd>(
         &self,
         s: S,
-        lines: &Lines,
-        crossings: &mut Crossings,
+        target: &mut impl Target,
+        lists: &mut Lists,
         counters: &mut Counters,
     ) {
-        for line in &mut crossings.of {
-            line.clear();
-        }
-        crossings.cut.clear();
+        lists.cut.clear();
         // Breadth first, and all leaves at the end: nothing hangs on how many boxes are found, so
         // that one node need not wait for another, and all are known ahead.
-        let mut nodes = std::mem::take(&mut crossings.nodes);
-        let mut leaves = std::mem::take(&mut crossings.leaves);
+        let mut nodes = std::mem::take(&mut lists.nodes);
+        let mut leaves = std::mem::take(&mut lists.leaves);
         let (mut ends, mut end) = ([0; 3], 1);
         make_room(&mut nodes, 0);
         nodes[0] = 0;
@@ -188,7 +155,8 @@ impl<'a> Search<'a> {
             at += 1;
             let node = &self.hierarchy.nodes[index];
             counters.node_tests += u64::from(node.valid.count_ones());
-            let (found, whole, roomy) = self.boxes(s, node, &self.hierarchy.surfaces.facing[index]);
+            let facing = &self.hierarchy.surfaces.facing[index];
+            let (found, whole, roomy) = self.boxes(s, node, facing, target);
             make_room(&mut nodes, end);
             let inner = found & !node.leaf;
             s.pack(inner, &node.child, &mut nodes, end);
@@ -214,23 +182,27 @@ impl<'a> Search<'a> {
                 let child = Child(leaf);
                 counters.triangle_tests += u64::from(child.count());
                 match kind {
-                    0 => self.look_into(s, child, lines, crossings),
-                    _ => self.look_at_whole(s, child, kind == 2, lines, crossings),
+                    0 => self.look_into(s, child, target, &mut lists.cut),
+                    _ => self.look_at_whole(s, child, kind == 2, target),
                 }
             }
         }
-        crossings.nodes = nodes;
-        crossings.leaves = leaves;
-        let found = crossings.of.iter().map(Vec::len).sum::<usize>();
-        counters.candidates += found as u64;
+        lists.nodes = nodes;
+        lists.leaves = leaves;
     }
 
-    /// The boxes of a node in which lines may cross a silhouette, where they are not hidden yet, or
-    /// a triangle that has to be cut; those in which there is none of the latter; and those with
+    /// The boxes of a node in which there may be a silhouette that matters, or a triangle that has
+    /// to be cut; those in which there is none of the latter; and those with
     /// none in a box three times as large.
     #[allow(clippy::cast_possible_truncation, reason = "a small power of two")]
     #[inline(always)]
-    fn boxes<S: Simd>(&self, s: S, node: &Node, facing: &Facing) -> (u8, u8, u8) {
+    fn boxes<S: Simd>(
+        &self,
+        s: S,
+        node: &Node,
+        facing: &Facing,
+        target: &impl Target,
+    ) -> (u8, u8, u8) {
         let inside = self.bounds.boxes(s, node) & node.fine;
         if inside == 0 {
             return (0, 0, 0);
@@ -260,7 +232,7 @@ impl<'a> Search<'a> {
             return (wanted, whole, roomy);
         }
         let [low, high] = ShaftBounds::images(s, &least, &most);
-        let needed = self.covered.needs_any(s, &Images::new(s, low, high));
+        let needed = target.needs(s, wanted & before, low, high);
         (wanted & (needed | !before), whole, roomy)
     }
 
@@ -281,16 +253,9 @@ impl<'a> Search<'a> {
         s.lt(s.splat(self.room), least) | s.lt(most, s.splat(-self.room))
     }
 
-    /// Finds the crossings in a leaf of which no triangle has to be cut.
+    /// Finds the silhouettes in a leaf of which no triangle has to be cut.
     #[inline(always)]
-    fn look_at_whole<S: Simd>(
-        &self,
-        s: S,
-        child: Child,
-        is_roomy: bool,
-        lines: &Lines,
-        crossings: &mut Crossings,
-    ) {
+    fn look_at_whole<S: Simd>(&self, s: S, child: Child, is_roomy: bool, target: &mut impl Target) {
         let index = child.leaf_index();
         let sides = &self.hierarchy.surfaces.sides[index];
         let leaf = &self.hierarchy.leaves[index];
@@ -318,46 +283,31 @@ impl<'a> Search<'a> {
                 back_beyond: is_known(found.backs_beyond[k]),
                 whole_beyond: is_roomy && bends[k][lane] & NEAR != 0,
             };
-            self.cross_side(s, at, facing, lines, crossings);
+            self.look_at_side(s, at, facing, target);
         }
     }
 
-    /// Notes where lines cross a side of a triangle that does not have to be cut.
+    /// Hands out a side of a triangle that does not have to be cut.
     #[inline(always)]
-    fn cross_side<S: Simd>(
+    fn look_at_side<S: Simd>(
         &self,
         s: S,
         (slot, k, side): (u32, usize, u32),
         known: Known,
-        lines: &Lines,
-        crossings: &mut Crossings,
+        target: &mut impl Target,
     ) {
         debug_assert!(self.holds(slot, side, known), "{known:?}");
         let leaf = &self.hierarchy.leaves[slot as usize / 8];
         let lane = slot as usize % 8;
-        let a = self.image(leaf, lane, k);
-        let b = self.image(leaf, lane, (k + 1) % 3);
-        let (low, high) = (-a[0].max(b[0]), -a[0].min(b[0]));
-        let along = a[1].min(b[1]) <= self.end && self.start <= a[1].max(b[1]);
-        let (low, high) = (s.dsplat(low), s.dsplat(high));
-        // The few lines of a walk are one block.
-        let Some(block) = lines.blocks.first() else {
-            return;
-        };
-        let u = s.dload(&block.u);
-        let met = s.bits(s.dle(low, u) & s.dlt(u, high));
-        if along && met != 0 {
-            let ascending = a[0] < b[0];
-            let change = if known.front & known.back_beyond & known.whole_beyond {
+        let ends = [k, (k + 1) % 3].map(|k| self.image(leaf, lane, k));
+        target.side(s, ends, |ascending| {
+            if known.front & known.back_beyond & known.whole_beyond {
                 2 * layers(true, self.upright, ascending)
             } else {
                 let is_front = known.front || !known.back && self.is_front(slot);
                 self.change((true, is_front), (slot, side), known, ascending)
-            };
-            if change != 0 {
-                cross(block, met, (a, b), change, &mut crossings.of);
             }
-        }
+        });
     }
 
     /// Where a corner of a triangle is in (p, q): as [`Search::outlines`] has it.
@@ -374,9 +324,15 @@ impl<'a> Search<'a> {
         ]
     }
 
-    /// Finds the crossings in a leaf.
+    /// Finds the silhouettes in a leaf, and which of its triangles have to be cut.
     #[inline(always)]
-    fn look_into<S: Simd>(&self, s: S, child: Child, lines: &Lines, crossings: &mut Crossings) {
+    fn look_into<S: Simd>(
+        &self,
+        s: S,
+        child: Child,
+        target: &mut impl Target,
+        all_cut: &mut Vec<(u32, u8)>,
+    ) {
         let index = child.leaf_index();
         let sides = &self.hierarchy.surfaces.sides[index];
         let part = !s.in_range(&sides[0], NONE, 1) & child.mask();
@@ -390,49 +346,27 @@ impl<'a> Search<'a> {
             let within = cut & self.bounds.within(s, &self.bounds.vertices(s, leaf));
             if within != 0 {
                 #[allow(clippy::cast_possible_truncation, reason = "below 2^28")]
-                crossings.cut.push((index as u32, within));
+                all_cut.push((index as u32, within));
             }
         }
-        let (Some(first), Some(last)) = (lines.blocks.first(), lines.blocks.last()) else {
-            return;
-        };
-        let (first, last) = (s.dsplat(first.u[0]), s.dsplat(last.u[7]));
         let slots = child.slots();
         for (k, sides) in sides.iter().enumerate() {
             let j = (k + 1) % 3;
-            let (p, p1) = (s.dload(&outlines.p[k]), s.dload(&outlines.p[j]));
-            let zero = s.dsplat(0.0);
-            let (low, high) = (zero - s.dmax(p, p1), zero - s.dmin(p, p1));
-            let (q, q1) = (s.dload(&outlines.q[k]), s.dload(&outlines.q[j]));
-            let along = s.dle(s.dmin(q, q1), s.dsplat(self.end))
-                & s.dle(s.dsplat(self.start), s.dmax(q, q1));
-            let met = s.dle(low, last) & s.dlt(first, high) & along;
-            let mut met = part & outlines.good[k] & outlines.good[j] & s.bits(met);
-            if met == 0 {
-                continue;
-            }
-            // Most sides of fine triangles are between the lines.
-            let mut crossed = s.dlt(zero, zero);
-            for u in lines.blocks.iter().flat_map(|block| &block.u) {
-                let u = s.dsplat(*u);
-                crossed = crossed | s.dle(low, u) & s.dlt(u, high);
-            }
-            met &= s.bits(crossed);
+            let place = |k: usize| [s.dload(&outlines.p[k]), s.dload(&outlines.q[k])];
+            let good = part & outlines.good[k] & outlines.good[j];
+            let mut met = good & target.meets(s, place(k), place(j));
             while met != 0 {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
-                let [a, b] = [k, j].map(|k| [outlines.p[k][lane], outlines.q[k][lane]]);
+                let ends = [k, j].map(|k| [outlines.p[k][lane], outlines.q[k][lane]]);
                 let own = (
                     outlines.whole() >> lane & 1 != 0,
                     outlines.front >> lane & 1 != 0,
                 );
                 let at = (slots[lane], sides[lane]);
-                let change = self.change(own, at, Known::default(), a[0] < b[0]);
-                if change != 0
-                    && let Some(block) = lines.blocks.first()
-                {
-                    cross(block, u8::MAX, (a, b), change, &mut crossings.of);
-                }
+                target.side(s, ends, |ascending| {
+                    self.change(own, at, Known::default(), ascending)
+                });
             }
         }
     }
@@ -562,131 +496,5 @@ const AHEAD: usize = 4;
 fn make_room(list: &mut Vec<u32>, end: usize) {
     if list.len() < end + 8 {
         list.resize(2 * end + 64, 0);
-    }
-}
-
-/// Notes where lines `among` a block cross a side: the same expression as for a triangle's
-/// interval.
-#[inline(always)]
-fn cross(
-    block: &LineBlock,
-    among: u8,
-    ([p, q], [p1, q1]): ([f64; 2], [f64; 2]),
-    change: i32,
-    of: &mut [Vec<(f64, i32)>; GROUP],
-) {
-    // Across is −p.
-    let ends = [(-p, q), (-p1, q1)];
-    let [(u0, v0), (u1, v1)] = if ends[1].0 < ends[0].0 {
-        [ends[1], ends[0]]
-    } else {
-        ends
-    };
-    let slope = (v1 - v0) / (u1 - u0).max(1e-280);
-    let mut among = among;
-    while among != 0 {
-        let lane = among.trailing_zeros() as usize;
-        among &= among - 1;
-        let u = block.u[lane];
-        let place = v0 + (u - u0) * slope;
-        if u0 <= u && u < u1 && block.from[lane] < place && place < block.to[lane] {
-            of[lane].push((place, change));
-        }
-    }
-}
-
-/// One of the two ends of each line.
-fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item = f64> {
-    lines.blocks.iter().flat_map(which).copied()
-}
-
-/// A ray is sent towards stretches that are narrower, as a fraction of the light, only if there are
-/// no others: where crossings meet in one place, their order is a matter of rounding.
-const NARROW: f64 = 1e-13;
-
-impl Gap {
-    /// Of the stretches from `first` on; nothing if there are none.
-    #[allow(clippy::cast_possible_truncation, reason = "stretches are fewer")]
-    fn new(line: u32, stretches: &[Stretch], first: usize) -> Option<Self> {
-        let width = |stretch: &Stretch| stretch.high - stretch.low;
-        let is_narrow = |stretch: &Stretch| width(stretch) <= NARROW;
-        let order = |a: &&Stretch, b: &&Stretch| {
-            let fewer = || a.layers.cmp(&b.layers);
-            let wider = || width(b).total_cmp(&width(a));
-            is_narrow(a)
-                .cmp(&is_narrow(b))
-                .then_with(fewer)
-                .then_with(wider)
-        };
-        let fewest = stretches[first..].iter().min_by(order)?;
-        Some(Self {
-            line,
-            middle: 0.5 * (fewest.low + fewest.high),
-            layers: fewest.layers,
-            stretches: first as u32..stretches.len() as u32,
-        })
-    }
-}
-
-impl Crossings {
-    /// Cuts what is left of lines where they cross silhouettes.
-    pub(crate) fn cut_lines(&mut self, lines: &Lines, slots: &mut Slots) {
-        let Self {
-            of,
-            gaps,
-            stretches,
-            ..
-        } = self;
-        gaps.clear();
-        stretches.clear();
-        for (line, crossings) in (0_u32..).zip(of).take(lines.count) {
-            let (index, k) = (line as usize / 8, line as usize % 8);
-            let block = &lines.blocks[index];
-            let (from, to) = (block.from[k], block.to[k]);
-            if !(from < to) {
-                continue;
-            }
-            // What begins before what ends in the same place.
-            crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-            let mut next = crossings.iter().copied().peekable();
-            let mut start = from;
-            let hidden = slots.sorted(index, k, (block.run_lo[k], block.run_hi[k]));
-            let is_some = |(low, high): &&(f64, f64)| low <= high;
-            for &(low, high) in hidden.iter().filter(is_some).chain([&(to, to)]) {
-                let end = low.min(to);
-                while next.next_if(|(place, _)| *place <= start).is_some() {}
-                if start < end {
-                    let first = stretches.len();
-                    let mut layers = 0;
-                    while let Some((place, change)) = next.next_if(|(place, _)| *place < end) {
-                        stretches.push(Stretch {
-                            low: start,
-                            high: place,
-                            layers,
-                        });
-                        start = place;
-                        layers += change;
-                    }
-                    stretches.push(Stretch {
-                        low: start,
-                        high: end,
-                        layers,
-                    });
-                    gaps.extend(Gap::new(line, stretches, first));
-                }
-                start = start.max(high);
-            }
-        }
-    }
-
-    /// What is hidden of a gap, once it is known whether its [middle](Gap::middle) is visible: if
-    /// it is, no layer is over that, nor over what has as few; if not, some are over all of it.
-    pub(crate) fn hidden(&self, gap: usize, is_visible: bool) -> impl Iterator<Item = (f64, f64)> {
-        let Gap {
-            layers, stretches, ..
-        } = &self.gaps[gap];
-        let stretches = &self.stretches[stretches.start as usize..stretches.end as usize];
-        let hidden = move |s: &&Stretch| !is_visible || s.layers != *layers;
-        stretches.iter().filter(hidden).map(|s| (s.low, s.high))
     }
 }

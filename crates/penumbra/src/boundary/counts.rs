@@ -20,7 +20,8 @@ impl Penumbra {
                 (Extent::Light, Some(entry)) if !side.touched[0] => self.events[entry].right,
                 _ => None,
             };
-            let Some(count) = entry.or_else(|| self.ask(side)) else {
+            let ask = || Some(self.ask(side)? + side.shared);
+            let Some(count) = entry.or_else(ask) else {
                 return false;
             };
             self.follow(i, count, extent);
@@ -39,12 +40,16 @@ impl Penumbra {
             }
             self.sides[i].count = Some(count);
             self.sort_own(i);
-            self.collect_pieces(i, count);
+            if self.past_surfaces {
+                self.collect_stretches(i, count);
+            } else {
+                self.collect_pieces(i, count);
+            }
             if extent == Extent::All {
                 return;
             }
             self.hand(i);
-            if self.unknown == 0 {
+            if self.unknown == 0 || self.images.is_empty() {
                 continue;
             }
             if self.sides[i].light {
@@ -53,16 +58,10 @@ impl Penumbra {
                 self.count_crossing(i, count);
             }
             let side = &self.sides[i];
-            let (Some(part), Some(next)) = (&side.part, (side.next as usize).checked_sub(1)) else {
-                continue;
-            };
-            let to = &self.sides[next];
-            let whole = to.part.is_some_and(|p| p.start == Start::Own)
-                && part.hi.at >= side.edge.length
-                && !side.touched[1]
-                && !to.touched[0];
-            if whole {
-                self.handed.push((next, count + side.change));
+            if let Some(next) = (side.next as usize).checked_sub(1)
+                && side.goes_on_in(&self.sides[next])
+            {
+                self.handed.push((next, count + side.change.images));
             }
         }
     }
@@ -82,7 +81,7 @@ impl Penumbra {
         };
         let mut reached = part.lo;
         let events = self.own.iter().map(|e| &self.events[e.1 as usize]);
-        let changes = events.map(|e| (e.end, e.change));
+        let changes = events.map(|e| (e.end, e.change.images));
         for (hi, change) in changes.chain([(part.hi, 0)]) {
             if hi.at > reached.at {
                 if count == 0 {
@@ -110,8 +109,8 @@ impl Penumbra {
             let (at, event) = self.own[k];
             let after = self.own.get(k + 1).map_or(part.hi.at, |next| next.0);
             let event = &self.events[event as usize];
-            let right = count.min(count + event.change);
-            count += event.change;
+            let right = count.min(count + event.change.images);
+            count += event.change.images;
             if let Some(twin) = (event.twin as usize).checked_sub(1)
                 && (at - before).min(after - at) > room
                 && let Some((j, start)) = self.count_start(twin, right)
@@ -129,6 +128,7 @@ impl Penumbra {
         let Event {
             change, end, side, ..
         } = &self.events[event];
+        let change = change.images;
         let i = *side as usize;
         let side = &self.sides[i];
         let room = CLOSE * self.unit * side.edge.extent();
@@ -139,7 +139,7 @@ impl Penumbra {
             return None;
         }
         // What is right of both comes before where the other is passed to its left.
-        let mut count = if *change > 0 { right } else { right - change };
+        let mut count = if change > 0 { right } else { right - change };
         let mut next = side.events;
         while let Some(place) = (next as usize).checked_sub(1) {
             let other = &self.events[place];
@@ -148,7 +148,7 @@ impl Penumbra {
                     return None;
                 }
                 if other.end.at < end.at {
-                    count -= other.change;
+                    count -= other.change.images;
                 }
             }
             next = other.before;
@@ -165,9 +165,9 @@ impl Penumbra {
             let (at, event) = self.own[k];
             let after = self.own.get(k + 1).map_or(edge.length, |next| next.0);
             let event = &mut self.events[event as usize];
-            let right = count.min(count + event.change);
+            let right = count.min(count + event.change.images);
             event.right = (at - before > room && after - at > room).then_some(right);
-            count += event.change;
+            count += event.change.images;
             before = at;
         }
     }
@@ -186,16 +186,10 @@ impl Penumbra {
     fn sort_from(&mut self, mut next: u32) {
         while let Some(place) = next.checked_sub(1) {
             let event = &self.events[place as usize];
-            let this = (event.end.at, place);
-            let mut k = self.own.len();
-            self.own.push(this);
-            while k > 0 && self.own[k - 1].0 > this.0 {
-                self.own[k] = self.own[k - 1];
-                k -= 1;
-            }
-            self.own[k] = this;
+            self.own.push((event.end.at, place));
             next = event.before;
         }
+        self.own.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     }
 
     /// Counts the images just right of where counting starts on a side by asking all that are

@@ -1,14 +1,14 @@
 //! Edges that take part, and where they meet.
 
-use super::{CLOSE, index};
-use crate::clip::{Edge, End, Meeting, Span};
+use super::{CLOSE, index, layers::Layers};
+use crate::clip::{Edge, End, Meeting, Span, Start};
 
 /// An edge of images or of the light that takes part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
     pub(super) edge: Edge,
-    /// Images on its left less images on its right.
-    pub(super) weight: i32,
+    /// What is over its left less what is over its right.
+    pub(super) weight: Layers,
     /// Whether it is the light's, backwards: the light is on its right.
     pub(super) light: bool,
     /// The part of it that is on the light.
@@ -16,7 +16,7 @@ pub(super) struct Side {
     /// Images just right of it where counting starts, once that is known.
     pub(super) count: Option<i32>,
     /// What all events add to that.
-    pub(super) change: i32,
+    pub(super) change: Layers,
     /// Where counting starts: what comes before, or there, has been counted.
     pub(super) counted: f64,
     /// How close to there rounding may decide.
@@ -37,13 +37,27 @@ pub(super) struct Side {
     pub(super) is_handed: bool,
     /// Whether it crosses another at so small an angle that rounding moves where.
     pub(super) is_loose: bool,
+    /// How many sides of surfaces have what it shares with them where counting starts.
+    pub(super) shared: i32,
+    /// The gap between images right of where its part begins, and that where it ends, plus one;
+    /// zero if there is an image over it.
+    pub(super) first_gap: u32,
+    pub(super) last_gap: u32,
+    /// How many layers more are over its end than over the beginning of the last gap.
+    pub(super) last_layers: i32,
 }
 
-/// A place on a side where the number of images just right of it changes.
+/// A place on a side where what is over its right changes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
-    pub(super) change: i32,
+    pub(super) change: Layers,
     pub(super) end: End,
+    /// Whether the side comes to the left of the one that it crosses.
+    pub(super) to_left: bool,
+    /// The gap that is right of both sides here, plus one, and how many layers more there are than
+    /// over its beginning; none if rounding may decide, or images are over it.
+    pub(super) gap: u32,
+    pub(super) layers: i32,
     /// The event of the same side that was found before, plus one.
     pub(super) before: u32,
     /// On a side of the light: images right of the edge that comes in or goes out here; none if
@@ -66,7 +80,7 @@ pub(super) enum Extent {
 }
 
 impl Side {
-    pub(super) fn new(edge: Edge, weight: i32, part: Option<Span>) -> Self {
+    pub(super) fn new(edge: Edge, weight: Layers, part: Option<Span>) -> Self {
         Self {
             edge,
             weight,
@@ -74,7 +88,7 @@ impl Side {
             part,
             close: 0.0,
             count: None,
-            change: 0,
+            change: Layers::default(),
             counted: f64::NEG_INFINITY,
             events: 0,
             next: 0,
@@ -83,12 +97,29 @@ impl Side {
             place: 0,
             is_handed: false,
             is_loose: false,
+            shared: 0,
+            first_gap: 0,
+            last_gap: 0,
+            last_layers: 0,
         }
+    }
+
+    /// Whether what is right of its end is right of where the side after it begins.
+    pub(super) fn goes_on_in(&self, next: &Self) -> bool {
+        self.part.is_some_and(|p| p.hi.at >= self.edge.length)
+            && next.part.is_some_and(|p| p.start == Start::Own)
+            && !self.touched[1]
+            && !next.touched[0]
     }
 
     /// Adds an event if it is where that matters.
     #[inline(never)]
-    pub(super) fn add(&mut self, change: i32, end: End, events: &mut Vec<Event>) {
+    pub(super) fn add(
+        &mut self,
+        (change, to_left): (Layers, bool),
+        end: End,
+        events: &mut Vec<Event>,
+    ) {
         let Some(part) = &self.part else { return };
         if end.at <= self.counted + self.close {
             self.touched[0] |= end.at >= self.counted - self.close;
@@ -101,6 +132,9 @@ impl Side {
             events.push(Event {
                 change,
                 end,
+                to_left,
+                gap: 0,
+                layers: 0,
                 before: self.events,
                 right: None,
                 side: self.place,
@@ -119,6 +153,7 @@ pub(super) fn are_neighbours((e, i): (&Side, usize), (f, j): (&Side, usize)) -> 
 }
 
 /// What two sides, of which the first comes first, are to each other's counts.
+#[allow(clippy::float_cmp, reason = "the very same corners")]
 #[inline(never)]
 pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event>) {
     match e.edge.meet(&f.edge) {
@@ -129,19 +164,25 @@ pub(super) fn meet(e: &mut Side, f: &mut Side, unit: f64, events: &mut Vec<Event
             if let Some(span) = f.edge.shared(&e.edge)
                 && !f.light
             {
-                f.add(1, span.lo, events);
-                f.add(-1, span.hi, events);
+                // Nothing of it is a boundary there, as if another image were over it: one that
+                // nobody finds who asks where counting starts, if it is a surface's, or has the
+                // very same edge.
+                let begins_before = span.lo.at <= f.counted && f.counted < span.hi.at;
+                let is_same = e.edge.from == f.edge.from && e.edge.to == f.edge.to;
+                f.shared += i32::from(begins_before && (is_same || e.weight.images == 0));
+                f.add((Layers::of_images(1), true), span.lo, events);
+                f.add((Layers::of_images(-1), false), span.hi, events);
             }
         }
         Meeting::Crossing(crossing) => {
             if crossing.touching {
                 (e.touched, f.touched) = ([true; 2], [true; 2]);
             }
-            let mut pass = |side: &mut Side, left: Option<bool>, weight: i32| {
+            let mut pass = |side: &mut Side, left: Option<bool>, weight: Layers| {
                 let Some(left) = left else { return };
-                if weight != 0 && side.part.is_some() {
+                if weight != Layers::default() && side.part.is_some() {
                     let change = if left { weight } else { -weight };
-                    side.add(change, side.edge.end_at(crossing.point), events);
+                    side.add((change, left), side.edge.end_at(crossing.point), events);
                 }
             };
             let weights = [f.weight, e.weight];

@@ -11,10 +11,17 @@ use linelit_lights::AreaLight;
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::polygon;
 use linelit_visibility::{Images, Shaft};
+use std::iter;
 
 /// Lights whose sides are longer than the root of this times their distance take Lambert's sum over
 /// the boundary; for smaller ones it would lose more than two digits.
 const WIDE: f64 = 1e-4;
+
+/// A ray tells what is visible of a place at least so far from all edges: in units of how far
+/// triangles reach, some forty roundings of coordinates, and in units of the light, as many of what
+/// is a hundred thousandth of the way from the shading point.
+const CLOSE: f64 = 1e-14;
+const LEAST_ASIDE: f64 = 1e-11;
 
 /// Room for the light's corners after a clip, even if rounding has it cross each second side.
 pub(crate) const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
@@ -209,14 +216,59 @@ pub(crate) fn boundary<'a, 'b>(
     penumbra: &'a mut Penumbra,
     polygon: impl FnOnce(&Images<'_>) -> &'b [Point],
 ) -> Option<(&'b [Point], [DVec3; 3], &'a [BoundaryEdge])> {
-    let images = shaft.front()?;
+    let mut by_silhouettes = true;
+    let images = match shaft.loose_front() {
+        Some(images) => images,
+        None => {
+            by_silhouettes = false;
+            shaft.front()?
+        }
+    };
     let (polygon, plane) = (polygon(&images), images.axes());
-    penumbra.boundary(polygon, images.triangles());
+    penumbra.begin(polygon);
+    penumbra.add(images.triangles());
+    if !by_silhouettes {
+        past_triangles(shaft, penumbra);
+    } else if !past_surfaces(shaft, penumbra, plane) {
+        penumbra.begin(polygon);
+        penumbra.add(shaft.front()?.triangles());
+        past_triangles(shaft, penumbra);
+    }
+    Some((polygon, plane, penumbra.latest()))
+}
+
+/// Finds the boundary past triangles, and those that turn out to be behind it.
+fn past_triangles(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra) {
+    penumbra.boundary_past(iter::empty());
     let ends = |edge: &BoundaryEdge| [edge.from, edge.to];
     while let Some(images) = shaft.behind(penumbra.latest().iter().map(ends)) {
         penumbra.boundary_past(images.triangles());
     }
-    Some((polygon, plane, penumbra.latest()))
+}
+
+/// Finds the boundary past loose triangles and, by their silhouettes, fine meshes; false if these
+/// are so close to each other that they do not tell.
+fn past_surfaces(
+    shaft: &mut Shaft<'_>,
+    penumbra: &mut Penumbra,
+    [origin, along_p, along_q]: [DVec3; 3],
+) -> bool {
+    loop {
+        let (images, silhouettes) = shaft.silhouettes();
+        penumbra.add(images.triangles());
+        penumbra.set_silhouettes(silhouettes.iter().map(|s| (s.from, s.to, s.layers)));
+        match shaft.behind(penumbra.outline()) {
+            Some(images) => penumbra.add(images.triangles()),
+            None => break,
+        }
+    }
+    let side = along_p
+        .length_squared()
+        .min(along_q.length_squared())
+        .sqrt();
+    let least = (CLOSE * shaft.reach() / side).max(LEAST_ASIDE);
+    let is_visible = |[p, q]: Point| shaft.place_visible(origin + along_p * p + along_q * q);
+    penumbra.settle(least, is_visible).is_some()
 }
 
 /// The light's corners in its plane; with an interpolated normal, of the part above the surface's

@@ -1,0 +1,59 @@
+//! How much is over a place.
+
+use std::ops::{Add, AddAssign, Neg};
+
+/// Images and layers of surfaces over a place, or how many more there are than over another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Layers {
+    /// Always known.
+    pub(super) images: i32,
+    /// Where images leave a gap, known up to those over its beginning.
+    pub(super) surfaces: i32,
+}
+
+impl Layers {
+    pub(super) const fn of_images(images: i32) -> Self {
+        Self {
+            images,
+            surfaces: 0,
+        }
+    }
+
+    pub(super) const fn of_surfaces(surfaces: i32) -> Self {
+        Self {
+            images: 0,
+            surfaces,
+        }
+    }
+}
+
+impl Add for Layers {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self {
+            images: self.images + other.images,
+            surfaces: self.surfaces + other.surfaces,
+        }
+    }
+}
+
+impl AddAssign for Layers {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Neg for Layers {
+    type Output = Self;
+
+    #[inline]
+    fn neg(self) -> Self {
+        Self {
+            images: -self.images,
+            surfaces: -self.surfaces,
+        }
+    }
+}

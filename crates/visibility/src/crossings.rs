@@ -1,0 +1,256 @@
+//! Lines past fine meshes: the gaps between what other triangles hide, cut where lines cross
+//! silhouettes.
+//!
+//! Of a gap, the crossings tell how many layers more or fewer lie over each stretch than over the
+//! first, and one ray the rest: if nothing is before the stretch under the fewest layers, there are
+//! none over it; if something is, there are some over all.
+
+use crate::{
+    block::{LineBlock, Lines},
+    dense_shaft::{Covered, GROUP, Images},
+    merge::Slots,
+    silhouette::Target,
+};
+use linelit_simd::Simd;
+use std::ops::Range;
+
+/// Where the lines of a dense shaft may begin or cease to be hidden by fine meshes.
+#[derive(Debug, Default)]
+pub(crate) struct Crossings {
+    /// Where each line crosses silhouettes, and how many layers more there are beyond.
+    of: [Vec<(f64, i32)>; GROUP],
+    /// Gaps between what is known to be hidden.
+    pub(crate) gaps: Vec<Gap>,
+    /// The stretches of all gaps.
+    stretches: Vec<Stretch>,
+}
+
+/// A part of a line between two neighbouring crossings.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    low: f64,
+    high: f64,
+    /// How many layers more lie over it than over the gap's first.
+    layers: i32,
+}
+
+/// A part of a line that is not known to be hidden, cut where it crosses silhouettes.
+#[derive(Clone, Debug)]
+pub(crate) struct Gap {
+    /// The line's number among the few.
+    pub(crate) line: u32,
+    /// The middle of the longest stretch under the fewest layers.
+    pub(crate) middle: f64,
+    layers: i32,
+    stretches: Range<u32>,
+}
+
+/// A few lines, of which `covered` tells what is open.
+pub(crate) struct OfLines<'a> {
+    covered: &'a Covered,
+    lines: &'a Lines,
+    /// The lines' ends, the least and the greatest.
+    start: f64,
+    end: f64,
+    crossings: &'a mut Crossings,
+}
+
+impl<'a> OfLines<'a> {
+    /// Which cross nothing yet.
+    pub(crate) fn new(
+        covered: &'a Covered,
+        lines: &'a Lines,
+        crossings: &'a mut Crossings,
+    ) -> Self {
+        for line in &mut crossings.of {
+            line.clear();
+        }
+        Self {
+            covered,
+            lines,
+            start: ends(lines, |block| &block.from).fold(1.0, f64::min),
+            end: ends(lines, |block| &block.to).fold(0.0, f64::max),
+            crossings,
+        }
+    }
+}
+
+impl Target for OfLines<'_> {
+    #[inline(always)]
+    fn needs<S: Simd>(&self, s: S, _among: u8, low: [S::F; 2], high: [S::F; 2]) -> u8 {
+        self.covered.needs_any(s, &Images::new(s, low, high))
+    }
+
+    #[inline(always)]
+    fn meets<S: Simd>(&self, s: S, [p, q]: [S::D; 2], [p1, q1]: [S::D; 2]) -> u8 {
+        // The few lines of a walk are one block.
+        let Some(block) = self.lines.blocks.first() else {
+            return 0;
+        };
+        let (first, last) = (s.dsplat(block.u[0]), s.dsplat(block.u[7]));
+        let zero = s.dsplat(0.0);
+        let (low, high) = (zero - s.dmax(p, p1), zero - s.dmin(p, p1));
+        let along =
+            s.dle(s.dmin(q, q1), s.dsplat(self.end)) & s.dle(s.dsplat(self.start), s.dmax(q, q1));
+        let met = s.bits(s.dle(low, last) & s.dlt(first, high) & along);
+        if met == 0 {
+            return 0;
+        }
+        // Most sides of fine triangles are between the lines.
+        let mut crossed = s.dlt(zero, zero);
+        for u in &block.u {
+            let u = s.dsplat(*u);
+            crossed = crossed | s.dle(low, u) & s.dlt(u, high);
+        }
+        met & s.bits(crossed)
+    }
+
+    #[inline(always)]
+    fn side<S: Simd>(&mut self, s: S, [a, b]: [[f64; 2]; 2], change: impl FnOnce(bool) -> i32) {
+        let (low, high) = (-a[0].max(b[0]), -a[0].min(b[0]));
+        let along = a[1].min(b[1]) <= self.end && self.start <= a[1].max(b[1]);
+        let (low, high) = (s.dsplat(low), s.dsplat(high));
+        let Some(block) = self.lines.blocks.first() else {
+            return;
+        };
+        let u = s.dload(&block.u);
+        let met = s.bits(s.dle(low, u) & s.dlt(u, high));
+        if along && met != 0 {
+            let change = change(a[0] < b[0]);
+            if change != 0 {
+                cross(block, met, (a, b), change, &mut self.crossings.of);
+            }
+        }
+    }
+}
+
+/// Notes where lines `among` a block cross a side: the same expression as for a triangle's
+/// interval.
+#[inline(always)]
+fn cross(
+    block: &LineBlock,
+    among: u8,
+    ([p, q], [p1, q1]): ([f64; 2], [f64; 2]),
+    change: i32,
+    of: &mut [Vec<(f64, i32)>; GROUP],
+) {
+    // Across is −p.
+    let ends = [(-p, q), (-p1, q1)];
+    let [(u0, v0), (u1, v1)] = if ends[1].0 < ends[0].0 {
+        [ends[1], ends[0]]
+    } else {
+        ends
+    };
+    let slope = (v1 - v0) / (u1 - u0).max(1e-280);
+    let mut among = among;
+    while among != 0 {
+        let lane = among.trailing_zeros() as usize;
+        among &= among - 1;
+        let u = block.u[lane];
+        let place = v0 + (u - u0) * slope;
+        if u0 <= u && u < u1 && block.from[lane] < place && place < block.to[lane] {
+            of[lane].push((place, change));
+        }
+    }
+}
+
+/// One of the two ends of each line.
+fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item = f64> {
+    lines.blocks.iter().flat_map(which).copied()
+}
+
+/// A ray is sent towards stretches that are narrower, as a fraction of the light, only if there are
+/// no others: where crossings meet in one place, their order is a matter of rounding.
+const NARROW: f64 = 1e-13;
+
+impl Gap {
+    /// Of the stretches from `first` on; nothing if there are none.
+    #[allow(clippy::cast_possible_truncation, reason = "stretches are fewer")]
+    fn new(line: u32, stretches: &[Stretch], first: usize) -> Option<Self> {
+        let width = |stretch: &Stretch| stretch.high - stretch.low;
+        let is_narrow = |stretch: &Stretch| width(stretch) <= NARROW;
+        let order = |a: &&Stretch, b: &&Stretch| {
+            let fewer = || a.layers.cmp(&b.layers);
+            let wider = || width(b).total_cmp(&width(a));
+            is_narrow(a)
+                .cmp(&is_narrow(b))
+                .then_with(fewer)
+                .then_with(wider)
+        };
+        let fewest = stretches[first..].iter().min_by(order)?;
+        Some(Self {
+            line,
+            middle: 0.5 * (fewest.low + fewest.high),
+            layers: fewest.layers,
+            stretches: first as u32..stretches.len() as u32,
+        })
+    }
+}
+
+impl Crossings {
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.of.iter().map(Vec::len).sum()
+    }
+
+    /// Cuts what is left of lines where they cross silhouettes.
+    pub(crate) fn cut_lines(&mut self, lines: &Lines, slots: &mut Slots) {
+        let Self {
+            of,
+            gaps,
+            stretches,
+            ..
+        } = self;
+        gaps.clear();
+        stretches.clear();
+        for (line, crossings) in (0_u32..).zip(of).take(lines.count) {
+            let (index, k) = (line as usize / 8, line as usize % 8);
+            let block = &lines.blocks[index];
+            let (from, to) = (block.from[k], block.to[k]);
+            if !(from < to) {
+                continue;
+            }
+            // What begins before what ends in the same place.
+            crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+            let mut next = crossings.iter().copied().peekable();
+            let mut start = from;
+            let hidden = slots.sorted(index, k, (block.run_lo[k], block.run_hi[k]));
+            let is_some = |(low, high): &&(f64, f64)| low <= high;
+            for &(low, high) in hidden.iter().filter(is_some).chain([&(to, to)]) {
+                let end = low.min(to);
+                while next.next_if(|(place, _)| *place <= start).is_some() {}
+                if start < end {
+                    let first = stretches.len();
+                    let mut layers = 0;
+                    while let Some((place, change)) = next.next_if(|(place, _)| *place < end) {
+                        stretches.push(Stretch {
+                            low: start,
+                            high: place,
+                            layers,
+                        });
+                        start = place;
+                        layers += change;
+                    }
+                    stretches.push(Stretch {
+                        low: start,
+                        high: end,
+                        layers,
+                    });
+                    gaps.extend(Gap::new(line, stretches, first));
+                }
+                start = start.max(high);
+            }
+        }
+    }
+
+    /// What is hidden of a gap, once it is known whether its [middle](Gap::middle) is visible: if
+    /// it is, no layer is over that, nor over what has as few; if not, some are over all of it.
+    pub(crate) fn hidden(&self, gap: usize, is_visible: bool) -> impl Iterator<Item = (f64, f64)> {
+        let Gap {
+            layers, stretches, ..
+        } = &self.gaps[gap];
+        let stretches = &self.stretches[stretches.start as usize..stretches.end as usize];
+        let hidden = move |s: &&Stretch| !is_visible || s.layers != *layers;
+        stretches.iter().filter(hidden).map(|s| (s.low, s.high))
+    }
+}
