@@ -145,8 +145,8 @@ impl Penumbra {
     }
 
     /// The boundary of the polygon minus triangles and surfaces, after [`Self::outline`].
-    /// `is_visible` tells of a place on the polygon, past all triangles and at least so far from all
-    /// edges, whether it is past all surfaces, too.
+    /// `is_visible` tells of a place on the polygon, past all triangles and at least so far from
+    /// all edges, whether it is past all surfaces, too.
     ///
     /// Of all places that edges connect, one is asked about: that under the fewest layers. `None`
     /// if edges are so close to each other that there is none to ask about.

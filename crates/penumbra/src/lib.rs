@@ -8,6 +8,10 @@
 //! Edges that triangles of a mesh share drop out by themselves: what is right of one is under the
 //! other.
 //!
+//! Of surfaces that are known by their silhouettes, it is not known how many layers lie over a
+//! place, but how many more than over another that edges connect with it. One place of all those
+//! has to be looked at ([`Penumbra::settle`]).
+//!
 //! # Why degenerate input is no special case
 //!
 //! Every decision is that of exact arithmetic on the images' `f64` coordinates (`orient`), taken

@@ -302,7 +302,7 @@ pub(crate) enum Answered {
     Hidden,
     /// What is hidden of them is known.
     All,
-    /// A ray for each of [`Crossings::gaps`](crate::crossings::Crossings::gaps) tells what is hidden of that, too.
+    /// A ray for each of the crossings' gaps tells what is hidden of that, too.
     ByRays,
 }
 

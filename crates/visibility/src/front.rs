@@ -13,7 +13,7 @@ use crate::{
     Occluders, Scratch,
     bounds::{self, ShaftBounds},
     closed_mesh::BackfaceFilter,
-    frame::LightFrame,
+    frame::{Light, LightFrame},
     node::{self, Child, Leaf, Node},
     project,
     surfaces::NONE,
@@ -338,8 +338,8 @@ impl Front {
     }
 }
 
-/// Puts those boxes of a node, among some, that are needed on the stack, the nearest on top, and tells which they
-/// are.
+/// Puts those boxes of a node, among some, that are needed on the stack, the nearest on top, and
+/// tells which they are.
 #[inline(always)]
 fn push_boxes<S: Simd>(
     s: S,
@@ -394,6 +394,24 @@ fn needed<S: Simd>(s: S, bounds: &ShaftBounds, leaf: &Leaf, mask: u8, front: &Fr
     needed & bounds.included(s, leaf)
 }
 
+/// A point of the world and a box around a light, in the coordinates of the hierarchy, and the
+/// bounds of the shaft between both, if there are.
+#[inline(always)]
+pub(crate) fn towards<S: Simd>(
+    s: S,
+    occluders: &Occluders,
+    point: DVec3,
+    exclude: (u32, u32),
+    light: &Light,
+    frame: &mut LightFrame,
+) -> Option<(DVec3, (DVec3, DVec3), ShaftBounds)> {
+    let point = point - occluders.origin;
+    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
+    let bounds = ShaftBounds::new(s, occluders, point, around, frame, exclude)?;
+    frame.set_near(bounds::reach(occluders, point));
+    Some((point, around, bounds))
+}
+
 /// Keeps the triangles in front of `scratch.light` seen from a point of the world, or, unless it is
 /// the `FIRST` walk, those of the open cells as well: their images are in `scratch.flat`, one that
 /// hides all if there is such. False if there are no [bounds](ShaftBounds::new).
@@ -419,12 +437,9 @@ fn front_kernel<S: Simd, const FIRST: bool>(
     } = scratch;
     corners.clear();
     let hierarchy = &*occluders.hierarchy;
-    let point = point - occluders.origin;
-    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
-    let Some(bounds) = ShaftBounds::new(s, occluders, point, around, frame, exclude) else {
+    let Some((point, around, bounds)) = towards(s, occluders, point, exclude, light, frame) else {
         return false;
     };
-    frame.set_near(bounds::reach(occluders, point));
     let frame = &*frame;
     let backfaces = &mut BackfaceFilter::new(hierarchy.meshes(), clear_of, point, around, exclude);
     let surfaces = Some(&hierarchy.surfaces).filter(|_| front.loose);

@@ -29,7 +29,8 @@
 //! time. Of closed meshes, half of the triangles will do. Shafts with more than a few hundred
 //! triangles are walked anew for every few lines, from front to back, past what is hidden already.
 //! Fine meshes are not looked at triangle by triangle there: what they hide of a line lies between
-//! its crossings of their silhouettes, as many for a finer mesh of the same shape.
+//! its crossings of their silhouettes, as many for a finer mesh of the same shape; and of the whole
+//! light, between silhouettes ([`Shaft::silhouettes`]).
 //!
 //! # Accuracy
 //!

@@ -6,9 +6,8 @@
 
 use crate::{
     Occluders, Scratch,
-    bounds::{self, ShaftBounds},
     closed_mesh::BackfaceFilter,
-    front::{Front, ROOM},
+    front::{Front, ROOM, towards},
     node::Child,
     project,
     silhouette::{Search, Target},
@@ -61,7 +60,7 @@ impl Target for OfLight<'_> {
 
 /// Finds the silhouettes before `scratch.light` where `scratch.front` does not know that it is
 /// hidden, and adds the images of those triangles of surfaces that have to be cut. False if there
-/// are no [bounds](ShaftBounds::new).
+/// are no [bounds](crate::bounds::ShaftBounds::new).
 #[inline(always)]
 fn outline_kernel<S: Simd>(
     s: S,
@@ -85,12 +84,9 @@ fn outline_kernel<S: Simd>(
     silhouettes.clear();
     corners.clear();
     let hierarchy = &*occluders.hierarchy;
-    let point = point - occluders.origin;
-    let around = (light.lo - occluders.origin, light.hi - occluders.origin);
-    let Some(bounds) = ShaftBounds::new(s, occluders, point, around, frame, exclude) else {
+    let Some((point, around, bounds)) = towards(s, occluders, point, exclude, light, frame) else {
         return false;
     };
-    frame.set_near(bounds::reach(occluders, point));
     let frame = &*frame;
     front.open_complete();
     let extent = (hierarchy, occluders.extent);

@@ -263,9 +263,9 @@ impl Shaft<'_> {
         self.in_front()
     }
 
-    /// The same of those triangles alone that belong to no fine mesh; what is [behind](Self::behind)
-    /// are such, too. What the fine meshes hide follows from their
-    /// [silhouettes](Self::silhouettes). `None` where that is not known.
+    /// The same of those triangles alone that belong to no fine mesh; what is
+    /// [behind](Self::behind) are such, too. What the fine meshes hide follows from their
+    /// [silhouettes](Self::silhouettes). `None` where those are not known.
     pub fn loose_front(&mut self) -> Option<Images<'_>> {
         let serves = self.occluders.hierarchy.surfaces.serve(self.exclude);
         if self.known != Known::Dense || !serves {
@@ -321,8 +321,8 @@ impl Shaft<'_> {
         (Images::new(frame, flat, first), silhouettes)
     }
 
-    /// How far triangles may reach from the shading point: rounding of their corners, and of where a
-    /// ray meets them, goes by that.
+    /// How far triangles may reach from the shading point: rounding of their corners, and of where
+    /// a ray meets them, goes by that.
     #[must_use]
     pub fn reach(&self) -> f64 {
         bounds::reach(self.occluders, self.point - self.occluders.origin)

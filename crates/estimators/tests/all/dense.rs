@@ -84,19 +84,33 @@ impl Mesh {
     }
 }
 
-/// Open, closed, cut and branching ones, twice in one place and on one plane, through each other.
-fn meshes() -> Vec<(&'static str, Mesh)> {
-    let mut rng = cases::rng(16);
+fn mesh(make: &mut dyn FnMut(&mut Mesh)) -> Mesh {
+    let mut mesh = Mesh::default();
+    make(&mut mesh);
+    mesh
+}
+
+/// Such as are known by their silhouettes, alone and among others.
+fn fine_meshes(rng: &mut SplitMix64) -> Vec<(&'static str, Mesh)> {
     let mut all = Vec::new();
-    let mut add = |what, make: &mut dyn FnMut(&mut Mesh)| {
-        let mut mesh = Mesh::default();
-        make(&mut mesh);
-        all.push((what, mesh));
-    };
+    let mut add = |what, make: &mut dyn FnMut(&mut Mesh)| all.push((what, mesh(make)));
     add("balls", &mut |m| {
         m.ball(DVec3::new(0.1, 0.2, 1.2), 0.35, 40);
         m.ball(DVec3::new(-0.3, -0.1, 0.8), 0.25, 30);
     });
+    add("balls behind and before blinds and leaves", &mut |m| {
+        m.ball(DVec3::new(0.1, 0.2, 1.2), 0.35, 50);
+        m.ball(DVec3::new(-0.3, -0.1, 0.7), 0.2, 40);
+        m.blinds(0.9, 90, 0.4);
+        m.leaves(rng, 400, 0.05);
+    });
+    add(
+        "balls through the light's plane and the points'",
+        &mut |m| {
+            m.ball(DVec3::new(0.4, 0.2, 1.9), 0.3, 40);
+            m.ball(DVec3::new(0.3, 0.1, 0.0), 0.25, 40);
+        },
+    );
     add("a ball twice, and another through it", &mut |m| {
         for _ in 0..2 {
             m.ball(DVec3::new(0.1, 0.0, 1.0), 0.3, 24);
@@ -111,6 +125,14 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
             k % 17 != 0
         });
     });
+    all
+}
+
+/// Open, closed, cut and branching ones, twice in one place and on one plane, through each other.
+fn meshes() -> Vec<(&'static str, Mesh)> {
+    let mut rng = cases::rng(16);
+    let mut all = fine_meshes(&mut rng);
+    let mut add = |what, make: &mut dyn FnMut(&mut Mesh)| all.push((what, mesh(make)));
     add("curtains", &mut |m| {
         m.curtain(1.0, 0.05, 30);
         m.curtain(1.3, 0.4, 20);

@@ -5,6 +5,9 @@ use super::{BoundaryEdge, CLOSE, Penumbra};
 use crate::bins::Bounds;
 use crate::clip::Start;
 
+/// Up to as many images, those of surfaces that have to be cut, are asked sooner than handed on.
+const FEW: usize = 32;
+
 impl Penumbra {
     /// Finds for each side how many images are right of where counting starts; `false` if what is
     /// on the light does not tell.
@@ -49,7 +52,7 @@ impl Penumbra {
                 return;
             }
             self.hand(i);
-            if self.unknown == 0 || self.images.is_empty() {
+            if self.unknown == 0 || self.past_surfaces && self.images.len() <= FEW {
                 continue;
             }
             if self.sides[i].light {
