@@ -2,6 +2,7 @@
 
 use crate::direction::Changes;
 use crate::query::free;
+use crate::techniques::integrals::exact::{CORNERS, boundary};
 use crate::{Buffers, EmissionTexture, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
@@ -10,6 +11,10 @@ use linelit_visibility::{Counters, ShaftClass};
 
 /// A light is densely occluded if more than this share of its shafts is dense.
 const DENSE: f64 = 0.2;
+
+/// Of as many dense shafts the closed form is tried past one: it may take as long as hundreds of
+/// lines.
+const FOLLOWED: u32 = 4;
 
 /// Points of the light, across and down, that rays are sent to.
 const POINTS: usize = 4;
@@ -38,6 +43,10 @@ pub struct OcclusionStats {
     /// How many rays take as long as a line past a dense shaft: by the boxes and triangles that 32
     /// lines in each of four directions test, and sixteen rays. 13 if no shaft was dense.
     pub line_cost: f64,
+    /// Edges that the closed form follows past a dense shaft that is seen in part, on average: of
+    /// loose triangles, and of the silhouettes of fine meshes. Infinite where these
+    /// [do not tell](linelit_visibility::Shaft::has_silhouettes) or no shaft was dense.
+    pub dense_edges: f64,
     /// The time of the closed form in that of lines, over what the table of `hybrid` says: 1 unless
     /// it was measured ([`Calibration`](crate::Calibration)).
     pub exact_cost: f64,
@@ -56,6 +65,7 @@ impl Default for OcclusionStats {
             edges: 3.0,
             shaft_cost: 1.0,
             line_cost: 13.0,
+            dense_edges: f64::INFINITY,
             exact_cost: 1.0,
             direction: None,
         }
@@ -77,6 +87,9 @@ pub struct OcclusionProbe {
     shaft_tests: u64,
     /// As long as rays.
     ray_tests: u64,
+    /// Dense shafts that were seen in part by the closed form, and the edges that it followed.
+    followed: u32,
+    dense_edges: usize,
     /// As long as rays past dense shafts.
     dense_ray_tests: u64,
     /// As long as pilot lines past them.
@@ -123,6 +136,33 @@ impl OcclusionProbe {
             let shaft = &mut occluders.shaft(query.shaft(area), &mut buffers.scratch);
             self.changes.look(query, area, shaft, &mut buffers.samples);
             self.dense_line_tests += tests_of_lines(&buffers.scratch.counters) - before;
+            if self.dense % FOLLOWED == 1 {
+                self.follow(query, area, buffers);
+            }
+        }
+    }
+
+    /// Counts the edges that the closed form follows past a dense shaft, if that may pay.
+    fn follow<R: Reflection, T: EmissionTexture>(
+        &mut self,
+        query: &Query<'_, R, T>,
+        area: &AreaLight,
+        buffers: &mut Buffers,
+    ) {
+        let shaft = &mut (query.occluders).shaft(query.shaft(area), &mut buffers.scratch);
+        if !shaft.has_silhouettes() {
+            return;
+        }
+        let penumbra = &mut buffers.samples.penumbra;
+        let mut corners = [[0.0; 2]; CORNERS];
+        let found = boundary(shaft, penumbra, |images| {
+            let light = images.light();
+            corners[..light.len()].copy_from_slice(light);
+            &corners[..light.len()]
+        });
+        if found.is_some_and(|(.., pieces)| !pieces.is_empty()) {
+            self.followed += 1;
+            self.dense_edges += penumbra.edge_count();
         }
     }
 
@@ -159,6 +199,11 @@ impl OcclusionProbe {
         ];
         if rays > 0.0 {
             stats.line_cost = line_tests / rays * (POINTS * POINTS) as f64 / Changes::LINES;
+        }
+        if self.followed > 0 {
+            #[allow(clippy::cast_precision_loss, reason = "some thousands")]
+            let edges = self.dense_edges as f64;
+            stats.dense_edges = edges / f64::from(self.followed);
         }
         if ray_tests > 0.0 {
             stats.shaft_cost = shaft_tests / ray_tests;

@@ -267,12 +267,19 @@ impl Shaft<'_> {
     /// [behind](Self::behind) are such, too. What the fine meshes hide follows from their
     /// [silhouettes](Self::silhouettes). `None` where those are not known.
     pub fn loose_front(&mut self) -> Option<Images<'_>> {
-        let serves = self.occluders.hierarchy.surfaces.serve(self.exclude);
-        if self.known != Known::Dense || !serves {
+        if !self.has_silhouettes() {
             return None;
         }
         self.scratch.front.loose = true;
         self.in_front()
+    }
+
+    /// Whether [silhouettes](Self::silhouettes) tell what fine meshes hide: in a dense shaft
+    /// without [instances](crate::Instance), where no fine mesh has a triangle of the light.
+    #[must_use]
+    pub fn has_silhouettes(&self) -> bool {
+        let is_dense = self.known == Known::Dense && !self.instances;
+        is_dense && self.occluders.hierarchy.surfaces.serve(self.exclude)
     }
 
     fn in_front(&mut self) -> Option<Images<'_>> {

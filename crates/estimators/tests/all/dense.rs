@@ -300,3 +300,46 @@ fn light_past_thousands_of_triangles() {
     }
     assert!(dense > 100 && hidden > 10, "{hidden} of {dense}");
 }
+
+/// From as many lines on as take as long as the closed form by silhouettes, `hybrid` is `exact`
+/// past dense shafts; before, and where there are no silhouettes, it takes lines.
+#[test]
+fn hybrid_is_exact_past_silhouettes_where_that_pays() {
+    let bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
+    let corners = &lights()[0];
+    let polygon = ConvexPolygon::try_new(corners).expect("a light");
+    let emission = Emission::one_sided(DVec3::ONE);
+    let light = Light::Area(AreaLight { polygon, emission });
+    let point = ShadingPoint::new(DVec3::new(0.12, 0.09, 0.0), DVec3::Z, DVec3::Z, bsdf);
+    let mut buffers = Buffers::default();
+    let mut rng = cases::rng(16);
+    let leaves = mesh(&mut |m| m.leaves(&mut rng, 1500, 0.05));
+    for (mesh, has_silhouettes) in [
+        (&fine_meshes(&mut cases::rng(16))[0].1, true),
+        (&leaves, false),
+    ] {
+        let occluders = Occluders::build(&mesh.0, &mesh.1);
+        let mut value = |name: &str, samples, dense_edges| {
+            let mut source = LightSource::new(&light);
+            source.occlusion.dense_edges = dense_edges;
+            let estimator = name.parse().expect("one");
+            let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
+            let query = Query::<_, NoTexture>::new(
+                &occluders, &source, &point, &estimator, numbers, samples,
+            );
+            estimate(&query, &mut buffers).x
+        };
+        let exact = value("exact", 1, 0.0);
+        assert!(exact > 0.0);
+        for (samples, edges, is_exact) in [
+            (64, 40.0, true),
+            (64, 60.0, false),
+            (128, 60.0, true),
+            (4096, f64::INFINITY, false),
+        ] {
+            let hybrid = value("hybrid", samples, edges);
+            let is_same = hybrid.to_bits() == exact.to_bits();
+            assert_eq!(is_same, is_exact && has_silhouettes, "{samples} {edges}");
+        }
+    }
+}

@@ -56,6 +56,11 @@ const LINES_FOR_A_CANDIDATE: f64 = 1.3;
 const LINES_FOR_AN_EDGE: f64 = 0.95;
 const LINES_FOR_THE_FIRST: f64 = 1.2;
 
+/// The same past a dense shaft, by its silhouettes: for each edge, and in all. Measured, but for a
+/// factor of two either way.
+const LINES_FOR_A_DENSE_EDGE: f64 = 0.8;
+const LINES_PAST_DENSE: f64 = 25.0;
+
 /// By how much of its time in an empty shaft a line takes longer for each candidate.
 const LINE_BY_CANDIDATES: f64 = 0.011;
 
@@ -98,7 +103,8 @@ impl Integral for Cheapest {
         // Without a closed form, but as transformed cosines (or nothing is known of it).
         let is_fitted = query.light.texture.is_none() && closed.is_none();
         let are_few = f64::from(lines) < (occlusion.line_cost / RAYS_FOR_FEW_LINES).powi(2);
-        if occlusion.dense && are_few {
+        let past_dense = lines_past_dense(query, area) <= f64::from(lines);
+        if occlusion.dense && are_few && !past_dense {
             let by = if is_fitted {
                 PointBy::Ltc
             } else {
@@ -115,7 +121,7 @@ impl Integral for Cheapest {
             let times = POINTS_FOR_A_LINE.max(POINTS_WITH_FITS.div_ceil(lines));
             return through_shaft(query, area, options, buffers, |shaft| {
                 if shaft.is_dense() {
-                    in_dense_shaft(are_few, PointBy::Ltc)
+                    in_dense_shaft((past_dense, times), are_few, PointBy::Ltc, shaft)
                 } else if shaft.class() == ShaftClass::Empty && is_smooth(query, area) {
                     (Strategy::Points(PointBy::Area), times)
                 } else {
@@ -139,7 +145,7 @@ impl Integral for Cheapest {
         }
         through_shaft(query, area, options, buffers, |shaft| {
             if shaft.is_dense() {
-                in_dense_shaft(are_few, PointBy::SolidAngle)
+                in_dense_shaft((past_dense, 1), are_few, PointBy::SolidAngle, shaft)
             } else {
                 exact_or((Strategy::Lines, 1), query, area, shaft)
             }
@@ -198,9 +204,17 @@ fn by_texture<R: Reflection, T: EmissionTexture>(
     combination::combined(&query, area, buffers)
 }
 
-/// What to do about a light that is partly hidden behind more than a shaft keeps.
-fn in_dense_shaft(are_few: bool, by: PointBy) -> (Strategy, u32) {
-    if are_few {
+/// What to do about a light that is partly hidden behind more than a shaft keeps: if the closed
+/// form pays past silhouettes, that with so many times as many points.
+fn in_dense_shaft(
+    (past_dense, times): (bool, u32),
+    are_few: bool,
+    by: PointBy,
+    shaft: &Shaft<'_>,
+) -> (Strategy, u32) {
+    if past_dense && shaft.has_silhouettes() {
+        (Strategy::Exact, times)
+    } else if are_few {
         (Strategy::Rays(by), RAYS_FOR_A_LINE)
     } else {
         (Strategy::Lines, 1)
@@ -234,6 +248,15 @@ pub(crate) fn lines_of_exact<R: Reflection, T>(
     let for_a_candidate = LINES_FOR_A_CANDIDATE + for_an_edge * query.light.occlusion.edges;
     (for_a_candidate * candidates + for_lobes - LINES_FOR_THE_FIRST)
         / (1.0 + LINE_BY_CANDIDATES * candidates)
+}
+
+/// Lines that take as long as the closed form past a dense shaft, on average.
+fn lines_past_dense<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) -> f64 {
+    let occlusion = &query.light.occlusion;
+    let [for_lobes, for_an_edge] = lines_for_lobes(query, area);
+    let for_an_edge = LINES_FOR_A_DENSE_EDGE * for_an_edge / LINES_FOR_AN_EDGE;
+    let lines = LINES_PAST_DENSE + for_an_edge * occlusion.dense_edges;
+    (lines + for_lobes) * occlusion.exact_cost
 }
 
 /// Whether what the light sends to the viewer is smooth over it.
