@@ -262,6 +262,39 @@ fn exact(what: &str, sets: &[Occluders], light: &Light, x: DVec3, buffers: &mut 
     first
 }
 
+/// The occluders of a mesh on each instruction set.
+fn occluders(mesh: &Mesh) -> Vec<Occluders> {
+    let build = |set| Occluders::build(&mesh.0, &mesh.1).limited_to(set);
+    sets().into_iter().map(build).collect()
+}
+
+/// How far `exact` is from the light as it is past the images of all triangles by plain `f64`, in
+/// units of the light unshadowed, and what it is; `None` if the shaft is not dense.
+fn error_at(
+    (what, mesh, sets): (&str, &Mesh, &[Occluders]),
+    corners: &[DVec3],
+    x: DVec3,
+    buffers: &mut Buffers,
+) -> Option<(f64, f64)> {
+    let light = LightCorners::new(corners).expect("few corners");
+    let query = ShaftQuery::new(x, light);
+    if !sets[0].shaft(query, &mut Scratch::new()).is_dense() {
+        return None;
+    }
+    let polygon = ConvexPolygon::try_new(corners).expect("a light");
+    let emission = Emission::one_sided(DVec3::ONE);
+    let area = Light::Area(AreaLight { polygon, emission });
+    let got = exact(what, sets, &area, x, buffers);
+    let flat: Vec<Point> = corners.iter().map(|v| [v.x - x.x, v.y - x.y]).collect();
+    let mut all = Penumbra::default();
+    let whole = irradiance(all.boundary(&flat, std::iter::empty()), 2.0);
+    let want = irradiance(all.boundary(&flat, images(mesh, x).into_iter()), 2.0);
+    // Lambert's factor of 1/π is in neither.
+    let error = (got * PI - want).abs() / whole;
+    assert!(error < 1e-9, "{what} at {x}: {got}, {error:e}");
+    Some((error, want))
+}
+
 /// On every mesh, before every light, at points from which it is seen in part or not at all: the
 /// light as it is past the images of all triangles by plain `f64`, to 1e-9 of the light
 /// unshadowed; the same bits on all instruction sets, and whatever the buffers were used for.
@@ -271,34 +304,65 @@ fn light_past_thousands_of_triangles() {
     let mut buffers = Buffers::default();
     for (what, mesh) in &meshes() {
         let before = dense;
-        let build = |set| Occluders::build(&mesh.0, &mesh.1).limited_to(set);
-        let occluders: Vec<_> = sets().into_iter().map(build).collect();
+        let sets = occluders(mesh);
         for corners in lights() {
-            let polygon = ConvexPolygon::try_new(&corners).expect("a light");
-            let emission = Emission::one_sided(DVec3::ONE);
-            let area = Light::Area(AreaLight { polygon, emission });
             for k in 0..4 {
                 let x = DVec3::new(0.21 * f64::from(k) - 0.3, 0.17 * f64::from(k) - 0.25, 0.0);
-                let light = LightCorners::new(&corners).expect("few corners");
-                let query = ShaftQuery::new(x, light);
-                if !occluders[0].shaft(query, &mut Scratch::new()).is_dense() {
-                    continue;
-                }
-                dense += 1;
-                let got = exact(what, &occluders, &area, x, &mut buffers);
-                let flat: Vec<Point> = corners.iter().map(|v| [v.x - x.x, v.y - x.y]).collect();
-                let mut all = Penumbra::default();
-                let whole = irradiance(all.boundary(&flat, std::iter::empty()), 2.0);
-                let want = irradiance(all.boundary(&flat, images(mesh, x).into_iter()), 2.0);
-                hidden += u32::from(want == 0.0);
-                // Lambert's factor of 1/π is in neither.
-                let error = (got * PI - want).abs() / whole;
-                assert!(error < 1e-9, "{what} at {x}: {got}, {error:e}");
+                let found = error_at((what, mesh, &sets), &corners, x, &mut buffers);
+                dense += u32::from(found.is_some());
+                hidden += u32::from(found.is_some_and(|(_, want)| want == 0.0));
             }
         }
         assert!(dense > before, "{what} is never dense");
     }
     assert!(dense > 100 && hidden > 10, "{hidden} of {dense}");
+}
+
+/// The same past fine meshes at random: of all sizes, through each other and through the planes of
+/// light and point, some of them twice, in one place or all but, among leaves and slats.
+#[test]
+fn light_past_fine_meshes_at_random() {
+    let mut rng = cases::rng(19);
+    let mut buffers = Buffers::default();
+    let mut seen = 0;
+    for case in 0..cases::cases(6) {
+        let mut mesh = Mesh::default();
+        for _ in 0..1 + rng.below(4) {
+            let mut any = |low, high| rng.in_range(low, high);
+            let centre = DVec3::new(any(-0.6, 0.6), any(-0.6, 0.6), any(0.1, 2.1));
+            let (radius, height) = (10_f64.powf(any(-1.5, -0.2)), any(0.2, 1.8));
+            match rng.below(4) {
+                0 => mesh.curtain(height, radius, 24),
+                _ => mesh.ball(
+                    centre,
+                    radius,
+                    24 + u32::try_from(rng.below(20)).expect("few"),
+                ),
+            }
+            if rng.below(4) == 0 {
+                let moved = [0.0, 1e-7, 1e-3][usize::try_from(rng.below(3)).expect("few")];
+                let first = u32::try_from(mesh.0.len()).expect("few vertices");
+                let copies: Vec<_> = mesh.0.iter().map(|v| [v[0] + moved, v[1], v[2]]).collect();
+                let others: Vec<_> = mesh.1.iter().map(|t| t.map(|i| i + first)).collect();
+                mesh.0.extend(copies);
+                mesh.1.extend(others);
+            }
+        }
+        if rng.below(2) == 0 {
+            mesh.leaves(&mut rng, 150, 0.1);
+        }
+        if rng.below(3) == 0 {
+            mesh.blinds(rng.in_range(0.3, 1.7), 20, 0.5);
+        }
+        let sets = occluders(&mesh);
+        for corners in lights() {
+            let x = DVec3::new(rng.in_range(-0.4, 0.4), rng.in_range(-0.4, 0.4), 0.0);
+            let what = format!("case {case}");
+            let found = error_at((&what, &mesh, &sets), &corners, x, &mut buffers);
+            seen += u32::from(found.is_some_and(|(_, want)| want > 0.0));
+        }
+    }
+    assert!(seen > 3, "{seen}");
 }
 
 /// From as many lines on as take as long as the closed form by silhouettes, `hybrid` is `exact`
