@@ -129,6 +129,7 @@ impl Penumbra {
     pub fn set_silhouettes(&mut self, silhouettes: impl Iterator<Item = (Point, Point, i32)>) {
         self.past_surfaces = true;
         self.surface_edges.clear();
+        self.surface_edges.make_room(silhouettes.size_hint().0);
         for (a, b, layers) in silhouettes {
             let (a, b) = (settled(a), settled(b));
             self.surface_edges.make_room(1);
@@ -145,11 +146,27 @@ impl Penumbra {
     }
 
     /// The boundary of the polygon minus triangles and surfaces, after [`Self::outline`].
-    /// `is_visible` tells of a place on the polygon, past all triangles and at least so far from
-    /// all edges, whether it is past all surfaces, too.
+    /// `is_visible` tells of a place on the polygon, past all triangles and at least `least` away
+    /// from all edges, whether it is past all surfaces, too.
     ///
     /// Of all places that edges connect, one is asked about: that under the fewest layers. `None`
     /// if edges are so close to each other that there is none to ask about.
+    ///
+    /// ```
+    /// use linelit_penumbra::Penumbra;
+    ///
+    /// // A surface whose silhouette is a triangle: two layers, its front and its back.
+    /// let [a, b, c] = [[0.2, 0.2], [0.8, 0.2], [0.2, 0.8]];
+    /// let is_past = |p: [f64; 2]| p[0] < 0.2 || p[1] < 0.2 || p[0] + p[1] > 1.0;
+    /// let mut penumbra = Penumbra::default();
+    /// penumbra.begin(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    /// penumbra.set_silhouettes([(a, b, 2), (b, c, 2), (c, a, 2)].into_iter());
+    /// // The sides of the square and of the triangle.
+    /// assert_eq!(penumbra.outline().count(), 7);
+    /// let boundary = penumbra.settle(1e-12, is_past).expect("nothing is close");
+    /// let area = boundary.iter().map(|e| 0.5 * (e.from[0] * e.to[1] - e.from[1] * e.to[0]));
+    /// assert!((area.sum::<f64>() - 0.82).abs() < 1e-15);
+    /// ```
     pub fn settle(
         &mut self,
         least: f64,
@@ -162,6 +179,7 @@ impl Penumbra {
     /// Finds the boundary past all that was taken in.
     fn find(&mut self) {
         self.pieces.clear();
+        self.stretches.clear();
         if self.light.len() < 3 {
             return;
         }
@@ -186,7 +204,8 @@ impl Penumbra {
         &self.pieces
     }
 
-    /// How many edges of triangles the last boundary had to follow: what its time goes by.
+    /// How many edges, of triangles and silhouettes, the last boundary had to follow: what its time
+    /// goes by.
     #[must_use]
     pub fn edge_count(&self) -> usize {
         self.sides.len().saturating_sub(self.light.len())
