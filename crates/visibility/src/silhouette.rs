@@ -299,8 +299,10 @@ impl<'a> Search<'a> {
         debug_assert!(self.holds(slot, side, known), "{known:?}");
         let leaf = &self.hierarchy.leaves[slot as usize / 8];
         let lane = slot as usize % 8;
-        let ends = [k, (k + 1) % 3].map(|k| self.image(leaf, lane, k));
-        target.side(s, ends, |ascending| {
+        // Not by `map`, which would be called for each.
+        let from = self.image(leaf, lane, k);
+        let to = self.image(leaf, lane, (k + 1) % 3);
+        target.side(s, [from, to], |ascending| {
             if known.front & known.back_beyond & known.whole_beyond {
                 2 * layers(true, self.upright, ascending)
             } else {
