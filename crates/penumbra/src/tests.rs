@@ -204,6 +204,22 @@ fn sides_that_end_at_thin_images() {
     assert_area(&SQUARE, &[thin, [[-0.5, above], [0.25, 0.25], [0.75, 0.0]]]);
 }
 
+/// Silhouettes are passed over to who knows all triangles only where they all but coincide: among
+/// loose ones at random, never.
+#[test]
+fn silhouettes_tell_nearly_always() {
+    let mut rng = linelit_testkit::cases::rng(10);
+    for count in [1, 3, 10, 40] {
+        for every in [false, true] {
+            let triangles: Vec<[Point; 3]> = (0..count)
+                .map(|_| [(); 3].map(|()| [rng.in_range(-0.5, 1.5), rng.in_range(-0.5, 1.5)]))
+                .collect();
+            let got = area_past_surfaces(&SQUARE, &triangles, every).expect("none is close");
+            assert!((got - area_by_sweep(&SQUARE, &triangles)).abs() < AREA);
+        }
+    }
+}
+
 fn any_point(low: f64, high: f64) -> impl Strategy<Value = Point> {
     [low..high, low..high]
 }

@@ -314,18 +314,21 @@ impl Shaft<'_> {
     ///
     /// Whoever has found that there are places past all loose triangles, and of surfaces what is
     /// before those, asks for what is [behind](Self::behind) all these sides and for silhouettes
-    /// again.
-    pub fn silhouettes(&mut self) -> (Images<'_>, &[Silhouette]) {
+    /// again. `None` where that has returned none: nothing would be known of the meshes.
+    pub fn silhouettes(&mut self) -> Option<(Images<'_>, &[Silhouette])> {
+        if !self.has_silhouettes() {
+            return None;
+        }
         let first = self.scratch.flat.count;
         let (isa, exclude) = (self.occluders.isa, self.exclude);
-        outline::outline(isa, self.occluders, &self.point, exclude, self.scratch);
+        let is_known = outline::outline(isa, self.occluders, &self.point, exclude, self.scratch);
         let Scratch {
             frame,
             flat,
             silhouettes,
             ..
         } = &*self.scratch;
-        (Images::new(frame, flat, first), silhouettes)
+        is_known.then(|| (Images::new(frame, flat, first), &silhouettes[..]))
     }
 
     /// How far triangles may reach from the shading point: rounding of their corners, and of where

@@ -18,8 +18,8 @@ use std::iter;
 const WIDE: f64 = 1e-4;
 
 /// A ray tells what is visible of a place at least so far from all edges: in units of how far
-/// triangles reach, some forty roundings of coordinates, and in units of the light, as many of what
-/// is a hundred thousandth of the way from the shading point.
+/// triangles reach, some forty roundings of coordinates; and in units of the light, as many as they
+/// seem of what is a thousandth of the way from the shading point.
 const CLOSE: f64 = 1e-14;
 const LEAST_ASIDE: f64 = 1e-11;
 
@@ -246,15 +246,17 @@ fn past_triangles(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra) {
     }
 }
 
-/// Finds the boundary past loose triangles and, by their silhouettes, fine meshes; false if these
-/// are so close to each other that they do not tell.
+/// Finds the boundary past loose triangles and, by their silhouettes, fine meshes; false if there
+/// are none, or they are so close to each other that they do not tell.
 fn past_surfaces(
     shaft: &mut Shaft<'_>,
     penumbra: &mut Penumbra,
     [origin, along_p, along_q]: [DVec3; 3],
 ) -> bool {
     loop {
-        let (images, silhouettes) = shaft.silhouettes();
+        let Some((images, silhouettes)) = shaft.silhouettes() else {
+            return false;
+        };
         penumbra.add(images.triangles());
         penumbra.set_silhouettes(silhouettes.iter().map(|s| (s.from, s.to, s.layers)));
         match shaft.behind(penumbra.outline()) {
