@@ -137,6 +137,12 @@ impl SolidAngleSampler {
         }
     }
 
+    /// What is sampled.
+    #[must_use]
+    pub const fn polygon(&self) -> &ConvexPolygon {
+        &self.polygon
+    }
+
     /// The solid angle Ω in sr, between 0 and 2π.
     #[must_use]
     pub fn solid_angle(&self) -> f64 {

@@ -5,9 +5,7 @@ use crate::AngularLines;
 use crate::density::{Pdf, SolidAngle};
 use crate::polygon::area::PointSample;
 use crate::{PointTechnique, SolidAngleSampler};
-use linelit_geometry::finite::fraction;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
-use std::f64::consts::FRAC_1_PI;
 
 /// Samples a convex polygon, as seen from x, uniformly by the solid angle of its image under M⁻¹
 /// above the horizon there: with ω the direction to a point and c = M⁻¹ω/|M⁻¹ω|, the density is
@@ -35,8 +33,6 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub struct TransformedSampler {
     image: SolidAngleSampler,
-    /// The cosine in the direction of the image's middle.
-    cosine: f64,
     x: DVec3,
     map: DMat3,
     inverse: DMat3,
@@ -59,11 +55,9 @@ impl TransformedSampler {
         if image.vertices().iter().any(|v| v.z < 0.0) {
             image = image.clip(DVec3::ZERO, DVec3::Z)?;
         }
-        let cosine = image.centroid().normalize_or_zero().z;
         let image = SolidAngleSampler::new(&image, DVec3::ZERO);
         (image.solid_angle() > 0.0).then_some(Self {
             image,
-            cosine,
             x,
             map,
             inverse,
@@ -71,11 +65,11 @@ impl TransformedSampler {
         })
     }
 
-    /// About what the light takes of the transformed cosine, from 0 to 1: Ω c.z/π with the cosine
-    /// in the middle of the image.
+    /// The light in the cosine's space, seen from the origin: what is above the horizon there, to
+    /// rounding. The light takes as much of the transformed cosine as this takes of the cosine.
     #[must_use]
-    pub fn about_integral(&self) -> f64 {
-        fraction(self.image.solid_angle() * self.cosine * FRAC_1_PI)
+    pub const fn image(&self) -> &ConvexPolygon {
+        self.image.polygon()
     }
 
     /// The density at a point of the light whose image is given.

@@ -204,7 +204,10 @@ proptest! {
         let map = DMat3::from_cols(q, x.cross(q), DVec3::new(u[0], u[1], x.z));
         for map in [DMat3::IDENTITY, map] {
             if let Some(mapped) = TransformedSampler::new(&p, x, map) {
-                share(mapped.about_integral(), 1.0)?;
+                // Corners cut at the horizon are rounded, each coordinate once or twice.
+                let image = mapped.image().vertices();
+                let size = image.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+                prop_assert!(image.iter().all(|v| v.z >= -8.0 * f64::EPSILON * size));
                 let sample = mapped.sample(u);
                 prop_assert!(sample.point.is_finite());
                 density(sample.pdf)?;

@@ -13,6 +13,7 @@ use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::{
     Disk, Pdf, PointTechnique, SolidAngle, SolidAngleSampler, Sphere, TransformedSampler,
 };
+use linelit_shading::polygon;
 use linelit_spheres::TransformedCone;
 use std::f64::consts::FRAC_1_PI;
 
@@ -75,7 +76,7 @@ pub(crate) type DiskLobes = Mixture<Option<TransformedCone>, TransformedCone>;
 const TAIL: f64 = 0.9;
 
 impl<U, L: Copy> Mixture<U, L> {
-    /// Lobes and their shares of the samples, in proportion to about what each reflects of the
+    /// Lobes and their shares of the samples, in proportion to what each reflects of the
     /// unshadowed light: `rest` is what the cosine itself does, `sampler` gives what draws by a map
     /// with what a lobe of albedo one reflects, `least` what it wants to be drawn uniformly, and
     /// `uniform` what draws so, told its share.
@@ -154,17 +155,16 @@ impl<U, L: Copy> Mixture<U, L> {
 
 impl Lobes {
     pub(crate) fn new(light: &ConvexPolygon, x: DVec3, cosines: &TransformedCosines) -> Self {
-        let uniform = SolidAngleSampler::new(light, x);
-        let cosine = cosines
-            .frame
-            .z
-            .dot((light.centroid() - x).normalize_or_zero());
-        let mut rest = cosines.diffuse.element_sum() * uniform.solid_angle() * cosine.max(0.0);
-        rest *= FRAC_1_PI;
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let seen = light.relative_to(x, &mut relative);
+        let flat = polygon::irradiance_by_edges(seen, cosines.frame.z);
+        let rest = cosines.diffuse.element_sum() * FRAC_1_PI * flat;
         let sampler = |map| {
             let sampler = TransformedSampler::new(light, x, map)?;
-            Some((sampler, sampler.about_integral()))
+            let integral = polygon::irradiance_by_edges(sampler.image().vertices(), DVec3::Z);
+            Some((sampler, FRAC_1_PI * integral))
         };
+        let uniform = SolidAngleSampler::new(light, x);
         Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| uniform)
     }
 }
@@ -232,5 +232,39 @@ impl DrawPoints<ConvexPolygon> for Lobes {
 
     fn density<R: Reflection>(&self, at: &LightPoint, _: &ShadingPoint<R>) -> f64 {
         self.pdf(|lobe| lobe.pdf(at.point), |all| all.pdf(at.point))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linelit_bsdf::TransformedCosine;
+    use linelit_testkit::assert_close;
+
+    /// A lobe that lies on the light takes all of its albedo, wherever on the light it is: the image
+    /// of a narrow one is so wide that the cosine in its middle says nothing.
+    #[test]
+    fn narrow_lobes_on_the_light_get_their_share() {
+        let normal = DVec3::new(0.3, -0.2, 0.9).normalize();
+        let frame = Frame::from_normal(normal);
+        let corner = frame.z + frame.x * 0.1 - frame.y * 0.4;
+        let light = ConvexPolygon::parallelogram(corner, frame.x * 0.8, frame.y * 1.3).unwrap();
+        let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+        let seen = light.relative_to(DVec3::ZERO, &mut relative);
+        let flat = 0.3 * FRAC_1_PI * polygon::irradiance(seen, normal);
+        for (u, v) in [(0.5, 0.5), (0.1, 0.2), (0.9, 0.1), (0.95, 0.97)] {
+            let to = frame.to_local(corner + frame.x * (0.8 * u) + frame.y * (1.3 * v));
+            let lobe = Frame::from_normal(to.normalize());
+            let width = 1e-4;
+            let map = DMat3::from_cols(lobe.x * width, lobe.y * width, lobe.z);
+            let mut cosines = TransformedCosines::new(frame, DVec3::splat(0.3));
+            let albedo = DVec3::splat(0.04);
+            cosines.add(TransformedCosine { map, albedo });
+            let lobes = Lobes::new(&light, DVec3::ZERO, &cosines);
+            let share = lobes.lobes[0].unwrap().1;
+            // Of a cosine lobe, (1e-4/.04)² is further from its axis than .04 of light around.
+            let want = (0.04 / (0.04 + flat)).min(1.0 - LEAST_UNIFORM);
+            assert_close!(share, want, rel = 1e-5, "({u}, {v})");
+        }
     }
 }
