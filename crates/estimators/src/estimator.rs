@@ -236,13 +236,10 @@ impl Estimator {
             .any(|p| matches!(p.technique, Technique::Lines(_)))
     }
 
-    /// How many points stand for a line in a combination before a shaft too dense to keep, if for
-    /// any part they do.
-    pub(crate) fn points_if_dense(&self) -> Option<u32> {
-        let integrations = self.parts().filter_map(|p| p.technique.integrated());
-        integrations
-            .filter_map(|(_, integration)| integration.points_if_dense())
-            .next()
+    /// How parts integrate, those that do.
+    pub(crate) fn integrations(&self) -> impl Iterator<Item = Integration> {
+        let integrated = self.parts().filter_map(|p| p.technique.integrated());
+        integrated.map(|(_, integration)| integration)
     }
 
     /// The first part that takes a closed form where there is one, and the samples of all such

@@ -350,7 +350,13 @@ impl Estimator {
         };
         let parts = self.parts().map(move |part| match &part.technique {
             Technique::Points(_) => part.technique.method(light, known),
-            Technique::Lines(lines) => Method::PointsOfLines(lines.measure().on(light)),
+            Technique::Lines(lines) => match part.technique.method(light, known) {
+                Method::Cosines => Method::Cosines,
+                Method::Cheapest(known) if known.cosines != Cosines::Unknown => {
+                    Method::Cheapest(known)
+                }
+                _ => Method::PointsOfLines(lines.measure().on(light)),
+            },
         });
         let count = if one.is_some() { 0 } else { usize::MAX };
         one.into_iter().chain(parts.take(count))

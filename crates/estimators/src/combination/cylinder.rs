@@ -3,7 +3,7 @@
 use super::domain::Domain;
 use super::smooth::Smooth;
 use super::visibility::Visibility;
-use super::{Combination, sum};
+use super::{Combination, instead};
 use crate::closed_form::{by_quadrature, whole_cylinder};
 use crate::techniques::lines::DrawLines;
 use crate::techniques::points::LightPoint;
@@ -130,19 +130,22 @@ fn is_told_by(view: &CylinderView, shaft: &Shaft<'_>) -> bool {
 fn weighted<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     part: &CylinderPart,
-    visibility: Visibility<'_>,
+    mut visibility: Visibility<'_>,
     samples: &mut SampleBuffers,
 ) -> DVec3 {
+    let (instead, known) = instead(query, &mut visibility, None, samples, |_, _, _| None);
     let mut own = std::mem::take(&mut samples.cylinder);
     let mut combination = Combination {
         query,
         light: &part.view,
         visibility,
         smoothing: Smooth::new(query.estimator.weights(), &part.view),
+        instead,
+        known,
         buffers: samples,
     };
     combination.gather(part, &mut own);
-    let sum = sum(query.estimator, &own);
+    let sum = combination.sum(&own);
     if let Visibility::Outline(.., memory) = combination.visibility {
         samples.outlined = memory;
     }

@@ -14,20 +14,22 @@ mod smooth;
 mod visibility;
 
 use crate::point_block::{BLOCK, LEAST};
+use crate::techniques::integrals::{Between, Instead};
 use crate::techniques::lines::DrawLines;
 use crate::techniques::points::{DrawPoints, LightPoint, Polygon};
+use crate::transformed::{self, Known};
 use crate::{
-    Buffers, EmissionTexture, Estimator, MOST_TECHNIQUES, Pieces, Query, SampleBuffers,
+    Buffers, EmissionTexture, Estimator, MOST_TECHNIQUES, Pieces, PointBy, Query, SampleBuffers,
     ShadingPoint, Stream, Weights,
 };
 pub(crate) use cylinder::on_cylinder;
 use domain::Domain;
-use linelit_bsdf::Reflection;
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{ConvexPolygon, DVec3, Segment, intervals::Interval};
 use linelit_lights::{AreaLight, LineSample};
 use linelit_mis::{Heuristic, smoothing};
 use linelit_samplers::SampleSet;
-use linelit_visibility::{ShaftClass, ShaftQuery};
+use linelit_visibility::{Shaft, ShaftClass, ShaftQuery};
 use optimal::Round;
 use prepared::{PreparedTechnique, Source, allot};
 pub(crate) use round::on_round;
@@ -103,6 +105,10 @@ struct Combination<'a, 's, R, T, S> {
     light: &'a S,
     visibility: Visibility<'s>,
     smoothing: Option<Smooth<S>>,
+    /// What becomes of the lines of integrals.
+    instead: Instead,
+    /// What is known in closed form, which samples do without: theirs is the rest.
+    known: Option<Known>,
     /// But for their `combination`, which is in use.
     buffers: &'a mut SampleBuffers,
 }
@@ -138,26 +144,75 @@ pub(crate) fn combined<R: Reflection, T: EmissionTexture>(
         exclude: query.light.triangles.clone(),
     };
     let Buffers { scratch, samples } = buffers;
+    let mut visibility = Visibility::new(query.occluders, query.queries, asked, scratch);
+    match visibility.class() {
+        ShaftClass::Blocked => {
+            samples.plan.hidden += 1;
+            return DVec3::ZERO;
+        }
+        ShaftClass::Empty => samples.plan.unoccluded += 1,
+        ShaftClass::Partial => {}
+    }
+    let mut cosines = part.cosines.filter(|_| query.light.texture.is_none());
+    let (instead, known) = instead(
+        query,
+        &mut visibility,
+        cosines.as_mut(),
+        samples,
+        |cosines, shaft, samples| {
+            transformed::known(query, area, part.polygon, cosines, shaft, samples)
+        },
+    );
     let mut own = std::mem::take(&mut samples.combination).emptied();
     let mut combination = Combination {
         query,
         light: &area.polygon,
-        visibility: Visibility::new(query.occluders, query.queries, asked, scratch),
+        visibility,
         smoothing: Smooth::new(estimator.weights(), part.polygon),
+        instead,
+        known,
         buffers: samples,
     };
-    match combination.visibility.class() {
-        ShaftClass::Blocked => {
-            combination.buffers.plan.hidden += 1;
-            return DVec3::ZERO;
-        }
-        ShaftClass::Empty => combination.buffers.plan.unoccluded += 1,
-        ShaftClass::Partial => {}
-    }
     combination.gather(&part, &mut own);
-    let sum = sum(estimator, &own);
+    let sum = combination.sum(&own);
     samples.combination = own.emptied();
     sum
+}
+
+/// What becomes of the lines of integrals in a combination, and what is known in closed form, if
+/// they ask for that.
+fn instead<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    visibility: &mut Visibility<'_>,
+    cosines: Option<&mut TransformedCosines>,
+    samples: &mut SampleBuffers,
+    known: impl FnOnce(&mut TransformedCosines, &mut Shaft<'_>, &mut SampleBuffers) -> Option<Known>,
+) -> (Instead, Option<Known>) {
+    let Some(shaft) = visibility.shaft_mut() else {
+        return (Instead::Line, None);
+    };
+    let between = Between {
+        shaft,
+        occlusion: &query.light.occlusion,
+        samples: query.samples,
+        has_cosines: cosines.is_some(),
+    };
+    let each = (query.estimator.integrations()).map(|integration| integration.instead(&between));
+    let instead = each.max().unwrap_or(Instead::Line);
+    let (Instead::Differences(_), Some(cosines)) = (instead, cosines) else {
+        return (instead, None);
+    };
+    let partial = u64::from(shaft.class() == ShaftClass::Partial);
+    match known(cosines, shaft, samples) {
+        None => {
+            samples.plan.exact_fallbacks += partial;
+            (Instead::Line, None)
+        }
+        known => {
+            samples.plan.exact_penumbrae += partial;
+            (instead, known)
+        }
+    }
 }
 
 /// What tells the seed of the second round from that of the first.
@@ -186,14 +241,12 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
         own: &mut CombinationBuffers<D::Points, D::Lines>,
     ) {
         let estimator = self.query.estimator;
-        let points_for_a_line = match self.visibility.is_dense() {
-            true => estimator.points_if_dense(),
-            false => None,
+        let (times, by) = match self.instead {
+            Instead::Line => (1, None),
+            Instead::Points(n) if self.query.light.texture.is_some() => (n, Some(PointBy::Area)),
+            Instead::Points(n) | Instead::Differences(n) => (n, Some(PointBy::Ltc)),
         };
-        let count = self
-            .query
-            .samples
-            .saturating_mul(points_for_a_line.unwrap_or(1));
+        let count = self.query.samples.saturating_mul(times);
         let random = self
             .query
             .numbers
@@ -204,8 +257,7 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
             _ => 1,
         };
         let expected = f64::from(count) / f64::from(rounds);
-        let dense = points_for_a_line.is_some();
-        PreparedTechnique::all(self.query, expected, part, dense, u, &mut own.techniques);
+        PreparedTechnique::all(self.query, expected, part, by, u, &mut own.techniques);
         for round in 0..rounds {
             if round > 0 {
                 own.first_round = Some(own.samples.len());
@@ -247,7 +299,14 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
 
     /// A sample of technique `technique`, if it carries light.
     fn sample(&self, technique: usize, at: LightPoint, density: f64) -> Option<Sample> {
-        let value = self.query.unshadowed(&at);
+        let mut value = self.query.unshadowed(&at);
+        if let Some(known) = &self.known {
+            let cosine = self.query.point.cosine(at.direction);
+            if cosine <= 0.0 {
+                return None;
+            }
+            value -= known.emitted * self.buffers.fit.at(at.direction, cosine);
+        }
         if value == DVec3::ZERO || !(density > 0.0 && density.is_finite()) {
             return None;
         }
@@ -433,6 +492,14 @@ impl<R: Reflection, T: EmissionTexture, S: Bordered> Combination<'_, '_, R, T, S
                 };
             }
         }
+    }
+}
+
+impl<R, T, S> Combination<'_, '_, R, T, S> {
+    /// What is known and the weighted sum of the samples.
+    fn sum<P, L>(&self, buffers: &CombinationBuffers<P, L>) -> DVec3 {
+        let known = self.known.map(|known| known.emitted * known.integral);
+        known.unwrap_or_default() + sum(self.query.estimator, buffers)
     }
 }
 

@@ -30,12 +30,12 @@ pub(super) enum Source<P, L> {
 
 impl<P, L> PreparedTechnique<P, L> {
     /// The techniques of a combination with this many samples in the mean; `u(k)` are independent
-    /// random numbers. `dense` says that too much stands in between to keep it.
+    /// random numbers, and `instead` says which points stand for the lines of integrals, if any do.
     pub(super) fn all<D: Domain<Points = P, Lines = L>>(
         query: &Query<'_, impl Reflection, impl EmissionTexture>,
         samples: f64,
         part: &D,
-        dense: bool,
+        instead: Option<PointBy>,
         u: impl Fn(u32) -> f64,
         out: &mut Vec<Self>,
     ) {
@@ -60,13 +60,9 @@ impl<P, L> PreparedTechnique<P, L> {
                 }
                 Technique::Lines(lines) => lines,
             };
-            if dense
-                && lines
-                    .integration
-                    .is_some_and(|i| i.points_if_dense().is_some())
-            {
-                let source = part.points(PointBy::Area);
-                push(Source::Points(source), expected, 1);
+            let integral = lines.integration.filter(|i| !i.keeps_lines());
+            if let (Some(by), Some(_)) = (instead, integral) {
+                push(Source::Points(part.points(by)), expected, 1);
                 continue;
             }
             let optimal = matches!(estimator.weights(), Weights::Optimal(_));

@@ -3,11 +3,12 @@
 use super::domain::RoundPart;
 use super::smooth::Smooth;
 use super::visibility::Visibility;
-use super::{Combination, sum};
+use super::{Combination, instead};
 use crate::closed_form::{visible_round, whole_round};
 use crate::light::Shape;
 use crate::round::{CORNERS, RoundView};
-use crate::transformed::visible_round_light;
+use crate::techniques::integrals::{Between, Instead};
+use crate::transformed::{known_of_round, visible_round_light};
 use crate::{Buffers, EmissionTexture, Lines, Queries, Query, SampleBuffers};
 use linelit_bsdf::{ClosedForm, Reflection};
 use linelit_geometry::DVec3;
@@ -33,7 +34,7 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
     let corners = view.corners(&view.disk);
     let mut shaft = occluders.shaft(towards(query, &corners), scratch);
     let class = shaft.class();
-    let part = RoundPart {
+    let mut part = RoundPart {
         view,
         horizons: [point.normal, point.geometric_normal],
         cosines: query.cosines_for(query.estimator.parts().map(|part| &part.technique)),
@@ -67,19 +68,32 @@ pub(crate) fn on_round<R: Reflection, T: EmissionTexture>(
             own: query.light.triangles.clone(),
         }
     };
-    weighted(query, &part, visibility, samples)
+    weighted(query, &mut part, emission.0, visibility, samples)
 }
 
 /// All techniques, weighted.
 fn weighted<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
-    part: &RoundPart,
-    visibility: Visibility<'_>,
+    part: &mut RoundPart,
+    emitted: DVec3,
+    mut visibility: Visibility<'_>,
     samples: &mut SampleBuffers,
 ) -> DVec3 {
     if visibility.class() == ShaftClass::Blocked {
         samples.plan.hidden += 1;
         return DVec3::ZERO;
+    }
+    let (view, cosines) = (&part.view, part.cosines.as_mut());
+    let (mut instead, known) = instead(
+        query,
+        &mut visibility,
+        cosines,
+        samples,
+        |c, shaft, samples| known_of_round(query.point, view, emitted, c, shaft, samples),
+    );
+    if let Instead::Differences(points) = &mut instead {
+        // As alone.
+        *points = 1;
     }
     let mut own = std::mem::take(&mut samples.round);
     let mut combination = Combination {
@@ -87,10 +101,12 @@ fn weighted<R: Reflection, T: EmissionTexture>(
         light: &part.view,
         visibility,
         smoothing: Smooth::new(query.estimator.weights(), &part.view),
+        instead,
+        known,
         buffers: samples,
     };
     combination.gather(part, &mut own);
-    let sum = sum(query.estimator, &own);
+    let sum = combination.sum(&own);
     samples.round = own.emptied();
     sum
 }
@@ -117,9 +133,14 @@ fn closed<R: Reflection, T: EmissionTexture>(
     }
     let query = query.with_samples(count);
     let partial = u64::from(shaft.class() == ShaftClass::Partial);
-    if integration.is_exact(shaft, count)
-        && (reflection.is_some() || query.estimator.alone().is_some())
-    {
+    let between = Between {
+        shaft,
+        occlusion: &query.light.occlusion,
+        samples: count,
+        has_cosines: true,
+    };
+    let is_exact = matches!(integration.instead(&between), Instead::Differences(_));
+    if is_exact && (reflection.is_some() || query.estimator.alone().is_some()) {
         let (view, sent) = (&part.view, emission.0);
         let value = match &reflection {
             Some(reflection) if reflection.is_diffuse() => {

@@ -51,9 +51,12 @@ impl<'a> Visibility<'a> {
         }
     }
 
-    /// Whether so much stands in between that it was not kept.
-    pub(super) fn is_dense(&self) -> bool {
-        matches!(self, Self::OneShaft(shaft) | Self::Outline(shaft, ..) if shaft.is_dense())
+    /// The shaft that answers everything.
+    pub(super) fn shaft_mut(&mut self) -> Option<&mut Shaft<'a>> {
+        match self {
+            Self::OneShaft(shaft) | Self::Outline(shaft, ..) => Some(shaft),
+            Self::SeparateRays { .. } => None,
+        }
     }
 
     /// The visible parts of lines on the light.

@@ -271,7 +271,7 @@ impl Technique {
     pub(crate) fn asks_for_cosines(&self) -> bool {
         match self {
             Self::Points(points) => point_techniques! { constant [points.by, ASKS_FOR_COSINES] },
-            Self::Lines(_) => false,
+            Self::Lines(lines) => lines.integration.is_some_and(|i| !i.keeps_lines()),
         }
     }
 

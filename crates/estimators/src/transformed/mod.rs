@@ -18,7 +18,7 @@ use linelit_shading::polygon;
 use linelit_visibility::{Shaft, ShaftClass};
 use lines::CosineLines;
 pub(crate) use pieces::CosinePieces;
-pub(crate) use round::visible_round_light;
+pub(crate) use round::{known_of_round, visible_round_light};
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Lambert's sum over the boundary is good to 1e-8 for lights whose area is larger than this times
@@ -113,7 +113,7 @@ impl Fit {
     }
 
     /// g(ω).
-    fn at(&self, w: DVec3, cosine: f64) -> DVec3 {
+    pub(crate) fn at(&self, w: DVec3, cosine: f64) -> DVec3 {
         let local = self.frame.to_local(w);
         let lobes = self.lobes.iter();
         lobes.fold(self.diffuse * (cosine * FRAC_1_PI), |sum, (ltc, albedo)| {
@@ -125,6 +125,42 @@ impl Fit {
 /// Whether a light is too small for sums over its edges.
 fn is_small(light: &ConvexPolygon, x: DVec3) -> bool {
     light.area() < SMALL * light.vertices()[0].distance_squared(x)
+}
+
+/// What is known of the light in closed form: the radiance that a light of one radiance sends, and
+/// ∫ V g dω over it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    pub emitted: DVec3,
+    pub integral: DVec3,
+}
+
+/// ∫ V g dω over a light of one radiance, through a shaft that keeps what stands between; sets
+/// `buffers.fit` to g. `None` if the shaft keeps too little to know what is visible.
+pub(crate) fn known<R: Reflection, T: EmissionTexture>(
+    query: &Query<'_, R, T>,
+    area: &AreaLight,
+    light: &ConvexPolygon,
+    cosines: &TransformedCosines,
+    shaft: &mut Shaft<'_>,
+    buffers: &mut SampleBuffers,
+) -> Option<Known> {
+    let point = query.point;
+    let (emitted, _) = even_emission(area, point.position);
+    let SampleBuffers { fit, penumbra, .. } = buffers;
+    fit.set(cosines, is_small(light, point.position));
+    let mut integral = DVec3::ZERO;
+    if shaft.class() == ShaftClass::Empty {
+        if let Some(above) = light.clip(point.position, point.geometric_normal) {
+            let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
+            let vertices = above.relative_to(point.position, &mut relative);
+            integral = fit.over_convex(vertices);
+        }
+    } else {
+        let mut corners = [[0.0; 2]; CORNERS];
+        integral = fit.over(&Seen::new(point, shaft, penumbra, &mut corners)?);
+    }
+    Some(Known { emitted, integral })
 }
 
 /// The light that a reflection f cos which looks like g sends of what is visible of an area light
@@ -140,28 +176,14 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
     shaft: &mut Shaft<'_>,
     buffers: &mut SampleBuffers,
 ) -> Option<DVec3> {
-    let point = query.point;
-    let (emitted, _) = even_emission(area, point.position);
+    let (point, light) = (query.point, &area.polygon);
     let cosines = point
         .bsdf
         .transformed_cosines(point.outgoing, point.normal)?;
-    let SampleBuffers { fit, penumbra, .. } = buffers;
-    let light = &area.polygon;
-    fit.set(&cosines, is_small(light, point.position));
-    let mut sum = DVec3::ZERO;
-    if shaft.class() == ShaftClass::Empty {
-        if let Some(above) = light.clip(point.position, point.geometric_normal) {
-            let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
-            let vertices = above.relative_to(point.position, &mut relative);
-            sum = fit.over_convex(vertices);
-        }
-    } else {
-        let mut corners = [[0.0; 2]; CORNERS];
-        sum = fit.over(&Seen::new(point, shaft, penumbra, &mut corners)?);
-    }
+    let Known { emitted, integral } = known(query, area, light, &cosines, shaft, buffers)?;
     let lobes = Lobes::new(light, point.position, &cosines);
-    sum += differences(query, light, &lobes, fit, shaft);
-    Some(emitted * sum)
+    let rest = differences(query, light, &lobes, &buffers.fit, shaft);
+    Some(emitted * (integral + rest))
 }
 
 /// The mean of V (f cos − g)/p over the samples of a query.

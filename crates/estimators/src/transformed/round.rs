@@ -1,11 +1,11 @@
 //! The light of spheres and disks by transformed cosines.
 
-use super::{Fit, differences};
+use super::{Fit, Known, differences};
 use crate::round::RoundView;
 use crate::seen_disk::SeenDisk;
 use crate::techniques::points::ltc::DiskLobes;
-use crate::{EmissionTexture, Query, SampleBuffers};
-use linelit_bsdf::Reflection;
+use crate::{EmissionTexture, Query, SampleBuffers, ShadingPoint};
+use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::DVec3;
 use linelit_visibility::Shaft;
 use std::f64::consts::FRAC_1_PI;
@@ -26,12 +26,35 @@ impl Fit {
     }
 }
 
-/// As [`visible_light`](super::visible_light), of what is visible of a round light, which is told
-/// by a shaft towards the disk that is seen; `None` also where the disk is too small, or seen too
-/// flatly, for sums over its boundary.
+/// As [`known`](super::known), of a round light, which is told by a shaft towards the disk that is
+/// seen; `None` also where the disk is too small, or seen too flatly, for sums over its boundary.
 ///
-/// What the cosine itself stands for mostly cancels: where there are lobes, points are drawn by
-/// those alone.
+/// What the cosine itself stands for mostly cancels: where there are lobes, points for the
+/// difference are to be drawn by those alone, which `cosines` then say.
+pub(crate) fn known_of_round<R: Reflection>(
+    point: &ShadingPoint<R>,
+    view: &RoundView,
+    emitted: DVec3,
+    cosines: &mut TransformedCosines,
+    shaft: &mut Shaft<'_>,
+    buffers: &mut SampleBuffers,
+) -> Option<Known> {
+    let SampleBuffers {
+        fit,
+        penumbra,
+        on_disk,
+        ..
+    } = buffers;
+    fit.set(cosines, false);
+    let seen = SeenDisk::new(view, point, shaft, penumbra, on_disk)?;
+    let integral = fit.over_disk(&seen)?;
+    if !cosines.lobes().is_empty() {
+        cosines.diffuse = DVec3::ZERO;
+    }
+    Some(Known { emitted, integral })
+}
+
+/// As [`visible_light`](super::visible_light), of what is visible of a round light.
 pub(crate) fn visible_round_light<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     view: &RoundView,
@@ -43,18 +66,8 @@ pub(crate) fn visible_round_light<R: Reflection, T: EmissionTexture>(
     let mut cosines = point
         .bsdf
         .transformed_cosines(point.outgoing, point.normal)?;
-    let SampleBuffers {
-        fit,
-        penumbra,
-        on_disk,
-        ..
-    } = buffers;
-    fit.set(&cosines, false);
-    let seen = SeenDisk::new(view, point, shaft, penumbra, on_disk)?;
-    let sum = fit.over_disk(&seen)?;
-    if !cosines.lobes().is_empty() {
-        cosines.diffuse = DVec3::ZERO;
-    }
+    let known = known_of_round(point, view, emitted, &mut cosines, shaft, buffers)?;
     let lobes = DiskLobes::new(&view.disk, view.x, &cosines)?;
-    Some(emitted * (sum + differences(query, view, &lobes, fit, shaft)))
+    let rest = differences(query, view, &lobes, &buffers.fit, shaft);
+    Some(emitted * (known.integral + rest))
 }

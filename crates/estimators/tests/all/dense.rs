@@ -1,5 +1,6 @@
 //! What is visible past thousands of triangles, against all of them.
 
+use crate::penumbrae::rough;
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, LightSource, NoTexture, Query, RandomNumbers};
 use linelit_estimators::{ShadingPoint, estimate};
@@ -8,6 +9,8 @@ use linelit_lights::{AreaLight, Emission, Light};
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_samplers::SamplerKind;
 use linelit_shading::polygon;
+use linelit_testkit::chi2::sidak;
+use linelit_testkit::ztest::{Welford, critical_z, z_score_two};
 use linelit_testkit::{cases, rng::SplitMix64};
 use linelit_visibility::{InstructionSet, LightCorners, Occluders, Scratch, ShaftQuery};
 use std::f64::consts::{PI, TAU};
@@ -366,7 +369,7 @@ fn light_past_fine_meshes_at_random() {
 }
 
 /// From as many lines on as take as long as the closed form by silhouettes, `hybrid` is `exact`
-/// past dense shafts; before, and where there are no silhouettes, it takes lines.
+/// past dense shafts; not before, nor where there are no silhouettes.
 #[test]
 fn hybrid_is_exact_past_silhouettes_where_that_pays() {
     let bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
@@ -406,4 +409,50 @@ fn hybrid_is_exact_past_silhouettes_where_that_pays() {
             assert_eq!(is_same, is_exact && has_silhouettes, "{samples} {edges}");
         }
     }
+}
+
+/// Combinations on a rough surface past dense shafts of fine meshes have the mean of points, and
+/// less than a thousandth of their variance where they take the closed form past silhouettes.
+#[test]
+fn combinations_past_silhouettes_are_right() {
+    let corners = &lights()[0];
+    let polygon = ConvexPolygon::try_new(corners).expect("a light");
+    let emission = Emission::one_sided(DVec3::ONE);
+    let light = Light::Area(AreaLight { polygon, emission });
+    let x = DVec3::new(0.12, 0.09, 0.0);
+    let wo = DVec3::new(-0.3, 0.0, 1.0).normalize();
+    let point = ShadingPoint::new(x, DVec3::Z, wo, rough(0.15));
+    let (_, mesh) = &fine_meshes(&mut cases::rng(16))[0];
+    let occluders = Occluders::build(&mesh.0, &mesh.1);
+    let mut buffers = Buffers::default();
+    let mut estimates = |name: &str, dense_edges, seeds: std::ops::Range<u64>| -> Welford {
+        let mut source = LightSource::new(&light);
+        source.occlusion.dense_edges = dense_edges;
+        let estimator = name.parse().expect("one");
+        let one = |seed| {
+            let numbers = RandomNumbers::new(SamplerKind::Sobol, seed, [0, 0], 0);
+            let query =
+                Query::<_, NoTexture>::new(&occluders, &source, &point, &estimator, numbers, 64);
+            estimate(&query, &mut buffers).x
+        };
+        seeds.map(one).collect()
+    };
+    let points = estimates("point-ltc+point-bsdf", 0.0, 10_000..10_512);
+    assert!(points.mean() > 0.0);
+    let cases = [
+        ("exact+point-bsdf", f64::INFINITY, true),
+        ("hybrid+point-bsdf", 0.0, true),
+        ("hybrid+point-bsdf", f64::INFINITY, false),
+    ];
+    let bound = critical_z(sidak(1e-4, cases.len()));
+    for (text, edges, is_closed) in cases {
+        let got = estimates(text, edges, 0..512);
+        let z = z_score_two(&got, &points);
+        assert!(z.abs() < bound, "{text}, {edges}: {z}");
+        assert!(
+            !is_closed || got.variance() < 0.001 * points.variance(),
+            "{text}"
+        );
+    }
+    assert!(buffers.samples.plan.exact_penumbrae == 1024);
 }

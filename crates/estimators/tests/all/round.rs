@@ -174,7 +174,7 @@ const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
     ),
 ];
 
-const TEXTS: [&str; 15] = [
+const TEXTS: [&str; 17] = [
     "line-area",
     "line-solid-angle",
     "line-projected",
@@ -190,6 +190,8 @@ const TEXTS: [&str; 15] = [
     "line-area[orientation=spread:2]+point-bsdf[mis=smooth]",
     "line-area+point-area[mis=unoccluded]",
     "line-area+point-projected-solid-angle[mis=optimal]",
+    "exact+point-bsdf",
+    "hybrid+line-area[mis=power]",
 ];
 
 /// Whatever is inside a sphere or cuts into it, every estimator gives the light of points by area

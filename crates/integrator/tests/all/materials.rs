@@ -22,7 +22,7 @@ const MATERIALS: [&str; 9] = [
 ];
 
 /// By name, samples, and whether it can sample a lobe as narrow as a mirror's.
-const ESTIMATORS: [(&str, u32, bool); 7] = [
+const ESTIMATORS: [(&str, u32, bool); 9] = [
     ("line-solid-angle+point-bsdf", 32, true),
     (
         "line-solid-angle[orientation=fixed:0]+line-area[orientation=fixed:0.5]+point-bsdf[mis=smooth]",
@@ -34,6 +34,8 @@ const ESTIMATORS: [(&str, u32, bool); 7] = [
     ("line-area", 16, false),
     ("line-analytic", 8, false),
     ("exact", 8, false),
+    ("exact+point-bsdf", 16, true),
+    ("hybrid+point-bsdf[mis=optimal]", 16, true),
 ];
 
 /// A z test over pixels, channels, estimators and materials at α = 0.01.

@@ -1,6 +1,6 @@
 //! `line-analytic`: the closed form along the visible parts of each line.
 
-use super::Integral;
+use super::{Between, Instead, Integral};
 use crate::line_sum::{self, Along};
 use crate::{Buffers, EmissionTexture, Lines, Query};
 use linelit_bsdf::Reflection;
@@ -12,6 +12,7 @@ pub(crate) struct Analytic;
 
 impl Integral for Analytic {
     const NAME: &'static str = "line-analytic";
+    const KEEPS_LINES: bool = true;
 
     fn light<R: Reflection, T: EmissionTexture>(
         self,
@@ -21,5 +22,9 @@ impl Integral for Analytic {
         buffers: &mut Buffers,
     ) -> DVec3 {
         line_sum::lines(query, area, lines, Along::best(query), buffers)
+    }
+
+    fn instead(self, _: &Between<'_, '_>) -> Instead {
+        Instead::Line
     }
 }

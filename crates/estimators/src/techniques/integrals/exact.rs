@@ -1,6 +1,6 @@
 //! `exact`: light in closed form past occluders, soft shadows without noise.
 
-use super::Integral;
+use super::{Between, Instead, Integral};
 use crate::light::even_emission;
 use crate::strategy::{Strategy, through_shaft};
 use crate::text::{Options, OwnOptions, Result};
@@ -39,6 +39,12 @@ pub struct ExactOptions {
 impl ExactOptions {
     /// The closed form past any number of triangles.
     pub const NO_LIMIT: u32 = u32::MAX;
+
+    /// Whether the closed form is taken past what a shaft holds.
+    fn is_for(self, shaft: &Shaft<'_>) -> bool {
+        let within = !shaft.is_dense() && shaft.candidates() <= self.limit as usize;
+        within || self.limit == Self::NO_LIMIT
+    }
 }
 
 impl Default for ExactOptions {
@@ -65,7 +71,7 @@ impl Integral for ExactOptions {
     ) -> DVec3 {
         let query = query.with_tolerance(self.tolerance);
         through_shaft(&query, area, lines, buffers, |shaft| {
-            if self.is_exact(shaft, query.samples) {
+            if self.is_for(shaft) {
                 (Strategy::Exact, 1)
             } else {
                 (Strategy::Lines, 1)
@@ -73,9 +79,12 @@ impl Integral for ExactOptions {
         })
     }
 
-    fn is_exact(self, shaft: &Shaft<'_>, _: u32) -> bool {
-        let within = !shaft.is_dense() && shaft.candidates() <= self.limit as usize;
-        within || self.limit == Self::NO_LIMIT
+    fn instead(self, between: &Between<'_, '_>) -> Instead {
+        if between.has_cosines && self.is_for(between.shaft) {
+            Instead::Differences(1)
+        } else {
+            Instead::Line
+        }
     }
 }
 

@@ -1,11 +1,11 @@
 //! `hybrid`: whichever of exact, lines, points and rays is cheapest by what stands in between.
 //! Where the numbers come from: `docs/decisions/007-what-hybrid-asks.md`.
 
-use super::Integral;
 use super::exact::ExactOptions;
+use super::{Between, Instead, Integral};
 use crate::strategy::{Strategy, through_shaft};
 use crate::techniques::points::LightPoint;
-use crate::{Buffers, EmissionTexture, Estimator, Lines, PointBy, Points, Query};
+use crate::{Buffers, EmissionTexture, Estimator, Lines, OcclusionStats, PointBy, Points, Query};
 use crate::{combination, point_sum};
 use linelit_bsdf::{ClosedLobe, Reflection};
 use linelit_geometry::DVec3;
@@ -61,6 +61,10 @@ const LINES_FOR_THE_FIRST: f64 = 1.2;
 const LINES_FOR_A_DENSE_EDGE: f64 = 0.8;
 const LINES_PAST_DENSE: f64 = 25.0;
 
+/// Where the closed form takes over from fewer than this many times as many lines on as lines do
+/// from rays, rays go on until then: lines, only just ahead of them, would not be for long.
+const LINES_BEFORE_DENSE: f64 = 4.0;
+
 /// By how much of its time in an empty shaft a line takes longer for each candidate.
 const LINE_BY_CANDIDATES: f64 = 0.011;
 
@@ -84,7 +88,6 @@ pub(crate) struct Cheapest;
 
 impl Integral for Cheapest {
     const NAME: &'static str = "hybrid";
-    const POINTS_IF_DENSE: Option<u32> = Some(POINTS_FOR_A_LINE_IF_DENSE);
 
     /// Rays where looking for everything in between does not pay; else what the shaft suggests.
     fn light<R: Reflection, T: EmissionTexture>(
@@ -102,8 +105,9 @@ impl Integral for Cheapest {
         let closed = query.point.bsdf.closed_form();
         // Without a closed form, but as transformed cosines (or nothing is known of it).
         let is_fitted = query.light.texture.is_none() && closed.is_none();
-        let are_few = f64::from(lines) < (occlusion.line_cost / RAYS_FOR_FEW_LINES).powi(2);
-        let past_dense = lines_past_dense(query, area) <= f64::from(lines);
+        let dense_from = lines_past_dense(occlusion, lines_for_lobes(query, area));
+        let past_dense = dense_from <= f64::from(lines);
+        let are_few = f64::from(lines) < few_lines(occlusion, dense_from);
         if occlusion.dense && are_few && !past_dense {
             let by = if is_fitted {
                 PointBy::Ltc
@@ -118,7 +122,7 @@ impl Integral for Cheapest {
             return point_sum::by_rays(&query.times(times), area, by, buffers);
         }
         if is_fitted && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines) {
-            let times = POINTS_FOR_A_LINE.max(POINTS_WITH_FITS.div_ceil(lines));
+            let times = points_with_fits(lines);
             return through_shaft(query, area, options, buffers, |shaft| {
                 if shaft.is_dense() {
                     in_dense_shaft((past_dense, times), are_few, PointBy::Ltc, shaft)
@@ -153,10 +157,39 @@ impl Integral for Cheapest {
     }
 
     #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
-    fn is_exact(self, shaft: &Shaft<'_>, samples: u32) -> bool {
-        let affordable = CANDIDATES_OF_FITS * f64::from(samples);
-        !shaft.is_dense() && (shaft.candidates() as f64) < affordable
+    fn instead(self, between: &Between<'_, '_>) -> Instead {
+        let Between {
+            shaft, occlusion, ..
+        } = between;
+        let lines = f64::from(between.samples);
+        let is_affordable = match shaft.is_dense() {
+            true => shaft.has_silhouettes() && lines_past_dense(occlusion, WITHOUT_LOBES) <= lines,
+            false => (shaft.candidates() as f64) < CANDIDATES_OF_FITS * lines,
+        };
+        if is_affordable && between.has_cosines {
+            Instead::Differences(points_with_fits(between.samples))
+        } else if shaft.is_dense() {
+            Instead::Points(POINTS_FOR_A_LINE_IF_DENSE)
+        } else {
+            Instead::Line
+        }
     }
+}
+
+/// Towards a light that is densely occluded, and for a dense shaft, lines are few below this, if the
+/// closed form takes over from so many on.
+fn few_lines(occlusion: &OcclusionStats, dense_from: f64) -> f64 {
+    let few = (occlusion.line_cost / RAYS_FOR_FEW_LINES).powi(2);
+    if dense_from < LINES_BEFORE_DENSE * few {
+        few.max(dense_from)
+    } else {
+        few
+    }
+}
+
+/// How many points for each line complete the closed form of transformed cosines.
+fn points_with_fits(lines: u32) -> u32 {
+    POINTS_FOR_A_LINE.max(POINTS_WITH_FITS.div_ceil(lines.max(1)))
 }
 
 /// Points where lines would be fewer than `FEW_LINES`: in a shaft, if that costs less than rays do
@@ -251,9 +284,7 @@ pub(crate) fn lines_of_exact<R: Reflection, T>(
 }
 
 /// Lines that take as long as the closed form past a dense shaft, on average.
-fn lines_past_dense<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) -> f64 {
-    let occlusion = &query.light.occlusion;
-    let [for_lobes, for_an_edge] = lines_for_lobes(query, area);
+fn lines_past_dense(occlusion: &OcclusionStats, [for_lobes, for_an_edge]: [f64; 2]) -> f64 {
     let for_an_edge = LINES_FOR_A_DENSE_EDGE * for_an_edge / LINES_FOR_AN_EDGE;
     let lines = LINES_PAST_DENSE + for_an_edge * occlusion.dense_edges;
     (lines + for_lobes) * occlusion.exact_cost
@@ -274,12 +305,15 @@ fn is_smooth<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>, area: &
         })
 }
 
+/// What `lines_for_lobes` says where there are none.
+const WITHOUT_LOBES: [f64; 2] = [0.0, LINES_FOR_AN_EDGE];
+
 /// Lines that take as long as the lobes over the light's own edges in the closed form, and as an
 /// edge.
 fn lines_for_lobes<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) -> [f64; 2] {
     let point = query.point;
     let Some(reflection) = point.bsdf.closed_form() else {
-        return [0.0, LINES_FOR_AN_EDGE];
+        return WITHOUT_LOBES;
     };
     let (vertices, x) = (area.polygon.vertices(), point.position);
     let first = (vertices[0] - x).normalize_or_zero();
@@ -296,7 +330,7 @@ fn lines_for_lobes<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) 
         }
     };
     let lobes = reflection.lobes(point.outgoing, point.normal);
-    lobes.fold([0.0, LINES_FOR_AN_EDGE], |[own, edge], lobe| {
+    lobes.fold(WITHOUT_LOBES, |[own, edge], lobe| {
         [own + LINES_FOR_A_LOBE, edge + for_a_lobe(lobe)]
     })
 }

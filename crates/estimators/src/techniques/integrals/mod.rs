@@ -5,11 +5,35 @@ pub(crate) mod exact;
 pub(crate) mod hybrid;
 
 use crate::techniques::integrations;
-use crate::{Buffers, EmissionTexture, Integration, Lines, Query};
+use crate::{Buffers, EmissionTexture, Integration, Lines, OcclusionStats, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
 use linelit_lights::AreaLight;
 use linelit_visibility::Shaft;
+
+/// What a line becomes in a combination on a reflection without a closed form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Instead {
+    /// It stays one, of which a point is drawn.
+    Line,
+    /// So many points of the light.
+    Points(u32),
+    /// The closed form of the transformed cosines that the reflection looks like, and so many
+    /// points for what these leave out, of this technique and of all others.
+    Differences(u32),
+}
+
+/// What decides that.
+pub(crate) struct Between<'q, 's> {
+    /// What stands between the shading point and the light.
+    pub shaft: &'q Shaft<'s>,
+    /// What does on average over the scene.
+    pub occlusion: &'q OcclusionStats,
+    /// The samples of the combination.
+    pub samples: u32,
+    /// Whether transformed cosines may look like the light that is reflected.
+    pub has_cosines: bool,
+}
 
 /// A way to integrate the light of a polygon without a random point of each line: all there is to
 /// know about one technique. One with options of its own implements
@@ -18,9 +42,8 @@ pub(crate) trait Integral: Copy + Default {
     /// The name in texts.
     const NAME: &'static str;
 
-    /// How many points uniform on the area stand for a line in a combination, where there is no
-    /// closed form and a shaft is too dense to keep; lines by area unless said.
-    const POINTS_IF_DENSE: Option<u32> = None;
+    /// Whether its lines stay lines in any combination.
+    const KEEPS_LINES: bool = false;
 
     /// The light of the query, whose samples are lines, as [`estimate`](crate::estimate) gives it:
     /// alone, and in a combination where the reflection has a closed form.
@@ -35,22 +58,21 @@ pub(crate) trait Integral: Copy + Default {
         buffers: &mut Buffers,
     ) -> DVec3;
 
-    /// Whether a round light of so many samples is integrated over what is visible of it, by what
-    /// stands between; else along chords.
-    fn is_exact(self, shaft: &Shaft<'_>, samples: u32) -> bool {
-        let _ = (shaft, samples);
-        false
-    }
+    /// What becomes of a line in a combination on a reflection without a closed form. Round lights
+    /// also ask on others, whether they are integrated over what is visible of them, or along
+    /// chords.
+    fn instead(self, between: &Between<'_, '_>) -> Instead;
 }
 
 impl Integration {
-    pub(crate) fn points_if_dense(self) -> Option<u32> {
-        integrations! { constant [self, POINTS_IF_DENSE] }
+    /// Whether its lines stay lines in any combination.
+    pub(crate) fn keeps_lines(self) -> bool {
+        integrations! { constant [self, KEEPS_LINES] }
     }
 
-    /// Whether a round light is integrated over what is visible of it.
-    pub(crate) fn is_exact(self, shaft: &Shaft<'_>, samples: u32) -> bool {
-        integrations! { dispatch [self, technique => technique.is_exact(shaft, samples)] }
+    /// What becomes of a line in a combination.
+    pub(crate) fn instead(self, between: &Between<'_, '_>) -> Instead {
+        integrations! { dispatch [self, technique => technique.instead(between)] }
     }
 
     /// The light of the query, whose samples are lines.
