@@ -32,9 +32,9 @@ use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, Segment, predicates};
 
 /// Nearer to the light's plane than this, relative to the way to the farthest of the light, the
-/// lines are [`linelit_geometry::CloseLines`]: rounded corners would move an edge next to the foot
-/// by 1e-12 of the measure.
-const NEAR: f64 = 2e-4;
+/// lines are [`linelit_geometry::CloseLines`]: the light's normal, rounded to ε, would change that
+/// distance, and with it the measure, by 1e-12, and rounded corners move an edge next to the foot.
+const NEAR: f64 = 1e-3;
 /// But not farther than this from the light, relative to its size: that is what twice the working
 /// precision still resolves, to ε of a light that is ε times as wide as it is long.
 const FAR: f64 = 1e4;

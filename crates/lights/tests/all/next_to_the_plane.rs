@@ -115,6 +115,32 @@ proptest! {
     }
 }
 
+/// At three ten-thousandths of the way to the light over its plane, where the rounding of the
+/// normal alone would be 2.1e-12 of the total.
+#[test]
+fn the_total_does_not_know_the_rounded_normal() {
+    let corners = [
+        [1.7384491979554353, 1.319692189584543, -2.169980538422578],
+        [1.3102225707191213, 0.12913460594210568, -1.8864564721144954],
+        [2.6813361881541677, 0.19497014694029302, -2.476929623442324],
+    ];
+    let seen = Seen {
+        light: ConvexPolygon::try_new(&corners.map(DVec3::from)).unwrap(),
+        x: DVec3::new(0.22054492921353241, 1.5321253738763765, -1.5393830644109083),
+        n: DVec3::new(
+            -0.10943685360195948,
+            0.8138448787479531,
+            -0.5706838778250467,
+        ),
+        angle: 1.8614444647602875,
+    };
+    let Seen { light, x, n, angle } = seen;
+    let total = AngularLines::by_projected_solid_angle(&light, angle, x, n).total();
+    let want = precise::precise_irradiance(light.vertices(), x, n);
+    let error = (total / want - 1.0).abs();
+    assert!(error <= tolerance(&seen), "{error:e}");
+}
+
 /// The CDF at an offset is the share of what lies before the line, and lines and points come back
 /// from their random numbers.
 fn holds(seen: &Seen, [xi, xj]: [f64; 2]) -> Result<(), TestCaseError> {
