@@ -7,8 +7,8 @@ use crate::strategy::{Strategy, through_shaft};
 use crate::techniques::points::LightPoint;
 use crate::{Buffers, EmissionTexture, Estimator, Lines, OcclusionStats, PointBy, Points, Query};
 use crate::{combination, point_sum};
-use linelit_bsdf::{ClosedLobe, Reflection};
-use linelit_geometry::DVec3;
+use linelit_bsdf::{ClosedLobe, Reflection, TransformedCosine};
+use linelit_geometry::{DVec3, Frame};
 use linelit_lights::AreaLight;
 use linelit_visibility::{Shaft, ShaftClass};
 
@@ -35,6 +35,10 @@ const POINTS_WITH_FITS: u32 = 16;
 /// Where what the light sends to the viewer differs by no more than this from corner to corner and
 /// middle, points of its area soon know it, and all else costs more than they do.
 const SMOOTH: f64 = 4.0;
+
+/// A light whose image in the space of a lobe's cosine has a corner further than this from another,
+/// on the unit sphere, is wide for the lobe.
+const WIDE_FOR_COSINES: f64 = 1.0;
 
 /// Towards a light that is densely occluded, and for a dense shaft, lines are few below the square
 /// of the rays that take as long as one, each divided by this: as their number grows, the error of
@@ -290,9 +294,24 @@ fn lines_past_dense(occlusion: &OcclusionStats, [for_lobes, for_an_edge]: [f64; 
     (lines + for_lobes) * occlusion.exact_cost
 }
 
-/// Whether what the light sends to the viewer is smooth over it.
+/// Whether what the light sends to the viewer is smooth over it: by its corners and middle, and no
+/// lobe is so narrow that it could lie between them.
 fn is_smooth<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>, area: &AreaLight) -> bool {
-    let polygon = &area.polygon;
+    let (polygon, point) = (&area.polygon, query.point);
+    let cosines = point.bsdf.transformed_cosines(point.outgoing, point.normal);
+    let is_narrow = |lobe: &TransformedCosine, frame: &Frame| {
+        let inverse = lobe.map.inverse();
+        let image = |v: &DVec3| (inverse * frame.to_local(*v - point.position)).normalize_or_zero();
+        let [first, rest @ ..] = polygon.vertices() else {
+            return true;
+        };
+        let first = image(first);
+        rest.iter()
+            .any(|v| first.distance(image(v)) > WIDE_FOR_COSINES)
+    };
+    if cosines.is_none_or(|c| c.lobes().iter().any(|lobe| is_narrow(lobe, &c.frame))) {
+        return false;
+    }
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
     let corners = polygon.vertices().iter().copied();
     std::iter::once(polygon.centroid())
