@@ -1,6 +1,7 @@
 //! A sum of reflections.
 
 use crate::lobe::{Model, by_cosine};
+use crate::microfacet::TrowbridgeReitz;
 use crate::{Lobe, Peaks, TransformedCosines, numbers};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
@@ -177,6 +178,18 @@ impl Layers {
             }
         }
         sum
+    }
+
+    /// Whether any lobe [bends](TrowbridgeReitz::bends).
+    pub(crate) fn is_unlike_cosines(&self, wo: DVec3, n: DVec3) -> bool {
+        let stretched = || {
+            let facets = self.lobes().filter_map(|(_, lobe)| lobe.facets());
+            facets.filter(TrowbridgeReitz::is_stretched)
+        };
+        stretched().next().is_some() && {
+            let wo = above(self.frame(n).to_local(wo));
+            stretched().any(|facets| facets.bends(wo))
+        }
     }
 
     /// In proportion to about what each reflects, with an even part for all that are drawn by: also

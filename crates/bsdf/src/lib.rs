@@ -179,6 +179,13 @@ impl Reflection for Bsdf {
             Self::Lambert(_) | Self::Phong(..) => self.closed_form()?.transformed_cosines(wo, n),
         })
     }
+
+    fn is_unlike_cosines(&self, wo: DVec3, n: DVec3) -> bool {
+        match self {
+            Self::Layers(layers) => layers.is_unlike_cosines(wo, n),
+            Self::Lambert(_) | Self::Phong(..) => false,
+        }
+    }
 }
 
 /// The largest number below one.

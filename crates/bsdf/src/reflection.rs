@@ -56,6 +56,15 @@ pub trait Reflection {
     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
         Some(self.closed_form()?.transformed_cosines(wo, n))
     }
+
+    /// Whether samples by those cosines alone would have rare and large values, since the
+    /// reflection has much where they are next to nothing: estimators then draw by
+    /// [`sample`](Self::sample), too. No, unless said. Of this crate's reflections, that of facets
+    /// that are rough in one direction alone: seen from beside it, its light lies along a curve.
+    fn is_unlike_cosines(&self, wo: DVec3, n: DVec3) -> bool {
+        let _ = (wo, n);
+        false
+    }
 }
 
 /// A reflection that integrals in closed form know: diffuse, and any number of lobes.

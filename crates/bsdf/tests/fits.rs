@@ -7,7 +7,7 @@ use fit_errors::{alone, nodes, rows, view};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{
     Bsdf, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong, Reflection,
-    Substrate, TransformedCosine,
+    Reflector, Substrate, TransformedCosine,
 };
 use linelit_geometry::DVec3;
 use linelit_testkit::chi2::{chi2_test, sidak};
@@ -284,4 +284,44 @@ fn foreign_models_are_the_cosine() {
     }
     let n = DVec3::new(0.6, 0.0, 0.8);
     assert_eq!(Foreign.transformed_cosines(DVec3::Z, n), None);
+}
+
+/// Of reflectors that are not said to be unlike their transformed cosines, samples by these have a
+/// mean square of weights below 8, whatever the widths; of those that are, two thirds and more
+/// have above four, up to millions (69 %).
+#[test]
+fn what_is_unlike_is_said() {
+    let mut random = SplitMix64::new(11);
+    let (mut unlike, mut high) = (0, 0);
+    for _ in 0..5000 {
+        let mut any = |low: f64, high: f64| low + (high - low) * random.next_f64();
+        let alpha = [any(-3.5, 0.0), any(-3.5, 0.0)].map(|e| 10f64.powf(e));
+        let wo = view(any(0.1, 1.0), any(0.0, TAU));
+        let mirror = Reflector {
+            reflectance: DVec3::ONE,
+            facets: TrowbridgeReitz::new(alpha),
+            fresnel: Fresnel::Full,
+        };
+        let mut layers = Layers::new(DVec3::X);
+        assert!(layers.add(DVec3::ONE, Lobe::Reflector(mirror)));
+        let bsdf = Bsdf::Layers(layers);
+        let cosines = bsdf.transformed_cosines(wo, DVec3::Z).expect("known");
+        let lobe = cosines.lobes()[0];
+        // ∫ (f cos)²/p over the albedo, by directions of f cos.
+        let mut weight = || {
+            let u = [random.next_f64(), random.next_f64()];
+            let wi = bsdf.sample(u, wo, DVec3::Z).filter(|wi| wi.z > 0.0)?;
+            let f = bsdf.eval(wi, wo, DVec3::Z).x * wi.z;
+            Some(f / (lobe.albedo.x * lobe.density(cosines.frame.to_local(wi))))
+        };
+        let weights: Vec<f64> = (0..400).filter_map(|_| weight()).collect();
+        #[allow(clippy::cast_precision_loss, reason = "at most 400")]
+        let square = weights.iter().sum::<f64>() / weights.len() as f64;
+        if bsdf.is_unlike_cosines(wo, DVec3::Z) {
+            (unlike, high) = (unlike + 1, high + u32::from(square > 4.0));
+        } else {
+            assert!(square < 8.0, "{alpha:?}, {wo}: {square}");
+        }
+    }
+    assert!(unlike > 1000 && 3 * high > 2 * unlike, "{high} of {unlike}");
 }

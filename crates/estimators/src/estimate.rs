@@ -6,8 +6,8 @@ use crate::techniques::point_techniques;
 use crate::techniques::points::PointDensity;
 use crate::techniques::points::round::{RoundPoints, Viewer};
 use crate::{
-    Buffers, EmissionTexture, LinearOptions, Lines, Points, Query, Technique, combination, linear,
-    point_sum,
+    Buffers, EmissionTexture, Estimator, Integration, LineDirection, LinearOptions, Lines, Points,
+    Query, Technique, combination, linear, point_sum,
 };
 use linelit_bsdf::Reflection;
 use linelit_geometry::DVec3;
@@ -23,6 +23,11 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     buffers: &mut Buffers,
 ) -> DVec3 {
+    let safer = with_bsdf_samples(query);
+    let query = &Query {
+        estimator: safer.as_ref().unwrap_or(query.estimator),
+        ..*query
+    };
     match query.light.light {
         Light::Area(light) => on_area(query, light, buffers),
         Light::Linear(light) => on_line(query, light, buffers),
@@ -36,6 +41,25 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         },
         Light::Cylinder(light) => on_cylinder(query, light, buffers),
     }
+}
+
+/// The estimator with BSDF samples beside it: for integrals of transformed cosines alone that the
+/// reflection is [unlike](Reflection::is_unlike_cosines).
+fn with_bsdf_samples<R: Reflection, T>(query: &Query<'_, R, T>) -> Option<Estimator> {
+    let point = query.point;
+    let Some(Technique::Lines(lines)) = query.estimator.alone() else {
+        return None;
+    };
+    if lines.integration.is_none_or(Integration::keeps_lines)
+        || lines.direction == LineDirection::UniformPerLine
+        || matches!(query.light.light, Light::Linear(_) | Light::Cylinder(_))
+        || query.light.texture.is_some()
+        || point.bsdf.closed_form().is_some()
+    {
+        return None;
+    }
+    let is_unlike = point.bsdf.is_unlike_cosines(point.outgoing, point.normal);
+    is_unlike.then(|| Estimator::from(*lines).with(Points::bsdf()))
 }
 
 /// The technique of points with a shadow ray each, if the estimator is that alone.

@@ -180,8 +180,8 @@ impl Integral for Cheapest {
     }
 }
 
-/// Towards a light that is densely occluded, and for a dense shaft, lines are few below this, if the
-/// closed form takes over from so many on.
+/// Towards a light that is densely occluded, and for a dense shaft, lines are few below this, if
+/// the closed form takes over from so many on.
 fn few_lines(occlusion: &OcclusionStats, dense_from: f64) -> f64 {
     let few = (occlusion.line_cost / RAYS_FOR_FEW_LINES).powi(2);
     if dense_from < LINES_BEFORE_DENSE * few {
@@ -221,21 +221,26 @@ fn by_few_points<R: Reflection, T: EmissionTexture>(
     point_sum::by_rays(&query.times(RAYS_FOR_A_LINE), area, by, buffers)
 }
 
-/// Points of a light that emits an image, half of them by the image.
+/// Points of a light that emits an image, half of them by the image; or a third, and a third by a
+/// reflection that is [unlike](Reflection::is_unlike_cosines) transformed cosines.
 fn by_texture<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     area: &AreaLight,
     buffers: &mut Buffers,
 ) -> DVec3 {
-    let closed = query.point.bsdf.closed_form();
+    let point = query.point;
+    let closed = point.bsdf.closed_form();
     let by = if closed.is_some_and(|form| form.is_diffuse()) {
         PointBy::SolidAngle
     } else {
         PointBy::Ltc
     };
-    let estimator = &Estimator::points(by).with(Points::by(PointBy::Texture));
+    let mut estimator = Estimator::points(by).with(Points::by(PointBy::Texture));
+    if point.bsdf.is_unlike_cosines(point.outgoing, point.normal) {
+        estimator = estimator.with(Points::bsdf());
+    }
     let query = Query {
-        estimator,
+        estimator: &estimator,
         ..*query
     };
     combination::combined(&query, area, buffers)
@@ -298,7 +303,15 @@ fn lines_past_dense(occlusion: &OcclusionStats, [for_lobes, for_an_edge]: [f64; 
 /// lobe is so narrow that it could lie between them.
 fn is_smooth<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>, area: &AreaLight) -> bool {
     let (polygon, point) = (&area.polygon, query.point);
-    let cosines = point.bsdf.transformed_cosines(point.outgoing, point.normal);
+    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+    let corners = polygon.vertices().iter().copied();
+    let mut places = std::iter::once(polygon.centroid()).chain(corners);
+    let is_even = places.all(|at| {
+        let at = LightPoint::new(at, point.position, polygon);
+        let value = query.unshadowed(&at).element_sum() * at.cos_light.abs() / at.square;
+        (least, most) = (least.min(value), most.max(value));
+        most <= SMOOTH * least
+    });
     let is_narrow = |lobe: &TransformedCosine, frame: &Frame| {
         let inverse = lobe.map.inverse();
         let image = |v: &DVec3| (inverse * frame.to_local(*v - point.position)).normalize_or_zero();
@@ -309,19 +322,10 @@ fn is_smooth<R: Reflection, T: EmissionTexture>(query: &Query<'_, R, T>, area: &
         rest.iter()
             .any(|v| first.distance(image(v)) > WIDE_FOR_COSINES)
     };
-    if cosines.is_none_or(|c| c.lobes().iter().any(|lobe| is_narrow(lobe, &c.frame))) {
-        return false;
+    is_even && {
+        let cosines = point.bsdf.transformed_cosines(point.outgoing, point.normal);
+        cosines.is_some_and(|c| !c.lobes().iter().any(|lobe| is_narrow(lobe, &c.frame)))
     }
-    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-    let corners = polygon.vertices().iter().copied();
-    std::iter::once(polygon.centroid())
-        .chain(corners)
-        .all(|at| {
-            let at = LightPoint::new(at, query.point.position, polygon);
-            let value = query.unshadowed(&at).element_sum() * at.cos_light.abs() / at.square;
-            (least, most) = (least.min(value), most.max(value));
-            most <= SMOOTH * least
-        })
 }
 
 /// What `lines_for_lobes` says where there are none.

@@ -241,8 +241,8 @@ mod tests {
     use linelit_bsdf::TransformedCosine;
     use linelit_testkit::assert_close;
 
-    /// A lobe that lies on the light takes all of its albedo, wherever on the light it is: the image
-    /// of a narrow one is so wide that the cosine in its middle says nothing.
+    /// A lobe that lies on the light takes all of its albedo, wherever on the light it is: the
+    /// image of a narrow one is so wide that the cosine in its middle says nothing.
     #[test]
     fn narrow_lobes_on_the_light_get_their_share() {
         let normal = DVec3::new(0.3, -0.2, 0.9).normalize();
