@@ -25,8 +25,8 @@ use linelit_simd::{Simd, dispatch};
 /// Most lines that share a walk.
 pub(crate) const GROUP: usize = 8;
 
-/// A line with this many intervals has them united, so that bins know what they hide together.
-/// `docs/decisions/010-dense-shafts.md`.
+/// A line with this many intervals more than when they were last has them united, so that bins know
+/// what they hide together. `docs/decisions/010-dense-shafts.md`.
 const CROWDED: usize = 9;
 
 /// Blocks of eight lines.
@@ -108,6 +108,8 @@ pub(crate) struct Covered {
     high: [[f32; 8]; BLOCKS],
     /// How many of a line's kept intervals are recorded.
     recorded: [[u32; 8]; BLOCKS],
+    /// From how many on they are united.
+    crowded: [usize; BLOCKS],
     /// Blocks in use.
     blocks: usize,
 }
@@ -138,6 +140,7 @@ impl Covered {
         self.blocks = lines.blocks.len();
         self.open = [[0; 8]; BLOCKS];
         self.recorded = [[0; 8]; BLOCKS];
+        self.crowded = [CROWDED; BLOCKS];
         self.low = [[f32::INFINITY; 8]; BLOCKS];
         self.high = [[f32::NEG_INFINITY; 8]; BLOCKS];
         for line in 0..lines.count.min(GROUP) {
@@ -182,45 +185,53 @@ impl Covered {
     #[inline(always)]
     fn record<S: Simd>(&mut self, s: S, lines: &mut Lines, slots: &mut Slots) -> bool {
         let mut open = 0;
-        // Adding 2⁵² rounds to an integer; half a bin inward, that is never too generous.
-        let (zero, end) = (s.dsplat(0.0), s.dsplat(64.0));
-        let (half, one) = (s.dsplat(0.5), s.dsplat(1.0));
-        let base = s.dsplat(4_503_599_627_370_496.0);
         for (k, block) in lines.blocks.iter_mut().enumerate().take(BLOCKS) {
-            if slots.most(k) >= CROWDED {
+            if slots.most(k) >= self.crowded[k] {
                 slots.unite(s, k, block);
                 self.recorded[k] = [0; 8];
+                self.crowded[k] = slots.most(k) + CROWDED;
             }
-            let first = s.dload(&block.run_lo) * end + half;
-            let first = s.dmin(s.dmax(first, zero), end) + base;
-            let last = s.dload(&block.run_hi) * end - half;
-            let last = s.dmin(s.dmax(last, zero), end) + base;
-            // From the first to the one before the last; none if that is none.
-            let some = s.dlt(first, last);
-            let first = s.select(some, one, first - base);
-            let last = s.select(some, zero, last - base - one);
-            let base = s.dsplat(8_388_608.0);
-            let mut bins = Lanes([0; 8]);
-            let (first, last) = (first + base, last + base);
-            s.bin_masks(s.narrow(first), s.narrow(last), &mut bins);
-            for (open, bins) in self.open[k].iter_mut().zip(&bins.0) {
-                *open &= !bins;
-            }
+            self.hide(s, k, [s.dload(&block.run_lo), s.dload(&block.run_hi)]);
             let counts = slots.counts(k);
-            if self.recorded[k] != *counts {
-                for (lane, &count) in counts.iter().enumerate() {
-                    for kept in self.recorded[k][lane]..count {
-                        let (low, high) = slots.kept(k, lane, kept as usize);
-                        self.open[k][lane] &= !filled(low, high);
-                    }
+            let (mut first, mut end) = (u32::MAX, 0);
+            for (recorded, count) in self.recorded[k].iter().zip(counts) {
+                if recorded < count {
+                    (first, end) = (first.min(*recorded), end.max(*count));
                 }
-                self.recorded[k] = *counts;
             }
+            for row in first..end {
+                self.hide(s, k, slots.row(s, k, row));
+            }
+            self.recorded[k] = *counts;
             for bins in &self.open[k] {
                 open |= bins;
             }
         }
         open == 0
+    }
+
+    /// Hides the bins that lie wholly inside an interval of each line of a block.
+    #[inline(always)]
+    fn hide<S: Simd>(&mut self, s: S, k: usize, [low, high]: [S::D; 2]) {
+        // Adding 2⁵² rounds to an integer; half a bin inward, that is never too generous.
+        let (zero, end) = (s.dsplat(0.0), s.dsplat(64.0));
+        let (half, one) = (s.dsplat(0.5), s.dsplat(1.0));
+        let base = s.dsplat(4_503_599_627_370_496.0);
+        let first = low * end + half;
+        let first = s.dmin(s.dmax(first, zero), end) + base;
+        let last = high * end - half;
+        let last = s.dmin(s.dmax(last, zero), end) + base;
+        // From the first to the one before the last; none if that is none.
+        let some = s.dlt(first, last);
+        let first = s.select(some, one, first - base);
+        let last = s.select(some, zero, last - base - one);
+        let base = s.dsplat(8_388_608.0);
+        let mut bins = Lanes([0; 8]);
+        let (first, last) = (first + base, last + base);
+        s.bin_masks(s.narrow(first), s.narrow(last), &mut bins);
+        for (open, bins) in self.open[k].iter_mut().zip(&bins.0) {
+            *open &= !bins;
+        }
     }
 }
 

@@ -65,13 +65,20 @@ impl Slots {
         &self.blocks[block].count
     }
 
-    /// The `k`-th interval that a line keeps.
+    /// The interval number `row` that each line of a block keeps; one that is none where there are
+    /// not as many.
     #[inline(always)]
-    pub(crate) fn kept(&self, block: usize, lane: usize, k: usize) -> (f64, f64) {
-        (
-            self.blocks[block].lo[k][lane],
-            self.blocks[block].hi[k][lane],
-        )
+    pub(crate) fn row<S: Simd>(&self, s: S, block: usize, row: u32) -> [S::D; 2] {
+        let slots = &self.blocks[block];
+        let mut none = [0.0; 8];
+        for (none, count) in none.iter_mut().zip(&slots.count) {
+            *none = f64::from(u8::from(*count <= row));
+        }
+        let is_some = s.dlt(s.dload(&none), s.dsplat(0.5));
+        let row = row as usize;
+        let [low, high] = [&slots.lo, &slots.hi].map(|all| s.dload(&all[row]));
+        let (one, zero) = (s.dsplat(1.0), s.dsplat(0.0));
+        [s.select(is_some, one, low), s.select(is_some, zero, high)]
     }
 
     /// Keeps an interval for a line.
