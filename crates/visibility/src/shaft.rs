@@ -1,7 +1,7 @@
 //! Shafts: everything between a shading point and a light.
 
 use crate::{
-    LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
+    Counters, LightCorners, Occluders, Scratch, VisibleLines, block, bounds, brute,
     crossings::Gap,
     dense_shaft::{self, Answered, DenseQuery},
     front,
@@ -329,6 +329,13 @@ impl Shaft<'_> {
             ..
         } = &*self.scratch;
         is_known.then(|| (Images::new(frame, flat, first), &silhouettes[..]))
+    }
+
+    /// The work that queries through the shaft's [`Scratch`] have done, those of other shafts
+    /// included.
+    #[must_use]
+    pub fn counters(&self) -> &Counters {
+        &self.scratch.counters
     }
 
     /// How far triangles may reach from the shading point: rounding of their corners, and of where

@@ -1,5 +1,6 @@
 //! Which direction of lines suits a light.
 
+use crate::penumbrae::rough;
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{Buffers, Estimator, LightSource, NoTexture, OcclusionProbe, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, estimate};
@@ -60,6 +61,12 @@ fn probed(light: &Light, occluders: &Occluders, fractions: &[f64]) -> (Option<f6
     for point in &points {
         let query = Query::<_, NoTexture>::new(occluders, &source, point, &lines, numbers(0), 1);
         probe.look(&query, area, &mut buffers);
+        probe.look_along_lines(&query, area, &mut buffers);
+    }
+    // Narrow lobes that mirror a part of the light at fewer points do not count.
+    for point in &points[1..] {
+        let point = ShadingPoint::new(point.position, DVec3::Z, DVec3::Z, rough(0.01));
+        let query = Query::<_, NoTexture>::new(occluders, &source, &point, &lines, numbers(0), 1);
         probe.look_along_lines(&query, area, &mut buffers);
     }
     source.occlusion = probe.stats();

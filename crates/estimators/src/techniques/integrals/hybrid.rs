@@ -41,13 +41,18 @@ const SMOOTH: f64 = 4.0;
 const WIDE_FOR_COSINES: f64 = 1.0;
 
 /// Towards a light that is densely occluded, and for a dense shaft, lines are few below the square
-/// of the rays that take as long as one, each divided by this: as their number grows, the error of
-/// lines falls faster than that of points, so that dearer ones are ahead all the later. Measured.
+/// of the rays that take as long as one, each divided by this, where nothing better is known: as
+/// their number grows, the error of lines falls faster than that of points, so that dearer ones are
+/// ahead all the later. Measured.
 const RAYS_FOR_FEW_LINES: f64 = 2.4;
 
 /// Rays in place of a line towards densely occluded lights; in combinations, points that share a
 /// shaft.
 const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
+
+/// How long the tests of lines take, in those of rays, which are traced together but end at what
+/// they meet first: measured.
+const TIME_OF_TESTS: f64 = 0.5;
 
 /// Where the solid angle of a piece of the light differs by no more than this from corner to
 /// corner, points uniform on the area are as good as points uniform in the solid angle, and cost
@@ -111,17 +116,13 @@ impl Integral for Cheapest {
         let is_fitted = query.light.texture.is_none() && closed.is_none();
         let dense_from = lines_past_dense(occlusion, lines_for_lobes(query, area));
         let past_dense = dense_from <= f64::from(lines);
-        let are_few = f64::from(lines) < few_lines(occlusion, dense_from);
+        let few = few_lines(occlusion, closed.is_some(), dense_from);
+        let are_few = f64::from(lines) < few.max(f64::from(FEW_LINES + 1));
         if occlusion.dense && are_few && !past_dense {
-            let by = if is_fitted {
-                PointBy::Ltc
+            let (by, times) = if is_fitted {
+                (PointBy::Ltc, rays_beside_lines(occlusion, lines))
             } else {
-                cheap_points(query, area)
-            };
-            let times = if lines < FEW_LINES {
-                RAYS_FOR_A_LINE
-            } else {
-                POINTS_FOR_A_LINE_IF_DENSE
+                (cheap_points(query, area), rays_for_a_line(lines))
             };
             return point_sum::by_rays(&query.times(times), area, by, buffers);
         }
@@ -181,14 +182,41 @@ impl Integral for Cheapest {
 }
 
 /// Towards a light that is densely occluded, and for a dense shaft, lines are few below this, if
-/// the closed form takes over from so many on.
-fn few_lines(occlusion: &OcclusionStats, dense_from: f64) -> f64 {
-    let few = (occlusion.line_cost / RAYS_FOR_FEW_LINES).powi(2);
+/// the closed form past silhouettes takes over from so many on.
+fn few_lines(occlusion: &OcclusionStats, has_closed_form: bool, dense_from: f64) -> f64 {
+    let by_cost = (occlusion.line_cost / RAYS_FOR_FEW_LINES).powi(2);
+    let ahead = occlusion.lines_ahead.filter(|_| has_closed_form);
+    let few = ahead.unwrap_or(by_cost);
     if dense_from < LINES_BEFORE_DENSE * few {
         few.max(dense_from)
     } else {
         few
     }
+}
+
+/// Rays in place of a line towards a light that is densely occluded.
+fn rays_for_a_line(lines: u32) -> u32 {
+    match lines {
+        0..FEW_LINES => RAYS_FOR_A_LINE,
+        FEW_LINES.. => POINTS_FOR_A_LINE_IF_DENSE,
+    }
+}
+
+/// The same of a reflection without a closed form: as many as take as long where others have lines
+/// by now.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates"
+)]
+fn rays_beside_lines(occlusion: &OcclusionStats, lines: u32) -> u32 {
+    let ahead = occlusion.lines_ahead.unwrap_or(f64::INFINITY);
+    let others = if ahead <= f64::from(lines) {
+        (occlusion.line_cost * TIME_OF_TESTS) as u32
+    } else {
+        0
+    };
+    others.max(rays_for_a_line(lines))
 }
 
 /// How many points for each line complete the closed form of transformed cosines.
