@@ -107,6 +107,7 @@ pub(crate) fn sampler() -> impl TypedValueParser<Value = SamplerKind> {
 pub const fn about_sampler(kind: SamplerKind) -> &'static str {
     match kind {
         SamplerKind::Independent => "uniform random numbers: variance 1/N always",
+        SamplerKind::Auto => "`sobol` for powers of two, else `multijitter`",
         SamplerKind::Stratified => "a jittered sample in each of N strata or cells",
         SamplerKind::MultiJitter => "one sample in each cell and in each stratum of either axis",
         SamplerKind::Sobol => "Owen-scrambled Sobol' nets; best for powers of two",

@@ -10,7 +10,7 @@ use linelit_estimators::{
 };
 use linelit_geometry::DVec3;
 use linelit_lights::Light;
-use linelit_samplers::{Sampler, SamplerKind};
+use linelit_samplers::Sampler;
 use linelit_scene::{Bounce, Place, Projection, RayDifferential, Response, Scene, Surface};
 use linelit_visibility::{Fan, Hit, Occluders, Ray};
 use std::ops::Range;
@@ -500,7 +500,7 @@ impl<'s> Renderer<'s> {
     /// holes, instances and light linking.
     ///
     /// The lines are those that [`Renderer::direct`] draws for the estimator `line-analytic` and
-    /// the first camera sample with the sampler `stratified` and the same seed and count.
+    /// the first camera sample with the default sampler and the same seed and count.
     #[must_use]
     pub fn brute_force(
         &self,
@@ -516,7 +516,7 @@ impl<'s> Renderer<'s> {
                 continue;
             };
             let numbers = RandomNumbers {
-                sampler: SamplerKind::Stratified,
+                sampler: Settings::default().sampler,
                 seed,
                 pixel,
                 pair: light.index,

@@ -42,7 +42,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             estimator: Estimator::analytic(),
-            sampler: SamplerKind::Stratified,
+            sampler: SamplerKind::Auto,
             samples: 16,
             lights: LightChoice::All,
             spheres: Spheres::default(),

@@ -182,6 +182,7 @@ fn measure(context: &Context<'_>, figure: &Figure) -> Result<Vec<Efficiency>> {
         for entry in &mut all {
             let base = Settings {
                 estimator: entry.estimator,
+                sampler: SamplerKind::Stratified,
                 seed: context.seed.wrapping_add(batch),
                 show_lights: false,
                 ..Settings::default()

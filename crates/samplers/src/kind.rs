@@ -42,11 +42,14 @@ pub enum SamplerKind {
     /// `zsobol`: one Owen–Sobol' sequence for the whole image, dealt out along a shuffled Z-order
     /// curve.
     ZSobol,
+    /// `auto`: points of `sobol` where their number is a power of two, else of `multijitter`: the
+    /// better of both, and better than `stratified` in two dimensions.
+    Auto,
 }
 
 impl SamplerKind {
     /// All patterns, in the order of this page.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Independent,
         Self::Stratified,
         Self::MultiJitter,
@@ -56,6 +59,7 @@ impl SamplerKind {
         Self::BlueNoise,
         Self::BlueNoiseIndependent,
         Self::ZSobol,
+        Self::Auto,
     ];
 
     /// The name on the command line.
@@ -71,6 +75,7 @@ impl SamplerKind {
             Self::BlueNoise => "bluenoise",
             Self::BlueNoiseIndependent => "bluenoise-independent",
             Self::ZSobol => "zsobol",
+            Self::Auto => "auto",
         }
     }
 
@@ -153,7 +158,7 @@ mod tests {
         assert_eq!(
             message,
             "no sampler is called 'Sobol'; there are independent, stratified, multijitter, sobol, halton, \
-             uniform-jitter, bluenoise, bluenoise-independent, zsobol"
+             uniform-jitter, bluenoise, bluenoise-independent, zsobol, auto"
         );
     }
 }

@@ -67,8 +67,13 @@ impl Sampler {
         let pattern = match self.kind {
             SamplerKind::Independent => Pattern::Independent(key),
             SamplerKind::Stratified => Pattern::Stratified(Stratified::new(key, count)),
-            SamplerKind::MultiJitter => Pattern::MultiJitter(MultiJitter::new(key, count)),
             SamplerKind::Sobol => Pattern::Sobol(OwenSobol::new(key, count)),
+            SamplerKind::Auto if count.is_power_of_two() => {
+                Pattern::Sobol(OwenSobol::new(key, count))
+            }
+            SamplerKind::MultiJitter | SamplerKind::Auto => {
+                Pattern::MultiJitter(MultiJitter::new(key, count))
+            }
             SamplerKind::Halton => Pattern::Halton(Halton::new(key, count)),
             SamplerKind::UniformJitter => Pattern::UniformJitter(UniformJitter::new(key, count)),
             SamplerKind::BlueNoise => Pattern::UniformJitter(blue_uniform_jitter(
@@ -158,8 +163,8 @@ impl SampleSet {
     /// Whether the `count` numbers of [`SampleSet::get_1d`] are one in each of as many equal
     /// strata, each uniform in its stratum and independent of where the others are in theirs.
     ///
-    /// So it is for `stratified` and `multijitter`, and for powers of two of the scrambled nets:
-    /// `sobol`, `halton` and `zsobol`.
+    /// So it is for `stratified`, `multijitter` and `auto`, and for powers of two of the scrambled
+    /// nets: `sobol`, `halton` and `zsobol`.
     ///
     /// ```
     /// use linelit_samplers::{Sampler, SamplerKind};
@@ -174,7 +179,7 @@ impl SampleSet {
     #[must_use]
     pub const fn has_independent_strata(&self) -> bool {
         match self.sampler.kind {
-            SamplerKind::Stratified | SamplerKind::MultiJitter => true,
+            SamplerKind::Stratified | SamplerKind::MultiJitter | SamplerKind::Auto => true,
             SamplerKind::Sobol | SamplerKind::Halton | SamplerKind::ZSobol => {
                 self.count.is_power_of_two()
             }
@@ -241,6 +246,7 @@ impl SampleSet {
                 fill_independent(Isa::best(), *key, first, x, y);
             }
             Pattern::Stratified(p) if end <= u64::from(self.count) => p.fill_2d(first, x, y),
+            Pattern::Sobol(p) if end <= u64::from(self.count) => p.fill_2d(first, x, y),
             _ => {
                 let mut i = first;
                 for (x, y) in x.iter_mut().zip(y) {

@@ -3,6 +3,7 @@
 use crate::hash::lane;
 use crate::owen::{deepen, owen_scramble};
 use crate::permute::Permutation;
+use linelit_simd::{Isa, Simd, dispatch};
 
 /// The `index`-th point of the van der Corput sequence in base 2, as a 32-bit fraction: the index's
 /// digits mirrored at the binary point. The first coordinate of the Sobol' sequence.
@@ -76,6 +77,33 @@ impl OwenSobol {
     pub(crate) fn get_2d(&self, i: u32) -> [f64; 2] {
         scrambled_2d(sobol_02(self.order.get(i)), self.scramble)
     }
+
+    /// Points from `first` on, all of them within the set.
+    pub(crate) fn fill_2d(&self, first: u32, x: &mut [f64], y: &mut [f64]) {
+        for (x, i) in x.iter_mut().zip(first..) {
+            *x = f64::from(self.order.get(i));
+        }
+        into_net(Isa::best(), self.scramble, x, y);
+    }
+}
+
+/// The points of the sequence whose numbers `x` holds: [`OwenSobol::get_2d`] to the bit.
+///
+/// A plain loop: compilers make vectors of it.
+#[inline(always)]
+fn net_kernel<S: Simd>(_: S, scramble: [u64; 2], x: &mut [f64], y: &mut [f64]) {
+    for (x, y) in x.iter_mut().zip(y) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole numbers below 2^32"
+        )]
+        let number = *x as u32;
+        [*x, *y] = scrambled_2d(sobol_02(number), scramble);
+    }
+}
+dispatch! {
+    fn into_net = net_kernel(scramble: [u64; 2], x: &mut [f64], y: &mut [f64])
 }
 
 /// The scrambling seeds of the two axes.

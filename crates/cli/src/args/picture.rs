@@ -29,7 +29,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "K")]
     pub light_apart: Vec<u32>,
     /// Sampling pattern.
-    #[arg(long, default_value = "stratified", value_parser = sampler())]
+    #[arg(long, default_value = "auto", value_parser = sampler())]
     #[serde(with = "text")]
     pub sampler: SamplerKind,
     /// Light samples per shading point and light.

@@ -7,7 +7,7 @@ use linelit_samplers::{Sampler, SamplerKind};
 use rand::Rng;
 
 /// Kind, the first 1-D number and the first point of a set, and a digest of many sets.
-const GOLDEN: [(SamplerKind, f64, [f64; 2], u64); 9] = [
+const GOLDEN: [(SamplerKind, f64, [f64; 2], u64); 10] = [
     (
         SamplerKind::Independent,
         0.735_050_374_278_748_2,
@@ -61,6 +61,12 @@ const GOLDEN: [(SamplerKind, f64, [f64; 2], u64); 9] = [
         0.798_670_438_082_556_3,
         [0.798_670_438_082_556_3, 0.400_147_687_171_334_1],
         0xFB75_2057_FBBF_041F,
+    ),
+    (
+        SamplerKind::Auto,
+        0.531_320_385_705_926_3,
+        [0.531_320_385_705_926_3, 0.968_525_316_802_436_3],
+        0x6730_7354_A634_DDE2,
     ),
 ];
 

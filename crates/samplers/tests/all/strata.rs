@@ -97,6 +97,26 @@ fn multi_jittered_points_are_n_rooks() {
     }
 }
 
+/// The better of both: nets of powers of two, else one in each cell and each stratum of y.
+#[test]
+fn automatic_points_are_nets_or_rooks() {
+    for n in COUNTS {
+        for seed in 0..4 {
+            let set = Sampler::new(SamplerKind::Auto, seed).points([1, 1], 0, n);
+            if n.is_power_of_two() {
+                let points: Vec<[u32; 2]> = set.iter_2d().map(fractions).collect();
+                assert_net(&points, n.trailing_zeros(), "auto");
+            }
+            let once = |strata: &mut dyn Iterator<Item = u64>| {
+                assert_each_once(strata, u64::from(n), &format!("auto {n}"));
+            };
+            once(&mut set.iter_2d().map(|p| cell(p, n)));
+            once(&mut set.iter_2d().map(|p| stratum(p[1], n)));
+            once(&mut set.iter_1d().map(|u| stratum(u, n)));
+        }
+    }
+}
+
 /// Lattices: one sample per stratum of x for any N, and gaps in y of at most φ²/N (the
 /// three-distance theorem: for a golden rotation the largest gap is below φ²/N, Swierczkowski
 /// 1958).

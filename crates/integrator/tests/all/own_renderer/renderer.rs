@@ -52,7 +52,7 @@ pub(crate) fn radiance(x: DVec3, estimator: &str, samples: u32, seed: u64) -> DV
     let mut sum = DVec3::ZERO;
     for (light, pair) in lights().iter().zip(0..) {
         let source = LightSource::new(light);
-        let numbers = RandomNumbers::new(SamplerKind::Stratified, seed, [0, 0], pair);
+        let numbers = RandomNumbers::new(SamplerKind::Auto, seed, [0, 0], pair);
         let query = Query::new(&occluders, &source, &point, &estimator, numbers, samples);
         sum += estimate(&query, &mut buffers);
     }
