@@ -88,6 +88,11 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
         self.with_samples(self.samples.saturating_mul(factor))
     }
 
+    /// With about so many samples in place of one: a power of two, of which points are best.
+    pub(crate) const fn about_times(self, factor: u32) -> Self {
+        self.with_samples(nearest_power_of_two(self.samples.saturating_mul(factor)))
+    }
+
     /// With closed forms of another relative accuracy.
     pub(crate) const fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
@@ -156,4 +161,35 @@ pub(crate) fn free(
         t_max: 1.0 - LIGHT_MARGIN,
     };
     fan.all() & !occluders.any_hits(&fan, own, scratch)
+}
+
+/// The power of two that is nearest by logarithm; 2³¹ at most, and 1 at least.
+const fn nearest_power_of_two(n: u32) -> u32 {
+    let below = 1_u32 << (n | 1).ilog2();
+    let [square, limit] = [n as u64 * n as u64, 2 * below as u64 * below as u64];
+    if square > limit && below < 1 << 31 {
+        2 * below
+    } else {
+        below
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest_power_of_two;
+
+    #[test]
+    fn nearest_powers_of_two() {
+        let nearest = |n: u32| {
+            f64::from(n.max(1))
+                .log2()
+                .round()
+                .exp2()
+                .min(f64::from(1 << 30) * 2.0)
+        };
+        for n in (0..3000).chain([1 << 30, 1_518_500_249, 1_518_500_250, 1 << 31, u32::MAX]) {
+            let got = f64::from(nearest_power_of_two(n));
+            assert!((got - nearest(n)).abs() < 0.5, "{n}: {got}");
+        }
+    }
 }

@@ -54,6 +54,9 @@ const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
 /// they meet first: measured.
 const TIME_OF_TESTS: f64 = 0.5;
 
+/// Never more rays in place of a line.
+const MOST_RAYS_FOR_A_LINE: f64 = 256.0;
+
 /// Where the solid angle of a piece of the light differs by no more than this from corner to
 /// corner, points uniform on the area are as good as points uniform in the solid angle, and cost
 /// two thirds.
@@ -124,7 +127,7 @@ impl Integral for Cheapest {
             } else {
                 (cheap_points(query, area), rays_for_a_line(lines))
             };
-            return point_sum::by_rays(&query.times(times), area, by, buffers);
+            return point_sum::by_rays(&query.about_times(times), area, by, buffers);
         }
         if is_fitted && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines) {
             let times = points_with_fits(lines);
@@ -207,12 +210,13 @@ fn rays_for_a_line(lines: u32) -> u32 {
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "saturates"
+    reason = "clamped"
 )]
 fn rays_beside_lines(occlusion: &OcclusionStats, lines: u32) -> u32 {
     let ahead = occlusion.lines_ahead.unwrap_or(f64::INFINITY);
     let others = if ahead <= f64::from(lines) {
-        (occlusion.line_cost * TIME_OF_TESTS) as u32
+        let as_long = occlusion.line_cost * TIME_OF_TESTS;
+        as_long.min(MOST_RAYS_FOR_A_LINE) as u32
     } else {
         0
     };
