@@ -92,19 +92,19 @@ pub(crate) fn unevenness(values: &[f64; PILOTS], step: usize) -> f64 {
     values.windows(2 * step + 1).map(second).sum::<f64>() / step as f64
 }
 
-/// The variance of the mean over so many lines with slopes: Σd²/(2 N²), of the second differences d
-/// of N values.
+/// The variance of the mean over so many lines with slopes: Σd²/(2 N²), of the second differences
+/// d of N values.
 ///
-/// A jump J between two lines has Σd² = J²/2, and N lines J²/(8 N²) of variance from it; noise of
-/// variance σ² in each line 1.5 N σ², and they σ²/N to 1.5 σ²/N.
+/// A jump J between two lines has Σd² = J²/2, and N lines J²/(8 N²) of variance from it; noise
+/// of variance σ² in each line 1.5 N σ², and they σ²/N to 1.5 σ²/N.
 #[allow(clippy::cast_precision_loss, reason = "few")]
 fn variance_of_lines(values: &[f64; PILOTS], number: usize) -> f64 {
     unevenness(values, PILOTS / number) / (2 * number * number) as f64
 }
 
-/// The variance of the mean over n = [`RAYS`]² stratified rays, drawn by what the light sends where
-/// nothing hides it: M Σ m p (1 − p)/n, if it sends M in all, and m from a cell of which the share
-/// p is visible.
+/// The variance of the mean over n = [`RAYS`]² stratified rays, drawn by what the light sends
+/// where nothing hides it: M Σ m p (1 − p)/n, if it sends M in all, and m from a cell of which
+/// the share p is visible.
 #[allow(clippy::cast_precision_loss, reason = "few")]
 fn variance_of_rays<'v>(values: &[f64; PILOTS], parts: impl Fn(usize) -> &'v [Interval]) -> f64 {
     // What each line would send; of one that is hidden as a whole, nothing is asked.

@@ -54,7 +54,8 @@ const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
 /// they meet first: measured.
 const TIME_OF_TESTS: f64 = 0.5;
 
-/// Never more rays in place of a line.
+/// Never more rays in place of a line: the dearest lines that were measured take some 160, and
+/// what tests foretell may be far off where rays soon meet something.
 const MOST_RAYS_FOR_A_LINE: f64 = 256.0;
 
 /// Where the solid angle of a piece of the light differs by no more than this from corner to
