@@ -6,10 +6,15 @@ use crate::techniques::point_techniques;
 use crate::techniques::points::{DrawPoints, PointDensity, Polygon};
 use crate::{Buffers, EmissionTexture, PointBy, Points, Query};
 use linelit_bsdf::Reflection;
-use linelit_geometry::DVec3;
+use linelit_geometry::{DVec3, Triangle};
 use linelit_lights::AreaLight;
 use linelit_visibility::Shaft;
 use std::ops::Range;
+
+/// Where the solid angle of a piece of the light differs by no more than this from place to
+/// place, points uniform on the area are as good as points uniform in the solid angle, and cost
+/// two thirds.
+const FLAT: f64 = 16.0;
 
 /// The mean of L f_r V cos θ/p_ω over points (Billen & Dutré 2016, eqs. 1–2, per solid angle).
 ///
@@ -148,4 +153,23 @@ fn on_polygon<R: Reflection, T: EmissionTexture>(
     point_techniques! { dispatch [by, technique => {
         on_surface(query, &area.polygon, &technique.on_polygon(&whole), block, asked)
     }] }
+}
+
+/// The density of points that reaches an error first: uniform on the area, or in the solid angle.
+pub(crate) fn cheapest<R, T>(query: &Query<'_, R, T>, area: &AreaLight) -> PointBy {
+    let (corners, x) = (area.polygon.vertices(), query.point.position);
+    let triangles = corners[1..].windows(2);
+    let nearest = triangles.map(|pair| {
+        let triangle = Triangle::new(corners[0], pair[0], pair[1]);
+        triangle.nearest(x).distance_squared(x)
+    });
+    let nearest = nearest.fold(f64::INFINITY, f64::min);
+    let farthest = corners.iter().map(|corner| corner.distance_squared(x));
+    let farthest = farthest.fold(0.0, f64::max);
+    // The solid angle of a piece goes as the cube of the distance.
+    if farthest.powi(3) <= FLAT * FLAT * nearest.powi(3) {
+        PointBy::Area
+    } else {
+        PointBy::SolidAngle
+    }
 }

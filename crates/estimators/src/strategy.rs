@@ -54,6 +54,7 @@ pub(crate) fn through_shaft<R: Reflection, T: EmissionTexture>(
         Strategy::Points(by) => {
             point_sum::in_shaft(query, area, by, &mut shaft, &mut samples.points)
         }
+        Strategy::Rays(PointBy::Ltc) => transformed::by_rays(query, area, buffers),
         Strategy::Rays(by) => point_sum::by_rays(query, area, by, buffers),
         Strategy::Exact | Strategy::Lines => {
             samples.plan.exact_fallbacks += u64::from(strategy == Strategy::Exact);

@@ -33,6 +33,8 @@ pub enum Stream {
     Glossy,
     /// Samples of a technique in a combination, by its index: dimensions 2 to 9.
     Technique(u32),
+    /// Rays that go ahead of samples to tell how these are drawn: dimension 10.
+    Ahead,
 }
 
 /// The random numbers of one (shading point, light) pair: pure functions of seed, pixel and
@@ -70,6 +72,7 @@ impl RandomNumbers {
             Stream::Samples => 0,
             Stream::Orientation | Stream::Glossy => 1,
             Stream::Technique(index) => 2 + index,
+            Stream::Ahead => 10,
         })
     }
 

@@ -3,6 +3,7 @@
 
 mod lines;
 mod pieces;
+mod rays;
 mod round;
 
 use crate::light::{Shape, even_emission};
@@ -18,6 +19,7 @@ use linelit_shading::polygon;
 use linelit_visibility::{Shaft, ShaftClass};
 use lines::CosineLines;
 pub(crate) use pieces::CosinePieces;
+pub(crate) use rays::by_rays;
 pub(crate) use round::{known_of_round, visible_round_light};
 use std::f64::consts::{FRAC_1_PI, PI};
 

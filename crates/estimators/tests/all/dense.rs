@@ -456,3 +456,68 @@ fn combinations_past_silhouettes_are_right() {
     }
     assert!(buffers.samples.plan.exact_penumbrae == 1024);
 }
+
+/// Where much is in between, `hybrid` on a narrow lobe has the mean of points of the area: towards
+/// lights that are near and far, that the lobe sees, in part, or not at all. Where it sees nothing,
+/// it has less than half of the variance of as many points that are drawn as if it did; elsewhere
+/// not much more.
+#[test]
+fn rays_are_drawn_by_lobes_that_see_the_light() {
+    let far = lights().remove(0);
+    let beside = [[-1.0, 0.05], [-1.0, 1.5], [1.0, 1.5], [1.0, 0.05]];
+    let near = beside.map(|[y, z]| DVec3::new(0.3, y, z)).to_vec();
+    let mut buffers = Buffers::default();
+    let tests = [
+        // The mirror image of the viewer lies on the light, behind what has this size.
+        (&far, [0.02, 0.0, 2.0], 0.0),
+        (&far, [0.02, 0.0, 2.0], 0.02),
+        (&far, [0.02, 0.0, 2.0], 0.2),
+        (&near, [0.3, 0.1, 0.4], 0.0),
+        (&near, [0.3, 0.1, 0.4], 0.05),
+    ];
+    let bound = critical_z(sidak(1e-4, 2 * tests.len()));
+    for (corners, mirrored, size) in tests {
+        let polygon = ConvexPolygon::try_new(corners).expect("a light");
+        let emission = Emission::one_sided(DVec3::ONE);
+        let light = Light::Area(AreaLight { polygon, emission });
+        let mirrored = DVec3::from(mirrored);
+        let wo = (mirrored * DVec3::new(-1.0, -1.0, 1.0)).normalize();
+        let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, wo, rough(0.02));
+        let plate = mesh(&mut |m| {
+            let across = mirrored.any_orthonormal_pair();
+            let [e, f] = [across.0, across.1].map(|e| size * e);
+            let middle = 0.7 * mirrored;
+            m.triangle([middle - e - f, middle + e - f, middle - e + f]);
+            m.triangle([middle + e + f, middle + e - f, middle - e + f]);
+        });
+        let occluders = Occluders::build(&plate.0, &plate.1);
+        let mut estimates = |name: &str, samples| -> Welford {
+            let mut source = LightSource::new(&light);
+            source.occlusion.dense = true;
+            source.occlusion.line_cost = 1e6;
+            let estimator = name.parse().expect("one");
+            let one = |seed| {
+                let numbers = RandomNumbers::new(SamplerKind::Auto, seed, [0, 0], 0);
+                let query = Query::<_, NoTexture>::new(
+                    &occluders, &source, &point, &estimator, numbers, samples,
+                );
+                estimate(&query, &mut buffers).x
+            };
+            (0..512).map(one).collect()
+        };
+        // In place of a line, eight rays.
+        let got = estimates("hybrid", 32);
+        let by_lobes = estimates("point-ltc", 256);
+        let by_area = estimates("point-area", 4096);
+        for want in [&by_lobes, &by_area] {
+            let z = z_score_two(&got, want);
+            assert!(z.abs() < bound, "{mirrored}, {size}: {z}");
+        }
+        let ratio = got.variance() / by_lobes.variance();
+        let is_hidden = size > 0.1;
+        assert!(
+            ratio < if is_hidden { 0.5 } else { 1.5 },
+            "{mirrored}, {size}: {ratio}"
+        );
+    }
+}

@@ -3,10 +3,11 @@
 
 use super::exact::ExactOptions;
 use super::{Between, Instead, Integral};
+use crate::point_sum::cheapest;
 use crate::strategy::{Strategy, through_shaft};
 use crate::techniques::points::LightPoint;
 use crate::{Buffers, EmissionTexture, Estimator, Lines, OcclusionStats, PointBy, Points, Query};
-use crate::{combination, point_sum};
+use crate::{combination, point_sum, transformed};
 use linelit_bsdf::{ClosedLobe, Reflection, TransformedCosine};
 use linelit_geometry::{DVec3, Frame};
 use linelit_lights::AreaLight;
@@ -57,11 +58,6 @@ const TIME_OF_TESTS: f64 = 0.5;
 /// Never more rays in place of a line: the dearest lines that were measured take some 160, and
 /// what tests foretell may be far off where rays soon meet something.
 const MOST_RAYS_FOR_A_LINE: f64 = 256.0;
-
-/// Where the solid angle of a piece of the light differs by no more than this from corner to
-/// corner, points uniform on the area are as good as points uniform in the solid angle, and cost
-/// two thirds.
-const FLAT: f64 = 16.0;
 
 /// Lines that take as long as the closed form, for each candidate and for each edge that bounds
 /// what candidates hide, and by how many fewer in all, for the lines' own beginning: measured.
@@ -123,11 +119,12 @@ impl Integral for Cheapest {
         let few = few_lines(occlusion, closed.is_some(), dense_from);
         let are_few = f64::from(lines) < few.max(f64::from(FEW_LINES + 1));
         if occlusion.dense && are_few && !past_dense {
-            let (by, times) = if is_fitted {
-                (PointBy::Ltc, rays_beside_lines(occlusion, lines))
-            } else {
-                (cheap_points(query, area), rays_for_a_line(lines))
-            };
+            if is_fitted {
+                let times = rays_beside_lines(occlusion, lines);
+                return transformed::by_rays(&query.about_times(times), area, buffers);
+            }
+            let by = cheapest(query, area);
+            let times = rays_for_a_line(lines);
             return point_sum::by_rays(&query.about_times(times), area, by, buffers);
         }
         if is_fitted && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines) {
@@ -243,7 +240,7 @@ fn by_few_points<R: Reflection, T: EmissionTexture>(
         PointBy::Ltc
     } else if shaft_cost > 1.0 {
         // So much is in between that fewer and better points pay.
-        cheap_points(query, area)
+        cheapest(query, area)
     } else {
         PointBy::Area
     };
@@ -389,20 +386,4 @@ fn lines_for_lobes<R: Reflection, T>(query: &Query<'_, R, T>, area: &AreaLight) 
     lobes.fold(WITHOUT_LOBES, |[own, edge], lobe| {
         [own + LINES_FOR_A_LOBE, edge + for_a_lobe(lobe)]
     })
-}
-
-/// The density of points that reaches an error first.
-fn cheap_points<R, T>(query: &Query<'_, R, T>, area: &AreaLight) -> PointBy {
-    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-    for corner in area.polygon.vertices() {
-        let to_corner = *corner - query.point.position;
-        let square = to_corner.length_squared();
-        let density = area.polygon.normal().dot(to_corner).abs() / (square * square.sqrt());
-        (least, most) = (least.min(density), most.max(density));
-    }
-    if most <= FLAT * least {
-        PointBy::Area
-    } else {
-        PointBy::SolidAngle
-    }
 }

@@ -11,7 +11,8 @@ use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::{
-    Disk, Pdf, PointTechnique, SolidAngle, SolidAngleSampler, Sphere, TransformedSampler,
+    Disk, Pdf, PointTechnique, SolidAngle, SolidAngleSampler, Sphere, SurfaceMeasure,
+    TransformedSampler,
 };
 use linelit_shading::polygon;
 use linelit_spheres::TransformedCone;
@@ -121,6 +122,22 @@ impl<U, L: Copy> Mixture<U, L> {
         }
     }
 
+    /// The share of what draws uniformly.
+    pub(crate) fn uniform_share(&self) -> f64 {
+        self.uniform.1
+    }
+
+    /// With another share of that. Lobes have the rest in the same proportions; one has to have a
+    /// part.
+    pub(crate) fn with_uniform_share(mut self, share: f64) -> Self {
+        let sum = 1.0 - self.uniform.1;
+        for (_, part) in self.lobes.iter_mut().flatten() {
+            *part *= (1.0 - share) / sum;
+        }
+        self.uniform.1 = share;
+        self
+    }
+
     /// Draws from one of the lobes, or uniformly, for the choice of which `u[0]` is split and
     /// rescaled.
     fn pick<D>(
@@ -155,6 +172,18 @@ impl<U, L: Copy> Mixture<U, L> {
 
 impl Lobes {
     pub(crate) fn new(light: &ConvexPolygon, x: DVec3, cosines: &TransformedCosines) -> Self {
+        Self::beside(SolidAngleSampler::new(light, x), light, x, cosines)
+    }
+}
+
+impl<U> Mixture<U, TransformedSampler> {
+    /// Beside what draws uniformly.
+    pub(crate) fn beside(
+        uniform: U,
+        light: &ConvexPolygon,
+        x: DVec3,
+        cosines: &TransformedCosines,
+    ) -> Self {
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         let seen = light.relative_to(x, &mut relative);
         let flat = polygon::irradiance_by_edges(seen, cosines.frame.z);
@@ -164,7 +193,6 @@ impl Lobes {
             let integral = polygon::irradiance_by_edges(sampler.image().vertices(), DVec3::Z);
             Some((sampler, FRAC_1_PI * integral))
         };
-        let uniform = SolidAngleSampler::new(light, x);
         Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| uniform)
     }
 }
@@ -213,7 +241,7 @@ impl<S: Shape> DrawPoints<S> for DiskLobes {
     }
 }
 
-impl DrawPoints<ConvexPolygon> for Lobes {
+impl<U: PointTechnique> DrawPoints<ConvexPolygon> for Mixture<U, TransformedSampler> {
     fn draw<R: Reflection>(
         &self,
         u: [f64; 2],
@@ -231,7 +259,9 @@ impl DrawPoints<ConvexPolygon> for Lobes {
     }
 
     fn density<R: Reflection>(&self, at: &LightPoint, _: &ShadingPoint<R>) -> f64 {
-        self.pdf(|lobe| lobe.pdf(at.point), |all| all.pdf(at.point))
+        let uniformly =
+            |all: &U| U::Measure::to_solid_angle(all.pdf(at.point), at.square, at.cos_light);
+        self.pdf(|lobe| lobe.pdf(at.point), uniformly)
     }
 }
 
