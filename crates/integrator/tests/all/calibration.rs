@@ -93,7 +93,7 @@ fn a_shaft_for_few_points_is_asked_where_it_is_cheap() {
 }
 
 /// Below the number from which lines past clutter are expected to have less noise than rays, there
-/// are none; from there on there are.
+/// are rays, in the end for the time of lines; from there on there are lines.
 #[test]
 fn lines_past_clutter_are_drawn_once_they_pay() {
     let scene = room(SQUARE, &grass(160_000));
@@ -102,7 +102,7 @@ fn lines_past_clutter_are_drawn_once_they_pay() {
     assert!(occlusion.dense, "{occlusion:?}");
     let enough = occlusion.lines_ahead.expect("much is seen").ceil();
     assert!((6.0..1e4).contains(&enough), "{enough}");
-    let line_queries = |lines: f64| {
+    let sent = |lines: f64| {
         let mut workspace = Workspace::new();
         #[allow(
             clippy::cast_possible_truncation,
@@ -113,8 +113,22 @@ fn lines_past_clutter_are_drawn_once_they_pay() {
         for (pixel, point) in &points(&renderer) {
             let _ = renderer.direct(&settings, point, *pixel, 0, &mut workspace);
         }
-        workspace.take_counts().visibility.line_queries
+        let counts = workspace.take_counts().visibility;
+        (counts.line_queries, counts.rays)
     };
-    assert_eq!(line_queries(enough - 1.0), 0);
-    assert!(line_queries(enough) > 0);
+    let (few, rays_for_few) = sent(4.0);
+    let (lines, rays) = sent(enough - 1.0);
+    assert_eq!((few, lines), (0, 0));
+    assert!(sent(enough).0 > 0);
+    // Four lines are 32 rays. Tests of lines take half as long as those of rays; their number is
+    // off by √2, to be a power of two, by an eighth, to be whole for a line, and by how near the
+    // number of lines is to enough.
+    let for_a_point = 32.0 * rays as f64 / rays_for_few as f64;
+    let as_long = 0.5 * occlusion.line_cost * (enough - 1.0);
+    let ratio = for_a_point / as_long;
+    let least = (enough - 1.0) / enough / std::f64::consts::SQRT_2 * 8.0 / 9.0;
+    assert!(
+        (least..std::f64::consts::SQRT_2).contains(&ratio),
+        "{ratio}"
+    );
 }

@@ -47,8 +47,8 @@ const WIDE_FOR_COSINES: f64 = 1.0;
 /// ahead all the later. Measured.
 const RAYS_FOR_FEW_LINES: f64 = 2.4;
 
-/// Rays in place of a line towards densely occluded lights; in combinations, points that share a
-/// shaft.
+/// The least rays in place of a line towards densely occluded lights; in combinations, points that
+/// share a shaft.
 const POINTS_FOR_A_LINE_IF_DENSE: u32 = 8;
 
 /// How long the tests of lines take, in those of rays, which are traced together but end at what
@@ -119,13 +119,11 @@ impl Integral for Cheapest {
         let few = few_lines(occlusion, closed.is_some(), dense_from);
         let are_few = f64::from(lines) < few.max(f64::from(FEW_LINES + 1));
         if occlusion.dense && are_few && !past_dense {
+            let query = &query.about_times(rays_for_a_line(occlusion, lines));
             if is_fitted {
-                let times = rays_beside_lines(occlusion, lines);
-                return transformed::by_rays(&query.about_times(times), area, buffers);
+                return transformed::by_rays(query, area, buffers);
             }
-            let by = cheapest(query, area);
-            let times = rays_for_a_line(lines);
-            return point_sum::by_rays(&query.about_times(times), area, by, buffers);
+            return point_sum::by_rays(query, area, cheapest(query, area), buffers);
         }
         if is_fitted && occlusion.candidates < CANDIDATES_OF_FITS * f64::from(lines) {
             let times = points_with_fits(lines);
@@ -195,30 +193,21 @@ fn few_lines(occlusion: &OcclusionStats, has_closed_form: bool, dense_from: f64)
     }
 }
 
-/// Rays in place of a line towards a light that is densely occluded.
-fn rays_for_a_line(lines: u32) -> u32 {
-    match lines {
-        0..FEW_LINES => RAYS_FOR_A_LINE,
-        FEW_LINES.. => POINTS_FOR_A_LINE_IF_DENSE,
-    }
-}
-
-/// The same of a reflection without a closed form: as many as take as long where others have lines
-/// by now.
+/// Rays in place of a line towards a light that is densely occluded: some where lines are few, and
+/// the more of them, the nearer lines are to being ahead of rays, until both take as long.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "clamped"
 )]
-fn rays_beside_lines(occlusion: &OcclusionStats, lines: u32) -> u32 {
+fn rays_for_a_line(occlusion: &OcclusionStats, lines: u32) -> u32 {
+    if lines < FEW_LINES {
+        return RAYS_FOR_A_LINE;
+    }
+    let as_long = (occlusion.line_cost * TIME_OF_TESTS).min(MOST_RAYS_FOR_A_LINE);
     let ahead = occlusion.lines_ahead.unwrap_or(f64::INFINITY);
-    let others = if ahead <= f64::from(lines) {
-        let as_long = occlusion.line_cost * TIME_OF_TESTS;
-        as_long.min(MOST_RAYS_FOR_A_LINE) as u32
-    } else {
-        0
-    };
-    others.max(rays_for_a_line(lines))
+    let so_far = (f64::from(lines) / ahead).min(1.0);
+    POINTS_FOR_A_LINE_IF_DENSE.max((as_long * so_far) as u32)
 }
 
 /// How many points for each line complete the closed form of transformed cosines.
