@@ -9,6 +9,7 @@ use crate::techniques::{lines::LineFamily, points::PointSource};
 use crate::transformed::{CosinePieces, Fit};
 use crate::{PlanCounters, SegmentCounters};
 use linelit_geometry::{DVec3, Segment};
+use linelit_lights::RegionSampler;
 use linelit_penumbra::{PartOnDisk, Penumbra};
 use linelit_spheres::{CylinderLines, DiskChords};
 use linelit_visibility::{Scratch, VisibleLines};
@@ -45,6 +46,8 @@ pub struct SampleBuffers {
     pub(crate) penumbra: Penumbra,
     pub(crate) on_disk: PartOnDisk,
     pub(crate) fit: Fit,
+    /// What is visible of a light.
+    pub(crate) region: RegionSampler,
     pub(crate) pieces: CosinePieces,
 }
 

@@ -2,9 +2,9 @@
 //! parametrisations.
 //!
 //! A technique is set up once per light and shading point and then takes any number of random
-//! numbers: it never allocates, never fails and never panics. Degenerate input (a light seen
-//! edge-on, of no size, or with the shading point on it) gives the density 0, or `None`. Densities
-//! name their measure in their type, [`Pdf`].
+//! numbers: it never allocates (but for images and regions), never fails and never panics.
+//! Degenerate input (a light seen edge-on, of no size, or with the shading point on it) gives the
+//! density 0, or `None`. Densities name their measure in their type, [`Pdf`].
 //!
 //! ```
 //! use linelit_lights::geometry::{ConvexPolygon, DVec3};
@@ -53,6 +53,7 @@ pub use linear::precision::Real;
 pub use pieces::{Pieces, sample_linear};
 pub use polygon::area::{AreaSampler, PointColumns, PointSample};
 pub use polygon::proxy::ProxySampler;
+pub use polygon::region::RegionSampler;
 pub use polygon::solid_angle::SolidAngleSampler;
 pub use polygon::transformed::TransformedSampler;
 pub use polygon::triangle::triangle_solid_angle;

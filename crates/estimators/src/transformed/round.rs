@@ -51,7 +51,11 @@ pub(crate) fn known_of_round<R: Reflection>(
     if !cosines.lobes().is_empty() {
         cosines.diffuse = DVec3::ZERO;
     }
-    Some(Known { emitted, integral })
+    Some(Known {
+        emitted,
+        integral,
+        plane: None,
+    })
 }
 
 /// As [`visible_light`](super::visible_light), of what is visible of a round light.

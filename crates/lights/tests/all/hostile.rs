@@ -12,7 +12,7 @@ use linelit_lights::{
     ImportanceImage, Length, Light, LineSample, LineSampler, LineTechnique, LinearLight,
     LinearPointTechnique, Measure, Offset, OffsetDensity, Orientation, Pdf, Pieces, PointColumns,
     PointSample, PointTechnique, PointsOnLines, ProjectedSolidAngle, ProxySampler, Real,
-    SolidAngle, SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines,
+    RegionSampler, SolidAngle, SolidAngleSampler, Sphere, SphereLight, TextureAxis, TexturedLines,
     TexturedSampler, ThinSolidAngle, TransformedSampler, sample_linear, triangle_solid_angle,
 };
 use linelit_testkit::public;
@@ -252,6 +252,31 @@ proptest! {
             prop_assert!(lines.total() >= 0.0 && lines.total().is_finite());
             on_lines(&lines, &shape, u, &visible, offset, v(q))?;
             let _ = (lines.locate(v(q)), lines.locate(lines.sample(u[0]).segment.p0));
+        }
+    }
+
+    /// Of boundaries that are none.
+    #[test]
+    fn regions(
+        plane in hostile_vectors::<3>(),
+        sides in prop::collection::vec([[hostile(), hostile()], [hostile(), hostile()]], 0..30),
+        u in [hostile_unit(), hostile_unit()],
+        q in hostile_vector(),
+    ) {
+        let mut region = RegionSampler::default();
+        for plane in [plane.map(v), [DVec3::ZERO, DVec3::X, DVec3::Y]] {
+            region.set(plane, sides.iter().copied());
+            prop_assert!(region.area() >= 0.0 && region.area().is_finite());
+            density(region.density())?;
+            let sample = region.sample(u);
+            density(sample.pdf)?;
+            prop_assert!(!sample.pdf.is_positive() || sample.point.is_finite());
+            in_columns(&region, u)?;
+            for at in [v(q), sample.point] {
+                density(region.pdf(at))?;
+                numbers(region.invert(at))?;
+                prop_assert!(region.holds(at) || !region.pdf(at).is_positive());
+            }
         }
     }
 

@@ -13,6 +13,7 @@ mod next_to_the_plane;
 mod peters_as_printed;
 mod precise;
 mod reference;
+mod regions;
 mod robust;
 mod solid_angle;
 mod textures;

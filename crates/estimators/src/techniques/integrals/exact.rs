@@ -12,6 +12,7 @@ use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::polygon;
 use linelit_visibility::{Images, Shaft};
 use std::iter;
+use std::ops::{AddAssign, Mul};
 
 /// Lights whose sides are longer than the root of this times their distance take Lambert's sum over
 /// the boundary; for smaller ones it would lose more than two digits.
@@ -170,6 +171,12 @@ impl<'a> Seen<'a> {
         })
     }
 
+    /// Where the coordinates of the boundary are zero, relative to the shading point, and their
+    /// axes.
+    pub(crate) const fn plane(&self) -> [DVec3; 3] {
+        self.plane
+    }
+
     /// A point of the light relative to the shading point.
     fn in_space(&self, p: Point) -> DVec3 {
         let [origin, along_p, along_q] = self.plane;
@@ -198,13 +205,13 @@ impl<'a> Seen<'a> {
 
     /// The sum of an integral over triangles relative to the shading point, which with their signs
     /// make up what is visible; `None` if it is for one of them.
-    pub(crate) fn triangles(
+    pub(crate) fn triangles<V: Default + AddAssign + Mul<f64, Output = V>>(
         &self,
-        mut integral: impl FnMut(&[DVec3; 3]) -> Option<DVec3>,
-    ) -> Option<DVec3> {
+        mut integral: impl FnMut(&[DVec3; 3]) -> Option<V>,
+    ) -> Option<V> {
         let apex = self.light[0];
         let top = self.in_space(apex);
-        let mut sum = DVec3::ZERO;
+        let mut sum = V::default();
         for piece in self.pieces {
             let u = [piece.from[0] - apex[0], piece.from[1] - apex[1]];
             let v = [piece.to[0] - apex[0], piece.to[1] - apex[1]];

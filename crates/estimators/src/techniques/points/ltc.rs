@@ -11,8 +11,8 @@ use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::{
-    Disk, Pdf, PointTechnique, SolidAngle, SolidAngleSampler, Sphere, SurfaceMeasure,
-    TransformedSampler,
+    Disk, Pdf, PointTechnique, RegionSampler, SolidAngle, SolidAngleSampler, Sphere,
+    SurfaceMeasure, TransformedSampler,
 };
 use linelit_shading::polygon;
 use linelit_spheres::TransformedCone;
@@ -77,25 +77,24 @@ pub(crate) type DiskLobes = Mixture<Option<TransformedCone>, TransformedCone>;
 const TAIL: f64 = 0.9;
 
 impl<U, L: Copy> Mixture<U, L> {
-    /// Lobes and their shares of the samples, in proportion to what each reflects of the
-    /// unshadowed light: `rest` is what the cosine itself does, `sampler` gives what draws by a map
-    /// with what a lobe of albedo one reflects, `least` what it wants to be drawn uniformly, and
-    /// `uniform` what draws so, told its share.
+    /// Lobes and their shares of the samples, in proportion to what each reflects of the light:
+    /// `rest` is what the cosine itself does, `sampler` gives what draws by a lobe, given its
+    /// number and its map to the world, with what it reflects, `least` what it wants to be drawn
+    /// uniformly, and `uniform` what draws so, told its share.
     fn shared(
         cosines: &TransformedCosines,
         mut rest: f64,
-        sampler: impl Fn(DMat3) -> Option<(L, f64)>,
+        sampler: impl Fn(usize, DMat3) -> Option<(L, f64)>,
         least: impl Fn(&L) -> f64,
         uniform: impl FnOnce(f64) -> U,
     ) -> Self {
         let frame = &cosines.frame;
         let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
         let mut lobes: [Option<(L, f64)>; KEPT] = [None; KEPT];
-        for lobe in cosines.lobes() {
-            let Some((sampler, integral)) = sampler(to_world * lobe.map) else {
+        for (k, lobe) in cosines.lobes().iter().enumerate() {
+            let Some((sampler, part)) = sampler(k, to_world * lobe.map) else {
                 continue;
             };
-            let part = lobe.albedo.element_sum() * integral;
             let mut next = Some((sampler, part)).filter(|(_, part)| *part > 0.0);
             let size = |slot: &Option<(L, f64)>| slot.map_or(0.0, |(_, p)| p);
             for slot in &mut lobes {
@@ -188,12 +187,50 @@ impl<U> Mixture<U, TransformedSampler> {
         let seen = light.relative_to(x, &mut relative);
         let flat = polygon::irradiance_by_edges(seen, cosines.frame.z);
         let rest = cosines.diffuse.element_sum() * FRAC_1_PI * flat;
-        let sampler = |map| {
+        let sampler = |k: usize, map| {
             let sampler = TransformedSampler::new(light, x, map)?;
             let integral = polygon::irradiance_by_edges(sampler.image().vertices(), DVec3::Z);
-            Some((sampler, FRAC_1_PI * integral))
+            let albedo = cosines.lobes()[k].albedo.element_sum();
+            Some((sampler, albedo * FRAC_1_PI * integral))
         };
         Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| uniform)
+    }
+}
+
+impl<'r> Mixture<&'r RegionSampler, TransformedSampler> {
+    /// On what is visible of a light, if it is known, and what of it the cosine itself and each
+    /// lobe reflect.
+    pub(crate) fn within(
+        visible: &'r RegionSampler,
+        light: &ConvexPolygon,
+        x: DVec3,
+        cosines: &TransformedCosines,
+        reflected: &[f64],
+    ) -> Self {
+        let rest = reflected[0].max(0.0);
+        let sampler = |k: usize, map| {
+            let sampler = TransformedSampler::new(light, x, map)?;
+            Some((sampler, reflected[k + 1]))
+        };
+        Self::shared(cosines, rest, sampler, |_| LEAST_UNIFORM, |_| visible)
+    }
+
+    /// A visible point and the density per solid angle there; `None` where a lobe leads to what is
+    /// hidden.
+    pub(crate) fn draw_visible(&self, u: [f64; 2], light: &ConvexPolygon, x: DVec3) -> Drawn {
+        let (visible, _) = &self.uniform;
+        let by_lobe = |lobe: &TransformedSampler, u| {
+            let point = lobe.sample(u).point;
+            visible.holds(point).then_some(point)
+        };
+        let uniformly = |visible: &&RegionSampler, u| {
+            let sample = visible.sample(u);
+            sample.pdf.is_positive().then_some(sample.point)
+        };
+        let point = self.pick(u, by_lobe, uniformly)?;
+        let at = LightPoint::new(point, x, light);
+        let uniform = visible.density().to_solid_angle(at.square, at.cos_light);
+        Some((at, self.pdf(|lobe| lobe.pdf(point), |_| uniform)))
     }
 }
 
@@ -202,9 +239,10 @@ impl DiskLobes {
     /// very small.
     pub(crate) fn new(disk: &Disk, x: DVec3, cosines: &TransformedCosines) -> Option<Self> {
         let Frame { x: e, y: f, z } = cosines.frame;
-        let sampler = |map| {
+        let sampler = |k: usize, map| {
             let sampler = TransformedCone::new(disk, x, map)?;
-            Some((sampler, sampler.about_integral()))
+            let albedo = cosines.lobes()[k].albedo.element_sum();
+            Some((sampler, albedo * sampler.about_integral()))
         };
         let flat = || TransformedCone::new(disk, x, DMat3::from_cols(e, f, z));
         let diffuse = cosines.diffuse.element_sum();
