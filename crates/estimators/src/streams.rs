@@ -33,7 +33,7 @@ pub enum Stream {
     Glossy,
     /// Samples of a technique in a combination, by its index: dimensions 2 to 9.
     Technique(u32),
-    /// Rays that go ahead of samples to tell how these are drawn: dimension 10.
+    /// Samples that go ahead, to tell how others are drawn and counted: dimension 10.
     Ahead,
 }
 

@@ -210,15 +210,14 @@ pub(crate) fn visible_light<R: Reflection, T: EmissionTexture>(
         .bsdf
         .transformed_cosines(point.outgoing, point.normal)?;
     let known = known(query, area, light, &cosines, shaft, buffers)?;
-    let sum = match known.plane {
-        Some(plane) if cheapest(query, area) == PointBy::Area => {
-            on_what_is_visible(query, light, &cosines, (known.integral, plane), buffers)
-        }
-        _ => {
-            let lobes = Lobes::new(light, point.position, &cosines);
-            known.integral + differences(query, light, &lobes, &buffers.fit, shaft)
-        }
-    };
+    let plane = (known.plane).filter(|_| cheapest(query, area) == PointBy::Area);
+    let visible = plane.and_then(|plane| {
+        on_what_is_visible(query, light, &cosines, (known.integral, plane), buffers)
+    });
+    let sum = visible.unwrap_or_else(|| {
+        let lobes = Lobes::new(light, point.position, &cosines);
+        known.integral + differences(query, light, &lobes, &buffers.fit, shaft)
+    });
     Some(known.emitted * sum)
 }
 
@@ -231,14 +230,15 @@ const MOST_AHEAD: u32 = 16;
 /// the mean of (f cos − β g)/p.
 ///
 /// In the tail of a lobe g may be many times f cos. So β is what fits a few samples best that go
-/// ahead; as it does not depend on the others, the estimate stays unbiased.
+/// ahead; as it does not depend on the others, the estimate stays unbiased. `None` if something is
+/// visible whose area is rounded to nothing.
 fn on_what_is_visible<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     light: &ConvexPolygon,
     cosines: &TransformedCosines,
     (integral, [origin, along_p, along_q]): (DVec3, [DVec3; 3]),
     buffers: &mut SampleBuffers,
-) -> DVec3 {
+) -> Option<DVec3> {
     let SampleBuffers {
         fit,
         penumbra,
@@ -246,10 +246,13 @@ fn on_what_is_visible<R: Reflection, T: EmissionTexture>(
         ..
     } = buffers;
     let (point, x) = (query.point, query.point.position);
+    if penumbra.latest().is_empty() {
+        return Some(integral);
+    }
     let pieces = penumbra.latest().iter().map(|edge| [edge.from, edge.to]);
     region.set([origin + x, along_p, along_q], pieces);
     if region.area() <= 0.0 {
-        return integral;
+        return None;
     }
     let mixture = Mixture::within(region, light, x, cosines, &fit.seen);
     // f cos/p and g/p.
@@ -274,7 +277,7 @@ fn on_what_is_visible<R: Reflection, T: EmissionTexture>(
         .filter_map(|i| draw(numbers.get_2d(i)))
         .map(|[f, g]| f - g * beta)
         .sum();
-    integral * beta + sum / f64::from(query.samples)
+    Some(integral * beta + sum / f64::from(query.samples))
 }
 
 /// The slope of the line that fits some pairs of f and g best, if that is from 0 to 1 and leaves no
@@ -381,6 +384,7 @@ mod tests {
     #[test]
     fn slopes_that_fit_are_taken() {
         let of = |pairs: &[[f64; 2]]| slope(pairs.iter().copied());
+        // A dozen roundings of numbers below ten, over squares of two.
         let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-14, "{got} for {want}");
         // The tail of a lobe; a line beside zero; f that falls as g grows; more than g.
         close(of(&[[0.15, 1.0], [0.45, 3.0], [0.3, 2.0]]), 0.15);

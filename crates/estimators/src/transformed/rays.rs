@@ -96,7 +96,8 @@ mod tests {
     /// Samples are drawn by lobes as far as these see the light, and some by either.
     #[test]
     fn lobes_that_see_nothing_get_the_least() {
-        let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-3, "{got} for {want}");
+        // Half a ray of 10,000 is 5e-5 of either part.
+        let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-4, "{got} for {want}");
         let many = 10_000;
         // All is seen: as unshadowed.
         for unshadowed in [0.1, 0.25, 0.5, 0.8] {

@@ -129,7 +129,7 @@ impl RegionSampler {
             for (q, side) in &mut self.active {
                 *q = sides[*side].at(middle);
             }
-            self.active.sort_by(|a, b| a.0.total_cmp(&b.0));
+            self.active.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
             let first = self.over.len();
             self.over.extend(self.active.iter().map(|(_, side)| side));
             let mut slab = Slab {
