@@ -2,7 +2,7 @@
 //! `cargo run --release -p linelit-workshop --example lift -- SCENE [REFERENCE [SHARE]]`.
 //!
 //! For each pixel of a diffuse scene, 256 stratified points of each light are asked twice, from the
-//! shading point as it is (16 units of `f32` roundoff off its surface) and from SHARE × (1 + the
+//! shading point as it is (128 units of `f64` roundoff off its surface) and from SHARE × (1 + the
 //! largest coordinate) off it: 8.94e-5 if not told, which is Mitsuba 3's `RayEpsilon`. What the
 //! points send is the same in both. REFERENCE is an image to hold both means to.
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
@@ -11,7 +11,7 @@ use anyhow::Context;
 use linelit_bsdf::Reflection;
 use linelit_film::Image;
 use linelit_formats::LoadOptions;
-use linelit_geometry::{DVec3, LIGHT_MARGIN};
+use linelit_geometry::{DVec3, Margins};
 use linelit_integrator::{Estimator, Renderer, Settings, ShadingPoint, Workspace};
 use linelit_lights::{AreaLight, AreaSampler, Light, PointTechnique};
 use linelit_samplers::{Sampler, SamplerKind};
@@ -97,7 +97,7 @@ fn pixel(renderer: &Renderer<'_>, point: &ShadingPoint, pixel: [u32; 2], share: 
                     origin,
                     direction: on_light - origin,
                     t_min: 0.0,
-                    t_max: 1.0 - LIGHT_MARGIN,
+                    t_max: Margins::DEFAULT.end(),
                 };
                 if !renderer
                     .occluders()

@@ -7,6 +7,7 @@ mod corners;
 mod cutouts;
 mod exact;
 mod footprints;
+mod large_floors;
 mod linear;
 mod materials;
 mod means;
